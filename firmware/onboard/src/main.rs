@@ -1,0 +1,2 @@
+//! The onboard program.
+fn main() {}
