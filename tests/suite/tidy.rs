@@ -1,0 +1,100 @@
+//! The tree's own rules, read as text: file headers, file sizes, and `ARCHITECTURE.md` against the files that there are.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Lines that a source file may have before its inline test module.
+const FILE_LINES: usize = 400;
+/// Lines that the map may have.
+const MAP_LINES: usize = 200;
+/// Folders with the sources that the map describes.
+const SOURCES: [&str; 7] = [
+    "protocol/clock/src",
+    "protocol/wire/src",
+    "protocol/recording/src",
+    "firmware/matcher/src",
+    "firmware/onboard/src",
+    "host/src",
+    "hil-fixtures/src",
+];
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
+    let mut entries: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    entries.sort();
+    for path in entries {
+        if path.is_dir() {
+            if path.file_name().is_some_and(|name| name != "target" && name != ".git") {
+                collect(&path, files);
+            }
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            files.push(path);
+        }
+    }
+}
+
+fn rust_files(below: &str) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    collect(&root().join(below), &mut files);
+    files
+}
+
+fn lines_before_tests(text: &str) -> usize {
+    text.lines().take_while(|line| line.trim() != "mod tests {").count()
+}
+
+#[test]
+fn every_source_file_opens_with_its_concept() {
+    for path in ["protocol", "firmware", "host", "hil-fixtures", "tests"].iter().flat_map(|top| rust_files(top)) {
+        let text = fs::read_to_string(&path).unwrap();
+        assert!(text.starts_with("//!"), "{} does not open with a `//!` header", path.display());
+    }
+}
+
+#[test]
+fn no_source_file_outgrows_its_limit() {
+    let files: Vec<PathBuf> = SOURCES.iter().flat_map(|top| rust_files(top)).collect();
+    assert!(files.len() > 40, "only {} source files found", files.len());
+    for path in files {
+        let lines = lines_before_tests(&fs::read_to_string(&path).unwrap());
+        assert!(lines <= FILE_LINES, "{} has {lines} lines, {FILE_LINES} are allowed", path.display());
+    }
+}
+
+#[test]
+fn the_map_names_every_module_and_only_modules_that_exist() {
+    let map = fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();
+    assert!(map.lines().count() <= MAP_LINES, "ARCHITECTURE.md is over {MAP_LINES} lines");
+    for source in SOURCES {
+        let row = map
+            .lines()
+            .find(|line| line.starts_with(&format!("| `{source}` |")))
+            .unwrap_or_else(|| panic!("ARCHITECTURE.md has no row for {source}"));
+        let named: Vec<&str> = row.split('`').skip(3).step_by(2).collect();
+        let mut present: Vec<String> = fs::read_dir(root().join(source))
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().to_string_lossy().trim_end_matches(".rs").to_owned())
+            .filter(|name| !matches!(name.as_str(), "lib" | "main" | "bin"))
+            .collect();
+        present.sort();
+        present.dedup();
+        for module in &present {
+            assert!(named.contains(&module.as_str()), "ARCHITECTURE.md does not name {source}/{module}");
+        }
+        for name in named {
+            assert!(present.iter().any(|module| module == name), "ARCHITECTURE.md names {source}/{name}, which is not there");
+        }
+    }
+}
+
+#[test]
+fn only_the_clock_crate_switches_the_clock_lint_off() {
+    for path in SOURCES.iter().flat_map(|top| rust_files(top)) {
+        let text = fs::read_to_string(&path).unwrap();
+        let reads = text.contains("disallowed_methods");
+        assert!(!reads || path.to_string_lossy().contains("protocol/clock"), "{} reads the clock", path.display());
+    }
+}
