@@ -1,1 +1,6 @@
-//! See ARCHITECTURE.md.
+//! Compact 3D building models from recordings of a robot with two laser scanners.
+//!
+//! The stages in the order of the paper (Hähnel, Burgard, Thrun 2001): trajectory, cloud, mesh, planes, polygons, leftovers.
+//! Frame `map` (x forward at the start, z up), metres, stamps in whole nanoseconds.
+
+pub mod model;

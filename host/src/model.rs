@@ -1,0 +1,117 @@
+//! The border types between modelling, exports and the command line.
+//!
+//! Everything here is in the `map` frame (z up), in metres. Points are `f32`, because they carry centimetres of noise; planes and
+//! polygons are `f64`, because they are averages over many points. Source: the paper, sections 2.3 and 3.
+
+/// The end points of all vertical beams that saw something: the raw 3D points, in the order scan, then beam.
+///
+/// A cloud of a rig is organised: point `i` is beam `beam[i]` of scan `scan[i]`, beams that saw nothing are holes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Cloud {
+    /// Point positions in `map`, metres.
+    pub points_m: Vec<[f32; 3]>,
+    /// Index of each point's scan, into `origins_m`; never decreasing.
+    pub scan: Vec<u32>,
+    /// Index of each point's beam in its scan, below `beams_per_scan`; increasing within a scan.
+    pub beam: Vec<u16>,
+    /// Position of the laser for each scan in `map`, metres (at the scan's middle beam).
+    pub origins_m: Vec<[f32; 3]>,
+    /// Beams of one scan, seen or not; 0 when the cloud is not organised.
+    pub beams_per_scan: usize,
+}
+
+impl Cloud {
+    /// Number of points.
+    pub fn len(&self) -> usize {
+        self.points_m.len()
+    }
+
+    /// Whether the cloud has no point.
+    pub fn is_empty(&self) -> bool {
+        self.points_m.is_empty()
+    }
+
+    /// Where point `index` was seen from, metres in `map`; `None` when the cloud does not say.
+    pub fn origin_of(&self, index: usize) -> Option<[f32; 3]> {
+        let scan = *self.scan.get(index)?;
+        self.origins_m.get(scan as usize).copied()
+    }
+}
+
+/// A triangle mesh in `map`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Mesh {
+    /// Vertex positions, metres.
+    pub vertices_m: Vec<[f32; 3]>,
+    /// Three vertex indices a triangle, counter-clockwise seen from the side that the sensor was on.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// A plane fitted to points: `normal . p = offset_m`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plane {
+    /// Unit normal in `map`; points towards the sensors that saw the plane.
+    pub normal: [f64; 3],
+    /// Distance of the plane from the origin of `map` along the normal, metres.
+    pub offset_m: f64,
+    /// How many points were fitted.
+    pub points: usize,
+    /// Root mean square distance of those points to the plane, metres.
+    pub rms_m: f64,
+}
+
+impl Plane {
+    /// Signed distance of a point to the plane, metres; positive on the sensor's side.
+    pub fn distance_m(&self, point_m: [f64; 3]) -> f64 {
+        let [a, b, c] = self.normal;
+        a * point_m[0] + b * point_m[1] + c * point_m[2] - self.offset_m
+    }
+}
+
+/// A flat surface with holes, lying in one plane of a [`Model`].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PlanarPolygon {
+    /// Index of the plane in [`Model::planes`].
+    pub plane: usize,
+    /// Outer ring in `map`, metres, counter-clockwise seen from the normal's tip, first vertex not repeated.
+    pub outer_m: Vec<[f64; 3]>,
+    /// Rings of the openings, clockwise seen from the normal's tip, first vertex not repeated.
+    pub holes_m: Vec<Vec<[f64; 3]>>,
+}
+
+/// The compact model: flat surfaces, and the fine structure that is on no plane.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Model {
+    /// The planes that polygons lie in, largest first.
+    pub planes: Vec<Plane>,
+    /// The flat surfaces.
+    pub polygons: Vec<PlanarPolygon>,
+    /// Triangles of the raw mesh that no polygon stands for.
+    pub leftovers: Mesh,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Cloud, Plane};
+
+    #[test]
+    fn a_point_on_the_sensor_side_has_a_positive_distance() {
+        let floor = Plane { normal: [0.0, 0.0, 1.0], offset_m: -0.25, points: 3, rms_m: 0.0 };
+        assert_eq!(floor.distance_m([4.0, 5.0, 0.5]), 0.75);
+    }
+
+    #[test]
+    fn a_point_knows_the_laser_that_saw_it() {
+        let cloud = Cloud {
+            points_m: vec![[0.0; 3]; 2],
+            scan: vec![0, 1],
+            beam: vec![3, 3],
+            origins_m: vec![[1.0; 3], [2.0; 3]],
+            beams_per_scan: 181,
+        };
+        assert_eq!(cloud.origin_of(1), Some([2.0; 3]));
+        assert_eq!(cloud.origin_of(2), None);
+        assert_eq!(cloud.len(), 2);
+        assert!(!cloud.is_empty());
+    }
+}
