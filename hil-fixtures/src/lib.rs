@@ -1,1 +1,2 @@
-//! See ARCHITECTURE.md.
+//! Mock lasers and base, simulated worlds, serial captures. See ARCHITECTURE.md.
+pub mod source;
