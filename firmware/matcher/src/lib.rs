@@ -1,1 +1,16 @@
-//! See ARCHITECTURE.md.
+//! Incremental 2D scan matching after Hähnel, Burgard and Thrun, "Learning Compact 3D Models of Indoor and Outdoor
+//! Environments with a Mobile Robot" (section 2), and what has been learnt since.
+//!
+//! A [`Tracker`] takes one [`Scan`] after the other with the odometry's pose and answers each with the base's pose in
+//! the map and its covariance. The crate knows no files, no devices and no clock; time comes in with the scans, and
+//! nothing is allocated after [`Tracker::new`]. Units: metres, radians, seconds; stamps are nanoseconds.
+
+mod params;
+mod pose;
+mod scan;
+mod tracker;
+
+pub use params::{Method, MotionParams, TrackerParams, UnknownMethod};
+pub use pose::{Pose2, wrap_angle};
+pub use scan::{Beam, Scan};
+pub use tracker::{Outcome, Tracked, Tracker};

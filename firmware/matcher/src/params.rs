@@ -1,0 +1,114 @@
+//! The tracker's parameters: one documented struct a stage, each with the defaults that the physics suggests.
+
+use std::fmt;
+use std::str::FromStr;
+
+/// How scans are matched.
+#[derive(Copy, Clone, PartialEq, Eq, Debug, Default)]
+pub enum Method {
+    /// The paper's (section 2): gradient ascent on a likelihood field with occlusion, made from earlier scans.
+    Gradient,
+    /// Every scan against a map of everything seen so far.
+    #[default]
+    Map,
+}
+
+/// A matcher's name that is not known.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[error("expected a matcher (gradient or map), found \"{found}\"")]
+pub struct UnknownMethod {
+    /// What was given.
+    pub found: String,
+}
+
+impl Method {
+    /// All methods, the default first.
+    pub const ALL: [Self; 2] = [Self::Map, Self::Gradient];
+
+    /// The name by which command lines know the method.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Gradient => "gradient",
+            Self::Map => "map",
+        }
+    }
+}
+
+impl fmt::Display for Method {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Method {
+    type Err = UnknownMethod;
+
+    fn from_str(text: &str) -> Result<Self, UnknownMethod> {
+        let found = Self::ALL.into_iter().find(|method| method.name() == text);
+        found.ok_or_else(|| UnknownMethod { found: text.to_owned() })
+    }
+}
+
+/// How much the odometry's own motion is worth. Smaller: the match follows the odometry more; larger: it follows the
+/// scans more, also where they say little (along a bare corridor).
+#[derive(Copy, Clone, PartialEq, Debug)]
+pub struct MotionParams {
+    /// Standard deviation of position per metre driven, metres.
+    pub position_m_per_m: f64,
+    /// Standard deviation of position per radian turned, metres.
+    pub position_m_per_rad: f64,
+    /// Standard deviation of heading per radian turned, radians.
+    pub heading_rad_per_rad: f64,
+    /// Standard deviation of heading per metre driven, radians.
+    pub heading_rad_per_m: f64,
+    /// Standard deviation of position that every step has, metres.
+    pub position_floor_m: f64,
+    /// Standard deviation of heading that every step has, radians.
+    pub heading_floor_rad: f64,
+}
+
+impl Default for MotionParams {
+    fn default() -> Self {
+        Self {
+            position_m_per_m: 0.1,
+            position_m_per_rad: 0.05,
+            heading_rad_per_rad: 0.1,
+            heading_rad_per_m: 0.05,
+            position_floor_m: 0.01,
+            heading_floor_rad: 0.005,
+        }
+    }
+}
+
+/// All parameters of a [`Tracker`](crate::Tracker).
+#[derive(Copy, Clone, PartialEq, Debug, Default)]
+pub struct TrackerParams {
+    /// How scans are matched.
+    pub method: Method,
+    /// What the odometry is worth.
+    pub motion: MotionParams,
+}
+
+impl TrackerParams {
+    /// The defaults of a method.
+    #[must_use]
+    pub fn for_method(method: Method) -> Self {
+        Self { method, ..Self::default() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_method_is_found_by_its_name_and_others_are_refused_with_what_was_given() {
+        for method in Method::ALL {
+            assert_eq!(method.name().parse(), Ok(method));
+        }
+        let error = "csm".parse::<Method>().unwrap_err();
+        assert_eq!(error.to_string(), "expected a matcher (gradient or map), found \"csm\"");
+        assert_eq!(Method::default(), Method::ALL[0]);
+    }
+}
