@@ -3,4 +3,12 @@
 //! The stages in the order of the paper (Hähnel, Burgard, Thrun 2001): trajectory, cloud, mesh, planes, polygons, leftovers.
 //! Frame `map` (x forward at the start, z up), metres, stamps in whole nanoseconds.
 
+pub mod cloud;
+pub mod deskew;
+pub mod leftovers;
+pub mod mesh;
 pub mod model;
+pub mod params;
+pub mod pipeline;
+pub mod planes;
+pub mod polygons;
