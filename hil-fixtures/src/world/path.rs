@@ -1,0 +1,156 @@
+//! Where a robot drives through a world: waypoints on a floor, and how it takes them.
+//!
+//! In the frame of the world's own file; metres, seconds, degrees. As a file (TOML), for `simulate --path`:
+//! ```toml
+//! waypoints_m = [[0.0, 0.0], [10.0, 0.0]]
+//! floor_z_m = 0.0        # everything below has a default
+//! speed_m_s = 0.4
+//! ```
+
+use serde::Deserialize;
+
+/// A drive to be made.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Path {
+    /// What the path is called.
+    pub name: String,
+    /// Corners of the way on the floor, x and y; the robot starts at the first, looking at the second.
+    pub waypoints_m: Vec<[f64; 2]>,
+    /// Height of the floor: where `base_link` moves.
+    pub floor_z_m: f64,
+    /// Cruising speed. Faster: fewer scans a metre, more distortion within a scan.
+    pub speed_m_s: f64,
+    /// Speeding up and slowing down. Smaller: softer starts, longer drives.
+    pub acceleration_m_s2: f64,
+    /// How far before and after a waypoint the curve reaches (less where legs are short). Larger: wider curves.
+    pub corner_m: f64,
+    /// Fastest turning; the robot slows down in curves to keep it. Smaller: slower curves.
+    pub turn_deg_s: f64,
+    /// Sideways swing about the way, as of a hand-driven robot. 0: drives like on rails.
+    pub weave_m: f64,
+    /// Length of one swing.
+    pub weave_length_m: f64,
+    /// Roll and pitch of the moving base, one standard deviation each, as on rough ground. 0 indoors.
+    pub shake_deg: f64,
+}
+
+impl Default for Path {
+    fn default() -> Self {
+        Self {
+            name: "path".to_owned(),
+            waypoints_m: Vec::new(),
+            floor_z_m: 0.0,
+            speed_m_s: 0.3,
+            acceleration_m_s2: 0.3,
+            corner_m: 1.0,
+            turn_deg_s: 30.0,
+            weave_m: 0.0,
+            weave_length_m: 6.0,
+            shake_deg: 0.0,
+        }
+    }
+}
+
+/// Why a path cannot be driven.
+#[derive(Debug, thiserror::Error)]
+pub enum PathError {
+    /// The file is no path.
+    #[error("not a path: {0}")]
+    Syntax(#[from] toml::de::Error),
+    /// Nothing to drive.
+    #[error("a path needs at least two waypoints that differ; {found} found")]
+    TooShort {
+        /// Waypoints that differ from the one before.
+        found: usize,
+    },
+    /// A turn on the spot, which this drive does not do.
+    #[error(
+        "the path turns by {turn_deg:.0} degrees at waypoint {waypoint} (from 0); at most {most_deg:.0} can be driven"
+    )]
+    TooSharp {
+        /// Index of the waypoint.
+        waypoint: usize,
+        /// The turn there.
+        turn_deg: f64,
+        /// The sharpest turn that can be driven.
+        most_deg: f64,
+    },
+    /// A number that makes no drive.
+    #[error("{field} = {value}: expected {expected}")]
+    BadNumber {
+        /// Name of the field.
+        field: &'static str,
+        /// What was given.
+        value: f64,
+        /// What is allowed.
+        expected: &'static str,
+    },
+}
+
+impl Path {
+    /// Reads a path file.
+    pub fn parse(text: &str) -> Result<Self, PathError> {
+        let path: Self = toml::from_str(text)?;
+        path.check()?;
+        Ok(path)
+    }
+
+    /// Whether every number can be driven.
+    pub fn check(&self) -> Result<(), PathError> {
+        let positive = [
+            ("speed_m_s", self.speed_m_s),
+            ("acceleration_m_s2", self.acceleration_m_s2),
+            ("turn_deg_s", self.turn_deg_s),
+            ("weave_length_m", self.weave_length_m),
+        ];
+        for (field, value) in positive {
+            if !(value > 0.0 && value.is_finite()) {
+                return Err(PathError::BadNumber { field, value, expected: "a number above 0" });
+            }
+        }
+        let not_negative =
+            [("corner_m", self.corner_m), ("weave_m", self.weave_m), ("shake_deg", self.shake_deg)];
+        for (field, value) in not_negative {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(PathError::BadNumber { field, value, expected: "0 or more" });
+            }
+        }
+        let coordinates = self.waypoints_m.iter().flatten().chain([&self.floor_z_m]);
+        for value in coordinates {
+            if value.abs() > 1e5 || value.is_nan() {
+                return Err(PathError::BadNumber {
+                    field: "waypoints_m",
+                    value: *value,
+                    expected: "metres within 100 km",
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Path;
+
+    #[test]
+    fn a_path_file_may_leave_out_everything_but_waypoints() {
+        let path = Path::parse("waypoints_m = [[0, 0], [2.5, 1]]\nspeed_m_s = 1").expect("a path");
+        assert_eq!(path.waypoints_m, vec![[0.0, 0.0], [2.5, 1.0]]);
+        assert_eq!((path.speed_m_s, path.floor_z_m), (1.0, 0.0));
+    }
+
+    #[test]
+    fn unknown_keys_and_impossible_numbers_are_refused_by_name() {
+        for (text, word) in [
+            ("waypoints = [[0, 0]]", "waypoints"),
+            ("waypoints_m = [[0, 0], [1, 0]]\nspeed_m_s = 0", "speed_m_s"),
+            ("waypoints_m = [[0, 0], [1, 0]]\nweave_m = -1", "weave_m"),
+            ("waypoints_m = [[0, nan], [1, 0]]", "waypoints_m"),
+        ] {
+            let error = Path::parse(text).expect_err(text).to_string();
+            assert!(error.contains(word), "{error}");
+        }
+    }
+}
