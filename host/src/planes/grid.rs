@@ -1,0 +1,188 @@
+//! A sorted voxel grid: the points of each cube of space together, and each cube's neighbours.
+//!
+//! Sorting costs less than a tree and gives the same order everywhere, so results depend on nothing but the points. Metres.
+
+/// Cubes of space that hold at least one point, in the order of their coordinates.
+#[derive(Clone, Debug, Default)]
+pub struct Grid {
+    /// Indices of the points, cell by cell; points that are not finite or further than a million cells out are left out.
+    pub order: Vec<u32>,
+    /// Start of each cell in `order`, and its end as the last element.
+    pub starts: Vec<u32>,
+    /// Cell coordinates, ascending.
+    keys: Vec<u64>,
+}
+
+const BITS: u32 = 21;
+const HALF: i64 = 1 << (BITS - 1);
+
+impl Grid {
+    /// Sorts points into cubes with edges of `cell_m`.
+    pub fn new(points_m: impl Iterator<Item = (u32, [f32; 3])>, cell_m: f64) -> Self {
+        let mut keyed: Vec<(u64, u32)> =
+            points_m.filter_map(|(index, p)| Some((key_of(p, cell_m)?, index))).collect();
+        keyed.sort_unstable();
+        let mut grid = Self { order: keyed.iter().map(|entry| entry.1).collect(), ..Self::default() };
+        for run in keyed.chunk_by(|a, b| a.0 == b.0) {
+            let start = grid.starts.last().copied().unwrap_or(0);
+            if grid.starts.is_empty() {
+                grid.starts.push(0);
+            }
+            grid.starts.push(start + run.len() as u32);
+            grid.keys.push(run[0].0);
+        }
+        grid
+    }
+
+    /// Number of cells that hold a point.
+    pub fn len(&self) -> usize {
+        self.keys.len()
+    }
+
+    /// Whether no cell holds a point.
+    pub fn is_empty(&self) -> bool {
+        self.keys.is_empty()
+    }
+
+    /// The points of a cell.
+    pub fn points_of(&self, cell: usize) -> &[u32] {
+        &self.order[self.starts[cell] as usize..self.starts[cell + 1] as usize]
+    }
+
+    /// For each cell the up to 26 others that touch it, ascending.
+    pub fn neighbours(&self) -> Neighbours {
+        // Cells are sorted, so the cells at one offset are too: nine cursors pass over the list once.
+        let mut columns = Vec::with_capacity(9);
+        for dx in -1..=1i64 {
+            for dy in -1..=1i64 {
+                columns.push((dx * (1 << (2 * BITS)) + dy * (1 << BITS), 0usize));
+            }
+        }
+        let mut found = Neighbours { starts: vec![0], cells: Vec::with_capacity(self.len() * 12) };
+        for (cell, &key) in self.keys.iter().enumerate() {
+            for (offset, cursor) in &mut columns {
+                let low = key.wrapping_add_signed(*offset).wrapping_sub(1);
+                while self.keys.get(*cursor).is_some_and(|k| *k < low) {
+                    *cursor += 1;
+                }
+                for (other, &k) in self.keys.iter().enumerate().skip(*cursor).take(3) {
+                    if k <= low + 2 && other != cell {
+                        found.cells.push(other as u32);
+                    }
+                }
+            }
+            found.starts.push(found.cells.len() as u32);
+        }
+        found
+    }
+}
+
+/// A list of cells for each cell.
+#[derive(Clone, Debug, Default)]
+pub struct Neighbours {
+    starts: Vec<u32>,
+    cells: Vec<u32>,
+}
+
+impl Neighbours {
+    /// The list of one cell.
+    pub fn of(&self, cell: usize) -> &[u32] {
+        &self.cells[self.starts[cell] as usize..self.starts[cell + 1] as usize]
+    }
+
+    /// The same lists with further pairs added in both directions. Pairs may repeat.
+    pub fn with_pairs(&self, mut pairs: Vec<[u32; 2]>) -> Self {
+        let mirrored: Vec<[u32; 2]> = pairs.iter().map(|[a, b]| [*b, *a]).collect();
+        pairs.extend(mirrored);
+        pairs.sort_unstable();
+        pairs.dedup();
+        let mut out = Self { starts: vec![0], cells: Vec::with_capacity(self.cells.len() + pairs.len()) };
+        let mut rest = pairs.as_slice();
+        for cell in 0..self.starts.len().saturating_sub(1) {
+            let own = self.of(cell);
+            out.cells.extend_from_slice(own);
+            let count = rest.iter().take_while(|[from, _]| *from as usize == cell).count();
+            let extra = rest[..count].iter().map(|[_, to]| *to);
+            out.cells.extend(extra.filter(|to| *to as usize != cell && own.binary_search(to).is_err()));
+            rest = &rest[count..];
+            out.starts.push(out.cells.len() as u32);
+        }
+        out
+    }
+}
+
+/// The cell's coordinates, packed so that sorting goes by x, then y, then z; a spare cell on each side keeps offsets from wrapping.
+fn key_of(p: [f32; 3], cell_m: f64) -> Option<u64> {
+    let mut key = 0u64;
+    for value in p {
+        let index = (f64::from(value) / cell_m).floor();
+        if !(index.abs() < (HALF - 2) as f64) {
+            return None;
+        }
+        key = (key << BITS) | (index as i64 + HALF) as u64;
+    }
+    Some(key)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Grid;
+    use crate::planes::random::Random;
+
+    fn indexed(points: &[[f32; 3]]) -> impl Iterator<Item = (u32, [f32; 3])> + '_ {
+        points.iter().enumerate().map(|(index, p)| (index as u32, *p))
+    }
+
+    #[test]
+    fn every_point_is_in_exactly_one_cell_with_those_of_its_cube() {
+        let mut random = Random::new(3);
+        let points: Vec<[f32; 3]> =
+            (0..500).map(|_| std::array::from_fn(|_| (random.unit() * 4.0 - 2.0) as f32)).collect();
+        let grid = Grid::new(indexed(&points), 0.5);
+        let cube = |p: [f32; 3]| p.map(|v| (f64::from(v) / 0.5).floor() as i64);
+        let mut seen = vec![false; points.len()];
+        for cell in 0..grid.len() {
+            let first = cube(points[grid.points_of(cell)[0] as usize]);
+            for &point in grid.points_of(cell) {
+                assert_eq!(cube(points[point as usize]), first);
+                assert!(!std::mem::replace(&mut seen[point as usize], true));
+            }
+        }
+        assert!(seen.iter().all(|s| *s));
+    }
+
+    #[test]
+    fn neighbours_are_the_cells_that_touch_by_brute_force() {
+        let mut random = Random::new(4);
+        let points: Vec<[f32; 3]> =
+            (0..300).map(|_| std::array::from_fn(|_| (random.unit() * 6.0 - 3.0) as f32)).collect();
+        let grid = Grid::new(indexed(&points), 1.0);
+        let neighbours = grid.neighbours();
+        let cube =
+            |cell: usize| points[grid.points_of(cell)[0] as usize].map(|v| f64::from(v).floor() as i64);
+        for a in 0..grid.len() {
+            let touching: Vec<u32> = (0..grid.len())
+                .filter(|b| *b != a && (0..3).all(|k| (cube(a)[k] - cube(*b)[k]).abs() <= 1))
+                .map(|b| b as u32)
+                .collect();
+            assert_eq!(neighbours.of(a), touching);
+        }
+    }
+
+    #[test]
+    fn further_pairs_join_the_lists_of_both_once() {
+        let points = [[0.5, 0.5, 0.5], [1.5, 0.5, 0.5], [5.5, 0.5, 0.5]];
+        let grid = Grid::new(indexed(&points), 1.0);
+        let both = grid.neighbours().with_pairs(vec![[0, 2], [2, 0], [0, 1], [2, 2]]);
+        assert_eq!((both.of(0), both.of(1), both.of(2)), (&[1, 2][..], &[0][..], &[0][..]));
+    }
+
+    #[test]
+    fn points_that_are_nowhere_are_left_out() {
+        let points = [[f32::NAN, 0.0, 0.0], [f32::INFINITY, 0.0, 0.0], [1e30, 0.0, 0.0], [1.0, 2.0, 3.0]];
+        let grid = Grid::new(indexed(&points), 0.1);
+        assert_eq!((grid.len(), grid.points_of(0)), (1, &[3][..]));
+        assert!(Grid::new(std::iter::empty(), 0.1).is_empty());
+        assert!(Grid::default().neighbours().cells.is_empty());
+    }
+}

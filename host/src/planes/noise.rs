@@ -1,0 +1,69 @@
+//! What the sensor's noise allows: how far a point, or the mean of several, may lie from its plane; and how large the noise is.
+//!
+//! The paper's epsilon and gamma are fixed lengths that fit one sensor; here both follow from the deviation of a range. Metres.
+
+use super::grid::Neighbours;
+use super::scatter::Scatter;
+
+/// Limits for points and groups of points, for one deviation of the noise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Noise {
+    /// Deviation of a single distance to a true plane, metres.
+    pub sigma_m: f64,
+}
+
+/// Share of the deviation that does not average out over neighbours: the pose error, common to all beams of a scan.
+const COMMON_SHARE: f64 = 0.35;
+/// Deviations within which a value counts as noise.
+const DEVIATIONS: f64 = 3.0;
+/// Smallest noise that is assumed, metres: the resolution that 32-bit coordinates keep in a large building.
+const LEAST_SIGMA_M: f64 = 1e-4;
+
+impl Noise {
+    /// Noise of a deviation.
+    pub fn new(sigma_m: f64) -> Self {
+        Self { sigma_m: sigma_m.max(LEAST_SIGMA_M) }
+    }
+
+    /// Farthest that a single point may lie from its plane, metres (the paper's gamma).
+    pub fn point_limit_m(&self) -> f64 {
+        DEVIATIONS * self.sigma_m
+    }
+
+    /// Whether a group of points agrees with a plane: its mean with the plane, its spread with the noise (the paper's epsilon).
+    pub fn agrees(&self, group: &Scatter, normal: [f64; 3], offset_m: f64) -> bool {
+        let count = group.count();
+        let (mean_m, squared_m2) = group.distance_to(normal, offset_m);
+        let mean_variance = self.sigma_m * self.sigma_m * (count.recip() + COMMON_SHARE * COMMON_SHARE);
+        mean_m * mean_m <= DEVIATIONS * DEVIATIONS * mean_variance
+            && squared_m2 <= self.spread_limit_m2(count)
+    }
+
+    /// Largest mean squared distance of `count` points to their plane, square metres.
+    pub fn spread_limit_m2(&self, count: f64) -> f64 {
+        self.sigma_m * self.sigma_m * (1.0 + DEVIATIONS * (2.0 / count).sqrt())
+    }
+}
+
+/// Estimates the deviation: the median error of the best planes of cells with their neighbours.
+///
+/// Most cells of a building lie in a surface; those at edges raise the upper half only. `None` when no neighbourhood has 20 points.
+pub fn estimate_sigma_m(cells: &[Scatter], neighbours: &Neighbours) -> Option<f64> {
+    let mut errors: Vec<(f64, f64)> = Vec::new();
+    for (cell, own) in cells.iter().enumerate() {
+        let mut around = *own;
+        neighbours.of(cell).iter().for_each(|other| around.merge(&cells[*other as usize]));
+        let count = around.count();
+        if let Some(fit) = around.fit().filter(|_| count >= 20.0) {
+            errors.push((fit.variances_m2[0] * count / (count - 3.0), own.count()));
+        }
+    }
+    errors.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+    let half = errors.iter().map(|e| e.1).sum::<f64>() * 0.45;
+    let mut passed = 0.0;
+    let middle = errors.iter().find(|e| {
+        passed += e.1;
+        passed >= half
+    });
+    middle.map(|e| e.0.sqrt())
+}
