@@ -1,1 +1,32 @@
-//! See ARCHITECTURE.md.
+//! Biplane's files: posed scans and serial captures in MCAP, and the `rig.toml` that goes with them.
+//!
+//! A recording is an MCAP file of profile `ros2`: standard message types in CDR with complete `ros2msg` schemas, so that other
+//! people's programs open it. The way through this crate:
+//!
+//! * [`topics`]: what is written where, under which name and type. [`schema`]: the texts that describe the types.
+//! * [`msg`]: the messages as owned structs; [`cdr`]: their bytes.
+//! * [`write`], [`read`]: a file, message by message. [`recover`]: what can be saved of a broken one.
+//! * [`capture`]: serial bytes as messages. [`rig`]: mounts, ports and the time model of a scan.
+//!
+//! Frames: `map` -> `odom` -> `base_link` -> `laser_*` (REP 105), x forward, y left, z up (REP 103). Units: metres, radians,
+//! seconds; stamps are whole nanoseconds as `i64`, UTC when recorded live.
+
+pub mod capture;
+pub mod cdr;
+mod chunk;
+pub mod msg;
+pub mod read;
+mod records;
+pub mod recover;
+pub mod rig;
+pub mod schema;
+pub mod topics;
+pub mod write;
+
+pub use cdr::CdrError;
+pub use msg::{AnyMessage, Message};
+pub use read::{Entry, ReadError, Reader};
+pub use recover::{RecoverError, RecoverReport, recover};
+pub use rig::{Rig, RigError};
+pub use topics::{Direction, Port, Topic};
+pub use write::{WriteError, WriteReport, Writer, WriterOptions};

@@ -1,0 +1,57 @@
+//! Serial captures: the bytes of each line as they came, one message a read (`/serial/<port>/rx` and `/tx`).
+
+use crate::msg::{ByteArray, Message};
+use crate::read::{Entry, ReadError, Reader};
+use crate::topics::{Direction, Port, Topic};
+use crate::write::{WriteError, Writer};
+
+/// One read from a serial line, or one write to it.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct SerialBytes {
+    /// Which line.
+    pub port: Port,
+    /// Which way.
+    pub direction: Direction,
+    /// When the read returned, in ns.
+    pub time_ns: i64,
+    /// The bytes.
+    pub bytes: Vec<u8>,
+}
+
+impl Writer {
+    /// Writes bytes of a serial line. `time_ns` is when the read returned, or the write was made.
+    ///
+    /// # Errors
+    /// As [`Writer::write`].
+    pub fn write_serial(
+        &mut self,
+        port: Port,
+        direction: Direction,
+        time_ns: i64,
+        bytes: &[u8],
+    ) -> Result<(), WriteError> {
+        let message = ByteArray { data: bytes.to_vec() };
+        self.write(Topic::Serial(port, direction), time_ns, time_ns, &message)
+    }
+}
+
+/// The serial bytes in a message of a file; `None` when it is another message.
+///
+/// # Errors
+/// [`ReadError::Message`] when it is one and cannot be decoded.
+pub fn serial_bytes(entry: &Entry) -> Result<Option<SerialBytes>, ReadError> {
+    let Some(Topic::Serial(port, direction)) = entry.topic else { return Ok(None) };
+    let message = ByteArray::decode(&entry.bytes).map_err(|source| ReadError::Message {
+        topic: entry.topic_name.clone(),
+        log_time_ns: entry.log_time_ns,
+        source,
+    })?;
+    Ok(Some(SerialBytes { port, direction, time_ns: entry.log_time_ns, bytes: message.data }))
+}
+
+impl Reader {
+    /// All serial bytes of a file, in file order; other messages are passed over.
+    pub fn serial(&self) -> impl Iterator<Item = Result<SerialBytes, ReadError>> + '_ {
+        self.messages().filter_map(|entry| entry.and_then(|entry| serial_bytes(&entry)).transpose())
+    }
+}

@@ -1,0 +1,34 @@
+//! `std_msgs/msg/UInt8MultiArray`: bytes as they came from a serial line, one message a read.
+
+use super::Message;
+use crate::cdr::{CdrError, Decoder, Encoder};
+
+/// Bytes. The ROS type's layout is empty in what we write and passed over in what we read.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct ByteArray {
+    /// The bytes.
+    pub data: Vec<u8>,
+}
+
+/// The least bytes a dimension of the layout takes: an empty string and two numbers.
+const DIMENSION_MIN_SIZE: usize = 4 + 8;
+
+impl Message for ByteArray {
+    const TYPE: &'static str = "std_msgs/msg/UInt8MultiArray";
+
+    fn write(&self, encoder: &mut Encoder) {
+        encoder.count(0);
+        encoder.u32(0);
+        encoder.byte_sequence(&self.data);
+    }
+
+    fn read(decoder: &mut Decoder) -> Result<Self, CdrError> {
+        for _ in 0..decoder.count(DIMENSION_MIN_SIZE)? {
+            decoder.string()?;
+            decoder.u32()?;
+            decoder.u32()?;
+        }
+        decoder.u32()?;
+        Ok(Self { data: decoder.byte_sequence()?.to_vec() })
+    }
+}

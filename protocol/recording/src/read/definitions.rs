@@ -1,0 +1,98 @@
+//! Which channels and schemas a file has defined so far, and messages made complete with them.
+
+use super::Entry;
+use crate::records::{self, CHANNEL, MESSAGE, SCHEMA};
+use crate::topics::Topic;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// What a file says of a channel, besides topic and type.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct ChannelInfo {
+    /// The topic's name.
+    pub topic_name: String,
+    /// The type's name; empty when the channel has no schema.
+    pub type_name: String,
+    /// Encoding of the schema, `ros2msg` in ours.
+    pub schema_encoding: String,
+    /// The schema's text.
+    pub schema: Vec<u8>,
+    /// Encoding of the messages, `cdr` in ours.
+    pub message_encoding: String,
+    /// Further words, for example `offered_qos_profiles`.
+    pub metadata: BTreeMap<String, String>,
+    /// The topic, when name, type and encoding are those of one of ours.
+    pub topic: Option<Topic>,
+}
+
+struct Schema {
+    name: String,
+    encoding: String,
+    data: Vec<u8>,
+}
+
+#[derive(Default)]
+pub(crate) struct Definitions {
+    schemas: BTreeMap<u16, Schema>,
+    channels: BTreeMap<u16, Arc<ChannelInfo>>,
+}
+
+impl Definitions {
+    /// Takes a record of a data section or chunk: a definition is kept, a message given back complete. Errors say what is wrong.
+    pub fn take(&mut self, opcode: u8, body: &[u8]) -> Result<Option<Entry>, String> {
+        match opcode {
+            SCHEMA => self.schema(body).map(|()| None),
+            CHANNEL => self.channel(body).map(|()| None),
+            MESSAGE => self.message(body).map(Some),
+            _ => Ok(None),
+        }
+    }
+
+    fn schema(&mut self, body: &[u8]) -> Result<(), String> {
+        let schema = records::Schema::parse(body).ok_or("a schema record that cannot be read")?;
+        let own =
+            Schema { name: schema.name.into(), encoding: schema.encoding.into(), data: schema.data.into() };
+        self.schemas.insert(schema.id, own);
+        Ok(())
+    }
+
+    fn channel(&mut self, body: &[u8]) -> Result<(), String> {
+        let channel = records::Channel::parse(body).ok_or("a channel record that cannot be read")?;
+        let (type_name, schema_encoding, schema) = match self.schemas.get(&channel.schema_id) {
+            Some(schema) => (schema.name.clone(), schema.encoding.clone(), schema.data.clone()),
+            None if channel.schema_id == 0 => Default::default(),
+            None => {
+                return Err(format!("channel {:?} of unknown schema {}", channel.topic, channel.schema_id));
+            }
+        };
+        let ours = |topic: &Topic| topic.type_name() == type_name && channel.message_encoding == "cdr";
+        let info = ChannelInfo {
+            topic: Topic::from_name(channel.topic).filter(ours),
+            topic_name: channel.topic.into(),
+            type_name,
+            schema_encoding,
+            schema,
+            message_encoding: channel.message_encoding.into(),
+            metadata: channel.metadata,
+        };
+        self.channels.insert(channel.id, Arc::new(info));
+        Ok(())
+    }
+
+    fn message(&self, body: &[u8]) -> Result<Entry, String> {
+        let message = records::Message::parse(body).ok_or("a message record that cannot be read")?;
+        let id = message.channel_id;
+        let channel = self.channels.get(&id).ok_or_else(|| format!("a message of unknown channel {id}"))?;
+        let time_ns = |time: u64| i64::try_from(time).unwrap_or(i64::MAX);
+        Ok(Entry {
+            topic_name: channel.topic_name.clone(),
+            topic: channel.topic,
+            type_name: channel.type_name.clone(),
+            log_time_ns: time_ns(message.log_time),
+            publish_time_ns: time_ns(message.publish_time),
+            sequence: message.sequence,
+            bytes: message.data.to_vec(),
+            channel: Arc::clone(channel),
+        })
+    }
+}

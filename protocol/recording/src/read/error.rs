@@ -1,0 +1,90 @@
+//! Why a file could not be read: what was expected, what was found, at which byte.
+
+use crate::cdr::CdrError;
+use crate::rig::RigError;
+use std::io;
+use std::path::PathBuf;
+
+/// Why a file, or a message in it, could not be read.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadError {
+    /// There is no such file.
+    #[error("{} does not exist", path.display())]
+    Missing {
+        /// The file.
+        path: PathBuf,
+    },
+    /// It is a folder.
+    #[error("{} is a folder, not an MCAP file", path.display())]
+    Directory {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// It is something else.
+    #[error("{} is not an MCAP file: it {}", path.display(), begins(found))]
+    NotMcap {
+        /// The file.
+        path: PathBuf,
+        /// Its first bytes, at most eight.
+        found: Vec<u8>,
+    },
+    /// It ends too early.
+    #[error(
+        "{} is cut off: the record at byte {offset} is not whole, the file ends at byte {size}; \
+         `biplane recover` salvages what is there",
+        path.display()
+    )]
+    Truncated {
+        /// The file.
+        path: PathBuf,
+        /// Where the record begins that is not whole; everything before it is.
+        offset: u64,
+        /// The file's size.
+        size: u64,
+    },
+    /// Its bytes are not those that were written.
+    #[error("{} is damaged at byte {offset}: {what}; `biplane recover` salvages what is intact", path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// Where the record begins that is damaged.
+        offset: u64,
+        /// What is wrong with it.
+        what: String,
+    },
+    /// The system refused.
+    #[error("cannot read {} at byte {offset}: {source}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Where.
+        offset: u64,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// A message is not of its type.
+    #[error("message on {topic} at log time {log_time_ns} ns cannot be decoded: {source}")]
+    Message {
+        /// The topic.
+        topic: String,
+        /// Which message: its log time, in ns.
+        log_time_ns: i64,
+        /// What is wrong with it.
+        source: CdrError,
+    },
+    /// The attachment `rig.toml` is not a rig.
+    #[error("attachment rig.toml of {}: {source}", path.display())]
+    Rig {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: RigError,
+    },
+}
+
+fn begins(found: &[u8]) -> String {
+    match found {
+        [] => "is empty".to_owned(),
+        found => format!("begins with {found:02x?} instead of 89 4d 43 41 50 30 0d 0a"),
+    }
+}

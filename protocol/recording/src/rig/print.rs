@@ -1,0 +1,58 @@
+//! From rig to text: everything resolved, nothing left to defaults.
+
+use super::{Base, BaseProtocol, Laser, Rig};
+use std::fmt::Write;
+
+/// A TOML string with what must be escaped in it.
+fn quoted(text: &str) -> String {
+    toml::Value::String(text.to_owned()).to_string()
+}
+
+fn laser(out: &mut String, name: &str, laser: &Laser) -> std::fmt::Result {
+    let Laser { port, baud, fov_deg, resolution_deg, units, mount, delay_ms } = laser;
+    writeln!(out, "[{name}]")?;
+    writeln!(out, "port = {}", quoted(port))?;
+    writeln!(out, "baud = {baud}")?;
+    writeln!(out, "fov_deg = {fov_deg}")?;
+    // `{:?}` keeps the point of a whole number, and every digit of the others.
+    writeln!(out, "resolution_deg = {resolution_deg:?}")?;
+    writeln!(out, "units = {}", quoted(units.name()))?;
+    writeln!(
+        out,
+        "mount = {{ x = {:?}, y = {:?}, z = {:?}, roll = {:?}, pitch = {:?}, yaw = {:?} }}",
+        mount.x, mount.y, mount.z, mount.roll, mount.pitch, mount.yaw
+    )?;
+    writeln!(out, "delay_ms = {delay_ms:?}\n")
+}
+
+fn base(out: &mut String, base: &Base) -> std::fmt::Result {
+    let Base { protocol, port, baud, metres_per_tick } = base;
+    writeln!(out, "[base]")?;
+    writeln!(out, "protocol = {}", quoted(protocol.name()))?;
+    writeln!(out, "port = {}", quoted(port))?;
+    writeln!(out, "baud = {baud}")?;
+    match protocol {
+        BaseProtocol::P2os | BaseProtocol::Rflex => writeln!(out, "metres_per_tick = {metres_per_tick:?}"),
+        BaseProtocol::RoboClaw { address, wheel_base_m, metres_per_count_left, metres_per_count_right } => {
+            writeln!(out, "address = {address}")?;
+            writeln!(out, "wheel_base_m = {wheel_base_m:?}")?;
+            writeln!(out, "metres_per_count_left = {metres_per_count_left:?}")?;
+            writeln!(out, "metres_per_count_right = {metres_per_count_right:?}")
+        }
+    }
+}
+
+impl Rig {
+    /// The resolved `rig.toml`: every key with its value. [`Rig::parse`] makes the same rig of it.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        let mut out = String::new();
+        // Writing to a string does not fail.
+        let _ = laser(&mut out, "horizontal", &self.horizontal);
+        if let Some(vertical) = &self.vertical {
+            let _ = laser(&mut out, "vertical", vertical);
+        }
+        let _ = base(&mut out, &self.base);
+        out
+    }
+}
