@@ -1,9 +1,9 @@
 //! Serial captures: the bytes of each line as they came, one message a read (`/serial/<port>/rx` and `/tx`).
+//! Written by [`Writer::write_serial`](crate::Writer::write_serial).
 
 use crate::msg::{ByteArray, Message};
 use crate::read::{Entry, ReadError, Reader};
 use crate::topics::{Direction, Port, Topic};
-use crate::write::{WriteError, Writer};
 
 /// One read from a serial line, or one write to it.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -16,23 +16,6 @@ pub struct SerialBytes {
     pub time_ns: i64,
     /// The bytes.
     pub bytes: Vec<u8>,
-}
-
-impl Writer {
-    /// Writes bytes of a serial line. `time_ns` is when the read returned, or the write was made.
-    ///
-    /// # Errors
-    /// As [`Writer::write`].
-    pub fn write_serial(
-        &mut self,
-        port: Port,
-        direction: Direction,
-        time_ns: i64,
-        bytes: &[u8],
-    ) -> Result<(), WriteError> {
-        let message = ByteArray { data: bytes.to_vec() };
-        self.write(Topic::Serial(port, direction), time_ns, time_ns, &message)
-    }
 }
 
 /// The serial bytes in a message of a file; `None` when it is another message.

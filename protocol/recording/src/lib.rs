@@ -5,7 +5,7 @@
 //!
 //! * [`topics`]: what is written where, under which name and type. [`schema`]: the texts that describe the types.
 //! * [`msg`]: the messages as owned structs; [`cdr`]: their bytes.
-//! * [`write`], [`read`]: a file, message by message. [`recover`]: what can be saved of a broken one.
+//! * [`mod@write`], [`read`]: a file, message by message. [`mod@recover`]: what can be saved of a broken one.
 //! * [`capture`]: serial bytes as messages. [`rig`]: mounts, ports and the time model of a scan.
 //!
 //! Frames: `map` -> `odom` -> `base_link` -> `laser_*` (REP 105), x forward, y left, z up (REP 103). Units: metres, radians,

@@ -3,10 +3,10 @@
 //!
 //! The same calls give the same bytes, on any machine: no clock is read, nothing depends on threads or hash order.
 
-use crate::msg::Message;
+use crate::msg::{ByteArray, Message};
 use crate::read::Entry;
 use crate::schema;
-use crate::topics::Topic;
+use crate::topics::{Direction, Port, Topic};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use mcap::{Attachment, Compression, McapError, WriteOptions};
@@ -226,6 +226,24 @@ impl Writer {
         message.encode(&mut bytes);
         let result = self.write_encoded(topic, log_time_ns, publish_time_ns, &bytes);
         self.scratch = bytes;
+        result
+    }
+
+    /// Writes bytes of a serial line. `time_ns` is when the read returned, or the write was made.
+    ///
+    /// # Errors
+    /// As [`Writer::write`].
+    pub fn write_serial(
+        &mut self,
+        port: Port,
+        direction: Direction,
+        time_ns: i64,
+        bytes: &[u8],
+    ) -> Result<(), WriteError> {
+        let mut encoded = std::mem::take(&mut self.scratch);
+        ByteArray::encode_slice(bytes, &mut encoded);
+        let result = self.write_encoded(Topic::Serial(port, direction), time_ns, time_ns, &encoded);
+        self.scratch = encoded;
         result
     }
 

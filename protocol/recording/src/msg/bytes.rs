@@ -13,13 +13,24 @@ pub struct ByteArray {
 /// The least bytes a dimension of the layout takes: an empty string and two numbers.
 const DIMENSION_MIN_SIZE: usize = 4 + 8;
 
+impl ByteArray {
+    /// Encodes bytes as such a message without owning them; replaces what is in `out` and keeps its memory.
+    pub fn encode_slice(data: &[u8], out: &mut Vec<u8>) {
+        write_slice(data, &mut Encoder::new(out));
+    }
+}
+
+fn write_slice(data: &[u8], encoder: &mut Encoder) {
+    encoder.count(0);
+    encoder.u32(0);
+    encoder.byte_sequence(data);
+}
+
 impl Message for ByteArray {
     const TYPE: &'static str = "std_msgs/msg/UInt8MultiArray";
 
     fn write(&self, encoder: &mut Encoder) {
-        encoder.count(0);
-        encoder.u32(0);
-        encoder.byte_sequence(&self.data);
+        write_slice(&self.data, encoder);
     }
 
     fn read(decoder: &mut Decoder) -> Result<Self, CdrError> {

@@ -1,4 +1,5 @@
 //! Files written, read back, cut, torn and salvaged.
 
+mod folder;
 mod round_trip;
 mod samples;

@@ -1,6 +1,7 @@
 //! What is written is read back, in order, by our reader and by the `mcap` crate's.
 
-use crate::samples::{Folder, STEP_NS, odometry, scan, write_run};
+use crate::folder::Folder;
+use crate::samples::{STEP_NS, odometry, scan, write_run};
 use biplane_recording::{AnyMessage, Entry, Reader, Rig, Topic, Writer, WriterOptions};
 use std::path::Path;
 
