@@ -60,25 +60,26 @@ pub struct Variant {
 }
 
 impl Variant {
-    /// 100 or 180 degrees in steps of 100, 50 or 25 hundredths of a degree; 180 degrees in quarters do not exist.
+    /// 100 or 180 degrees in steps of 100, 50 or 25 hundredths of a degree; 180 degrees in quarters do not exist. An S14 has 90
+    /// degrees in halves.
     #[must_use]
     pub fn new(fov_deg: u16, resolution_cdeg: u16) -> Option<Self> {
         match (fov_deg, resolution_cdeg) {
-            (100, 25 | 50 | 100) | (180, 50 | 100) => Some(Self { fov_deg, resolution_cdeg }),
+            (100, 25 | 50 | 100) | (180, 50 | 100) | (90, 50) => Some(Self { fov_deg, resolution_cdeg }),
             _ => None,
         }
     }
 
-    /// Mirror turns a scan takes.
+    /// Mirror turns a scan takes. An S14 fires at half degrees, the others at whole ones.
     #[must_use]
     pub fn turns(self) -> u16 {
-        100 / self.resolution_cdeg
+        if self.fov_deg == 90 { 1 } else { 100 / self.resolution_cdeg }
     }
 
     /// Values in a scan.
     #[must_use]
     pub fn beam_count(self) -> u16 {
-        self.fov_deg * self.turns() + 1
+        self.fov_deg * (100 / self.resolution_cdeg) + 1
     }
 
     /// Direction of a beam in the laser's frame, radians.
@@ -259,13 +260,14 @@ mod tests {
             (180, 50, 360, 6_660_000),
             (100, 25, 3, 3 * TURN_NS + 27_750),
             (100, 25, 400, 3_700_000),
+            (90, 50, 1, 18_500),
         ] {
             assert_eq!(variant(fov, step).beam_delay_ns(beam), delay_ns, "{fov} {step} {beam}");
         }
         let counts = [(180, 100), (180, 50), (100, 100), (100, 50), (100, 25)]
             .map(|(f, s)| variant(f, s).beam_count());
         assert_eq!(counts, [181, 361, 101, 201, 401]);
-        assert_eq!([Variant::new(180, 25), Variant::new(90, 50), Variant::new(180, 0)], [None; 3]);
+        assert_eq!([Variant::new(180, 25), Variant::new(90, 100), Variant::new(180, 0)], [None; 3]);
     }
 
     #[test]

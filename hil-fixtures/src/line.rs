@@ -1,0 +1,191 @@
+//! When bytes are on a serial line, and when the computer gets them.
+//!
+//! A byte takes ten bits (8N1). An LMS puts at most 508 bytes of a scan on the line in a mirror turn and leaves out whole scans
+//! while its line is busy (SICK telegram listing, figures on data output). A USB adapter hands bytes over in packets, a little late
+//! and now and then very late. Nanoseconds.
+
+use crate::rng::Rng;
+use crate::scanner::TURN_NS;
+
+/// Bytes that an LMS sends in a mirror turn at most.
+const BYTES_A_TURN: usize = 508;
+
+/// Time of `bytes` bytes at `baud` bits a second.
+#[must_use]
+pub fn transfer_ns(bytes: usize, baud: u32) -> i64 {
+    i64::try_from(bytes as u128 * 10_000_000_000 / u128::from(baud.max(1))).unwrap_or(i64::MAX)
+}
+
+/// When byte `index` of a laser's telegram has arrived, after the telegram's first bit.
+#[must_use]
+pub fn laser_byte_ns(index: usize, baud: u32) -> i64 {
+    let block_ns = transfer_ns(BYTES_A_TURN, baud);
+    if block_ns < TURN_NS {
+        (index / BYTES_A_TURN) as i64 * TURN_NS + transfer_ns(index % BYTES_A_TURN + 1, baud)
+    } else {
+        transfer_ns(index + 1, baud)
+    }
+}
+
+/// Every how many scans a laser sends one: the transfer time in whole scans, rounded up.
+#[must_use]
+pub fn scans_per_telegram(telegram_bytes: usize, baud: u32, scan_ns: i64) -> i64 {
+    let busy_ns = laser_byte_ns(telegram_bytes.saturating_sub(1), baud);
+    ((busy_ns + scan_ns - 1) / scan_ns).max(1)
+}
+
+/// How bytes reach the program that reads.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ReadParams {
+    /// Most bytes that one read returns. Larger: fewer, longer reads.
+    pub max_bytes: usize,
+    /// Mean lateness of a read after its last byte (exponential). Larger: noisier arrival times.
+    pub lateness_mean_ms: f64,
+    /// Share of reads that come very late. Larger: more outliers among arrival times.
+    pub hiccup_share: f64,
+    /// A very late read comes up to this much later.
+    pub hiccup_max_ms: f64,
+    /// The adapter passes bytes on only at multiples of this (latency timer). 0: at once.
+    pub timer_ms: f64,
+}
+
+impl Default for ReadParams {
+    fn default() -> Self {
+        Self { max_bytes: 32, lateness_mean_ms: 0.3, hiccup_share: 0.002, hiccup_max_ms: 8.0, timer_ms: 0.0 }
+    }
+}
+
+/// One read: when it returned, and what.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SerialRead {
+    /// Time, nanoseconds.
+    pub time_ns: i64,
+    /// Bytes.
+    pub bytes: Vec<u8>,
+}
+
+/// Turns bytes with their times into reads, one line at a time.
+#[derive(Clone, Debug)]
+pub struct Adapter {
+    params: ReadParams,
+    rng: Rng,
+    pending: Vec<u8>,
+    last_byte_ns: i64,
+    wanted: usize,
+    reads: Vec<SerialRead>,
+}
+
+impl Adapter {
+    /// An adapter of its own; `line` tells lines of one seed apart.
+    #[must_use]
+    pub fn new(params: ReadParams, seed: u64, line: u64) -> Self {
+        let mut rng = Rng::new(seed, 0xADA, line.cast_signed());
+        let wanted = wanted(&params, &mut rng);
+        Self { params, rng, pending: Vec::new(), last_byte_ns: 0, wanted, reads: Vec::new() }
+    }
+
+    /// A byte that has arrived at `time_ns`; `byte_ns` is the time of one byte. Times do not step back.
+    pub fn push(&mut self, byte: u8, time_ns: i64, byte_ns: i64) {
+        let silence = time_ns - self.last_byte_ns > 2 * byte_ns;
+        if !self.pending.is_empty() && (silence || self.pending.len() >= self.wanted) {
+            self.close();
+        }
+        self.pending.push(byte);
+        self.last_byte_ns = time_ns;
+    }
+
+    /// Ends the current read.
+    fn close(&mut self) {
+        let params = &self.params;
+        let mut late_ms = self.rng.exponential(params.lateness_mean_ms);
+        if self.rng.unit() < params.hiccup_share {
+            late_ms += self.rng.between(0.0, params.hiccup_max_ms);
+        }
+        let mut time_ns = self.last_byte_ns;
+        let timer_ns = (params.timer_ms * 1e6) as i64;
+        if timer_ns > 0 {
+            time_ns = (time_ns + timer_ns - 1).div_euclid(timer_ns) * timer_ns;
+        }
+        time_ns += (late_ms * 1e6) as i64;
+        if let Some(before) = self.reads.last() {
+            time_ns = time_ns.max(before.time_ns);
+        }
+        self.reads.push(SerialRead { time_ns, bytes: std::mem::take(&mut self.pending) });
+        self.wanted = wanted(&self.params, &mut self.rng);
+    }
+
+    /// All reads.
+    #[must_use]
+    pub fn finish(mut self) -> Vec<SerialRead> {
+        if !self.pending.is_empty() {
+            self.close();
+        }
+        self.reads
+    }
+}
+
+/// How many bytes the next read will bring at most.
+fn wanted(params: &ReadParams, rng: &mut Rng) -> usize {
+    1 + (rng.unit() * params.max_bytes as f64) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Adapter, ReadParams, laser_byte_ns, scans_per_telegram, transfer_ns};
+    use crate::scanner::TURN_NS;
+
+    #[test]
+    fn output_periods_are_those_of_the_listing_and_of_a_real_device() {
+        // bytes, baud, mirror turns of a scan, period in ms (fact sheet section 7; 213.1 ms measured on an LMS 200)
+        for (bytes, baud, turns, period_ms) in [
+            (372, 38_400, 1, 106.56),
+            (732, 38_400, 2, 213.12),
+            (732, 9600, 2, 772.56),
+            (372, 9600, 1, 399.6),
+            (372, 500_000, 1, 13.32),
+            (732, 500_000, 2, 26.64),
+            (812, 500_000, 4, 53.28),
+        ] {
+            let scan_ns = turns * TURN_NS;
+            let period = scans_per_telegram(bytes, baud, scan_ns) * scan_ns;
+            assert!((period as f64 * 1e-6 - period_ms).abs() < 1e-9, "{bytes} at {baud}: {period}");
+        }
+    }
+
+    #[test]
+    fn at_500000_bd_a_long_telegram_takes_two_turns() {
+        // 508 bytes in one turn, the remaining 224 in the next: 13.32 + 4.48 ms.
+        assert_eq!(laser_byte_ns(731, 500_000), 17_800_000);
+        assert_eq!(laser_byte_ns(507, 500_000), 10_160_000);
+        assert_eq!(laser_byte_ns(371, 38_400), 96_875_000);
+    }
+
+    #[test]
+    fn reads_return_every_byte_in_order_late_by_the_mean_asked_for() {
+        let byte_ns = transfer_ns(1, 38_400);
+        let params = ReadParams { hiccup_share: 0.0, ..ReadParams::default() };
+        let mut adapter = Adapter::new(params, 1, 0);
+        let mut due = Vec::new();
+        for index in 0..40_000_i64 {
+            // Pauses after every 372 bytes.
+            let time_ns = index * byte_ns + index / 372 * 9_000_000;
+            due.push(time_ns);
+            adapter.push((index % 251) as u8, time_ns, byte_ns);
+        }
+        let reads = adapter.finish();
+        let bytes: Vec<u8> = reads.iter().flat_map(|read| read.bytes.clone()).collect();
+        assert!(
+            bytes.iter().enumerate().all(|(i, byte)| *byte == (i % 251) as u8) && bytes.len() == due.len()
+        );
+        let (mut end, mut late_ns) = (0, 0.0);
+        for read in &reads {
+            assert!((1..=params.max_bytes).contains(&read.bytes.len()));
+            end += read.bytes.len();
+            let last_ns = due[end - 1];
+            assert!(read.time_ns >= last_ns && last_ns - due[end - read.bytes.len()] < 9_000_000);
+            late_ns += (read.time_ns - last_ns) as f64 / reads.len() as f64;
+        }
+        assert!((late_ns * 1e-6 - 0.3).abs() < 0.03, "{late_ns}");
+        assert!(reads.windows(2).all(|pair| pair[0].time_ns <= pair[1].time_ns));
+    }
+}
