@@ -240,3 +240,86 @@ impl Flags {
         (Flags::from_bits(bits, mode) == self).then_some(bits)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Flags, Measurement, MeasuringMode, Value, decode, encode};
+
+    #[test]
+    fn codes_are_told_apart_in_13_14_and_15_bits() {
+        let table = [
+            ([8191, 16383, 32767], Value::NoEcho),
+            ([8190, 16382, 32766], Value::Dazzled),
+            ([8189, 16381, 32765], Value::Overflow),
+            ([8187, 16379, 32763], Value::LowSignal),
+            ([8186, 16378, 32762], Value::ReadError),
+            ([8183, 16375, 32759], Value::BeyondRange),
+        ];
+        let modes = [MeasuringMode::FieldsAbDazzle, MeasuringMode::FieldsAb, MeasuringMode::FieldA];
+        for (words, value) in table {
+            for (word, mode) in words.into_iter().zip(modes) {
+                assert_eq!(decode(word, mode), Measurement { value, flags: Flags::default() });
+            }
+        }
+        for (word, mode) in [8182, 16374, 32758].into_iter().zip(modes) {
+            assert_eq!(decode(word, mode).value, Value::Range(word));
+            assert_eq!(mode.max_range(), Some(word));
+        }
+        assert_eq!(decode(8188, modes[0]).value, Value::Reserved(8188));
+    }
+
+    #[test]
+    fn flags_stand_above_the_range() {
+        let flags = |raw, mode| {
+            let measurement = decode(raw, mode);
+            assert_eq!(measurement.value, Value::Range(100));
+            measurement.flags
+        };
+        let none = Flags::default();
+        let all = MeasuringMode::FieldsAbDazzle;
+        assert_eq!(flags(0x2000 | 100, all), Flags { field_a: true, ..none });
+        assert_eq!(flags(0x4000 | 100, all), Flags { field_b: true, ..none });
+        assert_eq!(flags(0x8000 | 100, all), Flags { dazzle: true, ..none });
+        assert_eq!(flags(0x8000 | 100, MeasuringMode::FieldsAbc), Flags { field_c: true, ..none });
+        assert_eq!(flags(0xC000 | 100, MeasuringMode::Reflector8), Flags { reflector: 6, ..none });
+        assert_eq!(flags(0xC000 | 100, MeasuringMode::Reflector4), Flags { reflector: 3, ..none });
+        assert_eq!(flags(0x8000 | 100, MeasuringMode::FieldsAb), Flags { field_b: true, ..none });
+        assert_eq!(flags(0x8000 | 100, MeasuringMode::Reflector2), Flags { reflector: 1, ..none });
+        assert_eq!(flags(0x8000 | 100, MeasuringMode::FieldA), Flags { field_a: true, ..none });
+    }
+
+    #[test]
+    fn every_word_of_every_mode_comes_back() {
+        for mode in MeasuringMode::ALL.into_iter().chain([MeasuringMode::Other(0x20)]) {
+            let unused = match mode {
+                MeasuringMode::NormalisedRemission | MeasuringMode::RawRemission => 0xE000,
+                _ => 0,
+            };
+            for raw in 0..=u16::MAX {
+                assert_eq!(encode(decode(raw, mode), mode), Some(raw & !unused), "{mode:?} {raw:04X}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_a_mode_cannot_say_is_refused() {
+        let measurement = |value, flags| Measurement { value, flags };
+        let none = Flags::default();
+        let mode = MeasuringMode::FieldsAb;
+        assert_eq!(encode(measurement(Value::Range(16_375), none), mode), None);
+        assert_eq!(encode(measurement(Value::Range(5), Flags { dazzle: true, ..none }), mode), None);
+        assert_eq!(encode(measurement(Value::Range(5), Flags { reflector: 1, ..none }), mode), None);
+        assert_eq!(encode(measurement(Value::Energy(5), none), mode), None);
+        assert_eq!(encode(measurement(Value::Reserved(5), none), mode), None);
+        let reflector = Flags { reflector: 4, ..none };
+        assert_eq!(encode(measurement(Value::Range(5), reflector), MeasuringMode::Reflector4), None);
+    }
+
+    #[test]
+    fn every_mode_byte_comes_back() {
+        for byte in 0..=255 {
+            assert_eq!(MeasuringMode::from_byte(byte).byte(), byte);
+        }
+        assert_eq!(MeasuringMode::from_byte(4), MeasuringMode::FieldsAb);
+    }
+}

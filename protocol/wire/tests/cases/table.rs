@@ -1,0 +1,155 @@
+//! One value of every form of telegram and packet, the corners of their fields included.
+
+use biplane_wire::lms::{
+    self, Baud, Config, ErrorList, Mode, ModeResult, RawRequest, Reply, Request, Scan, ScanKind, Selection,
+    Status, StatusFields, StatusReport, Text, Unit,
+};
+use biplane_wire::p2os::{self, Command, Identity, MotorState, Report, Sip};
+use heapless::Vec as FixedVec;
+
+fn leak<T: Clone>(values: &[T]) -> &'static [T] {
+    Vec::leak(values.to_vec())
+}
+
+pub fn requests() -> Vec<Request> {
+    let modes = [
+        Mode::Install { password: lms::PASSWORD },
+        Mode::Diagnosis,
+        Mode::StreamAll,
+        Mode::OnRequest,
+        Mode::MeanOf(250),
+        Mode::SubRange { first: 1, last: 361 },
+        Mode::MeanOfSubRange { count: 3, first: 2, last: 401 },
+        Mode::StreamPartial,
+        Mode::TestPassword { password: *b"12345678" },
+        Mode::Reflectivity { first: 1, last: 181 },
+        Mode::Other { sub_command: 0x2E, arguments: FixedVec::new() },
+        Mode::Other { sub_command: 0x28, arguments: FixedVec::from_array([3, 0, 1, 0, 2, 0]) },
+    ];
+    let mut requests = vec![
+        Request::Reset,
+        Request::RequestScan(ScanKind::All),
+        Request::RequestScan(ScanKind::Partial),
+        Request::RequestScan(ScanKind::Other(7)),
+        Request::Status,
+        Request::Errors,
+        Request::OperatingCounter,
+        Request::MeanScan { count: 2 },
+        Request::SubRange { first: 1, last: 0x8169 },
+        Request::Type,
+        Request::Variant { angle_deg: 100, resolution_cdeg: 25 },
+        Request::PermanentBaud(1),
+        Request::ReadConfig,
+        Request::WriteConfig(Config::factory()),
+        Request::WriteConfig(Config::from_bytes(&[1; Config::MAX_BYTES]).unwrap()),
+        Request::WriteConfig(Config::default()),
+        Request::Raw(RawRequest { code: 0x75, data: FixedVec::from_array([1, 0, 1, 0, 0x91, 1]) }),
+    ];
+    requests.extend(modes.map(Request::Mode));
+    requests.extend(Baud::ALL.map(|baud| Request::Mode(Mode::Baud(baud))));
+    requests
+}
+
+pub fn replies() -> Vec<Reply<'static>> {
+    let report = leak(&StatusFields::default().encode());
+    let text = Text(b"LMS211;30206;V02.30 ");
+    vec![
+        Reply::PowerOn { text },
+        Reply::ResetDone,
+        Reply::Refused,
+        Reply::Mode(ModeResult::Done),
+        Reply::Mode(ModeResult::WrongPassword),
+        Reply::Mode(ModeResult::Fault),
+        Reply::Mode(ModeResult::Other(9)),
+        Reply::Status(StatusReport::new(report).unwrap()),
+        Reply::Errors(ErrorList::new(&[])),
+        Reply::Errors(ErrorList::new(&[[3, 12], [0x82, 7]])),
+        Reply::OperatingCounter { half_hours: 60_000, switch_ons: 812 },
+        Reply::Type { text },
+        Reply::Variant { accepted: false, angle_deg: 180, resolution_cdeg: 100 },
+        Reply::Config(Config::factory()),
+        Reply::ConfigWritten { accepted: true, config: Config::factory() },
+        Reply::Raw { code: 0xCA, data: &[1, 1, 1] },
+    ]
+}
+
+pub fn scans() -> Vec<Scan> {
+    let selections = [
+        Selection::All,
+        Selection::Mean { count: 5 },
+        Selection::SubRange { first: 10, last: 20 },
+        Selection::MeanSubRange { count: 2, first: 1, last: 401 },
+    ];
+    let mut scans = Vec::new();
+    for (which, selection) in selections.into_iter().enumerate() {
+        for count in [0u16, 1, 181, 401] {
+            scans.push(Scan {
+                selection,
+                unit: [Unit::Cm, Unit::Mm, Unit::TenCm][which % 3],
+                partial: [None, Some(0), Some(3), None][which],
+                values: (0..count).map(|value| value.wrapping_mul(40_503)).collect(),
+                index: (count % 2 == 1).then_some((0x02, 0x80)),
+                status: Status(0x11),
+            });
+        }
+    }
+    scans
+}
+
+pub fn commands() -> Vec<Command> {
+    vec![
+        Command::Open,
+        Command::Close,
+        Command::Pulse,
+        Command::Enable(true),
+        Command::Enable(false),
+        Command::Stop,
+        Command::SetOrigin,
+        Command::Sonar(false),
+        Command::Config,
+        Command::Encoder(2),
+        Command::Velocity { mm_s: 250 },
+        Command::Velocity { mm_s: i16::MIN },
+        Command::RotationVelocity { deg_s: -30 },
+        Command::HostBaud(2),
+        Command::with_int(p2os::number::OPEN, 1),
+        Command::with_int(5, -65_535),
+    ]
+}
+
+pub fn reports() -> Vec<Report<'static>> {
+    let sip = Sip {
+        state: MotorState::Moving,
+        x_raw: 32_600,
+        y_raw: 3,
+        theta_raw: -2048,
+        left_raw: 200,
+        right_raw: -200,
+        battery_dv: 123,
+        left_bumpers: 1,
+        right_bumpers: 0x80,
+        control_raw: -1,
+        flags: 0x0401,
+        compass: 90,
+        sonar_count: 2,
+        extra: FixedVec::from_slice(&[0, 0x10, 0x27, 5, 1, 2, 0xAA, 0xBB]).unwrap(),
+    };
+    let longest =
+        Sip { sonar_count: 77, extra: [7; p2os::MAX_SIP_EXTRA].into_iter().collect(), ..sip.clone() };
+    let text = |text: &'static [u8]| Text(text);
+    vec![
+        Report::Sync(0),
+        Report::Sync(1),
+        Report::Identity(Identity {
+            name: text(b"Kurt"),
+            class: text(b"Pioneer"),
+            subclass: text(b"p3dx-sh"),
+        }),
+        Report::Sip(sip),
+        Report::Sip(longest),
+        Report::Sip(Sip::default()),
+        Report::Config(b"Pioneer\0p3dx-sh\0"),
+        Report::Encoder { left_counts: -5, right_counts: i32::MAX },
+        Report::Raw { kind: 0xFF, data: &[] },
+    ]
+}

@@ -1,0 +1,370 @@
+//! A stream is cut into the same frames however it arrives, damage costs only what it hits, and every byte is
+//! accounted for.
+
+mod cases;
+
+use biplane_wire::deframe::Framing;
+use biplane_wire::lms::{self, DeviceDeframer, HostDeframer, Reply, Scan, Status};
+use biplane_wire::{Counts, Deframer, Item, SkipReason, p2os};
+use cases::{Noise, bytes};
+
+/// An item that has left the deframer.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Piece {
+    Frame(u64, Vec<u8>),
+    Control(u64, u8),
+    Skipped(u64, usize, SkipReason),
+}
+
+impl From<Item<'_>> for Piece {
+    fn from(item: Item<'_>) -> Self {
+        match item {
+            Item::Frame { offset, bytes } => Piece::Frame(offset, bytes.to_vec()),
+            Item::Control { offset, byte } => Piece::Control(offset, byte),
+            Item::Skipped { offset, count, reason } => Piece::Skipped(offset, count, reason),
+        }
+    }
+}
+
+/// All pieces of a stream that arrives in these chunks and then ends. Neighbouring skips of one reason are joined,
+/// since how long runs are handed out depends on the chunks. Checks that the pieces tile the stream.
+fn pieces<'a, F: Framing, const N: usize>(
+    mut deframer: Deframer<F, N>,
+    chunks: impl IntoIterator<Item = &'a [u8]>,
+) -> (Vec<Piece>, Counts) {
+    let mut found: Vec<Piece> = Vec::new();
+    let mut position = 0;
+    let mut keep = |item: Item<'_>| {
+        let piece = Piece::from(item);
+        let (offset, length) = match &piece {
+            Piece::Frame(offset, bytes) => (*offset, bytes.len()),
+            Piece::Control(offset, _) => (*offset, 1),
+            Piece::Skipped(offset, count, _) => (*offset, *count),
+        };
+        assert_eq!(offset, position, "pieces follow each other: {piece:?}");
+        position += length as u64;
+        match (found.last_mut(), piece) {
+            (Some(Piece::Skipped(_, total, before)), Piece::Skipped(_, count, reason))
+                if *before == reason =>
+            {
+                *total += count;
+            }
+            (_, piece) => found.push(piece),
+        }
+    };
+    let mut pushed = 0;
+    for chunk in chunks {
+        deframer.feed(chunk, &mut keep);
+        pushed += chunk.len() as u64;
+        assert_eq!(deframer.position(), pushed);
+        assert_eq!(deframer.counts().bytes() + deframer.buffered() as u64, pushed);
+        assert!(deframer.buffered() < F::MAX_FRAME);
+    }
+    deframer.finish();
+    while let Some(item) = deframer.next() {
+        keep(item);
+    }
+    assert_eq!(position, pushed, "every byte is in one piece");
+    assert_eq!(deframer.counts().bytes(), pushed, "every byte is in the account");
+    (found, deframer.counts())
+}
+
+fn whole(stream: &[u8]) -> (Vec<Piece>, Counts) {
+    pieces(DeviceDeframer::new(), [stream])
+}
+
+fn frames(found: &[Piece]) -> Vec<Vec<u8>> {
+    let frame = |piece: &Piece| match piece {
+        Piece::Frame(_, bytes) => Some(bytes.clone()),
+        _ => None,
+    };
+    found.iter().filter_map(frame).collect()
+}
+
+/// A scan whose values hold the start of a telegram again and again.
+fn scan(count: u16, seed: u16) -> Vec<u8> {
+    let value = |i: u16| if i.is_multiple_of(7) { 0x8002 } else { i.wrapping_mul(seed) };
+    let scan = Scan { values: (0..count).map(value).collect(), index: Some((2, 0x80)), ..Scan::default() };
+    let mut out = vec![0; scan.encoded_len()];
+    scan.emit(0x80, &mut out).unwrap();
+    out
+}
+
+fn mode_done() -> Vec<u8> {
+    bytes("02 80 03 00 A0 00 10 16 0A")
+}
+
+/// Noise, replies, acknowledgements, a damaged scan, a cut one, and noise that looks like a start.
+fn mixed_stream() -> Vec<u8> {
+    let mut damaged = scan(181, 37);
+    damaged[100] ^= 0x04;
+    let mut noise = Noise(7).bytes(60);
+    noise.retain(|&byte| byte != lms::ACK);
+    [
+        noise,
+        vec![lms::ACK],
+        mode_done(),
+        vec![lms::ACK],
+        bytes(cases::LMS_STATUS),
+        scan(361, 11),
+        damaged,
+        scan(10, 5),
+        vec![0x02, 0x80, 0xFF, 0xFF, 0x02, 0x80, 0x40],
+        scan(5, 3),
+        vec![lms::NAK],
+        scan(181, 9)[..50].to_vec(),
+        vec![lms::ACK],
+        mode_done(),
+        vec![0x02],
+    ]
+    .concat()
+}
+
+#[test]
+fn every_split_gives_the_same_pieces() {
+    let stream = mixed_stream();
+    let (expected, counts) = whole(&stream);
+    assert_eq!(frames(&expected).len(), 6);
+    assert_eq!(counts.frames, 6);
+    for split in 0..=stream.len() {
+        let (left, right) = stream.split_at(split);
+        assert_eq!(
+            pieces(DeviceDeframer::new(), [left, right]),
+            (expected.clone(), counts),
+            "split at {split}"
+        );
+    }
+}
+
+#[test]
+fn every_chunk_size_gives_the_same_pieces() {
+    let stream = mixed_stream();
+    let expected = whole(&stream);
+    for size in (1..70).chain([500, 1000, 5000]) {
+        let chunks = stream.chunks(size);
+        assert_eq!(pieces(DeviceDeframer::new(), chunks), expected, "chunks of {size}");
+    }
+}
+
+#[test]
+fn all_known_replies_come_out_whole_and_in_order() {
+    let telegrams: Vec<_> = cases::LMS_REPLIES.iter().map(|line| bytes(line)).collect();
+    let (found, counts) = whole(&telegrams.concat());
+    assert_eq!(frames(&found), telegrams);
+    assert_eq!((counts.skipped_bytes, counts.control_bytes), (0, 0));
+}
+
+#[test]
+fn all_known_requests_come_out_whole_and_in_order() {
+    let telegrams: Vec<_> = cases::LMS_REQUESTS.iter().map(|line| bytes(line)).collect();
+    let stream = telegrams.concat();
+    let (found, counts) = pieces(HostDeframer::new(), stream.chunks(13));
+    assert_eq!(frames(&found), telegrams);
+    assert_eq!(counts.skipped_bytes, 0);
+}
+
+#[test]
+fn all_known_packets_come_out_whole_between_the_modem_words_of_a_driver() {
+    let packets: Vec<_> =
+        cases::P2OS_COMMANDS.iter().chain([&cases::P2OS_SIP]).map(|line| bytes(line)).collect();
+    let mut stream = b"WMS2\r\xFA".to_vec();
+    stream.extend(packets.concat());
+    let (found, counts) = pieces(p2os::Deframer::new(), stream.chunks(5));
+    assert_eq!(frames(&found), packets);
+    assert_eq!(counts.skipped_bytes, 6);
+    assert_eq!(found[0], Piece::Skipped(0, 6, SkipReason::Noise));
+}
+
+#[test]
+fn a_flipped_bit_anywhere_in_a_telegram_loses_only_that_telegram() {
+    let [before, hit, after] = [scan(40, 11), scan(60, 13), scan(50, 17)];
+    for bit in 0..hit.len() * 8 {
+        let mut damaged = hit.clone();
+        damaged[bit / 8] ^= 1 << (bit % 8);
+        let (found, counts) = whole(&[&before[..], &damaged, &after].concat());
+        assert_eq!(frames(&found), [before.clone(), after.clone()], "bit {bit}");
+        // The damage may turn the start byte 02 into the acknowledgement 06.
+        assert_eq!(counts.skipped_bytes + counts.control_bytes, hit.len() as u64, "bit {bit}");
+    }
+}
+
+#[test]
+fn a_lost_or_doubled_byte_loses_only_its_telegram() {
+    let [before, hit, after] = [scan(40, 11), scan(60, 13), scan(50, 17)];
+    for at in 0..hit.len() {
+        let (mut lost, mut doubled) = (hit.clone(), hit.clone());
+        lost.remove(at);
+        doubled.insert(at, hit[at]);
+        for damaged in [lost, doubled] {
+            let (found, _) = whole(&[&before[..], &damaged, &after].concat());
+            let found = frames(&found);
+            let survives = damaged.starts_with(&hit) || damaged.ends_with(&hit);
+            assert_eq!(found.len(), if survives { 3 } else { 2 }, "byte {at}");
+            assert!(found.contains(&before) && found.contains(&after), "byte {at}");
+        }
+    }
+}
+
+#[test]
+fn a_flipped_bit_in_a_packet_loses_only_that_packet() {
+    let packet = bytes(cases::P2OS_SIP);
+    for bit in 0..packet.len() * 8 {
+        let mut damaged = packet.clone();
+        damaged[bit / 8] ^= 1 << (bit % 8);
+        let stream = [&packet[..], &damaged, &packet].concat();
+        let (found, _) = pieces(p2os::Deframer::new(), [&stream[..]]);
+        assert_eq!(frames(&found), [packet.clone(), packet.clone()], "bit {bit}");
+    }
+}
+
+#[test]
+fn a_damaged_telegram_is_one_skip_and_one_bad_checksum_whatever_it_holds() {
+    let mut damaged = scan(361, 11);
+    damaged[400] ^= 1;
+    let length = damaged.len();
+    let (found, counts) = whole(&[&damaged[..], &damaged, &mode_done()].concat());
+    assert_eq!(counts.bad_checksums, 2);
+    assert_eq!(found[0], Piece::Skipped(0, 2 * length, SkipReason::BadChecksum));
+    assert_eq!(frames(&found), [mode_done()]);
+}
+
+#[test]
+fn a_length_that_cannot_be_true_holds_nothing_up() {
+    for head in ["02 80 FF FF B0", "02 80 01 00 91", "02 80 10 01 A0", "02 80 10 00 31", "02 80 30 03 B0"] {
+        let mut deframer = DeviceDeframer::new();
+        let mut found = Vec::new();
+        deframer.feed(&[bytes(head), mode_done()].concat(), |item| found.push(Piece::from(item)));
+        assert_eq!(found.first(), Some(&Piece::Skipped(0, 5, SkipReason::BadLength)), "{head}");
+        assert_eq!(frames(&found), [mode_done()], "{head}");
+        assert_eq!(deframer.counts().bad_lengths, 1, "{head}");
+    }
+}
+
+#[test]
+fn the_longest_replies_are_frames() {
+    let longest = Scan {
+        selection: lms::Selection::MeanSubRange { count: 2, first: 1, last: 401 },
+        values: [1; 401].into_iter().collect(),
+        index: Some((1, 2)),
+        ..Scan::default()
+    };
+    let mut out = vec![0; longest.encoded_len()];
+    longest.emit(0x80, &mut out).unwrap();
+    assert_eq!(out.len(), lms::MAX_REPLY_BYTES);
+    assert_eq!(frames(&whole(&out).0), [out]);
+}
+
+#[test]
+fn an_acknowledgement_counts_only_where_a_telegram_could_start() {
+    // Inside a telegram it is data; behind a telegram, at the start and after a pause it is an acknowledgement.
+    let cut = scan(20, 3)[..30].to_vec();
+    let stream = [vec![lms::ACK], scan(20, 0x0606), vec![lms::ACK], cut, vec![lms::ACK, lms::NAK]].concat();
+    let mut deframer = DeviceDeframer::new();
+    let mut found = Vec::new();
+    deframer.feed(&stream, |item| found.push(Piece::from(item)));
+    deframer.abandon();
+    deframer.feed(&[lms::NAK], |item| found.push(Piece::from(item)));
+    let length = scan(20, 3).len() as u64;
+    assert_eq!(
+        found,
+        [
+            Piece::Control(0, lms::ACK),
+            Piece::Frame(1, scan(20, 0x0606)),
+            Piece::Control(1 + length, lms::ACK),
+            Piece::Skipped(2 + length, 32, SkipReason::Abandoned),
+            Piece::Control(34 + length, lms::NAK),
+        ]
+    );
+    assert_eq!(deframer.counts().abandoned, 1);
+}
+
+#[test]
+fn a_reply_behind_a_cut_scan_is_found_at_the_pause() {
+    let stream = [scan(361, 11)[..300].to_vec(), vec![lms::ACK], mode_done()].concat();
+    let mut deframer = DeviceDeframer::new();
+    let mut found = Vec::new();
+    deframer.feed(&stream, |item| found.push(Piece::from(item)));
+    assert_eq!(found, []);
+    assert_eq!(deframer.buffered(), stream.len());
+    deframer.abandon();
+    deframer.feed(&[], |item| found.push(Piece::from(item)));
+    assert_eq!(found, [Piece::Skipped(0, 301, SkipReason::Abandoned), Piece::Frame(301, mode_done())]);
+    // The next bytes are in step again.
+    deframer.feed(&mode_done(), |item| found.push(Piece::from(item)));
+    assert_eq!(found.len(), 3);
+}
+
+#[test]
+fn a_pause_when_nothing_is_unfinished_changes_nothing() {
+    let mut deframer = DeviceDeframer::new();
+    let mut found = Vec::new();
+    for _ in 0..3 {
+        deframer.abandon();
+        deframer.feed(&mode_done(), |item| found.push(Piece::from(item)));
+        deframer.abandon();
+    }
+    assert_eq!(frames(&found).len(), 3);
+    assert_eq!(deframer.counts().bytes(), 27);
+    assert_eq!(deframer.counts().abandoned, 0);
+}
+
+#[test]
+fn noise_is_accounted_for_to_the_byte() {
+    let mut noise = Noise(5);
+    let mut stream = noise.bytes(200_000);
+    // Many starts, so that the failing paths are walked too.
+    for _ in 0..20_000 {
+        let at = noise.below(stream.len() - 5);
+        let length = noise.below(40) as u8;
+        stream[at..at + 5].copy_from_slice(&[0x02, 0x80, length, (length & 1) * 2, 0xB0]);
+    }
+    let by_chunks = pieces(DeviceDeframer::new(), stream.chunks(977));
+    assert_eq!(by_chunks, whole(&stream));
+    assert!(by_chunks.1.skipped_bytes > 190_000);
+    pieces(HostDeframer::new(), stream.chunks(64));
+    pieces(p2os::Deframer::new(), stream.chunks(64));
+}
+
+#[test]
+fn frames_survive_in_noise_without_starts() {
+    let mut noise = Noise(11);
+    let mut stream = Vec::new();
+    let mut sent = Vec::new();
+    for round in 0..300u16 {
+        let count = noise.below(30);
+        stream.extend(noise.bytes(count).into_iter().filter(|&byte| byte != lms::STX));
+        let telegram = scan(round % 60, round);
+        stream.extend(&telegram);
+        sent.push(telegram);
+    }
+    assert_eq!(frames(&whole(&stream).0), sent);
+}
+
+#[test]
+fn a_push_takes_no_more_than_fits_and_the_rest_goes_on_after_draining() {
+    let stream = [scan(361, 11), scan(361, 12), scan(361, 13), scan(361, 14)].concat();
+    let mut deframer = DeviceDeframer::new();
+    let mut rest = &stream[..];
+    let mut count = 0;
+    while !rest.is_empty() {
+        let taken = deframer.push(rest);
+        assert!(taken > 0);
+        rest = &rest[taken..];
+        while let Some(item) = deframer.next() {
+            count += usize::from(matches!(item, Item::Frame { .. }));
+        }
+    }
+    assert_eq!(count, 4);
+    assert_eq!(deframer.push(&[0; 5000]), 2048);
+    assert_eq!(deframer.push(&[0]), 0);
+}
+
+#[test]
+fn a_reply_reads_straight_from_the_frame() {
+    let mut deframer = DeviceDeframer::new();
+    deframer.push(&mode_done());
+    let Some(Item::Frame { bytes, .. }) = deframer.next() else { panic!("a frame") };
+    let telegram = lms::Telegram::parse(bytes).unwrap();
+    assert_eq!(telegram.reply(), Ok(Reply::Mode(lms::ModeResult::Done)));
+    assert_eq!(telegram.status(), Some(Status::OK));
+}

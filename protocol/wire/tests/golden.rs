@@ -1,0 +1,255 @@
+//! What known-good bytes mean, and that they come back unchanged. The meanings are written by hand from the
+//! manufacturers' descriptions.
+
+mod cases;
+
+use std::path::{Path, PathBuf};
+
+use biplane_wire::lms::{
+    Baud, Config, Flags, MeasuringMode, Mode, ModeResult, Reply, Request, ScanKind, Selection, Severity,
+    Status, Telegram, Unit, Value, decode,
+};
+use biplane_wire::p2os::{Argument, Command, MotorState, Packet, Report};
+use cases::bytes;
+
+/// Reads a telegram to the bottom and writes every form of it; all are the bytes again.
+fn check_lms(bytes: &[u8]) {
+    let mut out = [0xA5; 1024];
+    let telegram = Telegram::parse(bytes).unwrap_or_else(|error| panic!("{bytes:02X?}: {error}"));
+    let count = telegram.emit(&mut out).unwrap();
+    assert_eq!(out[..count], *bytes);
+    let count = match telegram.status() {
+        None => telegram.request().unwrap().emit(telegram.address(), &mut out).unwrap(),
+        Some(status) => telegram.reply().unwrap().emit(telegram.address(), status, &mut out).unwrap(),
+    };
+    assert_eq!(out[..count], *bytes);
+}
+
+fn check_p2os(bytes: &[u8]) {
+    let mut out = [0xA5; 300];
+    let packet = Packet::parse(bytes).unwrap_or_else(|error| panic!("{bytes:02X?}: {error}"));
+    let count = packet.command().emit(&mut out).unwrap();
+    assert_eq!(out[..count], *bytes);
+    // A command's number may be a report's type: HOSTBAUD is 32h, as is the information packet.
+    if let Ok(report) = packet.report() {
+        let count = report.emit(&mut out).unwrap();
+        assert_eq!(out[..count], *bytes);
+    }
+}
+
+fn request(line: &str) -> Request {
+    Telegram::parse(&bytes(line)).unwrap().request().unwrap()
+}
+
+#[test]
+fn every_known_telegram_reads_and_writes_back_unchanged() {
+    for line in cases::LMS_REQUESTS.iter().chain(cases::LMS_REPLIES) {
+        check_lms(&bytes(line));
+    }
+    for line in cases::P2OS_COMMANDS.iter().chain([&cases::P2OS_SIP]) {
+        check_p2os(&bytes(line));
+    }
+}
+
+#[test]
+fn requests_mean_what_the_listing_says() {
+    let table = [
+        ("02 00 01 00 10 34 12", Request::Reset),
+        ("02 00 02 00 20 24 34 08", Request::Mode(Mode::StreamAll)),
+        ("02 00 02 00 20 25 35 08", Request::Mode(Mode::OnRequest)),
+        ("02 00 02 00 20 2A 3A 08", Request::Mode(Mode::StreamPartial)),
+        ("02 00 02 00 20 40 50 08", Request::Mode(Mode::Baud(Baud::B38400))),
+        ("02 00 02 00 20 48 58 08", Request::Mode(Mode::Baud(Baud::B500000))),
+        ("02 00 03 00 20 26 05 79 3E", Request::Mode(Mode::MeanOf(5))),
+        ("02 00 06 00 20 27 1B 00 2B 01 FF FE", Request::Mode(Mode::SubRange { first: 27, last: 299 })),
+        (
+            "02 00 0A 00 20 00 53 49 43 4B 5F 4C 4D 53 BE C5",
+            Request::Mode(Mode::Install { password: *b"SICK_LMS" }),
+        ),
+        ("02 00 02 00 30 01 31 18", Request::RequestScan(ScanKind::All)),
+        ("02 00 05 00 3B B4 00 32 00 3B 1F", Request::Variant { angle_deg: 180, resolution_cdeg: 50 }),
+        ("02 00 05 00 3B 64 00 19 00 E7 72", Request::Variant { angle_deg: 100, resolution_cdeg: 25 }),
+        ("02 00 02 00 66 00 9C 4E", Request::PermanentBaud(0)),
+        ("02 00 01 00 74 50 12", Request::ReadConfig),
+    ];
+    for (line, expected) in table {
+        assert_eq!(request(line), expected, "{line}");
+    }
+}
+
+#[test]
+fn a_short_configuration_write_keeps_its_length() {
+    let Request::WriteConfig(config) = request("02 00 08 00 77 00 00 46 00 00 01 01 A2 4E") else {
+        panic!("a configuration");
+    };
+    assert_eq!(config.as_bytes(), [0x00, 0x00, 0x46, 0x00, 0x00, 0x01, 0x01]);
+    assert_eq!(config.measuring_mode(), Some(MeasuringMode::Reflector8));
+    assert_eq!(config.unit(), Some(Unit::Mm));
+    assert_eq!(config.multiple_evaluation(), None);
+}
+
+#[test]
+fn replies_mean_what_the_listing_says() {
+    let telegrams: Vec<_> = cases::LMS_REPLIES.iter().map(|line| bytes(line)).collect();
+    let telegrams: Vec<_> = telegrams.iter().map(|bytes| Telegram::parse(bytes).unwrap()).collect();
+    let reply = |index: usize| telegrams[index].reply().unwrap();
+    let Reply::PowerOn { text } = reply(0) else { panic!("power-on") };
+    assert_eq!(text.as_str(), Some("LMS200;301063;V02.10"));
+    assert_eq!(telegrams[1].status().map(Status::severity), Some(Severity::Error));
+    assert_eq!(telegrams[1].address(), 0x81);
+    assert_eq!(reply(2), Reply::ResetDone);
+    assert_eq!(reply(3), Reply::Refused);
+    assert_eq!(reply(4), Reply::Mode(ModeResult::Done));
+    assert!(matches!(reply(6), Reply::Errors(errors) if errors.pairs().is_empty()));
+    assert_eq!(reply(7), Reply::OperatingCounter { half_hours: 0, switch_ons: 1 });
+    let Reply::Type { text } = reply(8) else { panic!("type") };
+    assert_eq!(text.to_string(), "LMS291;S05;X01.27");
+    assert_eq!(reply(9), Reply::Variant { accepted: true, angle_deg: 180, resolution_cdeg: 50 });
+    assert!(matches!(reply(12), Reply::Raw { code: 0xCA, data: [1, 1, 1] }));
+    let Reply::Config(config) = reply(13) else { panic!("configuration") };
+    assert_eq!(config.as_bytes().len(), Config::BYTES);
+    assert_eq!(config.unit(), Some(Unit::Cm));
+    assert_eq!(config.restart(), Some(2));
+    let Reply::ConfigWritten { accepted: true, config } = reply(14) else { panic!("written") };
+    assert_eq!(
+        (config.threshold_mv(), config.unit(), config.blanking_cm()),
+        (Some(0x70), Some(Unit::Mm), Some(0))
+    );
+}
+
+#[test]
+fn a_sub_range_holds_its_positions_and_values() {
+    let line = cases::LMS_REPLIES.iter().find(|line| line.starts_with("02 80 1C 00 B7")).unwrap();
+    let bytes = bytes(line);
+    let Reply::Scan(scan) = Telegram::parse(&bytes).unwrap().reply().unwrap() else { panic!("a scan") };
+    assert_eq!(scan.selection(), Selection::SubRange { first: 1, last: 10 });
+    assert_eq!((scan.unit(), scan.count(), scan.index()), (Unit::Cm, 10, None));
+    assert!(scan.values().eq([302, 304, 305, 307, 309, 310, 312, 314, 316, 317]));
+}
+
+#[test]
+fn the_status_report_s_fields_stand_where_drivers_read_them() {
+    let bytes = bytes(cases::LMS_STATUS);
+    let Reply::Status(report) = Telegram::parse(&bytes).unwrap().reply().unwrap() else { panic!("status") };
+    assert_eq!(report.version().as_str(), Some("X01.27"));
+    assert_eq!(report.operating_mode(), 0x25);
+    assert!(!report.has_fault() && report.laser_on() && !report.permanent_baud());
+    assert_eq!(report.pollution(), [100, 101, 102, 103, 104, 105, 106, 107]);
+    assert_eq!(report.mirror_turn_90th_us(), 148);
+    assert_eq!(report.measuring_mode(), MeasuringMode::FieldsAbDazzle);
+    assert_eq!((report.angle_deg(), report.resolution_cdeg()), (180, 50));
+    assert_eq!((report.restart_mode(), report.restart_time_s(), report.evaluations()), (2, 2, 2));
+    assert_eq!(report.baud(), Ok(Baud::B38400));
+    assert_eq!((report.address(), report.field_set()), (0, 1));
+    assert_eq!(report.unit(), Ok(Unit::Cm));
+    assert_eq!(report.boot_version().as_str(), Some("V02.10"));
+}
+
+#[test]
+fn partial_scans_say_their_offset() {
+    // Count words of a driver's session: 100/0.25 variant, offsets .25, .50, .75, then 180 degrees, .00.
+    for (word, count, quarters) in [(0x28B4u16, 180, 1), (0x30B4, 180, 2), (0x38B4, 180, 3), (0x20B5, 181, 0)]
+    {
+        let mut bytes = vec![0x02, 0x80];
+        bytes.extend((2 * count as u16 + 4).to_le_bytes());
+        bytes.push(0xB0);
+        bytes.extend(word.to_le_bytes());
+        bytes.extend(vec![0x01; 2 * count]);
+        bytes.push(0x10);
+        bytes.extend(biplane_wire::lms::checksum(&bytes).to_le_bytes());
+        let Reply::Scan(scan) = Telegram::parse(&bytes).unwrap().reply().unwrap() else { panic!("a scan") };
+        assert_eq!(scan.partial_offset_quarters(), Some(quarters));
+        assert_eq!((scan.count(), scan.unit()), (count, Unit::Cm));
+        assert_eq!(scan.to_owned(Status::OK).count_word(), word);
+    }
+}
+
+#[test]
+fn commands_mean_what_the_manual_says() {
+    let table = [
+        ("FA FB 03 00 00 00", Command::Pulse),
+        ("FA FB 03 01 00 01", Command::Open),
+        ("FA FB 03 02 00 02", Command::Close),
+        ("FA FB 06 04 3B 01 00 05 3B", Command::Enable(true)),
+        ("FA FB 06 1C 3B 00 00 1C 3B", Command::Sonar(false)),
+        ("FA FB 06 0B 1B C8 00 D3 1B", Command::Velocity { mm_s: -200 }),
+        ("FA FB 06 15 3B 1E 00 33 3B", Command::RotationVelocity { deg_s: 30 }),
+        ("FA FB 06 12 3B 01 00 13 3B", Command::Config),
+        ("FA FB 06 13 3B 02 00 15 3B", Command::Encoder(2)),
+        ("FA FB 06 32 3B 02 00 34 3B", Command::HostBaud(2)),
+        ("FA FB 03 1D 00 1D", Command::Stop),
+        ("FA FB 03 07 00 07", Command::SetOrigin),
+        ("FA FB 06 01 3B 01 00 02 3B", Command::with_int(1, 1)),
+        ("FA FB 06 05 1B 2C 01 31 1C", Command::with_int(5, -300)),
+    ];
+    for (line, expected) in table {
+        assert_eq!(Packet::parse(&bytes(line)).unwrap().command(), expected, "{line}");
+    }
+    let malformed = Packet::parse(&bytes("FA FB 04 07 3B 07 3B")).unwrap().command();
+    assert_eq!((malformed.number(), malformed.argument()), (7, Argument::Malformed(&[0x3B])));
+}
+
+#[test]
+fn the_information_packet_reads_as_two_drivers_read_it() {
+    let bytes = bytes(cases::P2OS_SIP);
+    let Report::Sip(sip) = Packet::parse(&bytes).unwrap().report().unwrap() else { panic!("a SIP") };
+    assert_eq!(sip.state, MotorState::Stopped);
+    assert_eq!((sip.x_raw, sip.y_raw, sip.theta_raw), (32_600, 0, 0));
+    assert_eq!((sip.battery_dv, sip.sonar_count, sip.sonar().count()), (123, 0, 0));
+    assert_eq!(sip.tail()[5], 0x7B, "battery word of a newer base: 12.3 V again");
+    assert!(!sip.motors_moving() && !sip.motors_enabled() && !sip.stalled());
+}
+
+/// The folder of third-party data: `BIPLANE_DATA`, or `shared/data` beside a parent folder of this crate. It may be
+/// missing, except on a build server.
+fn data_folder() -> Option<PathBuf> {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let beside = here.ancestors().map(|parent| parent.join("shared/data"));
+    let found = std::env::var_os("BIPLANE_DATA")
+        .map(PathBuf::from)
+        .into_iter()
+        .chain(beside)
+        .find(|path| path.is_dir());
+    if found.is_none() {
+        println!("skipped: no data folder");
+        assert!(std::env::var_os("CI").is_none_or(|ci| ci != "true"), "CI=true, but there is no data folder");
+    }
+    found
+}
+
+fn data_lines(path: &Path) -> Vec<Vec<u8>> {
+    let text = std::fs::read_to_string(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    text.lines().map(bytes).filter(|bytes| !bytes.is_empty()).collect()
+}
+
+#[test]
+fn all_collected_telegrams_read_and_write_back_unchanged() {
+    let Some(folder) = data_folder() else { return };
+    for (file, at_least) in [("telegrams.txt", 40), ("manual_vectors.txt", 11)] {
+        let lines = data_lines(&folder.join("sick").join(file));
+        assert!(lines.len() >= at_least, "{file}: {} lines", lines.len());
+        lines.iter().for_each(|bytes| check_lms(bytes));
+    }
+    let packets = data_lines(&folder.join("sick/p2os_packets.txt"));
+    assert!(packets.len() >= 17);
+    packets.iter().for_each(|bytes| check_p2os(bytes));
+}
+
+#[test]
+fn a_device_s_own_scan_reads_and_writes_back_unchanged() {
+    let Some(folder) = data_folder() else { return };
+    let bytes = std::fs::read(folder.join("sick/usick_sim361.bin")).unwrap();
+    check_lms(&bytes);
+    let telegram = Telegram::parse(&bytes).unwrap();
+    let Reply::Scan(view) = telegram.reply().unwrap() else { panic!("a scan") };
+    let scan = view.to_owned(telegram.status().unwrap());
+    assert_eq!((scan.unit, scan.values.len(), scan.index, scan.partial), (Unit::Mm, 361, None, None));
+    assert_eq!(scan.values[..3], [0x08CB, 0x08CB, 0x08C2]);
+    let mut out = [0xA5; 1024];
+    let count = scan.emit(telegram.address(), &mut out).unwrap();
+    assert_eq!(out[..count], bytes);
+    assert!(scan.values.iter().any(|&value| value > 0x1FFF), "values use more than 13 bits");
+    let far = decode(*scan.values.iter().max().unwrap(), MeasuringMode::FieldsAb);
+    assert_eq!(far.flags, Flags::default());
+    assert!(matches!(far.value, Value::Range(_)), "{far:?}");
+}

@@ -1,0 +1,274 @@
+//! Four laws that hold for every telegram and every packet, from one table.
+
+mod cases;
+
+use biplane_wire::lms::{Reply, Request, Status, Telegram, checksum};
+use biplane_wire::p2os::{self, Command, Packet, Report};
+use biplane_wire::{WireError, lms};
+use cases::Noise;
+use cases::table::{commands, replies, reports, requests, scans};
+
+type Emit = Box<dyn Fn(&mut [u8]) -> Result<usize, WireError>>;
+type ReadsBack = Box<dyn Fn(&[u8]) -> Result<bool, WireError>>;
+
+/// One telegram under test: how to write it, and whether its bytes read back as the same value.
+struct Case {
+    name: String,
+    len: usize,
+    emit: Emit,
+    reads_back: ReadsBack,
+}
+
+impl Case {
+    fn bytes(&self) -> Vec<u8> {
+        let mut out = vec![0; self.len];
+        assert_eq!((self.emit)(&mut out), Ok(self.len), "{}", self.name);
+        out
+    }
+}
+
+fn lms_cases() -> Vec<Case> {
+    let mut cases = Vec::new();
+    for request in requests() {
+        let copy = request.clone();
+        cases.push(Case {
+            name: format!("{request:?}"),
+            len: request.encoded_len(),
+            emit: Box::new(move |out| request.emit(0x05, out)),
+            reads_back: Box::new(move |bytes| Ok(Telegram::parse(bytes)?.request()? == copy)),
+        });
+    }
+    for reply in replies() {
+        let copy = reply.clone();
+        cases.push(Case {
+            name: format!("{reply:?}"),
+            len: reply.encoded_len(),
+            emit: Box::new(move |out| reply.emit(0x81, Status(0x50), out)),
+            reads_back: Box::new(move |bytes| {
+                let telegram = Telegram::parse(bytes)?;
+                Ok(telegram.status() == Some(Status(0x50)) && telegram.reply()? == copy)
+            }),
+        });
+    }
+    for scan in scans() {
+        let copy = scan.clone();
+        cases.push(Case {
+            name: format!("{scan:?}"),
+            len: scan.encoded_len(),
+            emit: Box::new(move |out| scan.emit(0x80, out)),
+            reads_back: Box::new(move |bytes| {
+                let telegram = Telegram::parse(bytes)?;
+                let Reply::Scan(view) = telegram.reply()? else { return Ok(false) };
+                Ok(view.to_owned(telegram.status().unwrap_or_default()) == copy)
+            }),
+        });
+    }
+    cases
+}
+
+fn p2os_cases() -> Vec<Case> {
+    let mut cases = Vec::new();
+    for command in commands() {
+        let copy = command.clone();
+        cases.push(Case {
+            name: format!("{command:?}"),
+            len: command.encoded_len(),
+            emit: Box::new(move |out| command.emit(out)),
+            reads_back: Box::new(move |bytes| Ok(Packet::parse(bytes)?.command() == copy)),
+        });
+    }
+    for report in reports() {
+        let copy = report.clone();
+        cases.push(Case {
+            name: format!("{report:?}"),
+            len: report.encoded_len(),
+            emit: Box::new(move |out| report.emit(out)),
+            reads_back: Box::new(move |bytes| Ok(Packet::parse(bytes)?.report()? == copy)),
+        });
+    }
+    cases
+}
+
+fn all_cases() -> Vec<Case> {
+    lms_cases().into_iter().chain(p2os_cases()).collect()
+}
+
+/// A packet or telegram, whichever the first byte says, as bytes again. `None` when it does not parse.
+fn rewritten(bytes: &[u8]) -> Option<Vec<Vec<u8>>> {
+    let mut out = [0xA5; 2048];
+    let mut copies = Vec::new();
+    let mut keep = |written: Result<usize, WireError>, out: &[u8]| {
+        copies.push(out[..written.expect("the buffer is large enough")].to_vec());
+    };
+    if bytes.first() == Some(&lms::STX) {
+        let telegram = Telegram::parse(bytes).ok()?;
+        keep(telegram.emit(&mut out), &out);
+        if let Ok(request) = telegram.request() {
+            keep(request.emit(telegram.address(), &mut out), &out);
+        }
+        if let (Ok(reply), Some(status)) = (telegram.reply(), telegram.status()) {
+            keep(reply.emit(telegram.address(), status, &mut out), &out);
+        }
+    } else {
+        let packet = Packet::parse(bytes).ok()?;
+        keep(packet.emit(&mut out), &out);
+        keep(packet.command().emit(&mut out), &out);
+        // An identity is read leniently, so it need not come back as it was.
+        if let Ok(report) = packet.report()
+            && !matches!(report, Report::Identity(_))
+        {
+            keep(report.emit(&mut out), &out);
+        }
+    }
+    Some(copies)
+}
+
+#[test]
+fn what_is_written_reads_back_as_the_same_value() {
+    for case in all_cases() {
+        assert_eq!((case.reads_back)(&case.bytes()), Ok(true), "{}", case.name);
+    }
+}
+
+#[test]
+fn what_is_read_writes_back_as_the_same_bytes() {
+    for case in all_cases() {
+        let bytes = case.bytes();
+        for copy in rewritten(&bytes).expect("it is valid") {
+            assert_eq!(copy, bytes, "{}", case.name);
+        }
+    }
+}
+
+#[test]
+fn writing_fills_exactly_its_length_and_nothing_behind_it() {
+    for case in all_cases() {
+        let mut on_a5 = vec![0xA5; case.len + 9];
+        let mut on_5a = vec![0x5A; case.len + 9];
+        assert_eq!((case.emit)(&mut on_a5), Ok(case.len), "{}", case.name);
+        assert_eq!((case.emit)(&mut on_5a), Ok(case.len), "{}", case.name);
+        assert_eq!(on_a5[..case.len], on_5a[..case.len], "{}: a byte was left as it was", case.name);
+        assert!(on_a5[case.len..].iter().all(|&byte| byte == 0xA5), "{}", case.name);
+    }
+}
+
+#[test]
+fn a_buffer_too_small_is_refused_with_the_size_it_needs() {
+    for case in all_cases() {
+        for found in 0..case.len {
+            let refused = (case.emit)(&mut vec![0; found]);
+            assert_eq!(refused, Err(WireError::BufferTooSmall { needed: case.len, found }), "{}", case.name);
+        }
+    }
+}
+
+#[test]
+fn every_truncation_and_every_extension_is_an_error() {
+    for case in all_cases() {
+        let mut bytes = case.bytes();
+        for length in 0..bytes.len() {
+            let cut = (case.reads_back)(&bytes[..length]);
+            assert!(matches!(cut, Err(WireError::TooShort { .. })), "{} cut to {length}: {cut:?}", case.name);
+        }
+        bytes.push(0);
+        let extended = (case.reads_back)(&bytes);
+        assert!(matches!(extended, Err(WireError::TooLong { .. })), "{}: {extended:?}", case.name);
+    }
+}
+
+#[test]
+fn every_single_bit_error_is_found() {
+    for case in lms_cases() {
+        let good = case.bytes();
+        for bit in 0..good.len() * 8 {
+            let mut bad = good.clone();
+            bad[bit / 8] ^= 1 << (bit % 8);
+            assert!(Telegram::parse(&bad).is_err(), "{} with bit {bit} flipped", case.name);
+        }
+    }
+}
+
+#[test]
+fn random_bytes_never_panic() {
+    let mut noise = Noise(1);
+    for _ in 0..20_000 {
+        let length = noise.below(64);
+        let mut bytes = noise.bytes(length);
+        if let Some(first) = bytes.first_mut() {
+            *first = if noise.below(2) == 0 { lms::STX } else { p2os::HEADER[0] };
+        }
+        rewritten(&bytes);
+    }
+}
+
+#[test]
+fn random_data_behind_every_lms_code_either_fails_or_comes_back_unchanged() {
+    let mut noise = Noise(2);
+    for code in 0..=255u8 {
+        for length in (0..200).chain([802, 804, 806, 812]) {
+            for address in [0x00, 0x80] {
+                let mut bytes = vec![lms::STX, address];
+                let counted = length + 1 + usize::from(address == 0x80);
+                bytes.extend((counted as u16).to_le_bytes());
+                bytes.push(code);
+                let mut data = noise.bytes(length);
+                // Let the count word of a whole scan be true now and then.
+                if code == 0xB0 && length >= 2 {
+                    data[..2].copy_from_slice(&((length as u16 - 2) / 2).to_le_bytes());
+                }
+                bytes.extend(data);
+                bytes.extend((address == 0x80).then_some(0x10));
+                bytes.extend(checksum(&bytes).to_le_bytes());
+                for copy in rewritten(&bytes).expect("the frame is valid") {
+                    assert_eq!(copy, bytes, "code {code:02X}, {length} data bytes");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn random_data_behind_every_p2os_number_either_fails_or_comes_back_unchanged() {
+    let mut noise = Noise(3);
+    for kind in 0..=255u8 {
+        for length in 0..=252usize {
+            let mut body = vec![kind];
+            body.extend(noise.bytes(length));
+            if let Some(argument) = body.get_mut(1).filter(|_| length < 8) {
+                *argument = [0x3B, 0x1B, 0x2B][noise.below(3)];
+            }
+            let mut bytes = p2os::HEADER.to_vec();
+            bytes.push(body.len() as u8 + 2);
+            bytes.extend(&body);
+            bytes.extend(p2os::checksum(&body).to_be_bytes());
+            for copy in rewritten(&bytes).expect("the frame is valid") {
+                assert_eq!(copy, bytes, "number {kind}, {length} bytes behind it");
+            }
+        }
+    }
+}
+
+#[test]
+fn an_address_of_the_wrong_direction_is_refused() {
+    let mut out = [0; 64];
+    assert_eq!(
+        Request::Reset.emit(0x80, &mut out),
+        Err(WireError::Direction { expect_reply: false, found: 0x80 })
+    );
+    assert_eq!(
+        Reply::Refused.emit(0x00, Status::OK, &mut out),
+        Err(WireError::Direction { expect_reply: true, found: 0 })
+    );
+    assert!(Command::Sync(3).emit(&mut out).is_err());
+}
+
+#[test]
+fn the_steps_of_opening_are_the_bytes_of_pulse_open_and_close() {
+    for (step, same) in [(0, Command::Pulse), (1, Command::Open), (2, Command::Close)] {
+        let (mut left, mut right) = ([0; 6], [0; 6]);
+        assert_eq!(Command::Sync(step).emit(&mut left), Ok(6));
+        assert_eq!(same.emit(&mut right), Ok(6));
+        assert_eq!(left, right);
+        assert_eq!(Command::Sync(step).number(), same.number());
+    }
+}
