@@ -147,6 +147,12 @@ impl SimulatedLaser {
         Self { shared: Arc::clone(&rig.shared), role, base_from_laser: base_from_laser(&laser.mount) }
     }
 
+    /// Which of the rig's lasers it is.
+    #[must_use]
+    pub fn role(&self) -> LaserRole {
+        self.role
+    }
+
     /// The scan whose first beam is at `t0_ns`. Needs no `&mut`: scans may be taken in any order, on any thread.
     #[must_use]
     pub fn measure(&self, t0_ns: i64, variant: Variant, mm: bool) -> ScanWords {

@@ -1,0 +1,50 @@
+//! Serial captures as files: the reads of all lines in order of time, with the rig that they belong to.
+
+use crate::line::SerialRead;
+use biplane_recording::read::RIG_ATTACHMENT;
+use biplane_recording::{Direction, Port, Rig, WriteError, WriteReport, Writer, WriterOptions};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// The reads of one line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LineReads {
+    /// Whose line.
+    pub port: Port,
+    /// In order of time.
+    pub reads: Vec<SerialRead>,
+}
+
+/// What the file says about itself.
+#[derive(Clone, Debug, Default)]
+pub struct About {
+    /// Name of the metadata record.
+    pub name: String,
+    /// What it holds.
+    pub values: BTreeMap<String, String>,
+}
+
+/// Writes a capture: `zero_ns` is added to all times.
+pub fn write_capture(
+    path: &Path,
+    overwrite: bool,
+    rig: &Rig,
+    about: &About,
+    lines: &[LineReads],
+    zero_ns: i64,
+) -> Result<WriteReport, WriteError> {
+    let mut writer = Writer::create(path, &WriterOptions { overwrite, ..WriterOptions::default() })?;
+    writer.attach(RIG_ATTACHMENT, "application/toml", rig.to_toml().as_bytes())?;
+    writer.metadata(&about.name, &about.values)?;
+    let mut next = vec![0_usize; lines.len()];
+    loop {
+        // The earliest read; of equal ones the first line's.
+        let waiting =
+            lines.iter().enumerate().filter_map(|(i, line)| Some((line.reads.get(next[i])?.time_ns, i)));
+        let Some((_, i)) = waiting.min() else { break };
+        let read = &lines[i].reads[next[i]];
+        writer.write_serial(lines[i].port, Direction::Rx, zero_ns + read.time_ns, &read.bytes)?;
+        next[i] += 1;
+    }
+    writer.finish()
+}

@@ -1,0 +1,375 @@
+//! Drives a rig through a known world: the serial bytes that its devices would have sent, and the truth.
+//!
+//! The lasers turn freely, each with its own phase, and send every n-th scan as their line allows; the base sends its packet every
+//! 100 ms. The capture begins when all of them stream (or with the replies of their start-up), the robot stands still for a
+//! moment, drives, and stands again. Only whole telegrams are in the capture.
+
+use crate::capture_file::{About, LineReads, write_capture};
+use crate::line::{Adapter, ReadParams, laser_byte_ns, scans_per_telegram, transfer_ns};
+use crate::rng::Rng;
+use crate::scanner::{NO_ECHO, TURN_NS, Variant};
+use crate::simulated_rig::{
+    LaserRole, SimulatedLaser, SimulatedRig, SimulationParams, counts_mm, variant_of,
+};
+use crate::source::{OdometrySource, ScanWords};
+use crate::telegrams;
+use crate::truth::{Truth, TruthError};
+use crate::world::path::{Path as DrivePath, PathError};
+use crate::world::{World, WorldError};
+use biplane_recording::rig::{BaseProtocol, Laser};
+use biplane_recording::{Port, Rig, RigError, WriteError};
+use biplane_wire::WireError;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// What to simulate, and where to.
+#[derive(Clone, Debug)]
+pub struct SimulateOptions {
+    /// A built-in world's name, or an OBJ or PLY file.
+    pub world: String,
+    /// A built-in path's name, or a path file; the world's usual path without it.
+    pub path: Option<String>,
+    /// Cruising speed instead of the path's, m/s.
+    pub speed_m_s: Option<f64>,
+    /// The rig; the template without it.
+    pub rig: Option<PathBuf>,
+    /// Of all noise and all phases.
+    pub seed: u64,
+    /// The capture.
+    pub output: PathBuf,
+    /// Directory for the truth.
+    pub truth: Option<PathBuf>,
+    /// Replace an existing capture.
+    pub overwrite: bool,
+    /// Begin with what the devices answer while they are set up.
+    pub start_up: bool,
+    /// Standing still before and after the drive, seconds.
+    pub stand_s: f64,
+    /// Time of the capture's start, UTC nanoseconds.
+    pub start_utc_ns: i64,
+    /// How well the devices measure.
+    pub params: SimulationParams,
+    /// How the bytes reach the computer.
+    pub reads: ReadParams,
+}
+
+impl Default for SimulateOptions {
+    fn default() -> Self {
+        Self {
+            world: "corridor".to_owned(),
+            path: None,
+            speed_m_s: None,
+            rig: None,
+            seed: 1,
+            output: PathBuf::from("capture.mcap"),
+            truth: None,
+            overwrite: false,
+            start_up: false,
+            stand_s: 0.5,
+            start_utc_ns: 1_000_000_000_000_000_000,
+            params: SimulationParams::default(),
+            reads: ReadParams::default(),
+        }
+    }
+}
+
+/// What was simulated.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SimulateReport {
+    /// Telegrams of the localising laser.
+    pub scans_horizontal: usize,
+    /// Telegrams of the building-facing laser.
+    pub scans_vertical: usize,
+    /// Values of the latter that are ranges.
+    pub echoes_vertical: usize,
+    /// Packets of the base.
+    pub odometry: usize,
+    /// Length of the capture, seconds.
+    pub duration_s: f64,
+    /// Length of the way, metres.
+    pub driven_m: f64,
+    /// Bytes on all lines.
+    pub serial_bytes: u64,
+}
+
+/// Why nothing, or not everything, was simulated.
+#[derive(Debug, thiserror::Error)]
+pub enum SimulateError {
+    /// The world.
+    #[error(transparent)]
+    World(#[from] WorldError),
+    /// The path.
+    #[error(transparent)]
+    Path(#[from] PathError),
+    /// The rig file.
+    #[error(transparent)]
+    Rig(#[from] RigError),
+    /// A rig that the simulator does not know.
+    #[error("{what} = {found} of the rig cannot be simulated: {expected}")]
+    Unsupported {
+        /// The rig's key.
+        what: &'static str,
+        /// Its value.
+        found: String,
+        /// What can.
+        expected: &'static str,
+    },
+    /// A number that makes no capture.
+    #[error("{what} = {found}: expected {expected}")]
+    BadNumber {
+        /// The option.
+        what: &'static str,
+        /// Its value.
+        found: f64,
+        /// What is allowed.
+        expected: &'static str,
+    },
+    /// A telegram.
+    #[error("a telegram could not be put together: {0:?}")]
+    Telegram(WireError),
+    /// The capture.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    /// The truth.
+    #[error(transparent)]
+    Truth(#[from] TruthError),
+}
+
+impl From<WireError> for SimulateError {
+    fn from(error: WireError) -> Self {
+        Self::Telegram(error)
+    }
+}
+
+/// Time between two packets of the base.
+const ODOMETRY_PERIOD_NS: i64 = 100_000_000;
+/// Time between two replies of a start-up.
+const REPLY_PERIOD_NS: i64 = 100_000_000;
+/// Time that a start-up takes.
+const START_UP_NS: i64 = 600_000_000;
+
+/// Simulates and writes the files.
+pub fn run(options: &SimulateOptions) -> Result<SimulateReport, SimulateError> {
+    let world = World::open(&options.world)?;
+    let path = drive_path(&world, options)?;
+    let rig = match &options.rig {
+        Some(file) => Rig::load(file)?,
+        None => Rig::default(),
+    };
+    check(&rig, options)?;
+    let simulated = SimulatedRig::new(&world, &path, &rig, &options.params, options.seed)?;
+    let times = Times::plan(&simulated, options);
+    simulated.start_drive_at(times.drive_ns);
+    let mut report = SimulateReport {
+        duration_s: times.end_ns as f64 * 1e-9,
+        driven_m: simulated.drive().length_m(),
+        ..SimulateReport::default()
+    };
+
+    let horizontal = record_laser(&simulated.horizontal(), &rig.horizontal, &times, options)?;
+    report.scans_horizontal = horizontal.first_beams_ns.len();
+    let vertical = match (simulated.vertical(), &rig.vertical) {
+        (Some(laser), Some(settings)) => Some(record_laser(&laser, settings, &times, options)?),
+        _ => None,
+    };
+    let (base, packets) = record_base(&simulated, &times, options)?;
+    report.odometry = packets;
+    let mut lines = vec![horizontal.line];
+    if let Some(vertical) = &vertical {
+        report.scans_vertical = vertical.first_beams_ns.len();
+        report.echoes_vertical = vertical.echoes;
+        lines.push(vertical.line.clone());
+    }
+    lines.push(base);
+    report.serial_bytes = lines.iter().flat_map(|line| &line.reads).map(|read| read.bytes.len() as u64).sum();
+
+    let about = about(options, &world, &path);
+    write_capture(&options.output, options.overwrite, &rig, &about, &lines, options.start_utc_ns)?;
+    if let Some(directory) = &options.truth {
+        let truth = Truth::create(&simulated, directory, options.start_utc_ns)?;
+        truth.scans(LaserRole::Horizontal, &horizontal.first_beams_ns)?;
+        if let Some(vertical) = &vertical {
+            truth.scans(LaserRole::Vertical, &vertical.first_beams_ns)?;
+        }
+        truth.trajectory(0, times.end_ns)?;
+        truth.surfaces()?;
+    }
+    Ok(report)
+}
+
+fn drive_path(world: &World, options: &SimulateOptions) -> Result<DrivePath, SimulateError> {
+    let mut path = world.path_or_file(options.path.as_deref())?;
+    if let Some(speed_m_s) = options.speed_m_s {
+        path.speed_m_s = speed_m_s;
+    }
+    Ok(path)
+}
+
+fn check(rig: &Rig, options: &SimulateOptions) -> Result<(), SimulateError> {
+    if rig.base.protocol != BaseProtocol::P2os {
+        let found = rig.base.protocol.name().to_owned();
+        return Err(SimulateError::Unsupported { what: "base.protocol", found, expected: "p2os can" });
+    }
+    for laser in [Some(&rig.horizontal), rig.vertical.as_ref()].into_iter().flatten() {
+        if variant_of(laser).is_none() {
+            let found = format!("{} ({} degrees)", laser.resolution_deg, laser.fov_deg);
+            let expected = "100 degrees in steps of 0.25, 0.5 or 1 and 180 degrees in steps of 0.5 or 1 can";
+            return Err(SimulateError::Unsupported { what: "resolution_deg", found, expected });
+        }
+    }
+    if !(0.0..=3600.0).contains(&options.stand_s) {
+        let expected = "0 to 3600 seconds";
+        return Err(SimulateError::BadNumber { what: "stand_s", found: options.stand_s, expected });
+    }
+    Ok(())
+}
+
+/// When what happens, in device time: 0 is the start of the capture.
+struct Times {
+    stream_ns: i64,
+    drive_ns: i64,
+    end_ns: i64,
+}
+
+impl Times {
+    fn plan(rig: &SimulatedRig, options: &SimulateOptions) -> Self {
+        let stream_ns = if options.start_up { START_UP_NS } else { 0 };
+        let stand_ns = (options.stand_s * 1e9) as i64;
+        let drive_ns = stream_ns + stand_ns;
+        let end_ns = drive_ns + (rig.drive_duration_s() * 1e9) as i64 + stand_ns;
+        Self { stream_ns, drive_ns, end_ns }
+    }
+}
+
+/// A laser's part of the capture.
+struct LaserRun {
+    line: LineReads,
+    first_beams_ns: Vec<i64>,
+    echoes: usize,
+}
+
+fn record_laser(
+    source: &SimulatedLaser,
+    laser: &Laser,
+    times: &Times,
+    options: &SimulateOptions,
+) -> Result<LaserRun, SimulateError> {
+    let expected = "a variant that the LMS has";
+    let unsupported =
+        || SimulateError::Unsupported { what: "fov_deg", found: laser.fov_deg.to_string(), expected };
+    let variant = variant_of(laser).ok_or_else(unsupported)?;
+    let (port, line) = match source.role() {
+        LaserRole::Horizontal => (Port::Horizontal, 0),
+        LaserRole::Vertical => (Port::Vertical, 1),
+    };
+    let mm = counts_mm(laser);
+    let first_beams_ns = schedule(laser, variant, times, options.seed, line);
+    let scans = measure_all(source, variant, mm, &first_beams_ns);
+    let byte_ns = transfer_ns(1, laser.baud);
+    let mut adapter = Adapter::new(options.reads, options.seed, line);
+    if options.start_up {
+        let resolution_cdeg = (laser.resolution_deg * 100.0).round() as u16;
+        let replies = telegrams::laser_start_up(laser.fov_deg, resolution_cdeg, mm)?;
+        send_replies(&mut adapter, &replies, laser.baud);
+    }
+    for (t0_ns, words) in first_beams_ns.iter().zip(&scans) {
+        let start_ns = t0_ns + first_byte_delay_ns(laser, variant);
+        for (index, byte) in telegrams::scan(words, mm)?.into_iter().enumerate() {
+            adapter.push(byte, start_ns + laser_byte_ns(index, laser.baud), byte_ns);
+        }
+    }
+    let echoes = scans.iter().flatten().filter(|word| **word < NO_ECHO - 8).count();
+    Ok(LaserRun { line: LineReads { port, reads: adapter.finish() }, first_beams_ns, echoes })
+}
+
+/// From a scan's first beam to its telegram's first byte.
+fn first_byte_delay_ns(laser: &Laser, variant: Variant) -> i64 {
+    variant.duration_ns() + (laser.delay_ms * 1e6).round() as i64
+}
+
+/// First beams of the scans that are sent.
+fn schedule(laser: &Laser, variant: Variant, times: &Times, seed: u64, line: u64) -> Vec<i64> {
+    let bytes = 2 * usize::from(variant.beam_count()) + 10;
+    let period_ns = scans_per_telegram(bytes, laser.baud, variant.duration_ns()) * variant.duration_ns();
+    let phase_ns = (Rng::new(seed, 0x9A5E, line.cast_signed()).unit() * TURN_NS as f64) as i64;
+    let last_byte_ns = first_byte_delay_ns(laser, variant) + laser_byte_ns(bytes - 1, laser.baud);
+    let first_ns = times.stream_ns + phase_ns;
+    (0..).map(|n| first_ns + n * period_ns).take_while(|t0_ns| t0_ns + last_byte_ns <= times.end_ns).collect()
+}
+
+/// Takes all scans, on all processors; the result does not depend on how many there are.
+fn measure_all(
+    source: &SimulatedLaser,
+    variant: Variant,
+    mm: bool,
+    first_beams_ns: &[i64],
+) -> Vec<ScanWords> {
+    let workers = std::thread::available_parallelism().map_or(1, usize::from);
+    let share = first_beams_ns.len().div_ceil(workers).max(1);
+    std::thread::scope(|scope| {
+        let parts: Vec<_> = first_beams_ns
+            .chunks(share)
+            .map(|part| {
+                scope.spawn(|| part.iter().map(|t0| source.measure(*t0, variant, mm)).collect::<Vec<_>>())
+            })
+            .collect();
+        parts.into_iter().flat_map(|part| part.join().unwrap_or_default()).collect()
+    })
+}
+
+fn send_replies(adapter: &mut Adapter, replies: &[Vec<u8>], baud: u32) {
+    let byte_ns = transfer_ns(1, baud);
+    let mut free_ns = 0;
+    for (n, reply) in replies.iter().enumerate() {
+        let start_ns = (n as i64 * REPLY_PERIOD_NS).max(free_ns);
+        for (index, byte) in reply.iter().enumerate() {
+            free_ns = start_ns + transfer_ns(index + 1, baud);
+            adapter.push(*byte, free_ns, byte_ns);
+        }
+    }
+}
+
+fn record_base(
+    rig: &SimulatedRig,
+    times: &Times,
+    options: &SimulateOptions,
+) -> Result<(LineReads, usize), SimulateError> {
+    let baud = rig.rig().base.baud;
+    let byte_ns = transfer_ns(1, baud);
+    let mut source = rig.base();
+    let mut adapter = Adapter::new(options.reads, options.seed, 2);
+    if options.start_up {
+        send_replies(&mut adapter, &telegrams::base_start_up()?, baud);
+    }
+    let phase_ns = (Rng::new(options.seed, 0x9A5E, 2).unit() * ODOMETRY_PERIOD_NS as f64) as i64;
+    let mut sample_ns = times.stream_ns + phase_ns;
+    let mut packets = 0;
+    loop {
+        let packet = telegrams::odometry(&source.sample(sample_ns))?;
+        let end_ns = sample_ns + transfer_ns(packet.len(), baud);
+        if end_ns > times.end_ns {
+            break;
+        }
+        for (index, byte) in packet.into_iter().enumerate() {
+            adapter.push(byte, sample_ns + transfer_ns(index + 1, baud), byte_ns);
+        }
+        packets += 1;
+        sample_ns += ODOMETRY_PERIOD_NS.max(end_ns - sample_ns);
+    }
+    Ok((LineReads { port: Port::Base, reads: adapter.finish() }, packets))
+}
+
+fn about(options: &SimulateOptions, world: &World, path: &DrivePath) -> About {
+    let values = [
+        ("program", concat!("biplane-mock ", env!("CARGO_PKG_VERSION"), " simulate").to_owned()),
+        ("world", world.name.clone()),
+        ("path", path.name.clone()),
+        ("seed", options.seed.to_string()),
+        ("origin", "synthetic".to_owned()),
+    ];
+    let values = values.into_iter().map(|(key, value)| (key.to_owned(), value)).collect::<BTreeMap<_, _>>();
+    About { name: "biplane-mock".to_owned(), values }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,161 @@
+//! The capture as others see it: deframed with `biplane-wire`, timed by the fact sheet's figures.
+
+use super::{SimulateOptions, SimulateReport, run};
+use biplane_recording::{Port, Reader};
+use biplane_wire::deframe::Item;
+use biplane_wire::{lms, p2os};
+use std::path::{Path, PathBuf};
+
+/// A directory that goes away with the test.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("biplane-simulate-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).expect("a scratch directory");
+        Self(path)
+    }
+
+    fn file(&self, name: &str, text: &str) -> PathBuf {
+        let path = self.0.join(name);
+        std::fs::write(&path, text).expect("written");
+        path
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+fn rig_text(baud: u32, resolution_deg: f64) -> String {
+    format!(
+        "[horizontal]\nport = \"a\"\nbaud = {baud}\nresolution_deg = {resolution_deg}\n[vertical]\nport = \"b\"\nbaud = {baud}\n\
+         resolution_deg = {resolution_deg}\n[base]\nport = \"c\"\n"
+    )
+}
+
+/// A few seconds of the corridor.
+fn short(scratch: &Scratch, name: &str, rig: &str, seed: u64) -> (SimulateReport, PathBuf) {
+    let path = scratch.file("path.toml", "waypoints_m = [[0, 0], [1, 0]]\nspeed_m_s = 0.5\n");
+    let options = SimulateOptions {
+        path: Some(path.display().to_string()),
+        rig: Some(scratch.file("rig.toml", rig)),
+        seed,
+        output: scratch.0.join(name),
+        truth: Some(scratch.0.join("truth")),
+        ..SimulateOptions::default()
+    };
+    (run(&options).expect("simulates"), options.output)
+}
+
+/// Frames of a laser, and the arrival time of each one's last byte.
+fn frames(capture: &Path, port: Port) -> Vec<(i64, Vec<u8>)> {
+    let reader = Reader::open(capture).expect("a capture");
+    let mut deframer = lms::DeviceDeframer::new();
+    let mut frames = Vec::new();
+    for read in reader.serial().map(|read| read.expect("serial bytes")).filter(|read| read.port == port) {
+        deframer.feed(&read.bytes, |item| match item {
+            Item::Frame { bytes, .. } => frames.push((read.time_ns, bytes.to_vec())),
+            other => panic!("only whole telegrams expected: {other:?}"),
+        });
+    }
+    frames
+}
+
+fn truth_times_ns(scratch: &Scratch, name: &str) -> Vec<i64> {
+    let text = std::fs::read_to_string(scratch.0.join("truth").join(name)).expect("truth");
+    text.lines()
+        .map(|line| line.split(' ').next().unwrap_or("").replace('.', "").parse().expect("digits"))
+        .collect()
+}
+
+#[test]
+fn the_bytes_deframe_to_every_scan_at_the_period_of_the_line() {
+    for (baud, resolution, bytes, period_ns, transfer_ns) in [
+        (38_400, 1.0, 372, 106_560_000, 96_875_000),
+        (38_400, 0.5, 732, 213_120_000, 190_625_000),
+        (500_000, 0.5, 732, 26_640_000, 17_800_000),
+    ] {
+        let scratch = Scratch::new("deframe");
+        let (report, capture) = short(&scratch, "c.mcap", &rig_text(baud, resolution), 4);
+        let turns = if resolution < 1.0 { 2 } else { 1 };
+        for (port, name, count) in [
+            (Port::Horizontal, "scans_horizontal.txt", report.scans_horizontal),
+            (Port::Vertical, "scans_vertical.txt", report.scans_vertical),
+        ] {
+            let frames = frames(&capture, port);
+            let first_beams = truth_times_ns(&scratch, name);
+            assert_eq!((frames.len(), first_beams.len()), (count, count));
+            assert!(first_beams.windows(2).all(|pair| pair[1] - pair[0] == period_ns));
+            assert!(count as f64 > report.duration_s / (period_ns as f64 * 1e-9) - 3.0, "{count}");
+            for ((arrived_ns, frame), t0_ns) in frames.iter().zip(first_beams) {
+                let due_ns = t0_ns + turns * 13_320_000 + transfer_ns;
+                assert_eq!(frame.len(), bytes);
+                assert!(
+                    (due_ns..due_ns + 20_000_000).contains(arrived_ns),
+                    "{baud}: {}",
+                    arrived_ns - due_ns
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn the_base_reports_ten_times_a_second_and_ends_near_the_end_of_the_way() {
+    let scratch = Scratch::new("base");
+    let (report, capture) = short(&scratch, "c.mcap", &rig_text(38_400, 1.0), 4);
+    let mut deframer = p2os::Deframer::new();
+    let mut last = None;
+    let mut packets = 0;
+    for read in Reader::open(&capture).expect("a capture").serial().map(|read| read.expect("bytes")) {
+        if read.port == Port::Base {
+            deframer.feed(&read.bytes, |item| {
+                if let Item::Frame { bytes, .. } = item {
+                    let packet = p2os::Packet::parse(bytes).expect("a packet");
+                    if let Ok(p2os::Report::Sip(sip)) = packet.report() {
+                        last = Some(sip);
+                        packets += 1;
+                    }
+                }
+            });
+        }
+    }
+    assert_eq!(packets, report.odometry);
+    assert!((report.duration_s / 0.1 - packets as f64).abs() <= 2.0, "{packets}");
+    let x_mm = i32::from(last.expect("packets").x_raw);
+    assert!((x_mm - 1010).abs() < 40, "one metre, counted 1 % too long: {x_mm}");
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bytes_and_another_seed_others() {
+    let scratch = Scratch::new("seed");
+    let rig = rig_text(38_400, 1.0);
+    let bytes = |name: &str, seed| std::fs::read(short(&scratch, name, &rig, seed).1).expect("a file");
+    let first = bytes("a.mcap", 4);
+    assert!(first == bytes("b.mcap", 4));
+    assert!(first != bytes("c.mcap", 5));
+}
+
+#[test]
+fn a_rig_or_option_that_cannot_be_simulated_is_refused_by_name() {
+    let scratch = Scratch::new("refuse");
+    let roboclaw = "[horizontal]\nport = \"a\"\n[base]\nport = \"c\"\nprotocol = \"roboclaw\"\naddress = 128\nwheel_base_m = 0.3\n\
+                    metres_per_count_left = 0.001\nmetres_per_count_right = 0.001\n";
+    let base = SimulateOptions { output: scratch.0.join("x.mcap"), ..SimulateOptions::default() };
+    let cases = [
+        (SimulateOptions { rig: Some(scratch.file("r.toml", roboclaw)), ..base.clone() }, "base.protocol"),
+        (SimulateOptions { world: "castle".to_owned(), ..base.clone() }, "castle"),
+        (SimulateOptions { path: Some("moat".to_owned()), ..base.clone() }, "moat"),
+        (SimulateOptions { path: Some("nowhere.toml".to_owned()), ..base.clone() }, "nowhere.toml"),
+        (SimulateOptions { stand_s: -1.0, ..base.clone() }, "stand_s"),
+        (SimulateOptions { speed_m_s: Some(0.0), ..base.clone() }, "speed_m_s"),
+    ];
+    for (options, word) in cases {
+        let message = run(&options).expect_err(word).to_string();
+        assert!(message.contains(word), "{message}");
+        assert!(!options.output.exists());
+    }
+}
