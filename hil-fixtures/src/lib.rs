@@ -1,13 +1,20 @@
 //! Mock lasers and base, simulated worlds, serial captures. See ARCHITECTURE.md.
+pub mod base_device;
 pub mod capture_file;
+pub mod device;
 pub mod drive;
+pub mod faults;
 pub mod line;
+pub mod lms_device;
 pub mod odometry;
+pub mod pacing;
 pub mod ply;
 pub mod pose;
+pub mod pty;
 pub mod raycast;
 pub mod rng;
 pub mod scanner;
+pub mod serve;
 pub mod simulate;
 pub mod simulated_rig;
 pub mod source;

@@ -1,0 +1,230 @@
+//! A mock Pioneer base (P2OS) without any input or output: SYNC, OPEN, odometry each 100 ms, watchdog, CLOSE.
+//!
+//! Sources: Pioneer 3 manual; transcripts of AriaCoda and Player. It stands what they do: a modem string first, OPEN with and without an
+//! argument, an argument type without an argument, several commands in one write. Times are nanoseconds, positions in ticks.
+//!
+//! It drives where its world drives it: speed commands are taken and not obeyed.
+
+pub mod feed;
+pub mod packet;
+pub mod report;
+
+use crate::device::{Device, DeviceCounts};
+use crate::pacing::{Kind, Line};
+use feed::{Sip, SipAnswer, SipFeed};
+use packet::{Command, PacketEar, packet};
+use report::{Identity, Odometer, config_body, identity_body, sip_body};
+
+const MS: i64 = 1_000_000;
+
+/// How often a base that has nothing to do wants to be asked.
+const IDLE_NS: i64 = 1_000 * MS;
+
+/// How a mock base is made.
+#[derive(Clone, Debug)]
+pub struct BaseParams {
+    /// How it introduces itself.
+    pub identity: Identity,
+    /// Rate at the start, in Bd.
+    pub baud: u32,
+    /// Whether an earlier client left it open.
+    pub left_open: bool,
+    /// From a command to its answer.
+    pub reply_ns: i64,
+    /// Silence of the host after which the base stops. Larger forgives slower clients.
+    pub watchdog_ns: i64,
+}
+
+impl Default for BaseParams {
+    fn default() -> Self {
+        Self {
+            identity: Identity::default(),
+            baud: 9600,
+            left_open: false,
+            reply_ns: 2 * MS,
+            watchdog_ns: 2_000 * MS,
+        }
+    }
+}
+
+/// How far a client has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stage {
+    /// This SYNC is expected next.
+    Sync(u8),
+    /// All three came; OPEN is expected.
+    Synchronised,
+    /// Packets flow.
+    Open,
+}
+
+/// A mock base.
+pub struct BaseDevice {
+    params: BaseParams,
+    feed: Box<dyn SipFeed>,
+    ear: PacketEar,
+    line: Line,
+    stage: Stage,
+    baud: u32,
+    switch_baud: Option<u32>,
+    odometer: Odometer,
+    motors_enabled: bool,
+    /// Last packet of the host; `None` once the watchdog has run out.
+    host_heard_ns: Option<i64>,
+    ask_ns: i64,
+    counts: DeviceCounts,
+}
+
+impl BaseDevice {
+    /// A base whose packets come from `feed`.
+    #[must_use]
+    pub fn new(params: BaseParams, feed: Box<dyn SipFeed>) -> Self {
+        Self {
+            stage: if params.left_open { Stage::Open } else { Stage::Sync(0) },
+            baud: params.baud,
+            params,
+            feed,
+            ear: PacketEar::default(),
+            line: Line::default(),
+            switch_baud: None,
+            odometer: Odometer::default(),
+            motors_enabled: false,
+            host_heard_ns: None,
+            ask_ns: i64::MIN,
+            counts: DeviceCounts::default(),
+        }
+    }
+
+    fn obey(&mut self, now_ns: i64, command: Command) {
+        self.counts.requests += 1;
+        self.host_heard_ns = Some(now_ns);
+        match (self.stage, command.number, command.argument) {
+            (Stage::Open, number, argument) => self.obey_open(now_ns, number, argument),
+            (_, 2, Some(_)) => self.close(),
+            (Stage::Synchronised, 1, _) => {
+                self.stage = Stage::Open;
+                self.ask_ns = now_ns;
+            }
+            (_, 0, _) => self.synchronise(now_ns, 0),
+            (Stage::Sync(expected), number, None) if number == expected => self.synchronise(now_ns, number),
+            _ => {}
+        }
+    }
+
+    fn synchronise(&mut self, now_ns: i64, number: u8) {
+        let body = if number == 2 { identity_body(&self.params.identity) } else { vec![number] };
+        self.stage = if number == 2 { Stage::Synchronised } else { Stage::Sync(number + 1) };
+        self.reply(now_ns, &body);
+    }
+
+    fn obey_open(&mut self, now_ns: i64, number: u8, argument: Option<i32>) {
+        match number {
+            2 => self.close(),
+            4 => self.motors_enabled = argument == Some(1),
+            7 => self.odometer.set_zero(),
+            18 => self.reply(now_ns, &config_body(&self.params.identity)),
+            50 => {
+                let rates = [9600, 19_200, 38_400, 57_600, 115_200];
+                self.switch_baud =
+                    argument.and_then(|index| rates.get(usize::try_from(index).ok()?)).copied();
+            }
+            _ => {}
+        }
+    }
+
+    fn close(&mut self) {
+        self.stage = Stage::Sync(0);
+        self.motors_enabled = false;
+    }
+
+    fn reply(&mut self, now_ns: i64, body: &[u8]) {
+        self.line.send(now_ns + self.params.reply_ns, self.baud, Kind::Reply, packet(body), None);
+    }
+
+    fn watch(&mut self, now_ns: i64) {
+        let silent = self.host_heard_ns.is_some_and(|heard_ns| now_ns - heard_ns > self.params.watchdog_ns);
+        if self.stage == Stage::Open && silent {
+            self.counts.watchdog += 1;
+            self.host_heard_ns = None;
+        }
+    }
+
+    /// Puts the next packet on the line when it is due and the line is free; returns whether it did.
+    fn offer_sip(&mut self, now_ns: i64) -> bool {
+        if self.stage != Stage::Open || !self.line.is_idle() || now_ns < self.ask_ns {
+            return false;
+        }
+        let sip = match self.feed.next(now_ns) {
+            SipAnswer::Now(sip) => sip,
+            SipAnswer::Later(at_ns) => {
+                self.ask_ns = at_ns.max(now_ns + 1);
+                return false;
+            }
+            SipAnswer::Ended => {
+                self.ask_ns = now_ns + 20 * MS;
+                return false;
+            }
+        };
+        let body = match sip {
+            Sip::Recorded(body) => body,
+            Sip::Odometry(sample) => {
+                self.odometer.follow(sample);
+                sip_body(self.odometer.reported(), &sample, self.motors_enabled)
+            }
+        };
+        self.line.send(now_ns, self.baud, Kind::Stream, packet(&body), None);
+        true
+    }
+}
+
+impl Device for BaseDevice {
+    fn handle(&mut self, now_ns: i64, bytes: &[u8]) {
+        self.counts.bytes_received += bytes.len() as u64;
+        for &byte in bytes {
+            if let Some(command) = self.ear.hear(byte) {
+                self.obey(now_ns, command);
+            }
+        }
+    }
+
+    fn handle_noise(&mut self, _now_ns: i64, count: usize) {
+        self.counts.bytes_received += count as u64;
+        self.counts.noise_bytes += count as u64;
+        self.ear.forget();
+    }
+
+    fn poll(&mut self, now_ns: i64, out: &mut Vec<u8>) -> i64 {
+        let before = out.len();
+        self.watch(now_ns);
+        loop {
+            if self.line.is_idle() && out.is_empty() {
+                self.baud = self.switch_baud.take().unwrap_or(self.baud);
+            }
+            match self.line.take(now_ns, out) {
+                Some(kind) => self.counts.telegrams += u64::from(kind == Kind::Stream),
+                None if self.offer_sip(now_ns) => {}
+                None => break,
+            }
+        }
+        self.counts.bytes_sent += (out.len() - before) as u64;
+        let asks = self.stage == Stage::Open && self.line.is_idle();
+        let due_ns = self.line.next_due_ns().or(asks.then_some(self.ask_ns)).unwrap_or(i64::MAX);
+        due_ns.clamp(now_ns, now_ns + IDLE_NS)
+    }
+
+    fn baud(&self) -> u32 {
+        self.baud
+    }
+
+    fn is_streaming(&self) -> bool {
+        self.stage == Stage::Open
+    }
+
+    fn counts(&self) -> DeviceCounts {
+        let noise_bytes = self.counts.noise_bytes + self.ear.dropped_bytes;
+        DeviceCounts { noise_bytes, bad_checksums: self.ear.bad_checksums, ..self.counts }
+    }
+}
+
+#[cfg(test)]
+mod tests;

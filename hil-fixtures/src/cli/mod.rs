@@ -1,0 +1,33 @@
+//! The command line: words become typed options, one file a subcommand.
+
+mod serve;
+mod worlds;
+
+use clap::{Parser, Subcommand};
+
+/// Mock lasers and base for Biplane: devices on pseudo-terminals, simulated drives, serial captures.
+#[derive(Debug, Parser)]
+#[command(version, about, propagate_version = true)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Serve(Box<serve::Serve>),
+}
+
+impl Cli {
+    /// Carries the command out.
+    pub fn run(&self) -> anyhow::Result<()> {
+        match &self.command {
+            Command::Serve(serve) => serve.run(),
+        }
+    }
+}
+
+/// An argument that is well formed but cannot be used; the program ends with code 2.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct BadArgument(pub String);

@@ -1,0 +1,110 @@
+//! `serve`: a mock rig on pseudo-terminals until it is told to stop.
+
+use super::worlds;
+use biplane_mock::faults::Preset;
+use biplane_mock::serve::port::PortReport;
+use biplane_mock::serve::world::RigPlan;
+use biplane_mock::serve::{ServeOptions, Source, serve};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+/// Serve a mock rig: two SICK LMS 2xx and a P2OS base on pseudo-terminals.
+///
+/// DIR/lms-horizontal, DIR/lms-vertical and DIR/base appear when their devices are ready; open them as you would open a serial
+/// port. The devices answer their protocols (rate, mode, variant, configuration, status), then stream. A world's drive begins one
+/// second after all of them stream. Ends with SIGINT or SIGTERM.
+///
+/// Example: biplane-mock serve --world corridor --links /tmp/rig
+#[derive(Debug, clap::Args)]
+pub struct Serve {
+    /// World to drive through, by name.
+    #[arg(long, value_name = "W")]
+    world: String,
+    /// Path through the world; the usual one when left out.
+    #[arg(long, value_name = "P")]
+    path: Option<String>,
+    /// Folder for the links; made when it is missing.
+    #[arg(long, value_name = "DIR")]
+    links: PathBuf,
+    /// Run N times as fast as real time.
+    #[arg(long, value_name = "N", default_value_t = 1.0)]
+    speed: f64,
+    /// Fault on the lines; may be given several times: bit-noise, loose-connector, usb-stall.
+    #[arg(long = "fault", value_name = "PRESET")]
+    faults: Vec<Preset>,
+    /// Seed of noise and faults.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// At the end of the drive, fall silent and end.
+    #[arg(long)]
+    once: bool,
+    /// Begin the drive S seconds after the links are there, instead of when all devices stream.
+    #[arg(long, value_name = "S")]
+    start_after: Option<f64>,
+    /// Rate of the lasers at the start: 9600 after power-on, or what an earlier client left.
+    #[arg(long, value_name = "BAUD", default_value = "9600", value_parser = ["9600", "19200", "38400", "500000"])]
+    laser_baud: String,
+    /// The lasers stream from the start, as a client that crashed leaves them.
+    #[arg(long)]
+    left_streaming: bool,
+    /// The lasers say that they have just been switched on.
+    #[arg(long)]
+    power_on_message: bool,
+    /// Type text of the lasers.
+    #[arg(long, value_name = "TEXT", default_value = "LMS291;S05;X01.27 ")]
+    laser_type: String,
+    /// Understand clients whatever line speed they have set (for those that set theirs by a custom divisor).
+    #[arg(long)]
+    any_baud: bool,
+}
+
+impl Serve {
+    /// Serves until a signal.
+    pub fn run(&self) -> anyhow::Result<()> {
+        let options = self.options()?;
+        let stop = Arc::new(AtomicBool::new(false));
+        for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+            signal_hook::flag::register(signal, Arc::clone(&stop))?;
+        }
+        let report = serve(&options, &stop, || eprintln!("serving in {}", self.links.display()))?;
+        report.ports.iter().for_each(print_port);
+        Ok(())
+    }
+
+    fn options(&self) -> anyhow::Result<ServeOptions> {
+        let (world, path) = worlds::load(&self.world, self.path.as_deref())?;
+        let source = Source::World { world: Box::new(world), path, plan: RigPlan::default() };
+        let mut options = ServeOptions::new(source, self.links.clone());
+        options.speed = self.speed;
+        options.once = self.once;
+        options.faults = self.faults.clone();
+        options.seed = self.seed;
+        options.start_after_s = self.start_after;
+        options.any_baud = self.any_baud;
+        options.laser.baud = self.laser_baud.parse()?;
+        options.laser.left_streaming = self.left_streaming;
+        options.laser.power_on_message = self.power_on_message;
+        options.laser.type_text = self.laser_type.clone();
+        Ok(options)
+    }
+}
+
+fn print_port(port: &PortReport) {
+    let counts = &port.device;
+    eprintln!(
+        "{}: {} telegrams ({} cut off, {} scans skipped), {} bytes sent ({} lost without a reader, {} touched by faults), \
+         {} requests ({} refused, {} with a wrong checksum), {} bytes of noise",
+        port.name,
+        counts.telegrams,
+        counts.cut,
+        counts.skipped,
+        counts.bytes_sent,
+        port.lost_bytes,
+        port.faulted_bytes,
+        counts.requests,
+        counts.refused,
+        counts.bad_checksums,
+        counts.noise_bytes
+    );
+}

@@ -1,0 +1,341 @@
+//! A mock SICK LMS 2xx without any input or output: it acknowledges, replies, changes its rate and streams scans as the real one
+//! does, on a clock that is an argument.
+//!
+//! Sources: SICK telegram listing 8007954 (protocol, data output), logs of a real LMS 200 (latencies), transcripts of five client
+//! programs (what must be tolerated). Times are nanoseconds; words are as on the wire.
+
+pub mod feed;
+pub mod frame;
+pub mod receive;
+pub mod request;
+pub mod settings;
+pub mod stream;
+pub mod words;
+
+use crate::device::{Device, DeviceCounts};
+use crate::pacing::{Burst, Kind, Line};
+use feed::{Answer, Ask, Mirror, Offer, STATUS_OK, ScanFeed};
+use frame::{ACK, NAK, reply};
+use receive::{Ear, Heard};
+use request::{Latency, MODE_ON_REQUEST, State, Then};
+use settings::{ConfigBlock, Variant};
+use stream::{Numbers, Output, telegram};
+use words::Scale;
+
+const MS: i64 = 1_000_000;
+
+/// Bytes of a scan that go out in one mirror turn at most.
+const BYTES_A_TURN: usize = 508;
+
+/// How often a device that has nothing to do wants to be asked.
+const IDLE_NS: i64 = 1_000 * MS;
+
+/// How a mock laser is made and how it takes its time.
+#[derive(Clone, Debug)]
+pub struct LmsParams {
+    /// Text of the type reply; its last part is the firmware.
+    pub type_text: String,
+    /// Own address; requests to 00 are heard too.
+    pub address: u8,
+    /// Rate at the start, in Bd; another one than 9600 is a device that an earlier client left so.
+    pub baud: u32,
+    /// Whether it streams whole scans from the start, as an earlier client left it.
+    pub left_streaming: bool,
+    /// Whether it says 90h at the start, as after power-on.
+    pub power_on_message: bool,
+    /// Variant at the start.
+    pub variant: Variant,
+    /// Configuration in the EEPROM.
+    pub config: ConfigBlock,
+    /// The mirror; two lasers turn independently.
+    pub mirror: Mirror,
+    /// Delays of replies.
+    pub latency: Latency,
+    /// Bytes of a request further apart than this are dropped. A real device allows 6 ms; a pseudo-terminal's client may be held up
+    /// for longer by the scheduler, so larger is kinder and smaller stricter.
+    pub request_gap_ns: i64,
+    /// From the reply to a rate command to the new rate.
+    pub baud_switch_ns: i64,
+    /// From a reset to the power-on message: up to 60 s on a real device.
+    pub boot_ns: i64,
+}
+
+impl Default for LmsParams {
+    fn default() -> Self {
+        Self {
+            type_text: "LMS291;S05;X01.27 ".to_owned(),
+            address: 0,
+            baud: 9600,
+            left_streaming: false,
+            power_on_message: false,
+            variant: Variant::of(180, 50),
+            config: ConfigBlock::default(),
+            mirror: Mirror { phase_ns: 0, turn_ns: Mirror::TURN_NS },
+            latency: Latency::default(),
+            request_gap_ns: 6 * MS,
+            baud_switch_ns: 20 * MS,
+            boot_ns: 2_000 * MS,
+        }
+    }
+}
+
+/// A mock laser.
+pub struct LmsDevice {
+    params: LmsParams,
+    feed: Box<dyn ScanFeed>,
+    ear: Ear,
+    line: Line,
+    state: State,
+    /// A rate that comes into force at a time.
+    switch: Option<(i64, u32)>,
+    /// When a reset is over.
+    boot_until_ns: Option<i64>,
+    /// Not to be asked for a scan before.
+    ask_ns: i64,
+    telegram_index: u8,
+    counts: DeviceCounts,
+}
+
+impl LmsDevice {
+    /// A laser that measures what `feed` gives.
+    #[must_use]
+    pub fn new(params: LmsParams, feed: Box<dyn ScanFeed>) -> Self {
+        let state = State {
+            type_text: params.type_text.clone(),
+            address: params.address & 0x7F,
+            baud: params.baud,
+            power_on_baud: 9600,
+            installation: false,
+            output: if params.left_streaming { Output::All } else { Output::OnRequest },
+            mode: if params.left_streaming { 0x24 } else { MODE_ON_REQUEST },
+            variant: params.variant,
+            config: params.config,
+            eeprom_writes: 0,
+        };
+        let boot_until_ns = params.power_on_message.then_some(i64::MIN);
+        let ear = Ear::new(params.request_gap_ns);
+        let counts = DeviceCounts::default();
+        let line = Line::default();
+        Self {
+            params,
+            feed,
+            ear,
+            line,
+            state,
+            switch: None,
+            boot_until_ns,
+            ask_ns: i64::MIN,
+            telegram_index: 0,
+            counts,
+        }
+    }
+
+    /// Writes to the EEPROM so far.
+    #[must_use]
+    pub fn eeprom_writes(&self) -> u64 {
+        self.state.eeprom_writes
+    }
+
+    /// The variant in force.
+    #[must_use]
+    pub fn variant(&self) -> Variant {
+        self.state.variant
+    }
+
+    /// The configuration in force.
+    #[must_use]
+    pub fn config(&self) -> &ConfigBlock {
+        &self.state.config
+    }
+
+    fn answer(&mut self, now_ns: i64, address: u8, body: &[u8]) {
+        if address != 0 && address != self.state.address {
+            return;
+        }
+        self.counts.requests += 1;
+        self.interrupt(now_ns);
+        let latency = self.params.latency;
+        self.line.acknowledge(now_ns + latency.acknowledge_ns, self.state.baud, ACK);
+        let feed = &self.feed;
+        let Some(answer) = self.state.carry_out(body, &latency, &|variant| feed.holds(variant)) else {
+            self.ask_ns = i64::MIN;
+            return;
+        };
+        self.counts.refused += u64::from(answer.code == 0x92);
+        let kind = match answer.then {
+            Then::Nothing => Kind::Reply,
+            Then::Baud(baud) => Kind::ReplyThenBaud(baud),
+            Then::Reset => Kind::ReplyThenReset,
+        };
+        let bytes = reply(self.state.address, answer.code, &answer.data, STATUS_OK);
+        self.line.send(now_ns + answer.after_ns, self.state.baud, kind, bytes, None);
+        self.ask_ns = i64::MIN;
+    }
+
+    /// A request interrupts what is being sent; what a cut reply announced happens all the same.
+    fn interrupt(&mut self, now_ns: i64) {
+        let (bytes, kind) = self.line.interrupt(now_ns);
+        match kind {
+            Some(Kind::Stream) => self.counts.cut += u64::from(bytes > 0),
+            Some(kind) => self.follow(kind, now_ns),
+            None => {}
+        }
+    }
+
+    /// What the end of a transmission sets off.
+    fn follow(&mut self, kind: Kind, now_ns: i64) {
+        match kind {
+            Kind::ReplyThenBaud(baud) => self.switch = Some((now_ns + self.params.baud_switch_ns, baud)),
+            Kind::ReplyThenReset => {
+                self.line.clear(now_ns);
+                self.state.power_on();
+                self.boot_until_ns = Some(now_ns + self.params.boot_ns);
+            }
+            Kind::Stream => self.counts.telegrams += 1,
+            Kind::Acknowledge | Kind::Reply => {}
+        }
+    }
+
+    fn finish_boot(&mut self, now_ns: i64) {
+        self.boot_until_ns = None;
+        let bytes = reply(self.state.address, 0x90, self.params.type_text.as_bytes(), STATUS_OK);
+        self.line.send(now_ns, self.state.baud, Kind::Reply, bytes, None);
+    }
+
+    fn wants_scan(&self) -> bool {
+        self.state.output != Output::OnRequest && self.line.is_idle() && self.boot_until_ns.is_none()
+    }
+
+    /// Puts the next scan on the line when it is free; returns whether it did.
+    fn offer_scan(&mut self, now_ns: i64) -> bool {
+        if !self.wants_scan() || now_ns < self.ask_ns {
+            return false;
+        }
+        let output = self.state.output;
+        let scale = Scale { mode: self.state.config.measuring_mode(), mm: self.state.config.is_mm() };
+        let ask = Ask {
+            earliest_ns: now_ns.max(self.line.free_ns()),
+            turns: output.turns(self.state.variant),
+            mirror: self.params.mirror,
+            variant: output.source_variant(self.state.variant),
+            scale,
+        };
+        match self.feed.next(&ask) {
+            Answer::Scan(offer) => self.send_scan(&offer, scale),
+            Answer::Later(at_ns) => {
+                self.ask_ns = at_ns.max(now_ns + MS);
+                return false;
+            }
+            Answer::Ended => {
+                self.ask_ns = now_ns + 20 * MS;
+                return false;
+            }
+        }
+        true
+    }
+
+    fn send_scan(&mut self, offer: &Offer, scale: Scale) {
+        let output = self.state.output;
+        let Mirror { phase_ns, turn_ns } = self.params.mirror;
+        let turn = (offer.start_ns - phase_ns).div_euclid(turn_ns) - 1;
+        let turns = self.state.variant.turns();
+        let quarter = turn.rem_euclid(turns) * 4 / turns;
+        self.telegram_index = self.telegram_index.wrapping_add(1);
+        let scan_index = u8::try_from(turn.rem_euclid(256)).unwrap_or(0);
+        let numbers = Numbers {
+            address: self.state.address,
+            scale,
+            indices: self.state.config.sends_indices().then_some((scan_index, self.telegram_index)),
+            quarter: u8::try_from(quarter).unwrap_or(0),
+        };
+        let bytes = telegram(output, offer, &numbers);
+        let burst = Burst { bytes: BYTES_A_TURN, period_ns: turn_ns };
+        self.line.send(offer.start_ns, self.state.baud, Kind::Stream, bytes, Some(burst));
+        self.counts.skipped += offer.skipped;
+        self.state.output = output.after_telegram();
+    }
+
+    /// Carries out what is due; `true` when something changed and more may be due.
+    fn step(&mut self, now_ns: i64, out: &mut Vec<u8>) -> bool {
+        if self.boot_until_ns.is_some_and(|until_ns| until_ns <= now_ns) {
+            self.finish_boot(now_ns);
+            return true;
+        }
+        if let Some((at_ns, baud)) = self.switch
+            && at_ns <= now_ns
+        {
+            if out.is_empty() {
+                self.switch = None;
+                self.state.baud = baud;
+                self.ear.forget();
+                return true;
+            }
+            return false;
+        }
+        if let Some(kind) = self.line.take(now_ns, out) {
+            self.follow(kind, now_ns);
+            return true;
+        }
+        self.switch.is_none() && self.offer_scan(now_ns)
+    }
+
+    fn next_due_ns(&self, now_ns: i64) -> i64 {
+        let wants_scan = self.wants_scan() && self.switch.is_none();
+        let due = [
+            self.line.next_due_ns(),
+            self.switch.map(|(at_ns, _)| at_ns),
+            self.boot_until_ns,
+            wants_scan.then_some(self.ask_ns),
+        ];
+        let soonest = due.into_iter().flatten().min().unwrap_or(i64::MAX);
+        soonest.clamp(now_ns, now_ns + IDLE_NS)
+    }
+}
+
+impl Device for LmsDevice {
+    fn handle(&mut self, now_ns: i64, bytes: &[u8]) {
+        self.counts.bytes_received += bytes.len() as u64;
+        if self.boot_until_ns.is_some() {
+            return;
+        }
+        for &byte in bytes {
+            match self.ear.hear(now_ns, byte) {
+                Heard::Nothing => {}
+                Heard::Request { address, body } => self.answer(now_ns, address, &body),
+                Heard::BadChecksum => {
+                    self.counts.bad_checksums += 1;
+                    self.interrupt(now_ns);
+                    self.line.acknowledge(now_ns + self.params.latency.acknowledge_ns, self.state.baud, NAK);
+                }
+            }
+        }
+    }
+
+    fn handle_noise(&mut self, _now_ns: i64, count: usize) {
+        self.counts.bytes_received += count as u64;
+        self.counts.noise_bytes += count as u64;
+        self.ear.forget();
+    }
+
+    fn poll(&mut self, now_ns: i64, out: &mut Vec<u8>) -> i64 {
+        let before = out.len();
+        while self.step(now_ns, out) {}
+        self.counts.bytes_sent += (out.len() - before) as u64;
+        self.next_due_ns(now_ns)
+    }
+
+    fn baud(&self) -> u32 {
+        self.state.baud
+    }
+
+    fn is_streaming(&self) -> bool {
+        self.state.output.is_streaming() && self.boot_until_ns.is_none() && !self.line.owes_reply()
+    }
+
+    fn counts(&self) -> DeviceCounts {
+        DeviceCounts { noise_bytes: self.counts.noise_bytes + self.ear.dropped_bytes, ..self.counts }
+    }
+}
+
+#[cfg(test)]
+mod tests;
