@@ -12,3 +12,4 @@ pub mod params;
 pub mod pipeline;
 pub mod planes;
 pub mod polygons;
+pub mod triangulate;

@@ -116,7 +116,8 @@ fn key_of(p: [f32; 3], cell_m: f64) -> Option<u64> {
     let mut key = 0u64;
     for value in p {
         let index = (f64::from(value) / cell_m).floor();
-        if !(index.abs() < (HALF - 2) as f64) {
+        let limit = (HALF - 2) as f64;
+        if !(-limit..limit).contains(&index) {
             return None;
         }
         key = (key << BITS) | (index as i64 + HALF) as u64;

@@ -1,10 +1,23 @@
 //! From triangles of one plane to polygons with holes (the paper, section 3.2).
 //!
-//! Frame `map`, metres.
+//! Instead of the paper's pairwise merging, which must not make holes, all pieces of a plane are united at once: one wall, one
+//! polygon, its doors and windows holes of it. Frame `map`, metres.
 
-use crate::model::{Cloud, Mesh, PlanarPolygon};
+pub mod assign;
+pub mod border;
+pub mod frame;
+pub mod lay;
+pub mod seam;
+pub mod union;
+pub mod validate;
+
+use crate::model::{Cloud, Mesh, PlanarPolygon, Plane};
 use crate::planes::Planes;
+use assign::{Assigner, Piece};
+use frame::{FlatPoint, Frame, STEP_M};
+use rayon::prelude::*;
 use serde::Serialize;
+use union::{Ring, Shape, area_m2, doubled_area, repair, union};
 
 /// How triangles of one plane become polygons.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -13,11 +26,33 @@ pub struct PolygonParams {
     pub border_tolerance_m: f64,
     /// Openings smaller than this are closed, square metres. Larger: windows close. Smaller: pinholes of noise stay.
     pub min_hole_m2: f64,
+    /// Polygons smaller than this are dropped, square metres. Larger: small faces get lost. Smaller: flakes of noise stay.
+    pub min_polygon_m2: f64,
+    /// Planes are extended to their common line over at most this distance, metres. Larger: invented surface. Smaller: cracks.
+    pub seam_reach_m: f64,
+    /// Points of a border that are nearer than this to the common line are moved onto it, metres. Larger: small chamfers vanish.
+    /// Smaller: ragged seams.
+    pub seam_snap_m: f64,
+    /// Steps between parallel surfaces up to this depth are left open instead of modelled by triangles, metres.
+    pub step_m: f64,
+    /// Triangles with an edge of at least this length along the beam are no surface but the gap behind an edge, metres.
+    pub veil_length_m: f64,
+    /// How close to the beam's direction such an edge must run, degrees. Larger: grazed surfaces get lost. Smaller: veils stay.
+    pub veil_angle_deg: f64,
 }
 
 impl Default for PolygonParams {
     fn default() -> Self {
-        Self { border_tolerance_m: 0.03, min_hole_m2: 0.02 }
+        Self {
+            border_tolerance_m: 0.03,
+            min_hole_m2: 0.02,
+            min_polygon_m2: 0.002,
+            seam_reach_m: 0.25,
+            seam_snap_m: 0.05,
+            step_m: 0.1,
+            veil_length_m: 0.1,
+            veil_angle_deg: 15.0,
+        }
     }
 }
 
@@ -28,9 +63,66 @@ pub struct Merged {
     pub polygons: Vec<PlanarPolygon>,
     /// Indices of triangles of the raw mesh that no polygon stands for.
     pub rest: Vec<usize>,
+    /// Triangles dropped because they only bridge a gap along the beam.
+    pub veils: usize,
 }
 
 /// Merges the triangles of each plane to polygons.
-pub fn merge(_params: &PolygonParams, _cloud: &Cloud, mesh: &Mesh, _planes: &Planes) -> Merged {
-    Merged { polygons: Vec::new(), rest: (0..mesh.triangles.len()).collect() }
+pub fn merge(params: &PolygonParams, cloud: &Cloud, mesh: &Mesh, planes: &Planes) -> Merged {
+    if planes.labels.len() != cloud.len() {
+        return Merged { rest: (0..mesh.triangles.len()).collect(), ..Merged::default() };
+    }
+    let laid_m = lay::onto_planes(cloud, &planes.labels, &planes.planes);
+    let mut assigner = Assigner { params, cloud, planes: &planes.planes, labels: &planes.labels, laid_m };
+    let pieces = assigner.assign(mesh);
+    let polygons: Vec<Vec<PlanarPolygon>> = pieces
+        .by_plane
+        .par_iter()
+        .zip(&planes.planes)
+        .enumerate()
+        .map(|(index, (pieces, plane))| polygons_of(params, index, plane, pieces))
+        .collect();
+    Merged { polygons: polygons.into_iter().flatten().collect(), rest: pieces.rest, veils: pieces.veils }
+}
+
+/// The polygons of one plane's pieces.
+fn polygons_of(params: &PolygonParams, index: usize, plane: &Plane, pieces: &[Piece]) -> Vec<PlanarPolygon> {
+    let Some(near_m) = pieces.first().and_then(|piece| piece.first()) else { return Vec::new() };
+    let frame = Frame::new(plane, *near_m);
+    let flat: Vec<Ring> = pieces.iter().filter_map(|piece| counter_clockwise(&frame, piece)).collect();
+    let mut shapes = union(flat.iter().map(Vec::as_slice));
+    drop_small(params, &mut shapes);
+    for shape in &mut shapes {
+        for ring in shape.iter_mut() {
+            *ring = border::straighten(ring, params.border_tolerance_m / STEP_M);
+        }
+        shape.retain(|ring| !ring.is_empty());
+    }
+    let mut shapes = repair(&shapes);
+    drop_small(params, &mut shapes);
+    let lift = |ring: &Ring| ring.iter().map(|p| frame.lift(*p)).collect::<Vec<_>>();
+    let polygon = |shape: Shape| {
+        let (outer, holes) = shape.split_first()?;
+        Some(PlanarPolygon { plane: index, outer_m: lift(outer), holes_m: holes.iter().map(lift).collect() })
+    };
+    shapes.into_iter().filter_map(polygon).collect()
+}
+
+/// A piece in plane coordinates, turned counter-clockwise; `None` when it has no area.
+fn counter_clockwise(frame: &Frame, piece: &Piece) -> Option<Ring> {
+    let mut ring: Ring = piece.iter().map(|p| frame.flat(*p)).collect::<Option<Vec<FlatPoint>>>()?;
+    let doubled = doubled_area(&ring);
+    if doubled < 0 {
+        ring.reverse();
+    }
+    (doubled != 0).then_some(ring)
+}
+
+/// Closes pinholes and drops flakes.
+fn drop_small(params: &PolygonParams, shapes: &mut Vec<Shape>) {
+    shapes.retain(|shape| shape.first().is_some_and(|outer| area_m2(outer) >= params.min_polygon_m2));
+    for shape in shapes {
+        let mut first = true;
+        shape.retain(|ring| std::mem::take(&mut first) || area_m2(ring) >= params.min_hole_m2);
+    }
 }

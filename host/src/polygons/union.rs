@@ -1,0 +1,112 @@
+//! The union of flat pieces as polygons with holes, and the repair of polygons whose borders were moved.
+//!
+//! Plane coordinates in whole steps ([`super::frame`]): every operation is exact, its result valid and repeatable.
+
+use super::frame::{FlatPoint, STEP_M};
+use i_overlay::core::fill_rule::FillRule;
+use i_overlay::core::overlay::{IntOverlayOptions, Overlay, ShapeType};
+use i_overlay::core::overlay_rule::OverlayRule;
+use i_overlay::core::solver::Solver;
+
+/// A closed ring, first point not repeated.
+pub type Ring = Vec<FlatPoint>;
+/// A polygon: its outer ring counter-clockwise, then its holes clockwise.
+pub type Shape = Vec<Ring>;
+
+/// The union of rings: everything that they go around more often counter-clockwise than clockwise.
+pub fn union<'a>(rings: impl Iterator<Item = &'a [FlatPoint]>) -> Vec<Shape> {
+    let options = IntOverlayOptions { ogc: true, preserve_output_collinear: true, ..Default::default() };
+    let mut overlay = Overlay::<i32>::new_custom(1024, options, Solver::default());
+    for ring in rings {
+        overlay.add_contour(ring, ShapeType::Subject);
+    }
+    let mut shapes = overlay.overlay(OverlayRule::Subject, FillRule::Positive);
+    shapes.iter_mut().for_each(drop_straight_points);
+    shapes
+}
+
+/// Makes shapes valid again whose rings may cross.
+pub fn repair(shapes: &[Shape]) -> Vec<Shape> {
+    union(shapes.iter().flatten().map(Vec::as_slice))
+}
+
+/// Twice the signed area of a ring, in square steps; positive when counter-clockwise.
+pub fn doubled_area(ring: &[FlatPoint]) -> i64 {
+    let Some(&first) = ring.first() else { return 0 };
+    let from_first =
+        |p: FlatPoint| (i64::from(p.x) - i64::from(first.x), i64::from(p.y) - i64::from(first.y));
+    let cross_of = |pair: &[FlatPoint]| {
+        let ((ax, ay), (bx, by)) = (from_first(pair[0]), from_first(pair[1]));
+        ax * by - ay * bx
+    };
+    ring.windows(2).map(cross_of).sum()
+}
+
+/// Area of a ring, square metres, positive in either direction.
+pub fn area_m2(ring: &[FlatPoint]) -> f64 {
+    0.5 * doubled_area(ring).abs() as f64 * STEP_M * STEP_M
+}
+
+/// Removes points in the middle of straight edges, but for those where two rings, or a ring and itself, touch.
+fn drop_straight_points(shape: &mut Shape) {
+    let mut all: Vec<(i32, i32)> = shape.iter().flatten().map(|p| (p.x, p.y)).collect();
+    all.sort_unstable();
+    let shared = |p: &FlatPoint| {
+        let first = all.partition_point(|q| *q < (p.x, p.y));
+        all.get(first + 1) == Some(&(p.x, p.y))
+    };
+    for ring in shape {
+        let count = ring.len();
+        let straight = |index: usize| {
+            let [a, b, c] = [ring[(index + count - 1) % count], ring[index], ring[(index + 1) % count]];
+            doubled_area(&[a, b, c]) == 0 && !shared(&b)
+        };
+        let kept: Ring = (0..count).filter(|index| !straight(*index)).map(|index| ring[index]).collect();
+        *ring = kept;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{area_m2, doubled_area, repair, union};
+    use crate::polygons::frame::FlatPoint;
+
+    fn ring(points: &[(i32, i32)]) -> Vec<FlatPoint> {
+        points.iter().map(|(x, y)| FlatPoint::new(*x, *y)).collect()
+    }
+
+    #[test]
+    fn triangles_round_a_window_become_one_polygon_with_one_hole() {
+        // A square of 30 steps without its middle third: 8 squares, each two triangles.
+        let mut triangles = Vec::new();
+        for (x, y) in (0..9).map(|k| (10 * (k % 3), 10 * (k / 3))).filter(|cell| *cell != (10, 10)) {
+            triangles.push(ring(&[(x, y), (x + 10, y), (x + 10, y + 10)]));
+            triangles.push(ring(&[(x, y), (x + 10, y + 10), (x, y + 10)]));
+        }
+        let shapes = union(triangles.iter().map(Vec::as_slice));
+        assert_eq!(shapes.len(), 1);
+        assert_eq!(shapes[0].iter().map(|r| doubled_area(r)).collect::<Vec<_>>(), [1800, -200]);
+        assert_eq!(shapes[0].iter().map(Vec::len).collect::<Vec<_>>(), [4, 4], "straight points are gone");
+    }
+
+    #[test]
+    fn of_a_bow_tie_the_half_that_goes_round_the_right_way_stays() {
+        let shapes = repair(&[vec![ring(&[(0, 0), (100, 100), (100, 0), (0, 100)])]]);
+        assert_eq!(shapes.iter().map(|s| doubled_area(&s[0])).collect::<Vec<_>>(), [5000]);
+    }
+
+    #[test]
+    fn squares_that_touch_in_a_point_stay_two_polygons() {
+        let (a, b) =
+            (ring(&[(0, 0), (10, 0), (10, 10), (0, 10)]), ring(&[(10, 10), (20, 10), (20, 20), (10, 20)]));
+        assert_eq!(union([a, b].iter().map(Vec::as_slice)).len(), 2);
+    }
+
+    #[test]
+    fn nothing_and_rings_without_area_give_nothing() {
+        assert!(union(std::iter::empty()).is_empty());
+        let line = ring(&[(0, 0), (10, 0), (20, 0)]);
+        assert!(union([line.as_slice()].into_iter()).is_empty());
+        assert_eq!((doubled_area(&[]), area_m2(&line)), (0, 0.0));
+    }
+}
