@@ -3,7 +3,7 @@
 
 mod cases;
 
-use biplane_wire::deframe::Framing;
+use biplane_wire::deframe::{Framing, Measure};
 use biplane_wire::lms::{self, DeviceDeframer, HostDeframer, Reply, Scan, Status};
 use biplane_wire::{Counts, Deframer, Item, SkipReason, p2os};
 use cases::{Noise, bytes};
@@ -238,6 +238,77 @@ fn a_length_that_cannot_be_true_holds_nothing_up() {
         assert_eq!(frames(&found), [mode_done()], "{head}");
         assert_eq!(deframer.counts().bad_lengths, 1, "{head}");
     }
+}
+
+#[test]
+fn every_false_start_counts_for_itself() {
+    let head = bytes("02 80 FF FF B0");
+    assert_eq!(whole(&head.repeat(3)).1.bad_lengths, 3);
+    // A packet without a body.
+    let (found, counts) = pieces(p2os::Deframer::new(), [&bytes("FA FB 02 00 00")[..]]);
+    assert_eq!(found, [Piece::Skipped(0, 5, SkipReason::BadLength)]);
+    assert_eq!(counts.bad_lengths, 1);
+}
+
+#[test]
+fn a_telegram_found_inside_a_failed_one_ends_that_failure() {
+    // A head that claims 300 bytes, then a good telegram, a damaged one, and more.
+    let mut damaged = mode_done();
+    damaged[5] ^= 1;
+    let stream = [bytes("02 80 26 01 B0"), mode_done(), damaged, vec![0; 290], mode_done()].concat();
+    let (found, counts) = whole(&stream);
+    assert_eq!(counts.bad_checksums, 2);
+    assert_eq!(
+        found,
+        [
+            Piece::Skipped(0, 5, SkipReason::BadChecksum),
+            Piece::Frame(5, mode_done()),
+            Piece::Skipped(14, 299, SkipReason::BadChecksum),
+            Piece::Frame(313, mode_done()),
+        ]
+    );
+}
+
+#[test]
+fn what_is_skipped_behind_a_pause_has_its_own_reason() {
+    let mut deframer = DeviceDeframer::new();
+    deframer.push(&scan(20, 3)[..30]);
+    assert_eq!(deframer.next(), None);
+    deframer.abandon();
+    deframer.push(&[0; 7]);
+    let mut found = Vec::new();
+    deframer.feed(&[], |item| found.push(Piece::from(item)));
+    assert_eq!(
+        found,
+        [Piece::Skipped(0, 30, SkipReason::Abandoned), Piece::Skipped(30, 7, SkipReason::Noise)]
+    );
+}
+
+/// A framing that breaks its own promise about the longest frame.
+enum Boundless {}
+
+impl Framing for Boundless {
+    const START: u8 = 1;
+    const MAX_FRAME: usize = 8;
+
+    fn is_control(_byte: u8) -> bool {
+        false
+    }
+
+    fn measure(_head: &[u8]) -> Measure {
+        Measure::Frame(9)
+    }
+
+    fn is_intact(_frame: &[u8]) -> bool {
+        true
+    }
+}
+
+#[test]
+fn a_frame_longer_than_the_longest_is_skipped() {
+    let (found, counts) = pieces(Deframer::<Boundless, 8>::new(), [&[1u8; 20][..]]);
+    assert_eq!(found, [Piece::Skipped(0, 20, SkipReason::BadLength)]);
+    assert_eq!(counts.bad_lengths, 20);
 }
 
 #[test]

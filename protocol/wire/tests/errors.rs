@@ -62,6 +62,7 @@ fn a_bad_field_in_a_good_frame_is_described() {
         (&[0xBB, 2, 180, 0, 100, 0], "accepted is 2 (byte 5)"),
         (&[0xB0, 0x01, 0xC0, 0, 0], "unit of the count word is 3 (byte 5)"),
         (&[0xB7, 1, 0, 2, 0, 0x92, 0x01], "values of a scan: 402 where at most 401 fit (byte 9)"),
+        (&[0xB0, 0x00, 0x02], "values of a scan: 512 where at most 401 fit (byte 5)"),
         (&[0xB0, 0x02, 0x00, 1, 2], "telegram is cut: 11 bytes needed, 9 found"),
         (&[0xB0, 0x01, 0x00, 1, 2, 3], "telegram is cut: 11 bytes needed, 10 found"),
         (&[0xB1, 0x01], "telegram is cut: 157 bytes needed, 6 found"),

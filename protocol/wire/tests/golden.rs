@@ -6,8 +6,8 @@ mod cases;
 use std::path::{Path, PathBuf};
 
 use biplane_wire::lms::{
-    Baud, Config, Flags, MeasuringMode, Mode, ModeResult, Reply, Request, ScanKind, Selection, Severity,
-    Status, Telegram, Unit, Value, decode,
+    Baud, Config, Flags, MeasuringMode, Mode, ModeResult, Reply, Request, STATUS_REPORT_BYTES, ScanKind,
+    Selection, Severity, Status, StatusFields, StatusReport, Telegram, Unit, Value, decode,
 };
 use biplane_wire::p2os::{Argument, Command, MotorState, Packet, Report};
 use cases::bytes;
@@ -59,6 +59,8 @@ fn requests_mean_what_the_listing_says() {
         ("02 00 02 00 20 25 35 08", Request::Mode(Mode::OnRequest)),
         ("02 00 02 00 20 2A 3A 08", Request::Mode(Mode::StreamPartial)),
         ("02 00 02 00 20 40 50 08", Request::Mode(Mode::Baud(Baud::B38400))),
+        ("02 00 02 00 20 41 51 08", Request::Mode(Mode::Baud(Baud::B19200))),
+        ("02 00 02 00 20 42 52 08", Request::Mode(Mode::Baud(Baud::B9600))),
         ("02 00 02 00 20 48 58 08", Request::Mode(Mode::Baud(Baud::B500000))),
         ("02 00 03 00 20 26 05 79 3E", Request::Mode(Mode::MeanOf(5))),
         ("02 00 06 00 20 27 1B 00 2B 01 FF FE", Request::Mode(Mode::SubRange { first: 27, last: 299 })),
@@ -146,6 +148,51 @@ fn the_status_report_s_fields_stand_where_drivers_read_them() {
 }
 
 #[test]
+fn a_simulated_status_report_is_the_known_one_but_for_what_it_leaves_out() {
+    let fields = StatusFields { baud: Baud::B38400, ..StatusFields::default() };
+    let telegram = bytes(cases::LMS_STATUS);
+    let mut known = telegram[5..5 + STATUS_REPORT_BYTES].to_vec();
+    // By the listing's offsets, which count the code: reserved, pollution, reference and calibration, signals.
+    for left_out in [10..18, 19..67, 69..102] {
+        known[left_out.start - 1..left_out.end - 1].fill(0);
+    }
+    for pollution in known[18..34].chunks_mut(2) {
+        pollution[0] = 100;
+    }
+    assert_eq!(fields.encode()[..], known);
+}
+
+#[test]
+fn every_field_of_a_simulated_status_report_is_read_back() {
+    let fields = StatusFields {
+        version: *b"V02.30 ",
+        operating_mode: 0x24,
+        has_fault: true,
+        variant: 3,
+        pollution: [1, 2, 3, 4, 5, 6, 7, 800],
+        measuring_mode: MeasuringMode::FieldsAb,
+        angle_deg: 100,
+        resolution_cdeg: 25,
+        baud: Baud::B500000,
+        permanent_baud: true,
+        address: 5,
+        unit: Unit::Mm,
+        laser_on: false,
+        boot_version: *b"V01.00 ",
+    };
+    let data = fields.encode();
+    let report = StatusReport::new(&data).unwrap();
+    assert_eq!(report.version().0, fields.version);
+    assert_eq!((report.operating_mode(), report.variant()), (0x24, 3));
+    assert!(report.has_fault() && report.permanent_baud() && !report.laser_on());
+    assert_eq!(report.pollution(), fields.pollution);
+    assert_eq!(report.measuring_mode(), MeasuringMode::FieldsAb);
+    assert_eq!((report.angle_deg(), report.resolution_cdeg()), (100, 25));
+    assert_eq!((report.baud(), report.unit(), report.address()), (Ok(Baud::B500000), Ok(Unit::Mm), 5));
+    assert_eq!(report.boot_version().0, fields.boot_version);
+}
+
+#[test]
 fn partial_scans_say_their_offset() {
     // Count words of a driver's session: 100/0.25 variant, offsets .25, .50, .75, then 180 degrees, .00.
     for (word, count, quarters) in [(0x28B4u16, 180, 1), (0x30B4, 180, 2), (0x38B4, 180, 3), (0x20B5, 181, 0)]
@@ -187,6 +234,10 @@ fn commands_mean_what_the_manual_says() {
     }
     let malformed = Packet::parse(&bytes("FA FB 04 07 3B 07 3B")).unwrap().command();
     assert_eq!((malformed.number(), malformed.argument()), (7, Argument::Malformed(&[0x3B])));
+    // A negative zero is a zero, but other bytes.
+    let zero = bytes("FA FB 06 0B 1B 00 00 0B 1B");
+    check_p2os(&zero);
+    assert_eq!(Packet::parse(&zero).unwrap().command().argument(), Argument::Int(0));
 }
 
 #[test]
