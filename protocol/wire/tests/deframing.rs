@@ -5,94 +5,9 @@ mod cases;
 
 use biplane_wire::deframe::{Framing, Measure};
 use biplane_wire::lms::{self, DeviceDeframer, HostDeframer, Reply, Scan, Status};
-use biplane_wire::{Counts, Deframer, Item, SkipReason, p2os};
+use biplane_wire::{Deframer, Item, SkipReason, p2os};
+use cases::pieces::{Piece, frames, mode_done, pieces, scan, whole};
 use cases::{Noise, bytes};
-
-/// An item that has left the deframer.
-#[derive(Clone, Debug, PartialEq, Eq)]
-enum Piece {
-    Frame(u64, Vec<u8>),
-    Control(u64, u8),
-    Skipped(u64, usize, SkipReason),
-}
-
-impl From<Item<'_>> for Piece {
-    fn from(item: Item<'_>) -> Self {
-        match item {
-            Item::Frame { offset, bytes } => Piece::Frame(offset, bytes.to_vec()),
-            Item::Control { offset, byte } => Piece::Control(offset, byte),
-            Item::Skipped { offset, count, reason } => Piece::Skipped(offset, count, reason),
-        }
-    }
-}
-
-/// All pieces of a stream that arrives in these chunks and then ends. Neighbouring skips of one reason are joined,
-/// since how long runs are handed out depends on the chunks. Checks that the pieces tile the stream.
-fn pieces<'a, F: Framing, const N: usize>(
-    mut deframer: Deframer<F, N>,
-    chunks: impl IntoIterator<Item = &'a [u8]>,
-) -> (Vec<Piece>, Counts) {
-    let mut found: Vec<Piece> = Vec::new();
-    let mut position = 0;
-    let mut keep = |item: Item<'_>| {
-        let piece = Piece::from(item);
-        let (offset, length) = match &piece {
-            Piece::Frame(offset, bytes) => (*offset, bytes.len()),
-            Piece::Control(offset, _) => (*offset, 1),
-            Piece::Skipped(offset, count, _) => (*offset, *count),
-        };
-        assert_eq!(offset, position, "pieces follow each other: {piece:?}");
-        position += length as u64;
-        match (found.last_mut(), piece) {
-            (Some(Piece::Skipped(_, total, before)), Piece::Skipped(_, count, reason))
-                if *before == reason =>
-            {
-                *total += count;
-            }
-            (_, piece) => found.push(piece),
-        }
-    };
-    let mut pushed = 0;
-    for chunk in chunks {
-        deframer.feed(chunk, &mut keep);
-        pushed += chunk.len() as u64;
-        assert_eq!(deframer.position(), pushed);
-        assert_eq!(deframer.counts().bytes() + deframer.buffered() as u64, pushed);
-        assert!(deframer.buffered() < F::MAX_FRAME);
-    }
-    deframer.finish();
-    while let Some(item) = deframer.next() {
-        keep(item);
-    }
-    assert_eq!(position, pushed, "every byte is in one piece");
-    assert_eq!(deframer.counts().bytes(), pushed, "every byte is in the account");
-    (found, deframer.counts())
-}
-
-fn whole(stream: &[u8]) -> (Vec<Piece>, Counts) {
-    pieces(DeviceDeframer::new(), [stream])
-}
-
-fn frames(found: &[Piece]) -> Vec<Vec<u8>> {
-    let frame = |piece: &Piece| match piece {
-        Piece::Frame(_, bytes) => Some(bytes.clone()),
-        _ => None,
-    };
-    found.iter().filter_map(frame).collect()
-}
-
-/// A scan whose values hold the start of a telegram again and again.
-fn scan(count: u16, seed: u16) -> Vec<u8> {
-    let value = |i: u16| if i.is_multiple_of(7) { 0x8002 } else { i.wrapping_mul(seed) };
-    let scan = Scan { values: (0..count).map(value).collect(), index: Some((2, 0x80)), ..Scan::default() };
-    let mut out = vec![0; scan.encoded_len()];
-    scan.emit(0x80, &mut out).unwrap();
-    out
-}
-
-fn mode_done() -> Vec<u8> {
-    bytes("02 80 03 00 A0 00 10 16 0A")
-}
 
 /// Noise, replies, acknowledgements, a damaged scan, a cut one, and noise that looks like a start.
 fn mixed_stream() -> Vec<u8> {
@@ -269,21 +184,6 @@ fn a_telegram_found_inside_a_failed_one_ends_that_failure() {
     );
 }
 
-#[test]
-fn what_is_skipped_behind_a_pause_has_its_own_reason() {
-    let mut deframer = DeviceDeframer::new();
-    deframer.push(&scan(20, 3)[..30]);
-    assert_eq!(deframer.next(), None);
-    deframer.abandon();
-    deframer.push(&[0; 7]);
-    let mut found = Vec::new();
-    deframer.feed(&[], |item| found.push(Piece::from(item)));
-    assert_eq!(
-        found,
-        [Piece::Skipped(0, 30, SkipReason::Abandoned), Piece::Skipped(30, 7, SkipReason::Noise)]
-    );
-}
-
 /// A framing that breaks its own promise about the longest frame.
 enum Boundless {}
 
@@ -323,60 +223,6 @@ fn the_longest_replies_are_frames() {
     longest.emit(0x80, &mut out).unwrap();
     assert_eq!(out.len(), lms::MAX_REPLY_BYTES);
     assert_eq!(frames(&whole(&out).0), [out]);
-}
-
-#[test]
-fn an_acknowledgement_counts_only_where_a_telegram_could_start() {
-    // Inside a telegram it is data; behind a telegram, at the start and after a pause it is an acknowledgement.
-    let cut = scan(20, 3)[..30].to_vec();
-    let stream = [vec![lms::ACK], scan(20, 0x0606), vec![lms::ACK], cut, vec![lms::ACK, lms::NAK]].concat();
-    let mut deframer = DeviceDeframer::new();
-    let mut found = Vec::new();
-    deframer.feed(&stream, |item| found.push(Piece::from(item)));
-    deframer.abandon();
-    deframer.feed(&[lms::NAK], |item| found.push(Piece::from(item)));
-    let length = scan(20, 3).len() as u64;
-    assert_eq!(
-        found,
-        [
-            Piece::Control(0, lms::ACK),
-            Piece::Frame(1, scan(20, 0x0606)),
-            Piece::Control(1 + length, lms::ACK),
-            Piece::Skipped(2 + length, 32, SkipReason::Abandoned),
-            Piece::Control(34 + length, lms::NAK),
-        ]
-    );
-    assert_eq!(deframer.counts().abandoned, 1);
-}
-
-#[test]
-fn a_reply_behind_a_cut_scan_is_found_at_the_pause() {
-    let stream = [scan(361, 11)[..300].to_vec(), vec![lms::ACK], mode_done()].concat();
-    let mut deframer = DeviceDeframer::new();
-    let mut found = Vec::new();
-    deframer.feed(&stream, |item| found.push(Piece::from(item)));
-    assert_eq!(found, []);
-    assert_eq!(deframer.buffered(), stream.len());
-    deframer.abandon();
-    deframer.feed(&[], |item| found.push(Piece::from(item)));
-    assert_eq!(found, [Piece::Skipped(0, 301, SkipReason::Abandoned), Piece::Frame(301, mode_done())]);
-    // The next bytes are in step again.
-    deframer.feed(&mode_done(), |item| found.push(Piece::from(item)));
-    assert_eq!(found.len(), 3);
-}
-
-#[test]
-fn a_pause_when_nothing_is_unfinished_changes_nothing() {
-    let mut deframer = DeviceDeframer::new();
-    let mut found = Vec::new();
-    for _ in 0..3 {
-        deframer.abandon();
-        deframer.feed(&mode_done(), |item| found.push(Piece::from(item)));
-        deframer.abandon();
-    }
-    assert_eq!(frames(&found).len(), 3);
-    assert_eq!(deframer.counts().bytes(), 27);
-    assert_eq!(deframer.counts().abandoned, 0);
 }
 
 #[test]

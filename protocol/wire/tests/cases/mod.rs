@@ -2,6 +2,7 @@
 //! small tools that the tests share.
 #![allow(dead_code)] // each test binary uses its own part
 
+pub mod pieces;
 pub mod table;
 
 /// Requests to a laser, checksum included.
