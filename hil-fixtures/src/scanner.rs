@@ -18,6 +18,8 @@ pub const TURN_NS: i64 = 13_320_000;
 pub const NO_ECHO: u16 = 8191;
 /// Value word of an echo from beyond the largest value (13 bits).
 pub const BEYOND_RANGE: u16 = 8183;
+/// Value word of a beam that could not be read (13 bits).
+pub const READ_ERROR: u16 = 8186;
 /// The largest range value in 13 bits.
 pub const LARGEST_VALUE: u16 = 8182;
 
@@ -68,6 +70,18 @@ impl Variant {
             (100, 25 | 50 | 100) | (180, 50 | 100) | (90, 50) => Some(Self { fov_deg, resolution_cdeg }),
             _ => None,
         }
+    }
+
+    /// Field of view in degrees.
+    #[must_use]
+    pub fn fov_deg(self) -> u16 {
+        self.fov_deg
+    }
+
+    /// Step between beams in hundredths of a degree.
+    #[must_use]
+    pub fn resolution_cdeg(self) -> u16 {
+        self.resolution_cdeg
     }
 
     /// Mirror turns a scan takes. An S14 fires at half degrees, the others at whole ones.
