@@ -4,6 +4,7 @@
 //! Frame `map` (x forward at the start, z up), metres, stamps in whole nanoseconds.
 
 pub mod cloud;
+pub mod compare;
 pub mod deskew;
 pub mod leftovers;
 pub mod mesh;
@@ -11,5 +12,7 @@ pub mod model;
 pub mod params;
 pub mod pipeline;
 pub mod planes;
+pub mod ply_read;
 pub mod polygons;
+pub mod surface_distance;
 pub mod triangulate;
