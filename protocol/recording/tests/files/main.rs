@@ -2,4 +2,5 @@
 
 mod folder;
 mod round_trip;
+mod salvage;
 mod samples;

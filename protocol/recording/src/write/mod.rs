@@ -3,14 +3,18 @@
 //!
 //! The same calls give the same bytes, on any machine: no clock is read, nothing depends on threads or hash order.
 
+mod copy;
+mod error;
+
+pub use error::WriteError;
+
 use crate::msg::{ByteArray, Message};
-use crate::read::Entry;
 use crate::schema;
 use crate::topics::{Direction, Port, Topic};
+use error::{explain, refused};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
-use mcap::{Attachment, Compression, McapError, WriteOptions};
-use std::borrow::Cow;
+use mcap::{Compression, WriteOptions};
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fs::File;
@@ -51,63 +55,17 @@ pub struct WriteReport {
     pub bytes: u64,
 }
 
-/// Why a file could not be written.
-#[derive(Debug, thiserror::Error)]
-pub enum WriteError {
-    /// The file is there already.
-    #[error("{} exists already; it is not overwritten unless asked", path.display())]
-    Exists {
-        /// The file.
-        path: PathBuf,
-    },
-    /// An unfinished recording of that name is there: of a run that still goes on, or that was cut off.
-    #[error(
-        "{} exists: an unfinished recording, not overwritten unless asked; `biplane recover` salvages it, if no process is still writing it",
-        path.display()
-    )]
-    Unfinished {
-        /// The unfinished file.
-        path: PathBuf,
-    },
-    /// No room is left.
-    #[error("disk full while writing {}: what was written before is kept", path.display())]
-    DiskFull {
-        /// The file.
-        path: PathBuf,
-    },
-    /// The system refused.
-    #[error("cannot {action} {}: {source}", path.display())]
-    Io {
-        /// What was tried.
-        action: &'static str,
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
-    /// A write failed before; nothing more can be added.
-    #[error("{} cannot be written any more: an earlier write failed", path.display())]
-    Failed {
-        /// The file.
-        path: PathBuf,
-    },
-    /// The format refuses it.
-    #[error("cannot write to {}: {what}", path.display())]
-    Format {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        what: String,
-    },
-}
-
-pub(crate) type Sink = NoSeek<BufWriter<File>>;
+type Sink = NoSeek<BufWriter<File>>;
 
 /// The name of a file while it is written: `NAME.active`.
 #[must_use]
 pub fn active_path(path: &Path) -> PathBuf {
+    with_suffix(path, ".active")
+}
+
+fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     let mut name = OsString::from(path.as_os_str());
-    name.push(".active");
+    name.push(suffix);
     PathBuf::from(name)
 }
 
@@ -116,6 +74,15 @@ pub fn active_path(path: &Path) -> PathBuf {
 struct Channel {
     id: u16,
     messages: u32,
+}
+
+/// A message's place in the file.
+#[derive(Copy, Clone)]
+struct Stamped {
+    channel: u16,
+    sequence: u32,
+    log_time_ns: i64,
+    publish_time_ns: i64,
 }
 
 /// What a channel is found again by: topic, type and encoding.
@@ -171,13 +138,18 @@ impl Writer {
     /// [`WriteError::Exists`] and [`WriteError::Unfinished`] for what is there already (unless `options.overwrite`), or what the
     /// system refuses.
     pub fn create(path: &Path, options: &WriterOptions) -> Result<Self, WriteError> {
-        Self::create_as(path, options, "ros2")
-    }
-
-    /// As [`Writer::create`], with the profile of a file that is copied.
-    pub(crate) fn create_as(path: &Path, options: &WriterOptions, profile: &str) -> Result<Self, WriteError> {
         let active = active_path(path);
         let file = open_active(path, &active, options.overwrite)?;
+        Self::start(path, active, file, options, "ros2")
+    }
+
+    fn start(
+        path: &Path,
+        active: PathBuf,
+        file: File,
+        options: &WriterOptions,
+        profile: &str,
+    ) -> Result<Self, WriteError> {
         let sink = file.try_clone().map_err(|source| WriteError::Io {
             action: "open",
             path: active.clone(),
@@ -258,45 +230,14 @@ impl Writer {
         publish_time_ns: i64,
         cdr: &[u8],
     ) -> Result<(), WriteError> {
-        let log_time = self.advance(log_time_ns)?;
+        self.log_time_ns = self.log_time_ns.max(log_time_ns);
         let channel = match self.channels.get(&topic) {
             Some(channel) => *channel,
             None => self.add_topic(topic)?,
         };
-        self.put(channel, log_time, publish_time_ns, cdr)?;
         self.channels.insert(topic, Channel { messages: channel.messages.wrapping_add(1), ..channel });
-        Ok(())
-    }
-
-    /// Writes a message of another file as it is: same topic, type, schema, encoding, times and bytes; also of topics and types that
-    /// Biplane does not know.
-    ///
-    /// # Errors
-    /// As [`Writer::write`].
-    pub fn copy(&mut self, entry: &Entry) -> Result<(), WriteError> {
-        if let (Some(topic), "cdr") = (entry.topic, entry.encoding()) {
-            return self.write_encoded(topic, entry.log_time_ns, entry.publish_time_ns, &entry.bytes);
-        }
-        let log_time = self.advance(entry.log_time_ns)?;
-        let key = (entry.topic_name.clone(), entry.type_name.clone(), entry.encoding().to_owned());
-        let channel = match self.foreign.get(&key) {
-            Some(channel) => *channel,
-            None => self.add_foreign(entry)?,
-        };
-        self.put(channel, log_time, entry.publish_time_ns, &entry.bytes)?;
-        self.foreign.insert(key, Channel { messages: channel.messages.wrapping_add(1), ..channel });
-        Ok(())
-    }
-
-    /// Takes the running maximum of the log times, and closes the chunk when it has lasted long enough.
-    fn advance(&mut self, log_time_ns: i64) -> Result<u64, WriteError> {
-        self.log_time_ns = self.log_time_ns.max(log_time_ns);
-        let start = *self.chunk_start_ns.get_or_insert(self.log_time_ns);
-        if self.log_time_ns.saturating_sub(start) >= self.options.chunk_span_ns {
-            self.flush()?;
-            self.chunk_start_ns = Some(self.log_time_ns);
-        }
-        Ok(self.log_time_ns.unsigned_abs())
+        let (log_time_ns, sequence) = (self.log_time_ns, channel.messages);
+        self.put(Stamped { channel: channel.id, log_time_ns, publish_time_ns, sequence }, cdr)
     }
 
     fn add_topic(&mut self, topic: Topic) -> Result<Channel, WriteError> {
@@ -305,12 +246,6 @@ impl Writer {
         let text = schema::ros2msg(type_name).unwrap_or_default();
         let qos = ("offered_qos_profiles".to_owned(), topic.offered_qos_profiles());
         self.add_channel((type_name, "ros2msg", text.as_bytes()), topic.name(), "cdr", &BTreeMap::from([qos]))
-    }
-
-    fn add_foreign(&mut self, entry: &Entry) -> Result<Channel, WriteError> {
-        let channel = &entry.channel;
-        let schema = (entry.type_name.as_str(), channel.schema_encoding.as_str(), channel.schema.as_slice());
-        self.add_channel(schema, &entry.topic_name, &channel.message_encoding, &channel.metadata)
     }
 
     fn add_channel(
@@ -329,18 +264,17 @@ impl Writer {
         Ok(Channel { id, messages: 0 })
     }
 
-    fn put(
-        &mut self,
-        channel: Channel,
-        log_time: u64,
-        publish_time_ns: i64,
-        bytes: &[u8],
-    ) -> Result<(), WriteError> {
+    fn put(&mut self, stamped: Stamped, bytes: &[u8]) -> Result<(), WriteError> {
+        let start = *self.chunk_start_ns.get_or_insert(stamped.log_time_ns);
+        if stamped.log_time_ns.saturating_sub(start) >= self.options.chunk_span_ns {
+            self.flush()?;
+            self.chunk_start_ns = Some(stamped.log_time_ns);
+        }
         let header = MessageHeader {
-            channel_id: channel.id,
-            sequence: channel.messages,
-            log_time,
-            publish_time: u64::try_from(publish_time_ns).unwrap_or(0),
+            channel_id: stamped.channel,
+            sequence: stamped.sequence,
+            log_time: u64::try_from(stamped.log_time_ns).unwrap_or(0),
+            publish_time: u64::try_from(stamped.publish_time_ns).unwrap_or(0),
         };
         self.inner.write_to_known_channel(&header, bytes).map_err(|error| explain(&self.active, error))?;
         self.messages += 1;
@@ -353,15 +287,7 @@ impl Writer {
     /// As [`Writer::write`].
     pub fn attach(&mut self, name: &str, media_type: &str, data: &[u8]) -> Result<(), WriteError> {
         let time = self.log_time_ns.unsigned_abs();
-        let attachment = Attachment {
-            log_time: time,
-            create_time: time,
-            name: name.to_owned(),
-            media_type: media_type.to_owned(),
-            data: Cow::Borrowed(data),
-        };
-        self.chunk_start_ns = None;
-        self.inner.attach(&attachment).map_err(|error| explain(&self.active, error))
+        self.attach_at((time, time), name, media_type, data)
     }
 
     /// Adds named words, for example versions. Closes the chunk.
@@ -417,21 +343,5 @@ impl Writer {
         let bytes = self.file.metadata().map_err(|source| refused("look at", &self.path, source))?.len();
         let chunks = summary.chunk_indexes.len() as u64;
         Ok(WriteReport { path: self.path, messages: self.messages, chunks, bytes })
-    }
-}
-
-fn refused(action: &'static str, path: &Path, source: io::Error) -> WriteError {
-    let path = path.to_owned();
-    match source.kind() {
-        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => WriteError::DiskFull { path },
-        _ => WriteError::Io { action, path, source },
-    }
-}
-
-fn explain(path: &Path, error: McapError) -> WriteError {
-    match error {
-        McapError::Io(source) => refused("write", path, source),
-        McapError::AttemptedWriteAfterFailure => WriteError::Failed { path: path.to_owned() },
-        other => WriteError::Format { path: path.to_owned(), what: other.to_string() },
     }
 }
