@@ -1,1 +1,3 @@
-//! See ARCHITECTURE.md.
+//! The onboard process: device sessions, time stamps, scan matching in real time, recording.
+pub mod odometry;
+pub mod stamping;
