@@ -6,7 +6,7 @@
 //! a laser's scans, which lie whole mirror turns apart. All is causal: a stamp uses what has arrived, nothing later.
 //! Units: nanoseconds of the host's time; byte offsets since the port was opened. Model: `interfaces.md` section 2.
 
-const MIRROR_TURN_NS: i64 = 13_320_000;
+use biplane_wire::lms::MIRROR_TURN_NS;
 
 /// Bits that a byte takes on the line: start, eight data, stop.
 const LINE_BITS_PER_BYTE: i64 = 10;

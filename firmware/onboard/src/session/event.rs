@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use super::ShortText;
+
 /// What a session was doing.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
 pub enum Step {
@@ -79,7 +81,7 @@ pub enum Event {
         kept: u32,
     },
     /// The device has told its type or name.
-    Identified(heapless::String<32>),
+    Identified(ShortText),
     /// A question was not answered in time and is asked again.
     Retried {
         /// The question.

@@ -9,11 +9,28 @@ pub mod base;
 mod event;
 pub mod laser;
 pub mod retry;
+#[cfg(test)]
+mod script;
 
+use biplane_wire::lms::Text;
 pub use event::{Event, Step};
 
 /// Bytes of one request to a device: the longest is the LMS configuration (41 bytes).
 pub type RequestBytes = heapless::Vec<u8, 64>;
+
+/// A name or a version that a device has told, printable ASCII only.
+pub type ShortText = heapless::String<32>;
+
+pub(crate) fn printable(text: Text<'_>) -> ShortText {
+    let mut kept = ShortText::new();
+    for &byte in text.trimmed().iter().take(kept.capacity()) {
+        let letter = if matches!(byte, b' '..=b'~') { char::from(byte) } else { '.' };
+        if kept.push(letter).is_err() {
+            break;
+        }
+    }
+    kept
+}
 
 /// What happens to a session.
 #[derive(Copy, Clone, Debug)]

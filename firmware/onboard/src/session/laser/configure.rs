@@ -1,13 +1,11 @@
 //! Reading what the laser is set to, and changing only what differs: each written configuration wears its EEPROM.
 
-use biplane_wire::lms::{Mode, Reply, Request, StatusReport};
+use biplane_wire::lms::{Mode, ModeResult, PASSWORD, Reply, Request, StatusReport, Text};
 
 use super::{Goal, Machine, State};
 use crate::session::retry::Patience;
-use crate::session::{Event, Step};
+use crate::session::{Event, Step, printable};
 
-/// The password of the installation mode as the device is delivered.
-const PASSWORD: [u8; 8] = *b"SICK_LMS";
 const READ: Patience = Patience::new(600, 3);
 /// A mode change takes up to 3 s; most take 80 ms.
 const MODE: Patience = Patience::new(1500, 3);
@@ -16,14 +14,8 @@ const WRITE: Patience = Patience::new(15_000, 2);
 const VARIANT: Patience = Patience::new(1500, 3);
 
 impl Machine {
-    pub(super) fn learn_type(&mut self, text: &str) {
-        let mut kept = heapless::String::new();
-        for letter in text.trim().chars().take(kept.capacity()) {
-            let letter = if letter.is_ascii_graphic() || letter == ' ' { letter } else { '?' };
-            if kept.push(letter).is_err() {
-                break;
-            }
-        }
+    pub(super) fn learn_type(&mut self, text: Text<'_>) {
+        let kept = printable(text);
         if kept != self.info.type_text {
             self.info.type_text = kept.clone();
             self.say(Event::Identified(kept));
@@ -31,13 +23,8 @@ impl Machine {
     }
 
     pub(super) fn learn_status(&mut self, status: &StatusReport<'_>) {
-        self.info.firmware.clear();
-        for letter in status.version().trim().chars().filter(char::is_ascii_graphic) {
-            if self.info.firmware.push(letter).is_err() {
-                break;
-            }
-        }
-        self.info.error_flag = Some(status.has_error());
+        self.info.firmware = printable(status.version());
+        self.info.has_fault = Some(status.has_fault());
         self.info.variant = Some((status.angle_deg(), status.resolution_cdeg()));
     }
 
@@ -79,8 +66,8 @@ impl Machine {
             return;
         }
         match &self.info.config {
-            Some(config) if config.unit != self.settings.unit => {
-                let request = Request::Mode(Mode::InstallMode { password: PASSWORD });
+            Some(config) if config.unit().is_some_and(|unit| unit != self.settings.unit) => {
+                let request = Request::Mode(Mode::Install { password: PASSWORD });
                 self.ask(State::EnterInstallation, Step::EnterInstallation, request, MODE);
             }
             _ => self.compare_variant(),
@@ -89,7 +76,7 @@ impl Machine {
 
     pub(super) fn enter_installation_answered(&mut self, reply: &Reply<'_>) {
         let Reply::Mode(result) = reply else { return };
-        if !result.is_done() {
+        if *result != ModeResult::Done {
             self.refused();
             return;
         }
@@ -97,14 +84,14 @@ impl Machine {
             self.enter_leave_installation();
             return;
         };
-        config.unit = self.settings.unit;
+        config.set_unit(self.settings.unit);
         let request = Request::WriteConfig(config);
         self.ask(State::WriteConfiguration, Step::WriteConfiguration, request, WRITE);
     }
 
     pub(super) fn write_configuration_answered(&mut self, reply: &Reply<'_>) {
         let Reply::ConfigWritten { accepted, config } = reply else { return };
-        if *accepted && config.unit == self.settings.unit {
+        if *accepted && config.unit() == Some(self.settings.unit) {
             self.say(Event::UnitsWritten);
             self.enter_leave_installation();
         } else {

@@ -14,7 +14,7 @@ mod search;
 mod settings;
 mod stream;
 
-use biplane_wire::lms::{DeviceDeframer, Reply, Request, Telegram};
+use biplane_wire::lms::{BROADCAST, DeviceDeframer, NAK, Reply, Request, Telegram};
 use biplane_wire::{Counts, Item};
 
 pub use reading::{Fan, MAX_LMS_BEAMS, ScanReading};
@@ -24,10 +24,6 @@ use super::retry::{Due, Patience, Question};
 use super::{Event, Input, Output, Outputs, RequestBytes, Session, Step};
 use crate::stamping::byte_time_ns;
 
-/// Requests go to every device on the line; there is only one.
-const BROADCAST: u8 = 0;
-/// The device said with 15h that a request arrived damaged.
-const NOT_ACKNOWLEDGED: u8 = 0x15;
 /// After a refusal the device wants at least 30 ms of peace.
 const PAUSE_NS: i64 = 60_000_000;
 /// While an answer is awaited, a pause of this length on the line ends a telegram (the listing allows 14 ms).
@@ -281,7 +277,7 @@ impl Machine {
     fn item(&mut self, item: Item<'_>) {
         match item {
             Item::Frame { offset, bytes } => self.frame(offset, bytes),
-            Item::Control { byte: NOT_ACKNOWLEDGED, .. } => self.ask_again(),
+            Item::Control { byte: NAK, .. } => self.ask_again(),
             Item::Control { .. } | Item::Skipped { .. } => {}
         }
     }
@@ -370,7 +366,7 @@ impl Machine {
     /// Keeps what replies tell of the laser, whoever asked for them.
     fn learn(&mut self, reply: &Reply<'_>) {
         match reply {
-            Reply::Type { text } => self.learn_type(text),
+            Reply::Type { text } => self.learn_type(*text),
             Reply::Config(config) => self.info.config = Some(config.clone()),
             Reply::ConfigWritten { config, .. } => self.info.config = Some(config.clone()),
             Reply::Variant { angle_deg, resolution_cdeg, .. } => {

@@ -3,7 +3,7 @@
 //! What is no range stays told apart as REP 117 wants it: no echo and beyond range are `+inf`, everything else that is
 //! not valid (dazzled, overflow, read error) is NaN. Source: SICK telegram listing, B0 reply; `lms2xx.md` sections 6 and 7.
 
-use biplane_wire::lms::{MeasuringMode, ScanView, Unit, Value};
+use biplane_wire::lms::{MeasuringMode, ScanView, Selection, Value, decode as decode_value};
 
 /// Most beams of an LMS: 100 degrees in steps of a quarter.
 pub const MAX_LMS_BEAMS: usize = 401;
@@ -78,23 +78,22 @@ pub fn decode(
     mode: MeasuringMode,
     is_s14: bool,
 ) -> Option<ScanReading> {
-    let fan = match view.partial() {
+    if view.selection() != Selection::All {
+        return None;
+    }
+    let fan = match view.partial_offset_quarters() {
         None => Fan::of_count(view.count(), is_s14)?,
         Some(quarter) => Fan::of_partial(view.count(), quarter)?,
     };
-    let metres_per_unit = match view.unit() {
-        Unit::Cm => 0.01,
-        Unit::Mm => 0.001,
-    };
-    let metres = |units: u16| (f64::from(units) * metres_per_unit) as f32;
+    let metres = |units: u16| (f64::from(units) * view.unit().metres()) as f32;
     let mut ranges_m = heapless::Vec::new();
     for raw in view.values() {
-        let range_m = match mode.decode(raw).value {
+        let range_m = match decode_value(raw, mode).value {
             Value::Range(units) => metres(units),
             Value::NoEcho | Value::BeyondRange => f32::INFINITY,
             _ => f32::NAN,
         };
         ranges_m.push(range_m).ok()?;
     }
-    Some(ScanReading { offset, length, fan, range_max_m: metres(mode.largest_range()), ranges_m })
+    Some(ScanReading { offset, length, fan, range_max_m: metres(mode.max_range()?), ranges_m })
 }

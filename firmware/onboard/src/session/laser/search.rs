@@ -3,7 +3,7 @@
 //! At each candidate rate a stop request is sent: it is answered also by a device that was left streaming. Then a second, different
 //! question confirms the rate, because an answer may be a late one from the rate tried before.
 
-use biplane_wire::lms::{Baud, Mode, Reply, Request};
+use biplane_wire::lms::{Baud, Mode, ModeResult, Reply, Request};
 
 use super::{Goal, Machine, State};
 use crate::session::retry::Patience;
@@ -86,7 +86,7 @@ impl Machine {
     /// The answer still comes at the old rate.
     pub(super) fn switch_rate_answered(&mut self, reply: &Reply<'_>) {
         let Reply::Mode(result) = reply else { return };
-        if !result.is_done() {
+        if *result != ModeResult::Done {
             self.refused();
             return;
         }

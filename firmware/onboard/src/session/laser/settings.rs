@@ -1,6 +1,7 @@
 //! What a laser shall be set to, and what it says of itself.
 
 use biplane_recording::rig;
+use crate::session::ShortText;
 use biplane_wire::lms::{Config, MeasuringMode, Unit};
 
 /// What the rig asks of a laser.
@@ -36,11 +37,11 @@ pub struct LaserInfo {
     /// Rate at which it answered, bits per second.
     pub found_baud: Option<u32>,
     /// Type text, for example `LMS291;S05;X01.27`.
-    pub type_text: heapless::String<32>,
+    pub type_text: ShortText,
     /// Firmware version of the status reply.
-    pub firmware: heapless::String<16>,
-    /// Whether the status reply's error flag is set.
-    pub error_flag: Option<bool>,
+    pub firmware: ShortText,
+    /// Whether the status reply's fault flag is set.
+    pub has_fault: Option<bool>,
     /// Field of view in force, degrees, and step, hundredths of a degree.
     pub variant: Option<(u16, u16)>,
     /// Its configuration.
@@ -51,7 +52,7 @@ impl LaserInfo {
     /// How its values are to be read: as configured, or 13 bits when the configuration is not known.
     #[must_use]
     pub fn measuring_mode(&self) -> MeasuringMode {
-        self.config.as_ref().map_or(MeasuringMode::default(), |config| config.measuring_mode)
+        self.config.as_ref().and_then(Config::measuring_mode).unwrap_or_default()
     }
 
     /// An S14 measures its 181 beams in one turn, 90 degrees wide; others with 181 beams are 180 degrees wide.

@@ -1,6 +1,6 @@
 //! Scans flowing, scans failing to flow, and the stop.
 
-use biplane_wire::lms::{MIRROR_TURN_NS, Mode, Reply, Request, ScanView};
+use biplane_wire::lms::{MIRROR_TURN_NS, Mode, ModeResult, Reply, Request, ScanView};
 
 use super::reading::decode;
 use super::{Machine, State};
@@ -24,7 +24,7 @@ impl Machine {
 
     pub(super) fn start_stream_answered(&mut self, reply: &Reply<'_>) {
         let Reply::Mode(result) = reply else { return };
-        if result.is_done() {
+        if *result == ModeResult::Done {
             self.enter_streaming();
         } else {
             self.refused();

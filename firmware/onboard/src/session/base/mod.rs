@@ -8,13 +8,16 @@
 //! The motors are never enabled: the operator drives. Frame of the odometry: the base's own (`odom`). Units: metres, radians.
 //! Source: Pioneer 3 operations manual, and the fact sheet `p2os.md`.
 
-use biplane_matcher::{Pose2, wrap_angle};
+mod odometer;
+
+use biplane_matcher::Pose2;
 use biplane_recording::rig;
-use biplane_wire::p2os::{self, Command, Packet, Sip};
+use biplane_wire::p2os::{self, Command, Identity, Packet, Report, Sip};
 use biplane_wire::{Counts, Item};
 
 use super::retry::{Due, Patience, Question};
-use super::{Event, Input, Output, Outputs, RequestBytes, Session, Step};
+use super::{Event, Input, Output, Outputs, RequestBytes, Session, ShortText, Step, printable};
+use odometer::Odometer;
 
 const SYNC: Patience = Patience::new(500, 4);
 const OPEN: Patience = Patience::new(1000, 3);
@@ -26,13 +29,6 @@ const SILENCE_NS: i64 = 1_000_000_000;
 const CLOSE_NS: i64 = 250_000_000;
 /// Between two rounds of synchronising.
 const ROUND_NS: i64 = 500_000_000;
-/// Position is 15 bits wide.
-const ANGLE_UNITS_PER_TURN: f64 = 4096.0;
-/// Faster than any of these bases, metres per second: a larger jump is a restart, not motion.
-const MAX_SPEED_M_S: f64 = 3.0;
-/// A jump of this size is motion at any speed, metres: stamps jitter.
-const MAX_STEP_M: f64 = 0.3;
-
 /// What the rig says of the base.
 #[derive(Copy, Clone, PartialEq, Debug)]
 pub struct BaseSettings {
@@ -65,11 +61,11 @@ pub struct OdometryReading {
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct BaseInfo {
     /// Name, class and subclass, as it answers SYNC2.
-    pub name: heapless::String<32>,
+    pub name: ShortText,
     /// Class, usually `Pioneer`.
-    pub class: heapless::String<32>,
+    pub class: ShortText,
     /// Subclass, for example `p3dx-sh`: picks the parameters.
-    pub subclass: heapless::String<32>,
+    pub subclass: ShortText,
 }
 
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
@@ -298,29 +294,32 @@ impl Machine {
     }
 
     fn frame(&mut self, offset: u64, bytes: &[u8]) {
-        let Ok(packet) = Packet::parse(bytes) else { return };
-        let is_report = packet.is_sip();
+        match Packet::parse(bytes).and_then(|packet| packet.report()) {
+            Ok(Report::Sip(sip)) => self.sip(offset, bytes.len(), &sip),
+            Ok(Report::Sync(number)) => self.sync_answered(number),
+            Ok(Report::Identity(identity)) => self.identified(&identity),
+            Ok(_) => {}
+            Err(_) => self.not_kept += 1,
+        }
+    }
+
+    fn sip(&mut self, offset: u64, length: usize, sip: &Sip) {
         match self.state {
-            State::Sync(number) if is_report => self.session_is_open(number),
-            State::Sync(number) => self.sync_answered(number, &packet),
-            State::Opening if is_report => {
+            State::Sync(0) => self.session_is_open(),
+            State::Opening => {
                 self.question = None;
                 self.rounds = 0;
                 self.state = State::Running { pulse_ns: self.now_ns + PULSE_NS };
                 self.say(Event::Streaming);
-                self.report(offset, bytes.len(), &packet);
+                self.report(offset, length, sip);
             }
-            State::Running { .. } | State::Listening if is_report => self.report(offset, bytes.len(), &packet),
-            State::Listening => self.learn(&packet),
+            State::Running { .. } | State::Listening => self.report(offset, length, sip),
             _ => {}
         }
     }
 
     /// Reports instead of an echo: somebody left a session open, or a pulled cable was put back.
-    fn session_is_open(&mut self, number: u8) {
-        if number > 0 || self.question.is_none() {
-            return;
-        }
+    fn session_is_open(&mut self) {
         if !self.close_said {
             self.close_said = true;
             self.say(Event::SessionLeftOpen);
@@ -330,53 +329,45 @@ impl Machine {
         self.state = State::Draining { until_ns: self.now_ns + CLOSE_NS };
     }
 
-    /// SYNC0 and SYNC1 are echoed; SYNC2 is answered with the base's names.
-    fn sync_answered(&mut self, number: u8, packet: &Packet<'_>) {
-        if packet.kind() != number {
-            return;
-        }
-        match number {
-            0 | 1 => self.enter_sync(number + 1),
-            _ => {
-                self.learn(packet);
-                self.say(Event::Identified(self.info.subclass.clone()));
-                self.identified();
-            }
+    /// SYNC0 and SYNC1 are echoed.
+    fn sync_answered(&mut self, number: u8) {
+        if self.state == State::Sync(number) && number < 2 {
+            self.enter_sync(number + 1);
         }
     }
 
-    fn identified(&mut self) {
+    /// SYNC2 is answered with the base's names.
+    fn identified(&mut self, identity: &Identity<'_>) {
+        let info = BaseInfo {
+            name: printable(identity.name),
+            class: printable(identity.class),
+            subclass: printable(identity.subclass),
+        };
+        if info != self.info {
+            self.info = info;
+            self.say(Event::Identified(self.info.subclass.clone()));
+        }
+        if self.state != State::Sync(2) {
+            return;
+        }
         self.close_said = false;
         if self.probe {
             self.question = None;
             self.send(&Command::Close);
             self.state = State::Done;
         } else {
+            self.last_packet_ns = self.now_ns;
             self.ask(State::Opening, OPEN);
         }
     }
 
-    fn learn(&mut self, packet: &Packet<'_>) {
-        if let Ok(identity) = packet.identity() {
-            self.info = BaseInfo {
-                name: printable(identity.name),
-                class: printable(identity.class),
-                subclass: printable(identity.subclass),
-            };
-        }
-    }
-
-    fn report(&mut self, offset: u64, length: usize, packet: &Packet<'_>) {
+    fn report(&mut self, offset: u64, length: usize, sip: &Sip) {
         self.last_packet_ns = self.now_ns;
-        let Ok(sip) = packet.sip() else {
-            self.not_kept += 1;
-            return;
-        };
-        let (odom_from_base, restarted) = self.odometer.pose(self.now_ns, &sip, self.settings.metres_per_tick);
+        let (odom_from_base, restarted) = self.odometer.pose(self.now_ns, sip, self.settings.metres_per_tick);
         if restarted {
             self.say(Event::OdometryRestarted);
         }
-        let battery_v = f32::from(sip.battery_decivolt) / 10.0;
+        let battery_v = f32::from(sip.battery_dv) / 10.0;
         self.outputs.push(Output::Odometry(OdometryReading { offset, length, odom_from_base, battery_v }));
     }
 
@@ -414,74 +405,6 @@ impl Machine {
             _ => i64::MAX,
         };
         question_ns.min(state_ns)
-    }
-}
-
-fn printable(text: &[u8]) -> heapless::String<32> {
-    let mut kept = heapless::String::new();
-    for &byte in text.iter().take(kept.capacity()) {
-        let letter = if byte.is_ascii_graphic() || byte == b' ' { char::from(byte) } else { '?' };
-        if kept.push(letter).is_err() {
-            break;
-        }
-    }
-    kept
-}
-
-/// Unwraps the base's 15-bit position and continues it when the base starts to count anew.
-#[derive(Clone, Debug, Default)]
-struct Odometer {
-    last: Option<Reported>,
-    /// Position that the wrapped counts stand for, in the base's own frame, metres.
-    raw_from_base: Pose2,
-    odom_from_raw: Pose2,
-    session_restarted: bool,
-}
-
-#[derive(Copy, Clone, Debug)]
-struct Reported {
-    x_raw: u16,
-    y_raw: u16,
-    time_ns: i64,
-}
-
-impl Odometer {
-    /// The base was opened anew: it may have kept its position, or count from zero.
-    fn session_restarts(&mut self) {
-        self.session_restarted = true;
-    }
-
-    /// The pose that a report stands for, and whether the base had started to count anew.
-    fn pose(&mut self, now_ns: i64, sip: &Sip, metres_per_tick: f64) -> (Pose2, bool) {
-        let heading_rad = wrap_angle(f64::from(sip.theta_raw) * std::f64::consts::TAU / ANGLE_UNITS_PER_TURN);
-        let reported = Reported { x_raw: sip.x_raw, y_raw: sip.y_raw, time_ns: now_ns };
-        let metres = |from: u16, to: u16| f64::from(p2os::wrap15(from, to)) * metres_per_tick;
-        let previous = self.odom_from_raw * self.raw_from_base;
-        let mut restarted = false;
-        match self.last {
-            None => {
-                self.raw_from_base =
-                    Pose2::new(metres(0, sip.x_raw), metres(0, sip.y_raw), heading_rad);
-            }
-            Some(last) => {
-                let step_m = [metres(last.x_raw, sip.x_raw), metres(last.y_raw, sip.y_raw)];
-                let gap_s = (now_ns - last.time_ns).max(0) as f64 * 1e-9;
-                let counts_from_zero = self.session_restarted && (sip.x_raw, sip.y_raw, sip.theta_raw) == (0, 0, 0);
-                restarted = counts_from_zero || step_m[0].hypot(step_m[1]) > MAX_STEP_M + MAX_SPEED_M_S * gap_s;
-                self.raw_from_base = if restarted {
-                    Pose2::new(metres(0, sip.x_raw), metres(0, sip.y_raw), heading_rad)
-                } else {
-                    let now = &self.raw_from_base;
-                    Pose2::new(now.x_m + step_m[0], now.y_m + step_m[1], heading_rad)
-                };
-            }
-        }
-        if restarted {
-            self.odom_from_raw = previous * self.raw_from_base.inverse();
-        }
-        self.session_restarted = false;
-        self.last = Some(reported);
-        (self.odom_from_raw * self.raw_from_base, restarted)
     }
 }
 
