@@ -127,7 +127,7 @@ impl OdometryBuffer {
         for back in 2..=self.pushed.min(CAPACITY) {
             let first = self.back(back)?;
             let span_ns = last.stamp_ns - first.stamp_ns;
-            if span_ns < 0 || span_ns > WIDEST_GAP_NS {
+            if !(0..=WIDEST_GAP_NS).contains(&span_ns) {
                 last = first;
             } else if span_ns >= SPEED_BASE_NS {
                 let is_oldest = back == self.pushed.min(CAPACITY);

@@ -157,7 +157,9 @@ impl fmt::Display for Event {
             Self::Found { baud } => write!(f, "answers at {baud} Bd"),
             Self::NotFound { rounds } => write!(f, "no answer at any rate (round {rounds}), searching on"),
             Self::RateSet { baud } => write!(f, "runs at {baud} Bd"),
-            Self::RateKept { wanted, kept } => write!(f, "does not change to {wanted} Bd, stays at {kept} Bd"),
+            Self::RateKept { wanted, kept } => {
+                write!(f, "does not change to {wanted} Bd, stays at {kept} Bd")
+            }
             Self::Identified(text) => write!(f, "is a {}", text.trim()),
             Self::Retried { step, attempt } => {
                 write!(f, "no answer while {}, attempt {attempt}", step.words())

@@ -152,7 +152,8 @@ fn the_phase_is_forgotten_after_a_gap_and_lifted_after_a_change() {
     assert_eq!(clock.smooth(0, 1), 0);
     assert_eq!(clock.smooth(6_000_000_000, 1), 6_000_000_000, "a gap of six seconds");
     let moved_ns = 6_000_000_000 + 5_000_000;
-    let last = (1..=40).map(|n| clock.smooth(moved_ns + n * 13_320_000, 1) - moved_ns - n * 13_320_000).last();
+    let last =
+        (1..=40).map(|n| clock.smooth(moved_ns + n * 13_320_000, 1) - moved_ns - n * 13_320_000).last();
     assert!(last.unwrap().abs() < 100_000, "the phase moved by 5 ms and is followed: {last:?}");
     assert_eq!(clock.smooth(1_000, 1), 1_000, "a clock that stepped back starts anew");
 }

@@ -45,14 +45,15 @@ impl Odometer {
         let mut restarted = false;
         match self.last {
             None => {
-                self.raw_from_base =
-                    Pose2::new(metres(0, sip.x_raw), metres(0, sip.y_raw), heading_rad);
+                self.raw_from_base = Pose2::new(metres(0, sip.x_raw), metres(0, sip.y_raw), heading_rad);
             }
             Some(last) => {
                 let step_m = [metres(last.x_raw, sip.x_raw), metres(last.y_raw, sip.y_raw)];
                 let gap_s = (now_ns - last.time_ns).max(0) as f64 * 1e-9;
-                let counts_from_zero = self.session_restarted && (sip.x_raw, sip.y_raw, sip.theta_raw) == (0, 0, 0);
-                restarted = counts_from_zero || step_m[0].hypot(step_m[1]) > MAX_STEP_M + MAX_SPEED_M_S * gap_s;
+                let counts_from_zero =
+                    self.session_restarted && (sip.x_raw, sip.y_raw, sip.theta_raw) == (0, 0, 0);
+                restarted =
+                    counts_from_zero || step_m[0].hypot(step_m[1]) > MAX_STEP_M + MAX_SPEED_M_S * gap_s;
                 self.raw_from_base = if restarted {
                     Pose2::new(metres(0, sip.x_raw), metres(0, sip.y_raw), heading_rad)
                 } else {
@@ -69,4 +70,3 @@ impl Odometer {
         (self.odom_from_raw * self.raw_from_base, restarted)
     }
 }
-

@@ -13,8 +13,7 @@ const OPEN: &str = SYNC1;
 const CLOSE: &str = SYNC2;
 const PULSE: &str = SYNC0;
 /// Body 02, `Bob`, `Pioneer`, `p3dx-sh`, each closed with 00; sum of its words, the odd last byte xored.
-const IDENTITY: &str =
-    "FA FB 17 02 42 6F 62 00 50 69 6F 6E 65 65 72 00 70 33 64 78 2D 73 68 00 CE A3";
+const IDENTITY: &str = "FA FB 17 02 42 6F 62 00 50 69 6F 6E 65 65 72 00 70 33 64 78 2D 73 68 00 CE A3";
 /// Stopped at x 32600, 12.3 V (accepted by two real clients).
 const AT_32600: &str = "FA FB 22 32 58 7F 00 00 00 00 00 00 00 00 7B 00 00 00 00 00 00 00 00 00 00 00 00 00 7B 00 00 00 00 00 00 B2 4E";
 
@@ -26,7 +25,9 @@ fn sip(x_raw: u16, y_raw: u16, theta_raw: i16) -> String {
     body.extend_from_slice(&[0; 13]);
     let mut packet = vec![0xFA, 0xFB, body.len() as u8 + 2];
     packet.extend_from_slice(&body);
-    let sum = body.chunks_exact(2).fold(0_u16, |sum, pair| sum.wrapping_add(u16::from_be_bytes([pair[0], pair[1]])));
+    let sum = body
+        .chunks_exact(2)
+        .fold(0_u16, |sum, pair| sum.wrapping_add(u16::from_be_bytes([pair[0], pair[1]])));
     packet.extend_from_slice(&sum.to_be_bytes());
     packet.iter().map(|byte| format!("{byte:02X}")).collect::<Vec<_>>().join(" ")
 }

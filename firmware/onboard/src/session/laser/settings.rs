@@ -1,7 +1,7 @@
 //! What a laser shall be set to, and what it says of itself.
 
-use biplane_recording::rig;
 use crate::session::ShortText;
+use biplane_recording::rig;
 use biplane_wire::lms::{Config, MeasuringMode, Unit};
 
 /// What the rig asks of a laser.

@@ -59,7 +59,10 @@ impl Machine {
             Some(reading) => {
                 let (fov_deg, resolution_cdeg) = (reading.fan.fov_deg(), reading.fan.step_cdeg);
                 let wanted = (self.settings.fov_deg, self.settings.resolution_cdeg);
-                if self.state == State::Listening && (fov_deg, resolution_cdeg) != wanted && !self.variant_said {
+                if self.state == State::Listening
+                    && (fov_deg, resolution_cdeg) != wanted
+                    && !self.variant_said
+                {
                     self.variant_said = true;
                     self.say(Event::VariantKept { fov_deg, resolution_cdeg });
                 }

@@ -6,8 +6,7 @@ use super::*;
 use crate::session::MAX_INPUT_BYTES;
 use crate::session::script::{check, play, scan_telegram};
 
-const HALF: LaserSettings =
-    LaserSettings { baud: 38400, fov_deg: 180, resolution_cdeg: 50, unit: Unit::Cm };
+const HALF: LaserSettings = LaserSettings { baud: 38400, fov_deg: 180, resolution_cdeg: 50, unit: Unit::Cm };
 
 const STOP: &str = "> 02 00 02 00 20 25 35 08";
 const MODE_DONE: &str = "< 02 80 03 00 A0 00 10 16 0A";
@@ -270,7 +269,9 @@ fn random_bytes_never_panic_in_any_state() {
             let bytes: Vec<u8> = match kind {
                 0 => scan_telegram(361)[..MAX_INPUT_BYTES].to_vec(),
                 1 => [0x02, 0x80, 0x03, 0x00, 0xA0, 0x00, 0x10, 0x16, 0x0A].to_vec(),
-                _ => (0..random() % 256).map(|_| [0x02, 0x80, random() as u8][random() as usize % 3]).collect(),
+                _ => {
+                    (0..random() % 256).map(|_| [0x02, 0x80, random() as u8][random() as usize % 3]).collect()
+                }
             };
             session.handle(now_ns, Input::Bytes(&bytes));
             while !matches!(session.poll(), Output::WaitUntil(_)) {}
