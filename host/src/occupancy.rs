@@ -274,7 +274,11 @@ mod tests {
     fn a_scan_touches_a_cell_once_and_a_hit_wins() {
         let mut grid = grid(1.0);
         // The second beam passes through the cell in which the first one ended.
-        grid.add_scan(&[ray([0.5, 0.5], [2.5, 0.5]), ray([0.5, 0.5], [4.5, 0.5]), ray([0.5, 0.5], [2.6, 0.5])]);
+        grid.add_scan(&[
+            ray([0.5, 0.5], [2.5, 0.5]),
+            ray([0.5, 0.5], [4.5, 0.5]),
+            ray([0.5, 0.5], [2.6, 0.5]),
+        ]);
         assert!((grid.probability([2, 0]).unwrap() - 0.7).abs() < 0.002);
         assert!((grid.probability([1, 0]).unwrap() - 0.4).abs() < 0.002);
     }

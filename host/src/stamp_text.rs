@@ -97,8 +97,11 @@ mod tests {
 
     #[test]
     fn what_is_written_reads_back() {
-        let table =
-            [(0, "0.000000000"), (976_052_857_337_530_000, "976052857.337530000"), (-1_500_000_000, "-1.500000000")];
+        let table = [
+            (0, "0.000000000"),
+            (976_052_857_337_530_000, "976052857.337530000"),
+            (-1_500_000_000, "-1.500000000"),
+        ];
         for (stamp_ns, text) in table {
             assert_eq!(format_seconds(stamp_ns), text);
             assert_eq!(parse_seconds_ns(text), Some(stamp_ns));

@@ -19,7 +19,9 @@ pub enum TrajectoryError {
     #[error(transparent)]
     Io(#[from] io::Error),
     /// A line does not hold a pose.
-    #[error("line {line}: expected \"t x y z qx qy qz qw\" (seconds, metres, unit quaternion), found \"{found}\"")]
+    #[error(
+        "line {line}: expected \"t x y z qx qy qz qw\" (seconds, metres, unit quaternion), found \"{found}\""
+    )]
     Line {
         /// Line number from 1.
         line: usize,
@@ -126,7 +128,10 @@ mod tests {
             written(TrajectoryFormat::Tum),
             "976052857.337530001 1.250000 -3.500000 0.000000 0.000000000 0.000000000 0.707106781 0.707106781\n"
         );
-        assert_eq!(written(TrajectoryFormat::XyTheta), "976052857.337530001 1.250000 -3.500000 1.570796327\n");
+        assert_eq!(
+            written(TrajectoryFormat::XyTheta),
+            "976052857.337530001 1.250000 -3.500000 1.570796327\n"
+        );
     }
 
     #[test]
@@ -152,7 +157,9 @@ mod tests {
         assert_eq!(poses[0], StampedPose { stamp_ns: 1_500_000_000, x_m: 1.0, y_m: 2.0, theta_rad: 0.0 });
         assert_eq!(poses[1].stamp_ns, 500_000_000);
         assert!((poses[1].theta_rad - FRAC_PI_2).abs() < 1e-6);
-        for broken in ["1 2 3", "1 0 0 0 0 0 0 0", "1 0 0 0 0 0 0 1 9", "a 0 0 0 0 0 0 1", "1 inf 0 0 0 0 0 1"] {
+        for broken in
+            ["1 2 3", "1 0 0 0 0 0 0 0", "1 0 0 0 0 0 0 1 9", "a 0 0 0 0 0 0 1", "1 inf 0 0 0 0 0 1"]
+        {
             let error = read_tum(format!("# x\n{broken}\n").as_bytes()).unwrap_err().to_string();
             assert!(error.starts_with("line 2: expected") && error.contains(broken), "{error}");
         }
