@@ -6,12 +6,14 @@
 pub mod cloud;
 pub mod compare;
 pub mod deskew;
+pub mod export;
 pub mod leftovers;
 pub mod map_files;
 pub mod mesh;
 pub mod model;
 pub mod occupancy;
 pub mod output;
+pub mod palette;
 pub mod params;
 pub mod pipeline;
 pub mod planes;
