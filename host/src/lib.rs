@@ -7,6 +7,7 @@ pub mod cloud;
 pub mod compare;
 pub mod deskew;
 pub mod export;
+pub mod import;
 pub mod leftovers;
 pub mod map_files;
 pub mod mesh;

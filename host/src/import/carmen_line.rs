@@ -35,6 +35,17 @@ pub enum LaserKind {
     RawLaser1,
 }
 
+impl LaserKind {
+    /// The line's first word.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Flaser => "FLASER",
+            Self::RobotLaser1 => "ROBOTLASER1",
+            Self::RawLaser1 => "RAWLASER1",
+        }
+    }
+}
+
 /// The geometry of a fan, where the line itself tells it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fan {
@@ -94,7 +105,9 @@ pub enum LineError {
         found: String,
     },
     /// More fields than the line's own counts say.
-    #[error("the line goes on after its logger stamp with \"{found}\": its number of values is not the one it names")]
+    #[error(
+        "the line goes on after its logger stamp with \"{found}\": its number of values is not the one it names"
+    )]
     TooLong {
         /// The first field too many, shortened.
         found: String,
@@ -185,7 +198,14 @@ fn flaser(mut fields: Fields<'_>) -> Result<Line, LineError> {
     let _laser: [f64; 3] = fields.numbers("the laser's pose")?;
     let odometry = Some(fields.numbers("the odometry's pose")?);
     let stamp_ns = fields.stamp_ns()?;
-    laser(LaserLine { kind: LaserKind::Flaser, ranges_m, remissions: Vec::new(), fan: None, odometry, stamp_ns })
+    laser(LaserLine {
+        kind: LaserKind::Flaser,
+        ranges_m,
+        remissions: Vec::new(),
+        fan: None,
+        odometry,
+        stamp_ns,
+    })
 }
 
 fn with_geometry(kind: LaserKind, mut fields: Fields<'_>) -> Result<Line, LineError> {
@@ -253,8 +273,12 @@ mod tests {
             odometry: Some([4.0, 5.0, 6.0]),
             ..raw.clone()
         };
-        let odometry =
-            OdometryLine { pose: [1.0, 2.0, 3.0], forward_m_s: 0.5, turn_rad_s: -0.25, stamp_ns: 9_000_000_001 };
+        let odometry = OdometryLine {
+            pose: [1.0, 2.0, 3.0],
+            forward_m_s: 0.5,
+            turn_rad_s: -0.25,
+            stamp_ns: 9_000_000_001,
+        };
         let table = [
             (
                 "FLASER 3 1.07 81.83 0.5 1 2 3 4 5 6 976052857.337530 nohost 0.1",
@@ -262,7 +286,10 @@ mod tests {
             ),
             ("  FLASER 1 1  0 0 0  0 0 0  2.5\r\n", flaser(&[1.0], [0.0; 3], 2_500_000_000)),
             ("RAWLASER1 0 -1.5 3.0 0.5 81.9 0.01 0 2 1.5 2.5 1 7 12.345678 h 1", Line::Laser(raw)),
-            ("ROBOTLASER1 0 -1.5 3.0 0.5 81.9 0.01 0 2 1.5 2.5 0 1 2 3 4 5 6 .1 .2 .3 .4 .5 12.345678 h 1", Line::Laser(robot)),
+            (
+                "ROBOTLASER1 0 -1.5 3.0 0.5 81.9 0.01 0 2 1.5 2.5 0 1 2 3 4 5 6 .1 .2 .3 .4 .5 12.345678 h 1",
+                Line::Laser(robot),
+            ),
             ("ODOM 1 2 3 0.5 -0.25 0 9.000000001 b21 1.0", Line::Odometry(odometry)),
             ("", Line::Nothing),
             ("# FLASER num_readings", Line::Nothing),
@@ -295,7 +322,10 @@ mod tests {
             ),
             ("ODOM 1 2", "the line ends where the odometry's pose should stand"),
             ("RAWLASER1 0 a", "expected the fan's geometry, found \"a\""),
-            ("FLASER 1 1.0123456789012345678901234567890x", "expected a range, found \"1.0123456789012345678901...\""),
+            (
+                "FLASER 1 1.0123456789012345678901234567890x",
+                "expected a range, found \"1.0123456789012345678901...\"",
+            ),
         ];
         for (text, expected) in table {
             let error: LineError = parse_line(text).unwrap_err();

@@ -127,7 +127,8 @@ mod tests {
 
     #[test]
     fn nonsense_ranges_are_not_counted() {
-        let counts = counted(&[(f32::NAN, 50), (f32::INFINITY, 50), (-1.0, 50), (0.0, 50), (1e30, 50), (2.5, 1)]);
+        let counts =
+            counted(&[(f32::NAN, 50), (f32::INFINITY, 50), (-1.0, 50), (0.0, 50), (1e30, 50), (2.5, 1)]);
         assert_eq!(counts.no_return_m(), None);
         assert_eq!(counts.largest_m(), Some(2.5));
     }
