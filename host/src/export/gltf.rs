@@ -91,7 +91,7 @@ impl Builder {
     }
 
     /// Adds a mesh with its node. Without a normal, viewers shade each triangle flat, as the specification asks.
-    fn add(&mut self, name: &str, mesh: &Mesh, normal: Option<[f64; 3]>, color: Rgb, extras: Value) {
+    fn add(&mut self, name: &str, mesh: &Mesh, normal: Option<[f64; 3]>, color: Rgb, extras: &Value) {
         if mesh.triangles.is_empty() {
             return;
         }
@@ -200,11 +200,11 @@ pub fn write(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Result<()> {
         let mesh = plane_mesh(shapes, polygons);
         let extras = plane_extras(shapes.model, index, plane, polygons, &mesh);
         let name = format!("plane {index} ({})", Orientation::of(plane).name());
-        builder.add(&name, &mesh, Some(plane.normal), palette::plane_color(index, plane), extras);
+        builder.add(&name, &mesh, Some(plane.normal), palette::plane_color(index, plane), &extras);
     }
     let leftovers = &shapes.model.leftovers;
     let extras = json!({ "triangles": leftovers.triangles.len() });
-    builder.add("leftovers", leftovers, None, palette::LEFTOVERS, extras);
+    builder.add("leftovers", leftovers, None, palette::LEFTOVERS, &extras);
 
     let binary = builder.binary();
     let mut text = serde_json::to_vec(&builder.document(binary.len()))?;

@@ -95,10 +95,12 @@ mod tests {
         counts
     }
 
+    /// Ranges and how often.
+    type Groups = &'static [(f32, usize)];
+
     #[test]
     fn the_marker_of_each_kind_of_log_is_found() {
-        // (ranges and how often, marker)
-        let table: [(&[(f32, usize)], Option<f64>); 9] = [
+        let table: [(Groups, Option<f64>); 9] = [
             (&[(1.08, 900), (9.99, 3), (81.83, 400)], Some(81.83)),
             (&[(1.08, 900), (42.4, 1), (81.83, 1), (81.91, 2)], Some(81.83)),
             (&[(1.04, 900), (49.76, 98), (49.81, 40), (50.0, 11_137)], Some(50.0)),
