@@ -287,8 +287,8 @@ impl<'a> Salvage<'a> {
         let Some(message) = Message::parse(body).filter(|_| opcode == MESSAGE) else {
             return true;
         };
-        // A chunk that was being written may not know its times yet.
-        let known = header.start_time <= header.end_time && header.end_time < u64::MAX;
+        // A chunk that was being written knows neither its size nor its times yet.
+        let known = header.uncompressed_size < MAX_CHUNK_SIZE;
         let within = !known || (header.start_time..=header.end_time).contains(&message.log_time);
         let decodes = match self.definitions.take(opcode, body) {
             Ok(Some(entry)) => entry.decode().is_ok(),

@@ -1,6 +1,5 @@
 //! Messages and attachments of another file, written as they stand there: for optimised, imported and salvaged recordings.
 
-use super::error::explain;
 use super::{Channel, Stamped, WriteError, Writer, WriterOptions, with_suffix};
 use crate::read::Entry;
 use mcap::Attachment;
@@ -83,6 +82,6 @@ impl Writer {
         let (name, media_type) = (name.to_owned(), media_type.to_owned());
         let attachment = Attachment { log_time, create_time, name, media_type, data: Cow::Borrowed(data) };
         self.chunk_start_ns = None;
-        self.inner.attach(&attachment).map_err(|error| explain(&self.active, error))
+        self.attempt(|inner| inner.attach(&attachment))
     }
 }

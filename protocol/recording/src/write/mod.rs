@@ -14,7 +14,7 @@ use crate::topics::{Direction, Port, Topic};
 use error::{explain, refused};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
-use mcap::{Compression, WriteOptions};
+use mcap::{Compression, McapResult, WriteOptions};
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fs::File;
@@ -102,6 +102,7 @@ pub struct Writer {
     log_time_ns: i64,
     chunk_start_ns: Option<i64>,
     messages: u64,
+    failed: bool,
     scratch: Vec<u8>,
 }
 
@@ -112,6 +113,17 @@ impl std::fmt::Debug for Writer {
             .field("messages", &self.messages)
             .finish_non_exhaustive()
     }
+}
+
+/// Brings a new or renamed file's name to the disk: it stands in the folder, not in the file.
+fn sync_folder(path: &Path) -> Result<(), WriteError> {
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    File::open(folder)
+        .and_then(|folder| folder.sync_all())
+        .map_err(|source| refused("sync the folder of", path, source))
 }
 
 fn open_active(path: &Path, active: &Path, overwrite: bool) -> Result<File, WriteError> {
@@ -140,6 +152,9 @@ impl Writer {
     pub fn create(path: &Path, options: &WriterOptions) -> Result<Self, WriteError> {
         let active = active_path(path);
         let file = open_active(path, &active, options.overwrite)?;
+        if options.sync {
+            sync_folder(&active)?;
+        }
         Self::start(path, active, file, options, "ros2")
     }
 
@@ -177,6 +192,7 @@ impl Writer {
             log_time_ns: 0,
             chunk_start_ns: None,
             messages: 0,
+            failed: false,
             scratch: Vec::new(),
         })
     }
@@ -255,12 +271,11 @@ impl Writer {
         message_encoding: &str,
         metadata: &BTreeMap<String, String>,
     ) -> Result<Channel, WriteError> {
-        let mut add = || {
+        let id = self.attempt(|inner| {
             // A channel without a type has no schema.
-            let schema = if name.is_empty() { 0 } else { self.inner.add_schema(name, encoding, data)? };
-            self.inner.add_channel(schema, topic, message_encoding, metadata)
-        };
-        let id = add().map_err(|error| explain(&self.active, error))?;
+            let schema = if name.is_empty() { 0 } else { inner.add_schema(name, encoding, data)? };
+            inner.add_channel(schema, topic, message_encoding, metadata)
+        })?;
         Ok(Channel { id, messages: 0 })
     }
 
@@ -276,7 +291,7 @@ impl Writer {
             log_time: u64::try_from(stamped.log_time_ns).unwrap_or(0),
             publish_time: u64::try_from(stamped.publish_time_ns).unwrap_or(0),
         };
-        self.inner.write_to_known_channel(&header, bytes).map_err(|error| explain(&self.active, error))?;
+        self.attempt(|inner| inner.write_to_known_channel(&header, bytes))?;
         self.messages += 1;
         Ok(())
     }
@@ -297,7 +312,7 @@ impl Writer {
     pub fn metadata(&mut self, name: &str, values: &BTreeMap<String, String>) -> Result<(), WriteError> {
         let record = Metadata { name: name.to_owned(), metadata: values.clone() };
         self.chunk_start_ns = None;
-        self.inner.write_metadata(&record).map_err(|error| explain(&self.active, error))
+        self.attempt(|inner| inner.write_metadata(&record))
     }
 
     /// Closes the chunk and brings it to the file, with `options.sync` to the disk. What was written before is then safe.
@@ -305,12 +320,27 @@ impl Writer {
     /// # Errors
     /// As [`Writer::write`].
     pub fn flush(&mut self) -> Result<(), WriteError> {
-        self.inner.flush().map_err(|error| explain(&self.active, error))?;
         self.chunk_start_ns = None;
+        self.attempt(mcap::Writer::flush)?;
         if self.options.sync {
-            self.file.sync_data().map_err(|source| refused("sync", &self.active, source))?;
+            let synced = self.file.sync_data();
+            self.attempt(|_| Ok(synced?))?;
         }
         Ok(())
+    }
+
+    /// Does something with the file, unless something failed before: after an error nothing more is written.
+    fn attempt<T>(
+        &mut self,
+        action: impl FnOnce(&mut mcap::Writer<Sink>) -> McapResult<T>,
+    ) -> Result<T, WriteError> {
+        if self.failed {
+            return Err(WriteError::Failed { path: self.active.clone() });
+        }
+        action(&mut self.inner).map_err(|error| {
+            self.failed = true;
+            explain(&self.active, error)
+        })
     }
 
     /// How many messages were written so far.
@@ -330,7 +360,7 @@ impl Writer {
     /// # Errors
     /// As [`Writer::write`]; `NAME.active` is then left, and holds what was written.
     pub fn finish(mut self) -> Result<WriteReport, WriteError> {
-        let summary = self.inner.finish().map_err(|error| explain(&self.active, error))?;
+        let summary = self.attempt(mcap::Writer::finish)?;
         if self.options.sync {
             self.file.sync_all().map_err(|source| refused("sync", &self.active, source))?;
         }
@@ -340,6 +370,9 @@ impl Writer {
         }
         std::fs::rename(&self.active, &self.path)
             .map_err(|source| refused("rename to its name", &self.active, source))?;
+        if self.options.sync {
+            sync_folder(&self.path)?;
+        }
         let bytes = self.file.metadata().map_err(|source| refused("look at", &self.path, source))?.len();
         let chunks = summary.chunk_indexes.len() as u64;
         Ok(WriteReport { path: self.path, messages: self.messages, chunks, bytes })
