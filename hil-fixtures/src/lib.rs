@@ -1,6 +1,7 @@
 //! Mock lasers and base, simulated worlds, serial captures. See ARCHITECTURE.md.
 pub mod base_device;
 pub mod capture_file;
+pub mod capture_source;
 pub mod device;
 pub mod drive;
 pub mod encode;

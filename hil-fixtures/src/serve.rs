@@ -4,41 +4,64 @@
 //! appears when its device is ready and is removed when the mock ends.
 
 pub mod clock;
+pub mod devices;
 pub mod port;
 pub mod run;
-pub mod world;
+pub mod truth;
 
-use crate::base_device::feed::CycleFeed;
-use crate::base_device::{BaseDevice, BaseParams};
-use crate::device::Device;
-use crate::drive::Drive;
+use crate::base_device::BaseParams;
+use crate::capture_source::Capture;
 use crate::faults::{Channel, Preset};
-use crate::lms_device::feed::{Mirror, MirrorFeed};
-use crate::lms_device::{LmsDevice, LmsParams};
-use crate::pose::Pose;
+use crate::lms_device::LmsParams;
 use crate::pty::{Pty, PtyError};
 use crate::rng::Rng;
+use crate::simulated_rig::SimulationParams;
 use crate::world::World;
 use crate::world::path::{Path as DrivePath, PathError};
-use crate::world::scene::Scene;
+use biplane_recording::Rig;
 use clock::VirtualClock;
+use devices::Devices;
 use port::{Port, PortReport};
-use run::{Run, RunRules};
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use run::Begun;
+use std::fmt;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use world::{RigPlan, Stage, StageOdometry, StageScans};
+use truth::{TruthFileError, TruthWriter};
 
-const NS_PER_S: f64 = 1e9;
+/// With `once`, the mock ends this long after the drive or capture: a client has noticed the silence by then.
+const SILENCE_NS: i64 = 1_000_000_000;
 
-/// A packet of odometry each tenth of a second.
-const SIP_CYCLE_NS: i64 = 100_000_000;
+/// How often the main thread looks whether to stop; wall time.
+const LOOK_NS: i64 = 20_000_000;
 
-/// The vertical mirror passes its zero this long after the horizontal one: nothing couples the two.
-const VERTICAL_PHASE_NS: i64 = 5_170_000;
+/// The devices of a rig by the names of their links.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum LinkName {
+    /// `lms-horizontal`
+    Horizontal,
+    /// `lms-vertical`
+    Vertical,
+    /// `base`
+    Base,
+}
 
-/// Requests may be held up by the scheduler of a busy machine; a real device allows 6 ms between bytes.
-const REQUEST_GAP_NS: i64 = 25_000_000;
+impl LinkName {
+    /// File name of the link.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Horizontal => "lms-horizontal",
+            Self::Vertical => "lms-vertical",
+            Self::Base => "base",
+        }
+    }
+}
+
+impl fmt::Display for LinkName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
 
 /// What is measured.
 #[derive(Clone, Debug)]
@@ -48,9 +71,16 @@ pub enum Source {
         /// The world.
         world: Box<World>,
         /// The path.
-        path: DrivePath,
-        /// The rig that drives.
-        plan: RigPlan,
+        path: Box<DrivePath>,
+        /// The rig that drives: its mounts and the base's tick.
+        rig: Box<Rig>,
+        /// How well its devices measure.
+        params: SimulationParams,
+    },
+    /// A capture, played from its start.
+    Capture {
+        /// The capture.
+        capture: Box<Capture>,
     },
 }
 
@@ -75,6 +105,8 @@ pub struct ServeOptions {
     pub laser: LmsParams,
     /// How the base is at the start.
     pub base: BaseParams,
+    /// Folder for the truth of a world; made when it is missing.
+    pub truth: Option<PathBuf>,
     /// Whether clients at a wrong rate are understood (for clients that set their rate by a custom divisor).
     pub any_baud: bool,
 }
@@ -93,6 +125,7 @@ impl ServeOptions {
             start_after_s: None,
             laser: LmsParams::default(),
             base: BaseParams::default(),
+            truth: None,
             any_baud: false,
         }
     }
@@ -125,8 +158,14 @@ pub enum ServeError {
     #[error("the thread of {name} failed")]
     Thread {
         /// Name of its link.
-        name: &'static str,
+        name: LinkName,
     },
+    /// The truth could not be written.
+    #[error(transparent)]
+    Truth(#[from] TruthFileError),
+    /// A truth was asked for, but a capture has none.
+    #[error("a capture has no truth: leave the folder for it out, or serve a world")]
+    NoTruth,
 }
 
 /// What the mock has done.
@@ -147,50 +186,19 @@ pub fn serve(
     }
     std::fs::create_dir_all(&options.links)
         .map_err(|source| ServeError::Links { path: options.links.clone(), source })?;
-    let Source::World { world, path, plan } = &options.source;
-    let drive = Drive::new(path, options.seed)?;
-    let end_ns = (drive.duration_s() * NS_PER_S) as i64;
-    let scene = Scene::new(world.mesh.moved(&drive.map_from_world()));
-    let stage = Stage { scene: Arc::new(scene), drive: Arc::new(drive), seed: options.seed };
-    let run = Run::new(RunRules {
-        devices: 2 + usize::from(plan.vertical.is_some()),
-        pause_ns: NS_PER_S as i64,
-        patience_ns: None,
-        start_at_ns: options.start_after_s.map(|s| (s * NS_PER_S) as i64),
-    });
-    let mut devices: Vec<(&'static str, Box<dyn Device>)> = Vec::new();
-    let laser = |base_from_laser: Pose, stream, phase_ns| {
-        let source = StageScans { stage: stage.clone(), base_from_laser, stream };
-        let feed = MirrorFeed::new(Box::new(source), Box::new(run.clone()));
-        Box::new(LmsDevice::new(laser_params(options, phase_ns), Box::new(feed)))
-    };
-    devices.push(("lms-horizontal", laser(plan.horizontal, 1, 0)));
-    if let Some(vertical) = plan.vertical {
-        devices.push(("lms-vertical", laser(vertical, 2, VERTICAL_PHASE_NS)));
+    if options.truth.is_some() && matches!(options.source, Source::Capture { .. }) {
+        return Err(ServeError::NoTruth);
     }
-    let odometry = StageOdometry::new(stage.clone(), plan.metres_per_tick);
-    let feed = CycleFeed::new(Box::new(odometry), Box::new(run.clone()), SIP_CYCLE_NS);
-    devices.push(("base", Box::new(BaseDevice::new(options.base.clone(), Box::new(feed)))));
-    let ports = open_ports(options, devices)?;
-    run_ports(ports, options, &run, end_ns, stop, ready)
+    let mut devices = Devices::new(options)?;
+    let ports = open_ports(options, &mut devices)?;
+    run_ports(ports, options, &devices, stop, ready)
 }
 
-fn laser_params(options: &ServeOptions, phase_ns: i64) -> LmsParams {
-    let mut params = options.laser.clone();
-    params.mirror = Mirror { phase_ns: params.mirror.phase_ns + phase_ns, ..params.mirror };
-    params.request_gap_ns =
-        params.request_gap_ns.max((REQUEST_GAP_NS as f64 * options.speed.max(1.0)) as i64);
-    params
-}
-
-fn open_ports(
-    options: &ServeOptions,
-    devices: Vec<(&'static str, Box<dyn Device>)>,
-) -> Result<Vec<Port>, ServeError> {
+fn open_ports(options: &ServeOptions, devices: &mut Devices) -> Result<Vec<Port>, ServeError> {
     let mut ports = Vec::new();
-    for (place, (name, device)) in devices.into_iter().enumerate() {
+    for (place, (name, device)) in devices.list.drain(..).enumerate() {
         let mut pty = Pty::open(device.baud())?;
-        pty.publish(&link(&options.links, name))?;
+        pty.publish(&options.links.join(name.name()))?;
         let stream = place as u64;
         ports.push(Port {
             name,
@@ -206,39 +214,78 @@ fn open_ports(
     Ok(ports)
 }
 
-fn link(folder: &Path, name: &str) -> PathBuf {
-    folder.join(name)
-}
-
 fn run_ports(
     ports: Vec<Port>,
     options: &ServeOptions,
-    run: &Run,
-    end_ns: i64,
+    devices: &Devices,
     stop: &AtomicBool,
     ready: impl FnOnce(),
 ) -> Result<ServeReport, ServeError> {
     let clock = VirtualClock::start(options.speed);
     let stop_all = AtomicBool::new(false);
+    let run = &devices.run;
     std::thread::scope(|scope| {
         let threads: Vec<_> = ports
             .into_iter()
             .map(|port| (port.name, scope.spawn(|| port.run(clock, run, &stop_all))))
             .collect();
         ready();
+        let mut truth = TruthKeeper { options, devices, clock, last: None, failed: None };
         while !stop.load(Ordering::Relaxed) && !threads.iter().any(|(_, thread)| thread.is_finished()) {
-            let over =
-                run.begun().is_some_and(|begun| clock.now_ns() > begun.start_ns + end_ns + NS_PER_S as i64);
-            if options.once && over {
+            truth.look();
+            let over = truth
+                .last
+                .is_some_and(|begun| clock.now_ns() > begun.start_ns + devices.length_ns + SILENCE_NS);
+            if options.once && over || truth.failed.is_some() {
                 break;
             }
-            biplane_clock::sleep_ns(20_000_000);
+            biplane_clock::sleep_ns(LOOK_NS);
         }
         stop_all.store(true, Ordering::Relaxed);
         let mut report = ServeReport::default();
         for (name, thread) in threads {
             report.ports.push(thread.join().map_err(|_| ServeError::Thread { name })?);
         }
+        truth.finish()?;
         Ok(report)
     })
+}
+
+/// Writes the truth: the drive when it begins, the scans at the end.
+struct TruthKeeper<'a> {
+    options: &'a ServeOptions,
+    devices: &'a Devices,
+    clock: VirtualClock,
+    /// The last run seen.
+    last: Option<Begun>,
+    failed: Option<TruthFileError>,
+}
+
+impl TruthKeeper<'_> {
+    fn writer(&self) -> Option<(TruthWriter<'_>, &devices::WorldTruth)> {
+        let (folder, world, begun) =
+            (self.options.truth.as_deref()?, self.devices.world.as_ref()?, self.last?);
+        Some((TruthWriter { folder, rig: &world.rig, clock: self.clock, begun }, world))
+    }
+
+    fn look(&mut self) {
+        let begun = self.devices.run.begun();
+        if begun.is_some() && begun != self.last {
+            self.last = begun;
+            let written = self.writer().map_or(Ok(()), |(writer, _)| writer.write_drive());
+            self.failed = written.err();
+        }
+    }
+
+    fn finish(mut self) -> Result<(), TruthFileError> {
+        if let Some(failed) = self.failed.take() {
+            return Err(failed);
+        }
+        let Some((writer, world)) = self.writer() else { return Ok(()) };
+        writer.write_scans("scans_horizontal.txt", "poses.tum", &world.horizontal)?;
+        if world.rig.vertical().is_some() {
+            writer.write_scans("scans_vertical.txt", "poses_vertical.tum", &world.vertical)?;
+        }
+        Ok(())
+    }
 }

@@ -1,11 +1,15 @@
 //! The command line: words become typed options, one file a subcommand.
 
+mod encode;
 mod serve;
+mod simulate;
 mod worlds;
 
 use clap::{Parser, Subcommand};
 
 /// Mock lasers and base for Biplane: devices on pseudo-terminals, simulated drives, serial captures.
+///
+/// Exit codes: 0 done; 1 failed; 2 bad arguments; 3 done, with loss.
 #[derive(Debug, Parser)]
 #[command(version, about, propagate_version = true)]
 pub struct Cli {
@@ -16,6 +20,8 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Serve(Box<serve::Serve>),
+    Simulate(simulate::Simulate),
+    Encode(encode::Encode),
 }
 
 impl Cli {
@@ -23,6 +29,8 @@ impl Cli {
     pub fn run(&self) -> anyhow::Result<()> {
         match &self.command {
             Command::Serve(serve) => serve.run(),
+            Command::Simulate(simulate) => simulate.run(),
+            Command::Encode(encode) => encode.run(),
         }
     }
 }

@@ -1,29 +1,44 @@
 //! `serve`: a mock rig on pseudo-terminals until it is told to stop.
 
 use super::worlds;
+use biplane_mock::capture_source::Capture;
 use biplane_mock::faults::Preset;
 use biplane_mock::serve::port::PortReport;
-use biplane_mock::serve::world::RigPlan;
 use biplane_mock::serve::{ServeOptions, Source, serve};
-use std::path::PathBuf;
+use biplane_mock::simulated_rig::SimulationParams;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// Serve a mock rig: two SICK LMS 2xx and a P2OS base on pseudo-terminals.
 ///
 /// DIR/lms-horizontal, DIR/lms-vertical and DIR/base appear when their devices are ready; open them as you would open a serial
-/// port. The devices answer their protocols (rate, mode, variant, configuration, status), then stream. A world's drive begins one
-/// second after all of them stream. Ends with SIGINT or SIGTERM.
+/// port. The devices answer their protocols (rate, mode, variant, configuration, status), then stream: a world, whose drive begins one
+/// second after all of them stream, or a capture, which begins when all of them stream (a laser alone waits 0.6 s for the others). When
+/// none streams any more, the next client finds drive or capture at its start again. Ends with SIGINT or SIGTERM; links are removed.
 ///
-/// Example: biplane-mock serve --world corridor --links /tmp/rig
+/// Examples:
+///   biplane-mock serve --world corridor --links /tmp/rig --truth /tmp/truth
+///   biplane-mock serve --capture corridor.mcap --links /tmp/rig --fault bit-noise --fault usb-stall
 #[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
+#[command(group = clap::ArgGroup::new("source").required(true).args(["capture", "world"]))]
 pub struct Serve {
-    /// World to drive through, by name.
+    /// Capture to play: serial bytes, or a recording made with --raw.
+    #[arg(long, value_name = "C.mcap")]
+    capture: Option<PathBuf>,
+    /// World to drive through: a built-in name, or an OBJ or PLY file.
     #[arg(long, value_name = "W")]
-    world: String,
-    /// Path through the world; the usual one when left out.
-    #[arg(long, value_name = "P")]
+    world: Option<String>,
+    /// Path through the world: a built-in name or a .toml file; the usual one when left out.
+    #[arg(long, value_name = "P", conflicts_with = "capture")]
     path: Option<String>,
+    /// Rig that drives through the world (mounts, base); the template when left out.
+    #[arg(long, value_name = "rig.toml", conflicts_with = "capture")]
+    rig: Option<PathBuf>,
+    /// Folder for the truth of a world: surfaces.ply, trajectory.tum, poses.tum and scan times, stamped in UTC.
+    #[arg(long, value_name = "DIR", conflicts_with = "capture")]
+    truth: Option<PathBuf>,
     /// Folder for the links; made when it is missing.
     #[arg(long, value_name = "DIR")]
     links: PathBuf,
@@ -36,7 +51,7 @@ pub struct Serve {
     /// Seed of noise and faults.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// At the end of the drive, fall silent and end.
+    /// At the end of the drive or capture, fall silent and end (else the last scan goes on).
     #[arg(long)]
     once: bool,
     /// Begin the drive S seconds after the links are there, instead of when all devices stream.
@@ -72,9 +87,24 @@ impl Serve {
         Ok(())
     }
 
+    fn source(&self) -> anyhow::Result<Source> {
+        match (&self.capture, &self.world) {
+            (Some(capture), _) => Ok(Source::Capture { capture: Box::new(read_capture(capture)?) }),
+            (None, world) => {
+                let (world, path) = worlds::load(world.as_deref().unwrap_or(""), self.path.as_deref())?;
+                let rig = Box::new(worlds::rig(self.rig.as_deref())?);
+                Ok(Source::World {
+                    world: Box::new(world),
+                    path: Box::new(path),
+                    rig,
+                    params: SimulationParams::default(),
+                })
+            }
+        }
+    }
+
     fn options(&self) -> anyhow::Result<ServeOptions> {
-        let (world, path) = worlds::load(&self.world, self.path.as_deref())?;
-        let source = Source::World { world: Box::new(world), path, plan: RigPlan::default() };
+        let source = self.source()?;
         let mut options = ServeOptions::new(source, self.links.clone());
         options.speed = self.speed;
         options.once = self.once;
@@ -82,12 +112,36 @@ impl Serve {
         options.seed = self.seed;
         options.start_after_s = self.start_after;
         options.any_baud = self.any_baud;
+        options.truth = self.truth.clone();
         options.laser.baud = self.laser_baud.parse()?;
         options.laser.left_streaming = self.left_streaming;
         options.laser.power_on_message = self.power_on_message;
         options.laser.type_text = self.laser_type.clone();
         Ok(options)
     }
+}
+
+fn read_capture(path: &Path) -> anyhow::Result<Capture> {
+    let capture = Capture::read(path)?;
+    for (name, track) in [("horizontal", &capture.horizontal), ("vertical", &capture.vertical)] {
+        if let Some(track) = track {
+            eprintln!(
+                "{name}: {} scans of {} values ({} of other kinds, {} bytes in no telegram)",
+                track.scans.len(),
+                track.scans.first().map_or(0, |scan| scan.words.len()),
+                track.other_scans,
+                track.skipped_bytes
+            );
+        }
+    }
+    if let Some(track) = &capture.base {
+        eprintln!(
+            "base: {} odometry packets ({} bytes in no packet)",
+            track.packets.len(),
+            track.skipped_bytes
+        );
+    }
+    Ok(capture)
 }
 
 fn print_port(port: &PortReport) {

@@ -1,17 +1,29 @@
-//! `--world` and `--path`: a named world and one of its paths.
+//! `--world`, `--path` and `--rig`: names or files.
 
 use super::BadArgument;
-use biplane_mock::world::path::Path;
-use biplane_mock::world::{NAMES, World};
+use biplane_mock::world::path::Path as DrivePath;
+use biplane_mock::world::{World, WorldError};
+use biplane_recording::Rig;
+use std::path::Path;
 
 /// The world and the path to drive through it.
-pub fn load(world: &str, path: Option<&str>) -> anyhow::Result<(World, Path)> {
-    let found = World::named(world)
-        .ok_or_else(|| BadArgument(format!("unknown world `{world}`; known: {}", NAMES.join(", "))))?;
-    let names: Vec<&str> = found.paths.iter().map(|path| path.name.as_str()).collect();
-    let names = names.join(", ");
-    let chosen = found.path(path).cloned().ok_or_else(|| {
-        BadArgument(format!("world `{world}` has no path `{}`; it has: {names}", path.unwrap_or("")))
-    })?;
-    Ok((found, chosen))
+pub fn load(world: &str, path: Option<&str>) -> anyhow::Result<(World, DrivePath)> {
+    let world = World::open(world).map_err(argument)?;
+    let path = world.path_or_file(path).map_err(argument)?;
+    Ok((world, path))
+}
+
+/// The rig in a file; the template without one.
+pub fn rig(file: Option<&Path>) -> anyhow::Result<Rig> {
+    Ok(file.map(Rig::load).transpose()?.unwrap_or_default())
+}
+
+/// A name that nothing has is a bad argument; a file that cannot be read is a failure.
+fn argument(error: WorldError) -> anyhow::Error {
+    match error {
+        WorldError::Unknown { .. } | WorldError::UnknownPath { .. } | WorldError::NoPath { .. } => {
+            BadArgument(error.to_string()).into()
+        }
+        other => other.into(),
+    }
 }

@@ -1,5 +1,6 @@
 //! One device on one pseudo-terminal: the loop that moves bytes between the two, each at its time.
 
+use super::LinkName;
 use super::clock::VirtualClock;
 use super::run::Run;
 use crate::device::{Device, DeviceCounts};
@@ -13,8 +14,8 @@ const LONGEST_WAIT_NS: i64 = 20_000_000;
 
 /// A device, its terminal and its place in the rig.
 pub struct Port {
-    /// Name of the link: `lms-horizontal`, `lms-vertical`, `base`.
-    pub name: &'static str,
+    /// Name of the link.
+    pub name: LinkName,
     /// Place in the run's list of devices.
     pub place: usize,
     /// The device.
@@ -35,7 +36,7 @@ pub struct Port {
 #[derive(Clone, Copy, Debug)]
 pub struct PortReport {
     /// Name of the link.
-    pub name: &'static str,
+    pub name: LinkName,
     /// What the device counted.
     pub device: DeviceCounts,
     /// Bytes that no client received.

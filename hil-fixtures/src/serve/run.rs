@@ -9,11 +9,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// How a run begins.
 #[derive(Clone, Copy, Debug)]
 pub struct RunRules {
-    /// How many devices the rig has.
-    pub devices: usize,
+    /// How many lasers the rig has; they have the first places.
+    pub lasers: usize,
+    /// Whether it has a base; its place is behind the lasers.
+    pub has_base: bool,
     /// Pause between the last device's start and the run's.
     pub pause_ns: i64,
-    /// Without all devices, the run begins this long after the first; `None` waits for all.
+    /// Without all devices, the run begins this long after the first laser; `None` waits for all.
     pub patience_ns: Option<i64>,
     /// The run begins at this time, whatever streams.
     pub start_at_ns: Option<i64>,
@@ -47,7 +49,7 @@ impl Run {
     /// No device streams yet.
     #[must_use]
     pub fn new(rules: RunRules) -> Self {
-        let streaming = vec![false; rules.devices];
+        let streaming = vec![false; rules.lasers + usize::from(rules.has_base)];
         let start_ns = rules.start_at_ns;
         let number = u64::from(start_ns.is_some());
         Self { rules, state: Arc::new(Mutex::new(RunState { streaming, start_ns, number, first_ns: None })) }
@@ -67,8 +69,12 @@ impl Run {
             }
             return;
         }
-        let first_ns = *state.first_ns.get_or_insert(now_ns);
-        let impatient = self.rules.patience_ns.is_some_and(|patience_ns| now_ns - first_ns >= patience_ns);
+        if state.first_ns.is_none() && state.streaming.iter().take(self.rules.lasers).any(|&s| s) {
+            state.first_ns = Some(now_ns);
+        }
+        let waited_ns = state.first_ns.map(|first_ns| now_ns - first_ns);
+        let impatient =
+            waited_ns.zip(self.rules.patience_ns).is_some_and(|(waited, patience)| waited >= patience);
         if state.start_ns.is_none() && (all || impatient) {
             state.start_ns = Some(now_ns + self.rules.pause_ns);
             state.number += 1;
@@ -96,7 +102,8 @@ impl Timeline for Run {
 mod tests {
     use super::*;
 
-    const RULES: RunRules = RunRules { devices: 2, pause_ns: 100, patience_ns: None, start_at_ns: None };
+    const RULES: RunRules =
+        RunRules { lasers: 1, has_base: true, pause_ns: 100, patience_ns: None, start_at_ns: None };
 
     #[test]
     fn a_run_begins_a_pause_after_the_last_device_and_ends_with_the_last() {
@@ -113,12 +120,16 @@ mod tests {
     }
 
     #[test]
-    fn with_patience_one_device_is_enough() {
+    fn with_patience_one_laser_is_enough_but_a_base_alone_is_not() {
         let run = Run::new(RunRules { patience_ns: Some(50), ..RULES });
-        run.report(0, true, 10);
-        run.report(0, true, 59);
+        run.report(1, true, 1);
+        run.report(1, true, 99);
         assert_eq!(run.begun(), None);
-        run.report(0, true, 60);
-        assert_eq!(run.begun(), Some(Begun { start_ns: 160, number: 1 }));
+        run.report(1, false, 100);
+        run.report(0, true, 110);
+        run.report(0, true, 159);
+        assert_eq!(run.begun(), None);
+        run.report(0, true, 160);
+        assert_eq!(run.begun(), Some(Begun { start_ns: 260, number: 1 }));
     }
 }

@@ -1,0 +1,67 @@
+//! A capture's odometry packets for a mock base: each as it was, at its time since the capture's start.
+
+use super::BaseTrack;
+use crate::base_device::feed::{Sip, SipAnswer, SipFeed};
+use crate::serve::run::Run;
+use std::sync::Arc;
+
+/// Before the run and after the capture's end the first and the last packet go out again and again, this far apart.
+const CYCLE_NS: i64 = 100_000_000;
+
+/// The feed.
+pub struct CapturePackets {
+    track: Arc<BaseTrack>,
+    origin_ns: i64,
+    run: Run,
+    run_number: u64,
+    next: usize,
+    /// When a packet may be repeated.
+    repeat_ns: i64,
+    once: bool,
+}
+
+impl CapturePackets {
+    /// `origin_ns` is the capture's start; with `once` the feed ends with the capture.
+    #[must_use]
+    pub fn new(track: Arc<BaseTrack>, origin_ns: i64, run: Run, once: bool) -> Self {
+        Self { track, origin_ns, run, run_number: 0, next: 0, repeat_ns: i64::MIN, once }
+    }
+
+    fn repeat(&mut self, index: usize, now_ns: i64) -> SipAnswer {
+        if now_ns < self.repeat_ns {
+            return SipAnswer::Later(self.repeat_ns);
+        }
+        self.repeat_ns = now_ns + CYCLE_NS;
+        self.packet(index)
+    }
+
+    fn packet(&self, index: usize) -> SipAnswer {
+        self.track
+            .packets
+            .get(index)
+            .map_or(SipAnswer::Ended, |p| SipAnswer::Now(Sip::Recorded(p.body.clone())))
+    }
+}
+
+impl SipFeed for CapturePackets {
+    fn next(&mut self, now_ns: i64) -> SipAnswer {
+        let Some(begun) = self.run.begun() else { return self.repeat(0, now_ns) };
+        if begun.number != self.run_number {
+            self.run_number = begun.number;
+            self.next = 0;
+        }
+        match self.track.packets.get(self.next) {
+            Some(packet) => {
+                let due_ns = begun.start_ns + packet.time_ns - self.origin_ns;
+                if now_ns < due_ns {
+                    return SipAnswer::Later(due_ns);
+                }
+                self.next += 1;
+                self.repeat_ns = due_ns + CYCLE_NS;
+                self.packet(self.next - 1)
+            }
+            None if self.once => SipAnswer::Ended,
+            None => self.repeat(self.track.packets.len().saturating_sub(1), now_ns),
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! The devices of a rig for each kind of source: a world driven through, or a capture played back.
+
+use super::run::{Run, RunRules};
+use super::truth::{NotingFeed, SentScans};
+use super::{LinkName, ServeError, ServeOptions, Source};
+use crate::base_device::feed::{CycleFeed, SipFeed};
+use crate::base_device::report::Identity;
+use crate::base_device::{BaseDevice, BaseParams};
+use crate::capture_source::base_feed::CapturePackets;
+use crate::capture_source::laser_feed::CaptureScans;
+use crate::capture_source::{Capture, LaserTrack};
+use crate::device::Device;
+use crate::lms_device::feed::{Mirror, MirrorFeed, ScanFeed};
+use crate::lms_device::settings::Variant;
+use crate::lms_device::{LmsDevice, LmsParams};
+use crate::rng::Rng;
+use crate::simulated_rig::SimulatedRig;
+use std::sync::Arc;
+
+const MS: i64 = 1_000_000;
+const NS_PER_S: f64 = 1e9;
+
+/// A packet of odometry each tenth of a second.
+const SIP_CYCLE_NS: i64 = 100 * MS;
+
+/// Between the last device's start and the drive's.
+const WORLD_PAUSE_NS: i64 = 1_000 * MS;
+
+/// Between the last device's start and the capture's: enough for every device to be ready for the first scan.
+const CAPTURE_PAUSE_NS: i64 = 200 * MS;
+
+/// A laser of a capture waits this long for the other devices: less than the second after which clients give a laser up.
+const CAPTURE_PATIENCE_NS: i64 = 600 * MS;
+
+/// Requests may be held up by the scheduler of a busy machine; a real device allows 6 ms between bytes.
+const REQUEST_GAP_NS: i64 = 25 * MS;
+
+/// The devices of a rig, ready to be put on lines.
+pub struct Devices {
+    /// Devices by the names of their links.
+    pub list: Vec<(LinkName, Box<dyn Device>)>,
+    /// What they share.
+    pub run: Run,
+    /// Length of the drive or capture.
+    pub length_ns: i64,
+    /// The truth, when it is known.
+    pub world: Option<WorldTruth>,
+}
+
+/// The truth behind a world's devices.
+pub struct WorldTruth {
+    /// The world and the drive.
+    pub rig: SimulatedRig,
+    /// Scans that the horizontal laser sent.
+    pub horizontal: SentScans,
+    /// Scans that the vertical laser sent.
+    pub vertical: SentScans,
+}
+
+impl Devices {
+    /// Makes the devices that the options ask for.
+    pub fn new(options: &ServeOptions) -> Result<Self, ServeError> {
+        match &options.source {
+            Source::World { world, path, rig, params } => {
+                let simulated = SimulatedRig::new(world, path, rig, params, options.seed)?;
+                Ok(of_world(&simulated, options))
+            }
+            Source::Capture { capture } => Ok(of_capture(capture, options)),
+        }
+    }
+}
+
+fn rules(options: &ServeOptions, lasers: usize, has_base: bool) -> RunRules {
+    let of_world = matches!(options.source, Source::World { .. });
+    RunRules {
+        lasers,
+        has_base,
+        pause_ns: if of_world { WORLD_PAUSE_NS } else { CAPTURE_PAUSE_NS },
+        patience_ns: (!of_world).then_some(CAPTURE_PATIENCE_NS),
+        start_at_ns: options.start_after_s.map(|s| (s * NS_PER_S) as i64),
+    }
+}
+
+/// Two mirrors are not coupled: each rig has its own phases, by its seed.
+fn laser_params(options: &ServeOptions, place: u64) -> LmsParams {
+    let mut params = options.laser.clone();
+    let turn_ns = params.mirror.turn_ns;
+    let phase_ns = (Rng::new(options.seed, 0x0EC0_4A5E, place.cast_signed()).unit() * turn_ns as f64) as i64;
+    params.mirror = Mirror { phase_ns, turn_ns };
+    params.request_gap_ns =
+        params.request_gap_ns.max((REQUEST_GAP_NS as f64 * options.speed.max(1.0)) as i64);
+    params
+}
+
+fn of_world(simulated: &SimulatedRig, options: &ServeOptions) -> Devices {
+    let vertical = simulated.vertical();
+    let run = Run::new(rules(options, 1 + usize::from(vertical.is_some()), true));
+    let sent = [SentScans::default(), SentScans::default()];
+    let mut list: Vec<(LinkName, Box<dyn Device>)> = Vec::new();
+    let lasers = [(LinkName::Horizontal, Some(simulated.horizontal())), (LinkName::Vertical, vertical)];
+    for (place, ((name, laser), sent)) in (0..).zip(lasers.into_iter().zip(&sent)) {
+        let Some(laser) = laser else { continue };
+        let feed = MirrorFeed::new(Box::new(laser), Box::new(run.clone()));
+        let feed = NotingFeed { feed, sent: sent.clone() };
+        list.push((name, Box::new(LmsDevice::new(laser_params(options, place), Box::new(feed)))));
+    }
+    let feed = CycleFeed::new(Box::new(simulated.base()), Box::new(run.clone()), SIP_CYCLE_NS);
+    list.push((LinkName::Base, Box::new(BaseDevice::new(options.base.clone(), Box::new(feed)))));
+    let length_ns = (simulated.drive_duration_s() * NS_PER_S) as i64;
+    let [horizontal, vertical] = sent;
+    Devices { list, run, length_ns, world: Some(WorldTruth { rig: simulated.clone(), horizontal, vertical }) }
+}
+
+fn of_capture(capture: &Capture, options: &ServeOptions) -> Devices {
+    let lasers = [(LinkName::Horizontal, &capture.horizontal), (LinkName::Vertical, &capture.vertical)];
+    let present = lasers.iter().filter(|(_, track)| track.is_some()).count();
+    let run = Run::new(rules(options, present, capture.base.is_some()));
+    let origin_ns = capture.first_ns().unwrap_or(0);
+    let mut list: Vec<(LinkName, Box<dyn Device>)> = Vec::new();
+    for (place, (name, track)) in (0..).zip(lasers) {
+        let Some(track) = track else { continue };
+        let params = captured_params(track, laser_params(options, place));
+        let feed = CaptureScans::new(Arc::new(track.clone()), origin_ns, run.clone(), options.once);
+        list.push((name, Box::new(LmsDevice::new(params, Box::new(feed) as Box<dyn ScanFeed>))));
+    }
+    if let Some(track) = &capture.base {
+        let identity =
+            track.identity.clone().map(|[name, class, subclass]| Identity { name, class, subclass });
+        let params = BaseParams {
+            identity: identity.unwrap_or_else(|| options.base.identity.clone()),
+            ..options.base.clone()
+        };
+        let feed = CapturePackets::new(Arc::new(track.clone()), origin_ns, run.clone(), options.once);
+        list.push((LinkName::Base, Box::new(BaseDevice::new(params, Box::new(feed) as Box<dyn SipFeed>))));
+    }
+    Devices { list, run, length_ns: capture.duration_ns(), world: None }
+}
+
+/// A laser that was recorded comes up as it was: its variant, its units, its name.
+fn captured_params(track: &LaserTrack, mut params: LmsParams) -> LmsParams {
+    params.variant = track.variant().unwrap_or(Variant::of(180, 50));
+    params.config = track.initial_config();
+    if let Some(type_text) = &track.type_text {
+        params.type_text.clone_from(type_text);
+    }
+    params
+}

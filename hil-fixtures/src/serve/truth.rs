@@ -1,0 +1,127 @@
+//! The truth behind a served world: its surfaces, where the robot was, and where it was at each scan that was sent.
+//!
+//! Frame `map`: `base_link` at the start of the drive. Stamps are UTC seconds as a host without any delay would give them; the same
+//! files as `simulate` writes: `surfaces.ply`, `trajectory.tum` (dense), `poses.tum` and `scans_horizontal.txt` (at each scan's t0), and the
+//! vertical laser's.
+
+use super::clock::VirtualClock;
+use super::run::Begun;
+use crate::lms_device::feed::{Answer, Ask, ScanFeed};
+use crate::lms_device::settings::Variant;
+use crate::ply::write_ply;
+use crate::simulated_rig::SimulatedRig;
+use crate::truth::seconds;
+use std::fs;
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Distance of dense poses.
+const STEP_NS: i64 = 10_000_000;
+
+/// Poses are written from this long before the drive's start to this long after its end.
+const MARGIN_NS: i64 = 2_000_000_000;
+
+/// A truth file could not be written.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: cannot write the truth: {source}", path.display())]
+pub struct TruthFileError {
+    /// The file or folder.
+    pub path: PathBuf,
+    /// What the system said.
+    pub source: io::Error,
+}
+
+/// When the scans of one laser began, on the virtual clock.
+#[derive(Clone, Debug, Default)]
+pub struct SentScans(Arc<Mutex<Vec<i64>>>);
+
+impl SentScans {
+    fn note(&self, t0_ns: i64) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(t0_ns);
+    }
+
+    fn times_ns(&self) -> Vec<i64> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+}
+
+/// A feed that notes which scans it gave.
+pub struct NotingFeed<F> {
+    /// The feed.
+    pub feed: F,
+    /// Where to.
+    pub sent: SentScans,
+}
+
+impl<F: ScanFeed> ScanFeed for NotingFeed<F> {
+    fn holds(&self, variant: Variant) -> bool {
+        self.feed.holds(variant)
+    }
+
+    fn next(&mut self, ask: &Ask) -> Answer {
+        let answer = self.feed.next(ask);
+        if let Answer::Scan(offer) = &answer {
+            self.sent.note(offer.start_ns - ask.variant.turns() * ask.mirror.turn_ns);
+        }
+        answer
+    }
+}
+
+/// Writes the truth of one run.
+pub struct TruthWriter<'a> {
+    /// Folder; made when it is missing.
+    pub folder: &'a Path,
+    /// The world and the drive through it.
+    pub rig: &'a SimulatedRig,
+    /// The mock's clock.
+    pub clock: VirtualClock,
+    /// The run.
+    pub begun: Begun,
+}
+
+impl TruthWriter<'_> {
+    /// Surfaces and the whole drive, known as soon as it begins.
+    pub fn write_drive(&self) -> Result<(), TruthFileError> {
+        fs::create_dir_all(self.folder)
+            .map_err(|source| TruthFileError { path: self.folder.to_owned(), source })?;
+        self.file("surfaces.ply", |out| write_ply(out, self.rig.scene().mesh()))?;
+        let end_ns = (self.rig.drive_duration_s() * 1e9) as i64 + MARGIN_NS;
+        let times = (-MARGIN_NS..=end_ns).step_by(STEP_NS as usize).map(|t_ns| self.begun.start_ns + t_ns);
+        self.poses("trajectory.tum", times)
+    }
+
+    /// The poses at the scans of one laser.
+    pub fn write_scans(&self, name: &str, poses: &str, sent: &SentScans) -> Result<(), TruthFileError> {
+        let times_ns = sent.times_ns();
+        self.file(name, |out| {
+            times_ns.iter().try_for_each(|t_ns| writeln!(out, "{}", seconds(self.clock.utc_ns(*t_ns))))
+        })?;
+        self.poses(poses, times_ns.into_iter())
+    }
+
+    fn poses(&self, name: &str, mut virtual_ns: impl Iterator<Item = i64>) -> Result<(), TruthFileError> {
+        self.file(name, |out| virtual_ns.try_for_each(|t_ns| self.pose_line(out, t_ns)))
+    }
+
+    fn pose_line(&self, out: &mut dyn Write, virtual_ns: i64) -> io::Result<()> {
+        let pose = self.rig.map_from_base(virtual_ns - self.begun.start_ns);
+        let ([x, y, z], [qx, qy, qz, qw]) = (pose.translation_m, pose.quaternion_xyzw());
+        let time = seconds(self.clock.utc_ns(virtual_ns));
+        writeln!(out, "{time} {x:.6} {y:.6} {z:.6} {qx:.9} {qy:.9} {qz:.9} {qw:.9}")
+    }
+
+    fn file(
+        &self,
+        name: &str,
+        write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<(), TruthFileError> {
+        let path = self.folder.join(name);
+        let written = fs::File::create(&path).and_then(|file| {
+            let mut out = BufWriter::new(file);
+            write(&mut out)?;
+            out.flush()
+        });
+        written.map_err(|source| TruthFileError { path, source })
+    }
+}

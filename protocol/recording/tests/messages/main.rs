@@ -1,4 +1,0 @@
-//! Messages as bytes: golden ones worked out by hand, and laws that hold for all types.
-
-mod golden;
-mod laws;
