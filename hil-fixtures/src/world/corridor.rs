@@ -69,6 +69,7 @@ fn side(b: &mut Builder, doors: &[Door], own: impl Fn(f64) -> f64) {
     b.wall([0.0, X[1] - X[0]], WALL, HEIGHT, &holes);
     for (span, open_deg) in spans {
         door_frame(b, span);
+        b.rect(Facing::Up, 0.0, span, [-WALL, 0.0], &[]);
         if open_deg == 0.0 {
             b.block([span[0], span[1]], [-0.11, -0.07], [0.0, DOOR_HEIGHT]);
             // The handle.

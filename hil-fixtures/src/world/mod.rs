@@ -4,8 +4,10 @@
 //! z up); a drive moves it so that the drive starts at the origin of `map`.
 
 pub mod builder;
+pub mod building;
 pub mod corridor;
 pub mod mesh;
+pub mod office;
 pub mod path;
 pub mod scene;
 
@@ -15,7 +17,7 @@ use std::io;
 use std::path::PathBuf;
 
 /// Names that [`World::named`] knows.
-pub const NAMES: [&str; 1] = ["corridor"];
+pub const NAMES: [&str; 3] = ["corridor", "building", "office"];
 
 /// Surfaces, and ways to drive along them.
 #[derive(Clone, Debug)]
@@ -82,6 +84,8 @@ impl World {
     pub fn named(name: &str) -> Option<Self> {
         match name {
             "corridor" => Some(corridor::corridor()),
+            "building" => Some(building::building()),
+            "office" => Some(office::office()),
             _ => None,
         }
     }
@@ -111,5 +115,93 @@ impl World {
         let text = std::fs::read_to_string(&file)
             .map_err(|source| WorldError::File { path: file.clone(), source })?;
         Path::parse(&text).map_err(|source| WorldError::PathFile { path: file, source })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::scene::Scene;
+    use super::{NAMES, World};
+    use crate::drive::Drive;
+    use crate::vec3::Vec3;
+
+    /// Every built-in drive: its world in `map` and its poses every 20 cm or so.
+    fn drives() -> Vec<(String, Scene, Drive)> {
+        let mut out = Vec::new();
+        for name in NAMES {
+            let world = World::named(name).expect("built in");
+            for path in &world.paths {
+                let drive = Drive::new(path, 1).expect("drives");
+                let scene = Scene::new(world.mesh.moved(&drive.map_from_world()));
+                out.push((format!("{name} {}", path.name), scene, drive));
+            }
+        }
+        out
+    }
+
+    fn origins(drive: &Drive, height_m: f64) -> Vec<Vec3> {
+        let steps = (drive.length_m() / 0.2) as i32;
+        (0..=steps)
+            .map(|k| drive.pose(drive.duration_s() * f64::from(k) / f64::from(steps)).translation_m)
+            .map(|p| [p[0], p[1], height_m])
+            .collect()
+    }
+
+    #[test]
+    fn every_built_in_drive_keeps_clear_of_all_surfaces() {
+        for (name, scene, drive) in drives() {
+            for height_m in [0.1, 0.3, 0.5] {
+                for origin in origins(&drive, height_m) {
+                    for k in 0..24 {
+                        let (sin, cos) = (f64::from(k) * 15.0_f64).to_radians().sin_cos();
+                        let hit = scene.look(origin, [cos, sin, 0.0], 0.4);
+                        assert_eq!(hit, None, "{name} at {origin:?}, {} degrees", k * 15);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_built_in_drive_has_ground_under_it_and_rooms_have_a_ceiling() {
+        for (name, scene, drive) in drives() {
+            for origin in origins(&drive, 0.4) {
+                let ground = scene.look(origin, [0.0, 0.0, -1.0], 1.0).map(|sight| sight.range_m);
+                assert!(ground.is_some_and(|range_m| (range_m - 0.4).abs() < 1e-9), "{name} {origin:?}");
+                let above = scene.look(origin, [0.0, 0.0, 1.0], 100.0);
+                assert!(
+                    name.starts_with("building") || above.is_some_and(|sight| sight.range_m < 2.5),
+                    "{name}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn indoors_no_beam_escapes() {
+        // Whatever is seen from inside must be closed: walls, windows, ceilings behind every open door.
+        for (name, scene, drive) in drives().into_iter().filter(|(name, ..)| !name.starts_with("building")) {
+            for origin in origins(&drive, 0.45).into_iter().step_by(3) {
+                for (k, tilt) in (0..360).flat_map(|k| [-20.0_f64, 0.0, 25.0, 60.0].map(|tilt| (k, tilt))) {
+                    let (sin, cos) = (f64::from(k) + 0.37).to_radians().sin_cos();
+                    let (up, flat) = tilt.to_radians().sin_cos();
+                    let seen = scene.look(origin, [flat * cos, flat * sin, up], 100.0);
+                    assert!(seen.is_some(), "{name} from {origin:?}: {k} degrees, {tilt} up");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_office_loop_returns_to_where_it_began() {
+        let world = World::named("office").expect("built in");
+        let drive = Drive::new(world.path(Some("loop")).expect("its loop"), 1).expect("drives");
+        let steps = 2000;
+        let back = (0..=steps)
+            .map(|k| drive.pose(drive.duration_s() * f64::from(k) / f64::from(steps)).translation_m)
+            .skip(steps as usize / 2)
+            .map(|p| p[0].hypot(p[1]))
+            .fold(f64::INFINITY, f64::min);
+        assert!(back < 0.1 && drive.length_m() > 50.0, "{back}");
     }
 }

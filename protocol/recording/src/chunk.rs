@@ -21,6 +21,17 @@ pub enum ChunkError {
     Checksum { expected: u32, found: u32 },
 }
 
+impl ChunkError {
+    /// True when bytes were changed, false when they may merely end early.
+    pub fn is_damage(&self) -> bool {
+        match self {
+            Self::Compression(_) | Self::Checksum { .. } => true,
+            Self::Size { expected, found } => found > expected,
+            Self::TooLarge(_) | Self::Corrupt(_) => false,
+        }
+    }
+}
+
 impl std::fmt::Display for ChunkError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
@@ -39,20 +50,23 @@ impl std::fmt::Display for ChunkError {
     }
 }
 
-/// Unpacks as far as the bytes go; an error says why no further. `out` is replaced.
-pub fn unpack_prefix(header: &ChunkHeader, packed: &[u8], out: &mut Vec<u8>) -> Result<(), ChunkError> {
+/// Unpacks as far as the bytes go, to `limit` bytes at most; an error says why no further. `out` is replaced.
+pub fn unpack_prefix(
+    compression: &str,
+    packed: &[u8],
+    limit: u64,
+    out: &mut Vec<u8>,
+) -> Result<(), ChunkError> {
     out.clear();
-    if header.uncompressed_size > MAX_CHUNK_SIZE {
-        return Err(ChunkError::TooLarge(header.uncompressed_size));
+    if limit > MAX_CHUNK_SIZE {
+        return Err(ChunkError::TooLarge(limit));
     }
-    // One byte more than announced, to notice when there is more.
-    let limit = header.uncompressed_size + 1;
     let corrupt = |error: std::io::Error| ChunkError::Corrupt(error.to_string());
-    match header.compression.as_str() {
+    match compression {
         "" => packed.take(limit).read_to_end(out).map(drop).map_err(corrupt),
         "zstd" => {
             let decoder = zstd::stream::read::Decoder::with_buffer(packed).map_err(corrupt)?;
-            decoder.take(limit).read_to_end(out).map(drop).map_err(corrupt)
+            decoder.single_frame().take(limit).read_to_end(out).map(drop).map_err(corrupt)
         }
         "lz4" => {
             let decoder = lz4::Decoder::new(packed).map_err(corrupt)?;
@@ -64,7 +78,11 @@ pub fn unpack_prefix(header: &ChunkHeader, packed: &[u8], out: &mut Vec<u8>) -> 
 
 /// Unpacks a whole chunk and checks size and checksum. `out` is replaced.
 pub fn unpack(header: &ChunkHeader, packed: &[u8], out: &mut Vec<u8>) -> Result<(), ChunkError> {
-    unpack_prefix(header, packed, out)?;
+    if header.uncompressed_size >= MAX_CHUNK_SIZE {
+        return Err(ChunkError::TooLarge(header.uncompressed_size));
+    }
+    // One byte more than announced, to notice when there is more.
+    unpack_prefix(&header.compression, packed, header.uncompressed_size + 1, out)?;
     let found = out.len() as u64;
     if found != header.uncompressed_size {
         return Err(ChunkError::Size { expected: header.uncompressed_size, found });

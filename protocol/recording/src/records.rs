@@ -16,6 +16,7 @@ pub const SCHEMA: u8 = 0x03;
 pub const CHANNEL: u8 = 0x04;
 pub const MESSAGE: u8 = 0x05;
 pub const CHUNK: u8 = 0x06;
+pub const MESSAGE_INDEX: u8 = 0x07;
 pub const ATTACHMENT: u8 = 0x09;
 pub const METADATA: u8 = 0x0C;
 pub const DATA_END: u8 = 0x0F;
@@ -179,7 +180,6 @@ impl ChunkHeader {
 }
 
 /// The body of an attachment record.
-#[allow(dead_code, reason = "recovery reads them")]
 pub struct Attachment<'a> {
     pub log_time: u64,
     pub create_time: u64,

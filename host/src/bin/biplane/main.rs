@@ -1,2 +1,58 @@
-//! The host program.
-fn main() {}
+//! `biplane`: recordings in, compact models out. Words to typed options ([`cli`]), one file a command, one place for exit codes.
+
+mod cli;
+mod console;
+mod import;
+mod info;
+mod map;
+mod recover;
+mod traj;
+
+use std::io;
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use cli::{Cli, Command};
+use console::Console;
+
+/// How a command ended that did not fail.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Outcome {
+    /// All done.
+    Done,
+    /// Done, but data of the input was lost.
+    Lossy,
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse(); // wrong arguments: clap says what, and ends with 2
+    let console = Console::new(cli.quiet);
+    match run(cli.command, &console) {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::Lossy) => ExitCode::from(3),
+        // Whoever read our output has seen enough of it.
+        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("biplane: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(command: Command, console: &Console) -> anyhow::Result<Outcome> {
+    match command {
+        Command::Info(args) => info::run(&args),
+        Command::Import(args) => import::run(&args, console),
+        Command::Traj(args) => traj::run(&args, console),
+        Command::Map(args) => map::run(&args, console),
+        Command::Recover(args) => recover::run(&args, console),
+    }
+}
+
+fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    let broken = |cause: &(dyn std::error::Error + 'static)| {
+        cause.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
+    };
+    error.chain().any(broken)
+}

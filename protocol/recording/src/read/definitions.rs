@@ -25,6 +25,17 @@ pub struct ChannelInfo {
     pub topic: Option<Topic>,
 }
 
+/// What is wrong with a record.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+pub(crate) enum Problem {
+    #[error("a {0} record that cannot be read")]
+    Unreadable(&'static str),
+    #[error("a message of channel {0}, which is not defined")]
+    UnknownChannel(u16),
+    #[error("channel {topic:?} of schema {schema}, which is not defined")]
+    UnknownSchema { topic: String, schema: u16 },
+}
+
 struct Schema {
     name: String,
     encoding: String,
@@ -38,8 +49,8 @@ pub(crate) struct Definitions {
 }
 
 impl Definitions {
-    /// Takes a record of a data section or chunk: a definition is kept, a message given back complete. Errors say what is wrong.
-    pub fn take(&mut self, opcode: u8, body: &[u8]) -> Result<Option<Entry>, String> {
+    /// Takes a record of a data section or chunk: a definition is kept, a message given back complete.
+    pub fn take(&mut self, opcode: u8, body: &[u8]) -> Result<Option<Entry>, Problem> {
         match opcode {
             SCHEMA => self.schema(body).map(|()| None),
             CHANNEL => self.channel(body).map(|()| None),
@@ -48,21 +59,24 @@ impl Definitions {
         }
     }
 
-    fn schema(&mut self, body: &[u8]) -> Result<(), String> {
-        let schema = records::Schema::parse(body).ok_or("a schema record that cannot be read")?;
+    fn schema(&mut self, body: &[u8]) -> Result<(), Problem> {
+        let schema = records::Schema::parse(body).ok_or(Problem::Unreadable("schema"))?;
         let own =
             Schema { name: schema.name.into(), encoding: schema.encoding.into(), data: schema.data.into() };
         self.schemas.insert(schema.id, own);
         Ok(())
     }
 
-    fn channel(&mut self, body: &[u8]) -> Result<(), String> {
-        let channel = records::Channel::parse(body).ok_or("a channel record that cannot be read")?;
+    fn channel(&mut self, body: &[u8]) -> Result<(), Problem> {
+        let channel = records::Channel::parse(body).ok_or(Problem::Unreadable("channel"))?;
         let (type_name, schema_encoding, schema) = match self.schemas.get(&channel.schema_id) {
             Some(schema) => (schema.name.clone(), schema.encoding.clone(), schema.data.clone()),
             None if channel.schema_id == 0 => Default::default(),
             None => {
-                return Err(format!("channel {:?} of unknown schema {}", channel.topic, channel.schema_id));
+                return Err(Problem::UnknownSchema {
+                    topic: channel.topic.into(),
+                    schema: channel.schema_id,
+                });
             }
         };
         let ours = |topic: &Topic| topic.type_name() == type_name && channel.message_encoding == "cdr";
@@ -79,10 +93,10 @@ impl Definitions {
         Ok(())
     }
 
-    fn message(&self, body: &[u8]) -> Result<Entry, String> {
-        let message = records::Message::parse(body).ok_or("a message record that cannot be read")?;
+    fn message(&self, body: &[u8]) -> Result<Entry, Problem> {
+        let message = records::Message::parse(body).ok_or(Problem::Unreadable("message"))?;
         let id = message.channel_id;
-        let channel = self.channels.get(&id).ok_or_else(|| format!("a message of unknown channel {id}"))?;
+        let channel = self.channels.get(&id).ok_or(Problem::UnknownChannel(id))?;
         let time_ns = |time: u64| i64::try_from(time).unwrap_or(i64::MAX);
         Ok(Entry {
             topic_name: channel.topic_name.clone(),

@@ -66,7 +66,7 @@ impl<'a> Messages<'a> {
                 Err(self.damaged(self.chunk_offset, format!("its chunk ends inside a record ({rest} bytes)")))
             }
             Ok(entry) => Ok(entry),
-            Err(what) => Err(self.damaged(self.chunk_offset, what)),
+            Err(problem) => Err(self.damaged(self.chunk_offset, problem.to_string())),
         }
     }
 
@@ -94,7 +94,7 @@ impl<'a> Messages<'a> {
             return opened.map(|()| Step::Next(None)).map_err(|what| self.damaged(offset, what));
         }
         let taken = self.definitions.take(prefix.opcode, body);
-        taken.map(Step::Next).map_err(|what| self.damaged(offset, what))
+        taken.map(Step::Next).map_err(|problem| self.damaged(offset, problem.to_string()))
     }
 
     /// Takes a record between `offset` and the next into the checksum, without holding it in memory.

@@ -12,7 +12,7 @@ pub use definitions::ChannelInfo;
 pub use error::ReadError;
 pub use messages::Messages;
 
-pub(crate) use definitions::Definitions;
+pub(crate) use definitions::{Definitions, Problem};
 pub(crate) use source::Source;
 
 use crate::msg::AnyMessage;

@@ -20,6 +20,11 @@ impl<'a> Source<'a> {
         Self { file, size, buffer: Vec::new(), start: 0 }
     }
 
+    /// The file's size.
+    pub fn size(&self) -> u64 {
+        self.size
+    }
+
     /// Bytes between a position and the file's end.
     pub fn left(&self, offset: u64) -> u64 {
         self.size.saturating_sub(offset)

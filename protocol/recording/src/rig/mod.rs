@@ -8,6 +8,8 @@ mod mount;
 mod parse;
 mod print;
 mod table;
+#[cfg(test)]
+mod tests;
 mod time;
 
 pub use error::RigError;

@@ -3,14 +3,18 @@
 //!
 //! The same calls give the same bytes, on any machine: no clock is read, nothing depends on threads or hash order.
 
+mod copy;
+mod error;
+
+pub use error::WriteError;
+
 use crate::msg::{ByteArray, Message};
-use crate::read::Entry;
 use crate::schema;
 use crate::topics::{Direction, Port, Topic};
+use error::{explain, refused};
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
-use mcap::{Attachment, Compression, McapError, WriteOptions};
-use std::borrow::Cow;
+use mcap::{Compression, McapResult, WriteOptions};
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::fs::File;
@@ -51,63 +55,17 @@ pub struct WriteReport {
     pub bytes: u64,
 }
 
-/// Why a file could not be written.
-#[derive(Debug, thiserror::Error)]
-pub enum WriteError {
-    /// The file is there already.
-    #[error("{} exists already; it is not overwritten unless asked", path.display())]
-    Exists {
-        /// The file.
-        path: PathBuf,
-    },
-    /// An unfinished recording of that name is there: of a run that still goes on, or that was cut off.
-    #[error(
-        "{} exists: an unfinished recording, not overwritten unless asked; `biplane recover` salvages it, if no process is still writing it",
-        path.display()
-    )]
-    Unfinished {
-        /// The unfinished file.
-        path: PathBuf,
-    },
-    /// No room is left.
-    #[error("disk full while writing {}: what was written before is kept", path.display())]
-    DiskFull {
-        /// The file.
-        path: PathBuf,
-    },
-    /// The system refused.
-    #[error("cannot {action} {}: {source}", path.display())]
-    Io {
-        /// What was tried.
-        action: &'static str,
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
-    /// A write failed before; nothing more can be added.
-    #[error("{} cannot be written any more: an earlier write failed", path.display())]
-    Failed {
-        /// The file.
-        path: PathBuf,
-    },
-    /// The format refuses it.
-    #[error("cannot write to {}: {what}", path.display())]
-    Format {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        what: String,
-    },
-}
-
-pub(crate) type Sink = NoSeek<BufWriter<File>>;
+type Sink = NoSeek<BufWriter<File>>;
 
 /// The name of a file while it is written: `NAME.active`.
 #[must_use]
 pub fn active_path(path: &Path) -> PathBuf {
+    with_suffix(path, ".active")
+}
+
+fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     let mut name = OsString::from(path.as_os_str());
-    name.push(".active");
+    name.push(suffix);
     PathBuf::from(name)
 }
 
@@ -116,6 +74,15 @@ pub fn active_path(path: &Path) -> PathBuf {
 struct Channel {
     id: u16,
     messages: u32,
+}
+
+/// A message's place in the file.
+#[derive(Copy, Clone)]
+struct Stamped {
+    channel: u16,
+    sequence: u32,
+    log_time_ns: i64,
+    publish_time_ns: i64,
 }
 
 /// What a channel is found again by: topic, type and encoding.
@@ -135,6 +102,7 @@ pub struct Writer {
     log_time_ns: i64,
     chunk_start_ns: Option<i64>,
     messages: u64,
+    failed: bool,
     scratch: Vec<u8>,
 }
 
@@ -145,6 +113,17 @@ impl std::fmt::Debug for Writer {
             .field("messages", &self.messages)
             .finish_non_exhaustive()
     }
+}
+
+/// Brings a new or renamed file's name to the disk: it stands in the folder, not in the file.
+fn sync_folder(path: &Path) -> Result<(), WriteError> {
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    File::open(folder)
+        .and_then(|folder| folder.sync_all())
+        .map_err(|source| refused("sync the folder of", path, source))
 }
 
 fn open_active(path: &Path, active: &Path, overwrite: bool) -> Result<File, WriteError> {
@@ -171,13 +150,21 @@ impl Writer {
     /// [`WriteError::Exists`] and [`WriteError::Unfinished`] for what is there already (unless `options.overwrite`), or what the
     /// system refuses.
     pub fn create(path: &Path, options: &WriterOptions) -> Result<Self, WriteError> {
-        Self::create_as(path, options, "ros2")
-    }
-
-    /// As [`Writer::create`], with the profile of a file that is copied.
-    pub(crate) fn create_as(path: &Path, options: &WriterOptions, profile: &str) -> Result<Self, WriteError> {
         let active = active_path(path);
         let file = open_active(path, &active, options.overwrite)?;
+        if options.sync {
+            sync_folder(&active)?;
+        }
+        Self::start(path, active, file, options, "ros2")
+    }
+
+    fn start(
+        path: &Path,
+        active: PathBuf,
+        file: File,
+        options: &WriterOptions,
+        profile: &str,
+    ) -> Result<Self, WriteError> {
         let sink = file.try_clone().map_err(|source| WriteError::Io {
             action: "open",
             path: active.clone(),
@@ -205,6 +192,7 @@ impl Writer {
             log_time_ns: 0,
             chunk_start_ns: None,
             messages: 0,
+            failed: false,
             scratch: Vec::new(),
         })
     }
@@ -258,45 +246,14 @@ impl Writer {
         publish_time_ns: i64,
         cdr: &[u8],
     ) -> Result<(), WriteError> {
-        let log_time = self.advance(log_time_ns)?;
+        self.log_time_ns = self.log_time_ns.max(log_time_ns);
         let channel = match self.channels.get(&topic) {
             Some(channel) => *channel,
             None => self.add_topic(topic)?,
         };
-        self.put(channel, log_time, publish_time_ns, cdr)?;
         self.channels.insert(topic, Channel { messages: channel.messages.wrapping_add(1), ..channel });
-        Ok(())
-    }
-
-    /// Writes a message of another file as it is: same topic, type, schema, encoding, times and bytes; also of topics and types that
-    /// Biplane does not know.
-    ///
-    /// # Errors
-    /// As [`Writer::write`].
-    pub fn copy(&mut self, entry: &Entry) -> Result<(), WriteError> {
-        if let (Some(topic), "cdr") = (entry.topic, entry.encoding()) {
-            return self.write_encoded(topic, entry.log_time_ns, entry.publish_time_ns, &entry.bytes);
-        }
-        let log_time = self.advance(entry.log_time_ns)?;
-        let key = (entry.topic_name.clone(), entry.type_name.clone(), entry.encoding().to_owned());
-        let channel = match self.foreign.get(&key) {
-            Some(channel) => *channel,
-            None => self.add_foreign(entry)?,
-        };
-        self.put(channel, log_time, entry.publish_time_ns, &entry.bytes)?;
-        self.foreign.insert(key, Channel { messages: channel.messages.wrapping_add(1), ..channel });
-        Ok(())
-    }
-
-    /// Takes the running maximum of the log times, and closes the chunk when it has lasted long enough.
-    fn advance(&mut self, log_time_ns: i64) -> Result<u64, WriteError> {
-        self.log_time_ns = self.log_time_ns.max(log_time_ns);
-        let start = *self.chunk_start_ns.get_or_insert(self.log_time_ns);
-        if self.log_time_ns.saturating_sub(start) >= self.options.chunk_span_ns {
-            self.flush()?;
-            self.chunk_start_ns = Some(self.log_time_ns);
-        }
-        Ok(self.log_time_ns.unsigned_abs())
+        let (log_time_ns, sequence) = (self.log_time_ns, channel.messages);
+        self.put(Stamped { channel: channel.id, log_time_ns, publish_time_ns, sequence }, cdr)
     }
 
     fn add_topic(&mut self, topic: Topic) -> Result<Channel, WriteError> {
@@ -307,12 +264,6 @@ impl Writer {
         self.add_channel((type_name, "ros2msg", text.as_bytes()), topic.name(), "cdr", &BTreeMap::from([qos]))
     }
 
-    fn add_foreign(&mut self, entry: &Entry) -> Result<Channel, WriteError> {
-        let channel = &entry.channel;
-        let schema = (entry.type_name.as_str(), channel.schema_encoding.as_str(), channel.schema.as_slice());
-        self.add_channel(schema, &entry.topic_name, &channel.message_encoding, &channel.metadata)
-    }
-
     fn add_channel(
         &mut self,
         (name, encoding, data): (&str, &str, &[u8]),
@@ -320,29 +271,27 @@ impl Writer {
         message_encoding: &str,
         metadata: &BTreeMap<String, String>,
     ) -> Result<Channel, WriteError> {
-        let mut add = || {
+        let id = self.attempt(|inner| {
             // A channel without a type has no schema.
-            let schema = if name.is_empty() { 0 } else { self.inner.add_schema(name, encoding, data)? };
-            self.inner.add_channel(schema, topic, message_encoding, metadata)
-        };
-        let id = add().map_err(|error| explain(&self.active, error))?;
+            let schema = if name.is_empty() { 0 } else { inner.add_schema(name, encoding, data)? };
+            inner.add_channel(schema, topic, message_encoding, metadata)
+        })?;
         Ok(Channel { id, messages: 0 })
     }
 
-    fn put(
-        &mut self,
-        channel: Channel,
-        log_time: u64,
-        publish_time_ns: i64,
-        bytes: &[u8],
-    ) -> Result<(), WriteError> {
+    fn put(&mut self, stamped: Stamped, bytes: &[u8]) -> Result<(), WriteError> {
+        let start = *self.chunk_start_ns.get_or_insert(stamped.log_time_ns);
+        if stamped.log_time_ns.saturating_sub(start) >= self.options.chunk_span_ns {
+            self.flush()?;
+            self.chunk_start_ns = Some(stamped.log_time_ns);
+        }
         let header = MessageHeader {
-            channel_id: channel.id,
-            sequence: channel.messages,
-            log_time,
-            publish_time: u64::try_from(publish_time_ns).unwrap_or(0),
+            channel_id: stamped.channel,
+            sequence: stamped.sequence,
+            log_time: u64::try_from(stamped.log_time_ns).unwrap_or(0),
+            publish_time: u64::try_from(stamped.publish_time_ns).unwrap_or(0),
         };
-        self.inner.write_to_known_channel(&header, bytes).map_err(|error| explain(&self.active, error))?;
+        self.attempt(|inner| inner.write_to_known_channel(&header, bytes))?;
         self.messages += 1;
         Ok(())
     }
@@ -353,15 +302,7 @@ impl Writer {
     /// As [`Writer::write`].
     pub fn attach(&mut self, name: &str, media_type: &str, data: &[u8]) -> Result<(), WriteError> {
         let time = self.log_time_ns.unsigned_abs();
-        let attachment = Attachment {
-            log_time: time,
-            create_time: time,
-            name: name.to_owned(),
-            media_type: media_type.to_owned(),
-            data: Cow::Borrowed(data),
-        };
-        self.chunk_start_ns = None;
-        self.inner.attach(&attachment).map_err(|error| explain(&self.active, error))
+        self.attach_at((time, time), name, media_type, data)
     }
 
     /// Adds named words, for example versions. Closes the chunk.
@@ -371,7 +312,7 @@ impl Writer {
     pub fn metadata(&mut self, name: &str, values: &BTreeMap<String, String>) -> Result<(), WriteError> {
         let record = Metadata { name: name.to_owned(), metadata: values.clone() };
         self.chunk_start_ns = None;
-        self.inner.write_metadata(&record).map_err(|error| explain(&self.active, error))
+        self.attempt(|inner| inner.write_metadata(&record))
     }
 
     /// Closes the chunk and brings it to the file, with `options.sync` to the disk. What was written before is then safe.
@@ -379,12 +320,27 @@ impl Writer {
     /// # Errors
     /// As [`Writer::write`].
     pub fn flush(&mut self) -> Result<(), WriteError> {
-        self.inner.flush().map_err(|error| explain(&self.active, error))?;
         self.chunk_start_ns = None;
+        self.attempt(mcap::Writer::flush)?;
         if self.options.sync {
-            self.file.sync_data().map_err(|source| refused("sync", &self.active, source))?;
+            let synced = self.file.sync_data();
+            self.attempt(|_| Ok(synced?))?;
         }
         Ok(())
+    }
+
+    /// Does something with the file, unless something failed before: after an error nothing more is written.
+    fn attempt<T>(
+        &mut self,
+        action: impl FnOnce(&mut mcap::Writer<Sink>) -> McapResult<T>,
+    ) -> Result<T, WriteError> {
+        if self.failed {
+            return Err(WriteError::Failed { path: self.active.clone() });
+        }
+        action(&mut self.inner).map_err(|error| {
+            self.failed = true;
+            explain(&self.active, error)
+        })
     }
 
     /// How many messages were written so far.
@@ -404,7 +360,7 @@ impl Writer {
     /// # Errors
     /// As [`Writer::write`]; `NAME.active` is then left, and holds what was written.
     pub fn finish(mut self) -> Result<WriteReport, WriteError> {
-        let summary = self.inner.finish().map_err(|error| explain(&self.active, error))?;
+        let summary = self.attempt(mcap::Writer::finish)?;
         if self.options.sync {
             self.file.sync_all().map_err(|source| refused("sync", &self.active, source))?;
         }
@@ -414,24 +370,11 @@ impl Writer {
         }
         std::fs::rename(&self.active, &self.path)
             .map_err(|source| refused("rename to its name", &self.active, source))?;
+        if self.options.sync {
+            sync_folder(&self.path)?;
+        }
         let bytes = self.file.metadata().map_err(|source| refused("look at", &self.path, source))?.len();
         let chunks = summary.chunk_indexes.len() as u64;
         Ok(WriteReport { path: self.path, messages: self.messages, chunks, bytes })
-    }
-}
-
-fn refused(action: &'static str, path: &Path, source: io::Error) -> WriteError {
-    let path = path.to_owned();
-    match source.kind() {
-        io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => WriteError::DiskFull { path },
-        _ => WriteError::Io { action, path, source },
-    }
-}
-
-fn explain(path: &Path, error: McapError) -> WriteError {
-    match error {
-        McapError::Io(source) => refused("write", path, source),
-        McapError::AttemptedWriteAfterFailure => WriteError::Failed { path: path.to_owned() },
-        other => WriteError::Format { path: path.to_owned(), what: other.to_string() },
     }
 }

@@ -1,0 +1,91 @@
+//! The state of a run as `diagnostic_msgs/msg/DiagnosticArray`: one status a device, one for the matcher, one for the recorder.
+
+use biplane_matcher::Outcome;
+use biplane_recording::msg::{DiagnosticArray, DiagnosticStatus, KeyValue};
+
+use crate::health::{Health, LineHealth, MatcherHealth};
+
+/// The message of this state.
+#[must_use]
+pub fn message(now_ns: i64, health: &Health) -> DiagnosticArray {
+    let lines = [
+        ("laser_horizontal", &health.horizontal),
+        ("laser_vertical", &health.vertical),
+        ("base", &health.base),
+    ];
+    let mut status: Vec<_> =
+        lines.into_iter().filter(|(_, line)| line.present).map(|(name, line)| of_line(name, line)).collect();
+    status.push(of_matcher(&health.matcher));
+    status.push(of_recorder(health));
+    DiagnosticArray { stamp_ns: now_ns, frame_id: String::new(), status }
+}
+
+fn value(key: &str, value: &dyn std::fmt::Display) -> KeyValue {
+    KeyValue { key: key.to_owned(), value: value.to_string() }
+}
+
+fn status(name: &str, level: u8, message: &str, values: Vec<KeyValue>) -> DiagnosticStatus {
+    DiagnosticStatus {
+        level,
+        name: format!("biplane: {name}"),
+        message: message.to_owned(),
+        hardware_id: name.to_owned(),
+        values,
+    }
+}
+
+fn of_line(name: &str, line: &LineHealth) -> DiagnosticStatus {
+    let (level, message) = match (line.streaming, line.rate_hz > 0.0) {
+        (true, true) => (DiagnosticStatus::OK, "streams"),
+        (true, false) => (DiagnosticStatus::WARN, "nothing in the last second"),
+        (false, _) => (DiagnosticStatus::ERROR, "does not stream"),
+    };
+    let mut values = vec![
+        value("rate_hz", &format_args!("{:.2}", line.rate_hz)),
+        value("measurements", &line.measurements),
+        value("latency_ms", &format_args!("{:.2}", line.latency_s * 1e3)),
+        value("restarts", &line.restarts),
+        value("baud", &line.baud),
+    ];
+    if let Some(counts) = &line.counts {
+        values.extend([
+            value("telegrams", &counts.frames),
+            value("crc_errors", &counts.bad_checksums),
+            value("length_errors", &counts.bad_lengths),
+            value("cut_telegrams", &counts.abandoned),
+            value("skipped_bytes", &counts.skipped_bytes),
+            value("bytes", &counts.bytes()),
+        ]);
+    }
+    status(name, level, message, values)
+}
+
+fn of_matcher(matcher: &MatcherHealth) -> DiagnosticStatus {
+    let (level, message) = match matcher.last_outcome {
+        None => (DiagnosticStatus::STALE, "no scan yet"),
+        Some(Outcome::First) => (DiagnosticStatus::OK, "first scan"),
+        Some(Outcome::Matched) => (DiagnosticStatus::OK, "matched"),
+        Some(Outcome::Weak) => (DiagnosticStatus::OK, "matched, weak in one direction"),
+        Some(Outcome::Lost) => (DiagnosticStatus::WARN, "no match, follows the odometry"),
+        Some(Outcome::NoReturns) => (DiagnosticStatus::WARN, "no returns, follows the odometry"),
+    };
+    let values = vec![
+        value("poses", &matcher.poses),
+        value("unmatched", &matcher.unmatched),
+        value("score", &format_args!("{:.3}", matcher.last_score)),
+        value("iterations", &matcher.last_iterations),
+        value("latency_ms", &format_args!("{:.2}", matcher.latency_s * 1e3)),
+        value("waiting", &matcher.waiting),
+        value("waiting_vertical", &matcher.waiting_vertical),
+    ];
+    status("matcher", level, message, values)
+}
+
+fn of_recorder(health: &Health) -> DiagnosticStatus {
+    let (level, message) = match health.dropped {
+        0 => (DiagnosticStatus::OK, "records"),
+        _ => (DiagnosticStatus::ERROR, "messages were dropped"),
+    };
+    let values = vec![value("dropped", &health.dropped), value("backward_stamps", &health.backward_stamps)];
+    status("recorder", level, message, values)
+}

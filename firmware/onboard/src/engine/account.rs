@@ -1,0 +1,101 @@
+//! What an engine tells of itself: the state once a second, and the account at the end.
+
+use biplane_recording::Port;
+
+use super::{Engine, HEALTH_NS};
+use crate::health::{Health, LineHealth};
+use crate::report::RunReport;
+use crate::session::Session;
+use crate::sink::Sink;
+
+impl<S: Sink> Engine<S> {
+    /// Publishes the state; the next is due an interval later.
+    pub(super) fn health(&mut self, now_ns: i64) {
+        let interval_s = now_ns.saturating_sub(self.last_health_ns) as f64 * 1e-9;
+        let health = self.state(interval_s);
+        self.last_health_ns = now_ns;
+        self.health_ns = now_ns.saturating_add(HEALTH_NS);
+        self.publisher.health(now_ns, &health);
+    }
+
+    fn state(&mut self, interval_s: f64) -> Health {
+        let streaming = self.horizontal.line.session.is_streaming();
+        let horizontal = self.horizontal.line.health(interval_s, streaming);
+        let vertical = self.vertical.as_mut().map(|vertical| {
+            let streaming = vertical.line.session.is_streaming();
+            vertical.line.health(interval_s, streaming)
+        });
+        let streaming = self.base.session.is_streaming();
+        let base = self.base.health(interval_s, streaming);
+        let decoded = self.decoded.each_mut().map(|meter| meter.health(interval_s));
+        let mut matcher = self.localiser.health();
+        matcher.waiting_vertical = self.waiting_verticals.len();
+        Health {
+            horizontal: with_decoded(horizontal, &decoded[0]),
+            vertical: vertical.map(|line| with_decoded(line, &decoded[1])).unwrap_or_default(),
+            base: with_decoded(base, &decoded[2]),
+            matcher,
+            dropped: self.publisher.sink().dropped(),
+            backward_stamps: self.backward_stamps(),
+        }
+    }
+
+    fn backward_stamps(&self) -> u64 {
+        let vertical = self.vertical.as_ref().map_or(0, |vertical| vertical.line.meter.backward_stamps);
+        let decoded: u64 = self.decoded.iter().map(|meter| meter.backward_stamps).sum();
+        self.horizontal.line.meter.backward_stamps + vertical + self.base.meter.backward_stamps + decoded
+    }
+
+    /// The account so far.
+    pub(super) fn report(&mut self) -> RunReport {
+        let matcher = self.localiser.health();
+        let mut report = RunReport {
+            duration_s: (self.now_ns - self.first_ns) as f64 * 1e-9,
+            poses: matcher.poses,
+            unmatched: matcher.unmatched,
+            poses_vertical: self.poses_vertical,
+            backward_stamps: self.backward_stamps(),
+            scans_horizontal: self.decoded[0].measurements,
+            scans_vertical: self.decoded[1].measurements,
+            odometry: self.decoded[2].measurements,
+            dropped: self.publisher.sink().dropped(),
+            ..RunReport::default()
+        };
+        for port in Port::ALL {
+            self.add_line(port, &mut report);
+        }
+        report.lost = report.dropped + report.not_understood;
+        report
+    }
+
+    fn add_line(&self, port: Port, report: &mut RunReport) {
+        let (counts, not_kept) = match (port, &self.vertical) {
+            (Port::Horizontal, _) => {
+                let line = &self.horizontal.line;
+                report.scans_horizontal += line.meter.measurements;
+                (line.session.counts(), line.session.not_kept())
+            }
+            (Port::Vertical, Some(vertical)) => {
+                let line = &vertical.line;
+                report.scans_vertical += line.meter.measurements;
+                (line.session.counts(), line.session.not_kept())
+            }
+            (Port::Vertical, None) => return,
+            (Port::Base, _) => {
+                report.odometry += self.base.meter.measurements;
+                (self.base.session.counts(), self.base.session.not_kept())
+            }
+        };
+        report.damaged += counts.bad_checksums + counts.bad_lengths + counts.abandoned;
+        report.skipped_bytes += counts.skipped_bytes;
+        report.not_understood += not_kept;
+    }
+}
+
+/// A line's state with that of decoded measurements, which come instead of bytes.
+fn with_decoded(line: LineHealth, decoded: &LineHealth) -> LineHealth {
+    if decoded.measurements == 0 {
+        return line;
+    }
+    LineHealth { streaming: true, counts: None, baud: line.baud, ..*decoded }
+}

@@ -1,0 +1,106 @@
+//! The tracker with what it needs around it: scans that wait for odometry, beams, and the poses it has found.
+
+use biplane_matcher::{Method, Outcome, Scan, Tracker, TrackerParams};
+use biplane_recording::rig::Mount;
+
+use super::beams::BeamMaker;
+use super::poses::{MatchedPose, PoseTrack};
+use super::scan_data::ScanData;
+use super::waiting::WaitingScans;
+use crate::health::MatcherHealth;
+use crate::odometry::OdometryBuffer;
+
+/// Poses the base in the map, scan by scan.
+#[derive(Debug)]
+pub struct Localiser {
+    waiting: WaitingScans,
+    beams: BeamMaker,
+    tracker: Tracker,
+    poses: PoseTrack,
+    laser_in_base_m: [f64; 2],
+    health: MatcherHealth,
+    latency_ns: i64,
+}
+
+impl Localiser {
+    /// For a laser with this mount.
+    #[must_use]
+    pub fn new(mount: &Mount, method: Method) -> Self {
+        Self {
+            waiting: WaitingScans::default(),
+            beams: BeamMaker::new(mount),
+            tracker: Tracker::new(TrackerParams::for_method(method)),
+            poses: PoseTrack::default(),
+            laser_in_base_m: [mount.x, mount.y],
+            health: MatcherHealth::default(),
+            latency_ns: 0,
+        }
+    }
+
+    /// A scan that came now; another one that must not wait any longer comes back when too many wait.
+    pub fn push(&mut self, now_ns: i64, scan: ScanData) -> Option<ScanData> {
+        self.waiting.push(now_ns, scan)
+    }
+
+    /// The next scan that need not wait any longer.
+    pub fn pop(
+        &mut self,
+        now_ns: i64,
+        odometry: &OdometryBuffer,
+        odometry_ns: Option<i64>,
+    ) -> Option<ScanData> {
+        self.waiting.pop(now_ns, odometry, odometry_ns)
+    }
+
+    /// The next scan, whatever it waits for.
+    pub fn pop_any(&mut self) -> Option<ScanData> {
+        self.waiting.pop_any()
+    }
+
+    /// When the oldest scan has waited long enough.
+    #[must_use]
+    pub fn deadline_ns(&self) -> i64 {
+        self.waiting.deadline_ns()
+    }
+
+    /// The poses found.
+    #[must_use]
+    pub fn poses(&self) -> &PoseTrack {
+        &self.poses
+    }
+
+    /// Matches a scan.
+    pub fn localise(&mut self, now_ns: i64, scan: &ScanData, odometry: &OdometryBuffer) -> MatchedPose {
+        let odom_from_base = odometry.at(scan.stamp_ns);
+        let tracked = self.tracker.track(
+            &Scan {
+                stamp_ns: scan.stamp_ns,
+                laser_in_base_m: self.laser_in_base_m,
+                beams: self.beams.beams(scan),
+                twist_in_base: odometry.twist_at(scan.stamp_ns),
+            },
+            odom_from_base,
+        );
+        let unmatched = matches!(tracked.outcome, Outcome::Lost | Outcome::NoReturns);
+        self.health.poses += 1;
+        self.health.unmatched += u64::from(unmatched);
+        self.health.last_outcome = Some(tracked.outcome);
+        self.health.last_score = tracked.score;
+        self.health.last_iterations = tracked.iterations;
+        self.latency_ns = self.latency_ns.max(now_ns.saturating_sub(scan.stamp_ns));
+        let pose = MatchedPose {
+            stamp_ns: scan.stamp_ns,
+            map_from_base: tracked.map_from_base,
+            covariance: tracked.covariance,
+            odom_from_base,
+        };
+        self.poses.push(pose);
+        pose
+    }
+
+    /// The state since the last call.
+    pub fn health(&mut self) -> MatcherHealth {
+        let latency_s = std::mem::take(&mut self.latency_ns) as f64 * 1e-9;
+        MatcherHealth { latency_s, waiting: self.waiting.len(), ..self.health }
+    }
+}

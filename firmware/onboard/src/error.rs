@@ -1,0 +1,69 @@
+//! Why a run could not be made. One sentence each, naming what and where.
+
+use std::path::PathBuf;
+
+use biplane_recording::{ReadError, RigError, WriteError};
+
+/// Why a run could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum OnboardError {
+    /// The rig is not one.
+    #[error(transparent)]
+    Rig(#[from] RigError),
+    /// The input cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The output cannot be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    /// The input carries no rig and none was given.
+    #[error("{} carries no rig.toml, and none was given with --rig", path.display())]
+    NoRig {
+        /// The input.
+        path: PathBuf,
+    },
+    /// The input holds neither serial bytes nor scans.
+    #[error("{} holds neither serial bytes of a laser nor scans of one: nothing to replay", path.display())]
+    NothingToReplay {
+        /// The input.
+        path: PathBuf,
+    },
+    /// Input and output are one file.
+    #[error("{} is the input, it cannot be the output as well", path.display())]
+    OutputIsInput {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A serial port cannot be opened.
+    #[error("cannot open {port} ({device}): {reason}")]
+    Port {
+        /// Its path.
+        port: String,
+        /// Which device it belongs to.
+        device: &'static str,
+        /// What the system said.
+        reason: String,
+    },
+    /// The base speaks something that this version does not.
+    #[error("base protocol `{protocol}` is not supported by this version (supported: p2os)")]
+    BaseProtocol {
+        /// The protocol's name.
+        protocol: &'static str,
+    },
+    /// The run ended without a single scan of the laser that localises.
+    #[error("no scan from the horizontal laser on {port} in the whole run; {} holds no pose", output.display())]
+    NoScans {
+        /// The laser's port.
+        port: String,
+        /// The recording that was made all the same.
+        output: PathBuf,
+    },
+    /// A thread could not be started, or a signal handler not be set.
+    #[error("cannot {what}: {source}")]
+    System {
+        /// What was tried.
+        what: &'static str,
+        /// What the system said.
+        source: std::io::Error,
+    },
+}

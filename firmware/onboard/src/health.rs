@@ -1,0 +1,63 @@
+//! The state of a run as plain numbers, taken once a second: what flows, what is damaged, what is late.
+
+use biplane_matcher::Outcome;
+use biplane_wire::Counts;
+
+/// The state of one serial line and its device.
+#[derive(Copy, Clone, PartialEq, Debug, Default)]
+pub struct LineHealth {
+    /// Whether there is such a device in the rig.
+    pub present: bool,
+    /// Whether measurements flow.
+    pub streaming: bool,
+    /// Rate of the line, bits per second.
+    pub baud: u32,
+    /// Account of its bytes.
+    pub counts: Option<Counts>,
+    /// Scans or odometry reports so far.
+    pub measurements: u64,
+    /// The same in the last second, a second.
+    pub rate_hz: f64,
+    /// Times that the session had to start again.
+    pub restarts: u64,
+    /// From a measurement's stamp to its arrival, the largest in the last second, seconds.
+    pub latency_s: f64,
+}
+
+/// The state of the matcher.
+#[derive(Copy, Clone, PartialEq, Debug, Default)]
+pub struct MatcherHealth {
+    /// Poses so far.
+    pub poses: u64,
+    /// Poses that follow the odometry because the match failed.
+    pub unmatched: u64,
+    /// What became of the last scan.
+    pub last_outcome: Option<Outcome>,
+    /// Its score, 0 to 1.
+    pub last_score: f64,
+    /// Its iterations.
+    pub last_iterations: u32,
+    /// From a scan's stamp to its pose, the largest in the last second, seconds.
+    pub latency_s: f64,
+    /// Scans that wait for odometry.
+    pub waiting: usize,
+    /// Vertical scans that wait for a pose.
+    pub waiting_vertical: usize,
+}
+
+/// The state of a run.
+#[derive(Copy, Clone, PartialEq, Debug, Default)]
+pub struct Health {
+    /// The laser that localises.
+    pub horizontal: LineHealth,
+    /// The laser that sees the building.
+    pub vertical: LineHealth,
+    /// The base.
+    pub base: LineHealth,
+    /// The matcher.
+    pub matcher: MatcherHealth,
+    /// Messages that could not be recorded so far.
+    pub dropped: u64,
+    /// Stamps that stepped back so far.
+    pub backward_stamps: u64,
+}

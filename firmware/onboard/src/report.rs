@@ -1,0 +1,58 @@
+//! What a run has recorded, and what it has not.
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+/// The account of one `record` or `replay`.
+#[derive(Clone, PartialEq, Debug, Default, Serialize)]
+pub struct RunReport {
+    /// The recording.
+    pub output: PathBuf,
+    /// From its first to its last input, seconds (simulated time in a replay).
+    pub duration_s: f64,
+    /// Scans of the laser that localises.
+    pub scans_horizontal: u64,
+    /// Scans of the laser that sees the building.
+    pub scans_vertical: u64,
+    /// Odometry reports.
+    pub odometry: u64,
+    /// Matched poses, one a horizontal scan.
+    pub poses: u64,
+    /// Poses of vertical scans.
+    pub poses_vertical: u64,
+    /// Scans whose match failed, so that their pose follows the odometry.
+    pub unmatched: u64,
+    /// Telegrams that arrived damaged: checksum or length wrong, or cut.
+    pub damaged: u64,
+    /// Bytes that belong to no intact telegram.
+    pub skipped_bytes: u64,
+    /// Scans and odometry reports whose stamp is earlier than that of the one before.
+    pub backward_stamps: u64,
+    /// Intact telegrams and messages that were not kept, for whatever reason: see the two fields below and the warnings.
+    pub lost: u64,
+    /// Of these, intact telegrams that are no scan of the laser or no report of the base.
+    pub not_understood: u64,
+    /// Of these, what a full queue dropped.
+    pub dropped: u64,
+}
+
+impl RunReport {
+    /// The process's exit code: 0, or 3 when something intact was not kept.
+    #[must_use]
+    pub fn exit_code(&self) -> u8 {
+        if self.lost > 0 { 3 } else { 0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_loss_of_something_intact_makes_the_exit_code_3() {
+        let harmless = RunReport { damaged: 5, skipped_bytes: 9, backward_stamps: 3, ..RunReport::default() };
+        assert_eq!(harmless.exit_code(), 0);
+        assert_eq!(RunReport { lost: 1, ..harmless }.exit_code(), 3);
+    }
+}

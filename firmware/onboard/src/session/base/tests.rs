@@ -1,0 +1,147 @@
+//! Scripted sessions with a base. Packets are the sheet's known-good ones, or by hand with their sums.
+
+use super::*;
+use crate::session::script::{check, play};
+
+const SETTINGS: BaseSettings = BaseSettings { baud: 9600, metres_per_tick: 0.001 };
+
+const SYNC0: &str = "FA FB 03 00 00 00";
+const SYNC1: &str = "FA FB 03 01 00 01";
+const SYNC2: &str = "FA FB 03 02 00 02";
+/// OPEN and CLOSE without an argument, and PULSE, have the bytes of the three SYNCs.
+const OPEN: &str = SYNC1;
+const CLOSE: &str = SYNC2;
+const PULSE: &str = SYNC0;
+/// Body 02, `Bob`, `Pioneer`, `p3dx-sh`, each closed with 00; sum of its words, the odd last byte xored.
+const IDENTITY: &str = "FA FB 17 02 42 6F 62 00 50 69 6F 6E 65 65 72 00 70 33 64 78 2D 73 68 00 CE A3";
+/// Stopped at x 32600, 12.3 V (accepted by two real clients).
+const AT_32600: &str = "FA FB 22 32 58 7F 00 00 00 00 00 00 00 00 7B 00 00 00 00 00 00 00 00 00 00 00 00 00 7B 00 00 00 00 00 00 B2 4E";
+
+fn sip(x_raw: u16, y_raw: u16, theta_raw: i16) -> String {
+    let mut body = vec![0x33];
+    for word in [x_raw, y_raw, theta_raw as u16] {
+        body.extend_from_slice(&word.to_le_bytes());
+    }
+    body.extend_from_slice(&[0; 13]);
+    let mut packet = vec![0xFA, 0xFB, body.len() as u8 + 2];
+    packet.extend_from_slice(&body);
+    let sum = body
+        .chunks_exact(2)
+        .fold(0_u16, |sum, pair| sum.wrapping_add(u16::from_be_bytes([pair[0], pair[1]])));
+    packet.extend_from_slice(&sum.to_be_bytes());
+    packet.iter().map(|byte| format!("{byte:02X}")).collect::<Vec<_>>().join(" ")
+}
+
+fn opened() -> String {
+    format!(
+        "0 = 9600\n0 > {SYNC0}\n20 < {SYNC0}\n20 > {SYNC1}\n40 < {SYNC1}\n40 > {SYNC2}\n60 < {IDENTITY}\n\
+         60 ! is a p3dx-sh\n60 > {OPEN}\n60 > {PULSE}\n160 < {AT_32600}\n160 ! streams\n160 * -0.168 0.000 0.0000"
+    )
+}
+
+#[test]
+fn a_fresh_base_is_synchronised_opened_and_pulsed() {
+    let script = format!(
+        "{}\n500 < {AT_32600}\n500 * -0.168 0.000 0.0000\n960 > {PULSE}\n1000 < {AT_32600}\n\
+         1000 * -0.168 0.000 0.0000\n1760 > {PULSE}\n1800 stop\n1800 > {CLOSE}\n1800 ! left idle\n1900 end",
+        opened()
+    );
+    let mut session = BaseSession::streaming(SETTINGS, 0);
+    check(&mut session, &script);
+    assert!(session.is_done());
+    assert_eq!((session.info().name.as_str(), session.info().class.as_str()), ("Bob", "Pioneer"));
+}
+
+#[test]
+fn a_session_left_open_is_closed_and_its_packets_let_pass_first() {
+    let script = format!(
+        "0 = 9600\n0 > {SYNC0}\n30 < {AT_32600}\n30 ! had a session open, closing it first\n30 > {CLOSE}\n\
+         100 < {AT_32600}\n280 > {SYNC0}\n300 < {SYNC0}\n300 > {SYNC1}\n301 end"
+    );
+    check(&mut BaseSession::streaming(SETTINGS, 0), &script);
+}
+
+#[test]
+fn a_silent_base_is_asked_four_times_then_again_after_a_rest() {
+    let script = format!(
+        "0 = 9600\n0 > {SYNC0}\n500 > {SYNC0}\n1000 > {SYNC0}\n1500 > {SYNC0}\n\
+         2000 ! no answer at any rate (round 1), searching on\n2500 > {SYNC0}\n2501 end"
+    );
+    check(&mut BaseSession::streaming(SETTINGS, 0), &script);
+}
+
+#[test]
+fn a_base_that_falls_silent_is_synchronised_anew_within_a_second() {
+    let script = format!(
+        "{}\n960 > {PULSE}\n1160 ! silent for 1000 ms, starting again\n1160 > {SYNC0}\n1200 end",
+        opened()
+    );
+    check(&mut BaseSession::streaming(SETTINGS, 0), &script);
+}
+
+#[test]
+fn positions_go_on_over_the_15_bit_border_and_headings_are_units_of_a_4096th_turn() {
+    let mut session = BaseSession::listening(SETTINGS, 0);
+    let script = format!(
+        "0 < {}\n0 * -0.168 0.000 0.0000\n100 < {}\n100 * -0.001 0.000 1.5708\n200 < {}\n200 * 0.100 -0.002 -1.5708\n\
+         300 < {}\n300 * -0.010 -0.002 3.1416",
+        sip(32600, 0, 0),
+        sip(32767, 0, 1024),
+        sip(100, 32766, -1024),
+        sip(32758, 32766, 2048),
+    );
+    check(&mut session, &script);
+}
+
+#[test]
+fn a_base_that_counts_from_zero_again_goes_on_where_it_was() {
+    let mut session = BaseSession::listening(SETTINGS, 0);
+    let script = format!(
+        "0 < {}\n0 * 5.000 0.000 1.5708\n100 < {}\n100 ! counts its odometry from zero again\n\
+         100 * 5.000 0.000 1.5708\n200 < {}\n200 * 5.000 0.100 1.5708",
+        sip(5000, 0, 1024),
+        sip(0, 0, 0),
+        sip(100, 0, 0),
+    );
+    check(&mut session, &script);
+}
+
+#[test]
+fn motors_are_never_enabled() {
+    let mut session = BaseSession::streaming(SETTINGS, 0);
+    let lines: Vec<String> = format!("{}\n9000 stop", opened()).lines().map(str::to_owned).collect();
+    let transcript = play(&mut session, &lines);
+    assert!(transcript.iter().any(|line| line.contains('>')));
+    assert!(!transcript.iter().any(|line| line.contains("> FA FB 06 04") || line.contains("> FA FB 03 04")));
+}
+
+#[test]
+fn probing_closes_after_the_names() {
+    let script = format!(
+        "0 = 9600\n0 > {SYNC0}\n20 < {SYNC0}\n20 > {SYNC1}\n40 < {SYNC1}\n40 > {SYNC2}\n60 < {IDENTITY}\n\
+         60 ! is a p3dx-sh\n60 > {CLOSE}\n100 end"
+    );
+    let mut session = BaseSession::probing(SETTINGS, 0);
+    check(&mut session, &script);
+    assert!(session.is_done());
+}
+
+#[test]
+fn random_bytes_never_panic() {
+    let mut state = 7_u64;
+    let mut random = move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as u32
+    };
+    for _ in 0..10 {
+        let mut session = BaseSession::streaming(SETTINGS, 0);
+        let mut now_ns = 0;
+        for _ in 0..500 {
+            now_ns += i64::from(random() % 400_000_000);
+            let bytes: Vec<u8> =
+                (0..random() % 256).map(|_| [0xFA, 0xFB, 3, random() as u8][random() as usize % 4]).collect();
+            session.handle(now_ns, Input::Bytes(&bytes));
+            while !matches!(session.poll(), Output::WaitUntil(_)) {}
+        }
+    }
+}

@@ -1,0 +1,189 @@
+//! What a session has to say, as values and in words.
+
+use std::fmt;
+
+use super::ShortText;
+
+/// What a session was doing.
+#[derive(Copy, Clone, PartialEq, Eq, Debug)]
+pub enum Step {
+    /// Looking for the rate at which the device answers.
+    FindRate,
+    /// Asking a second, different question at the rate found.
+    ConfirmRate,
+    /// Changing to the configured rate.
+    SwitchRate,
+    /// Reading the configuration.
+    ReadConfiguration,
+    /// Reading the status.
+    ReadStatus,
+    /// Entering the installation mode, in which the configuration may be written.
+    EnterInstallation,
+    /// Writing the configuration.
+    WriteConfiguration,
+    /// Leaving the installation mode.
+    LeaveInstallation,
+    /// Setting field of view and resolution.
+    SetVariant,
+    /// Starting continuous output.
+    StartStream,
+    /// Stopping continuous output.
+    StopStream,
+    /// Synchronising with the base.
+    Synchronise,
+    /// Opening the base's session.
+    Open,
+}
+
+impl Step {
+    fn words(self) -> &'static str {
+        match self {
+            Self::FindRate => "finding the rate",
+            Self::ConfirmRate => "confirming the rate",
+            Self::SwitchRate => "changing the rate",
+            Self::ReadConfiguration => "reading the configuration",
+            Self::ReadStatus => "reading the status",
+            Self::EnterInstallation => "entering installation mode",
+            Self::WriteConfiguration => "writing the configuration",
+            Self::LeaveInstallation => "leaving installation mode",
+            Self::SetVariant => "setting field of view and resolution",
+            Self::StartStream => "starting continuous output",
+            Self::StopStream => "stopping continuous output",
+            Self::Synchronise => "synchronising",
+            Self::Open => "opening the session",
+        }
+    }
+}
+
+/// Something worth saying.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Event {
+    /// The device answers at this rate.
+    Found {
+        /// Bits per second.
+        baud: u32,
+    },
+    /// No answer at any rate; the search goes on.
+    NotFound {
+        /// Rounds over all rates so far.
+        rounds: u32,
+    },
+    /// The line now runs at this rate.
+    RateSet {
+        /// Bits per second.
+        baud: u32,
+    },
+    /// The device does not change to the configured rate; the session goes on at the old one.
+    RateKept {
+        /// Configured, bits per second.
+        wanted: u32,
+        /// In force, bits per second.
+        kept: u32,
+    },
+    /// The device has told its type or name.
+    Identified(ShortText),
+    /// A question was not answered in time and is asked again.
+    Retried {
+        /// The question.
+        step: Step,
+        /// Which attempt this is; 2 = first repetition.
+        attempt: u8,
+    },
+    /// The device refused a request.
+    Refused {
+        /// The request.
+        step: Step,
+    },
+    /// A question got no good answer in all its attempts.
+    GivenUp {
+        /// The question.
+        step: Step,
+    },
+    /// The configuration was written, because the measuring units differed.
+    UnitsWritten,
+    /// The device keeps other measuring units than configured; its ranges are read in the units it says.
+    UnitsKept,
+    /// The device keeps another field of view or resolution than configured; its scans are recorded as they are.
+    VariantKept {
+        /// In force, degrees.
+        fov_deg: u16,
+        /// In force, hundredths of a degree.
+        resolution_cdeg: u16,
+    },
+    /// The configuration could not be read: ranges are decoded with measuring mode 00 (13 bits).
+    ModeAssumed,
+    /// Scans or odometry flow.
+    Streaming,
+    /// Nothing came for so long.
+    Silent {
+        /// Milliseconds.
+        for_ms: u32,
+    },
+    /// Bytes came, but no intact telegram for so long.
+    Garbled {
+        /// Milliseconds.
+        for_ms: u32,
+    },
+    /// The device has just been switched on or reset.
+    PoweredOn,
+    /// The base had a session open; it is closed first.
+    SessionLeftOpen,
+    /// The base counts its odometry from zero again.
+    OdometryRestarted,
+    /// The device was left idle.
+    Stopped,
+}
+
+impl Event {
+    /// Whether something is not as it should be.
+    #[must_use]
+    pub fn is_warning(&self) -> bool {
+        !matches!(
+            self,
+            Self::Found { .. }
+                | Self::RateSet { .. }
+                | Self::Identified(_)
+                | Self::UnitsWritten
+                | Self::Streaming
+                | Self::Stopped
+                | Self::Retried { step: Step::FindRate | Step::ConfirmRate, .. }
+        )
+    }
+}
+
+impl fmt::Display for Event {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Found { baud } => write!(f, "answers at {baud} Bd"),
+            Self::NotFound { rounds } => write!(f, "no answer at any rate (round {rounds}), searching on"),
+            Self::RateSet { baud } => write!(f, "runs at {baud} Bd"),
+            Self::RateKept { wanted, kept } => {
+                write!(f, "does not change to {wanted} Bd, stays at {kept} Bd")
+            }
+            Self::Identified(text) => write!(f, "is a {}", text.trim()),
+            Self::Retried { step, attempt } => {
+                write!(f, "no answer while {}, attempt {attempt}", step.words())
+            }
+            Self::Refused { step } => write!(f, "refused while {}", step.words()),
+            Self::GivenUp { step } => write!(f, "gave up {}", step.words()),
+            Self::UnitsWritten => write!(f, "measuring units written to its configuration"),
+            Self::UnitsKept => write!(f, "keeps other measuring units than configured"),
+            Self::VariantKept { fov_deg, resolution_cdeg } => write!(
+                f,
+                "keeps {fov_deg} degrees in steps of {}.{:02}, not what is configured",
+                resolution_cdeg / 100,
+                resolution_cdeg % 100
+            ),
+            Self::ModeAssumed => {
+                write!(f, "configuration not known, ranges read with measuring mode 00 (13 bits)")
+            }
+            Self::Streaming => write!(f, "streams"),
+            Self::Silent { for_ms } => write!(f, "silent for {for_ms} ms, starting again"),
+            Self::Garbled { for_ms } => write!(f, "no intact telegram for {for_ms} ms, starting again"),
+            Self::PoweredOn => write!(f, "was switched on or reset, starting again"),
+            Self::SessionLeftOpen => write!(f, "had a session open, closing it first"),
+            Self::OdometryRestarted => write!(f, "counts its odometry from zero again"),
+            Self::Stopped => write!(f, "left idle"),
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! Device sessions: state machines that talk to one device each, without any I/O.
+//!
+//! A session has two doors. [`Session::handle`] takes one input with the time at which it happened; [`Session::poll`] is then
+//! asked until it answers [`Output::WaitUntil`]: nothing more before this time or the next bytes. Whoever drives a
+//! session (serial port, pseudo-terminal, capture, test) writes the bytes, changes the rate and calls again. Times are
+//! nanoseconds on any one line that does not step. Sources: SICK telegram listing 8007954, Pioneer manuals.
+
+pub mod base;
+mod event;
+pub mod laser;
+pub mod retry;
+#[cfg(test)]
+mod script;
+
+use biplane_wire::lms::Text;
+pub use event::{Event, Step};
+
+/// Bytes of one request to a device: the longest is the LMS configuration (41 bytes).
+pub type RequestBytes = heapless::Vec<u8, 64>;
+
+/// A name or a version that a device has told, printable ASCII only.
+pub type ShortText = heapless::String<32>;
+
+pub(crate) fn printable(text: Text<'_>) -> ShortText {
+    let mut kept = ShortText::new();
+    for &byte in text.trimmed().iter().take(kept.capacity()) {
+        let letter = if matches!(byte, b' '..=b'~') { char::from(byte) } else { '.' };
+        if kept.push(letter).is_err() {
+            break;
+        }
+    }
+    kept
+}
+
+/// What happens to a session.
+#[derive(Copy, Clone, Debug)]
+pub enum Input<'a> {
+    /// A read returned these bytes; at most [`MAX_INPUT_BYTES`] at once.
+    Bytes(&'a [u8]),
+    /// Nothing came; time has passed.
+    Time,
+    /// The device shall be left idle; [`Session::is_done`] tells when it is.
+    Stop,
+}
+
+/// Longest run of bytes that a session takes in one input. No more than two telegrams can end in it, so that
+/// the queue of outputs has a bound.
+pub const MAX_INPUT_BYTES: usize = 256;
+
+/// Outputs that one input can lead to at most.
+const OUTPUT_CAPACITY: usize = 24;
+
+/// What a session wants done.
+#[derive(Clone, PartialEq, Debug)]
+#[allow(clippy::large_enum_variant)] // No heap in the acquisition path: a scan is handed on by value.
+pub enum Output {
+    /// Send these bytes to the device.
+    Write(RequestBytes),
+    /// Change the port's rate, bits per second; drop what the port has buffered.
+    SetBaud(u32),
+    /// A scan has arrived.
+    Scan(laser::ScanReading),
+    /// An odometry report has arrived.
+    Odometry(base::OdometryReading),
+    /// Something worth saying happened.
+    Event(Event),
+    /// Nothing more until this time (nanoseconds; `i64::MAX` = until bytes come).
+    WaitUntil(i64),
+}
+
+/// A device session.
+pub trait Session {
+    /// Takes one input at its time. Drain [`Session::poll`] afterwards.
+    fn handle(&mut self, now_ns: i64, input: Input<'_>);
+
+    /// The next thing to do.
+    fn poll(&mut self) -> Output;
+
+    /// Whether the session has nothing left to say: stopped, or its one task is done.
+    fn is_done(&self) -> bool;
+
+    /// The rate of the line now, bits per second.
+    fn baud(&self) -> u32;
+
+    /// The account of all bytes that came.
+    fn counts(&self) -> biplane_wire::Counts;
+}
+
+/// Outputs that wait to be polled. Bounded; an overflow cannot happen when the session is drained after every input, and
+/// is counted, not hidden.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Outputs {
+    queue: heapless::Deque<Output, OUTPUT_CAPACITY>,
+    overflowed: u64,
+}
+
+impl Outputs {
+    pub(crate) fn push(&mut self, output: Output) {
+        if self.queue.push_back(output).is_err() {
+            self.overflowed += 1;
+        }
+    }
+
+    pub(crate) fn pop(&mut self) -> Option<Output> {
+        self.queue.pop_front()
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.queue.is_empty()
+    }
+}

@@ -1,0 +1,65 @@
+//! Where messages go: straight into a file (replay), or over a queue to the thread that writes one (record).
+
+use biplane_recording::{Topic, WriteError, Writer};
+
+use crate::health::Health;
+
+/// Takes what the engine makes, in its order.
+pub trait Sink {
+    /// A message, CDR with its header. Times in nanoseconds: when it was made or received, and its own stamp.
+    fn message(&mut self, topic: Topic, log_time_ns: i64, publish_time_ns: i64, cdr: &[u8]);
+
+    /// The state of everything, once a second.
+    fn health(&mut self, now_ns: i64, health: &Health);
+
+    /// Messages that could not be taken so far.
+    fn dropped(&self) -> u64;
+}
+
+/// Writes each message at once. The first error is kept; nothing is written after it.
+#[derive(Debug)]
+pub struct DirectSink {
+    writer: Writer,
+    failed: Option<WriteError>,
+}
+
+impl DirectSink {
+    /// A sink that writes to this file.
+    #[must_use]
+    pub fn new(writer: Writer) -> Self {
+        Self { writer, failed: None }
+    }
+
+    /// The first error so far; it can be taken once.
+    ///
+    /// # Errors
+    /// That of the first write that failed.
+    pub fn check(&mut self) -> Result<(), WriteError> {
+        self.failed.take().map_or(Ok(()), Err)
+    }
+
+    /// The writer, to finish the file.
+    #[must_use]
+    pub fn into_writer(self) -> Writer {
+        self.writer
+    }
+}
+
+impl Sink for DirectSink {
+    fn message(&mut self, topic: Topic, log_time_ns: i64, publish_time_ns: i64, cdr: &[u8]) {
+        if self.failed.is_none() {
+            self.failed = self.writer.write_encoded(topic, log_time_ns, publish_time_ns, cdr).err();
+        }
+    }
+
+    fn health(&mut self, now_ns: i64, health: &Health) {
+        if self.failed.is_none() {
+            let message = crate::diagnostics::message(now_ns, health);
+            self.failed = self.writer.write(Topic::Diagnostics, now_ns, now_ns, &message).err();
+        }
+    }
+
+    fn dropped(&self) -> u64 {
+        0
+    }
+}

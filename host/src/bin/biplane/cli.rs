@@ -1,0 +1,35 @@
+//! The command line as types. Each command's own words stand in its file.
+
+use clap::{Parser, Subcommand};
+
+use crate::{import, info, map, recover, traj};
+
+/// Compact 3D building models from recordings of a robot with two laser scanners.
+#[derive(Debug, Parser)]
+#[command(name = "biplane", version, after_help = EXIT_CODES)]
+pub struct Cli {
+    /// Say nothing but results and errors
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+const EXIT_CODES: &str = "Exit codes: 0 done; 1 failed; 2 wrong arguments; 3 done, but data of the input was lost.\n\
+    Lengths are metres, angles degrees; results go to stdout, everything else to stderr.";
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Say what a recording or capture holds
+    Info(info::Args),
+    /// Turn other people's recordings into ours
+    Import(import::Args),
+    /// Write the trajectory of a recording as text
+    Traj(traj::Args),
+    /// Draw the floor map of a recording
+    Map(map::Args),
+    /// Salvage a recording that was cut off
+    Recover(recover::Args),
+}

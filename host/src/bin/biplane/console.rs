@@ -1,0 +1,49 @@
+//! What a person at the terminal sees besides results: notes and progress, on stderr only.
+
+use std::borrow::Cow;
+use std::io::IsTerminal;
+
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// Where notes go.
+#[derive(Debug)]
+pub struct Console {
+    quiet: bool,
+    terminal: bool,
+}
+
+impl Console {
+    /// On stderr, or nowhere when quiet.
+    pub fn new(quiet: bool) -> Self {
+        Self { quiet, terminal: std::io::stderr().is_terminal() }
+    }
+
+    /// Says a line.
+    pub fn note(&self, text: impl AsRef<str>) {
+        if !self.quiet {
+            eprintln!("{}", text.as_ref());
+        }
+    }
+
+    /// A turning sign with a text, when a person looks on; gone when it is dropped.
+    pub fn spinner(&self, text: impl Into<Cow<'static, str>>) -> Spinner {
+        if self.quiet || !self.terminal {
+            return Spinner(ProgressBar::hidden());
+        }
+        let bar = ProgressBar::new_spinner().with_message(text);
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(std::time::Duration::from_millis(120));
+        Spinner(bar)
+    }
+}
+
+/// See [`Console::spinner`].
+pub struct Spinner(ProgressBar);
+
+impl Drop for Spinner {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
+    }
+}

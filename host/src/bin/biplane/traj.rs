@@ -1,0 +1,64 @@
+//! `biplane traj`: the trajectory as text, one line a horizontal scan.
+
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use biplane::deskew::StampedPose;
+use biplane::output::write_file;
+use biplane::run::Run;
+use biplane::trajectory::{TrajectoryFormat, write_poses};
+use clap::ValueEnum;
+
+use crate::Outcome;
+use crate::console::Console;
+
+/// Words of the command.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// A posed recording
+    recording: PathBuf,
+    /// The file to write, `-` for stdout
+    #[arg(long, short, value_name = "T.tum")]
+    output: PathBuf,
+    /// What a line holds
+    #[arg(long, value_enum, default_value_t = Format::Tum)]
+    format: Format,
+    /// Replace the output if it exists
+    #[arg(long)]
+    force: bool,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Format {
+    /// t x y z qx qy qz qw
+    Tum,
+    /// t x y theta
+    Xytheta,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
+    let poses = Run::open(&args.recording)?.poses()?;
+    let at_scans = poses.at_scans();
+    let known: Vec<StampedPose> = at_scans.iter().flatten().copied().collect();
+    let format = match args.format {
+        Format::Tum => TrajectoryFormat::Tum,
+        Format::Xytheta => TrajectoryFormat::XyTheta,
+    };
+    if args.output == Path::new("-") {
+        let mut out = BufWriter::new(io::stdout().lock());
+        write_poses(&mut out, &known, format)?;
+        out.flush()?;
+    } else {
+        write_file(&args.output, args.force, |out| write_poses(out, &known, format))?;
+        console.note(format!("{}: {} poses", args.output.display(), known.len()));
+    }
+    let unposed = at_scans.len() - known.len();
+    if unposed > 0 {
+        console.note(format!(
+            "{}: {unposed} scans have no pose near them and no line",
+            args.recording.display()
+        ));
+    }
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,229 @@
+//! PLY, binary little endian: what CloudCompare, MeshLab, Blender, Open3D and trimesh open.
+//!
+//! Vertices `float x y z`, colours `uchar red green blue`, faces `list uchar int vertex_indices`, and the plane's index as `int plane`
+//! (-1 for none), a property that readers keep or skip. Source: Turk's PLY file format page.
+
+use std::io::{self, Write};
+
+use super::{Shapes, append, generator};
+use crate::model::{Cloud, Mesh};
+use crate::palette::{self, Rgb};
+
+/// Rows of equal length, little endian, as the header declares them.
+fn header(out: &mut impl Write, comment: &str, elements: &[(&str, usize, &[&str])]) -> io::Result<()> {
+    writeln!(out, "ply\nformat binary_little_endian 1.0")?;
+    writeln!(out, "comment {}: {comment}", generator())?;
+    writeln!(out, "comment frame map (z up), metres")?;
+    for (element, count, properties) in elements {
+        writeln!(out, "element {element} {count}")?;
+        for property in *properties {
+            writeln!(out, "property {property}")?;
+        }
+    }
+    writeln!(out, "end_header")
+}
+
+const XYZ: [&str; 3] = ["float x", "float y", "float z"];
+const FACE: &str = "list uchar int vertex_indices";
+const COLORED_VERTEX: [&str; 6] = ["float x", "float y", "float z", "uchar red", "uchar green", "uchar blue"];
+const CLOUD_POINT: [&str; 6] = ["float x", "float y", "float z", "int plane", "int scan", "int beam"];
+
+fn put_point(out: &mut impl Write, point: &[f32; 3]) -> io::Result<()> {
+    point.iter().try_for_each(|value| out.write_all(&value.to_le_bytes()))
+}
+
+fn put_face(out: &mut impl Write, corners: &[u32; 3]) -> io::Result<()> {
+    out.write_all(&[3])?;
+    corners.iter().try_for_each(|corner| out.write_all(&corner.to_le_bytes()))
+}
+
+/// Triangles with a colour a vertex and a plane a face.
+#[derive(Default)]
+struct Colored {
+    vertices_m: Vec<[f32; 3]>,
+    colors: Vec<Rgb>,
+    triangles: Vec<[u32; 3]>,
+    planes: Vec<i32>,
+}
+
+impl Colored {
+    fn add(&mut self, mesh: &Mesh, color: Rgb, plane: i32) {
+        append(mesh, &mut self.vertices_m, &mut self.triangles);
+        self.colors.resize(self.vertices_m.len(), color);
+        self.planes.resize(self.triangles.len(), plane);
+    }
+
+    fn write(&self, out: &mut impl Write, comment: &str) -> io::Result<()> {
+        let vertex = ("vertex", self.vertices_m.len(), COLORED_VERTEX.as_slice());
+        let face = ("face", self.triangles.len(), [FACE, "int plane"].as_slice());
+        header(out, comment, &[vertex, face])?;
+        for (point, color) in self.vertices_m.iter().zip(&self.colors) {
+            put_point(out, point)?;
+            out.write_all(color)?;
+        }
+        for (corners, plane) in self.triangles.iter().zip(&self.planes) {
+            put_face(out, corners)?;
+            out.write_all(&plane.to_le_bytes())?;
+        }
+        Ok(())
+    }
+}
+
+fn polygons(shapes: &Shapes<'_>) -> Colored {
+    let mut colored = Colored::default();
+    for (polygon, face) in shapes.model.polygons.iter().zip(&shapes.faces) {
+        if let Some(plane) = shapes.model.planes.get(polygon.plane) {
+            colored.add(face, palette::plane_color(polygon.plane, plane), polygon.plane as i32);
+        }
+    }
+    colored
+}
+
+/// Writes the polygons alone, as triangles (`planes.ply`).
+///
+/// # Errors
+/// When writing fails.
+pub fn write_planes(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Result<()> {
+    polygons(shapes).write(out, "flat surfaces as triangles")
+}
+
+/// Writes the polygons as triangles and the leftovers (`model.ply`).
+///
+/// # Errors
+/// When writing fails.
+pub fn write_model(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Result<()> {
+    let mut colored = polygons(shapes);
+    colored.add(&shapes.model.leftovers, palette::LEFTOVERS, -1);
+    colored.write(out, "flat surfaces as triangles, and fine structure (plane -1)")
+}
+
+/// Writes a mesh without colours (`raw.ply`).
+///
+/// # Errors
+/// When writing fails.
+pub fn write_mesh(out: &mut impl Write, mesh: &Mesh, comment: &str) -> io::Result<()> {
+    let face = ("face", mesh.triangles.len(), [FACE].as_slice());
+    header(out, comment, &[("vertex", mesh.vertices_m.len(), XYZ.as_slice()), face])?;
+    mesh.vertices_m.iter().try_for_each(|point| put_point(out, point))?;
+    mesh.triangles.iter().try_for_each(|corners| put_face(out, corners))
+}
+
+/// Writes the points with the plane, scan and beam of each (`points.ply`). A point beyond `labels` is on no plane.
+///
+/// # Errors
+/// When writing fails.
+pub fn write_points(out: &mut impl Write, cloud: &Cloud, labels: &[i32]) -> io::Result<()> {
+    header(out, "raw points; plane -1 = none", &[("vertex", cloud.len(), CLOUD_POINT.as_slice())])?;
+    for (index, point) in cloud.points_m.iter().enumerate() {
+        put_point(out, point)?;
+        let plane = labels.get(index).copied().unwrap_or(-1);
+        let scan = cloud.scan.get(index).map_or(-1, |&scan| scan as i32);
+        let beam = cloud.beam.get(index).map_or(-1, |&beam| i32::from(beam));
+        for value in [plane, scan, beam] {
+            out.write_all(&value.to_le_bytes())?;
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{write_mesh, write_model, write_planes, write_points};
+    use crate::export::{Shapes, sample};
+    use crate::model::Cloud;
+
+    /// A reader of its own: header lines, then the rows of each element as it was declared, as numbers.
+    fn read(bytes: &[u8]) -> (Vec<String>, Vec<Vec<Vec<f64>>>) {
+        let end = b"end_header\n";
+        let at = bytes.windows(end.len()).position(|window| window == end).unwrap() + end.len();
+        let lines: Vec<String> =
+            std::str::from_utf8(&bytes[..at]).unwrap().lines().map(str::to_owned).collect();
+        let mut data = bytes[at..].iter().copied();
+        let mut number = |kind: &str| -> f64 {
+            let mut take = || data.next().unwrap();
+            match kind {
+                "uchar" => f64::from(take()),
+                "int" => f64::from(i32::from_le_bytes([take(), take(), take(), take()])),
+                "float" => f64::from(f32::from_le_bytes([take(), take(), take(), take()])),
+                other => panic!("{other}"),
+            }
+        };
+        let mut elements = Vec::new();
+        for (index, line) in lines.iter().enumerate().filter(|(_, line)| line.starts_with("element")) {
+            let count: usize = line.split(' ').nth(2).unwrap().parse().unwrap();
+            let properties: Vec<Vec<&str>> = lines[index + 1..]
+                .iter()
+                .take_while(|line| line.starts_with("property"))
+                .map(|line| line.split(' ').skip(1).collect())
+                .collect();
+            let mut rows = Vec::new();
+            for _ in 0..count {
+                let mut row = Vec::new();
+                for property in &properties {
+                    if property[0] == "list" {
+                        let items = number(property[1]) as usize;
+                        row.push(items as f64);
+                        row.extend((0..items).map(|_| number(property[2])));
+                    } else {
+                        row.push(number(property[0]));
+                    }
+                }
+                rows.push(row);
+            }
+            elements.push(rows);
+        }
+        assert!(data.next().is_none(), "bytes after the last row");
+        (lines, elements)
+    }
+
+    #[test]
+    fn the_model_holds_the_triangles_of_its_polygons_with_their_planes_and_the_leftovers() {
+        let model = sample::model();
+        let shapes = Shapes { model: &model, faces: sample::faces(&model) };
+        let mut bytes = Vec::new();
+        write_model(&mut bytes, &shapes).unwrap();
+        let (lines, elements) = read(&bytes);
+        assert_eq!(lines[..2], ["ply", "format binary_little_endian 1.0"]);
+        let [vertices, faces] = &elements[..] else { panic!() };
+        assert_eq!((vertices.len(), faces.len()), (8 + 4 + 3, 8 + 2 + 1));
+        let of_plane = |plane: f64| faces.iter().filter(|face| face[4] == plane).count();
+        assert_eq!([of_plane(0.0), of_plane(1.0), of_plane(-1.0)], [8, 2, 1]);
+        // The wall's triangles, turned towards the sensor, cover the wall without its window: 12 - 1 square metres.
+        let area = |face: &Vec<f64>| {
+            let corner = |i: usize| &vertices[face[i] as usize];
+            let (a, b, c) = (corner(1), corner(2), corner(3));
+            let (u, v) = ([b[0] - a[0], b[2] - a[2]], [c[0] - a[0], c[2] - a[2]]);
+            (u[0] * v[1] - u[1] * v[0]) / 2.0
+        };
+        let wall: f64 = faces.iter().filter(|face| face[4] == 0.0).map(area).sum();
+        assert!((wall.abs() - 11.0).abs() < 1e-6, "{wall}");
+
+        bytes.clear();
+        write_planes(&mut bytes, &shapes).unwrap();
+        assert_eq!(read(&bytes).1[1].len(), 10);
+    }
+
+    #[test]
+    fn points_hold_their_plane_scan_and_beam() {
+        let cloud = Cloud {
+            points_m: vec![[1.0, 2.0, 3.0], [-0.5, 0.25, 0.125]],
+            scan: vec![0, 7],
+            beam: vec![90, 180],
+            ..Cloud::default()
+        };
+        let mut bytes = Vec::new();
+        write_points(&mut bytes, &cloud, &[4]).unwrap();
+        let (_, elements) = read(&bytes);
+        assert_eq!(elements[0], [[1.0, 2.0, 3.0, 4.0, 0.0, 90.0], [-0.5, 0.25, 0.125, -1.0, 7.0, 180.0]]);
+    }
+
+    #[test]
+    fn a_mesh_reads_back_as_it_was() {
+        let mesh = sample::model().leftovers;
+        let mut bytes = Vec::new();
+        write_mesh(&mut bytes, &mesh, "test").unwrap();
+        let (_, elements) = read(&bytes);
+        assert_eq!(elements[0][2], [1.0, 1.5, 0.75]);
+        assert_eq!(elements[1], [[3.0, 0.0, 1.0, 2.0]]);
+    }
+}

@@ -1,0 +1,133 @@
+//! The floor map of a run: the beams of its horizontal laser at their poses, drawn into an occupancy grid.
+//!
+//! Frame `map`, metres. A beam that saw nothing says nothing: glass, black cloth and an open door look the same to it.
+
+use biplane_recording::Topic;
+use biplane_recording::msg::LaserScan;
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+
+use crate::cloud::Fan;
+use crate::deskew::{StampedPose, Trajectory};
+use crate::occupancy::{OccupancyGrid, OccupancyParams, Ray};
+use crate::run::{Run, RunError, fan_of};
+
+/// Echoes nearer than this are the robot itself, metres.
+const NEAREST_M: f32 = 0.05;
+/// Poses farther apart than this are not bridged within a scan.
+const LONGEST_GAP_NS: i64 = 1_000_000_000;
+
+/// Draws the horizontal scans of a run. `poses` holds one pose a scan, in file order; scans without one are left out.
+///
+/// # Errors
+/// When the recording is damaged or says nothing of the robot.
+pub fn draw(
+    run: &Run,
+    poses: &[Option<StampedPose>],
+    trajectory: &Trajectory,
+    params: OccupancyParams,
+) -> Result<OccupancyGrid, RunError> {
+    let laser = run.rig()?.horizontal;
+    let mut grid = OccupancyGrid::new(params);
+    let mut poses = poses.iter();
+    let mut fan: Option<(Geometry, Fan)> = None;
+    let mut rays = Vec::new();
+    run.for_each_scan(Topic::ScanHorizontal, |scan| {
+        let Some(Some(pose)) = poses.next() else { return };
+        let geometry = Geometry::of(&scan);
+        let fan = match &mut fan {
+            Some((known, fan)) if *known == geometry => fan,
+            other => &other.insert((geometry, fan_of(&scan, &laser))).1,
+        };
+        rays.clear();
+        rays.extend(rays_of(&scan, fan, pose, trajectory));
+        grid.add_scan(&rays);
+    })?;
+    Ok(grid)
+}
+
+/// What a fan depends on.
+#[derive(PartialEq)]
+struct Geometry {
+    beams: usize,
+    first_rad: f32,
+    increment_rad: f32,
+    time_increment_s: f32,
+}
+
+impl Geometry {
+    fn of(scan: &LaserScan) -> Self {
+        Self {
+            beams: scan.ranges_m.len(),
+            first_rad: scan.angle_min_rad,
+            increment_rad: scan.angle_increment_rad,
+            time_increment_s: scan.time_increment_s,
+        }
+    }
+}
+
+fn rays_of<'a>(
+    scan: &'a LaserScan,
+    fan: &'a Fan,
+    pose: &'a StampedPose,
+    trajectory: &'a Trajectory,
+) -> impl Iterator<Item = Ray> + 'a {
+    let map_from_laser = |pose: &StampedPose| map_from_base(pose) * fan.base_from_laser;
+    let at_stamp = map_from_laser(pose);
+    scan.ranges_m
+        .iter()
+        .zip(&fan.beams)
+        .filter(|(range_m, _)| range_m.is_finite() && **range_m > NEAREST_M)
+        .map(move |(&range_m, beam)| {
+            let map_from_laser = match beam.delay_ns {
+                0 => at_stamp,
+                delay_ns => trajectory
+                    .at(scan.stamp_ns.saturating_add(delay_ns), LONGEST_GAP_NS)
+                    .map_or(at_stamp, |pose| map_from_laser(&pose)),
+            };
+            let (sin, cos) = beam.angle_rad.sin_cos();
+            let end = map_from_laser * (Point3::new(cos, sin, 0.0) * f64::from(range_m));
+            let from = map_from_laser.translation.vector;
+            Ray { from_m: [from.x, from.y], to_m: [end.x, end.y] }
+        })
+}
+
+fn map_from_base(pose: &StampedPose) -> Isometry3<f64> {
+    Isometry3::from_parts(
+        Translation3::new(pose.x_m, pose.y_m, 0.0),
+        UnitQuaternion::from_axis_angle(&Vector3::z_axis(), pose.theta_rad),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use biplane_recording::msg::LaserScan;
+    use biplane_recording::rig::{Laser, Mount};
+
+    use super::rays_of;
+    use crate::deskew::{StampedPose, Trajectory};
+    use crate::run::fan_of;
+
+    #[test]
+    fn beams_start_at_the_laser_and_end_at_their_own_time() {
+        let laser = Laser { mount: Mount { x: 0.5, ..Mount::default() }, ..Laser::horizontal() };
+        let mut scan = LaserScan {
+            angle_min_rad: -std::f32::consts::FRAC_PI_2,
+            angle_increment_rad: 1.0_f32.to_radians(),
+            time_increment_s: 37e-6,
+            ranges_m: vec![f32::INFINITY; 181],
+            ..LaserScan::default()
+        };
+        scan.ranges_m[90] = 2.0; // straight ahead, 3.33 ms after the stamp
+        scan.ranges_m[91] = f32::NAN;
+        scan.ranges_m[92] = 0.01;
+        // Driving along x at 1 m a second.
+        let at =
+            |stamp_ns: i64| StampedPose { stamp_ns, x_m: stamp_ns as f64 * 1e-9, ..StampedPose::default() };
+        let trajectory = Trajectory::new(vec![at(0), at(100_000_000)]);
+        let fan = fan_of(&scan, &laser);
+        let rays: Vec<_> = rays_of(&scan, &fan, &at(0), &trajectory).collect();
+        let [ray] = &rays[..] else { panic!("{rays:?}") };
+        assert!((ray.from_m[0] - 0.50333).abs() < 1e-9 && ray.from_m[1].abs() < 1e-9, "{ray:?}");
+        assert!((ray.to_m[0] - 2.50333).abs() < 1e-5 && ray.to_m[1].abs() < 1e-5, "{ray:?}");
+    }
+}

@@ -1,0 +1,217 @@
+//! Files that are whole or not there: each is written as `NAME.part` and takes its name when it is finished.
+
+use std::ffi::OsString;
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+/// Why a file could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum OutputError {
+    /// The file is there already.
+    #[error("{} exists already; it is not overwritten without --force", path.display())]
+    Exists {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The folder is there already and holds something.
+    #[error("{} exists already and is not empty; it is not overwritten without --force", path.display())]
+    NotEmpty {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The system refused.
+    #[error("cannot {action} {}: {source}", path.display())]
+    Io {
+        /// What was tried.
+        action: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+}
+
+impl OutputError {
+    fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
+        move |source| Self::Io { action, path: path.to_owned(), source }
+    }
+}
+
+/// `path` with `suffix` added to its whole name.
+pub fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
+    let mut name = OsString::from(path.as_os_str());
+    name.push(suffix);
+    PathBuf::from(name)
+}
+
+/// Whether a file may be written here: there is none, or an empty one, or `overwrite` is set.
+///
+/// # Errors
+/// [`OutputError::Exists`].
+pub fn check_free(path: &Path, overwrite: bool) -> Result<(), OutputError> {
+    match fs::metadata(path) {
+        Ok(found) if found.len() > 0 && found.is_file() && !overwrite => {
+            Err(OutputError::Exists { path: path.to_owned() })
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Writes a file through `fill`. When that fails nothing of the name is left behind, and what was there before stays.
+///
+/// # Errors
+/// When the file exists (see [`check_free`]), or the system refuses.
+pub fn write_file(
+    path: &Path,
+    overwrite: bool,
+    fill: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+) -> Result<(), OutputError> {
+    check_free(path, overwrite)?;
+    let part = with_suffix(path, ".part");
+    let written = fill_part(&part, fill).and_then(|()| {
+        fs::rename(&part, path).map_err(|source| OutputError::Io {
+            action: "write",
+            path: path.to_owned(),
+            source,
+        })
+    });
+    if written.is_err() {
+        let _ = fs::remove_file(&part);
+    }
+    written
+}
+
+fn fill_part(
+    part: &Path,
+    fill: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
+) -> Result<(), OutputError> {
+    let file = File::create(part).map_err(OutputError::io("create", part))?;
+    let mut out = BufWriter::with_capacity(1 << 18, file);
+    fill(&mut out).and_then(|()| out.flush()).map_err(OutputError::io("write", part))
+}
+
+/// A folder of results that takes its name when everything in it is written; dropped before that, it is removed.
+#[derive(Debug)]
+pub struct OutputFolder {
+    path: PathBuf,
+    part: PathBuf,
+    overwrite: bool,
+    finished: bool,
+}
+
+impl OutputFolder {
+    /// Makes `PATH.part`. What a run that was cut off left under that name is removed.
+    ///
+    /// # Errors
+    /// When `path` exists, is not an empty folder and `overwrite` is not set; when the system refuses.
+    pub fn create(path: &Path, overwrite: bool) -> Result<Self, OutputError> {
+        // "results/" and "results" are one folder; its sibling must not land inside.
+        let path: PathBuf = path.components().collect();
+        if !overwrite && holds_something(&path) {
+            return Err(OutputError::NotEmpty { path });
+        }
+        let part = with_suffix(&path, ".part");
+        if part.exists() {
+            fs::remove_dir_all(&part).map_err(OutputError::io("remove", &part))?;
+        }
+        fs::create_dir_all(&part).map_err(OutputError::io("create", &part))?;
+        Ok(Self { path, part, overwrite, finished: false })
+    }
+
+    /// Where to write the files until [`OutputFolder::finish`].
+    pub fn part(&self) -> &Path {
+        &self.part
+    }
+
+    /// Gives the folder its name. An older folder of that name is replaced as a whole.
+    ///
+    /// # Errors
+    /// When the system refuses.
+    pub fn finish(mut self) -> Result<(), OutputError> {
+        if self.path.is_dir() {
+            let old = with_suffix(&self.path, ".old");
+            if self.overwrite && holds_something(&self.path) {
+                fs::rename(&self.path, &old).map_err(OutputError::io("replace", &self.path))?;
+                fs::rename(&self.part, &self.path).map_err(OutputError::io("write", &self.path))?;
+                self.finished = true;
+                return fs::remove_dir_all(&old).map_err(OutputError::io("remove", &old));
+            }
+            fs::remove_dir(&self.path).map_err(OutputError::io("replace", &self.path))?;
+        }
+        fs::rename(&self.part, &self.path).map_err(OutputError::io("write", &self.path))?;
+        self.finished = true;
+        Ok(())
+    }
+}
+
+impl Drop for OutputFolder {
+    fn drop(&mut self) {
+        if !self.finished {
+            let _ = fs::remove_dir_all(&self.part);
+        }
+    }
+}
+
+fn holds_something(path: &Path) -> bool {
+    match fs::read_dir(path) {
+        Ok(mut entries) => entries.next().is_some(),
+        Err(_) => path.exists(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::io::{self, Write};
+    use std::path::PathBuf;
+
+    use super::{OutputError, OutputFolder, write_file};
+
+    /// A fresh folder of its own for a test.
+    fn scratch(name: &str) -> PathBuf {
+        let path = std::env::temp_dir().join(format!("biplane-output-{}-{name}", std::process::id()));
+        let _ = fs::remove_dir_all(&path);
+        fs::create_dir_all(&path).unwrap();
+        path
+    }
+
+    #[test]
+    fn a_file_is_not_overwritten_unless_asked_and_a_failed_one_leaves_nothing() {
+        let folder = scratch("file");
+        let path = folder.join("a.txt");
+        write_file(&path, false, |out| out.write_all(b"one")).unwrap();
+        let refused = write_file(&path, false, |out| out.write_all(b"two")).unwrap_err();
+        assert!(matches!(refused, OutputError::Exists { .. }), "{refused}");
+        let failed = write_file(&path, true, |_| Err(io::Error::other("no more room"))).unwrap_err();
+        assert!(failed.to_string().contains("no more room"), "{failed}");
+        assert_eq!(fs::read(&path).unwrap(), b"one");
+        write_file(&path, true, |out| out.write_all(b"three")).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"three");
+        assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
+        fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn a_folder_takes_its_name_only_when_it_is_finished() {
+        let parent = scratch("folder");
+        let path = parent.join("result");
+        let unfinished = OutputFolder::create(&path, false).unwrap();
+        fs::write(unfinished.part().join("model.glb"), b"half").unwrap();
+        drop(unfinished);
+        assert_eq!(fs::read_dir(&parent).unwrap().count(), 0);
+
+        let first = OutputFolder::create(&path, false).unwrap();
+        fs::write(first.part().join("old"), b"1").unwrap();
+        first.finish().unwrap();
+        assert!(matches!(OutputFolder::create(&path, false), Err(OutputError::NotEmpty { .. })));
+
+        let second = OutputFolder::create(&parent.join("result/"), true).unwrap();
+        fs::write(second.part().join("new"), b"2").unwrap();
+        assert!(path.join("old").exists());
+        second.finish().unwrap();
+        assert!(path.join("new").exists() && !path.join("old").exists());
+        assert_eq!(fs::read_dir(&parent).unwrap().count(), 1);
+        fs::remove_dir_all(parent).unwrap();
+    }
+}

@@ -1,0 +1,281 @@
+//! A recording as modelling and mapping want it: its rig, the poses in it, its scans one by one.
+//!
+//! Frame `map`, metres, stamps in nanoseconds. Horizontal scans are streamed, so the memory does not grow with a recording's ranges.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::path::{Path, PathBuf};
+
+use biplane_recording::msg::{LaserScan, PoseWithCovarianceStamped};
+use biplane_recording::rig::Laser;
+use biplane_recording::{AnyMessage, ReadError, Reader, Rig, Topic};
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
+
+use crate::cloud::{Fan, FanBeam, Sweep};
+use crate::deskew::{StampedPose, Trajectory};
+use crate::trajectory::heading_rad;
+
+/// A scan without a pose of its own takes the pose between its neighbours when these are at most this far apart.
+const LONGEST_GAP_NS: i64 = 1_000_000_000;
+const NS_PER_S: f64 = 1e9;
+
+/// Why a recording does not serve.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The file cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// It says nothing of the robot.
+    #[error("{} has no attachment rig.toml: where the lasers sit on the robot is not known", path.display())]
+    NoRig {
+        /// The file.
+        path: PathBuf,
+    },
+    /// No horizontal scan.
+    #[error("{} holds no scan on /scan/horizontal{}", path.display(), hint(*.serial))]
+    NoScans {
+        /// The file.
+        path: PathBuf,
+        /// Whether it holds serial bytes.
+        serial: bool,
+    },
+    /// No pose.
+    #[error(
+        "{} holds {scans} horizontal scans and no pose: `biplane-onboard replay` makes a posed recording of it",
+        path.display()
+    )]
+    NoPoses {
+        /// The file.
+        path: PathBuf,
+        /// Horizontal scans in it.
+        scans: usize,
+    },
+}
+
+fn hint(serial: bool) -> &'static str {
+    if serial {
+        ": it is a capture of serial bytes, `biplane-onboard replay` makes a posed recording of it"
+    } else {
+        ""
+    }
+}
+
+/// An open recording.
+#[derive(Debug)]
+pub struct Run {
+    reader: Reader,
+}
+
+/// The poses of a recording and the stamps that they belong to, in file order.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RunPoses {
+    /// Stamps of the horizontal scans.
+    pub scan_stamps_ns: Vec<i64>,
+    /// Poses at horizontal scans.
+    pub poses: Vec<StampedPose>,
+    /// Poses at vertical scans.
+    pub vertical_poses: Vec<StampedPose>,
+    /// Vertical scans in the recording.
+    pub vertical_scans: usize,
+}
+
+impl RunPoses {
+    /// All poses in the order of time.
+    pub fn trajectory(&self) -> Trajectory {
+        let mut poses = self.poses.clone();
+        poses.extend_from_slice(&self.vertical_poses);
+        Trajectory::new(poses)
+    }
+
+    /// One pose a horizontal scan, with the scan's own stamp, in file order: the pose recorded with that stamp, else the one
+    /// between its neighbours. `None` where nothing is near.
+    pub fn at_scans(&self) -> Vec<Option<StampedPose>> {
+        let mut by_stamp: BTreeMap<i64, VecDeque<StampedPose>> = BTreeMap::new();
+        for pose in &self.poses {
+            by_stamp.entry(pose.stamp_ns).or_default().push_back(*pose);
+        }
+        let trajectory = self.trajectory();
+        let of_scan = |stamp_ns: &i64| match by_stamp.get_mut(stamp_ns) {
+            // Several scans of one stamp have as many poses, in the same order; the last one serves the rest.
+            Some(poses) if poses.len() > 1 => poses.pop_front(),
+            Some(poses) => poses.front().copied(),
+            None => trajectory.at(*stamp_ns, LONGEST_GAP_NS),
+        };
+        self.scan_stamps_ns.iter().map(of_scan).collect()
+    }
+}
+
+/// The scans of the vertical laser.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VerticalScans {
+    /// The laser's geometry.
+    pub fan: Fan,
+    /// The scans, in file order.
+    pub sweeps: Vec<Sweep>,
+    /// Scans left out because their fan is another than the first one's.
+    pub odd_scans: usize,
+}
+
+impl Run {
+    /// Opens a finished recording.
+    ///
+    /// # Errors
+    /// When the file is missing, no MCAP file, or cut off.
+    pub fn open(path: &Path) -> Result<Self, RunError> {
+        Ok(Self { reader: Reader::open(path)? })
+    }
+
+    /// The file's name.
+    pub fn path(&self) -> &Path {
+        self.reader.path()
+    }
+
+    /// The robot that it was recorded with.
+    ///
+    /// # Errors
+    /// When the file does not tell.
+    pub fn rig(&self) -> Result<Rig, RunError> {
+        self.reader.rig()?.ok_or_else(|| RunError::NoRig { path: self.path().to_owned() })
+    }
+
+    /// Reads all poses.
+    ///
+    /// # Errors
+    /// When the file is damaged, or holds no horizontal scan or no pose.
+    pub fn poses(&self) -> Result<RunPoses, RunError> {
+        let mut found = RunPoses::default();
+        let mut serial = false;
+        for entry in self.reader.messages() {
+            let entry = entry?;
+            match entry.topic {
+                Some(Topic::ScanVertical) => found.vertical_scans += 1,
+                Some(Topic::Serial(..)) => serial = true,
+                Some(Topic::ScanHorizontal | Topic::Pose | Topic::PoseVertical) => match entry.decode()? {
+                    AnyMessage::Scan(scan) => found.scan_stamps_ns.push(scan.stamp_ns),
+                    AnyMessage::Pose(pose) if entry.topic == Some(Topic::Pose) => {
+                        found.poses.push(planar(&pose));
+                    }
+                    AnyMessage::Pose(pose) => found.vertical_poses.push(planar(&pose)),
+                    _ => {}
+                },
+                _ => {}
+            }
+        }
+        let path = || self.path().to_owned();
+        if found.scan_stamps_ns.is_empty() {
+            return Err(RunError::NoScans { path: path(), serial });
+        }
+        if found.poses.is_empty() {
+            return Err(RunError::NoPoses { path: path(), scans: found.scan_stamps_ns.len() });
+        }
+        Ok(found)
+    }
+
+    /// Visits the scans of a topic in file order.
+    ///
+    /// # Errors
+    /// When the file is damaged.
+    pub fn for_each_scan(&self, topic: Topic, mut visit: impl FnMut(LaserScan)) -> Result<(), RunError> {
+        for entry in self.reader.messages() {
+            let entry = entry?;
+            if entry.topic == Some(topic)
+                && let AnyMessage::Scan(scan) = entry.decode()?
+            {
+                visit(scan);
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads the scans of the vertical laser; `None` when there is none.
+    ///
+    /// # Errors
+    /// When the file is damaged or says nothing of the robot.
+    pub fn vertical_scans(&self) -> Result<Option<VerticalScans>, RunError> {
+        let Some(laser) = self.rig()?.vertical else { return Ok(None) };
+        let mut scans: Option<VerticalScans> = None;
+        self.for_each_scan(Topic::ScanVertical, |scan| {
+            let all = scans.get_or_insert_with(|| VerticalScans {
+                fan: fan_of(&scan, &laser),
+                sweeps: Vec::new(),
+                odd_scans: 0,
+            });
+            if scan.ranges_m.len() == all.fan.beams.len() {
+                all.sweeps.push(Sweep { stamp_ns: scan.stamp_ns, ranges_m: scan.ranges_m });
+            } else {
+                all.odd_scans += 1;
+            }
+        })?;
+        Ok(scans)
+    }
+}
+
+/// The geometry of a scan's laser. The time of a beam is that of the rig's model; a recording that tells no `time_increment` (an
+/// imported one) has all beams at the scan's stamp.
+pub fn fan_of(scan: &LaserScan, laser: &Laser) -> Fan {
+    let count = scan.ranges_m.len();
+    let modelled = count == laser.beam_count();
+    let increment_s = f64::from(scan.time_increment_s);
+    let beam = |index: usize| FanBeam {
+        angle_rad: f64::from(scan.angle_min_rad) + index as f64 * f64::from(scan.angle_increment_rad),
+        delay_ns: match increment_s {
+            none if none <= 0.0 || none.is_nan() => 0,
+            _ if modelled => laser.beam_delay_ns(index),
+            _ => (index as f64 * increment_s * NS_PER_S) as i64,
+        },
+    };
+    let [x, y, z] = laser.mount.translation_m();
+    let [qx, qy, qz, qw] = laser.mount.rotation_xyzw();
+    let rotation = UnitQuaternion::from_quaternion(Quaternion::new(qw, qx, qy, qz));
+    Fan {
+        base_from_laser: Isometry3::from_parts(Translation3::new(x, y, z), rotation),
+        beams: (0..count).map(beam).collect(),
+    }
+}
+
+fn planar(pose: &PoseWithCovarianceStamped) -> StampedPose {
+    let [x_m, y_m, _] = pose.position_m;
+    StampedPose { stamp_ns: pose.stamp_ns, x_m, y_m, theta_rad: heading_rad(pose.orientation_xyzw) }
+}
+
+#[cfg(test)]
+mod tests {
+    use biplane_recording::msg::LaserScan;
+    use biplane_recording::rig::Laser;
+
+    use super::{RunPoses, fan_of};
+    use crate::deskew::StampedPose;
+
+    fn pose(stamp_ns: i64, x_m: f64) -> StampedPose {
+        StampedPose { stamp_ns, x_m, ..StampedPose::default() }
+    }
+
+    #[test]
+    fn each_scan_has_its_own_pose_also_where_stamps_step_back_or_repeat() {
+        let run = RunPoses {
+            scan_stamps_ns: vec![30, 10, 10, 20, 25, 9_000_000_000],
+            poses: vec![pose(30, 3.0), pose(10, 1.0), pose(10, 1.5), pose(20, 2.0)],
+            ..RunPoses::default()
+        };
+        let found: Vec<Option<f64>> = run.at_scans().iter().map(|pose| pose.map(|pose| pose.x_m)).collect();
+        assert_eq!(found, [Some(3.0), Some(1.0), Some(1.5), Some(2.0), Some(2.5), None]);
+    }
+
+    #[test]
+    fn an_imported_scan_has_all_its_beams_at_once_and_a_recorded_one_has_the_rigs_times() {
+        let laser = Laser { resolution_deg: 0.5, ..Laser::vertical() };
+        let mut scan = LaserScan {
+            angle_min_rad: -std::f32::consts::FRAC_PI_2,
+            angle_increment_rad: 0.5_f32.to_radians(),
+            ranges_m: vec![1.0; 361],
+            ..LaserScan::default()
+        };
+        assert!(fan_of(&scan, &laser).beams.iter().all(|beam| beam.delay_ns == 0));
+        scan.time_increment_s = 18.5e-6;
+        let fan = fan_of(&scan, &laser);
+        assert_eq!([0, 1, 2].map(|index: usize| fan.beams[index].delay_ns), [0, 13_338_500, 37_000]);
+        assert!((fan.beams[360].angle_rad - std::f64::consts::FRAC_PI_2).abs() < 1e-4);
+        // The template's vertical laser: its middle beam points up.
+        let up = fan.base_from_laser * nalgebra::Point3::new(1.0, 0.0, 0.0);
+        assert!((up.z - 1.45).abs() < 1e-12 && (up.x - 0.05).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,168 @@
+//! Trajectories as text: poses of `base_link` in `map`, one a line, in the TUM form or as `t x y theta`.
+//!
+//! Seconds, metres, radians. The base moves on the floor, so of a foreign trajectory's pose its `x`, `y` and heading are taken.
+
+use std::io::{self, BufRead, Write};
+
+use nalgebra::{Quaternion, UnitQuaternion};
+
+use crate::deskew::StampedPose;
+use crate::stamp_text::{format_seconds, parse_seconds_ns};
+
+/// How far a quaternion's length may be from one.
+const QUATERNION_TOLERANCE: f64 = 0.01;
+
+/// What is wrong in a trajectory file.
+#[derive(Debug, thiserror::Error)]
+pub enum TrajectoryError {
+    /// Reading failed.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    /// A line does not hold a pose.
+    #[error(
+        "line {line}: expected \"t x y z qx qy qz qw\" (seconds, metres, unit quaternion), found \"{found}\""
+    )]
+    Line {
+        /// Line number from 1.
+        line: usize,
+        /// The line, shortened.
+        found: String,
+    },
+    /// No line holds a pose.
+    #[error("there is no pose in it")]
+    Empty,
+}
+
+/// Heading of an orientation given as x, y, z, w, radians; zero for a quaternion of length zero.
+pub fn heading_rad(orientation_xyzw: [f64; 4]) -> f64 {
+    let [x, y, z, w] = orientation_xyzw;
+    UnitQuaternion::try_new(Quaternion::new(w, x, y, z), f64::EPSILON).map_or(0.0, |q| q.euler_angles().2)
+}
+
+/// Reads a TUM trajectory: a pose a line, `#` comments. The order of the file stays.
+///
+/// # Errors
+/// When a line does not read as a pose, or there is none.
+pub fn read_tum(input: impl BufRead) -> Result<Vec<StampedPose>, TrajectoryError> {
+    let mut poses = Vec::new();
+    for (index, line) in input.lines().enumerate() {
+        let line = line?;
+        let text = line.trim();
+        if text.is_empty() || text.starts_with('#') {
+            continue;
+        }
+        let found = || text.chars().take(60).collect();
+        poses.push(
+            parse_tum_line(text).ok_or_else(|| TrajectoryError::Line { line: index + 1, found: found() })?,
+        );
+    }
+    if poses.is_empty() { Err(TrajectoryError::Empty) } else { Ok(poses) }
+}
+
+fn parse_tum_line(text: &str) -> Option<StampedPose> {
+    let mut fields = text.split_whitespace();
+    let stamp_ns = parse_seconds_ns(fields.next()?)?;
+    let mut values = [0.0_f64; 7];
+    for value in &mut values {
+        *value = fields.next()?.parse().ok().filter(|v: &f64| v.is_finite())?;
+    }
+    let [x_m, y_m, _z_m, qx, qy, qz, qw] = values;
+    let length = [qx, qy, qz, qw].iter().map(|v| v * v).sum::<f64>().sqrt();
+    if fields.next().is_some() || (length - 1.0).abs() > QUATERNION_TOLERANCE {
+        return None;
+    }
+    Some(StampedPose { stamp_ns, x_m, y_m, theta_rad: heading_rad([qx, qy, qz, qw]) })
+}
+
+/// The text forms of a trajectory.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TrajectoryFormat {
+    /// `t x y z qx qy qz qw`.
+    #[default]
+    Tum,
+    /// `t x y theta`.
+    XyTheta,
+}
+
+/// Writes one pose a line: `t` in seconds with nine decimals, lengths in metres, angles in radians.
+///
+/// # Errors
+/// When writing fails.
+pub fn write_poses(out: &mut impl Write, poses: &[StampedPose], format: TrajectoryFormat) -> io::Result<()> {
+    for pose in poses {
+        let t = format_seconds(pose.stamp_ns);
+        match format {
+            TrajectoryFormat::Tum => {
+                let (sin, cos) = (pose.theta_rad / 2.0).sin_cos();
+                writeln!(
+                    out,
+                    "{t} {:.6} {:.6} 0.000000 0.000000000 0.000000000 {sin:.9} {cos:.9}",
+                    pose.x_m, pose.y_m
+                )?;
+            }
+            TrajectoryFormat::XyTheta => {
+                writeln!(out, "{t} {:.6} {:.6} {:.9}", pose.x_m, pose.y_m, pose.theta_rad)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::{FRAC_PI_2, PI};
+
+    use super::{TrajectoryFormat, heading_rad, read_tum, write_poses};
+    use crate::deskew::StampedPose;
+
+    #[test]
+    fn both_text_forms_hold_the_stamp_to_the_nanosecond() {
+        let stamp_ns = 976_052_857_337_530_001;
+        let poses = [StampedPose { stamp_ns, x_m: 1.25, y_m: -3.5, theta_rad: FRAC_PI_2 }];
+        let written = |format| {
+            let mut out = Vec::new();
+            write_poses(&mut out, &poses, format).unwrap();
+            String::from_utf8(out).unwrap()
+        };
+        assert_eq!(
+            written(TrajectoryFormat::Tum),
+            "976052857.337530001 1.250000 -3.500000 0.000000 0.000000000 0.000000000 0.707106781 0.707106781\n"
+        );
+        assert_eq!(
+            written(TrajectoryFormat::XyTheta),
+            "976052857.337530001 1.250000 -3.500000 1.570796327\n"
+        );
+    }
+
+    #[test]
+    fn a_heading_is_the_turn_about_z_alone() {
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        let table = [
+            ([0.0, 0.0, 0.0, 1.0], 0.0),
+            ([0.0, 0.0, half, half], FRAC_PI_2),
+            ([0.0, 0.0, -half, half], -FRAC_PI_2),
+            ([half, 0.0, 0.0, half], 0.0),
+            ([0.0; 4], 0.0),
+        ];
+        for (orientation, heading) in table {
+            assert!((heading_rad(orientation) - heading).abs() < 1e-12, "{orientation:?}");
+        }
+        assert!((heading_rad([0.0, 0.0, 1.0, 0.0]).abs() - PI).abs() < 1e-12);
+    }
+
+    #[test]
+    fn tum_text_reads_back_and_a_broken_line_is_named() {
+        let text = "# t x y z qx qy qz qw\n\n1.5 1 2 3 0 0 0 1\n0.5 0 0 0 0 0 0.7071068 0.7071068\n";
+        let poses = read_tum(text.as_bytes()).unwrap();
+        assert_eq!(poses[0], StampedPose { stamp_ns: 1_500_000_000, x_m: 1.0, y_m: 2.0, theta_rad: 0.0 });
+        assert_eq!(poses[1].stamp_ns, 500_000_000);
+        assert!((poses[1].theta_rad - FRAC_PI_2).abs() < 1e-6);
+        for broken in
+            ["1 2 3", "1 0 0 0 0 0 0 0", "1 0 0 0 0 0 0 1 9", "a 0 0 0 0 0 0 1", "1 inf 0 0 0 0 0 1"]
+        {
+            let error = read_tum(format!("# x\n{broken}\n").as_bytes()).unwrap_err().to_string();
+            assert!(error.starts_with("line 2: expected") && error.contains(broken), "{error}");
+        }
+        assert_eq!(read_tum(&b"# nothing\n"[..]).unwrap_err().to_string(), "there is no pose in it");
+    }
+}

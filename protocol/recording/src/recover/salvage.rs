@@ -1,0 +1,383 @@
+//! Takes what is intact out of each stretch of a broken file, and notes what is not.
+
+use super::finding::{Finding, Problem};
+use super::walk::{self, Piece, Walk};
+use super::{RecoverError, RecoverReport};
+use crate::chunk::{self, ChunkError, MAX_CHUNK_SIZE};
+use crate::read::{Definitions, Entry, Problem as Unreadable, ReadError, Source};
+use crate::records::{
+    ATTACHMENT, Attachment, CHANNEL, CHUNK, ChunkHeader, DATA_END, FOOTER, Fields, Inner, MAGIC, MESSAGE,
+    MESSAGE_INDEX, METADATA, Message, Metadata, PREFIX_SIZE, Prefix, SCHEMA,
+};
+use crate::write::{WriteError, Writer};
+use std::fs::File;
+use std::io;
+use std::path::Path;
+
+/// The smallest piece that a disk writes: a run of so many zeros at such a place was never written.
+const SECTOR: u64 = 512;
+/// Fewer zeros at a chunk's end are no sign of anything.
+const SHORTEST_HOLE: usize = 16;
+
+/// A recovery at work.
+pub(super) struct Salvage<'a> {
+    input: &'a Path,
+    file: &'a File,
+    size: u64,
+    definitions: Definitions,
+    /// Definitions from all over the file, the index included; read when a message's channel is not known.
+    fallback: Option<Definitions>,
+    writer: Writer,
+    report: RecoverReport,
+    hasher: crc32fast::Hasher,
+    unpacked: Vec<u8>,
+    /// The finding of the chunk just before, if it was damaged, and how many messages its index has named so far.
+    damaged: Option<(usize, u64)>,
+}
+
+/// What became of the messages in a stretch.
+#[derive(Default)]
+struct Tally {
+    kept: u64,
+    lost: u64,
+    /// Bytes that the stretch should have had and the file has not.
+    missing: u64,
+    what: Option<String>,
+}
+
+impl<'a> Salvage<'a> {
+    pub fn new(input: &'a Path, file: &'a File, size: u64, writer: Writer) -> Self {
+        let mut hasher = crc32fast::Hasher::new();
+        hasher.update(&MAGIC);
+        Self {
+            input,
+            file,
+            size,
+            definitions: Definitions::default(),
+            fallback: None,
+            writer,
+            report: RecoverReport::default(),
+            hasher,
+            unpacked: Vec::new(),
+            damaged: None,
+        }
+    }
+
+    fn io(&self, offset: u64, source: io::Error) -> RecoverError {
+        ReadError::Io { path: self.input.to_owned(), offset, source }.into()
+    }
+
+    fn note(&mut self, offset: u64, bytes: u64, tally: &Tally, problem: Problem) {
+        let Tally { kept: kept_messages, lost: lost_messages, missing: missing_bytes, .. } = *tally;
+        let chunk = matches!(problem, Problem::DamagedChunk { .. } | Problem::TornChunk);
+        self.damaged = chunk.then_some((self.report.findings.len(), 0));
+        self.report.findings.push(Finding {
+            offset,
+            bytes,
+            missing_bytes,
+            kept_messages,
+            lost_messages,
+            problem,
+        });
+    }
+
+    /// Goes through the whole file.
+    pub fn run(&mut self, mut walk: Walk) -> Result<(), RecoverError> {
+        let mut offset = 0;
+        loop {
+            let piece = walk.next().map_err(|error| self.io(offset, error))?;
+            let source = walk.source();
+            match piece {
+                None => {
+                    self.note(self.size, 0, &Tally::default(), Problem::NoEnd);
+                    return Ok(());
+                }
+                Some(Piece::Broken { offset: at, end }) => {
+                    offset = end;
+                    self.broken(source, at, end)?;
+                }
+                Some(Piece::Record { offset: at, prefix }) => {
+                    offset = at + PREFIX_SIZE + prefix.length;
+                    if matches!(prefix.opcode, DATA_END | FOOTER) {
+                        return self.end(source, at, prefix);
+                    }
+                    self.record(source, at, prefix)?;
+                }
+            }
+        }
+    }
+
+    /// Closes the new file.
+    pub fn finish(mut self) -> Result<RecoverReport, WriteError> {
+        self.report.messages = self.writer.messages();
+        self.writer.finish()?;
+        Ok(self.report)
+    }
+
+    fn record(&mut self, source: &mut Source, offset: u64, prefix: Prefix) -> Result<(), RecoverError> {
+        let whole = source.bytes(offset, PREFIX_SIZE + prefix.length);
+        let whole = whole.map_err(|error| self.io(offset, error))?.unwrap_or_default();
+        self.hasher.update(whole);
+        let body = whole.get(PREFIX_SIZE as usize..).unwrap_or_default();
+        if prefix.opcode != MESSAGE_INDEX {
+            self.damaged = None;
+        }
+        match prefix.opcode {
+            CHUNK => self.chunk(offset, body),
+            ATTACHMENT => self.attachment(offset, body),
+            METADATA => self.metadata(body),
+            MESSAGE_INDEX => {
+                self.count_lost(body);
+                Ok(())
+            }
+            opcode => {
+                let mut tally = Tally::default();
+                self.take(opcode, body, &mut tally)?;
+                self.note_tally(offset, whole.len() as u64, tally);
+                Ok(())
+            }
+        }
+    }
+
+    /// Notes records that could not be kept though their place is intact.
+    fn note_tally(&mut self, offset: u64, bytes: u64, mut tally: Tally) {
+        if let Some(what) = tally.what.take() {
+            self.note(offset, bytes, &tally, Problem::DamagedRecord { what });
+        }
+    }
+
+    fn attachment(&mut self, offset: u64, body: &[u8]) -> Result<(), RecoverError> {
+        match Attachment::parse(body) {
+            Some(Attachment { log_time, create_time, name, media_type, data, intact: true }) => {
+                self.writer.attach_at((log_time, create_time), name, media_type, data)?;
+                self.report.attachments += 1;
+            }
+            _ => self.note(offset, body.len() as u64, &Tally::default(), Problem::DamagedAttachment),
+        }
+        Ok(())
+    }
+
+    fn metadata(&mut self, body: &[u8]) -> Result<(), RecoverError> {
+        if let Some(Metadata { name, values }) = Metadata::parse(body) {
+            self.writer.metadata(name, &values)?;
+            self.report.metadata += 1;
+        }
+        Ok(())
+    }
+
+    /// A chunk that has its full length.
+    fn chunk(&mut self, offset: u64, body: &[u8]) -> Result<(), RecoverError> {
+        let Some((header, size)) = ChunkHeader::parse(body) else { return Ok(()) };
+        let packed = body.get(size..).unwrap_or_default();
+        let mut unpacked = std::mem::take(&mut self.unpacked);
+        let result = match chunk::unpack(&header, packed, &mut unpacked) {
+            Ok(()) => {
+                self.report.chunks += 1;
+                let mut tally = Tally::default();
+                let kept = self.messages(&unpacked, None, &mut tally);
+                self.note_tally(offset, 0, tally);
+                kept
+            }
+            Err(error) => self.damaged_chunk(offset, (&header, size), packed, &mut unpacked, &error),
+        };
+        self.unpacked = unpacked;
+        result
+    }
+
+    /// Keeps what lies before a hole; without one, nothing of a damaged chunk can be told good from bad.
+    fn damaged_chunk(
+        &mut self,
+        offset: u64,
+        (header, size): (&ChunkHeader, usize),
+        packed: &[u8],
+        unpacked: &mut Vec<u8>,
+        error: &ChunkError,
+    ) -> Result<(), RecoverError> {
+        let mut tally = Tally::default();
+        let Some(hole) = find_hole(packed, offset + PREFIX_SIZE + size as u64) else {
+            let what = error.to_string();
+            self.note(offset, packed.len() as u64, &tally, Problem::DamagedChunk { what });
+            return Ok(());
+        };
+        self.prefix_of_chunk(header, packed.get(..hole).unwrap_or_default(), unpacked, &mut tally)?;
+        self.note(offset, (packed.len() - hole) as u64, &tally, Problem::TornChunk);
+        Ok(())
+    }
+
+    /// Keeps the messages at a chunk's front.
+    fn prefix_of_chunk(
+        &mut self,
+        header: &ChunkHeader,
+        packed: &[u8],
+        unpacked: &mut Vec<u8>,
+        tally: &mut Tally,
+    ) -> Result<(), RecoverError> {
+        // A chunk that was being written may not know its size yet.
+        let limit = header.uncompressed_size.min(MAX_CHUNK_SIZE);
+        // That it ends early is known.
+        let _ = chunk::unpack_prefix(&header.compression, packed, limit, unpacked);
+        self.messages(unpacked, Some(header), tally)
+    }
+
+    /// Bytes where no whole record is: perhaps a chunk that was cut off, or whose length is damaged.
+    fn broken(&mut self, source: &mut Source, offset: u64, end: u64) -> Result<(), RecoverError> {
+        let bytes = source.bytes(offset, (end - offset).min(MAX_CHUNK_SIZE));
+        let bytes = bytes.map_err(|error| self.io(offset, error))?.unwrap_or_default();
+        let body = bytes.get(PREFIX_SIZE as usize..).unwrap_or_default();
+        let mut tally = Tally { missing: self.missing(bytes, offset), ..Tally::default() };
+        let header = ChunkHeader::parse(body).filter(|_| bytes.first() == Some(&CHUNK));
+        let Some((header, size)) = header else {
+            self.note(offset, end - offset, &tally, Problem::NoRecord);
+            return Ok(());
+        };
+        let packed = body.get(size..).unwrap_or_default();
+        let length = usize::try_from(header.compressed_size).unwrap_or(usize::MAX).min(packed.len());
+        let packed = packed.get(..length).unwrap_or_default();
+        let start = offset + PREFIX_SIZE + size as u64;
+        let mut unpacked = std::mem::take(&mut self.unpacked);
+        let result = match chunk::unpack(&header, packed, &mut unpacked) {
+            Ok(()) => {
+                self.report.chunks += 1;
+                let kept = self.messages(&unpacked, None, &mut tally);
+                let what = "the length of a chunk is damaged".to_owned();
+                self.note(offset, 0, &tally, Problem::DamagedRecord { what });
+                kept
+            }
+            Err(error) if end < self.size || error.is_damage() || hole_in(&header, packed, start) => {
+                self.damaged_chunk(offset, (&header, size), packed, &mut unpacked, &error)
+            }
+            Err(_cut) => {
+                let kept = self.prefix_of_chunk(&header, packed, &mut unpacked, &mut tally);
+                let unused = if tally.kept > 0 { 0 } else { end - offset };
+                self.note(offset, unused, &tally, Problem::CutChunk);
+                kept
+            }
+        };
+        self.unpacked = unpacked;
+        result
+    }
+
+    /// How many bytes of a record that the file ends in are not there, if its length can be believed.
+    fn missing(&self, bytes: &[u8], offset: u64) -> u64 {
+        let prefix =
+            bytes.get(..PREFIX_SIZE as usize).and_then(|prefix| prefix.try_into().ok()).map(Prefix::parse);
+        let length = prefix.map_or(0, |prefix| prefix.length);
+        let left = self.size.saturating_sub(offset + PREFIX_SIZE);
+        if length < MAX_CHUNK_SIZE { length.saturating_sub(left) } else { 0 }
+    }
+
+    /// Keeps the messages among a chunk's records. Those of a chunk that no checksum covers (`unproven`) must lie within its times and
+    /// be what their type says.
+    fn messages(
+        &mut self,
+        records: &[u8],
+        unproven: Option<&ChunkHeader>,
+        tally: &mut Tally,
+    ) -> Result<(), RecoverError> {
+        for (opcode, body) in Inner::at(records, 0) {
+            match unproven {
+                Some(header) if !self.plausible(opcode, body, header) => return Ok(()),
+                _ => self.take(opcode, body, tally)?,
+            }
+        }
+        Ok(())
+    }
+
+    fn plausible(&mut self, opcode: u8, body: &[u8], header: &ChunkHeader) -> bool {
+        let Some(message) = Message::parse(body).filter(|_| opcode == MESSAGE) else {
+            return true;
+        };
+        // A chunk that was being written knows neither its size nor its times yet.
+        let known = header.uncompressed_size < MAX_CHUNK_SIZE;
+        let within = !known || (header.start_time..=header.end_time).contains(&message.log_time);
+        let decodes = match self.definitions.take(opcode, body) {
+            Ok(Some(entry)) => entry.decode().is_ok(),
+            _ => true,
+        };
+        within && decodes
+    }
+
+    /// Keeps one record.
+    fn take(&mut self, opcode: u8, body: &[u8], tally: &mut Tally) -> Result<(), RecoverError> {
+        let mut taken = self.definitions.take(opcode, body);
+        if matches!(taken, Err(Unreadable::UnknownChannel(_))) {
+            taken = self.fallback()?.take(opcode, body);
+        }
+        match taken {
+            Ok(Some(entry)) => self.keep(&entry, tally)?,
+            Ok(None) => {}
+            Err(problem) => {
+                tally.lost += u64::from(opcode == MESSAGE);
+                tally.what.get_or_insert_with(|| problem.to_string());
+            }
+        }
+        Ok(())
+    }
+
+    fn keep(&mut self, entry: &Entry, tally: &mut Tally) -> Result<(), RecoverError> {
+        self.writer.copy_exactly(entry)?;
+        tally.kept += 1;
+        Ok(())
+    }
+
+    /// Every definition that stands outside a chunk, most of all in the index at the end.
+    fn fallback(&mut self) -> Result<&mut Definitions, RecoverError> {
+        if self.fallback.is_none() {
+            let mut all = Definitions::default();
+            let mut walk = Walk::new(Source::new(self.file, self.size), MAGIC.len() as u64);
+            while let Some(piece) = walk.next().map_err(|error| self.io(0, error))? {
+                let Piece::Record { offset, prefix } = piece else { continue };
+                if matches!(prefix.opcode, SCHEMA | CHANNEL) {
+                    let body = walk.source().bytes(offset + PREFIX_SIZE, prefix.length);
+                    let body = body.map_err(|error| self.io(offset, error))?.unwrap_or_default();
+                    // One that cannot be read defines nothing.
+                    let _ = all.take(prefix.opcode, body);
+                }
+            }
+            self.fallback = Some(all);
+        }
+        Ok(self.fallback.get_or_insert_with(Definitions::default))
+    }
+
+    /// The index behind a damaged chunk tells how many messages were in it.
+    fn count_lost(&mut self, body: &[u8]) {
+        let Some((number, indexed)) = &mut self.damaged else { return };
+        let mut fields = Fields(body);
+        *indexed += fields.take(2).and_then(|_channel| fields.u32()).map_or(0, |bytes| u64::from(bytes) / 16);
+        if let Some(finding) = self.report.findings.get_mut(*number) {
+            finding.lost_messages = indexed.saturating_sub(finding.kept_messages);
+        }
+    }
+
+    fn end(&mut self, source: &mut Source, offset: u64, prefix: Prefix) -> Result<(), RecoverError> {
+        let body = source.bytes(offset + PREFIX_SIZE, prefix.length);
+        let expected = body.map_err(|error| self.io(offset, error))?.and_then(|body| Fields(body).u32());
+        let found = self.hasher.clone().finalize();
+        let nothing = Tally::default();
+        if prefix.opcode == FOOTER {
+            let what = "the end of the data is not marked".to_owned();
+            self.note(offset, 0, &nothing, Problem::DamagedRecord { what });
+        } else if self.report.findings.is_empty() && expected.is_some_and(|crc| crc != 0 && crc != found) {
+            self.note(offset, 0, &nothing, Problem::Checksum);
+        }
+        if !walk::index_is_whole(source).map_err(|error| self.io(offset, error))? {
+            self.note(offset, 0, &nothing, Problem::NoIndex);
+        }
+        Ok(())
+    }
+}
+
+/// Whether part of a packed chunk was never written. Where nothing is packed, zeros may well be data.
+fn hole_in(header: &ChunkHeader, packed: &[u8], start: u64) -> bool {
+    !header.compression.is_empty() && find_hole(packed, start).is_some()
+}
+
+/// Where in `bytes`, which stand at `offset` in the file, a sector of the disk was never written: it, or what of it is in `bytes`
+/// at their end, is all zeros.
+fn find_hole(bytes: &[u8], offset: u64) -> Option<usize> {
+    let first = (offset.next_multiple_of(SECTOR) - offset) as usize;
+    let mut sectors = bytes.get(first..)?.chunks(SECTOR as usize).enumerate();
+    let unwritten = |sector: &[u8]| sector.len() >= SHORTEST_HOLE && sector.iter().all(|byte| *byte == 0);
+    let (number, _) = sectors.find(|(_, sector)| unwritten(sector))?;
+    Some(first + number * SECTOR as usize)
+}

@@ -1,0 +1,228 @@
+//! `rig.toml` as tables: what is accepted, what is filled in, what is refused and in which words.
+
+use super::{Base, BaseProtocol, Laser, Mount, Rig, RigError, Units};
+
+/// The text of the interface page, word for word.
+const TEMPLATE: &str = r#"
+[horizontal]                     # the laser that localises
+port = "/dev/lms-horizontal"
+baud = 38400                     # 9600, 19200, 38400, 500000: the rate to run at; found by itself at start
+fov_deg = 180                    # 100 or 180
+resolution_deg = 1.0             # 0.25, 0.5 or 1.0
+units = "cm"                     # "cm" or "mm"
+mount = { x = 0.2, y = 0.0, z = 0.3, roll = 0.0, pitch = 0.0, yaw = 0.0 }   # base_from_laser; yaw then pitch then roll (Z-Y-X)
+delay_ms = 0.0                   # correction to the time model below, for a device that differs
+[vertical]                       # the laser that sees the building
+port = "/dev/lms-vertical"
+mount = { x = 0.05, y = 0.0, z = 0.45, roll = 0.0, pitch = -90.0, yaw = 0.0 }   # pitch -90: the fan's middle beam points up
+[base]
+protocol = "p2os"                # more bases may follow
+port = "/dev/base"
+baud = 9600
+metres_per_tick = 0.001          # distance of one odometry unit; angle unit is 2 pi / 4096
+"#;
+
+const PORTS: &str = "[horizontal]\nport = \"/dev/lms-horizontal\"\n[vertical]\nport = \"/dev/lms-vertical\"\n[base]\nport = \"/dev/base\"\n";
+
+/// A rig with one line of its own in a section; the line is number 3, 6 or 9.
+fn with(section: &str, line: &str) -> Result<Rig, RigError> {
+    let mut text = PORTS.to_owned();
+    let at = text.find(&format!("[{section}]")).unwrap() + section.len() + 3;
+    text.insert_str(at, &format!("{line}\n"));
+    Rig::parse(&text)
+}
+
+#[test]
+fn the_template_and_ports_alone_are_the_default() {
+    assert_eq!(Rig::parse(TEMPLATE).unwrap(), Rig::default());
+    assert_eq!(Rig::parse(PORTS).unwrap(), Rig::default());
+}
+
+#[test]
+fn a_rig_without_a_vertical_laser_is_one() {
+    let rig = Rig::parse("[horizontal]\nport = \"a\"\n[base]\nport = \"b\"").unwrap();
+    assert_eq!(rig.vertical, None);
+    assert_eq!(rig.horizontal, Laser { port: "a".into(), ..Laser::horizontal() });
+    assert_eq!(rig.base, Base { port: "b".into(), ..Base::default() });
+    assert_eq!(Rig::parse(&rig.to_toml()).unwrap(), rig);
+}
+
+#[test]
+fn values_are_taken_over_and_integers_are_numbers() {
+    let rig = with(
+        "vertical",
+        "baud = 500000\nfov_deg = 100\nresolution_deg = 0.25\nunits = \"mm\"\ndelay_ms = -2",
+    )
+    .unwrap();
+    let expected = Laser {
+        baud: 500_000,
+        fov_deg: 100,
+        resolution_deg: 0.25,
+        units: Units::Mm,
+        delay_ms: -2.0,
+        ..Laser::vertical()
+    };
+    assert_eq!(rig.vertical, Some(expected));
+    let rig = with("horizontal", "resolution_deg = 1\nfov_deg = 180.0\nmount = { x = 1, yaw = 45 }").unwrap();
+    assert_eq!(rig.horizontal.mount, Mount { x: 1.0, yaw: 45.0, z: 0.3, ..Mount::default() });
+    let table = Rig::parse(&format!("{PORTS}[horizontal.mount]\npitch = 3\n")).unwrap();
+    assert_eq!(table.horizontal.mount.pitch, 3.0);
+}
+
+#[test]
+fn other_bases_bring_their_own_keys() {
+    let roboclaw = "protocol = \"roboclaw\"\naddress = 129\nwheel_base_m = 0.4\nmetres_per_count_left = 0.0002\nmetres_per_count_right = -0.0003";
+    let rig = with("base", roboclaw).unwrap();
+    let expected = BaseProtocol::RoboClaw {
+        address: 129,
+        wheel_base_m: 0.4,
+        metres_per_count_left: 0.0002,
+        metres_per_count_right: -0.0003,
+    };
+    assert_eq!((rig.base.protocol, rig.base.baud), (expected, 38400));
+    assert_eq!(Rig::parse(&rig.to_toml()).unwrap(), rig);
+    let rig = with("base", "protocol = \"rflex\"").unwrap();
+    assert_eq!((rig.base.protocol, rig.base.baud), (BaseProtocol::Rflex, 115_200));
+    assert_eq!(Rig::parse(&rig.to_toml()).unwrap(), rig);
+}
+
+#[test]
+fn what_is_printed_is_the_same_rig_with_every_key() {
+    let odd = Mount { x: 1e-7, y: -0.1 - 0.2, z: 12.0, roll: 0.1, pitch: -90.0, yaw: 359.999 };
+    let mut rig = Rig::default();
+    rig.horizontal.mount = odd;
+    rig.horizontal.port = "/dev/by-id/a \"quoted\" \\ name".into();
+    rig.base.metres_per_tick = 0.000_123_456_789;
+    let text = rig.to_toml();
+    assert_eq!(Rig::parse(&text).unwrap(), rig, "{text}");
+    for key in ["port", "baud", "fov_deg", "resolution_deg", "units", "mount", "delay_ms"] {
+        assert_eq!(
+            text.matches(&format!("\n{key} = ")).count(),
+            if matches!(key, "port" | "baud") { 3 } else { 2 },
+            "{key}\n{text}"
+        );
+    }
+}
+
+/// Section, the line put into it, and what is said of it.
+const MISTAKES: &[(&str, &str, &str)] = &[
+    (
+        "horizontal",
+        "buad = 9600",
+        "line 2: unknown key `horizontal.buad`; known here: port, baud, fov_deg, resolution_deg, units, mount, delay_ms",
+    ),
+    ("horizontal", "baud = 57600", "line 2: `horizontal.baud` is 57600; allowed: 9600, 19200, 38400, 500000"),
+    ("vertical", "fov_deg = 90", "line 4: `vertical.fov_deg` is 90; allowed: 100, 180"),
+    ("vertical", "resolution_deg = 0.3", "line 4: `vertical.resolution_deg` is 0.3; allowed: 0.25, 0.5, 1"),
+    (
+        "vertical",
+        "resolution_deg = 0.25",
+        "line 4: `vertical.resolution_deg` is 0.25; allowed: 0.5, 1 (0.25 with fov_deg = 100 only)",
+    ),
+    ("horizontal", "units = \"m\"", "line 2: `horizontal.units` is \"m\"; allowed: \"cm\", \"mm\""),
+    ("horizontal", "units = 5", "line 2: `horizontal.units` is 5; allowed: \"cm\", \"mm\""),
+    (
+        "horizontal",
+        "baud = \"9600\"",
+        "line 2: `horizontal.baud` is \"9600\"; allowed: 9600, 19200, 38400, 500000",
+    ),
+    ("horizontal", "mount = 5", "line 2: `horizontal.mount` is 5; allowed: a table"),
+    (
+        "horizontal",
+        "mount = { x = 0, tilt = 1 }",
+        "line 2: unknown key `horizontal.mount.tilt`; known here: x, y, z, roll, pitch, yaw",
+    ),
+    (
+        "horizontal",
+        "mount = { z = 300 }",
+        "line 2: `horizontal.mount.z` is 300; allowed: a number from -100 to 100",
+    ),
+    (
+        "horizontal",
+        "delay_ms = nan",
+        "line 2: `horizontal.delay_ms` is nan; allowed: a number from -1000 to 1000",
+    ),
+    (
+        "horizontal",
+        "delay_ms = inf",
+        "line 2: `horizontal.delay_ms` is inf; allowed: a number from -1000 to 1000",
+    ),
+    (
+        "base",
+        "protocol = \"p3os\"",
+        "line 6: `base.protocol` is \"p3os\"; allowed: \"p2os\", \"roboclaw\", \"rflex\"",
+    ),
+    (
+        "base",
+        "metres_per_tick = 0",
+        "line 6: `base.metres_per_tick` is 0; allowed: a number from 0.000000001 to 10",
+    ),
+    (
+        "base",
+        "address = 128",
+        "line 6: unknown key `base.address`; known here: protocol, port, baud, metres_per_tick",
+    ),
+    (
+        "base",
+        "protocol = \"roboclaw\"\naddress = 5",
+        "line 7: `base.address` is 5; allowed: 128, 129, 130, 131, 132, 133, 134, 135",
+    ),
+    (
+        "base",
+        "protocol = \"roboclaw\"\nmetres_per_count_left = 0",
+        "line 7: `base.metres_per_count_left` is 0; allowed: a number that is not 0, negative when the wheel counts backwards",
+    ),
+];
+
+#[test]
+fn each_mistake_is_named_with_line_key_found_and_allowed() {
+    for &(section, line, message) in MISTAKES {
+        let error = with(section, line).expect_err(line);
+        assert_eq!(error.to_string(), message, "{line}");
+    }
+}
+
+#[test]
+fn what_is_missing_or_is_no_toml_is_named() {
+    let table = [
+        ("", "missing key `horizontal.port`: it has no default"),
+        ("[horizontal]\n[base]\nport = \"b\"", "missing key `horizontal.port`: it has no default"),
+        ("[horizontal]\nport = \"a\"", "missing key `base.port`: it has no default"),
+        (
+            "[horizontal]\nport = \"\"\n[base]\nport = \"b\"",
+            "line 2: `horizontal.port` is \"\"; allowed: a text, for example \"/dev/ttyUSB0\"",
+        ),
+        (
+            "[horizontal]\nport = 1\n[base]\nport = \"b\"",
+            "line 2: `horizontal.port` is 1; allowed: a text, for example \"/dev/ttyUSB0\"",
+        ),
+        ("horizontal = 3", "line 1: `horizontal` is 3; allowed: a table"),
+        ("[lidar]\n", "line 1: unknown key `lidar`; known here: horizontal, vertical, base"),
+    ];
+    for (text, message) in table {
+        assert_eq!(Rig::parse(text).expect_err(text).to_string(), message, "{text}");
+    }
+    for (text, line) in
+        [("[horizontal]\nport = \"a\nbaud = 1", 2), ("[base]\nport = \"b\"\nport = \"c\"", 3), ("x", 1)]
+    {
+        match Rig::parse(text) {
+            Err(RigError::Syntax { line: found, .. }) => assert_eq!(found, line, "{text}"),
+            other => panic!("{text}: {other:?}"),
+        }
+    }
+}
+
+#[test]
+fn a_file_is_named_in_what_is_wrong_with_it() {
+    let missing = Rig::load(std::path::Path::new("/nowhere/rig.toml")).unwrap_err().to_string();
+    assert!(missing.contains("/nowhere/rig.toml") && missing.contains("No such file"), "{missing}");
+    let path = std::env::temp_dir().join(format!("biplane-rig-{}.toml", std::process::id()));
+    std::fs::write(&path, "[horizontal]\nbaud = 1\n").unwrap();
+    let wrong = Rig::load(&path).unwrap_err().to_string();
+    std::fs::remove_file(&path).unwrap();
+    assert!(
+        wrong.contains(path.to_str().unwrap())
+            && wrong.ends_with("missing key `base.port`: it has no default"),
+        "{wrong}"
+    );
+}

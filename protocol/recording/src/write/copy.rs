@@ -1,0 +1,87 @@
+//! Messages and attachments of another file, written as they stand there: for optimised, imported and salvaged recordings.
+
+use super::{Channel, Stamped, WriteError, Writer, WriterOptions, with_suffix};
+use crate::read::Entry;
+use mcap::Attachment;
+use std::borrow::Cow;
+use std::fs::File;
+use std::path::Path;
+
+impl Stamped {
+    fn of(entry: &Entry, channel: u16) -> Self {
+        let (log_time_ns, publish_time_ns) = (entry.log_time_ns, entry.publish_time_ns);
+        Self { channel, sequence: entry.sequence, log_time_ns, publish_time_ns }
+    }
+}
+
+impl Writer {
+    /// Starts the copy of a broken file, of any profile. While it is written its name is `PATH.recovering`, because the broken file
+    /// itself may well be `PATH.active`.
+    pub(crate) fn create_copy(path: &Path, profile: &str) -> Result<Self, WriteError> {
+        let recovering = with_suffix(path, ".recovering");
+        if path.try_exists().unwrap_or(false) {
+            return Err(WriteError::Exists { path: path.to_owned() });
+        }
+        let file = File::create(&recovering).map_err(|source| WriteError::Io {
+            action: "create",
+            path: recovering.clone(),
+            source,
+        })?;
+        Self::start(path, recovering, file, &WriterOptions::default(), profile)
+    }
+
+    /// Writes a message of another file as it is: same topic, type, schema, encoding, times and bytes; also of topics and types that
+    /// Biplane does not know.
+    ///
+    /// # Errors
+    /// As [`Writer::write`].
+    pub fn copy(&mut self, entry: &Entry) -> Result<(), WriteError> {
+        if let (Some(topic), "cdr") = (entry.topic, entry.encoding()) {
+            return self.write_encoded(topic, entry.log_time_ns, entry.publish_time_ns, &entry.bytes);
+        }
+        self.log_time_ns = self.log_time_ns.max(entry.log_time_ns);
+        let channel = self.foreign_channel(entry)?;
+        let sequence = channel.messages;
+        self.put(
+            Stamped { log_time_ns: self.log_time_ns, sequence, ..Stamped::of(entry, channel.id) },
+            &entry.bytes,
+        )
+    }
+
+    /// Writes a message of another file with its own number and log time, even where that is before an earlier one.
+    pub(crate) fn copy_exactly(&mut self, entry: &Entry) -> Result<(), WriteError> {
+        self.log_time_ns = self.log_time_ns.max(entry.log_time_ns);
+        let channel = self.foreign_channel(entry)?;
+        self.put(Stamped::of(entry, channel.id), &entry.bytes)
+    }
+
+    fn foreign_channel(&mut self, entry: &Entry) -> Result<Channel, WriteError> {
+        let key = (entry.topic_name.clone(), entry.type_name.clone(), entry.encoding().to_owned());
+        let channel = match self.foreign.get(&key) {
+            Some(channel) => *channel,
+            None => self.add_foreign(entry)?,
+        };
+        self.foreign.insert(key, Channel { messages: channel.messages.wrapping_add(1), ..channel });
+        Ok(channel)
+    }
+
+    fn add_foreign(&mut self, entry: &Entry) -> Result<Channel, WriteError> {
+        let channel = &entry.channel;
+        let schema = (entry.type_name.as_str(), channel.schema_encoding.as_str(), channel.schema.as_slice());
+        self.add_channel(schema, &entry.topic_name, &channel.message_encoding, &channel.metadata)
+    }
+
+    /// Adds a file with its own log and creation time, in ns.
+    pub(crate) fn attach_at(
+        &mut self,
+        (log_time, create_time): (u64, u64),
+        name: &str,
+        media_type: &str,
+        data: &[u8],
+    ) -> Result<(), WriteError> {
+        let (name, media_type) = (name.to_owned(), media_type.to_owned());
+        let attachment = Attachment { log_time, create_time, name, media_type, data: Cow::Borrowed(data) };
+        self.chunk_start_ns = None;
+        self.attempt(|inner| inner.attach(&attachment))
+    }
+}

@@ -1,0 +1,164 @@
+//! Names that are taken, disks that are full, files that are none, and what an unfinished run leaves behind.
+
+use crate::folder::Folder;
+use crate::samples::{odometry, write_run};
+use biplane_recording::{Direction, Port, ReadError, Reader, Topic, WriteError, Writer, WriterOptions};
+use std::path::Path;
+
+fn create(path: &Path, overwrite: bool) -> Result<Writer, WriteError> {
+    Writer::create(path, &WriterOptions { overwrite, ..WriterOptions::default() })
+}
+
+#[test]
+fn nothing_is_overwritten_unless_asked() {
+    let folder = Folder::new("overwrite");
+    let path = folder.file("run.mcap");
+    std::fs::write(&path, b"mine").unwrap();
+    assert!(matches!(create(&path, false), Err(WriteError::Exists { .. })));
+    assert_eq!(std::fs::read(&path).unwrap(), b"mine");
+    assert_eq!(folder.names(), ["run.mcap"]);
+    create(&path, true).unwrap().finish().unwrap();
+    assert_eq!(Reader::open(&path).unwrap().messages().count(), 0);
+
+    // An unfinished run of that name.
+    let active = folder.file("other.mcap.active");
+    std::fs::write(&active, b"yesterday's").unwrap();
+    let error = create(&folder.file("other.mcap"), false).unwrap_err();
+    assert!(matches!(&error, WriteError::Unfinished { path } if *path == active), "{error}");
+    assert!(error.to_string().contains("biplane recover"), "{error}");
+    assert_eq!(std::fs::read(&active).unwrap(), b"yesterday's");
+}
+
+#[test]
+fn a_file_that_appears_while_we_write_is_kept_and_so_is_ours() {
+    let folder = Folder::new("race");
+    let path = folder.file("run.mcap");
+    let writer = write_run(&path, 3, &WriterOptions::default()).unwrap();
+    std::fs::write(&path, b"mine").unwrap();
+    assert!(matches!(writer.finish(), Err(WriteError::Exists { .. })));
+    assert_eq!(std::fs::read(&path).unwrap(), b"mine");
+    assert!(Reader::open(&folder.file("run.mcap.active")).unwrap().messages().count() > 0);
+}
+
+#[test]
+fn a_writer_that_is_dropped_leaves_the_active_file_and_no_other() {
+    let folder = Folder::new("dropped");
+    let writer = write_run(&folder.file("run.mcap"), 40, &WriterOptions::default()).unwrap();
+    assert_eq!(folder.names(), ["run.mcap.active"]);
+    drop(writer);
+    assert_eq!(folder.names(), ["run.mcap.active"]);
+}
+
+#[test]
+fn what_was_flushed_is_on_file_while_the_run_goes_on() {
+    let folder = Folder::new("flushed");
+    let options = WriterOptions { sync: true, ..WriterOptions::default() };
+    let mut writer = Writer::create(&folder.file("run.mcap"), &options).unwrap();
+    let seen = || {
+        let reader = Reader::open_unfinished(&folder.file("run.mcap.active")).unwrap();
+        let (mut messages, mut end) = (0, None);
+        for entry in reader.messages() {
+            match entry {
+                Ok(_) => messages += 1,
+                Err(error) => end = Some(error),
+            }
+        }
+        assert!(matches!(end, Some(ReadError::Truncated { .. })), "{end:?}");
+        messages
+    };
+    writer.write(Topic::Odom, 0, 0, &odometry(0)).unwrap();
+    writer.write(Topic::Odom, 899_999_999, 0, &odometry(0)).unwrap();
+    writer.flush().unwrap();
+    assert_eq!(seen(), 2);
+    // Without being asked: a chunk is closed before the message that is 0.9 s after its first.
+    let start = 5_000_000_000;
+    for (log_time, on_file) in [(start, 2), (start + 899_999_999, 2), (start + 900_000_000, 4)] {
+        writer.write(Topic::Odom, log_time, 0, &odometry(0)).unwrap();
+        assert_eq!(seen(), on_file, "{log_time}");
+    }
+}
+
+#[test]
+fn a_full_disk_is_a_typed_error_and_stays_one() {
+    let folder = Folder::new("full");
+    let path = folder.file("run.mcap");
+    // The kernel's device that is always full, under the name that the writer opens.
+    std::os::unix::fs::symlink("/dev/full", folder.file("run.mcap.active")).unwrap();
+    let mut writer = create(&path, true).unwrap();
+    let bytes = vec![0x5A; 5000];
+    let mut errors = Vec::new();
+    for number in 0..40 {
+        let written = writer.write_serial(Port::Base, Direction::Rx, number * 500_000_000, &bytes);
+        errors.extend(written.err());
+    }
+    assert!(matches!(errors.first(), Some(WriteError::DiskFull { .. })), "{:?}", errors.first());
+    assert!(matches!(errors.last(), Some(WriteError::Failed { .. })), "{:?}", errors.last());
+    assert!(writer.finish().is_err());
+    assert!(!path.exists());
+}
+
+#[test]
+fn a_folder_that_is_not_there_is_named() {
+    let error = create(Path::new("/nowhere/run.mcap"), false).unwrap_err().to_string();
+    assert!(error.contains("/nowhere/run.mcap.active") && error.contains("No such file"), "{error}");
+}
+
+#[test]
+fn what_is_no_recording_is_refused_in_words() {
+    let folder = Folder::new("none");
+    let write = |name: &str, bytes: &[u8]| {
+        let path = folder.file(name);
+        std::fs::write(&path, bytes).unwrap();
+        path
+    };
+    let table = [
+        (folder.file("missing.mcap"), "does not exist"),
+        (folder.file(""), "is a folder, not an MCAP file"),
+        (write("empty.mcap", b""), "is not an MCAP file: it is empty"),
+        (
+            write("short.mcap", b"\x89MC"),
+            "is not an MCAP file: it begins with [89, 4d, 43] instead of 89 4d 43 41 50 30 0d 0a",
+        ),
+        (
+            write("text.mcap", b"PARAM robot"),
+            "is not an MCAP file: it begins with [50, 41, 52, 41, 4d, 20, 72, 6f]",
+        ),
+        (
+            write("magic.mcap", b"\x89MCAP0\r\n"),
+            "is cut off: the record at byte 8 is not whole, the file ends at byte 8",
+        ),
+        (write("twice.mcap", b"\x89MCAP0\r\n\x89MCAP0\r\n"), "is cut off: the record at byte 8 is not whole"),
+        (
+            write("zeros.mcap", &[b"\x89MCAP0\r\n".as_slice(), &[0; 600]].concat()),
+            "is damaged at byte 8: zeros where a record should be",
+        ),
+        (
+            write("huge.mcap", b"\x89MCAP0\r\n\x01\xFF\xFF\xFF\xFF\xFF\xFF\xFF\xFF"),
+            "is cut off: the record at byte 8",
+        ),
+    ];
+    for (path, words) in table {
+        let error = Reader::open(&path).expect_err(words).to_string();
+        assert!(error.contains(words), "{error}\nshould say: {words}");
+        assert!(error.starts_with(path.to_str().unwrap()), "{error}");
+    }
+}
+
+#[test]
+fn a_rig_or_message_that_is_none_is_named() {
+    let folder = Folder::new("no-rig");
+    let path = folder.file("run.mcap");
+    let mut writer = create(&path, false).unwrap();
+    writer.attach("rig.toml", "application/toml", b"[horizontal]\nprot = 1\n[base]\n").unwrap();
+    writer.write_encoded(Topic::Odom, 7, 7, &[0, 1, 0, 0, 9]).unwrap();
+    writer.finish().unwrap();
+    let reader = Reader::open(&path).unwrap();
+    let error = reader.rig().unwrap_err().to_string();
+    assert!(error.contains("run.mcap: line 2: unknown key `horizontal.prot`"), "{error}");
+    let entry = reader.messages().next().unwrap().unwrap();
+    let error = entry.decode().unwrap_err().to_string();
+    assert!(
+        error.contains("message on /odom at log time 7 ns cannot be decoded: message ends early"),
+        "{error}"
+    );
+}

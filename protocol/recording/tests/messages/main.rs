@@ -1,0 +1,4 @@
+//! Messages as bytes: golden ones worked out by hand, and laws that hold for all types.
+
+mod golden;
+mod laws;
