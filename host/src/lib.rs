@@ -10,6 +10,8 @@ pub mod export;
 pub mod floor_map;
 pub mod import;
 pub mod info;
+#[cfg(test)]
+mod fixture;
 pub mod leftovers;
 pub mod map_files;
 pub mod mesh;

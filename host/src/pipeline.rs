@@ -185,3 +185,6 @@ pub fn model_of(cloud: Cloud, params: &BuildParams, observer: &mut dyn Observer)
     let model = Model { planes: found.planes, polygons: merged.polygons, leftovers };
     BuildOutput { cloud, labels: found.labels, mesh, model, counts }
 }
+
+#[cfg(test)]
+mod tests;

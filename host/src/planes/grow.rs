@@ -65,7 +65,7 @@ fn seeds(field: &Field<'_>) -> Vec<u32> {
         let mut around = field.cells[cell];
         field.neighbours.of(cell).iter().for_each(|other| around.merge(&field.cells[*other as usize]));
         let Some(fit) = around.fit() else { continue };
-        let deviation_rad = fit.normal_deviation_rad();
+        let deviation_rad = fit.normal_deviation_rad(field.noise.least_error_m());
         if fit.variances_m2[0] <= field.noise.spread_limit_m2(fit.count)
             && deviation_rad < MAX_NORMAL_DEVIATION_RAD
         {
@@ -99,7 +99,7 @@ impl Search<'_> {
             }
         }
         let enough = fit.count >= self.field.min_points as f64;
-        (enough && fit.normal_deviation_rad() < MAX_NORMAL_DEVIATION_RAD)
+        (enough && fit.normal_deviation_rad(self.field.noise.least_error_m()) < MAX_NORMAL_DEVIATION_RAD)
             .then_some(Region { cells: members, fit })
     }
 
@@ -145,9 +145,10 @@ impl Search<'_> {
                 reached.push(next);
                 queue.push_back(next);
                 let known = sums.count() >= 20.0 && sums.count() >= refit_at;
-                if let Some(better) =
-                    sums.fit().filter(|f| known && f.normal_deviation_rad() < MAX_NORMAL_DEVIATION_RAD)
-                {
+                if let Some(better) = sums.fit().filter(|f| {
+                    known
+                        && f.normal_deviation_rad(self.field.noise.least_error_m()) < MAX_NORMAL_DEVIATION_RAD
+                }) {
                     fit = better;
                     refit_at = sums.count() * REFIT_GROWTH;
                 }

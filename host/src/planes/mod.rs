@@ -8,6 +8,7 @@ pub mod grid;
 pub mod grow;
 pub mod noise;
 pub mod random;
+pub mod reference;
 pub mod refine;
 pub mod scatter;
 
@@ -171,3 +172,6 @@ fn finish(params: &PlaneParams, cloud: &Cloud, mut labels: Vec<i32>, count: usiz
     }
     Planes { planes, labels, sigma_m }
 }
+
+#[cfg(test)]
+mod tests;

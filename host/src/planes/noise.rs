@@ -18,6 +18,9 @@ const COMMON_SHARE: f64 = 0.35;
 const DEVIATIONS: f64 = 3.0;
 /// Smallest noise that is assumed, metres: the resolution that 32-bit coordinates keep in a large building.
 const LEAST_SIGMA_M: f64 = 1e-4;
+/// Smallest noise that is estimated, metres: ranges in steps of 1 cm repeat the same error over whole stretches of a wall, and local
+/// planes bend with it.
+const LEAST_ESTIMATE_M: f64 = 5e-3;
 
 impl Noise {
     /// Noise of a deviation.
@@ -28,6 +31,11 @@ impl Noise {
     /// Farthest that a single point may lie from its plane, metres (the paper's gamma).
     pub fn point_limit_m(&self) -> f64 {
         DEVIATIONS * self.sigma_m
+    }
+
+    /// Smallest error that a fit to few points is believed to have, metres.
+    pub fn least_error_m(&self) -> f64 {
+        0.5 * self.sigma_m
     }
 
     /// Whether a group of points agrees with a plane: its mean with the plane, its spread with the noise (the paper's epsilon).
@@ -47,7 +55,7 @@ impl Noise {
 
 /// Estimates the deviation: the median error of the best planes of cells with their neighbours.
 ///
-/// Most cells of a building lie in a surface; those at edges raise the upper half only. `None` when no neighbourhood has 20 points.
+/// Most cells of a building lie in a surface; those at edges raise the upper half only. At least 5 mm. `None` when no neighbourhood has 20 points.
 pub fn estimate_sigma_m(cells: &[Scatter], neighbours: &Neighbours) -> Option<f64> {
     let mut errors: Vec<(f64, f64)> = Vec::new();
     for (cell, own) in cells.iter().enumerate() {
@@ -65,5 +73,5 @@ pub fn estimate_sigma_m(cells: &[Scatter], neighbours: &Neighbours) -> Option<f6
         passed += e.1;
         passed >= half
     });
-    middle.map(|e| e.0.sqrt())
+    middle.map(|e| e.0.sqrt().max(LEAST_ESTIMATE_M))
 }

@@ -104,10 +104,14 @@ impl Fit {
         dot(self.normal, p) - self.offset_m
     }
 
-    /// How far the normal may be off, radians, one standard deviation: the error's spread over the narrower width of the set.
-    pub fn normal_deviation_rad(&self) -> f64 {
+    /// How far the normal may be off, radians, one standard deviation: the error's spread over the narrower width of the set. The
+    /// error counts as `least_error_m` at least, so that a line that is straight by chance is no plane.
+    pub fn normal_deviation_rad(&self, least_error_m: f64) -> f64 {
         let [error, width, _] = self.variances_m2;
-        if width <= 0.0 { f64::INFINITY } else { (error / (width * self.count)).sqrt() }
+        if width <= 0.0 {
+            return f64::INFINITY;
+        }
+        (error.max(least_error_m * least_error_m) / (width * self.count)).sqrt()
     }
 }
 
