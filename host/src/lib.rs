@@ -7,11 +7,11 @@ pub mod cloud;
 pub mod compare;
 pub mod deskew;
 pub mod export;
+#[cfg(test)]
+mod fixture;
 pub mod floor_map;
 pub mod import;
 pub mod info;
-#[cfg(test)]
-mod fixture;
 pub mod leftovers;
 pub mod map_files;
 pub mod mesh;
