@@ -44,6 +44,14 @@ pub enum OnboardError {
         /// What the system said.
         reason: String,
     },
+    /// Two devices on one port.
+    #[error("{port} is the port of {} and of {}: each device needs its own", devices[0], devices[1])]
+    SharedPort {
+        /// Its path.
+        port: String,
+        /// The devices.
+        devices: [&'static str; 2],
+    },
     /// The base speaks something that this version does not.
     #[error("base protocol `{protocol}` is not supported by this version (supported: p2os)")]
     BaseProtocol {

@@ -1,0 +1,36 @@
+//! `check-config`: what a rig.toml stands for.
+
+use std::path::PathBuf;
+
+use biplane_recording::Rig;
+
+use crate::error::OnboardError;
+
+/// Reads a rig.toml, checks it, and prints it with all defaults filled in.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The robot.
+    #[arg(long)]
+    rig: PathBuf,
+    /// As JSON instead of TOML.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(args: &Args) -> Result<u8, OnboardError> {
+    let rig = Rig::load(&args.rig)?;
+    crate::ports::check(&rig)?;
+    let text = rig.to_toml();
+    if args.json {
+        print_json(&text);
+    } else {
+        print!("{text}");
+    }
+    Ok(0)
+}
+
+/// The resolved text is TOML of our own making, so that it reads back.
+fn print_json(resolved: &str) {
+    let value = resolved.parse::<toml::Table>().ok().and_then(|table| serde_json::to_string_pretty(&table).ok());
+    println!("{}", value.unwrap_or_default());
+}

@@ -1,0 +1,92 @@
+//! The command line of `biplane-onboard`: words to typed options, one file a subcommand.
+//!
+//! Results go to stdout, everything else to stderr. Exit codes: 0 done; 1 failed; 2 bad arguments; 3 done, but something
+//! intact was not kept.
+
+mod check_config;
+mod probe;
+mod record;
+mod replay;
+mod summary;
+mod words;
+
+use std::ffi::OsString;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use clap::{Parser, Subcommand};
+use signal_hook::consts::{SIGINT, SIGTERM};
+use tracing_subscriber::EnvFilter;
+
+use crate::error::OnboardError;
+
+/// Acquisition on the robot: two SICK LMS 2xx lasers and a base, matched in real time, recorded to MCAP.
+#[derive(Debug, Parser)]
+#[command(name = "biplane-onboard", version)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    /// Say more on stderr: what each session does.
+    #[arg(long, short, global = true)]
+    verbose: bool,
+    /// Say less on stderr: errors only.
+    #[arg(long, short, global = true, conflicts_with = "verbose")]
+    quiet: bool,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Probe(probe::Args),
+    Record(record::Args),
+    Replay(replay::Args),
+    CheckConfig(check_config::Args),
+}
+
+/// Runs the program and returns its exit code.
+pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
+    let cli = match Cli::try_parse_from(words) {
+        Ok(cli) => cli,
+        Err(error) => {
+            // Help and version are no errors: clap knows where they go.
+            let _ = error.print();
+            return if error.use_stderr() { 2 } else { 0 };
+        }
+    };
+    start_log(cli.verbose, cli.quiet);
+    let result = match &cli.command {
+        Command::Probe(args) => probe::run(args),
+        Command::Record(args) => record::run(args),
+        Command::Replay(args) => replay::run(args),
+        Command::CheckConfig(args) => check_config::run(args),
+    };
+    result.unwrap_or_else(|error| {
+        eprintln!("biplane-onboard: {error}");
+        1
+    })
+}
+
+fn start_log(verbose: bool, quiet: bool) {
+    let level = match (verbose, quiet) {
+        (true, _) => "biplane_onboard=debug",
+        (_, true) => "error",
+        _ => "biplane_onboard=info",
+    };
+    let filter = EnvFilter::try_from_env("BIPLANE_LOG").unwrap_or_else(|_| EnvFilter::new(level));
+    let log = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).with_target(false);
+    // Whoever runs this twice in one process (a test) keeps the first log.
+    let _ = log.try_init();
+}
+
+/// A flag that SIGINT and SIGTERM set; the second signal ends the process at once.
+fn stop_on_signals() -> Result<Arc<AtomicBool>, OnboardError> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let refused = |source| OnboardError::System { what: "catch SIGINT and SIGTERM", source };
+    for signal in [SIGINT, SIGTERM] {
+        signal_hook::flag::register_conditional_default(signal, Arc::clone(&stop)).map_err(refused)?;
+        signal_hook::flag::register(signal, Arc::clone(&stop)).map_err(refused)?;
+    }
+    Ok(stop)
+}
+
+#[cfg(test)]
+mod tests;

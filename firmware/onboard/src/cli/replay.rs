@@ -1,0 +1,52 @@
+//! `replay`: the onboard process fed from a file.
+
+use std::path::PathBuf;
+
+use biplane_matcher::Method;
+use biplane_recording::Rig;
+
+use crate::error::OnboardError;
+use crate::replay::{ReplayOptions, Speed};
+
+/// Runs the onboard process on a capture's bytes, or on the scans and odometry of a recording or import.
+///
+/// Deterministic: the same input gives the same bytes.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// A capture (serial bytes), an import, or a recording whose poses shall be found anew.
+    input: PathBuf,
+    /// The recording to make.
+    #[arg(long, short)]
+    output: PathBuf,
+    /// The rig; without it, the input's own.
+    #[arg(long)]
+    rig: Option<PathBuf>,
+    /// `max`, or how many times as fast as it was recorded.
+    #[arg(long, default_value = "max")]
+    speed: Speed,
+    /// How scans are matched; `gradient` is the paper's.
+    #[arg(long, default_value_t = Method::default())]
+    matcher: Method,
+    /// Replace the output if it exists.
+    #[arg(long)]
+    force: bool,
+    /// The account as JSON on stdout.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(super) fn run(args: &Args) -> Result<u8, OnboardError> {
+    let rig = args.rig.as_deref().map(Rig::load).transpose()?;
+    let options = ReplayOptions {
+        input: args.input.clone(),
+        output: args.output.clone(),
+        rig,
+        speed: args.speed,
+        matcher: args.matcher,
+        overwrite: args.force,
+    };
+    let stop = super::stop_on_signals()?;
+    let report = crate::replay::replay(&options, &stop)?;
+    super::summary::print(&report, args.json);
+    Ok(report.exit_code())
+}
