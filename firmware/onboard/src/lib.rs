@@ -8,6 +8,7 @@ pub mod diagnostics;
 pub mod engine;
 pub mod error;
 pub mod health;
+pub mod link;
 pub mod odometry;
 pub mod ports;
 pub mod provenance;

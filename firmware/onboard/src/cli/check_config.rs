@@ -31,6 +31,7 @@ pub(super) fn run(args: &Args) -> Result<u8, OnboardError> {
 
 /// The resolved text is TOML of our own making, so that it reads back.
 fn print_json(resolved: &str) {
-    let value = resolved.parse::<toml::Table>().ok().and_then(|table| serde_json::to_string_pretty(&table).ok());
+    let value =
+        resolved.parse::<toml::Table>().ok().and_then(|table| serde_json::to_string_pretty(&table).ok());
     println!("{}", value.unwrap_or_default());
 }

@@ -72,7 +72,8 @@ fn start_log(verbose: bool, quiet: bool) {
         _ => "biplane_onboard=info",
     };
     let filter = EnvFilter::try_from_env("BIPLANE_LOG").unwrap_or_else(|_| EnvFilter::new(level));
-    let log = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).with_target(false);
+    let log =
+        tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).with_target(false);
     // Whoever runs this twice in one process (a test) keeps the first log.
     let _ = log.try_init();
 }

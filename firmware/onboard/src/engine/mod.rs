@@ -142,19 +142,21 @@ impl<S: Sink> Engine<S> {
         }
     }
 
-    /// Bytes that a read of a line returned at `now_ns`.
-    pub fn bytes(&mut self, now_ns: i64, port: Port, bytes: &[u8]) {
-        let now_ns = self.begin(now_ns);
+    /// Bytes that a read of a line returned at `read_ns`. Reads of different lines may overtake each other by a little: stamps follow
+    /// from the read's own time, everything else from the engine's.
+    pub fn bytes(&mut self, read_ns: i64, port: Port, bytes: &[u8]) {
+        let now_ns = self.begin(read_ns);
+        let read_ns = bounded(read_ns);
         if self.raw {
-            self.publisher.serial(now_ns, port, Direction::Rx, bytes);
+            self.publisher.serial(read_ns, port, Direction::Rx, bytes);
         }
         match port {
-            Port::Horizontal => self.horizontal.line.arrived(now_ns, bytes.len()),
+            Port::Horizontal => self.horizontal.line.arrived(read_ns, bytes.len()),
             Port::Vertical => match &mut self.vertical {
-                Some(vertical) => vertical.line.arrived(now_ns, bytes.len()),
+                Some(vertical) => vertical.line.arrived(read_ns, bytes.len()),
                 None => return,
             },
-            Port::Base => self.base.arrived(now_ns, bytes.len()),
+            Port::Base => self.base.arrived(read_ns, bytes.len()),
         }
         for piece in bytes.chunks(MAX_INPUT_BYTES) {
             self.input(now_ns, port, Input::Bytes(piece));

@@ -1,0 +1,137 @@
+//! The thread that reads one port: bytes with the time at which the read returned, over a bounded queue.
+
+use std::io::{self, Read};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread::{self, JoinHandle, Thread};
+
+use rtrb::{Consumer, Producer, RingBuffer};
+use serialport::TTYPort;
+
+use super::serial::Link;
+use crate::error::OnboardError;
+use crate::ports::device_name;
+use crate::record::RunClock;
+
+/// Bytes that one read returns at most; at 500,000 Bd they take 10 ms.
+const READ_BYTES: usize = 512;
+/// Reads that may wait for the loop: 4 s at one read every 2 ms.
+const QUEUE_READS: usize = 2048;
+/// Between two reads the port collects bytes, nanoseconds. That makes no stamp later: it is computed from all
+/// bytes of a read. Larger: fewer reads, an answer is seen later.
+const COLLECT_NS: i64 = 2_000_000;
+/// A lost port is looked for so often, nanoseconds.
+const REOPEN_NS: i64 = 250_000_000;
+
+/// The bytes of one read.
+pub type ChunkBytes = heapless::Vec<u8, READ_BYTES>;
+
+/// One read.
+#[derive(Clone, Debug)]
+pub struct Chunk {
+    /// When it returned, nanoseconds.
+    pub time_ns: i64,
+    /// What it returned.
+    pub bytes: ChunkBytes,
+}
+
+/// What all reading threads of a run share.
+#[derive(Clone, Debug)]
+pub struct Shared {
+    /// The run's time.
+    pub clock: RunClock,
+    /// The loop's thread, unparked after each read.
+    pub wake: Thread,
+    /// Ends the threads when set.
+    pub stop: Arc<AtomicBool>,
+    /// Reads that found their queue full and were dropped.
+    pub dropped: Arc<AtomicU64>,
+}
+
+/// The loop's end of a reading thread.
+#[derive(Debug)]
+pub struct Reader {
+    /// Reads, in order.
+    pub chunks: Consumer<Chunk>,
+    thread: JoinHandle<()>,
+}
+
+impl Reader {
+    /// Waits for the thread to end; it does so soon after the stop flag is set.
+    pub fn join(self) {
+        // A reader that panicked has said so already.
+        let _ = self.thread.join();
+    }
+}
+
+/// Starts reading.
+///
+/// # Errors
+/// When no thread can be started.
+pub fn spawn(link: Arc<Link>, port: TTYPort, shared: Shared) -> Result<Reader, OnboardError> {
+    let (producer, chunks) = RingBuffer::new(QUEUE_READS);
+    let name = format!("read {}", link.device.name());
+    let worker = Worker { link, shared, producer };
+    let thread = thread::Builder::new()
+        .name(name)
+        .spawn(move || worker.run(port))
+        .map_err(|source| OnboardError::System { what: "start a reading thread", source })?;
+    Ok(Reader { chunks, thread })
+}
+
+struct Worker {
+    link: Arc<Link>,
+    shared: Shared,
+    producer: Producer<Chunk>,
+}
+
+impl Worker {
+    fn run(mut self, port: TTYPort) {
+        let mut port = Some(port);
+        while !self.shared.stop.load(Ordering::Relaxed) {
+            port = match port {
+                Some(open) => self.read(open),
+                None => self.look_for_port(),
+            };
+        }
+    }
+
+    fn read(&mut self, mut port: TTYPort) -> Option<TTYPort> {
+        let mut buffer = [0; READ_BYTES];
+        match port.read(&mut buffer) {
+            Ok(count) if count > 0 => {
+                self.hand_on(buffer.get(..count).unwrap_or_default());
+                biplane_clock::sleep_ns(COLLECT_NS);
+                Some(port)
+            }
+            Ok(_) => self.lost(&io::Error::from(io::ErrorKind::UnexpectedEof)),
+            Err(error) if matches!(error.kind(), io::ErrorKind::TimedOut | io::ErrorKind::Interrupted) => {
+                Some(port)
+            }
+            Err(error) => self.lost(&error),
+        }
+    }
+
+    fn hand_on(&mut self, bytes: &[u8]) {
+        let time_ns = self.shared.clock.now_ns();
+        let bytes = ChunkBytes::from_slice(bytes).unwrap_or_default();
+        if self.producer.push(Chunk { time_ns, bytes }).is_err() {
+            self.shared.dropped.fetch_add(1, Ordering::Relaxed);
+        }
+        self.shared.wake.unpark();
+    }
+
+    fn lost(&self, error: &io::Error) -> Option<TTYPort> {
+        let device = device_name(self.link.device);
+        tracing::warn!("{device}: lost {}: {error}; looking for it", self.link.path);
+        self.link.close();
+        None
+    }
+
+    fn look_for_port(&self) -> Option<TTYPort> {
+        biplane_clock::sleep_ns(REOPEN_NS);
+        let port = self.link.reopen().ok()?;
+        tracing::warn!("{}: {} is back", device_name(self.link.device), self.link.path);
+        Some(port)
+    }
+}
