@@ -5,12 +5,24 @@
 //! the map and its covariance. The crate knows no files, no devices and no clock; time comes in with the scans, and
 //! nothing is allocated after [`Tracker::new`]. Units: metres, radians, seconds; stamps are nanoseconds.
 
+mod align;
+mod carve;
+mod covariance;
+mod grid;
+mod local_map;
+mod map_matcher;
+mod motion;
 mod params;
+mod points;
 mod pose;
 mod scan;
+mod search;
+mod surface;
 mod tracker;
 
-pub use params::{Method, MotionParams, TrackerParams, UnknownMethod};
+pub use params::{
+    AlignParams, MapParams, Method, MotionParams, PointParams, SearchParams, TrackerParams, UnknownMethod,
+};
 pub use pose::{Pose2, wrap_angle};
 pub use scan::{Beam, Scan};
-pub use tracker::{Outcome, Tracked, Tracker};
+pub use tracker::{MapSize, Outcome, Tracked, Tracker};

@@ -2,14 +2,22 @@
 //!
 //! Frames: `map` is the base's frame at the first scan; `odom` is the odometry's own frame. Units: metres, radians.
 
+use nalgebra::Matrix3;
+
+use crate::align::{Alignment, Prior};
+use crate::covariance::{inverse, rows, weakest_sigma_m};
+use crate::map_matcher::{MapMatcher, Verdict};
+use crate::motion::{MotionModel, Step, propagate};
 use crate::params::TrackerParams;
+use crate::points::EndPoints;
 use crate::pose::Pose2;
 use crate::scan::Scan;
+use crate::search::Window;
 
 /// What became of a scan.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
 pub enum Outcome {
-    /// The first usable scan: it defines the map.
+    /// The first usable scan: it begins the map.
     First,
     /// Matched in every direction.
     Matched,
@@ -36,19 +44,40 @@ pub struct Tracked {
     pub outcome: Outcome,
 }
 
+/// How much of the pools the map uses.
+#[derive(Copy, Clone, PartialEq, Eq, Debug, Default)]
+pub struct MapSize {
+    /// Tiles in use, of [`MapParams::tiles`](crate::MapParams::tiles).
+    pub tiles: usize,
+    /// Surfaces in use, of [`MapParams::surfaces`](crate::MapParams::surfaces).
+    pub surfaces: usize,
+}
+
 /// Matches scans one after the other; everything is allocated by [`Tracker::new`].
 #[derive(Clone, Debug)]
 pub struct Tracker {
     params: TrackerParams,
-    last_odom_from_base: Option<Pose2>,
-    map_from_base: Option<Pose2>,
+    points: EndPoints,
+    motion: MotionModel,
+    matcher: MapMatcher,
+    map_from_base: Pose2,
+    covariance: Matrix3<f64>,
+    started: bool,
 }
 
 impl Tracker {
     /// A tracker that has seen nothing.
     #[must_use]
     pub fn new(params: TrackerParams) -> Self {
-        Self { params, last_odom_from_base: None, map_from_base: None }
+        Self {
+            points: EndPoints::new(params.points),
+            motion: MotionModel::new(params.motion),
+            matcher: MapMatcher::new(&params),
+            map_from_base: Pose2::IDENTITY,
+            covariance: Matrix3::zeros(),
+            started: false,
+            params,
+        }
     }
 
     /// The parameters it was made with.
@@ -57,19 +86,79 @@ impl Tracker {
         &self.params
     }
 
+    /// How much of its pools the map uses by now.
+    #[must_use]
+    pub fn map_size(&self) -> MapSize {
+        MapSize { tiles: self.matcher.map().tiles(), surfaces: self.matcher.map().surface_count() }
+    }
+
     /// The pose of the next scan. `odom_from_base` is the odometry's pose at the scan's stamp, `None` when there is none.
     pub fn track(&mut self, scan: &Scan, odom_from_base: Option<Pose2>) -> Tracked {
-        let _ = scan;
-        let motion = match (self.last_odom_from_base, odom_from_base) {
-            (Some(last), Some(now)) => last.between(&now),
-            _ => Pose2::IDENTITY,
+        self.points.fill(scan);
+        let step = self.motion.predict(scan.stamp_ns, odom_from_base);
+        let last = self.map_from_base;
+        self.covariance = propagate(&self.covariance, &last, &step);
+        self.map_from_base = last * step.last_from_base;
+        let tracked = if self.points.as_slice().len() < self.params.points.min_points.max(1) {
+            self.unmatched(Outcome::NoReturns)
+        } else if self.started {
+            self.matched(scan, &last, &step)
+        } else {
+            self.first()
         };
-        self.last_odom_from_base = odom_from_base;
-        let outcome = if self.map_from_base.is_none() { Outcome::First } else { Outcome::Lost };
-        let map_from_base = self.map_from_base.map_or(Pose2::IDENTITY, |pose| pose * motion);
-        self.map_from_base = Some(map_from_base);
-        let sigma = self.params.motion.position_floor_m;
-        let covariance = [[sigma * sigma, 0.0, 0.0], [0.0, sigma * sigma, 0.0], [0.0, 0.0, sigma * sigma]];
-        Tracked { map_from_base, covariance, score: 0.0, iterations: 0, outcome }
+        self.motion.update(scan.stamp_ns, odom_from_base, last.between(&self.map_from_base));
+        tracked
+    }
+
+    fn unmatched(&self, outcome: Outcome) -> Tracked {
+        Tracked {
+            map_from_base: self.map_from_base,
+            covariance: rows(&self.covariance),
+            score: 0.0,
+            iterations: 0,
+            outcome,
+        }
+    }
+
+    fn first(&mut self) -> Tracked {
+        self.started = true;
+        self.matcher.learn(&self.map_from_base, &self.points, Verdict::NewGround);
+        self.unmatched(Outcome::First)
+    }
+
+    fn matched(&mut self, scan: &Scan, last: &Pose2, step: &Step) -> Tracked {
+        let Some(information) = inverse(&self.covariance) else { return self.unmatched(Outcome::Lost) };
+        let prior = Prior { mean: self.map_from_base, information };
+        let others = [*last * self.motion.same_again(scan.stamp_ns).last_from_base, *last];
+        let others = if step.measured { &others[..] } else { &others[1..] };
+        let (alignment, verdict) = self.matcher.locate(&self.points, &prior, others, self.window());
+        let outcome = match verdict {
+            Verdict::Found => self.accept(&alignment, &prior),
+            Verdict::NewGround | Verdict::Lost => Outcome::Lost,
+        };
+        self.matcher.learn(&self.map_from_base, &self.points, verdict);
+        Tracked { score: alignment.fit.score(), iterations: alignment.iterations, ..self.unmatched(outcome) }
+    }
+
+    fn accept(&mut self, alignment: &Alignment, prior: &Prior) -> Outcome {
+        self.map_from_base = alignment.pose;
+        if let Some(covariance) = inverse(&(prior.information + alignment.information)) {
+            self.covariance = covariance;
+        }
+        if weakest_sigma_m(&alignment.information) > self.params.align.weak_m {
+            Outcome::Weak
+        } else {
+            Outcome::Matched
+        }
+    }
+
+    /// How far the search has to look: as far as the prior may be off.
+    fn window(&self) -> Window {
+        let sigma_m = self.covariance[(0, 0)].max(self.covariance[(1, 1)]).sqrt();
+        let search = &self.params.search;
+        Window {
+            half_m: (3.0 * sigma_m).max(search.least_half_m),
+            half_rad: (3.0 * self.covariance[(2, 2)].sqrt()).max(search.least_half_rad),
+        }
     }
 }

@@ -1,0 +1,263 @@
+//! Gauss-Newton alignment of a scan's end points with the map's surfaces, from a prior.
+//!
+//! Minimises over (x, y, theta) of `map_from_base`: the squared distances of end points to the lines of their nearest
+//! surfaces (to the means, where a surface is no line), in units of the expected noise and under Cauchy weights, plus the
+//! prior's squared Mahalanobis distance. The Cauchy scale starts wide and halves each iteration, so that the first
+//! steps come from far away and the last ones see only what truly fits. Units: metres, radians; map's axes.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::local_map::LocalMap;
+use crate::params::AlignParams;
+use crate::points::{EndPoint, EndPoints, Kind};
+use crate::pose::{Pose2, wrap_angle};
+use crate::surface::{Placement, dot, minus};
+
+/// Where the base is expected, and how surely.
+#[derive(Copy, Clone, Debug)]
+pub struct Prior {
+    /// Expected `map_from_base`.
+    pub mean: Pose2,
+    /// Inverse covariance of x, y, theta in the map's axes.
+    pub information: Matrix3<f64>,
+}
+
+/// How well a pose explains a scan.
+#[derive(Copy, Clone, PartialEq, Debug, Default)]
+pub struct Fit {
+    /// Weight of the end points on mapped surfaces.
+    pub explained: f64,
+    /// Weight of the end points that say anything: near a surface, or where the map knows free space.
+    pub informative: f64,
+    /// Weight of all end points.
+    pub total: f64,
+}
+
+impl Fit {
+    /// Share of the informative end points that are explained, 0 to 1.
+    pub fn score(&self) -> f64 {
+        if self.informative > 0.0 { self.explained / self.informative } else { 0.0 }
+    }
+}
+
+/// The result of an alignment.
+#[derive(Copy, Clone, Debug)]
+pub struct Alignment {
+    /// The best pose.
+    pub pose: Pose2,
+    /// What the scan alone knows of x, y, theta: inverse covariance, map's axes.
+    pub information: Matrix3<f64>,
+    /// How well the pose explains the scan.
+    pub fit: Fit,
+    /// Iterations used.
+    pub iterations: u32,
+}
+
+/// Normal equations of one iteration: upper triangle of J^T W J, and J^T W r.
+#[derive(Copy, Clone, Debug, Default)]
+struct Normal {
+    xx: f32,
+    xy: f32,
+    xt: f32,
+    yy: f32,
+    yt: f32,
+    tt: f32,
+    x: f32,
+    y: f32,
+    t: f32,
+}
+
+impl Normal {
+    /// One residual `r` with gradient `(direction, turn)` and weight.
+    #[inline]
+    fn add(&mut self, direction: [f32; 2], turn: f32, residual: f32, weight: f32) {
+        let [dx, dy] = direction;
+        self.xx += weight * dx * dx;
+        self.xy += weight * dx * dy;
+        self.xt += weight * dx * turn;
+        self.yy += weight * dy * dy;
+        self.yt += weight * dy * turn;
+        self.tt += weight * turn * turn;
+        self.x += weight * dx * residual;
+        self.y += weight * dy * residual;
+        self.t += weight * turn * residual;
+    }
+
+    fn matrix(&self) -> Matrix3<f64> {
+        let m = |value: f32| f64::from(value);
+        Matrix3::new(
+            m(self.xx),
+            m(self.xy),
+            m(self.xt),
+            m(self.xy),
+            m(self.yy),
+            m(self.yt),
+            m(self.xt),
+            m(self.yt),
+            m(self.tt),
+        )
+    }
+
+    fn vector(&self) -> Vector3<f64> {
+        Vector3::new(f64::from(self.x), f64::from(self.y), f64::from(self.t))
+    }
+}
+
+/// Aligns a scan with the map, starting at `start` and held by the prior.
+pub fn align(
+    map: &LocalMap,
+    points: &EndPoints,
+    start: Pose2,
+    prior: &Prior,
+    params: &AlignParams,
+) -> Alignment {
+    let mut pose = start;
+    let mut scale_m = params.capture_m.max(params.outlier_m);
+    let mut iterations = 0;
+    while iterations < params.max_iterations {
+        iterations += 1;
+        let (normal, tangent) = accumulate(map, points, &pose, scale_m as f32, params);
+        let away = Vector3::new(
+            pose.x_m - prior.mean.x_m,
+            pose.y_m - prior.mean.y_m,
+            wrap_angle(pose.theta_rad - prior.mean.theta_rad),
+        );
+        let (hessian, gradient) = without_doubt(&normal, &tangent, params);
+        let hessian = hessian + prior.information;
+        let gradient = gradient + prior.information * away;
+        let Some(factors) = hessian.cholesky() else { break };
+        let step = -factors.solve(&gradient);
+        if !step.iter().all(|value| value.is_finite()) {
+            break;
+        }
+        pose = Pose2::new(pose.x_m + step[0], pose.y_m + step[1], wrap_angle(pose.theta_rad + step[2]));
+        let at_rest = step[0].hypot(step[1]) < params.rest_m && step[2].abs() < params.rest_rad;
+        if at_rest && scale_m <= params.outlier_m {
+            break;
+        }
+        scale_m = (0.5 * scale_m).max(params.outlier_m);
+    }
+    let (normal, tangent) = accumulate(map, points, &pose, params.outlier_m as f32, params);
+    let (hessian, _) = without_doubt(&normal, &tangent, params);
+    let information = hessian / params.beams_per_independent_one;
+    Alignment { pose, information, fit: fit(map, points, &pose, params), iterations }
+}
+
+/// The normal equations without what the walls only seem to know.
+///
+/// The directions of mapped walls are off by some `nu`, so that J^T W J holds nu^2 T too much, T being the same sum over
+/// the walls' tangents: even a bare corridor shows some information along its axis, and a round room about its centre.
+/// In the coordinates in which T is the identity, nu^2 is taken off each eigenvalue (down to zero), and off the gradient
+/// in proportion; where nothing is left the prior decides.
+fn without_doubt(normal: &Normal, tangent: &Normal, params: &AlignParams) -> (Matrix3<f64>, Vector3<f64>) {
+    let (hessian, gradient) = (normal.matrix(), normal.vector());
+    let doubt = tangent.matrix() + Matrix3::identity() * (1e-6 * (tangent.matrix().trace() + 1.0));
+    let Some(factor) = doubt.cholesky().map(|factors| factors.l()) else { return (hessian, gradient) };
+    let Some(unfactor) = factor.try_inverse() else { return (hessian, gradient) };
+    let eigen = (unfactor * hessian * unfactor.transpose()).symmetric_eigen();
+    let nu_squared = params.direction_noise_rad * params.direction_noise_rad;
+    let kept =
+        eigen.eigenvalues.map(|value| if value > nu_squared { (value - nu_squared) / value } else { 0.0 });
+    let axes = factor * eigen.eigenvectors;
+    let values = Matrix3::from_diagonal(&kept.component_mul(&eigen.eigenvalues));
+    let along = kept.component_mul(&(eigen.eigenvectors.transpose() * unfactor * gradient));
+    (axes * values * axes.transpose(), axes * along)
+}
+
+/// Sums over all end points: the residuals' normal equations, and the same over the walls' tangents.
+fn accumulate(
+    map: &LocalMap,
+    points: &EndPoints,
+    pose: &Pose2,
+    scale_m: f32,
+    params: &AlignParams,
+) -> (Normal, Normal) {
+    let placement = Placement::new(pose);
+    let mut sums = (Normal::default(), Normal::default());
+    for point in points.as_slice() {
+        add_point(map, point, &placement, scale_m, params, &mut sums);
+    }
+    sums
+}
+
+#[inline]
+fn add_point(
+    map: &LocalMap,
+    point: &EndPoint,
+    placement: &Placement,
+    scale_m: f32,
+    params: &AlignParams,
+    (normal, tangent): &mut (Normal, Normal),
+) {
+    let arm = placement.turn(point.at_m);
+    let at_m = [arm[0] + placement.at_m[0], arm[1] + placement.at_m[1]];
+    let Some(surface) = map.nearest(at_m) else { return };
+    let offset = minus(at_m, surface.at_m);
+    let strength = dot(surface.normal, surface.normal);
+    let sureness = point.weight * surface.hits / (1.0 + surface.hits);
+    if strength < params.line_strength as f32 {
+        if point.kind != Kind::Point {
+            return;
+        }
+        let weight = sureness * cauchy(dot(offset, offset), scale_m) / square(params.point_noise_m);
+        normal.add([1.0, 0.0], -arm[1], offset[0], weight);
+        normal.add([0.0, 1.0], arm[0], offset[1], weight);
+        return;
+    }
+    let own = placement.turn(point.normal);
+    let agree = dot(own, surface.normal);
+    if agree < 0.5 * strength && dot(point.normal, point.normal) > 0.5 {
+        return; // another face, or a wall that turns away
+    }
+    let length = strength.sqrt();
+    let direction = [surface.normal[0] / length, surface.normal[1] / length];
+    let residual = dot(offset, direction);
+    let weight = sureness * cauchy(residual * residual, scale_m) / square(params.range_noise_m);
+    normal.add(direction, arm[0] * direction[1] - arm[1] * direction[0], residual, weight);
+    tangent.add([-direction[1], direction[0]], dot(arm, direction), 0.0, weight);
+}
+
+/// How well a pose explains a scan.
+pub fn fit(map: &LocalMap, points: &EndPoints, pose: &Pose2, params: &AlignParams) -> Fit {
+    let placement = Placement::new(pose);
+    let mut fit = Fit::default();
+    let near_m = params.explained_m as f32;
+    for point in points.as_slice() {
+        let (at_m, own) = placement.place_point(point);
+        let weight = f64::from(point.weight);
+        fit.total += weight;
+        let Some(surface) = map.nearest(at_m) else {
+            if map.seen_through(at_m) {
+                fit.informative += weight;
+            }
+            continue;
+        };
+        fit.informative += weight;
+        let offset = minus(at_m, surface.at_m);
+        let strength = dot(surface.normal, surface.normal);
+        let line = strength >= params.line_strength as f32;
+        let other_face =
+            line && dot(point.normal, point.normal) > 0.5 && dot(own, surface.normal) < 0.5 * strength;
+        let squared =
+            if line { square32(dot(offset, surface.normal)) / strength } else { dot(offset, offset) };
+        if !other_face && squared < near_m * near_m {
+            fit.explained += weight;
+        }
+    }
+    fit
+}
+
+#[inline]
+fn cauchy(squared: f32, scale: f32) -> f32 {
+    1.0 / (1.0 + squared / (scale * scale))
+}
+
+#[inline]
+fn square(value: f64) -> f32 {
+    (value * value) as f32
+}
+
+#[inline]
+fn square32(value: f32) -> f32 {
+    value * value
+}

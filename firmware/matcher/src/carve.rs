@@ -1,0 +1,102 @@
+//! What the beams of a scan passed through: free space becomes known, surfaces that are no longer there lose evidence.
+//!
+//! Frame: map. Units: metres. Each beam walks from block to block (Amanatides and Woo 1987); only blocks that hold
+//! surfaces are looked into.
+
+use crate::grid::BLOCK;
+use crate::local_map::LocalMap;
+use crate::points::EndPoints;
+use crate::pose::Pose2;
+use crate::surface::{Placement, dot, minus};
+
+/// A beam in the map.
+struct Ray {
+    from_m: [f32; 2],
+    direction: [f32; 2],
+    /// As far as it is sure that nothing stood in its way, metres.
+    clear_m: f32,
+}
+
+impl LocalMap {
+    /// Walks along the beams of a scan taken at this pose.
+    pub(crate) fn look_through(&mut self, map_from_base: &Pose2, points: &EndPoints) {
+        let placement = Placement::new(map_from_base);
+        let from_m = placement.place(points.laser_in_base_m());
+        for point in points.as_slice().iter().step_by(self.params.carve_every_beams.max(1)) {
+            let offset = minus(placement.place(point.at_m), from_m);
+            let range_m = dot(offset, offset).sqrt();
+            let clear_m = range_m - self.params.carve_margin_m as f32;
+            if clear_m > 0.0 {
+                let direction = offset.map(|metres| metres / range_m);
+                self.walk(&Ray { from_m, direction, clear_m });
+            }
+        }
+    }
+
+    fn walk(&mut self, ray: &Ray) {
+        let block_m = self.params.cell_m as f32 * BLOCK as f32;
+        let mut block = ray.from_m.map(|metres| (metres / block_m).floor() as i32);
+        let mut step = [0_i32; 2];
+        let mut next_m = [f32::INFINITY; 2];
+        let mut per_block_m = [f32::INFINITY; 2];
+        for axis in 0..2 {
+            let direction = ray.direction[axis];
+            if direction != 0.0 {
+                step[axis] = if direction > 0.0 { 1 } else { -1 };
+                let border = (block[axis] + i32::from(direction > 0.0)) as f32 * block_m;
+                next_m[axis] = (border - ray.from_m[axis]) / direction;
+                per_block_m[axis] = block_m / direction.abs();
+            }
+        }
+        loop {
+            self.pass(block, ray);
+            let axis = usize::from(next_m[1] < next_m[0]);
+            if next_m[axis] >= ray.clear_m {
+                return;
+            }
+            block[axis] += step[axis];
+            next_m[axis] += per_block_m[axis];
+        }
+    }
+
+    /// A beam passes through a block.
+    fn pass(&mut self, block: [i32; 2], ray: &Ray) {
+        let [left, low] = block.map(|index| index * BLOCK);
+        if !self.grid.block(left, low).seen_through && !self.claim(left, low) {
+            return;
+        }
+        let Some(known) = self.grid.block_mut(left, low) else { return };
+        known.seen_through = true;
+        if known.surfaces == 0 {
+            return;
+        }
+        for y in low..low + BLOCK {
+            for x in left..left + BLOCK {
+                if let Some(index) = self.grid.cell(x, y).own() {
+                    self.pass_surface(index, ray);
+                }
+            }
+        }
+    }
+
+    /// A surface that a beam went straight through loses evidence, and goes when it has none left.
+    fn pass_surface(&mut self, index: u32, ray: &Ray) {
+        let Some(surface) = self.surfaces.get_mut(index as usize) else { return };
+        let offset = minus(surface.at_m, ray.from_m);
+        let along_m = dot(offset, ray.direction);
+        let aside_m = (offset[0] * ray.direction[1] - offset[1] * ray.direction[0]).abs();
+        if along_m < 0.0 || along_m > ray.clear_m || aside_m > 0.5 * self.params.cell_m as f32 {
+            return;
+        }
+        // A beam that runs along a wall passes close to its surfaces without denying them.
+        let strength = dot(surface.normal, surface.normal);
+        let across = dot(surface.normal, ray.direction);
+        if strength > 0.5 && across * across < 0.1 * strength {
+            return;
+        }
+        surface.evidence -= 1;
+        if surface.evidence <= 0 {
+            self.remove(index);
+        }
+    }
+}

@@ -1,0 +1,192 @@
+//! A plane of cells kept in tiles from a fixed pool: each cell names the nearest mapped surface within reach.
+//!
+//! Frame: map. Cell (0, 0) has its lower corner at the map's origin. Memory: a directory of all places where a tile
+//! may lie and a pool of tiles; both are allocated once. When the pool is used up, the tile that was not needed for
+//! the longest time is forgotten.
+
+/// Cells along a tile's side.
+pub const TILE: i32 = 32;
+const TILE_BITS: i32 = 5;
+const TILE_CELLS: usize = (TILE * TILE) as usize;
+/// Places for tiles along the directory's side: 819 m each way at 5 cm.
+const DIRECTORY: i32 = 1024;
+/// Cells along a block's side; a block knows whether a beam has passed through it.
+pub const BLOCK: i32 = 4;
+const BLOCKS_A_SIDE: i32 = TILE / BLOCK;
+const TILE_BLOCKS: usize = (BLOCKS_A_SIDE * BLOCKS_A_SIDE) as usize;
+
+/// What a cell knows: the nearest surface and how far its cell is. Zero is "nothing near", so that untouched memory
+/// needs no initialisation.
+#[derive(Copy, Clone, PartialEq, Eq, Debug, Default)]
+pub struct Cell(u32);
+
+impl Cell {
+    /// A cell whose nearest surface is `surface`, `squared` cells squared away.
+    pub fn near(surface: u32, squared: u8) -> Self {
+        Self(((surface + 1) << 8) | u32::from(squared))
+    }
+
+    /// The nearest surface.
+    pub fn surface(self) -> Option<u32> {
+        (self.0 >> 8).checked_sub(1)
+    }
+
+    /// Squared distance of the nearest surface's cell, in cells.
+    pub fn squared(self) -> u8 {
+        self.0 as u8
+    }
+
+    /// The surface that lies in this very cell.
+    pub fn own(self) -> Option<u32> {
+        if self.squared() == 0 { self.surface() } else { None }
+    }
+}
+
+/// The most surfaces that cells can name.
+pub const MAX_SURFACES: usize = (1 << 24) - 2;
+
+/// What a block of cells knows.
+#[derive(Copy, Clone, PartialEq, Eq, Debug, Default)]
+pub struct Block {
+    /// A beam has passed through: not unknown.
+    pub seen_through: bool,
+    /// Surfaces whose own cell lies in the block.
+    pub surfaces: u8,
+}
+
+/// The tiled plane.
+#[derive(Clone, Debug)]
+pub struct Grid {
+    directory: Vec<u16>, // slot + 1
+    cells: Vec<Cell>,
+    blocks: Vec<Block>,
+    places: Vec<Option<[i32; 2]>>, // where each tile of the pool lies
+    last_used: Vec<u32>,
+    used: usize,
+    now: u32,
+}
+
+/// What became of a wish for a tile.
+#[derive(Copy, Clone, PartialEq, Eq, Debug)]
+pub enum Claim {
+    /// The tile is there.
+    Ready,
+    /// The pool is full: the tile at this place (tile coordinates) must be emptied first.
+    Evict([i32; 2]),
+    /// Outside the directory, or every tile is in use just now.
+    Refused,
+}
+
+impl Grid {
+    /// A plane with memory for this many tiles (at least 1, at most 65,534).
+    pub fn new(tiles: usize) -> Self {
+        let tiles = tiles.clamp(1, usize::from(u16::MAX) - 1);
+        Self {
+            directory: vec![0; (DIRECTORY * DIRECTORY) as usize],
+            cells: vec![Cell::default(); tiles * TILE_CELLS],
+            blocks: vec![Block::default(); tiles * TILE_BLOCKS],
+            places: vec![None; tiles],
+            last_used: vec![0; tiles],
+            used: 0,
+            now: 0,
+        }
+    }
+
+    /// A new round of use: tiles touched from here on are the youngest.
+    pub fn advance(&mut self) {
+        self.now += 1;
+    }
+
+    /// Tiles in use.
+    pub fn tiles(&self) -> usize {
+        self.used
+    }
+
+    /// The cell at these coordinates; the empty cell where nothing is known.
+    #[inline]
+    pub fn cell(&self, x: i32, y: i32) -> Cell {
+        self.slot(x >> TILE_BITS, y >> TILE_BITS)
+            .map_or(Cell::default(), |slot| self.cells[slot * TILE_CELLS + within_tile(x, y)])
+    }
+
+    /// The cell for writing; `None` where no tile is.
+    #[inline]
+    pub fn cell_mut(&mut self, x: i32, y: i32) -> Option<&mut Cell> {
+        let slot = self.slot(x >> TILE_BITS, y >> TILE_BITS)?;
+        self.cells.get_mut(slot * TILE_CELLS + within_tile(x, y))
+    }
+
+    /// The block that holds this cell.
+    #[inline]
+    pub fn block(&self, x: i32, y: i32) -> Block {
+        self.slot(x >> TILE_BITS, y >> TILE_BITS)
+            .map_or(Block::default(), |slot| self.blocks[slot * TILE_BLOCKS + block_within_tile(x, y)])
+    }
+
+    /// The block that holds this cell, for writing; `None` where no tile is.
+    #[inline]
+    pub fn block_mut(&mut self, x: i32, y: i32) -> Option<&mut Block> {
+        let slot = self.slot(x >> TILE_BITS, y >> TILE_BITS)?;
+        self.blocks.get_mut(slot * TILE_BLOCKS + block_within_tile(x, y))
+    }
+
+    /// Makes sure that the cell at these coordinates has a tile, and marks that tile as used now.
+    pub fn claim(&mut self, x: i32, y: i32) -> Claim {
+        let tile = [x >> TILE_BITS, y >> TILE_BITS];
+        if let Some(slot) = self.slot(tile[0], tile[1]) {
+            self.last_used[slot] = self.now;
+            return Claim::Ready;
+        }
+        let Some(entry) = directory_index(tile[0], tile[1]) else { return Claim::Refused };
+        let Some(slot) = self.places.iter().position(Option::is_none) else {
+            return self.oldest();
+        };
+        self.directory[entry] = slot as u16 + 1;
+        self.places[slot] = Some(tile);
+        self.last_used[slot] = self.now;
+        self.used += 1;
+        Claim::Ready
+    }
+
+    fn oldest(&self) -> Claim {
+        let oldest = (0..self.places.len()).min_by_key(|&slot| self.last_used[slot]);
+        match oldest.filter(|&slot| self.last_used[slot] < self.now).and_then(|slot| self.places[slot]) {
+            Some(tile) => Claim::Evict(tile),
+            None => Claim::Refused,
+        }
+    }
+
+    /// Forgets the tile at this place (tile coordinates).
+    pub fn release(&mut self, tile: [i32; 2]) {
+        let Some(slot) = self.slot(tile[0], tile[1]) else { return };
+        self.cells[slot * TILE_CELLS..(slot + 1) * TILE_CELLS].fill(Cell::default());
+        self.blocks[slot * TILE_BLOCKS..(slot + 1) * TILE_BLOCKS].fill(Block::default());
+        self.places[slot] = None;
+        self.used -= 1;
+        if let Some(entry) = directory_index(tile[0], tile[1]) {
+            self.directory[entry] = 0;
+        }
+    }
+
+    #[inline]
+    fn slot(&self, tile_x: i32, tile_y: i32) -> Option<usize> {
+        let entry = directory_index(tile_x, tile_y)?;
+        usize::from(self.directory[entry]).checked_sub(1)
+    }
+}
+
+#[inline]
+fn directory_index(tile_x: i32, tile_y: i32) -> Option<usize> {
+    let (x, y) = ((tile_x + DIRECTORY / 2) as u32, (tile_y + DIRECTORY / 2) as u32);
+    (x < DIRECTORY as u32 && y < DIRECTORY as u32).then(|| (y * DIRECTORY as u32 + x) as usize)
+}
+
+#[inline]
+fn within_tile(x: i32, y: i32) -> usize {
+    ((y & (TILE - 1)) * TILE + (x & (TILE - 1))) as usize
+}
+
+#[inline]
+fn block_within_tile(x: i32, y: i32) -> usize {
+    (((y & (TILE - 1)) / BLOCK) * BLOCKS_A_SIDE + (x & (TILE - 1)) / BLOCK) as usize
+}

@@ -1,0 +1,206 @@
+//! The map that scans are matched against: small surfaces, found through a grid that names the nearest one.
+//!
+//! Frame: map. Units: metres. The map grows with the area seen, not with time. Both pools (tiles, surfaces) are fixed:
+//! when the tiles are used up the place that was not needed for the longest time is forgotten, when the surfaces are,
+//! new ones are not taken until some are freed.
+
+use crate::grid::{Cell, Claim, Grid, MAX_SURFACES, TILE};
+use crate::params::MapParams;
+use crate::points::{EndPoints, Kind};
+use crate::pose::Pose2;
+use crate::surface::{Placement, Surface, minus};
+
+/// Surfaces and the grid that finds them.
+#[derive(Clone, Debug)]
+pub struct LocalMap {
+    pub(crate) params: MapParams,
+    pub(crate) grid: Grid,
+    pub(crate) surfaces: Vec<Surface>,
+    free: Vec<u32>,
+    disk: Vec<Offset>,
+    reach: i32,
+    cells_per_m: f32,
+}
+
+#[derive(Copy, Clone, Debug)]
+struct Offset {
+    x: i32,
+    y: i32,
+    squared: u8,
+}
+
+impl LocalMap {
+    /// An empty map with all the memory it will ever have.
+    pub fn new(params: MapParams) -> Self {
+        let capacity = params.surfaces.clamp(1, MAX_SURFACES);
+        let reach = ((params.reach_m / params.cell_m).round() as i32).clamp(1, 15);
+        let mut disk = Vec::new();
+        for y in -reach..=reach {
+            for x in -reach..=reach {
+                if let Ok(squared) = u8::try_from(x * x + y * y)
+                    && x * x + y * y <= reach * reach
+                {
+                    disk.push(Offset { x, y, squared });
+                }
+            }
+        }
+        Self {
+            grid: Grid::new(params.tiles),
+            surfaces: Vec::with_capacity(capacity),
+            free: Vec::with_capacity(capacity),
+            disk,
+            reach,
+            cells_per_m: (1.0 / params.cell_m) as f32,
+            params,
+        }
+    }
+
+    /// Surfaces in the map.
+    pub fn surface_count(&self) -> usize {
+        self.surfaces.len() - self.free.len()
+    }
+
+    /// Tiles in use.
+    pub fn tiles(&self) -> usize {
+        self.grid.tiles()
+    }
+
+    /// The cell that holds a point.
+    #[inline]
+    pub fn cell_of(&self, point_m: [f32; 2]) -> [i32; 2] {
+        point_m.map(|metres| (metres * self.cells_per_m).floor() as i32)
+    }
+
+    /// The surface nearest to a point's cell, within reach.
+    #[inline]
+    pub fn nearest(&self, point_m: [f32; 2]) -> Option<&Surface> {
+        let [x, y] = self.cell_of(point_m);
+        self.surfaces.get(self.grid.cell(x, y).surface()? as usize)
+    }
+
+    /// Whether beams have passed through a point's surroundings.
+    #[inline]
+    pub fn seen_through(&self, point_m: [f32; 2]) -> bool {
+        let [x, y] = self.cell_of(point_m);
+        self.grid.block(x, y).seen_through
+    }
+
+    /// Adds a scan taken at this pose: first what its beams passed through, then where they ended.
+    pub fn learn(&mut self, map_from_base: &Pose2, points: &EndPoints) {
+        self.grid.advance();
+        self.look_through(map_from_base, points);
+        let placement = Placement::new(map_from_base);
+        for point in points.as_slice() {
+            let (at_m, normal) = placement.place_point(point);
+            self.hit(at_m, normal, point.kind);
+        }
+    }
+
+    fn hit(&mut self, at_m: [f32; 2], normal: [f32; 2], kind: Kind) {
+        let home = self.cell_of(at_m);
+        let cell = self.grid.cell(home[0], home[1]);
+        if let Some(index) = cell.surface()
+            && let Some(surface) = self.surfaces.get_mut(index as usize)
+            && (cell.squared() == 0 || surface.takes(minus(at_m, surface.at_m), normal, &self.params))
+        {
+            surface.add(at_m, normal, &self.params);
+            let [x, y] = surface.home.map(i32::from);
+            self.grid.claim(x, y); // keeps its tile young
+            return;
+        }
+        if kind == Kind::Unsure || !self.claim(home[0], home[1]) {
+            return;
+        }
+        let surface = Surface::new(at_m, normal, home, &self.params);
+        let index = match self.free.pop() {
+            Some(index) => {
+                self.surfaces[index as usize] = surface;
+                index
+            }
+            None if self.surfaces.len() < self.surfaces.capacity() => {
+                self.surfaces.push(surface);
+                self.surfaces.len() as u32 - 1
+            }
+            None => return,
+        };
+        self.paint(index);
+        if let Some(block) = self.grid.block_mut(home[0], home[1]) {
+            block.surfaces += 1;
+        }
+    }
+
+    /// A tile for this cell, forgetting the oldest one when there is none left.
+    pub(crate) fn claim(&mut self, x: i32, y: i32) -> bool {
+        match self.grid.claim(x, y) {
+            Claim::Ready => true,
+            Claim::Refused => false,
+            Claim::Evict(tile) => {
+                self.forget(tile);
+                self.grid.claim(x, y) == Claim::Ready
+            }
+        }
+    }
+
+    /// Tells the cells within reach of a surface that it is there.
+    fn paint(&mut self, index: u32) {
+        let home = self.surfaces[index as usize].home.map(i32::from);
+        for entry in 0..self.disk.len() {
+            let offset = self.disk[entry];
+            let (x, y) = (home[0] + offset.x, home[1] + offset.y);
+            if !self.claim(x, y) {
+                continue;
+            }
+            if let Some(cell) = self.grid.cell_mut(x, y)
+                && (cell.surface().is_none() || offset.squared < cell.squared())
+            {
+                *cell = Cell::near(index, offset.squared);
+            }
+        }
+    }
+
+    /// Takes a surface out of the map; cells that named it find their next nearest.
+    pub(crate) fn remove(&mut self, index: u32) {
+        let home = self.surfaces[index as usize].home.map(i32::from);
+        for entry in 0..self.disk.len() {
+            let offset = self.disk[entry];
+            if let Some(cell) = self.grid.cell_mut(home[0] + offset.x, home[1] + offset.y)
+                && cell.surface() == Some(index)
+            {
+                *cell = Cell::default();
+            }
+        }
+        if let Some(block) = self.grid.block_mut(home[0], home[1]) {
+            block.surfaces = block.surfaces.saturating_sub(1);
+        }
+        self.free.push(index);
+        let around = 2 * self.reach;
+        for y in home[1] - around..=home[1] + around {
+            for x in home[0] - around..=home[0] + around {
+                if let Some(other) = self.grid.cell(x, y).own() {
+                    self.paint(other);
+                }
+            }
+        }
+    }
+
+    /// Forgets a tile (tile coordinates) and the surfaces in it.
+    fn forget(&mut self, tile: [i32; 2]) {
+        let [left, low] = tile.map(|t| t * TILE);
+        let inside = |home: [i16; 2]| {
+            [i32::from(home[0]).div_euclid(TILE), i32::from(home[1]).div_euclid(TILE)] == tile
+        };
+        for y in low - self.reach..low + TILE + self.reach {
+            for x in left - self.reach..left + TILE + self.reach {
+                let Some(cell) = self.grid.cell_mut(x, y) else { continue };
+                let Some(index) = cell.surface() else { continue };
+                if inside(self.surfaces[index as usize].home) {
+                    if cell.squared() == 0 {
+                        self.free.push(index);
+                    }
+                    *cell = Cell::default();
+                }
+            }
+        }
+        self.grid.release(tile);
+    }
+}

@@ -1,0 +1,119 @@
+//! The method `map`: every scan against everything mapped so far.
+//!
+//! Align from the prior; when the result explains too little, search the surroundings and align from what the search
+//! finds. A scan that contradicts the map teaches it nothing, until patience ends. Frame: map. Units: metres, radians.
+
+use crate::align::{Alignment, Prior, align};
+use crate::local_map::LocalMap;
+use crate::params::TrackerParams;
+use crate::points::EndPoints;
+use crate::pose::{Pose2, wrap_angle};
+use crate::search::{Search, Window};
+
+/// Map, search and what they remember.
+#[derive(Clone, Debug)]
+pub struct MapMatcher {
+    params: TrackerParams,
+    map: LocalMap,
+    search: Search,
+    learnt_at: Option<Pose2>,
+    lost_in_a_row: u32,
+}
+
+/// Whether an alignment is to be believed.
+#[derive(Copy, Clone, PartialEq, Eq, Debug)]
+pub enum Verdict {
+    /// It explains the scan.
+    Found,
+    /// The map knows too little of what the scan sees: go on from the odometry, and learn.
+    NewGround,
+    /// The scan contradicts the map everywhere around.
+    Lost,
+}
+
+impl MapMatcher {
+    /// A matcher with an empty map and all the memory it will ever have.
+    pub fn new(params: &TrackerParams) -> Self {
+        Self {
+            params: *params,
+            map: LocalMap::new(params.map),
+            search: Search::new(params.search, params.map.cell_m),
+            learnt_at: None,
+            lost_in_a_row: 0,
+        }
+    }
+
+    /// The map.
+    pub fn map(&self) -> &LocalMap {
+        &self.map
+    }
+
+    /// Finds the scan's pose. `others` are further guesses worth a try when the prior's fails.
+    pub fn locate(
+        &mut self,
+        points: &EndPoints,
+        prior: &Prior,
+        others: &[Pose2],
+        window: Window,
+    ) -> (Alignment, Verdict) {
+        let mut best = align(&self.map, points, prior.mean, prior, &self.params.align);
+        let glance = Window { half_m: 0.0, half_rad: self.params.search.glance_rad };
+        let seen = self.search.run(&self.map, points, &prior.mean, glance)[0];
+        if seen.score > 0.0 && seen.pose.theta_rad != prior.mean.theta_rad {
+            self.try_from(points, seen.pose, prior, &mut best);
+        }
+        if best.fit.score() < self.params.search.below_score && self.informative(&best) {
+            for other in others {
+                self.try_from(points, *other, prior, &mut best);
+            }
+            for candidate in self.search.run(&self.map, points, &prior.mean, window) {
+                if candidate.score > 0.0 {
+                    self.try_from(points, candidate.pose, prior, &mut best);
+                }
+            }
+        }
+        let verdict = if !self.informative(&best) {
+            Verdict::NewGround
+        } else if best.fit.score() < self.params.search.lost_below_score {
+            Verdict::Lost
+        } else {
+            Verdict::Found
+        };
+        (best, verdict)
+    }
+
+    fn informative(&self, alignment: &Alignment) -> bool {
+        alignment.fit.informative >= self.params.search.min_informative * alignment.fit.total
+    }
+
+    /// Aligns from another start and keeps the result when it explains clearly more.
+    fn try_from(&self, points: &EndPoints, start: Pose2, prior: &Prior, best: &mut Alignment) {
+        let found = align(&self.map, points, start, prior, &self.params.align);
+        let iterations = best.iterations + found.iterations;
+        if found.fit.explained > 1.05 * best.fit.explained && found.fit.score() > best.fit.score() {
+            *best = found;
+        }
+        best.iterations = iterations;
+    }
+
+    /// Lets the map learn from the scan, when the base has moved enough and the verdict allows it.
+    pub fn learn(&mut self, map_from_base: &Pose2, points: &EndPoints, verdict: Verdict) {
+        if verdict == Verdict::Lost {
+            self.lost_in_a_row += 1;
+            if self.lost_in_a_row <= self.params.search.patience_scans {
+                return;
+            }
+        } else {
+            self.lost_in_a_row = 0;
+        }
+        let moved_enough = self.learnt_at.is_none_or(|last| {
+            let away_m = (map_from_base.x_m - last.x_m).hypot(map_from_base.y_m - last.y_m);
+            let turned_rad = wrap_angle(map_from_base.theta_rad - last.theta_rad).abs();
+            away_m >= self.params.map.learn_every_m || turned_rad >= self.params.map.learn_every_rad
+        });
+        if moved_enough {
+            self.map.learn(map_from_base, points);
+            self.learnt_at = Some(*map_from_base);
+        }
+    }
+}

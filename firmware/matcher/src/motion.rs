@@ -1,0 +1,103 @@
+//! From one scan to the next: the odometry's step, or without one the last step again, and what it is worth.
+//!
+//! Frames: steps are in the base's frame, covariances in the map's axes. Units: metres, radians; stamps in nanoseconds.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::params::MotionParams;
+use crate::pose::Pose2;
+
+/// A step from the last scan's base to this one's.
+#[derive(Copy, Clone, PartialEq, Debug)]
+pub struct Step {
+    /// `last_from_base`.
+    pub last_from_base: Pose2,
+    /// Standard deviations of x, y (m) and theta (rad) in the last base's frame.
+    pub sigma: [f64; 3],
+    /// Whether the odometry said so.
+    pub measured: bool,
+}
+
+/// Remembers the last scan's odometry and step.
+#[derive(Clone, Debug)]
+pub struct MotionModel {
+    params: MotionParams,
+    last_odom_from_base: Option<Pose2>,
+    last_stamp_ns: Option<i64>,
+    last_step: Pose2,
+    last_gap_s: Option<f64>,
+}
+
+impl MotionModel {
+    /// A model that has seen nothing.
+    pub fn new(params: MotionParams) -> Self {
+        Self {
+            params,
+            last_odom_from_base: None,
+            last_stamp_ns: None,
+            last_step: Pose2::IDENTITY,
+            last_gap_s: None,
+        }
+    }
+
+    /// The step to a scan with this stamp and odometry. Odometry that is not finite or has jumped counts as missing.
+    pub fn predict(&self, stamp_ns: i64, odom_from_base: Option<Pose2>) -> Step {
+        if let (Some(last), Some(now)) = (self.last_odom_from_base, odom_from_base.filter(Pose2::is_finite)) {
+            let step = last.between(&now);
+            if step.distance_m() <= self.params.jump_m && step.theta_rad.abs() <= self.params.jump_rad {
+                return Step { last_from_base: step, sigma: self.odometry_sigma(&step), measured: true };
+            }
+        }
+        self.same_again(stamp_ns)
+    }
+
+    /// The last step again, scaled to the time that has passed where the stamps make sense.
+    pub fn same_again(&self, stamp_ns: i64) -> Step {
+        let scale = match (self.gap_s(stamp_ns), self.last_gap_s) {
+            (Some(gap_s), Some(last_s)) => (gap_s / last_s).clamp(0.25, 4.0),
+            _ => 1.0,
+        };
+        let Pose2 { x_m, y_m, theta_rad } = self.last_step;
+        let position_m = self.params.unmeasured_m;
+        Step {
+            last_from_base: Pose2::new(x_m * scale, y_m * scale, theta_rad * scale),
+            sigma: [position_m, position_m, self.params.unmeasured_rad],
+            measured: false,
+        }
+    }
+
+    /// Takes note of where the scan was found in the end.
+    pub fn update(&mut self, stamp_ns: i64, odom_from_base: Option<Pose2>, last_from_base: Pose2) {
+        self.last_gap_s = self.gap_s(stamp_ns).or(self.last_gap_s);
+        self.last_stamp_ns = Some(stamp_ns);
+        self.last_odom_from_base = odom_from_base.filter(Pose2::is_finite);
+        self.last_step = last_from_base;
+    }
+
+    /// Seconds since the last scan; `None` when the stamp repeats, steps back or is missing.
+    fn gap_s(&self, stamp_ns: i64) -> Option<f64> {
+        let gap_ns = stamp_ns.checked_sub(self.last_stamp_ns?)?;
+        (gap_ns > 0).then_some(gap_ns as f64 * 1e-9)
+    }
+
+    fn odometry_sigma(&self, step: &Pose2) -> [f64; 3] {
+        let p = &self.params;
+        let (driven_m, turned_rad) = (step.distance_m(), step.theta_rad.abs());
+        let position_m =
+            p.position_floor_m + p.position_m_per_m * driven_m + p.position_m_per_rad * turned_rad;
+        let heading_rad =
+            p.heading_floor_rad + p.heading_rad_per_rad * turned_rad + p.heading_rad_per_m * driven_m;
+        [position_m, position_m, heading_rad]
+    }
+}
+
+/// Covariance (x, y, theta; map's axes) after a step from a pose with this covariance.
+pub fn propagate(covariance: &Matrix3<f64>, map_from_last: &Pose2, step: &Step) -> Matrix3<f64> {
+    let end = *map_from_last * step.last_from_base;
+    let lever = [end.x_m - map_from_last.x_m, end.y_m - map_from_last.y_m];
+    let carry = Matrix3::new(1.0, 0.0, -lever[1], 0.0, 1.0, lever[0], 0.0, 0.0, 1.0);
+    let (sin, cos) = map_from_last.theta_rad.sin_cos();
+    let turn = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
+    let noise = Matrix3::from_diagonal(&Vector3::from(step.sigma.map(|sigma| sigma * sigma)));
+    carry * covariance * carry.transpose() + turn * noise * turn.transpose()
+}

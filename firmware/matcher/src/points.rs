@@ -1,0 +1,227 @@
+//! The end points of a scan: de-skewed, with the direction of the surface they lie on and a weight against crowding.
+//!
+//! Frame: the base at the scan's stamp. Units: metres. The buffer is made once; a scan with more beams than it holds is
+//! thinned evenly, never refused.
+
+use crate::params::PointParams;
+use crate::scan::Scan;
+
+/// What a scan alone can say about the surface at an end point.
+#[derive(Copy, Clone, PartialEq, Eq, Debug, Default)]
+pub enum Kind {
+    /// It lies on a line with its neighbours.
+    Line,
+    /// It stands out from its neighbours: a leg, a pole, clutter.
+    Point,
+    /// Too few neighbours, or struck too flatly to tell a wall from the jump between two.
+    #[default]
+    Unsure,
+}
+
+/// One end point.
+#[derive(Copy, Clone, PartialEq, Debug, Default)]
+pub struct EndPoint {
+    /// Position in the base's frame, metres.
+    pub at_m: [f32; 2],
+    /// Unit normal of the surface towards the laser, in the base's frame; zero unless it is a line.
+    pub normal: [f32; 2],
+    /// What it seems to lie on.
+    pub kind: Kind,
+    /// Weight in (0, 1]: less where the beams are crowded.
+    pub weight: f32,
+}
+
+/// End points of one scan and the place they were seen from.
+#[derive(Clone, Debug)]
+pub struct EndPoints {
+    points: Vec<EndPoint>,
+    /// Sums over the points before each one, so that any run of neighbours costs the same.
+    sums: Vec<LineSums>,
+    capacity: usize,
+    laser_in_base_m: [f32; 2],
+    params: PointParams,
+}
+
+/// The longest reach on either side for the neighbours of a normal, beams.
+const NEIGHBOURS: usize = 32;
+
+impl EndPoints {
+    /// An empty buffer with all the memory it will ever have.
+    pub fn new(params: PointParams) -> Self {
+        let capacity = params.max_beams.max(1);
+        let (points, sums) = (Vec::with_capacity(capacity), Vec::with_capacity(capacity + 1));
+        Self { points, sums, capacity, laser_in_base_m: [0.0; 2], params }
+    }
+
+    /// The points, in the order of their beams.
+    pub fn as_slice(&self) -> &[EndPoint] {
+        &self.points
+    }
+
+    /// Where they were seen from, base's frame, metres.
+    pub fn laser_in_base_m(&self) -> [f32; 2] {
+        self.laser_in_base_m
+    }
+
+    /// Takes over the usable beams of a scan and gives them normals and weights.
+    pub fn fill(&mut self, scan: &Scan) {
+        self.points.clear();
+        self.laser_in_base_m = scan.laser_in_base_m.map(|metres| metres as f32);
+        let stride = scan.beams.len().div_ceil(self.capacity).max(1);
+        let in_reach = self.params.range_min_m..=self.params.range_max_m;
+        for beam in scan.beams.iter().step_by(stride) {
+            let range_m = f64::from(beam.range_m);
+            if !in_reach.contains(&range_m) {
+                continue; // also NaN and +inf
+            }
+            let at_m = scan.end_in_base_m(beam, range_m).map(|metres| metres as f32);
+            if at_m[0].is_finite() && at_m[1].is_finite() {
+                self.points.push(EndPoint { at_m, ..EndPoint::default() });
+            }
+        }
+        self.sum_up();
+        for index in 0..self.points.len() {
+            let (kind, normal) = self.surface_at(index);
+            let weight = self.weight_at(index);
+            self.points[index] = EndPoint { normal, kind, weight, ..self.points[index] };
+        }
+    }
+
+    fn sum_up(&mut self) {
+        let mut sum = LineSums::default();
+        self.sums.clear();
+        self.sums.push(sum);
+        for point in &self.points {
+            sum.add(point.at_m.map(f64::from));
+            self.sums.push(sum);
+        }
+    }
+
+    /// Beams that lie closer together than `spacing_m` share the weight of one.
+    fn weight_at(&self, index: usize) -> f32 {
+        let here = self.points[index].at_m;
+        let gap = |other: Option<&EndPoint>| other.map_or(f32::INFINITY, |p| distance(p.at_m, here));
+        let before = gap(index.checked_sub(1).and_then(|i| self.points.get(i)));
+        let after = gap(self.points.get(index + 1));
+        let spacing_m = self.params.spacing_m as f32;
+        (before.min(spacing_m) + after.min(spacing_m)) / (2.0 * spacing_m).max(1e-6)
+    }
+
+    /// What a point lies on: a line with the neighbours on both sides, or at a corner with those on one side.
+    fn surface_at(&self, index: usize) -> (Kind, [f32; 2]) {
+        let first = self.reach(index, |i| i.checked_sub(1));
+        let last = self.reach(index, |i| Some(i + 1).filter(|&i| i < self.points.len()));
+        let mut kind = Kind::Unsure;
+        for (from, to) in [(first, last), (first, index), (index, last)] {
+            match self.line_through(index, from, to) {
+                (Kind::Line, normal) => return (Kind::Line, normal),
+                (Kind::Point, _) => kind = Kind::Point,
+                (Kind::Unsure, _) => {}
+            }
+        }
+        (kind, [0.0; 2])
+    }
+
+    /// The farthest neighbour in one direction that is still needed.
+    fn reach(&self, index: usize, next: impl Fn(usize) -> Option<usize>) -> usize {
+        let here = self.points[index].at_m;
+        let mut end = index;
+        for _ in 0..NEIGHBOURS {
+            let Some(neighbour) = next(end) else { break };
+            end = neighbour;
+            if distance(self.points[end].at_m, here) > self.params.normal_reach_m as f32 {
+                break;
+            }
+        }
+        end
+    }
+
+    /// The normal of the line through the points `first` to `last`, if they form one.
+    fn line_through(&self, index: usize, first: usize, last: usize) -> (Kind, [f32; 2]) {
+        const UNSURE: (Kind, [f32; 2]) = (Kind::Unsure, [0.0; 2]);
+        let here = self.points[index].at_m;
+        let length_m = distance(self.points[first].at_m, self.points[last].at_m);
+        if last - first < 2 || length_m < self.params.line_length_m as f32 {
+            return UNSURE;
+        }
+        let Some((spread_m, mut normal)) = self.sums[last + 1].minus(&self.sums[first]).fit() else {
+            return UNSURE;
+        };
+        if spread_m > self.params.line_tolerance_m {
+            return (Kind::Point, [0.0; 2]);
+        }
+        let to_laser = minus(self.laser_in_base_m, here);
+        let facing = dot(normal, to_laser) / norm(to_laser).max(1e-6);
+        if facing.abs() < self.params.grazing_sine as f32 {
+            return UNSURE;
+        }
+        if facing < 0.0 {
+            normal = [-normal[0], -normal[1]];
+        }
+        (Kind::Line, normal)
+    }
+}
+
+/// Running sums for a total-least-squares line.
+#[derive(Copy, Clone, Debug, Default)]
+struct LineSums {
+    n: f64,
+    x: f64,
+    y: f64,
+    xx: f64,
+    xy: f64,
+    yy: f64,
+}
+
+impl LineSums {
+    fn add(&mut self, [x, y]: [f64; 2]) {
+        self.n += 1.0;
+        self.x += x;
+        self.y += y;
+        self.xx += x * x;
+        self.xy += x * y;
+        self.yy += y * y;
+    }
+
+    fn minus(&self, before: &Self) -> Self {
+        Self {
+            n: self.n - before.n,
+            x: self.x - before.x,
+            y: self.y - before.y,
+            xx: self.xx - before.xx,
+            xy: self.xy - before.xy,
+            yy: self.yy - before.yy,
+        }
+    }
+
+    /// RMS distance from the best line, metres, and its unit normal; `None` when all points coincide.
+    fn fit(&self) -> Option<(f64, [f32; 2])> {
+        let xx = self.xx - self.x * self.x / self.n;
+        let xy = self.xy - self.x * self.y / self.n;
+        let yy = self.yy - self.y * self.y / self.n;
+        // The direction of the larger eigenvalue of [xx xy; xy yy], by the half angle.
+        let half_difference = 0.5 * (xx - yy);
+        let root = half_difference.hypot(xy);
+        let along =
+            if half_difference >= 0.0 { [half_difference + root, xy] } else { [xy, root - half_difference] };
+        let length = along[0].hypot(along[1]);
+        let spread = ((0.5 * (xx + yy) - root).max(0.0) / self.n).sqrt();
+        (length > 1e-9).then(|| (spread, [(-along[1] / length) as f32, (along[0] / length) as f32]))
+    }
+}
+
+fn minus(a: [f32; 2], b: [f32; 2]) -> [f32; 2] {
+    [a[0] - b[0], a[1] - b[1]]
+}
+
+fn dot(a: [f32; 2], b: [f32; 2]) -> f32 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+fn norm(a: [f32; 2]) -> f32 {
+    dot(a, a).sqrt()
+}
+
+fn distance(a: [f32; 2], b: [f32; 2]) -> f32 {
+    norm(minus(a, b))
+}

@@ -1,0 +1,122 @@
+//! Correlative search: tries every pose of a lattice around a guess and keeps the few that put most end points close
+//! to mapped surfaces and fewest into space known to be free (after Olson 2009, on one level).
+//!
+//! Frame: map. Units: metres, radians. The cost is bounded by the lattice's size, which the caller limits.
+
+use crate::local_map::LocalMap;
+use crate::params::SearchParams;
+use crate::points::EndPoints;
+use crate::pose::{Pose2, wrap_angle};
+use crate::surface::Placement;
+
+/// The lattice: half widths around the guess.
+#[derive(Copy, Clone, PartialEq, Debug)]
+pub struct Window {
+    /// Half width in x and y, metres.
+    pub half_m: f64,
+    /// Half width in heading, radians.
+    pub half_rad: f64,
+}
+
+/// A pose and how much speaks for it.
+#[derive(Copy, Clone, PartialEq, Debug, Default)]
+pub struct Candidate {
+    /// The pose, `map_from_base`.
+    pub pose: Pose2,
+    /// Mean likelihood of an end point, about -1 to 1.
+    pub score: f32,
+}
+
+/// How many candidates are kept.
+pub const KEPT: usize = 4;
+
+/// The search's memory.
+#[derive(Clone, Debug)]
+pub struct Search {
+    params: SearchParams,
+    /// Likelihood of an end point by the squared cell distance of the nearest surface.
+    likelihood: [f32; 256],
+    placed: Vec<[f32; 2]>,
+}
+
+impl Search {
+    /// Memory for scans of this many end points over cells of this size.
+    pub fn new(params: SearchParams, cell_m: f64) -> Self {
+        let mut likelihood = [0.0; 256];
+        for (squared, value) in likelihood.iter_mut().enumerate() {
+            let distance_squared = squared as f64 * cell_m * cell_m;
+            *value = (-0.5 * distance_squared / (params.blur_m * params.blur_m)).exp() as f32;
+        }
+        Self { likelihood, placed: Vec::with_capacity(params.beams.max(1)), params }
+    }
+
+    /// The best poses around a guess, best first, no two neighbours on the lattice; unused places have score 0.
+    pub fn run(
+        &mut self,
+        map: &LocalMap,
+        points: &EndPoints,
+        guess: &Pose2,
+        window: Window,
+    ) -> [Candidate; KEPT] {
+        let mut best = [Candidate::default(); KEPT];
+        let turns = (window.half_rad / self.params.step_rad).ceil().min(self.params.max_turns) as i32;
+        let shifts = (window.half_m / self.params.step_m).ceil().min(self.params.max_shifts) as i32;
+        let stride = points.as_slice().len().div_ceil(self.params.beams.max(1)).max(1);
+        for turn in -turns..=turns {
+            let theta_rad = wrap_angle(guess.theta_rad + f64::from(turn) * self.params.step_rad);
+            let placement = Placement::new(&Pose2 { theta_rad, ..*guess });
+            self.placed.clear();
+            self.placed.extend(points.as_slice().iter().step_by(stride).map(|p| placement.place(p.at_m)));
+            for y in -shifts..=shifts {
+                for x in -shifts..=shifts {
+                    let (dx, dy) = (f64::from(x) * self.params.step_m, f64::from(y) * self.params.step_m);
+                    let score = self.score(map, [dx as f32, dy as f32]);
+                    let pose = Pose2::new(guess.x_m + dx, guess.y_m + dy, theta_rad);
+                    self.keep(&mut best, Candidate { pose, score });
+                }
+            }
+        }
+        best
+    }
+
+    fn score(&self, map: &LocalMap, shift_m: [f32; 2]) -> f32 {
+        let mut sum = 0.0;
+        for at_m in &self.placed {
+            let moved = [at_m[0] + shift_m[0], at_m[1] + shift_m[1]];
+            let [x, y] = map.cell_of(moved);
+            let cell = map.grid.cell(x, y);
+            if cell.surface().is_some() {
+                sum += self.likelihood[usize::from(cell.squared())];
+            } else if map.grid.block(x, y).seen_through {
+                sum -= self.params.free_space_cost as f32;
+            }
+        }
+        sum / self.placed.len().max(1) as f32
+    }
+
+    /// Inserts a candidate in order; of neighbours only the better one stays.
+    fn keep(&self, best: &mut [Candidate; KEPT], candidate: Candidate) {
+        if candidate.score <= best[KEPT - 1].score {
+            return;
+        }
+        let mut place = KEPT - 1;
+        for (index, other) in best.iter().enumerate() {
+            if other.score > 0.0 && self.neighbours(&other.pose, &candidate.pose) {
+                if other.score >= candidate.score {
+                    return;
+                }
+                place = index;
+                break;
+            }
+        }
+        best[place] = candidate;
+        best.sort_by(|a, b| b.score.total_cmp(&a.score));
+    }
+
+    fn neighbours(&self, a: &Pose2, b: &Pose2) -> bool {
+        let reach_m = 1.5 * self.params.step_m;
+        (a.x_m - b.x_m).abs() < reach_m
+            && (a.y_m - b.y_m).abs() < reach_m
+            && wrap_angle(a.theta_rad - b.theta_rad).abs() < 1.5 * self.params.step_rad
+    }
+}
