@@ -11,6 +11,7 @@ pub mod health;
 pub mod link;
 pub mod odometry;
 pub mod ports;
+pub mod probe;
 pub mod provenance;
 pub mod publish;
 pub mod record;

@@ -136,10 +136,13 @@ impl Lines {
     fn link(&self, port: Port) -> Option<&Link> {
         self.lines.iter().map(|(link, _)| link.as_ref()).find(|link| link.device == port)
     }
+}
 
-    fn close(self) {
+/// Also when a run fails before it has begun, the threads end.
+impl Drop for Lines {
+    fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
-        for (_, reader) in self.lines {
+        for (_, reader) in self.lines.drain(..) {
             reader.join();
         }
     }
@@ -214,7 +217,7 @@ impl Acquisition {
     }
 
     fn finish(self) -> RunReport {
-        self.lines.close();
+        drop(self.lines);
         let (report, _) = self.engine.finish(self.clock.now_ns());
         // The sink is gone now: the writing thread sees that nothing more comes.
         report

@@ -27,7 +27,7 @@ pub struct RunReport {
     pub damaged: u64,
     /// Bytes that belong to no intact telegram.
     pub skipped_bytes: u64,
-    /// Scans and odometry reports whose stamp is earlier than that of the one before.
+    /// Scans whose stamp is earlier than that of the one before.
     pub backward_stamps: u64,
     /// Intact telegrams and messages that were not kept, for whatever reason: see the two fields below and the warnings.
     pub lost: u64,

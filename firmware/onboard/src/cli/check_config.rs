@@ -24,7 +24,7 @@ pub(super) fn run(args: &Args) -> Result<u8, OnboardError> {
     if args.json {
         print_json(&text);
     } else {
-        print!("{text}");
+        super::print_result(&text);
     }
     Ok(0)
 }
@@ -33,5 +33,5 @@ pub(super) fn run(args: &Args) -> Result<u8, OnboardError> {
 fn print_json(resolved: &str) {
     let value =
         resolved.parse::<toml::Table>().ok().and_then(|table| serde_json::to_string_pretty(&table).ok());
-    println!("{}", value.unwrap_or_default());
+    super::print_result(&(value.unwrap_or_default() + "\n"));
 }

@@ -11,6 +11,7 @@ mod summary;
 mod words;
 
 use std::ffi::OsString;
+use std::io::{IsTerminal, Write};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -74,8 +75,14 @@ fn start_log(verbose: bool, quiet: bool) {
     let filter = EnvFilter::try_from_env("BIPLANE_LOG").unwrap_or_else(|_| EnvFilter::new(level));
     let log =
         tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).with_target(false);
+    let log = log.with_ansi(std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none());
     // Whoever runs this twice in one process (a test) keeps the first log.
     let _ = log.try_init();
+}
+
+/// Writes a result to stdout. A reader that has gone is no failure of ours.
+fn print_result(text: &str) {
+    let _ = std::io::stdout().lock().write_all(text.as_bytes());
 }
 
 /// A flag that SIGINT and SIGTERM set; the second signal ends the process at once.

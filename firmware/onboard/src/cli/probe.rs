@@ -2,9 +2,14 @@
 
 use std::path::PathBuf;
 
-use crate::error::OnboardError;
+use biplane_recording::Rig;
 
-/// Asks each device what it is, changes nothing, prints a table. Exit code 1 when one does not answer.
+use crate::error::OnboardError;
+use crate::probe::DeviceReport;
+
+/// Asks each device what it is and how it is set; prints a table.
+///
+/// Settings are not changed; a running output is stopped. Exit code 1 when a device does not answer.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// The robot.
@@ -16,6 +21,54 @@ pub struct Args {
 }
 
 pub(super) fn run(args: &Args) -> Result<u8, OnboardError> {
-    let _ = args;
-    Ok(1)
+    let reports = crate::probe::probe(&Rig::load(&args.rig)?)?;
+    if args.json {
+        let text = serde_json::to_string_pretty(&reports).unwrap_or_default();
+        super::print_result(&(text + "\n"));
+    } else {
+        super::print_result(&table(&reports));
+    }
+    Ok(u8::from(reports.iter().any(|report| !report.answered)))
+}
+
+/// Columns as wide as their widest word.
+pub(super) fn table(reports: &[DeviceReport]) -> String {
+    let head = ["device", "port", "baud", "type", "firmware", "field", "step", "units", "mode", "status"];
+    let mut rows = vec![head.map(str::to_owned)];
+    rows.extend(reports.iter().map(row));
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths: [usize; 10] = std::array::from_fn(width);
+    let mut text = String::new();
+    for row in &rows {
+        let cells: Vec<_> = row.iter().zip(widths).map(|(cell, width)| format!("{cell:width$}")).collect();
+        text += cells.join("  ").trim_end();
+        text.push('\n');
+    }
+    text
+}
+
+fn row(report: &DeviceReport) -> [String; 10] {
+    let or_dash = |text: Option<String>| text.unwrap_or_else(|| "-".to_owned());
+    let baud = match report.baud_found {
+        Some(baud) if baud != report.baud_configured => format!("{baud} (rig: {})", report.baud_configured),
+        Some(baud) => baud.to_string(),
+        None => "-".to_owned(),
+    };
+    let status = match (&report.problem, report.fault) {
+        (Some(problem), _) => problem.clone(),
+        (None, Some(true)) => "FAULT".to_owned(),
+        (None, _) => "ok".to_owned(),
+    };
+    [
+        report.device.to_owned(),
+        report.port.clone(),
+        baud,
+        or_dash(report.kind.clone()),
+        or_dash(report.firmware.clone()),
+        or_dash(report.fov_deg.map(|fov_deg| fov_deg.to_string())),
+        or_dash(report.resolution_deg.map(|step_deg| step_deg.to_string())),
+        or_dash(report.units.map(str::to_owned)),
+        or_dash(report.measuring_mode.map(|mode| format!("{mode:02X}"))),
+        status,
+    ]
 }

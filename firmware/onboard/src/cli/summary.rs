@@ -6,7 +6,7 @@ use crate::report::RunReport;
 pub fn print(report: &RunReport, json: bool) {
     if json {
         match serde_json::to_string_pretty(report) {
-            Ok(text) => println!("{text}"),
+            Ok(text) => super::print_result(&(text + "\n")),
             Err(error) => eprintln!("biplane-onboard: the report cannot be written as JSON: {error}"),
         }
     } else {

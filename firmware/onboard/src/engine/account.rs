@@ -40,10 +40,11 @@ impl<S: Sink> Engine<S> {
         }
     }
 
+    /// Of scans; the odometry of an import often has the stamps of its scans.
     fn backward_stamps(&self) -> u64 {
         let vertical = self.vertical.as_ref().map_or(0, |vertical| vertical.line.meter.backward_stamps);
-        let decoded: u64 = self.decoded.iter().map(|meter| meter.backward_stamps).sum();
-        self.horizontal.line.meter.backward_stamps + vertical + self.base.meter.backward_stamps + decoded
+        let [horizontal_decoded, vertical_decoded, _] = self.decoded.map(|meter| meter.backward_stamps);
+        self.horizontal.line.meter.backward_stamps + vertical + horizontal_decoded + vertical_decoded
     }
 
     /// The account so far.

@@ -222,6 +222,9 @@ impl<S: Sink> Engine<S> {
     /// Leaves the devices idle; [`Engine::is_stopped`] tells when they are.
     pub fn stop(&mut self, now_ns: i64) {
         let now_ns = self.begin(now_ns);
+        // The last state is that of the run, not of devices at rest.
+        self.health(now_ns);
+        self.health_ns = i64::MAX;
         for port in Port::ALL {
             self.input(now_ns, port, Input::Stop);
         }
@@ -252,7 +255,9 @@ impl<S: Sink> Engine<S> {
         while let Some(stamp_ns) = self.waiting_verticals.pop_any() {
             self.pose_vertical(now_ns, stamp_ns);
         }
-        self.health(now_ns);
+        if self.health_ns != i64::MAX {
+            self.health(now_ns);
+        }
         (self.report(), self.publisher.into_sink())
     }
 

@@ -1,0 +1,180 @@
+//! `probe`: asks each device of a rig what it is and how it is set, and changes nothing but a running output, which it stops.
+
+use std::io::{self, Read, Write};
+use std::thread;
+
+use biplane_recording::{Port, Rig};
+use serde::Serialize;
+use serialport::{ClearBuffer, SerialPort, TTYPort};
+
+use crate::error::OnboardError;
+use crate::link;
+use crate::ports::{self, device_name};
+use crate::session::base::{BaseSession, BaseSettings};
+use crate::session::laser::{LaserSession, LaserSettings};
+use crate::session::{Event, Input, MAX_INPUT_BYTES, Output, Session};
+
+/// A device that has not answered in so many rounds over all rates is not there.
+const ROUNDS: u32 = 2;
+/// Whatever happens, a device is left alone after so long, nanoseconds.
+const LIMIT_NS: i64 = 20_000_000_000;
+
+/// What one device said.
+#[derive(Clone, PartialEq, Debug, Default, Serialize)]
+pub struct DeviceReport {
+    /// Which device.
+    pub device: &'static str,
+    /// Its port.
+    pub port: String,
+    /// Whether it answered.
+    pub answered: bool,
+    /// Why not.
+    pub problem: Option<String>,
+    /// Rate that the rig asks for, bits per second.
+    pub baud_configured: u32,
+    /// Rate at which it answered, bits per second.
+    pub baud_found: Option<u32>,
+    /// Type text of a laser, subclass of a base.
+    pub kind: Option<String>,
+    /// Firmware version of a laser, name of a base.
+    pub firmware: Option<String>,
+    /// Field of view in force, degrees.
+    pub fov_deg: Option<u16>,
+    /// Step in force, degrees.
+    pub resolution_deg: Option<f64>,
+    /// Units in force.
+    pub units: Option<&'static str>,
+    /// Measuring mode in force.
+    pub measuring_mode: Option<u8>,
+    /// Status: whether the device reports a fault.
+    pub fault: Option<bool>,
+}
+
+/// Asks all devices of a rig at once; in the rig's order.
+///
+/// # Errors
+/// When the rig names one port twice, or a base that cannot be talked to.
+pub fn probe(rig: &Rig) -> Result<Vec<DeviceReport>, OnboardError> {
+    ports::check(rig)?;
+    let devices = ports::of_rig(rig);
+    Ok(thread::scope(|scope| {
+        let asked: Vec<_> = devices
+            .iter()
+            .map(|&(device, path, baud)| (device, scope.spawn(move || ask(rig, device, path, baud))))
+            .collect();
+        let report = |(device, asked): (Port, thread::ScopedJoinHandle<'_, DeviceReport>)| {
+            asked
+                .join()
+                .unwrap_or_else(|_| DeviceReport { device: device_name(device), ..DeviceReport::default() })
+        };
+        asked.into_iter().map(report).collect()
+    }))
+}
+
+fn ask(rig: &Rig, device: Port, path: &str, baud: u32) -> DeviceReport {
+    let nothing = DeviceReport {
+        device: device_name(device),
+        port: path.to_owned(),
+        baud_configured: baud,
+        ..DeviceReport::default()
+    };
+    let result = link::open(path, baud).and_then(|mut port| match device {
+        Port::Base => ask_base(rig, &mut port, &nothing),
+        Port::Horizontal => ask_laser(&rig.horizontal, &mut port, &nothing),
+        Port::Vertical => ask_laser(rig.vertical.as_ref().unwrap_or(&rig.horizontal), &mut port, &nothing),
+    });
+    result.unwrap_or_else(|error| DeviceReport { problem: Some(error.to_string()), ..nothing })
+}
+
+fn ask_laser(
+    laser: &biplane_recording::rig::Laser,
+    port: &mut TTYPort,
+    nothing: &DeviceReport,
+) -> io::Result<DeviceReport> {
+    let mut session = LaserSession::probing(LaserSettings::from(laser), biplane_clock::monotonic_ns());
+    if !converse(&mut session, port)? {
+        return Ok(no_answer(nothing));
+    }
+    let info = session.info();
+    let config = info.config.as_ref();
+    Ok(DeviceReport {
+        answered: true,
+        baud_found: info.found_baud,
+        kind: Some(info.type_text.to_string()),
+        firmware: Some(info.firmware.to_string()).filter(|text| !text.is_empty()),
+        fov_deg: info.variant.map(|(fov_deg, _)| fov_deg),
+        resolution_deg: info.variant.map(|(_, resolution_cdeg)| f64::from(resolution_cdeg) / 100.0),
+        units: config.and_then(|config| config.unit()).map(|unit| match unit {
+            biplane_wire::lms::Unit::Cm => "cm",
+            biplane_wire::lms::Unit::Mm => "mm",
+            biplane_wire::lms::Unit::TenCm => "10 cm",
+        }),
+        measuring_mode: config.and_then(|config| config.measuring_mode()).map(|mode| mode.byte()),
+        fault: info.has_fault,
+        ..nothing.clone()
+    })
+}
+
+fn ask_base(rig: &Rig, port: &mut TTYPort, nothing: &DeviceReport) -> io::Result<DeviceReport> {
+    let mut session = BaseSession::probing(BaseSettings::from(&rig.base), biplane_clock::monotonic_ns());
+    if !converse(&mut session, port)? {
+        return Ok(no_answer(nothing));
+    }
+    let info = session.info();
+    Ok(DeviceReport {
+        answered: true,
+        baud_found: Some(rig.base.baud),
+        kind: Some(format!("{} {}", info.class, info.subclass)),
+        firmware: Some(info.name.to_string()),
+        ..nothing.clone()
+    })
+}
+
+fn no_answer(nothing: &DeviceReport) -> DeviceReport {
+    DeviceReport { problem: Some("no answer at any rate".to_owned()), ..nothing.clone() }
+}
+
+/// Lets a session talk until it is done; false when the device does not answer.
+fn converse(session: &mut dyn Session, port: &mut TTYPort) -> io::Result<bool> {
+    let start_ns = biplane_clock::monotonic_ns();
+    loop {
+        if !serve(session, port)? {
+            return Ok(false);
+        }
+        let now_ns = biplane_clock::monotonic_ns();
+        if session.is_done() {
+            return Ok(true);
+        }
+        if now_ns - start_ns > LIMIT_NS {
+            return Ok(false);
+        }
+        let mut bytes = [0; MAX_INPUT_BYTES];
+        match port.read(&mut bytes) {
+            Ok(0) => return Err(io::Error::from(io::ErrorKind::UnexpectedEof)),
+            Ok(count) => {
+                let read_ns = biplane_clock::monotonic_ns();
+                session.handle(read_ns, Input::Bytes(bytes.get(..count).unwrap_or_default()));
+            }
+            Err(error) if matches!(error.kind(), io::ErrorKind::TimedOut | io::ErrorKind::Interrupted) => {
+                session.handle(biplane_clock::monotonic_ns(), Input::Time);
+            }
+            Err(error) => return Err(error),
+        }
+    }
+}
+
+/// Does what the session wants done; false when it has looked everywhere in vain.
+fn serve(session: &mut dyn Session, port: &mut TTYPort) -> io::Result<bool> {
+    loop {
+        match session.poll() {
+            Output::Write(bytes) => port.write_all(&bytes)?,
+            Output::SetBaud(baud) => {
+                port.set_baud_rate(baud)?;
+                port.clear(ClearBuffer::Input)?;
+            }
+            Output::Event(Event::NotFound { rounds }) if rounds >= ROUNDS => return Ok(false),
+            Output::Event(_) | Output::Scan(_) | Output::Odometry(_) => {}
+            Output::WaitUntil(_) => return Ok(true),
+        }
+    }
+}
