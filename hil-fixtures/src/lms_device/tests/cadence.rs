@@ -1,0 +1,90 @@
+//! When scans leave: every n-th scan as the line allows, the first byte on a boundary between mirror turns.
+
+use super::{Bench, MS};
+use crate::device::Device;
+use crate::lms_device::LmsParams;
+use crate::lms_device::feed::Mirror;
+use crate::lms_device::settings::{ConfigBlock, Variant};
+use crate::pacing::transfer_ns;
+
+fn streaming(baud: u32, variant: Variant) -> LmsParams {
+    let mirror = Mirror { phase_ns: 4 * MS, ..Bench::mirror() };
+    LmsParams { baud, variant, mirror, left_streaming: true, ..LmsParams::default() }
+}
+
+#[test]
+fn scans_come_as_often_as_a_real_lms_sends_them_at_each_rate() {
+    // Rate, step in hundredths of a degree, period in ms: transfer time rounded up to whole scans (telegram listing's table).
+    let cases = [
+        (500_000, 100, 13.32),
+        (500_000, 50, 26.64),
+        (38_400, 100, 106.56),
+        (38_400, 50, 213.12),
+        (19_200, 50, 399.6),
+        (9_600, 50, 772.56),
+        (9_600, 100, 399.6),
+    ];
+    for (baud, resolution_cdeg, period_ms) in cases {
+        let mut bench = Bench::new(streaming(baud, Variant::of(180, resolution_cdeg)));
+        bench.run_ms(8000);
+        let starts: Vec<i64> = bench.telegrams().iter().map(|(at_ns, _)| *at_ns).collect();
+        assert!(starts.len() >= 9, "{baud} {resolution_cdeg}: {}", starts.len());
+        for pair in starts.windows(2) {
+            let period = (pair[1] - pair[0]) as f64 * 1e-6;
+            assert!((period - period_ms).abs() < 1e-6, "{baud} Bd, {resolution_cdeg}: {period} ms");
+        }
+    }
+}
+
+#[test]
+fn the_first_byte_leaves_on_a_boundary_between_scans() {
+    let mut bench = Bench::new(streaming(38_400, Variant::of(180, 50)));
+    bench.run_ms(3000);
+    for (at_ns, _) in bench.telegrams() {
+        let left_ns = at_ns - transfer_ns(1, 38_400);
+        assert_eq!((left_ns - 4 * MS).rem_euclid(2 * Mirror::TURN_NS), 0);
+    }
+}
+
+#[test]
+fn a_half_degree_telegram_at_500000_pauses_after_508_bytes() {
+    let mut bench = Bench::new(streaming(500_000, Variant::of(180, 50)));
+    bench.run_ms(60);
+    let bytes = &bench.heard[..732];
+    let start_ns = bytes[0].0 - 20_000;
+    assert!(bytes[507].0 - start_ns <= 11 * MS);
+    assert!(bytes[508].0 - start_ns >= Mirror::TURN_NS);
+    assert!(
+        (bytes[731].0 - start_ns - (Mirror::TURN_NS + 224 * 20_000)).abs() < 1_000,
+        "{}",
+        bytes[731].0 - start_ns
+    );
+}
+
+#[test]
+fn indices_count_mirror_turns_and_telegrams() {
+    let mut config = ConfigBlock::default();
+    config.0[4] = 2;
+    let mut bench = Bench::new(LmsParams { config, ..streaming(38_400, Variant::of(180, 50)) });
+    bench.run_ms(3000);
+    let indices: Vec<(u8, u8)> =
+        bench.telegrams().iter().map(|(_, t)| (t[t.len() - 5], t[t.len() - 4])).collect();
+    assert!(indices.len() > 10);
+    for pair in indices.windows(2) {
+        assert_eq!(pair[1].0.wrapping_sub(pair[0].0), 16);
+        assert_eq!(pair[1].1.wrapping_sub(pair[0].1), 1);
+    }
+}
+
+#[test]
+fn a_request_cuts_the_telegram_that_is_being_sent() {
+    let mut bench = Bench::new(streaming(38_400, Variant::of(180, 50)));
+    bench.run_ms(300);
+    let before = bench.heard.len();
+    bench.device.handle(bench.now_ns, &super::hex("02 00 02 00 20 25 35 08"));
+    bench.run_ms(500);
+    let after: Vec<u8> = bench.bytes()[before..].to_vec();
+    assert_eq!(after, super::hex("06 02 80 03 00 a0 00 10 16 0a"));
+    assert_eq!(bench.device.counts().cut, 1);
+    assert!(!bench.device.is_streaming());
+}

@@ -1,0 +1,108 @@
+//! A mock laser in simulated time: a bench that says things to it and notes when which byte left.
+
+mod behaviour;
+mod cadence;
+mod sessions;
+
+use super::feed::{Mirror, MirrorFeed, Timeline};
+use super::{LmsDevice, LmsParams};
+use crate::device::Device;
+use crate::source::{ScanSource, ScanWords};
+
+pub(super) const MS: i64 = 1_000_000;
+
+/// Walls at three metres all around, in the unit asked for.
+struct Round;
+
+impl ScanSource for Round {
+    fn scan(&mut self, _t0_ns: i64, fov_deg: u16, resolution_cdeg: u16, mm: bool) -> Option<ScanWords> {
+        let beams = usize::from(fov_deg) * 100 / usize::from(resolution_cdeg) + 1;
+        (beams <= 401).then(|| std::iter::repeat_n(if mm { 3000 } else { 300 }, beams).collect())
+    }
+}
+
+struct Same;
+
+impl Timeline for Same {
+    fn world_ns(&self, device_ns: i64) -> i64 {
+        device_ns
+    }
+}
+
+pub(super) fn hex(text: &str) -> Vec<u8> {
+    text.split_whitespace().map(|byte| u8::from_str_radix(byte, 16).expect("hex in a test")).collect()
+}
+
+/// A device, a clock, and what came out.
+pub(super) struct Bench {
+    pub device: LmsDevice,
+    pub now_ns: i64,
+    /// Bytes and when their stop bits ended.
+    pub heard: Vec<(i64, u8)>,
+}
+
+impl Bench {
+    pub fn new(params: LmsParams) -> Self {
+        let feed = MirrorFeed::new(Box::new(Round), Box::new(Same));
+        Self { device: LmsDevice::new(params, Box::new(feed)), now_ns: 0, heard: Vec::new() }
+    }
+
+    pub fn run_ms(&mut self, duration_ms: i64) {
+        let end_ns = self.now_ns + duration_ms * MS;
+        loop {
+            let mut out = Vec::new();
+            let due_ns = self.device.poll(self.now_ns, &mut out);
+            let portion = out.into_iter().map(|byte| (self.now_ns, byte));
+            self.heard.extend(portion);
+            if due_ns > end_ns {
+                break;
+            }
+            self.now_ns = due_ns.max(self.now_ns + 1);
+        }
+        self.now_ns = end_ns;
+    }
+
+    /// Says something now, forgetting what was heard before.
+    pub fn say(&mut self, request: &str) {
+        self.heard.clear();
+        self.device.handle(self.now_ns, &hex(request));
+    }
+
+    pub fn bytes(&self) -> Vec<u8> {
+        self.heard.iter().map(|&(_, byte)| byte).collect()
+    }
+
+    /// What a request is answered with within half a second, ACK included.
+    pub fn ask(&mut self, request: &str) -> Vec<u8> {
+        self.say(request);
+        self.run_ms(500);
+        self.bytes()
+    }
+
+    /// Whole telegrams among what was heard: when the first byte had left, and the telegram.
+    pub fn telegrams(&self) -> Vec<(i64, Vec<u8>)> {
+        let bytes = self.bytes();
+        let mut found = Vec::new();
+        let mut at = 0;
+        while at + 6 <= bytes.len() {
+            let length = usize::from(u16::from_le_bytes([bytes[at + 2], bytes[at + 3]])) + 6;
+            let whole = bytes.get(at..at + length).filter(|t| t[0] == 2 && t[1] == 0x80);
+            let good = whole.filter(|t| {
+                super::frame::checksum(&t[..length - 2]).to_le_bytes() == [t[length - 2], t[length - 1]]
+            });
+            match good {
+                Some(telegram) => {
+                    found.push((self.heard[at].0, telegram.to_vec()));
+                    at += length;
+                }
+                None => at += 1,
+            }
+        }
+        found
+    }
+
+    /// Mirror of the device under test.
+    pub fn mirror() -> Mirror {
+        LmsParams::default().mirror
+    }
+}
