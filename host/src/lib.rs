@@ -3,6 +3,7 @@
 //! The stages in the order of the paper (Hähnel, Burgard, Thrun 2001): trajectory, cloud, mesh, planes, polygons, leftovers.
 //! Frame `map` (x forward at the start, z up), metres, stamps in whole nanoseconds.
 
+pub mod budget;
 pub mod cloud;
 pub mod compare;
 pub mod deskew;
@@ -26,6 +27,7 @@ pub mod ply_read;
 pub mod polygons;
 pub mod run;
 pub mod stamp_text;
+pub mod summary;
 pub mod surface_distance;
 pub mod trajectory;
 pub mod triangulate;

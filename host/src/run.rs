@@ -142,6 +142,21 @@ impl Run {
     /// # Errors
     /// When the file is damaged, or holds no horizontal scan or no pose.
     pub fn poses(&self) -> Result<RunPoses, RunError> {
+        let found = self.stamps_and_poses()?;
+        if found.poses.is_empty() {
+            return Err(RunError::NoPoses {
+                path: self.path().to_owned(),
+                scans: found.scan_stamps_ns.len(),
+            });
+        }
+        Ok(found)
+    }
+
+    /// Reads the stamps of all scans, and the poses if there are any.
+    ///
+    /// # Errors
+    /// When the file is damaged or holds no horizontal scan.
+    pub fn stamps_and_poses(&self) -> Result<RunPoses, RunError> {
         let mut found = RunPoses::default();
         let mut serial = false;
         for entry in self.reader.messages() {
@@ -160,12 +175,8 @@ impl Run {
                 _ => {}
             }
         }
-        let path = || self.path().to_owned();
         if found.scan_stamps_ns.is_empty() {
-            return Err(RunError::NoScans { path: path(), serial });
-        }
-        if found.poses.is_empty() {
-            return Err(RunError::NoPoses { path: path(), scans: found.scan_stamps_ns.len() });
+            return Err(RunError::NoScans { path: self.path().to_owned(), serial });
         }
         Ok(found)
     }

@@ -9,7 +9,10 @@ pub mod obj;
 pub mod ply;
 mod welded;
 
-use crate::model::{Mesh, Model};
+use rayon::prelude::*;
+
+use crate::model::{Mesh, Model, PlanarPolygon};
+use crate::triangulate::triangulate;
 
 /// A model with its polygons cut into triangles, as most formats want them.
 #[derive(Clone, Debug)]
@@ -20,7 +23,26 @@ pub struct Shapes<'a> {
     pub faces: Vec<Mesh>,
 }
 
-impl Shapes<'_> {
+impl<'a> Shapes<'a> {
+    /// Cuts the polygons of a model.
+    pub fn new(model: &'a Model) -> Self {
+        let cut = |polygon: &PlanarPolygon| {
+            let flat =
+                model.planes.get(polygon.plane).map(|plane| triangulate(plane, polygon)).unwrap_or_default();
+            Mesh {
+                vertices_m: flat.vertices_m.iter().map(|point| point.map(|value| value as f32)).collect(),
+                triangles: flat.triangles,
+            }
+        };
+        Self { model, faces: model.polygons.par_iter().map(cut).collect() }
+    }
+
+    /// Triangles of the whole model, leftovers included.
+    pub fn triangles(&self) -> usize {
+        self.faces.iter().map(|face| face.triangles.len()).sum::<usize>()
+            + self.model.leftovers.triangles.len()
+    }
+
     /// The indices of the polygons of each plane, in the order of the planes.
     fn polygons_by_plane(&self) -> Vec<Vec<usize>> {
         let mut by_plane = vec![Vec::new(); self.model.planes.len()];

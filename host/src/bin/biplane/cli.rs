@@ -2,7 +2,7 @@
 
 use clap::{Parser, Subcommand};
 
-use crate::{import, info, map, recover, traj};
+use crate::{build, compare, import, info, map, recover, traj};
 
 /// Compact 3D building models from recordings of a robot with two laser scanners.
 #[derive(Debug, Parser)]
@@ -30,6 +30,10 @@ pub enum Command {
     Traj(traj::Args),
     /// Draw the floor map of a recording
     Map(map::Args),
+    /// Build the compact 3D model of a recording, and everything around it
+    Build(build::Args),
+    /// Measure the raw mesh and the model of a build: sizes and distances
+    Compare(compare::Args),
     /// Salvage a recording that was cut off
     Recover(recover::Args),
 }

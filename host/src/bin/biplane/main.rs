@@ -1,6 +1,8 @@
 //! `biplane`: recordings in, compact models out. Words to typed options ([`cli`]), one file a command, one place for exit codes.
 
+mod build;
 mod cli;
+mod compare;
 mod console;
 mod import;
 mod info;
@@ -46,6 +48,8 @@ fn run(command: Command, console: &Console) -> anyhow::Result<Outcome> {
         Command::Import(args) => import::run(&args, console),
         Command::Traj(args) => traj::run(&args, console),
         Command::Map(args) => map::run(&args, console),
+        Command::Build(args) => build::run(&args, console),
+        Command::Compare(args) => compare::run(&args, console),
         Command::Recover(args) => recover::run(&args, console),
     }
 }

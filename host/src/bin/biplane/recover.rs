@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use biplane_recording::RecoverReport;
+
 use crate::Outcome;
 use crate::console::Console;
 
@@ -17,7 +19,30 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
+    let spinner = console.spinner(format!("reading {}", args.broken.display()));
     let report = biplane_recording::recover(&args.broken, &args.output)?;
-    console.note(format!("{}: {} messages", args.output.display(), report.messages));
-    Ok(Outcome::Done)
+    drop(spinner);
+    Ok(tell(&report, args, console))
+}
+
+fn tell(report: &RecoverReport, args: &Args, console: &Console) -> Outcome {
+    for finding in &report.findings {
+        console.note(format!("{}: {finding}", args.broken.display()));
+    }
+    let kept = format!("{}: {} messages kept", args.output.display(), report.messages);
+    if report.lost() {
+        // Said even when quiet: it is what the exit code stands for.
+        eprintln!(
+            "biplane: {kept}; lost: {} messages known of, {} bytes unusable, {} bytes missing",
+            report.lost_messages(),
+            report.lost_bytes(),
+            report.missing_bytes()
+        );
+        return Outcome::Lossy;
+    }
+    console.note(match report.index_missing() {
+        true => format!("{kept}, nothing lost: only the index or the footer was missing"),
+        false => format!("{kept}, nothing was wrong"),
+    });
+    Outcome::Done
 }

@@ -1,0 +1,59 @@
+//! The files of a build's folder (interfaces.md section 5), written into its unfinished form.
+
+use std::io::Write;
+use std::path::Path;
+
+use biplane::export::{Shapes, cityjson, gltf, obj, ply};
+use biplane::map_files::{MapError, MapImage, write_map};
+use biplane::output::{OutputError, write_file};
+use biplane::pipeline::BuildOutput;
+use biplane::summary::Summary;
+use biplane::trajectory::{TrajectoryFormat, write_poses};
+
+use super::Posed;
+use super::formats::Format;
+
+/// Writes the map and the trajectory; returns how many files.
+pub fn write_floor(folder: &Path, image: &MapImage<'_>, posed: &Posed) -> Result<usize, MapError> {
+    let known: Vec<_> = posed.at_scans.iter().flatten().copied().collect();
+    let paths = write_map(&folder.join("map"), image, &known, true)?;
+    write_file(&folder.join("trajectory.tum"), true, |out| {
+        write_poses(out, &posed.used, TrajectoryFormat::Tum)
+    })?;
+    Ok(paths.len() + 1)
+}
+
+/// Writes the raw points and the raw mesh.
+pub fn write_raw(folder: &Path, output: &BuildOutput) -> Result<usize, OutputError> {
+    write_file(&folder.join("points.ply"), true, |out| {
+        ply::write_points(out, &output.cloud, &output.labels)
+    })?;
+    write_file(&folder.join("raw.ply"), true, |out| ply::write_mesh(out, &output.mesh, "raw mesh"))?;
+    Ok(2)
+}
+
+/// Writes the model in the formats asked for, and its flat surfaces alone.
+pub fn write_model(folder: &Path, shapes: &Shapes<'_>, formats: &[Format]) -> Result<usize, OutputError> {
+    write_file(&folder.join("planes.ply"), true, |out| ply::write_planes(out, shapes))?;
+    let mut written = 1;
+    for format in Format::ALL.into_iter().filter(|format| formats.contains(format)) {
+        match format {
+            Format::Glb => write_file(&folder.join("model.glb"), true, |out| gltf::write(out, shapes))?,
+            Format::Ply => write_file(&folder.join("model.ply"), true, |out| ply::write_model(out, shapes))?,
+            Format::Obj => write_file(&folder.join("model.obj"), true, |out| obj::write(out, shapes))?,
+            Format::CityJson => {
+                write_file(&folder.join("model.city.json"), true, |out| cityjson::write(out, shapes))?;
+            }
+        }
+        written += 1;
+    }
+    Ok(written)
+}
+
+/// Writes the summary.
+pub fn write_summary(folder: &Path, summary: &Summary) -> Result<(), OutputError> {
+    write_file(&folder.join("summary.json"), true, |out| {
+        serde_json::to_writer_pretty(&mut *out, summary)?;
+        writeln!(out)
+    })
+}

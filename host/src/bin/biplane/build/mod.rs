@@ -1,0 +1,244 @@
+//! `biplane build`: from a recording to the model and everything around it, in one folder.
+
+mod files;
+mod formats;
+mod stages;
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, bail};
+use biplane::budget;
+use biplane::deskew::{StampedPose, Trajectory};
+use biplane::export::Shapes;
+use biplane::floor_map;
+use biplane::map_files::MapImage;
+use biplane::occupancy::{OccupancyGrid, OccupancyParams};
+use biplane::output::OutputFolder;
+use biplane::params::BuildParams;
+use biplane::pipeline::{self, BuildInput, BuildOutput};
+use biplane::run::{Run, VerticalScans};
+use biplane::stamp_text::format_seconds;
+use biplane::summary::{Parameters, ScanFigures, Summary};
+use biplane::trajectory::read_tum;
+
+use crate::Outcome;
+use crate::console::Console;
+use formats::Format;
+use stages::Stages;
+
+/// Scans farther than this from any pose of a foreign trajectory are not posed.
+const LONGEST_GAP_NS: i64 = 1_000_000_000;
+
+/// Words of the command.
+#[derive(Clone, Debug, clap::Args)]
+pub struct Args {
+    /// A posed recording
+    #[arg(required = true)]
+    recordings: Vec<PathBuf>,
+    /// The folder to write
+    #[arg(long, short, value_name = "DIR")]
+    output: PathBuf,
+    /// Use this trajectory (TUM: t x y z qx qy qz qw) instead of the recorded one
+    #[arg(long, value_name = "T.tum")]
+    poses: Option<PathBuf>,
+    /// Replace the folder if it exists
+    #[arg(long)]
+    force: bool,
+    /// Model files to write, separated by commas [possible values: glb, ply, obj, cityjson]
+    #[arg(long, value_delimiter = ',', value_parser = formats::parse, default_value = "glb,ply,obj,cityjson", hide_possible_values = true)]
+    formats: Vec<Format>,
+    /// Bound on the model's triangles: the smallest loose pieces go first, then the smallest flat surfaces
+    #[arg(long, value_name = "N")]
+    max_triangles: Option<usize>,
+    /// Seed of everything drawn at random; kept in summary.json (no stage draws at random today)
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u64,
+    /// Threads to use; the result does not depend on it [default: all processors]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+}
+
+impl Args {
+    /// As the command line would give them for one recording.
+    #[cfg(feature = "demo")]
+    pub fn for_recording(recording: &Path, output: &Path) -> Self {
+        Self {
+            recordings: vec![recording.to_owned()],
+            output: output.to_owned(),
+            poses: None,
+            force: false,
+            formats: Format::ALL.to_vec(),
+            max_triangles: None,
+            seed: 0,
+            threads: None,
+        }
+    }
+}
+
+/// Runs the command.
+pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
+    if let Some(threads) = args.threads {
+        rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global()?;
+    }
+    let [recording] = &args.recordings[..] else {
+        bail!(
+            "{} recordings given: several recordings in one model are not supported yet",
+            args.recordings.len()
+        )
+    };
+    let run = Run::open(recording)?;
+    let posed = Posed::load(&run, args.poses.as_deref())?;
+    let mut stages = Stages::new(console);
+    let vertical = stages.time("read", || {
+        let scans = run.vertical_scans()?;
+        let count = scans.as_ref().map_or(0, |scans| scans.sweeps.len());
+        anyhow::Ok((scans, count))
+    })?;
+    let map_params = OccupancyParams::default();
+    let grid = stages.time("map", || {
+        let grid = floor_map::draw(&run, &posed.at_scans, &posed.trajectory, map_params)?;
+        let cells = grid.bounds().map_or(0, |bounds| bounds.size().iter().product::<u64>() as usize);
+        anyhow::Ok((grid, cells))
+    })?;
+    let folder = OutputFolder::create(&args.output, args.force)?;
+    let parameters = Parameters {
+        build: BuildParams::default(),
+        map_resolution_m: map_params.resolution_m,
+        max_triangles: args.max_triangles,
+        seed: args.seed,
+    };
+    let built = match &vertical {
+        Some(vertical) => Some(model(vertical, &posed, &parameters, &mut stages)?),
+        None => None,
+    };
+    let mut summary = write_all(args, &folder, built, (&grid, &posed), &mut stages)?;
+    summary.parameters = parameters;
+    summary.scans.horizontal = posed.at_scans.len();
+    summary.scans.horizontal_unposed = posed.at_scans.iter().filter(|pose| pose.is_none()).count();
+    summary.scans.vertical =
+        vertical.as_ref().map_or(0, |vertical| vertical.sweeps.len() + vertical.odd_scans);
+    summary.scans.vertical_odd = vertical.as_ref().map_or(0, |vertical| vertical.odd_scans);
+    stages.finish(&mut summary);
+    files::write_summary(folder.part(), &summary)?;
+    folder.finish()?;
+    tell(args, &summary, vertical.is_some(), console);
+    Ok(Outcome::Done)
+}
+
+fn tell(args: &Args, summary: &Summary, has_vertical: bool, console: &Console) {
+    let folder = args.output.display();
+    if has_vertical {
+        console.note(format!(
+            "{folder}: {} points, {} triangles -> {} polygons with {} holes on {} planes + {} triangles: {:.1} % fewer",
+            summary.raw_points,
+            summary.raw_triangles,
+            summary.polygons,
+            summary.holes,
+            summary.planes,
+            summary.leftover_triangles,
+            summary.reduction_percent
+        ));
+    } else {
+        console.note(format!(
+            "{folder}: the recording has no scan of a vertical laser, so there is a map and a trajectory, and no model"
+        ));
+    }
+}
+
+fn model(
+    vertical: &VerticalScans,
+    posed: &Posed,
+    parameters: &Parameters,
+    stages: &mut Stages<'_>,
+) -> anyhow::Result<BuildOutput> {
+    let input = BuildInput { fan: &vertical.fan, sweeps: &vertical.sweeps, trajectory: &posed.trajectory };
+    Ok(pipeline::build(&input, &parameters.build, stages)?)
+}
+
+/// Writes every file but the summary, whose counts it returns.
+fn write_all(
+    args: &Args,
+    folder: &OutputFolder,
+    built: Option<BuildOutput>,
+    (grid, posed): (&OccupancyGrid, &Posed),
+    stages: &mut Stages<'_>,
+) -> anyhow::Result<Summary> {
+    let part = folder.part();
+    let image = MapImage::new(grid)?;
+    let mut output = built.unwrap_or_default();
+    let mut faces = Shapes::new(&output.model).faces;
+    if let Some(most) = args.max_triangles {
+        let dropped = budget::bound(&mut output.model, &mut faces, most);
+        output.counts.leftover_triangles -= dropped.leftover_triangles;
+        output.counts.polygons -= dropped.polygons;
+        output.counts.holes = output.model.polygons.iter().map(|polygon| polygon.holes_m.len()).sum();
+    }
+    let shapes = Shapes { model: &output.model, faces };
+    let has_model = !output.cloud.is_empty();
+    stages.time("write", || {
+        let mut written = files::write_floor(part, &image, posed)?;
+        if has_model {
+            written += files::write_raw(part, &output)?;
+            written += files::write_model(part, &shapes, &args.formats)?;
+        }
+        anyhow::Ok(((), written))
+    })?;
+    let mut summary = Summary::new(&output.counts, &output.model, shapes.triangles());
+    summary.recordings = args.recordings.iter().map(|path| path.display().to_string()).collect();
+    summary.poses = args.poses.as_ref().map(|path| path.display().to_string());
+    summary.scans = ScanFigures {
+        vertical_still: output.counts.scans_still,
+        vertical_unposed: output.counts.scans_unposed,
+        ..ScanFigures::default()
+    };
+    Ok(summary)
+}
+
+/// The poses of a build, from the recording or from somebody else.
+pub struct Posed {
+    trajectory: Trajectory,
+    /// One a horizontal scan.
+    at_scans: Vec<Option<StampedPose>>,
+    /// The poses as they go to `trajectory.tum`.
+    used: Vec<StampedPose>,
+}
+
+impl Posed {
+    fn load(run: &Run, foreign: Option<&Path>) -> anyhow::Result<Self> {
+        let Some(path) = foreign else {
+            let poses = run.poses()?;
+            let at_scans = poses.at_scans();
+            let used = at_scans.iter().flatten().copied().collect();
+            return Ok(Self { trajectory: poses.trajectory(), at_scans, used });
+        };
+        let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
+        let used =
+            read_tum(BufReader::new(file)).with_context(|| format!("cannot read {}", path.display()))?;
+        let trajectory = Trajectory::new(used.clone());
+        let stamps_ns = run.stamps_and_poses()?.scan_stamps_ns;
+        let at_scans: Vec<Option<StampedPose>> =
+            stamps_ns.iter().map(|&stamp_ns| trajectory.at(stamp_ns, LONGEST_GAP_NS)).collect();
+        if at_scans.iter().all(Option::is_none) {
+            bail!(
+                "no scan of {} lies in the time of {}: {}",
+                run.path().display(),
+                path.display(),
+                spans(&stamps_ns, &used)
+            );
+        }
+        Ok(Self { trajectory, at_scans, used })
+    }
+}
+
+fn spans(scan_stamps_ns: &[i64], poses: &[StampedPose]) -> String {
+    let span = |stamps_ns: &mut dyn Iterator<Item = i64>| {
+        let (first_ns, last_ns) =
+            stamps_ns.fold((i64::MAX, i64::MIN), |(first, last), stamp| (first.min(stamp), last.max(stamp)));
+        format!("{} to {}", format_seconds(first_ns), format_seconds(last_ns))
+    };
+    let scans = span(&mut scan_stamps_ns.iter().copied());
+    let poses = span(&mut poses.iter().map(|pose| pose.stamp_ns));
+    format!("the scans are from {scans} s, the poses from {poses} s")
+}

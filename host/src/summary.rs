@@ -1,0 +1,189 @@
+//! `summary.json`: the figures of a build, for people and scripts.
+//!
+//! The top-level counts are the contract of interfaces.md section 5; measured times and memory are the only figures that differ between
+//! two runs over the same input.
+
+use serde::Serialize;
+
+use crate::model::{Model, Plane};
+use crate::params::BuildParams;
+use crate::pipeline::Counts;
+
+/// Time and memory of one stage.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct StageFigures {
+    /// The stage.
+    pub stage: String,
+    /// Things made: points, triangles, planes, polygons, triangles, cells, files.
+    pub count: usize,
+    /// Seconds on the clock.
+    pub wall_s: f64,
+    /// Seconds of processor time, over all threads.
+    pub cpu_s: f64,
+    /// The process's largest resident memory by the stage's end, bytes.
+    pub peak_memory_bytes: Option<u64>,
+}
+
+/// How well planes fit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct PlaneErrors {
+    /// Points on planes.
+    pub points: usize,
+    /// Root mean square distance of these to their planes, metres.
+    pub rms_m: f64,
+    /// Of the worst plane, metres.
+    pub worst_plane_rms_m: f64,
+    /// Range noise that was assumed or estimated, metres.
+    pub sigma_m: f64,
+}
+
+impl PlaneErrors {
+    /// Of all planes of a model.
+    pub fn of(model: &Model, sigma_m: f64) -> Self {
+        let points: usize = model.planes.iter().map(|plane| plane.points).sum();
+        let squares = |plane: &Plane| plane.points as f64 * plane.rms_m * plane.rms_m;
+        let sum: f64 = model.planes.iter().map(squares).sum();
+        Self {
+            points,
+            rms_m: (sum / points.max(1) as f64).sqrt(),
+            worst_plane_rms_m: model.planes.iter().map(|plane| plane.rms_m).fold(0.0, f64::max),
+            sigma_m,
+        }
+    }
+}
+
+/// What of a recording was used.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct ScanFigures {
+    /// Horizontal scans.
+    pub horizontal: usize,
+    /// Of these, without a pose.
+    pub horizontal_unposed: usize,
+    /// Vertical scans.
+    pub vertical: usize,
+    /// Of these, left out because the robot had not moved.
+    pub vertical_still: usize,
+    /// Of these, without a pose.
+    pub vertical_unposed: usize,
+    /// Of these, left out because their fan is another than the first one's.
+    pub vertical_odd: usize,
+}
+
+/// Everything in `summary.json`.
+#[derive(Clone, Debug, Serialize)]
+pub struct Summary {
+    /// Points of the raw cloud.
+    pub raw_points: usize,
+    /// Triangles of the raw mesh.
+    pub raw_triangles: usize,
+    /// Planes.
+    pub planes: usize,
+    /// Polygons.
+    pub polygons: usize,
+    /// Holes of all polygons.
+    pub holes: usize,
+    /// Triangles on no plane.
+    pub leftover_triangles: usize,
+    /// 100 (1 - (polygons + leftover_triangles) / raw_triangles).
+    pub reduction_percent: f64,
+    /// Triangles of the model with its polygons cut into triangles.
+    pub model_triangles: usize,
+    /// How well planes fit.
+    pub errors: PlaneErrors,
+    /// What of the recording was used.
+    pub scans: ScanFigures,
+    /// The recordings.
+    pub recordings: Vec<String>,
+    /// The foreign trajectory, if one was given.
+    pub poses: Option<String>,
+    /// Stages in the order in which they ran.
+    pub stages: Vec<StageFigures>,
+    /// Seconds of everything, on the clock.
+    pub wall_s: f64,
+    /// Seconds of everything, processor time.
+    pub cpu_s: f64,
+    /// The process's largest resident memory, bytes.
+    pub peak_memory_bytes: Option<u64>,
+    /// All parameters.
+    pub parameters: Parameters,
+    /// The program's version.
+    pub version: &'static str,
+}
+
+/// What a build was asked for.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Parameters {
+    /// Of the stages of modelling.
+    pub build: BuildParams,
+    /// Side of a cell of the floor map, metres.
+    pub map_resolution_m: f64,
+    /// Bound on the model's triangles, if one was given.
+    pub max_triangles: Option<usize>,
+    /// Seed of everything drawn at random.
+    pub seed: u64,
+}
+
+impl Summary {
+    /// The counts of a build's output.
+    pub fn new(counts: &Counts, model: &Model, model_triangles: usize) -> Self {
+        Self {
+            raw_points: counts.raw_points,
+            raw_triangles: counts.raw_triangles,
+            planes: counts.planes,
+            polygons: counts.polygons,
+            holes: counts.holes,
+            leftover_triangles: counts.leftover_triangles,
+            reduction_percent: counts.reduction_percent(),
+            model_triangles,
+            errors: PlaneErrors::of(model, counts.sigma_m),
+            scans: ScanFigures::default(),
+            recordings: Vec::new(),
+            poses: None,
+            stages: Vec::new(),
+            wall_s: 0.0,
+            cpu_s: 0.0,
+            peak_memory_bytes: None,
+            parameters: Parameters::default(),
+            version: env!("CARGO_PKG_VERSION"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::Value;
+
+    use super::Summary;
+    use crate::export::sample;
+    use crate::pipeline::Counts;
+
+    #[test]
+    fn the_counts_of_the_contract_stand_at_the_top_as_integers() {
+        let counts = Counts {
+            raw_points: 82_592,
+            raw_triangles: 163_336,
+            planes: 40,
+            polygons: 868,
+            holes: 12,
+            leftover_triangles: 24_996,
+            ..Counts::default()
+        };
+        let model = sample::model();
+        let text = serde_json::to_string(&Summary::new(&counts, &model, 11)).unwrap();
+        let value: Value = serde_json::from_str(&text).unwrap();
+        for (key, expected) in [
+            ("raw_points", 82_592),
+            ("raw_triangles", 163_336),
+            ("planes", 40),
+            ("polygons", 868),
+            ("holes", 12),
+            ("leftover_triangles", 24_996),
+        ] {
+            assert_eq!(value[key].as_u64(), Some(expected), "{key}");
+        }
+        // The paper's corridor: 84 % fewer.
+        assert!((value["reduction_percent"].as_f64().unwrap() - 84.165).abs() < 0.001);
+        // sqrt((900 * 0.011^2 + 500 * 0.009^2) / 1400)
+        assert!((value["errors"]["rms_m"].as_f64().unwrap() - 0.010330).abs() < 1e-6);
+    }
+}
