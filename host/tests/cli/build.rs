@@ -1,0 +1,111 @@
+//! `biplane build` and `biplane compare`.
+
+use std::fs;
+
+use serde_json::Value;
+
+use crate::room::{self, Content};
+use crate::run::{Folder, names};
+
+const EVERYTHING: [&str; 12] = [
+    "map.pgm",
+    "map.png",
+    "map.yaml",
+    "model.city.json",
+    "model.glb",
+    "model.obj",
+    "model.ply",
+    "planes.ply",
+    "points.ply",
+    "raw.ply",
+    "summary.json",
+    "trajectory.tum",
+];
+
+/// The six sides of the room, as triangles.
+const TRUTH: &str = "ply\nformat ascii 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\n\
+    element face 6\nproperty list uchar int vertex_indices\nend_header\n\
+    -1 -2 0\n7 -2 0\n7 2 0\n-1 2 0\n-1 -2 2.5\n7 -2 2.5\n7 2 2.5\n-1 2 2.5\n\
+    4 0 1 2 3\n4 4 5 6 7\n4 0 1 5 4\n4 1 2 6 5\n4 2 3 7 6\n4 3 0 4 7\n";
+
+#[test]
+fn a_room_becomes_a_few_flat_surfaces_in_every_format() {
+    let folder = Folder::new("build");
+    room::record(&folder.path("run.mcap"), Content { poses: true, vertical: true });
+    folder.expect("build run.mcap -o out --seed 7", 0, &["% fewer"]);
+    assert_eq!(names(&folder.path("out")), EVERYTHING);
+    assert_eq!(folder.names(), ["out", "run.mcap"]);
+    let summary: Value = serde_json::from_slice(&fs::read(folder.path("out/summary.json")).unwrap()).unwrap();
+    let count = |key: &str| summary[key].as_u64().unwrap_or_else(|| panic!("{key}: {summary}"));
+    // What the vertical laser sees of the room: two sides, floor and ceiling (and not what is right under it).
+    assert!(count("raw_points") > 10_000 && count("planes") >= 3, "{summary}");
+    assert!(summary["reduction_percent"].as_f64().unwrap() > 90.0, "{summary}");
+    assert_eq!(summary["parameters"]["seed"], 7);
+
+    folder.write("truth.ply", TRUTH);
+    let ran = folder.expect("compare out --truth truth.ply --json", 0, &[]);
+    let report: Value = serde_json::from_str(&ran.stdout).unwrap();
+    let rms_m = report["model"]["to_truth"]["rms_m"].as_f64().unwrap();
+    assert!(rms_m < 0.01, "{report}");
+    assert_eq!(report["model"]["polygons"], summary["polygons"]);
+    assert!(folder.expect("compare out", 0, &["not supported yet"]).stdout.contains("raw mesh"));
+
+    folder.expect("build run.mcap -o out", 1, &["out exists already", "--force"]);
+    folder.expect("build run.mcap -o out --force --formats glb --threads 1", 0, &[]);
+    assert!(!names(&folder.path("out")).contains(&"model.obj".to_owned()));
+}
+
+#[test]
+fn any_number_of_threads_writes_the_same_bytes() {
+    let folder = Folder::new("threads");
+    room::record(&folder.path("run.mcap"), Content { poses: true, vertical: true });
+    folder.expect("build run.mcap -o one --threads 1", 0, &[]);
+    folder.expect("build run.mcap -o three --threads 3", 0, &[]);
+    for name in EVERYTHING.iter().filter(|name| **name != "summary.json") {
+        let of = |run: &str| fs::read(folder.path(run).join(name)).unwrap();
+        assert!(of("one") == of("three"), "{name} differs");
+    }
+}
+
+#[test]
+fn without_a_vertical_laser_there_are_map_and_trajectory_and_a_word_about_it() {
+    let folder = Folder::new("flat");
+    room::record(&folder.path("run.mcap"), Content { poses: true, vertical: false });
+    folder.expect("build run.mcap -o out", 0, &["no scan of a vertical laser"]);
+    let expected = ["map.pgm", "map.png", "map.yaml", "summary.json", "trajectory.tum"];
+    assert_eq!(names(&folder.path("out")), expected);
+    folder.expect("compare out", 1, &["out holds no model"]);
+}
+
+#[test]
+fn foreign_poses_are_taken_when_their_time_fits() {
+    let folder = Folder::new("poses");
+    room::record(&folder.path("run.mcap"), Content { poses: false, vertical: true });
+    let line = |t: i32| format!("{}.0 {} 0 0 0 0 0 1\n", 1_700_000_000 + t, f64::from(t) * 0.25);
+    folder.write("good.tum", (0..=20).map(line).collect::<String>());
+    folder.write("late.tum", (100..=120).map(line).collect::<String>());
+    folder.write("broken.tum", "1 2 3\n");
+    folder.expect("build run.mcap -o out --poses good.tum", 0, &["% fewer"]);
+    folder.expect(
+        "build run.mcap -o x --poses late.tum",
+        1,
+        &["no scan of run.mcap lies in the time of late.tum"],
+    );
+    folder.expect("build run.mcap -o x --poses broken.tum", 1, &["broken.tum: line 1: expected"]);
+    folder.expect("build run.mcap -o x --poses none.tum", 1, &["cannot read none.tum"]);
+    assert!(!folder.names().contains(&"x".to_owned()));
+}
+
+#[test]
+fn what_is_not_supported_yet_is_said() {
+    let folder = Folder::new("unsupported");
+    room::record(&folder.path("run.mcap"), Content { poses: true, vertical: false });
+    folder.expect("build run.mcap -o x --formats glb,dxf", 2, &["dxf is not supported yet"]);
+    folder.expect("build run.mcap -o x --formats toast", 2, &["there are glb, ply, obj and cityjson"]);
+    folder.expect(
+        "build run.mcap run.mcap -o x",
+        1,
+        &["several recordings in one model are not supported yet"],
+    );
+    assert_eq!(folder.names(), ["run.mcap"]);
+}

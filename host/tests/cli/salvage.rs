@@ -1,0 +1,27 @@
+//! `biplane recover`, and what the other commands say of a recording that was cut off.
+
+use std::fs;
+
+use crate::room::{self, Content};
+use crate::run::Folder;
+
+#[test]
+fn a_cut_recording_is_salvaged_and_the_exit_code_says_what_was_lost() {
+    let folder = Folder::new("recover");
+    let whole = folder.path("whole.mcap");
+    room::record(&whole, Content { poses: true, vertical: false });
+    let bytes = fs::read(&whole).unwrap();
+    // Only the footer's end is missing: nothing is lost.
+    folder.write("footer.mcap", &bytes[..bytes.len() - 10]);
+    folder.expect("recover footer.mcap -o a.mcap", 0, &["nothing lost"]);
+    // Half of the file: data is lost, and said also when quiet.
+    folder.write("half.mcap", &bytes[..bytes.len() / 2]);
+    folder.expect("--quiet recover half.mcap -o b.mcap", 3, &["b.mcap: ", "messages kept; lost:"]);
+    folder.expect("traj b.mcap -o -", 0, &[]);
+    assert_eq!(fs::read(folder.path("half.mcap")).unwrap(), bytes[..bytes.len() / 2]);
+    folder.expect("recover half.mcap -o a.mcap", 1, &["a.mcap exists already"]);
+    for command in ["info half.mcap", "traj half.mcap -o t", "map half.mcap -o m", "build half.mcap -o d"] {
+        folder.expect(command, 1, &["half.mcap", "byte", "biplane recover"]);
+    }
+    assert_eq!(folder.names(), ["a.mcap", "b.mcap", "footer.mcap", "half.mcap", "whole.mcap"]);
+}
