@@ -8,6 +8,7 @@ pub mod encode;
 pub mod faults;
 pub mod line;
 pub mod lms_device;
+pub mod obj;
 pub mod odometry;
 pub mod pacing;
 pub mod ply;

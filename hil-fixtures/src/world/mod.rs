@@ -6,11 +6,14 @@
 pub mod builder;
 pub mod building;
 pub mod corridor;
+pub mod labels;
 pub mod mesh;
 pub mod office;
 pub mod path;
 pub mod scene;
 
+use crate::obj::{self, ObjError};
+use crate::ply::{self, PlyError};
 use mesh::LabelledMesh;
 use path::{Path, PathError};
 use std::io;
@@ -47,6 +50,22 @@ pub enum WorldError {
         /// Why.
         source: io::Error,
     },
+    /// A file is no OBJ.
+    #[error("{}: {source}", path.display())]
+    Obj {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        source: ObjError,
+    },
+    /// A file is no PLY mesh.
+    #[error("{}: {source}", path.display())]
+    Ply {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        source: PlyError,
+    },
     /// The path file is no path.
     #[error("{}: {source}", path.display())]
     PathFile {
@@ -74,9 +93,33 @@ pub enum WorldError {
 }
 
 impl World {
-    /// A built-in world by name, or a mesh from a file.
+    /// A built-in world by name, or a mesh from an OBJ or PLY file.
     pub fn open(name: &str) -> Result<Self, WorldError> {
-        Self::named(name).ok_or_else(|| WorldError::Unknown { name: name.to_owned() })
+        if let Some(world) = Self::named(name) {
+            return Ok(world);
+        }
+        let path = PathBuf::from(name);
+        let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
+        match extension.as_deref() {
+            Some("obj" | "ply") => Self::load(&path, extension.as_deref() == Some("ply")),
+            _ => Err(WorldError::Unknown { name: name.to_owned() }),
+        }
+    }
+
+    fn load(path: &std::path::Path, ply: bool) -> Result<Self, WorldError> {
+        let bytes =
+            std::fs::read(path).map_err(|source| WorldError::File { path: path.to_owned(), source })?;
+        let (mut mesh, labelled) = if ply {
+            ply::parse(&bytes).map_err(|source| WorldError::Ply { path: path.to_owned(), source })?
+        } else {
+            let text = String::from_utf8_lossy(&bytes);
+            (obj::parse(&text).map_err(|source| WorldError::Obj { path: path.to_owned(), source })?, false)
+        };
+        if !labelled {
+            labels::label_planes(&mut mesh);
+        }
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        Ok(Self { name, mesh, paths: Vec::new() })
     }
 
     /// The built-in world of that name.
