@@ -1,11 +1,11 @@
 //! Triangle meshes from Wavefront OBJ files.
 //!
 //! Vertices (`v`) in metres, faces (`f`) of any number of corners, cut into fans; corners as `7`, `7/1`, `7//3`, `7/1/3` or counted
-//! backwards (`-1` is the last vertex so far). Objects, groups, materials, normals and texture are passed over. The faces get no
-//! plane label here.
+//! backwards (`-1` is the last vertex so far). Objects (`o`) are named runs of faces; groups, materials, normals and texture are passed
+//! over. The faces get no plane label here.
 
 use crate::vec3::Vec3;
-use crate::world::mesh::{LabelledMesh, NO_PLANE};
+use crate::world::mesh::{LabelledMesh, NO_PLANE, Object};
 
 /// What is wrong in an OBJ file.
 #[derive(Debug, PartialEq, thiserror::Error)]
@@ -33,9 +33,10 @@ pub enum ObjError {
     Empty,
 }
 
-/// Reads a mesh.
-pub fn parse(text: &str) -> Result<LabelledMesh, ObjError> {
+/// Reads a mesh and its objects.
+pub fn parse(text: &str) -> Result<(LabelledMesh, Vec<Object>), ObjError> {
     let mut mesh = LabelledMesh::default();
+    let mut objects: Vec<Object> = Vec::new();
     for (index, content) in text.lines().enumerate() {
         let line = index + 1;
         let mut words = content.split_ascii_whitespace();
@@ -59,10 +60,17 @@ pub fn parse(text: &str) -> Result<LabelledMesh, ObjError> {
                     mesh.face([corners[0], corners[i - 1], corners[i]], NO_PLANE);
                 }
             }
+            Some("o") => {
+                let first = mesh.faces.len();
+                objects.push(Object { name: words.collect::<Vec<_>>().join(" "), faces: first..first });
+            }
             _ => {}
         }
+        if let Some(object) = objects.last_mut() {
+            object.faces.end = mesh.faces.len();
+        }
     }
-    if mesh.faces.is_empty() { Err(ObjError::Empty) } else { Ok(mesh) }
+    if mesh.faces.is_empty() { Err(ObjError::Empty) } else { Ok((mesh, objects)) }
 }
 
 fn vertex<'a>(words: &mut impl Iterator<Item = &'a str>) -> Option<Vec3> {
@@ -89,7 +97,8 @@ mod tests {
     #[test]
     fn corners_come_in_all_their_spellings() {
         let text = "# a square\no wall\nv 0 0 0\nv 1 0 0 0.5 0.5 0.5\nv 1 1 0\nv 0 1e0 0\nvn 0 0 1\nf 1/1/1 2//1 3/2 4\nf -4 -3 -2\n";
-        let mesh = parse(text).expect("a mesh");
+        let (mesh, objects) = parse(text).expect("a mesh");
+        assert_eq!((objects[0].name.as_str(), objects[0].faces.clone()), ("wall", 0..3));
         assert_eq!(mesh.vertices_m[3], [0.0, 1.0, 0.0]);
         assert_eq!(mesh.faces, vec![[0, 1, 2], [0, 2, 3], [0, 1, 2]]);
     }

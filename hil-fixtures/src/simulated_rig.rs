@@ -62,7 +62,7 @@ impl SimulatedRig {
     ) -> Result<Self, PathError> {
         let drive = Drive::new(path, seed)?;
         let shared = Shared {
-            scene: Scene::new(world.mesh.moved(&drive.map_from_world())),
+            scene: Scene::new(world.mesh_for(path).moved(&drive.map_from_world())),
             odometer: Odometer::new(&drive, params.odometry, seed),
             drive,
             rig: rig.clone(),
@@ -254,5 +254,34 @@ mod tests {
         );
         let horizontal = rig.horizontal().scan(0, 180, 100, false).expect("a scan");
         assert!((f64::from(horizontal[90]) * 0.01 - 12.3).abs() < 0.3, "{}", horizontal[90]);
+    }
+
+    #[test]
+    fn points_of_a_driving_laser_rebuild_the_ceiling_to_within_the_noise() {
+        let rig = corridor();
+        let mount = rig.rig().vertical.as_ref().expect("the default rig has one").mount;
+        let mut heights = Vec::new();
+        for k in 0..40 {
+            let t0_ns = 25_000_000_000 + k * 106_560_000;
+            let words = rig.vertical().expect("has one").scan(t0_ns, 180, 100, true).expect("a scan");
+            for beam in 70..110_u16 {
+                let range_m = f64::from(words[usize::from(beam)]) * 0.001;
+                let angle = (f64::from(beam) - 90.0).to_radians();
+                let [x, y, z] = mount.base_from_laser([range_m * angle.cos(), range_m * angle.sin(), 0.0]);
+                let taken_ns = t0_ns + i64::from(beam) * 37_000;
+                let pose = rig.map_from_base(taken_ns);
+                let (sin, cos) = pose.yaw_rad().sin_cos();
+                let at =
+                    [pose.translation_m[0] + cos * x - sin * y, pose.translation_m[1] + sin * x + cos * y];
+                // Free ceiling between two lamps, right of the cable tray.
+                if (5.3..6.2).contains(&at[0]) && (-0.9..0.6).contains(&at[1]) {
+                    heights.push(z - 2.7);
+                }
+            }
+        }
+        let n = heights.len() as f64;
+        let mean = heights.iter().sum::<f64>() / n;
+        let sigma = (heights.iter().map(|h| (h - mean) * (h - mean)).sum::<f64>() / n).sqrt();
+        assert!(n > 500.0 && mean.abs() < 0.002 && (0.013..0.0165).contains(&sigma), "{n} {mean} {sigma}");
     }
 }

@@ -47,7 +47,7 @@ pub fn building() -> World {
     builder.within([0.0, 0.0, 0.0], 0.0, court);
     builder.rect(Facing::Up, 0.0, [-60.0, length + 60.0], [-60.0, width + 60.0], &[]);
     surroundings(&mut builder);
-    World { name: "building".to_owned(), mesh: builder.finish(), paths: vec![around()] }
+    World { name: "building".to_owned(), mesh: builder.finish(), objects: Vec::new(), paths: vec![around()] }
 }
 
 /// Once around, and a little farther than the start.

@@ -58,7 +58,7 @@ pub fn corridor() -> World {
         weave_length_m: 4.0,
         ..Path::default()
     };
-    World { name: "corridor".to_owned(), mesh: builder.finish(), paths: vec![path] }
+    World { name: "corridor".to_owned(), mesh: builder.finish(), objects: Vec::new(), paths: vec![path] }
 }
 
 /// One side wall with its doors; `own` takes a place along the corridor to the wall's own x.

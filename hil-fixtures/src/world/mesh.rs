@@ -5,6 +5,7 @@
 
 use crate::pose::Pose;
 use crate::vec3::Vec3;
+use std::ops::Range;
 
 /// Label of faces that belong to no plane.
 pub const NO_PLANE: i32 = -1;
@@ -18,6 +19,15 @@ pub struct LabelledMesh {
     pub faces: Vec<[u32; 3]>,
     /// Plane label a face: 0 and up, or [`NO_PLANE`].
     pub planes: Vec<i32>,
+}
+
+/// A named part of a mesh.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Object {
+    /// Its name in the file.
+    pub name: String,
+    /// Its faces.
+    pub faces: Range<usize>,
 }
 
 impl LabelledMesh {
@@ -37,6 +47,18 @@ impl LabelledMesh {
     #[must_use]
     pub fn corners(&self, index: usize) -> [Vec3; 3] {
         self.faces[index].map(|i| self.vertices_m[i as usize])
+    }
+
+    /// The same surfaces without the faces of some objects.
+    #[must_use]
+    pub fn without<'a>(&self, objects: impl IntoIterator<Item = &'a Object>) -> Self {
+        let mut kept = vec![true; self.faces.len()];
+        for face in objects.into_iter().flat_map(|object| object.faces.clone()) {
+            kept[face] = false;
+        }
+        let pairs = self.faces.iter().zip(&self.planes).zip(kept).filter(|(_, kept)| *kept);
+        let (faces, planes) = pairs.map(|((face, plane), _)| (*face, *plane)).unzip();
+        Self { vertices_m: self.vertices_m.clone(), faces, planes }
     }
 
     /// The same surfaces in another frame.

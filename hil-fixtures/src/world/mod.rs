@@ -14,7 +14,7 @@ pub mod scene;
 
 use crate::obj::{self, ObjError};
 use crate::ply::{self, PlyError};
-use mesh::LabelledMesh;
+use mesh::{LabelledMesh, Object};
 use path::{Path, PathError};
 use std::io;
 use std::path::PathBuf;
@@ -29,6 +29,8 @@ pub struct World {
     pub name: String,
     /// All surfaces, in the world's own frame.
     pub mesh: LabelledMesh,
+    /// Named parts of the mesh, for a world from an OBJ file.
+    pub objects: Vec<Object>,
     /// Built-in paths; the first is the usual one. Empty for a mesh from a file.
     pub paths: Vec<Path>,
 }
@@ -109,17 +111,23 @@ impl World {
     fn load(path: &std::path::Path, ply: bool) -> Result<Self, WorldError> {
         let bytes =
             std::fs::read(path).map_err(|source| WorldError::File { path: path.to_owned(), source })?;
-        let (mut mesh, labelled) = if ply {
-            ply::parse(&bytes).map_err(|source| WorldError::Ply { path: path.to_owned(), source })?
+        let (mut mesh, labelled, objects) = if ply {
+            let found = ply::parse(&bytes);
+            let (mesh, labelled) =
+                found.map_err(|source| WorldError::Ply { path: path.to_owned(), source })?;
+            (mesh, labelled, Vec::new())
         } else {
-            let text = String::from_utf8_lossy(&bytes);
-            (obj::parse(&text).map_err(|source| WorldError::Obj { path: path.to_owned(), source })?, false)
+            let found = obj::parse(&String::from_utf8_lossy(&bytes));
+            let (mesh, objects) =
+                found.map_err(|source| WorldError::Obj { path: path.to_owned(), source })?;
+            (mesh, false, objects)
         };
         if !labelled {
             labels::label_planes(&mut mesh);
         }
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        Ok(Self { name, mesh, paths: Vec::new() })
+        let paths = known_paths(&name)?;
+        Ok(Self { name, mesh, objects, paths })
     }
 
     /// The built-in world of that name.
@@ -131,6 +139,15 @@ impl World {
             "office" => Some(office::office()),
             _ => None,
         }
+    }
+
+    /// The surfaces that are there during a drive, in the world's own frame.
+    #[must_use]
+    pub fn mesh_for(&self, path: &Path) -> LabelledMesh {
+        let gone = |object: &&Object| {
+            path.without_objects.iter().any(|start| object.name.starts_with(start.as_str()))
+        };
+        self.mesh.without(self.objects.iter().filter(gone))
     }
 
     /// The built-in path of that name; the usual one without a name.
@@ -161,25 +178,46 @@ impl World {
     }
 }
 
+/// Path files of `hil-fixtures/worlds` for meshes that are not part of this project, by the name of the mesh's file.
+const KNOWN_PATHS: [(&str, &str, &str); 2] = [
+    ("institute", "institute.toml", include_str!("../../worlds/institute.toml")),
+    ("institute", "institute-closed.toml", include_str!("../../worlds/institute-closed.toml")),
+];
+
+fn known_paths(world: &str) -> Result<Vec<Path>, WorldError> {
+    let parse = |(_, file, text): &(&str, &str, &str)| {
+        Path::parse(text).map_err(|source| WorldError::PathFile { path: PathBuf::from(file), source })
+    };
+    KNOWN_PATHS.iter().filter(|(known, ..)| *known == world).map(parse).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::scene::Scene;
-    use super::{NAMES, World};
+    use super::{NAMES, World, known_paths};
     use crate::drive::Drive;
     use crate::vec3::Vec3;
 
-    /// Every built-in drive: its world in `map` and its poses every 20 cm or so.
+    /// Every drive through a world: its name, the surfaces in `map`, the drive.
+    fn drives_through(world: &World) -> Vec<(String, Scene, Drive)> {
+        let drive_along = |path| {
+            let drive = Drive::new(path, 1).expect("drives");
+            let scene = Scene::new(world.mesh_for(path).moved(&drive.map_from_world()));
+            (format!("{} {}", world.name, path.name), scene, drive)
+        };
+        world.paths.iter().map(drive_along).collect()
+    }
+
     fn drives() -> Vec<(String, Scene, Drive)> {
-        let mut out = Vec::new();
-        for name in NAMES {
-            let world = World::named(name).expect("built in");
-            for path in &world.paths {
-                let drive = Drive::new(path, 1).expect("drives");
-                let scene = Scene::new(world.mesh.moved(&drive.map_from_world()));
-                out.push((format!("{name} {}", path.name), scene, drive));
-            }
-        }
-        out
+        NAMES.iter().flat_map(|name| drives_through(&World::named(name).expect("built in"))).collect()
+    }
+
+    /// The institute's model, where the test data are (`BIPLANE_DATA`, or beside the checkout).
+    fn institute() -> Option<World> {
+        let beside = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data");
+        let data = std::env::var("BIPLANE_DATA").unwrap_or_else(|_| beside.to_owned());
+        let file = std::path::Path::new(&data).join("models/institute.obj");
+        file.exists().then(|| World::open(&file.display().to_string()).expect("a mesh"))
     }
 
     fn origins(drive: &Drive, height_m: f64) -> Vec<Vec3> {
@@ -192,7 +230,8 @@ mod tests {
 
     #[test]
     fn every_built_in_drive_keeps_clear_of_all_surfaces() {
-        for (name, scene, drive) in drives() {
+        let institute = institute().map(|world| drives_through(&world)).unwrap_or_default();
+        for (name, scene, drive) in drives().into_iter().chain(institute) {
             for height_m in [0.1, 0.3, 0.5] {
                 for origin in origins(&drive, height_m) {
                     for k in 0..24 {
@@ -203,6 +242,16 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn the_institutes_paths_are_part_of_the_program_and_one_opens_its_doors() {
+        let paths = known_paths("institute").expect("paths");
+        assert_eq!([paths[0].name.as_str(), paths[1].name.as_str()], ["institute", "institute-closed"]);
+        let Some(world) = institute() else { return };
+        assert_eq!(world.path(None), Some(&paths[0]));
+        let left = world.mesh_for(&paths[0]).faces.len();
+        assert!(left < world.mesh.faces.len() && world.mesh_for(&paths[1]) == world.mesh, "{left}");
     }
 
     #[test]

@@ -5,6 +5,7 @@
 //! waypoints_m = [[0.0, 0.0], [10.0, 0.0]]
 //! floor_z_m = 0.0        # everything below has a default
 //! speed_m_s = 0.4
+//! without_objects = ["IfcDoor"]
 //! ```
 
 use serde::Deserialize;
@@ -33,6 +34,8 @@ pub struct Path {
     pub weave_length_m: f64,
     /// Roll and pitch of the moving base, one standard deviation each, as on rough ground. 0 indoors.
     pub shake_deg: f64,
+    /// Objects of the world's file that are not there during this drive, by the beginning of their names: doors that stand open.
+    pub without_objects: Vec<String>,
 }
 
 impl Default for Path {
@@ -48,6 +51,7 @@ impl Default for Path {
             weave_m: 0.0,
             weave_length_m: 6.0,
             shake_deg: 0.0,
+            without_objects: Vec::new(),
         }
     }
 }
