@@ -69,3 +69,36 @@ impl<'a> Source<'a> {
         Ok(true)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Source, WINDOW};
+    use std::os::unix::fs::FileExt;
+
+    #[test]
+    fn every_stretch_is_what_stands_in_the_file() {
+        let size = WINDOW * 3 + 17;
+        let bytes: Vec<u8> = (0..size).map(|place| (place * 7 + place / 251) as u8).collect();
+        let path = std::env::temp_dir().join(format!("biplane-source-{}", std::process::id()));
+        let file =
+            std::fs::File::options().read(true).write(true).create(true).truncate(true).open(&path).unwrap();
+        std::fs::remove_file(&path).unwrap();
+        file.write_all_at(&bytes, 0).unwrap();
+        let mut source = Source::new(&file, size);
+        let near = |place: u64| place.saturating_sub(2)..=place + 2;
+        let places = || [0, 100, WINDOW, WINDOW + 100, 2 * WINDOW, size].into_iter().flat_map(near);
+        for from in places() {
+            for to in places() {
+                // From a fresh place each time, so that windows begin everywhere.
+                let _ = source.bytes(from / 2, 1);
+                let length = to.saturating_sub(from);
+                let found = source.bytes(from, length).unwrap();
+                assert_eq!(found, bytes.get(from as usize..(from + length) as usize), "{from} {length}");
+                let end = from.saturating_sub(from / 2 + 3);
+                let again = source.bytes(from / 2, end).unwrap();
+                assert_eq!(again, bytes.get((from / 2) as usize..(from / 2 + end) as usize));
+            }
+        }
+        assert_eq!(source.bytes(u64::MAX, 2).unwrap(), None);
+    }
+}

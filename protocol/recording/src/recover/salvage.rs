@@ -167,7 +167,10 @@ impl<'a> Salvage<'a> {
 
     /// A chunk that has its full length.
     fn chunk(&mut self, offset: u64, body: &[u8]) -> Result<(), RecoverError> {
-        let Some((header, size)) = ChunkHeader::parse(body) else { return Ok(()) };
+        let Some((header, size)) = ChunkHeader::parse(body) else {
+            self.note(offset, body.len() as u64, &Tally::default(), Problem::NoRecord);
+            return Ok(());
+        };
         let packed = body.get(size..).unwrap_or_default();
         let mut unpacked = std::mem::take(&mut self.unpacked);
         let result = match chunk::unpack(&header, packed, &mut unpacked) {

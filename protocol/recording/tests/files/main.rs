@@ -1,5 +1,6 @@
 //! Files written, read back, cut, torn and salvaged.
 
+mod crafted;
 mod folder;
 mod foreign;
 mod round_trip;
