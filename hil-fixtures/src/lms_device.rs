@@ -27,6 +27,9 @@ const MS: i64 = 1_000_000;
 /// Bytes of a scan that go out in one mirror turn at most.
 const BYTES_A_TURN: usize = 508;
 
+/// A caller that is late by less than this finds the scans that have left meanwhile; what is older is passed over.
+const LATEST_NS: i64 = 500 * MS;
+
 /// How often a device that has nothing to do wants to be asked.
 const IDLE_NS: i64 = 1_000 * MS;
 
@@ -158,7 +161,7 @@ impl LmsDevice {
         self.line.acknowledge(now_ns + latency.acknowledge_ns, self.state.baud, ACK);
         let feed = &self.feed;
         let Some(answer) = self.state.carry_out(body, &latency, &|variant| feed.holds(variant)) else {
-            self.ask_ns = i64::MIN;
+            self.ask_ns = now_ns;
             return;
         };
         self.counts.refused += u64::from(answer.code == 0x92);
@@ -169,7 +172,7 @@ impl LmsDevice {
         };
         let bytes = reply(self.state.address, answer.code, &answer.data, STATUS_OK);
         self.line.send(now_ns + answer.after_ns, self.state.baud, kind, bytes, None);
-        self.ask_ns = i64::MIN;
+        self.ask_ns = now_ns;
     }
 
     /// A request interrupts what is being sent; what a cut reply announced happens all the same.
@@ -214,7 +217,7 @@ impl LmsDevice {
         let output = self.state.output;
         let scale = Scale { mode: self.state.config.measuring_mode(), mm: self.state.config.is_mm() };
         let ask = Ask {
-            earliest_ns: now_ns.max(self.line.free_ns()),
+            earliest_ns: self.line.free_ns().max(self.ask_ns).max(now_ns - LATEST_NS),
             turns: output.turns(self.state.variant),
             mirror: self.params.mirror,
             variant: output.source_variant(self.state.variant),
