@@ -1,0 +1,103 @@
+//! A served world, spoken to over its pseudo-terminals.
+
+use crate::client::{Client, hex};
+use crate::{folder, serving};
+use biplane_mock::serve::{ServeOptions, Source};
+use biplane_mock::simulated_rig::SimulationParams;
+use biplane_mock::world::World;
+use biplane_recording::Rig;
+use std::path::Path;
+
+const DONE: &str = "06 02 80 03 00 a0 00 10 16 0a";
+const STOP: &str = "02 00 02 00 20 25 35 08";
+
+fn corridor(links: &Path) -> ServeOptions {
+    let world = World::open("corridor").expect("built in");
+    let path = world.path(None).expect("it has one").clone();
+    let (rig, params) = (Box::new(Rig::default()), SimulationParams::default());
+    let source = Source::World { world: Box::new(world), path: Box::new(path), rig, params };
+    ServeOptions::new(source, links.join("links"))
+}
+
+fn open_base(link: &Path) -> Client {
+    let base = Client::open(link, 9600);
+    base.ask("fa fb 03 00 00 00", "fa fb 03 00 00 00");
+    base.ask("fa fb 03 01 00 01", "fa fb 03 01 00 01");
+    base.ask("fa fb 03 02 00 02", "fa fb 1c 02 4d 6f 63 6b 42 61 73 65 00");
+    base.write(&hex("fa fb 06 01 3b 01 00 02 3b"));
+    base
+}
+
+#[test]
+fn a_laser_is_deaf_and_garbled_at_a_wrong_rate_and_answers_at_its_own() {
+    let options = corridor(&folder("rates"));
+    let report = serving(&options, |links| {
+        let laser = Client::open(&links.join("lms-horizontal"), 38_400);
+        laser.write(&hex(STOP));
+        assert_eq!(laser.read_until(200, |_| false), []);
+        laser.set_baud(9600);
+        laser.ask(STOP, DONE);
+        laser.write(&hex(STOP));
+        // The ACK is not heard before the mock has read the request at 9600.
+        let heard = laser.read_until(5000, |heard| !heard.is_empty());
+        assert_eq!(heard[0], 6);
+        laser.set_baud(19_200);
+        let heard = laser.read_until(300, |heard| heard.len() >= 16);
+        assert!(
+            !heard.is_empty() && !heard.windows(4).any(|window| window == hex("02 80 03 00")),
+            "{heard:02x?}"
+        );
+    })
+    .expect("served");
+    assert_eq!(report.ports[0].device.noise_bytes, 8);
+    assert_eq!(report.ports[0].device.requests, 2);
+}
+
+#[test]
+fn the_drive_begins_when_all_devices_stream_and_its_truth_is_written() {
+    let folder = folder("truth");
+    let mut options = corridor(&folder);
+    options.truth = Some(folder.join("truth"));
+    options.speed = 10.0;
+    options.laser.baud = 500_000;
+    let report = serving(&options, |links| {
+        let lasers = ["lms-horizontal", "lms-vertical"].map(|name| Client::open(&links.join(name), 500_000));
+        for laser in &lasers {
+            laser.ask("02 00 02 00 20 24 34 08", DONE);
+        }
+        let base = open_base(&links.join("base"));
+        // A packet that says "moving": the drive has begun.
+        let moved = |heard: &[u8]| heard.windows(4).any(|window| window == hex("fa fb 22 33"));
+        assert!(moved(&base.read_until(10_000, moved)));
+        let scans = lasers[0].read_until(3000, |heard| heard.len() > 20 * 732);
+        assert!(scans.windows(7).filter(|window| *window == hex("02 80 d6 02 b0 69 01")).count() >= 10);
+    })
+    .expect("served");
+    assert!(report.ports.iter().all(|port| port.device.telegrams > 5));
+    for file in ["surfaces.ply", "trajectory.tum", "poses.tum", "poses_vertical.tum", "scans_horizontal.txt"]
+    {
+        let length = std::fs::metadata(folder.join("truth").join(file)).map(|file| file.len());
+        assert!(length.is_ok_and(|length| length > 100), "{file}");
+    }
+    let now_s = biplane_clock::utc_ns() as f64 * 1e-9;
+    let poses = std::fs::read_to_string(folder.join("truth/poses.tum")).expect("poses");
+    let last_s: f64 =
+        poses.lines().last().and_then(|line| line.split(' ').next()?.parse().ok()).expect("a stamp");
+    assert!((now_s - last_s).abs() < 20.0, "{last_s} against {now_s}");
+    assert!(!options.links.join("base").is_symlink());
+}
+
+#[test]
+fn a_speed_of_zero_and_a_folder_that_cannot_be_made_are_refused() {
+    let folder = folder("refused");
+    let options = ServeOptions { speed: 0.0, ..corridor(&folder) };
+    let error = serving_error(&options);
+    assert_eq!(error, "speed 0: must be a number above 0");
+    std::fs::write(folder.join("links"), "a file").expect("a file");
+    assert!(serving_error(&corridor(&folder)).contains("links: cannot make this folder"));
+}
+
+fn serving_error(options: &ServeOptions) -> String {
+    let stop = std::sync::atomic::AtomicBool::new(true);
+    biplane_mock::serve::serve(options, &stop, || {}).expect_err("refused").to_string()
+}
