@@ -25,6 +25,7 @@ pub mod pipeline;
 pub mod planes;
 pub mod ply_read;
 pub mod polygons;
+pub mod render;
 pub mod run;
 pub mod stamp_text;
 pub mod summary;

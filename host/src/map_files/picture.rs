@@ -14,7 +14,7 @@ const PATH: Rgb = [33, 118, 214];
 const START: Rgb = [22, 160, 90];
 const END: Rgb = [222, 60, 60];
 /// Small maps are enlarged by whole pixels up to about this size.
-const SIDE_PIXELS: u32 = 1400;
+const SIDE_PIXELS: u32 = 2000;
 const MOST_ENLARGED: u32 = 6;
 /// Pixels around the map.
 const MARGIN: u32 = 12;

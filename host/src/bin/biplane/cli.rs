@@ -2,7 +2,7 @@
 
 use clap::{Parser, Subcommand};
 
-use crate::{build, compare, import, info, map, recover, traj};
+use crate::{build, compare, import, info, map, recover, render, traj};
 
 /// Compact 3D building models from recordings of a robot with two laser scanners.
 #[derive(Debug, Parser)]
@@ -34,6 +34,8 @@ pub enum Command {
     Build(build::Args),
     /// Measure the raw mesh and the model of a build: sizes and distances
     Compare(compare::Args),
+    /// Draw a picture of a build: the raw mesh beside the model
+    Render(render::Args),
     /// Salvage a recording that was cut off
     Recover(recover::Args),
 }

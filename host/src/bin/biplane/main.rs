@@ -8,6 +8,7 @@ mod import;
 mod info;
 mod map;
 mod recover;
+mod render;
 mod traj;
 
 use std::io;
@@ -50,6 +51,7 @@ fn run(command: Command, console: &Console) -> anyhow::Result<Outcome> {
         Command::Map(args) => map::run(&args, console),
         Command::Build(args) => build::run(&args, console),
         Command::Compare(args) => compare::run(&args, console),
+        Command::Render(args) => render::run(&args, console),
         Command::Recover(args) => recover::run(&args, console),
     }
 }
