@@ -9,11 +9,14 @@
 //! alone. Whoever drives it: one input, then [`Engine::next_command`] and [`Engine::next_event`] until there are
 //! none, then the next input or, at [`Engine::wake_ns`], [`Engine::advance`].
 
+mod account;
 mod beams;
 mod line;
 mod localise;
 mod poses;
 mod scan_data;
+#[cfg(test)]
+pub(crate) mod synthetic;
 mod waiting;
 
 use biplane_matcher::{Method, Pose2};
@@ -37,8 +40,8 @@ use waiting::WaitingStamps;
 const QUEUE_CAPACITY: usize = 128;
 /// Diagnostics interval, nanoseconds.
 const HEALTH_NS: i64 = 1_000_000_000;
-/// After a hole in time longer than this, diagnostics do not fill it.
-const HEALTH_HOLE_NS: i64 = 10_000_000_000;
+/// A hole in time longer than this is not lived through step by step: what was due in it happens at its end.
+const HOLE_NS: i64 = 10_000_000_000;
 /// Times beyond are taken as this one: sums and differences of two stay in range (nanoseconds, year 2116).
 const LATEST_NS: i64 = i64::MAX / 2;
 
@@ -194,15 +197,16 @@ impl<S: Sink> Engine<S> {
     /// Time has come to `now_ns`: whatever was due until then happens, each at its own time.
     pub fn advance(&mut self, now_ns: i64) {
         let now_ns = bounded(now_ns).max(self.now_ns);
-        if now_ns.saturating_sub(self.health_ns) > HEALTH_HOLE_NS {
+        if now_ns.saturating_sub(self.health_ns) > HOLE_NS {
             self.health(now_ns);
         }
+        let hole_end_ns = now_ns.saturating_sub(HOLE_NS);
         loop {
             let wake_ns = self.wake_ns();
             if wake_ns > now_ns {
                 break;
             }
-            self.tick(wake_ns.max(self.now_ns));
+            self.tick(wake_ns.max(self.now_ns).max(hole_end_ns));
         }
         self.now_ns = now_ns;
     }
@@ -430,8 +434,6 @@ fn bounded(time_ns: i64) -> i64 {
 fn heading_rad([x, y, z, w]: [f64; 4]) -> f64 {
     (2.0 * (w * z + x * y)).atan2(1.0 - 2.0 * (y * y + z * z))
 }
-
-mod account;
 
 #[cfg(test)]
 mod tests;

@@ -1,1 +1,258 @@
+//! The engine on a robot in a rectangular room (`synthetic.rs`): counts, stamps, poses, order, and inputs that are not as they should be.
 
+use biplane_recording::msg::{
+    AnyMessage, LaserScan, Message, Odometry, PoseWithCovarianceStamped, TfMessage,
+};
+
+use super::synthetic::{Read, START_NS, drive, driven_m, rig, scan_times_ns};
+use super::*;
+use crate::health::Health;
+
+const MS: i64 = 1_000_000;
+
+/// Keeps everything.
+#[derive(Debug, Default)]
+struct MemorySink {
+    messages: Vec<(Topic, i64, i64, Vec<u8>)>,
+    healths: Vec<(i64, Health)>,
+}
+
+impl Sink for MemorySink {
+    fn message(&mut self, topic: Topic, log_time_ns: i64, publish_time_ns: i64, cdr: &[u8]) {
+        self.messages.push((topic, log_time_ns, publish_time_ns, cdr.to_vec()));
+    }
+
+    fn health(&mut self, now_ns: i64, health: &Health) {
+        self.healths.push((now_ns, *health));
+    }
+
+    fn dropped(&self) -> u64 {
+        0
+    }
+}
+
+impl MemorySink {
+    fn all<M: Message>(&self, topic: Topic) -> Vec<M> {
+        let of_topic = self.messages.iter().filter(|(other, ..)| *other == topic);
+        of_topic.map(|(.., bytes)| M::decode(bytes).unwrap()).collect()
+    }
+}
+
+fn engine(start_ns: i64) -> Engine<MemorySink> {
+    let options = EngineOptions { rig: rig(), matcher: Method::default(), feed: Feed::Recorded, raw: false };
+    Engine::new(&options, MemorySink::default(), start_ns)
+}
+
+fn run(reads: &[Read]) -> (RunReport, MemorySink) {
+    let mut engine = engine(START_NS);
+    for read in reads {
+        engine.bytes(read.time_ns, read.port, &read.bytes);
+    }
+    engine.finish(reads.last().map_or(START_NS, |read| read.time_ns))
+}
+
+fn is_near(found_ns: &[i64], wanted_ns: &[i64], within_ns: i64) -> bool {
+    found_ns.len() == wanted_ns.len()
+        && found_ns.iter().zip(wanted_ns).all(|(found, wanted)| (found - wanted).abs() <= within_ns)
+}
+
+#[test]
+fn every_scan_is_recorded_stamped_and_posed() {
+    let seconds = 8;
+    let (report, sink) = run(&drive(seconds, 60));
+    assert_eq!((report.lost, report.damaged, report.skipped_bytes, report.backward_stamps), (0, 0, 0, 0));
+    for (topic, poses, phase_ns) in
+        [(Topic::ScanHorizontal, Topic::Pose, 20 * MS), (Topic::ScanVertical, Topic::PoseVertical, 51 * MS)]
+    {
+        let truth: Vec<_> = scan_times_ns(phase_ns, seconds).map(|t| START_NS + t).collect();
+        let scans: Vec<LaserScan> = sink.all(topic);
+        let stamps: Vec<_> = scans.iter().map(|scan| scan.stamp_ns).collect();
+        assert!(is_near(&stamps, &truth, MS / 3), "{topic:?}");
+        let poses: Vec<PoseWithCovarianceStamped> = sink.all(poses);
+        assert_eq!(poses.iter().map(|pose| pose.stamp_ns).collect::<Vec<_>>(), stamps, "{topic:?}");
+        for pose in &poses {
+            let error_m = pose.position_m[0] - driven_m(pose.stamp_ns - START_NS);
+            assert!(error_m.abs() < 0.03, "{topic:?} at {}: {error_m} m", pose.stamp_ns);
+        }
+    }
+    assert_eq!(report.scans_horizontal, report.poses);
+    assert_eq!(report.scans_vertical, report.poses_vertical);
+    assert_eq!(report.odometry, 10 * seconds as u64);
+}
+
+#[test]
+fn a_recorded_scan_is_as_the_interface_says() {
+    let (_, sink) = run(&drive(2, 100));
+    let scan = &sink.all::<LaserScan>(Topic::ScanHorizontal)[0];
+    assert_eq!((scan.frame_id.as_str(), scan.ranges_m.len()), ("laser_horizontal", 181));
+    assert!((scan.angle_min_rad + std::f32::consts::FRAC_PI_2).abs() < 1e-6);
+    assert!((scan.angle_max_rad - std::f32::consts::FRAC_PI_2).abs() < 1e-6);
+    assert!((scan.time_increment_s - 37.0e-6).abs() < 1e-9 && (scan.scan_time_s - 0.01332).abs() < 1e-7);
+    assert_eq!([scan.ranges_m[0], scan.ranges_m[90], scan.ranges_m[180]], [2.0, 7.0, 3.0]);
+    let odometry = &sink.all::<Odometry>(Topic::Odom)[15];
+    assert_eq!((odometry.frame_id.as_str(), odometry.child_frame_id.as_str()), ("odom", "base_link"));
+    let (topic, ..) = &sink.messages[0];
+    assert_eq!(*topic, Topic::TfStatic, "the mounts come first");
+    assert_eq!(sink.all::<TfMessage>(Topic::TfStatic)[0].transforms.len(), 2);
+}
+
+#[test]
+fn the_two_moving_frames_compose_to_the_pose() {
+    let (_, sink) = run(&drive(6, 100));
+    let poses: Vec<PoseWithCovarianceStamped> = sink.all(Topic::Pose);
+    let frames: Vec<TfMessage> = sink.all(Topic::Tf);
+    assert_eq!(poses.len(), frames.len());
+    for (pose, tf) in poses.iter().zip(&frames) {
+        let [map_from_odom, odom_from_base] = &tf.transforms[..] else { panic!("two transforms") };
+        assert_eq!((map_from_odom.frame_id.as_str(), map_from_odom.child_frame_id.as_str()), ("map", "odom"));
+        assert_eq!(odom_from_base.child_frame_id, "base_link");
+        let planar = |transform: &biplane_recording::msg::TransformStamped| {
+            let [x_m, y_m, _] = transform.translation_m;
+            Pose2::new(x_m, y_m, heading_rad(transform.rotation_xyzw))
+        };
+        let composed = planar(map_from_odom) * planar(odom_from_base);
+        assert!((composed.x_m - pose.position_m[0]).abs() < 1e-9, "{composed:?} {pose:?}");
+        assert!((composed.theta_rad - heading_rad(pose.orientation_xyzw)).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn the_same_input_gives_the_same_messages_in_the_same_order() {
+    let reads = drive(3, 77);
+    let (first, second) = (run(&reads), run(&reads));
+    assert_eq!(first.0, second.0);
+    assert!(first.1.messages == second.1.messages && first.1.healths == second.1.healths);
+}
+
+#[test]
+fn how_the_bytes_were_cut_into_reads_changes_no_scan_and_stamps_by_less_than_the_delays() {
+    let ranges = |sink: &MemorySink| -> Vec<Vec<f32>> {
+        sink.all::<LaserScan>(Topic::ScanHorizontal).into_iter().map(|scan| scan.ranges_m).collect()
+    };
+    let stamps = |sink: &MemorySink| -> Vec<i64> {
+        sink.all::<LaserScan>(Topic::ScanHorizontal).iter().map(|scan| scan.stamp_ns).collect()
+    };
+    let (_, reference) = run(&drive(3, 1));
+    for chunk in [7, 372, 5000] {
+        let (_, sink) = run(&drive(3, chunk));
+        assert!(ranges(&sink) == ranges(&reference), "{chunk} bytes a read");
+        assert!(is_near(&stamps(&sink), &stamps(&reference), MS / 3), "{chunk} bytes a read");
+    }
+}
+
+#[test]
+fn log_times_never_step_back_and_the_state_comes_once_a_second() {
+    let (_, sink) = run(&drive(5, 50));
+    let logs: Vec<_> = sink.messages.iter().map(|(_, log_ns, ..)| *log_ns).collect();
+    assert!(logs.is_sorted());
+    let healths: Vec<_> = sink.healths.iter().map(|(at_ns, _)| (at_ns - START_NS) / MS).collect();
+    assert_eq!(healths[..4], [1000, 2000, 3000, 4000]);
+    let (_, health) = sink.healths[2];
+    assert!(
+        (health.horizontal.rate_hz - 9.4).abs() < 1.0 && (health.base.rate_hz - 10.0).abs() < 1.1,
+        "{health:?}"
+    );
+}
+
+#[test]
+fn a_hole_in_time_is_not_filled_with_states() {
+    let mut reads = drive(2, 100);
+    let hole_ns = 1_000_000 * 1_000_000_000;
+    let later: Vec<_> =
+        drive(2, 100).into_iter().map(|read| Read { time_ns: read.time_ns + hole_ns, ..read }).collect();
+    reads.extend(later);
+    let (report, sink) = run(&reads);
+    assert_eq!(report.scans_horizontal, 2 * 19);
+    assert!(sink.healths.len() < 10, "{} states", sink.healths.len());
+}
+
+#[test]
+fn without_a_base_scans_are_posed_all_the_same() {
+    let reads: Vec<_> = drive(4, 60).into_iter().filter(|read| read.port != Port::Base).collect();
+    let (report, _) = run(&reads);
+    assert_eq!((report.odometry, report.scans_horizontal), (0, report.poses));
+    assert_eq!(report.scans_vertical, report.poses_vertical);
+}
+
+#[test]
+fn a_base_that_falls_silent_holds_no_scan_up_for_long() {
+    let silent_ns = START_NS + 2_000 * MS;
+    let is_there = |read: &Read| read.port != Port::Base || read.time_ns < silent_ns;
+    let reads: Vec<_> = drive(5, 60).into_iter().filter(is_there).collect();
+    let (_, sink) = run(&reads);
+    let late = sink.messages.iter().filter(|(topic, ..)| *topic == Topic::Pose);
+    let longest_ns = late.map(|(_, log_ns, stamp_ns, _)| log_ns - stamp_ns).max().unwrap();
+    assert!(longest_ns < 520 * MS, "{} ms", longest_ns / MS);
+}
+
+#[test]
+fn scans_of_a_capture_cut_at_both_ends_are_kept_but_for_the_cut_ones() {
+    let reads = drive(2, 100);
+    let (report, _) = run(&reads[5..reads.len() - 3]);
+    assert_eq!(report.lost, 0);
+    assert!(report.scans_horizontal >= 17 && report.scans_horizontal < 19, "{report:?}");
+    assert_eq!(report.exit_code(), 0);
+}
+
+fn decoded_scan(stamp_ms: i64) -> LaserScan {
+    LaserScan {
+        stamp_ns: START_NS + stamp_ms * MS,
+        frame_id: "laser_horizontal".to_owned(),
+        angle_min_rad: -1.5,
+        angle_increment_rad: 0.1,
+        range_max_m: 80.0,
+        ranges_m: vec![2.0; 31],
+        ..LaserScan::default()
+    }
+}
+
+#[test]
+fn decoded_scans_whose_stamps_step_back_are_all_kept_in_order_and_unchanged() {
+    let stamps_ms = [0, 200, 150, 400, 390, 390, 600];
+    let mut engine = engine(START_NS);
+    let mut log_ns = START_NS;
+    for ms in stamps_ms {
+        log_ns = log_ns.max(START_NS + ms * MS);
+        let (_, sink) = run(&drive(1, 400));
+        let odometry =
+            Odometry { stamp_ns: START_NS + ms * MS, ..sink.all::<Odometry>(Topic::Odom)[0].clone() };
+        engine.decoded_odometry(log_ns, &odometry);
+        engine.decoded_scan(log_ns, Port::Horizontal, &decoded_scan(ms));
+    }
+    let (report, sink) = engine.finish(log_ns);
+    assert_eq!((report.scans_horizontal, report.poses, report.backward_stamps, report.lost), (7, 7, 2, 0));
+    let scans: Vec<LaserScan> = sink.all(Topic::ScanHorizontal);
+    assert!(scans == stamps_ms.map(decoded_scan), "as they came");
+    let poses: Vec<PoseWithCovarianceStamped> = sink.all(Topic::Pose);
+    let posed_ms: Vec<_> = poses.iter().map(|pose| (pose.stamp_ns - START_NS) / MS).collect();
+    assert_eq!(posed_ms, stamps_ms);
+}
+
+#[test]
+fn random_bytes_at_random_times_never_panic() {
+    let mut state = 3_u64;
+    let mut random = move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        state >> 33
+    };
+    for feed in [Feed::Recorded, Feed::Live] {
+        let options = EngineOptions { rig: rig(), matcher: Method::default(), feed, raw: true };
+        let mut engine = Engine::new(&options, MemorySink::default(), 0);
+        for round in 0..300_i64 {
+            let time_ns = match random() % 50 {
+                0 => i64::MAX,
+                1 => i64::MIN,
+                _ => round * 10 * MS,
+            };
+            let time_ns = if round < 200 { time_ns.clamp(0, 100_000 * MS) } else { time_ns };
+            let pool = [0x02, 0x80, 0x03, 0x00, 0xA0, 0xB0, 0xFA, 0xFB, random() as u8];
+            let bytes: Vec<u8> = (0..random() % 900).map(|_| pool[random() as usize % pool.len()]).collect();
+            engine.bytes(time_ns, Port::ALL[random() as usize % 3], &bytes);
+            while engine.next_command().is_some() || engine.next_event().is_some() {}
+        }
+        let (_, sink) = engine.finish(0);
+        for (topic, _, _, bytes) in &sink.messages {
+            assert!(AnyMessage::decode(topic.type_name(), bytes).is_ok());
+        }
+    }
+}
