@@ -1,1 +1,95 @@
+//! The command line at its border: words in, exit code and text out.
 
+use std::ffi::OsString;
+use std::fs;
+
+use clap::CommandFactory;
+
+use super::*;
+
+fn exit_code(words: &[&str]) -> u8 {
+    run(std::iter::once("biplane-onboard").chain(words.iter().copied()).map(OsString::from))
+}
+
+fn rig_file(name: &str, text: &str) -> String {
+    let path = std::env::temp_dir().join(format!("biplane-cli-{name}-{}.toml", std::process::id()));
+    fs::write(&path, text).unwrap();
+    path.to_string_lossy().into_owned()
+}
+
+const PORTS: &str =
+    "[horizontal]\nport = \"/nowhere/a\"\n[vertical]\nport = \"/nowhere/b\"\n[base]\nport = \"/nowhere/c\"\n";
+
+#[test]
+fn the_definition_of_the_command_line_is_consistent() {
+    Cli::command().debug_assert();
+}
+
+#[test]
+fn wrong_words_give_2_and_help_gives_0() {
+    for words in [&["fly"][..], &["record"], &["replay"], &["replay", "a", "-o", "b", "--speed", "fast"], &[]]
+    {
+        assert_eq!(exit_code(words), 2, "{words:?}");
+    }
+    assert_eq!(exit_code(&["replay", "a", "-o", "b", "--matcher", "magic"]), 2);
+    assert_eq!(exit_code(&["record", "--rig", "r", "-o", "x", "--duration", "soon"]), 2);
+    assert_eq!(exit_code(&["--help"]), 0);
+}
+
+#[test]
+fn a_rig_is_checked_before_anything_is_opened() {
+    let good = rig_file("good", PORTS);
+    assert_eq!(exit_code(&["check-config", "--rig", &good]), 0);
+    assert_eq!(exit_code(&["check-config", "--rig", &good, "--json"]), 0);
+    let unknown = rig_file("unknown", &PORTS.replace("[base]", "[base]\ncolour = 1"));
+    assert_eq!(exit_code(&["check-config", "--rig", &unknown]), 1);
+    let shared = rig_file("shared", &PORTS.replace("/nowhere/b", "/nowhere/a"));
+    assert_eq!(exit_code(&["check-config", "--rig", &shared]), 1);
+    assert_eq!(exit_code(&["check-config", "--rig", "/nowhere/rig.toml"]), 1);
+    for file in [good, unknown, shared] {
+        fs::remove_file(file).unwrap();
+    }
+}
+
+#[test]
+fn ports_that_are_not_there_give_1_and_leave_no_file() {
+    let rig = rig_file("ports", PORTS);
+    let output = std::env::temp_dir().join(format!("biplane-cli-{}.mcap", std::process::id()));
+    assert_eq!(exit_code(&["record", "--rig", &rig, "-o", &output.to_string_lossy()]), 1);
+    assert!(!output.exists() && !output.with_extension("mcap.active").exists());
+    assert_eq!(exit_code(&["probe", "--rig", &rig]), 1);
+    fs::remove_file(rig).unwrap();
+}
+
+#[test]
+fn the_probes_table_has_aligned_columns_and_says_what_differs() {
+    let reports = [
+        crate::probe::DeviceReport {
+            device: "horizontal laser",
+            port: "/dev/a".to_owned(),
+            answered: true,
+            baud_configured: 38400,
+            baud_found: Some(9600),
+            kind: Some("LMS291;S05;X01.27".to_owned()),
+            firmware: Some("X01.27".to_owned()),
+            fov_deg: Some(180),
+            resolution_deg: Some(0.5),
+            units: Some("cm"),
+            measuring_mode: Some(6),
+            fault: Some(true),
+            problem: None,
+        },
+        crate::probe::DeviceReport {
+            device: "base",
+            port: "/dev/base".to_owned(),
+            problem: Some("no answer at any rate".to_owned()),
+            ..Default::default()
+        },
+    ];
+    let table = "\
+device            port       baud               type               firmware  field  step  units  mode  status
+horizontal laser  /dev/a     9600 (rig: 38400)  LMS291;S05;X01.27  X01.27    180    0.5   cm     06    FAULT
+base              /dev/base  -                  -                  -         -      -     -      -     no answer at any rate
+";
+    assert_eq!(probe::table(&reports), table);
+}

@@ -1,1 +1,186 @@
+//! Replays of small files: what goes in must come out, what is wrong must be told, nothing may be overwritten.
 
+use std::fs;
+
+use biplane_recording::msg::PoseWithCovarianceStamped;
+
+use super::*;
+use crate::engine::synthetic;
+
+/// A folder of its own for one test, removed when it ends well.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let folder = std::env::temp_dir().join(format!("biplane-replay-{name}-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&folder);
+        fs::create_dir_all(&folder).unwrap();
+        Self(folder)
+    }
+
+    fn file(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+fn write_capture(path: &Path, seconds: i64, with_rig: bool) {
+    let mut writer = Writer::create(path, &WriterOptions::default()).unwrap();
+    if with_rig {
+        let rig = synthetic::rig().to_toml();
+        writer.attach("rig.toml", "application/toml", rig.as_bytes()).unwrap();
+    }
+    for read in synthetic::drive(seconds, 60) {
+        writer.write_serial(read.port, Direction::Rx, read.time_ns, &read.bytes).unwrap();
+    }
+    writer.finish().unwrap();
+}
+
+fn options(input: PathBuf, output: PathBuf) -> ReplayOptions {
+    ReplayOptions {
+        input,
+        output,
+        rig: None,
+        speed: Speed::Max,
+        matcher: Method::default(),
+        overwrite: false,
+    }
+}
+
+fn run(options: &ReplayOptions) -> Result<RunReport, OnboardError> {
+    replay(options, &AtomicBool::new(false))
+}
+
+fn messages(path: &Path, topic: Topic) -> Vec<Vec<u8>> {
+    let reader = Reader::open(path).unwrap();
+    let entries = reader.messages().map(Result::unwrap);
+    entries.filter(|entry| entry.topic == Some(topic)).map(|entry| entry.bytes).collect()
+}
+
+#[test]
+fn a_capture_replayed_twice_gives_the_same_bytes_and_keeps_every_telegram() {
+    let folder = Folder::new("twice");
+    write_capture(&folder.file("capture.mcap"), 3, true);
+    let first = run(&options(folder.file("capture.mcap"), folder.file("first.mcap"))).unwrap();
+    let second = run(&options(folder.file("capture.mcap"), folder.file("second.mcap"))).unwrap();
+    assert_eq!((first.scans_horizontal, first.scans_vertical, first.odometry, first.lost), (28, 28, 30, 0));
+    assert_eq!((first.poses, first.poses_vertical, first.exit_code()), (28, 28, 0));
+    assert_eq!(RunReport { output: PathBuf::new(), ..first }, RunReport { output: PathBuf::new(), ..second });
+    assert!(fs::read(folder.file("first.mcap")).unwrap() == fs::read(folder.file("second.mcap")).unwrap());
+    let reader = Reader::open(&folder.file("first.mcap")).unwrap();
+    assert_eq!(reader.rig().unwrap(), Some(synthetic::rig()));
+    assert!(reader.metadata().unwrap()["biplane"].contains_key("start_time"));
+}
+
+#[test]
+fn a_recording_replayed_keeps_its_scans_and_odometry_and_finds_its_poses_again() {
+    let folder = Folder::new("again");
+    let (first, second) = (folder.file("first.mcap"), folder.file("second.mcap"));
+    write_capture(&folder.file("capture.mcap"), 3, true);
+    run(&options(folder.file("capture.mcap"), first.clone())).unwrap();
+    let report = run(&options(first.clone(), second.clone())).unwrap();
+    assert_eq!((report.poses, report.poses_vertical, report.lost), (28, 28, 0));
+    for topic in [Topic::ScanHorizontal, Topic::ScanVertical, Topic::Odom] {
+        assert!(messages(&first, topic) == messages(&second, topic), "{topic:?}");
+    }
+    let poses = |path: &Path, topic| -> Vec<PoseWithCovarianceStamped> {
+        messages(path, topic).iter().map(|bytes| Message::decode(bytes).unwrap()).collect()
+    };
+    for topic in [Topic::Pose, Topic::PoseVertical] {
+        for (first, second) in poses(&first, topic).iter().zip(&poses(&second, topic)) {
+            assert_eq!(first.stamp_ns, second.stamp_ns);
+            let moved_m = (first.position_m[0] - second.position_m[0])
+                .hypot(first.position_m[1] - second.position_m[1]);
+            assert!(moved_m < 0.002, "{topic:?}: {moved_m} m");
+        }
+    }
+}
+
+#[test]
+fn what_is_wrong_with_the_input_is_one_sentence_that_names_it_and_leaves_no_output() {
+    let folder = Folder::new("wrong");
+    write_capture(&folder.file("whole.mcap"), 1, true);
+    write_capture(&folder.file("no-rig.mcap"), 1, false);
+    let whole = fs::read(folder.file("whole.mcap")).unwrap();
+    fs::write(folder.file("cut.mcap"), &whole[..whole.len() / 2]).unwrap();
+    fs::write(folder.file("text.mcap"), "not an MCAP file").unwrap();
+    Writer::create(&folder.file("empty.mcap"), &WriterOptions::default()).unwrap().finish().unwrap();
+    let table = [
+        ("missing.mcap", "does not exist"),
+        ("cut.mcap", "biplane recover"),
+        ("text.mcap", "is not an MCAP file"),
+        ("no-rig.mcap", "--rig"),
+    ];
+    for (name, part) in table {
+        let error = run(&options(folder.file(name), folder.file("out.mcap"))).unwrap_err().to_string();
+        assert!(error.contains(part) && error.contains(name) && !error.contains('\n'), "{error}");
+    }
+    let mut without_rig = options(folder.file("empty.mcap"), folder.file("out.mcap"));
+    without_rig.rig = Some(synthetic::rig());
+    let error = run(&without_rig).unwrap_err().to_string();
+    assert!(error.contains("nothing to replay"), "{error}");
+    assert!(!folder.file("out.mcap").exists() && !folder.file("out.mcap.active").exists());
+}
+
+#[test]
+fn an_output_that_exists_is_kept_unless_told_otherwise() {
+    let folder = Folder::new("kept");
+    let (input, output) = (folder.file("capture.mcap"), folder.file("out.mcap"));
+    write_capture(&input, 1, true);
+    fs::write(&output, "precious").unwrap();
+    let refused = run(&options(input.clone(), output.clone())).unwrap_err().to_string();
+    assert!(refused.contains("out.mcap") && refused.contains("exists"), "{refused}");
+    assert_eq!(fs::read_to_string(&output).unwrap(), "precious");
+    run(&ReplayOptions { overwrite: true, ..options(input.clone(), output.clone()) }).unwrap();
+    assert!(Reader::open(&output).is_ok());
+    let itself = ReplayOptions { overwrite: true, ..options(input.clone(), input.clone()) };
+    assert!(matches!(run(&itself), Err(OnboardError::OutputIsInput { .. })));
+    assert!(Reader::open(&input).is_ok());
+}
+
+#[test]
+fn a_rig_given_replaces_the_inputs_own() {
+    let folder = Folder::new("rig");
+    write_capture(&folder.file("capture.mcap"), 1, false);
+    let mut rig = synthetic::rig();
+    rig.horizontal.delay_ms = 5.0;
+    let mut late = options(folder.file("capture.mcap"), folder.file("late.mcap"));
+    late.rig = Some(rig);
+    run(&late).unwrap();
+    let mut prompt = options(folder.file("capture.mcap"), folder.file("prompt.mcap"));
+    prompt.rig = Some(synthetic::rig());
+    run(&prompt).unwrap();
+    let first = |path: &Path| LaserScan::decode(&messages(path, Topic::ScanHorizontal)[0]).unwrap().stamp_ns;
+    assert_eq!(first(&folder.file("prompt.mcap")) - first(&folder.file("late.mcap")), 5_000_000);
+}
+
+#[test]
+fn at_a_given_speed_a_replay_takes_its_time() {
+    let folder = Folder::new("speed");
+    write_capture(&folder.file("capture.mcap"), 2, true);
+    let before_ns = biplane_clock::monotonic_ns();
+    let mut slow = options(folder.file("capture.mcap"), folder.file("out.mcap"));
+    slow.speed = Speed::Times(10.0);
+    run(&slow).unwrap();
+    assert!(biplane_clock::monotonic_ns() - before_ns > 180_000_000);
+    for (text, speed) in
+        [("max", Ok(Speed::Max)), ("2.5", Ok(Speed::Times(2.5))), ("0", Err(())), ("fast", Err(()))]
+    {
+        assert_eq!(text.parse::<Speed>().map_err(|_| ()), speed);
+    }
+}
+
+#[test]
+fn a_stop_ends_the_replay_with_a_whole_file() {
+    let folder = Folder::new("stop");
+    write_capture(&folder.file("capture.mcap"), 1, true);
+    let options = options(folder.file("capture.mcap"), folder.file("out.mcap"));
+    let report = replay(&options, &AtomicBool::new(true)).unwrap();
+    assert_eq!(report.scans_horizontal, 0);
+    assert!(Reader::open(&folder.file("out.mcap")).is_ok());
+}
