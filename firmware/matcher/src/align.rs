@@ -8,10 +8,59 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::local_map::LocalMap;
-use crate::params::AlignParams;
 use crate::points::{EndPoint, EndPoints, Kind};
 use crate::pose::{Pose2, wrap_angle};
 use crate::surface::{Placement, dot, minus};
+
+/// The alignment of the method `map`.
+#[derive(Copy, Clone, PartialEq, Debug)]
+pub struct AlignParams {
+    /// Iterations at most; at the cap the last pose counts.
+    pub max_iterations: u32,
+    /// Cauchy scale of the first iteration, metres. Larger: wider basin; smaller: fewer iterations.
+    pub capture_m: f64,
+    /// Cauchy scale of the last iterations, metres: residuals beyond it are mostly people and changes.
+    pub outlier_m: f64,
+    /// Standard deviation of an end point across its wall, metres.
+    pub range_noise_m: f64,
+    /// Standard deviation of an end point about a surface that is no line, metres.
+    pub point_noise_m: f64,
+    /// Squared length of the mean normal from which on a surface is a line.
+    pub line_strength: f64,
+    /// How far the directions of mapped walls are off, radians. Larger: a corridor needs more structure before the scan
+    /// is believed along its axis; smaller: noise is taken for structure and the pose wanders along bare corridors.
+    pub direction_noise_rad: f64,
+    /// So many beams together know what one would know if their errors were independent. Larger: larger
+    /// covariances.
+    pub beams_per_independent_one: f64,
+    /// A step shorter than this ends the iterations, metres.
+    pub rest_m: f64,
+    /// A turn smaller than this ends the iterations, radians.
+    pub rest_rad: f64,
+    /// End points this close to a surface are explained, metres.
+    pub explained_m: f64,
+    /// When the scan alone leaves more than this in some direction the match is weak, metres (standard deviation).
+    pub weak_m: f64,
+}
+
+impl Default for AlignParams {
+    fn default() -> Self {
+        Self {
+            max_iterations: 20,
+            capture_m: 0.15,
+            outlier_m: 0.06,
+            range_noise_m: 0.015,
+            point_noise_m: 0.04,
+            line_strength: 0.7,
+            direction_noise_rad: 0.05,
+            beams_per_independent_one: 5.0,
+            rest_m: 0.0005,
+            rest_rad: 0.0001,
+            explained_m: 0.06,
+            weak_m: 0.05,
+        }
+    }
+}
 
 /// Where the base is expected, and how surely.
 #[derive(Copy, Clone, Debug)]

@@ -8,6 +8,8 @@
 mod align;
 mod carve;
 mod covariance;
+mod field;
+mod gradient;
 mod grid;
 mod local_map;
 mod map_matcher;
@@ -20,9 +22,13 @@ mod search;
 mod surface;
 mod tracker;
 
-pub use params::{
-    AlignParams, MapParams, Method, MotionParams, PointParams, SearchParams, TrackerParams, UnknownMethod,
-};
+pub use align::AlignParams;
+pub use gradient::GradientParams;
+pub use local_map::MapParams;
+pub use motion::MotionParams;
+pub use params::{Method, TrackerParams, UnknownMethod};
+pub use points::PointParams;
 pub use pose::{Pose2, wrap_angle};
 pub use scan::{Beam, Scan};
+pub use search::SearchParams;
 pub use tracker::{MapSize, Outcome, Tracked, Tracker};

@@ -5,10 +5,59 @@
 //! new ones are not taken until some are freed.
 
 use crate::grid::{Cell, Claim, Grid, MAX_SURFACES, TILE};
-use crate::params::MapParams;
 use crate::points::{EndPoints, Kind};
 use crate::pose::Pose2;
 use crate::surface::{Placement, Surface, minus};
+
+/// The map that the method `map` matches against.
+#[derive(Copy, Clone, PartialEq, Debug)]
+pub struct MapParams {
+    /// Side of a cell, metres: at most one surface a cell. Smaller: finer, more memory, slower to fill; larger:
+    /// the two faces of a thin wall run together.
+    pub cell_m: f64,
+    /// From how far an end point finds a surface, metres. Larger: a wider basin of convergence, slower to fill.
+    pub reach_m: f64,
+    /// Tiles of 32 x 32 cells in the pool (4 KB each). When all are used, the place not needed for the longest time
+    /// is forgotten.
+    pub tiles: usize,
+    /// Surfaces in the pool (32 bytes each). When all are used, new ones wait until others go.
+    pub surfaces: usize,
+    /// A surface's mean moves by at least 1 / this many hits. Larger: steadier; smaller: it follows later scans.
+    pub memory_hits: f64,
+    /// An end point this close to the line of a neighbouring surface joins it, metres. A few times the range noise.
+    pub merge_across_m: f64,
+    /// What a hit counts for a surface, in beams that pass through it.
+    pub evidence_per_hit: i16,
+    /// The most evidence a surface has: so many beams must pass through before it goes.
+    pub evidence_max: i16,
+    /// Only every so-many-th beam is followed through the map. Larger: cheaper, moved things stay longer.
+    pub carve_every_beams: usize,
+    /// So far before its end point a beam is not sure to be clear, metres.
+    pub carve_margin_m: f64,
+    /// The map learns from a scan when the base has moved this far since the last one it learnt from, metres.
+    pub learn_every_m: f64,
+    /// The same for turning, radians.
+    pub learn_every_rad: f64,
+}
+
+impl Default for MapParams {
+    fn default() -> Self {
+        Self {
+            cell_m: 0.05,
+            reach_m: 0.25,
+            tiles: 4096,
+            surfaces: 200_000,
+            memory_hits: 50.0,
+            merge_across_m: 0.04,
+            evidence_per_hit: 3,
+            evidence_max: 60,
+            carve_every_beams: 3,
+            carve_margin_m: 0.2,
+            learn_every_m: 0.05,
+            learn_every_rad: 0.05,
+        }
+    }
+}
 
 /// Surfaces and the grid that finds them.
 #[derive(Clone, Debug)]
@@ -68,7 +117,7 @@ impl LocalMap {
     /// The cell that holds a point.
     #[inline]
     pub fn cell_of(&self, point_m: [f32; 2]) -> [i32; 2] {
-        point_m.map(|metres| (metres * self.cells_per_m).floor() as i32)
+        point_m.map(|metres| floor(metres * self.cells_per_m))
     }
 
     /// The surface nearest to a point's cell, within reach.
@@ -203,4 +252,11 @@ impl LocalMap {
         }
         self.grid.release(tile);
     }
+}
+
+/// The largest integer not above; without the call into a maths library that `f32::floor` costs.
+#[inline]
+fn floor(value: f32) -> i32 {
+    let towards_zero = value as i32;
+    towards_zero - i32::from(value < towards_zero as f32)
 }

@@ -54,12 +54,12 @@ impl MapMatcher {
         points: &EndPoints,
         prior: &Prior,
         others: &[Pose2],
+        glance: Window,
         window: Window,
     ) -> (Alignment, Verdict) {
         let mut best = align(&self.map, points, prior.mean, prior, &self.params.align);
-        let glance = Window { half_m: 0.0, half_rad: self.params.search.glance_rad };
         let seen = self.search.run(&self.map, points, &prior.mean, glance)[0];
-        if seen.score > 0.0 && seen.pose.theta_rad != prior.mean.theta_rad {
+        if seen.score > 0.0 && !self.search.neighbours(&seen.pose, &best.pose) {
             self.try_from(points, seen.pose, prior, &mut best);
         }
         if best.fit.score() < self.params.search.below_score && self.informative(&best) {

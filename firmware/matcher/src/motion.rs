@@ -4,8 +4,56 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::params::MotionParams;
 use crate::pose::Pose2;
+
+/// How much the odometry's own motion is worth. Smaller: the match follows the odometry more; larger: it follows the
+/// scans more, also where they say little (along a bare corridor).
+#[derive(Copy, Clone, PartialEq, Debug)]
+pub struct MotionParams {
+    /// Standard deviation of position per metre driven, metres.
+    pub position_m_per_m: f64,
+    /// Standard deviation of position per radian turned, metres.
+    pub position_m_per_rad: f64,
+    /// Standard deviation of heading per radian turned, radians.
+    pub heading_rad_per_rad: f64,
+    /// Standard deviation of heading per metre driven, radians.
+    pub heading_rad_per_m: f64,
+    /// Standard deviation of position that every step has, metres.
+    pub position_floor_m: f64,
+    /// Standard deviation of heading that every step has, radians.
+    pub heading_floor_rad: f64,
+    /// A longer step of the odometry is a jump and not believed, metres. Smaller: dropped scans at speed look like
+    /// jumps; larger: jumps cost a search.
+    pub jump_m: f64,
+    /// A larger turn of the odometry in one step is not believed, radians.
+    pub jump_rad: f64,
+    /// Standard deviation of position when a step is only guessed from the one before, metres.
+    pub unmeasured_m: f64,
+    /// Standard deviation of heading when a step is only guessed, radians.
+    pub unmeasured_rad: f64,
+}
+
+impl Default for MotionParams {
+    fn default() -> Self {
+        Self {
+            position_m_per_m: 0.1,
+            position_m_per_rad: 0.05,
+            heading_rad_per_rad: 0.1,
+            heading_rad_per_m: 0.05,
+            position_floor_m: 0.01,
+            heading_floor_rad: 0.005,
+            jump_m: 3.0,
+            jump_rad: 2.0,
+            unmeasured_m: 0.1,
+            unmeasured_rad: 0.1,
+        }
+    }
+}
+
+/// A gap so many times the usual one means dropped scans.
+const DROPPED: f64 = 1.5;
+/// A guess is not stretched over more than this many scans.
+const LONGEST_GUESS: f64 = 4.0;
 
 /// A step from the last scan's base to this one's.
 #[derive(Copy, Clone, PartialEq, Debug)]
@@ -25,7 +73,7 @@ pub struct MotionModel {
     last_odom_from_base: Option<Pose2>,
     last_stamp_ns: Option<i64>,
     last_step: Pose2,
-    last_gap_s: Option<f64>,
+    usual_gap_s: Option<f64>,
 }
 
 impl MotionModel {
@@ -36,7 +84,7 @@ impl MotionModel {
             last_odom_from_base: None,
             last_stamp_ns: None,
             last_step: Pose2::IDENTITY,
-            last_gap_s: None,
+            usual_gap_s: None,
         }
     }
 
@@ -51,27 +99,40 @@ impl MotionModel {
         self.same_again(stamp_ns)
     }
 
-    /// The last step again, scaled to the time that has passed where the stamps make sense.
+    /// The last step again, longer when scans seem to have been dropped. Stamps that repeat, step back or jitter change
+    /// nothing.
     pub fn same_again(&self, stamp_ns: i64) -> Step {
-        let scale = match (self.gap_s(stamp_ns), self.last_gap_s) {
-            (Some(gap_s), Some(last_s)) => (gap_s / last_s).clamp(0.25, 4.0),
+        let scale = match (self.gap_s(stamp_ns), self.usual_gap_s) {
+            (Some(gap_s), Some(usual_s)) if gap_s > DROPPED * usual_s => (gap_s / usual_s).min(LONGEST_GUESS),
             _ => 1.0,
         };
         let Pose2 { x_m, y_m, theta_rad } = self.last_step;
-        let position_m = self.params.unmeasured_m;
+        let position_m = scale * self.params.unmeasured_m;
         Step {
             last_from_base: Pose2::new(x_m * scale, y_m * scale, theta_rad * scale),
-            sigma: [position_m, position_m, self.params.unmeasured_rad],
+            sigma: [position_m, position_m, scale * self.params.unmeasured_rad],
             measured: false,
         }
     }
 
-    /// Takes note of where the scan was found in the end.
-    pub fn update(&mut self, stamp_ns: i64, odom_from_base: Option<Pose2>, last_from_base: Pose2) {
-        self.last_gap_s = self.gap_s(stamp_ns).or(self.last_gap_s);
+    /// Takes note of where the scan was found in the end; `found` is false when that is only a guess, which is worth
+    /// less and less as a guess for the next one.
+    pub fn update(
+        &mut self,
+        stamp_ns: i64,
+        odom_from_base: Option<Pose2>,
+        last_from_base: Pose2,
+        found: bool,
+    ) {
+        if let Some(gap_s) = self.gap_s(stamp_ns) {
+            let usual_s = self.usual_gap_s.unwrap_or(gap_s);
+            self.usual_gap_s = Some(usual_s + 0.1 * (gap_s.min(2.0 * usual_s) - usual_s));
+        }
         self.last_stamp_ns = Some(stamp_ns);
         self.last_odom_from_base = odom_from_base.filter(Pose2::is_finite);
-        self.last_step = last_from_base;
+        let worth = if found { 1.0 } else { 0.5 };
+        let Pose2 { x_m, y_m, theta_rad } = last_from_base;
+        self.last_step = Pose2::new(worth * x_m, worth * y_m, worth * theta_rad);
     }
 
     /// Seconds since the last scan; `None` when the stamp repeats, steps back or is missing.

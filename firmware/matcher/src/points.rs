@@ -3,8 +3,49 @@
 //! Frame: the base at the scan's stamp. Units: metres. The buffer is made once; a scan with more beams than it holds is
 //! thinned evenly, never refused.
 
-use crate::params::PointParams;
 use crate::scan::Scan;
+
+/// Which beams become end points, and what the scan itself says about the surfaces they lie on.
+#[derive(Copy, Clone, PartialEq, Debug)]
+pub struct PointParams {
+    /// Beams that the buffers hold; a scan with more is thinned evenly.
+    pub max_beams: usize,
+    /// A scan with fewer usable end points counts as empty.
+    pub min_points: usize,
+    /// Shorter ranges are left out (the robot itself, dirt on the window), metres.
+    pub range_min_m: f64,
+    /// Longer ranges are left out: sparse, and turned into large errors by small angles; metres.
+    pub range_max_m: f64,
+    /// Beams closer together than this share one beam's weight, metres. Larger: a near wall with many beams counts
+    /// less against a far one with few; zero: every beam counts the same.
+    pub spacing_m: f64,
+    /// Neighbours up to this far (and 5 beams) on either side give a point its normal, metres. Smaller: noisier
+    /// normals; larger: corners and short walls have none.
+    pub normal_reach_m: f64,
+    /// Neighbours must span this much for a line, metres. Smaller: normals from range noise.
+    pub line_length_m: f64,
+    /// Neighbours farther from the common line than this: no normal, metres. A few times the range noise.
+    pub line_tolerance_m: f64,
+    /// A surface that a beam strikes flatter than this (sine of the angle) gives no normal: the beam may have jumped
+    /// from an edge to the wall behind.
+    pub grazing_sine: f64,
+}
+
+impl Default for PointParams {
+    fn default() -> Self {
+        Self {
+            max_beams: 2048,
+            min_points: 5,
+            range_min_m: 0.1,
+            range_max_m: 40.0,
+            spacing_m: 0.02,
+            normal_reach_m: 0.2,
+            line_length_m: 0.06,
+            line_tolerance_m: 0.02,
+            grazing_sine: 0.1,
+        }
+    }
+}
 
 /// What a scan alone can say about the surface at an end point.
 #[derive(Copy, Clone, PartialEq, Eq, Debug, Default)]
@@ -201,10 +242,10 @@ impl LineSums {
         let yy = self.yy - self.y * self.y / self.n;
         // The direction of the larger eigenvalue of [xx xy; xy yy], by the half angle.
         let half_difference = 0.5 * (xx - yy);
-        let root = half_difference.hypot(xy);
+        let root = (half_difference * half_difference + xy * xy).sqrt();
         let along =
             if half_difference >= 0.0 { [half_difference + root, xy] } else { [xy, root - half_difference] };
-        let length = along[0].hypot(along[1]);
+        let length = (along[0] * along[0] + along[1] * along[1]).sqrt();
         let spread = ((0.5 * (xx + yy) - root).max(0.0) / self.n).sqrt();
         (length > 1e-9).then(|| (spread, [(-along[1] / length) as f32, (along[0] / length) as f32]))
     }

@@ -4,10 +4,64 @@
 //! Frame: map. Units: metres, radians. The cost is bounded by the lattice's size, which the caller limits.
 
 use crate::local_map::LocalMap;
-use crate::params::SearchParams;
 use crate::points::EndPoints;
 use crate::pose::{Pose2, wrap_angle};
 use crate::surface::Placement;
+
+/// The search when the alignment from the prior is poor.
+#[derive(Copy, Clone, PartialEq, Debug)]
+pub struct SearchParams {
+    /// Headings this far on either side of the prior are looked at for every scan, radians: odometry read a moment
+    /// before or after the scan is off by degrees in a turn.
+    pub glance_rad: f64,
+    /// Below this share of explained end points the surroundings are searched.
+    pub below_score: f64,
+    /// Below this share of explained end points the scan is lost.
+    pub lost_below_score: f64,
+    /// A scan that has less than this share of its end points where the map knows anything is on its own.
+    pub min_informative: f64,
+    /// The search looks at least this far each way, metres, and as far as three standard deviations of the prior.
+    pub least_half_m: f64,
+    /// The same for heading, radians.
+    pub least_half_rad: f64,
+    /// Lattice step, metres.
+    pub step_m: f64,
+    /// Lattice step, radians.
+    pub step_rad: f64,
+    /// Lattice steps each way at most, x and y.
+    pub max_shifts: f64,
+    /// Lattice steps each way at most, heading.
+    pub max_turns: f64,
+    /// End points used at most.
+    pub beams: usize,
+    /// Width of the likelihood about a surface, metres.
+    pub blur_m: f64,
+    /// What an end point in free space costs, in end points on a surface.
+    pub free_space_cost: f64,
+    /// Lost scans in a row after which the map goes on from the odometry.
+    pub patience_scans: u32,
+}
+
+impl Default for SearchParams {
+    fn default() -> Self {
+        Self {
+            glance_rad: 0.3,
+            below_score: 0.6,
+            lost_below_score: 0.4,
+            min_informative: 0.1,
+            least_half_m: 0.3,
+            least_half_rad: 0.3,
+            step_m: 0.1,
+            step_rad: 0.035,
+            max_shifts: 10.0,
+            max_turns: 15.0,
+            beams: 60,
+            blur_m: 0.1,
+            free_space_cost: 0.3,
+            patience_scans: 20,
+        }
+    }
+}
 
 /// The lattice: half widths around the guess.
 #[derive(Copy, Clone, PartialEq, Debug)]
@@ -113,7 +167,8 @@ impl Search {
         best.sort_by(|a, b| b.score.total_cmp(&a.score));
     }
 
-    fn neighbours(&self, a: &Pose2, b: &Pose2) -> bool {
+    /// Whether two poses are next to each other on the lattice, or closer.
+    pub fn neighbours(&self, a: &Pose2, b: &Pose2) -> bool {
         let reach_m = 1.5 * self.params.step_m;
         (a.x_m - b.x_m).abs() < reach_m
             && (a.y_m - b.y_m).abs() < reach_m

@@ -3,7 +3,7 @@
 //! Frame: map. Units: metres. A piece on a wall is a line (position and normal); a pole, a corner or clutter, whose
 //! normals disagree, is a point.
 
-use crate::params::MapParams;
+use crate::local_map::MapParams;
 use crate::points::EndPoint;
 
 /// One piece of mapped surface.

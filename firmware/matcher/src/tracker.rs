@@ -6,9 +6,10 @@ use nalgebra::Matrix3;
 
 use crate::align::{Alignment, Prior};
 use crate::covariance::{inverse, rows, weakest_sigma_m};
+use crate::gradient::GradientMatcher;
 use crate::map_matcher::{MapMatcher, Verdict};
 use crate::motion::{MotionModel, Step, propagate};
-use crate::params::TrackerParams;
+use crate::params::{Method, TrackerParams};
 use crate::points::EndPoints;
 use crate::pose::Pose2;
 use crate::scan::Scan;
@@ -53,13 +54,20 @@ pub struct MapSize {
     pub surfaces: usize,
 }
 
+/// The method at work.
+#[derive(Clone, Debug)]
+enum Engine {
+    Map(Box<MapMatcher>),
+    Gradient(Box<GradientMatcher>),
+}
+
 /// Matches scans one after the other; everything is allocated by [`Tracker::new`].
 #[derive(Clone, Debug)]
 pub struct Tracker {
     params: TrackerParams,
     points: EndPoints,
     motion: MotionModel,
-    matcher: MapMatcher,
+    engine: Engine,
     map_from_base: Pose2,
     covariance: Matrix3<f64>,
     started: bool,
@@ -72,7 +80,10 @@ impl Tracker {
         Self {
             points: EndPoints::new(params.points),
             motion: MotionModel::new(params.motion),
-            matcher: MapMatcher::new(&params),
+            engine: match params.method {
+                Method::Map => Engine::Map(Box::new(MapMatcher::new(&params))),
+                Method::Gradient => Engine::Gradient(Box::new(GradientMatcher::new(&params))),
+            },
             map_from_base: Pose2::IDENTITY,
             covariance: Matrix3::zeros(),
             started: false,
@@ -86,10 +97,15 @@ impl Tracker {
         &self.params
     }
 
-    /// How much of its pools the map uses by now.
+    /// How much of its pools the map uses by now; the method `gradient` has none.
     #[must_use]
     pub fn map_size(&self) -> MapSize {
-        MapSize { tiles: self.matcher.map().tiles(), surfaces: self.matcher.map().surface_count() }
+        match &self.engine {
+            Engine::Map(matcher) => {
+                MapSize { tiles: matcher.map().tiles(), surfaces: matcher.map().surface_count() }
+            }
+            Engine::Gradient(_) => MapSize::default(),
+        }
     }
 
     /// The pose of the next scan. `odom_from_base` is the odometry's pose at the scan's stamp, `None` when there is none.
@@ -106,7 +122,8 @@ impl Tracker {
         } else {
             self.first()
         };
-        self.motion.update(scan.stamp_ns, odom_from_base, last.between(&self.map_from_base));
+        let found = step.measured || matches!(tracked.outcome, Outcome::Matched | Outcome::Weak);
+        self.motion.update(scan.stamp_ns, odom_from_base, last.between(&self.map_from_base), found);
         tracked
     }
 
@@ -122,22 +139,36 @@ impl Tracker {
 
     fn first(&mut self) -> Tracked {
         self.started = true;
-        self.matcher.learn(&self.map_from_base, &self.points, Verdict::NewGround);
+        self.learn(Verdict::NewGround);
         self.unmatched(Outcome::First)
     }
 
     fn matched(&mut self, scan: &Scan, last: &Pose2, step: &Step) -> Tracked {
         let Some(information) = inverse(&self.covariance) else { return self.unmatched(Outcome::Lost) };
         let prior = Prior { mean: self.map_from_base, information };
-        let others = [*last * self.motion.same_again(scan.stamp_ns).last_from_base, *last];
-        let others = if step.measured { &others[..] } else { &others[1..] };
-        let (alignment, verdict) = self.matcher.locate(&self.points, &prior, others, self.window());
+        let (alignment, verdict) = self.locate(scan, last, step, &prior);
         let outcome = match verdict {
             Verdict::Found => self.accept(&alignment, &prior),
             Verdict::NewGround | Verdict::Lost => Outcome::Lost,
         };
-        self.matcher.learn(&self.map_from_base, &self.points, verdict);
+        self.learn(verdict);
         Tracked { score: alignment.fit.score(), iterations: alignment.iterations, ..self.unmatched(outcome) }
+    }
+
+    fn locate(&mut self, scan: &Scan, last: &Pose2, step: &Step, prior: &Prior) -> (Alignment, Verdict) {
+        let (glance, window) = (self.glance(step), self.window());
+        let guess = *last * self.motion.same_again(scan.stamp_ns).last_from_base;
+        match &mut self.engine {
+            Engine::Map(matcher) => matcher.locate(&self.points, prior, &[guess, *last], glance, window),
+            Engine::Gradient(matcher) => matcher.locate(&self.points, prior),
+        }
+    }
+
+    fn learn(&mut self, verdict: Verdict) {
+        match &mut self.engine {
+            Engine::Map(matcher) => matcher.learn(&self.map_from_base, &self.points, verdict),
+            Engine::Gradient(matcher) => matcher.learn(&self.map_from_base, &self.points),
+        }
     }
 
     fn accept(&mut self, alignment: &Alignment, prior: &Prior) -> Outcome {
@@ -150,6 +181,12 @@ impl Tracker {
         } else {
             Outcome::Matched
         }
+    }
+
+    /// How far to look around for every scan: headings always, places too when there is no odometry.
+    fn glance(&self, step: &Step) -> Window {
+        let half_rad = self.params.search.glance_rad;
+        Window { half_m: if step.measured { 0.0 } else { 2.0 * step.sigma[0] }, half_rad }
     }
 
     /// How far the search has to look: as far as the prior may be off.

@@ -1,0 +1,167 @@
+//! The paper's likelihood field (section 2.1): how likely an obstacle is, seen from earlier scans.
+//!
+//! For a node of the grid that some reference scan could see: minus the distance to the nearest end point, cut off at
+//! `cutoff_m`; zero, the best value, where every reference scan's sight was blocked. Distances and occlusion are computed
+//! beforehand; between nodes the field is bilinear.
+//! Frame: map, window around the latest reference scan. Units: metres.
+
+use std::f32::consts::{PI, TAU};
+
+use crate::gradient::GradientParams;
+use crate::points::EndPoints;
+use crate::pose::Pose2;
+use crate::surface::{Placement, minus};
+
+/// Directions that a reference scan's sight is kept for.
+const DIRECTIONS: usize = 1024;
+
+/// A reference scan, in the map.
+#[derive(Clone, Debug)]
+pub struct Reference {
+    from_m: [f32; 2],
+    ends_m: Vec<[f32; 2]>,
+    /// How far it saw in each direction, metres; zero where it did not look or nothing came back.
+    sight_m: Vec<f32>,
+}
+
+impl Reference {
+    /// A reference with memory for this many end points.
+    pub fn with_capacity(points: usize) -> Self {
+        Self { from_m: [0.0; 2], ends_m: Vec::with_capacity(points), sight_m: vec![0.0; DIRECTIONS] }
+    }
+
+    /// Takes a scan at this pose.
+    pub fn fill(&mut self, map_from_base: &Pose2, points: &EndPoints, gap_rad: f64) {
+        let placement = Placement::new(map_from_base);
+        self.from_m = placement.place(points.laser_in_base_m());
+        self.ends_m.clear();
+        self.ends_m.extend(points.as_slice().iter().map(|point| placement.place(point.at_m)));
+        self.sight_m.fill(0.0);
+        let mut before: Option<(f32, f32)> = None;
+        for end in &self.ends_m {
+            let offset = minus(*end, self.from_m);
+            let (angle, range) = (offset[1].atan2(offset[0]), offset[0].hypot(offset[1]));
+            self.sight_m[direction(angle)] = range;
+            if let Some((last_angle, last_range)) = before {
+                let turn = (angle - last_angle + PI).rem_euclid(TAU) - PI;
+                if f64::from(turn.abs()) < gap_rad {
+                    let steps = (turn.abs() / TAU * DIRECTIONS as f32).ceil() as usize;
+                    for step in 1..steps {
+                        let u = step as f32 / steps as f32;
+                        self.sight_m[direction(last_angle + u * turn)] =
+                            last_range + u * (range - last_range);
+                    }
+                }
+            }
+            before = Some((angle, range));
+        }
+    }
+
+    fn sees(&self, at_m: [f32; 2], margin_m: f32) -> bool {
+        let offset = minus(at_m, self.from_m);
+        let sight = self.sight_m[direction(offset[1].atan2(offset[0]))];
+        let reach = sight + margin_m;
+        sight > 0.0 && offset[0] * offset[0] + offset[1] * offset[1] <= reach * reach
+    }
+}
+
+fn direction(angle_rad: f32) -> usize {
+    (((angle_rad + PI) / TAU).rem_euclid(1.0) * DIRECTIONS as f32) as usize % DIRECTIONS
+}
+
+/// A point's log-likelihood (metres, never positive) and its gradient.
+#[derive(Copy, Clone, PartialEq, Debug)]
+pub struct Likelihood {
+    /// Minus the distance to the nearest end point; zero in occlusion.
+    pub value: f32,
+    /// Derivative by the point's map coordinates, per metre.
+    pub gradient: [f32; 2],
+}
+
+/// The field's grid.
+#[derive(Clone, Debug)]
+pub struct Field {
+    params: GradientParams,
+    side: usize,
+    origin_m: [f32; 2],
+    nodes: Vec<f32>,
+}
+
+impl Field {
+    /// An all-occluded field with all the memory it will ever have.
+    pub fn new(params: GradientParams) -> Self {
+        let side = (2.0 * params.half_window_m / params.cell_m).ceil().clamp(2.0, 4096.0) as usize + 1;
+        Self { side, origin_m: [0.0; 2], nodes: vec![0.0; side * side], params }
+    }
+
+    /// Computes distances and occlusion for these references.
+    pub fn build(&mut self, centre_m: [f32; 2], references: &[Reference]) {
+        let cell = self.params.cell_m as f32;
+        // On whole cells of the map, so that two fields of one place have the same nodes.
+        let half = (self.side / 2) as f32;
+        self.origin_m = centre_m.map(|metres| ((metres / cell).round() - half) * cell);
+        let cutoff = self.params.cutoff_m as f32;
+        self.nodes.fill(-cutoff);
+        for reference in references {
+            for end in &reference.ends_m {
+                self.spread(*end);
+            }
+        }
+        let margin = self.params.occlusion_margin_m as f32;
+        for row in 0..self.side {
+            for column in 0..self.side {
+                let at_m = self.node_m(column, row);
+                if !references.iter().any(|reference| reference.sees(at_m, margin)) {
+                    self.nodes[row * self.side + column] = 0.0;
+                }
+            }
+        }
+    }
+
+    fn node_m(&self, column: usize, row: usize) -> [f32; 2] {
+        let cell = self.params.cell_m as f32;
+        [self.origin_m[0] + column as f32 * cell, self.origin_m[1] + row as f32 * cell]
+    }
+
+    /// Lowers the distance of all nodes within the cutoff of an end point.
+    fn spread(&mut self, end_m: [f32; 2]) {
+        let (cell, cutoff) = (self.params.cell_m as f32, self.params.cutoff_m as f32);
+        let range = |axis: usize| {
+            let middle = (end_m[axis] - self.origin_m[axis]) / cell;
+            let low = (middle - cutoff / cell).ceil().max(0.0) as usize;
+            let high = (middle + cutoff / cell).floor();
+            low..if high < 0.0 { 0 } else { (high as usize + 1).min(self.side) }
+        };
+        let (columns, rows) = (range(0), range(1));
+        for row in rows {
+            for column in columns.clone() {
+                let offset = minus(self.node_m(column, row), end_m);
+                let value = -(offset[0] * offset[0] + offset[1] * offset[1]).sqrt();
+                let node = &mut self.nodes[row * self.side + column];
+                *node = node.max(value);
+            }
+        }
+    }
+
+    /// The likelihood at a point of the map; zero and flat outside the window.
+    pub fn at(&self, point_m: [f32; 2]) -> Likelihood {
+        let per_m = 1.0 / self.params.cell_m as f32;
+        let [x, y] = minus(point_m, self.origin_m).map(|metres| metres * per_m);
+        let last = (self.side - 1) as f32;
+        if !(x >= 0.0 && y >= 0.0 && x < last && y < last) {
+            return Likelihood { value: 0.0, gradient: [0.0; 2] };
+        }
+        let (column, row) = (x as usize, y as usize);
+        let (u, v) = (x - column as f32, y - row as f32);
+        let first = row * self.side + column;
+        let [a, b] = [self.nodes[first], self.nodes[first + 1]];
+        let [c, d] = [self.nodes[first + self.side], self.nodes[first + self.side + 1]];
+        Likelihood {
+            value: (1.0 - v) * ((1.0 - u) * a + u * b) + v * ((1.0 - u) * c + u * d),
+            gradient: [
+                ((1.0 - v) * (b - a) + v * (d - c)) * per_m,
+                ((1.0 - u) * (c - a) + u * (d - b)) * per_m,
+            ],
+        }
+    }
+}

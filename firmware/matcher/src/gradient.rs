@@ -1,0 +1,218 @@
+//! The method `gradient`: the paper's scan matching (section 2.2).
+//!
+//! Gradient ascent of the summed log-likelihood of a scan's end points over (x, y, theta), from the odometry prior, in
+//! the field of a few earlier scans. The heading is measured in metres at the end points' typical distance, so that one
+//! step length serves all three; the step grows while the likelihood rises and shrinks when it would fall. Frame: map.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::align::{Alignment, Fit, Prior};
+use crate::field::{Field, Reference};
+use crate::map_matcher::Verdict;
+use crate::params::TrackerParams;
+use crate::points::EndPoints;
+use crate::pose::{Pose2, wrap_angle};
+use crate::surface::Placement;
+
+/// The paper's method.
+#[derive(Copy, Clone, PartialEq, Debug)]
+pub struct GradientParams {
+    /// Side of a cell, metres; the paper's is 0.1.
+    pub cell_m: f64,
+    /// Half the side of the square around the latest reference scan that the field covers, metres. End points outside
+    /// count nothing.
+    pub half_window_m: f64,
+    /// From this distance on the likelihood falls no further, metres. Larger: a wider basin, more harm from people.
+    pub cutoff_m: f64,
+    /// So far behind an end point space is not yet occluded, metres. Smaller: end points slip behind the walls.
+    pub occlusion_margin_m: f64,
+    /// Beams farther apart than this leave the space between them unknown, radians.
+    pub gap_rad: f64,
+    /// Earlier scans that make the field.
+    pub reference_scans: usize,
+    /// A scan becomes a reference when the base has moved this far since the last one, metres.
+    pub reference_every_m: f64,
+    /// The same for turning, radians.
+    pub reference_every_rad: f64,
+    /// Iterations at most; the paper's figure 2 needs 100 for 10 cm, 10 cm and 30 degrees.
+    pub max_iterations: u32,
+    /// The first step, metres.
+    pub first_step_m: f64,
+    /// The step grows by this factor after each that helped.
+    pub step_growth: f64,
+    /// The step shrinks by this factor after each that did not.
+    pub step_shrink: f64,
+    /// A smaller step ends the ascent, metres.
+    pub rest_m: f64,
+    /// Standard deviation of an end point in the field, metres: range noise and half a cell. For the covariance.
+    pub noise_m: f64,
+    /// End points this close to a reference's are explained, metres.
+    pub explained_m: f64,
+}
+
+impl Default for GradientParams {
+    fn default() -> Self {
+        Self {
+            cell_m: 0.1,
+            half_window_m: 20.0,
+            cutoff_m: 0.5,
+            occlusion_margin_m: 0.3,
+            gap_rad: 0.05,
+            reference_scans: 3,
+            reference_every_m: 0.5,
+            reference_every_rad: 0.3,
+            max_iterations: 100,
+            first_step_m: 0.02,
+            step_growth: 1.5,
+            step_shrink: 0.4,
+            rest_m: 0.0005,
+            noise_m: 0.05,
+            explained_m: 0.15,
+        }
+    }
+}
+
+/// Reference scans, their field, and when the last one was taken.
+#[derive(Clone, Debug)]
+pub struct GradientMatcher {
+    params: TrackerParams,
+    field: Field,
+    references: Vec<Reference>,
+    filled: usize,
+    next: usize,
+    taken_at: Option<Pose2>,
+}
+
+/// The summed log-likelihood of a scan at a pose and its derivative by x, y (m) and theta (rad).
+struct Ascent {
+    value: f64,
+    gradient: Vector3<f64>,
+}
+
+impl GradientMatcher {
+    /// A matcher without references and with all the memory it will ever have.
+    pub fn new(params: &TrackerParams) -> Self {
+        let count = params.gradient.reference_scans.max(1);
+        Self {
+            params: *params,
+            field: Field::new(params.gradient),
+            references: (0..count)
+                .map(|_| Reference::with_capacity(params.points.max_beams.max(1)))
+                .collect(),
+            filled: 0,
+            next: 0,
+            taken_at: None,
+        }
+    }
+
+    /// Finds the scan's pose by gradient ascent from the prior's mean.
+    pub fn locate(&mut self, points: &EndPoints, prior: &Prior) -> (Alignment, Verdict) {
+        let (pose, iterations) = self.ascend(points, prior.mean);
+        let (information, fit) = self.judge(points, &pose);
+        let alignment = Alignment { pose, information, fit, iterations };
+        let verdict = if fit.informative < self.params.search.min_informative * fit.total {
+            Verdict::NewGround
+        } else if fit.score() < self.params.search.lost_below_score {
+            Verdict::Lost
+        } else {
+            Verdict::Found
+        };
+        (alignment, verdict)
+    }
+
+    fn ascend(&self, points: &EndPoints, start: Pose2) -> (Pose2, u32) {
+        let params = &self.params.gradient;
+        let arm_m = typical_distance_m(points).max(0.1);
+        let mut pose = start;
+        let mut here = self.ascent(points, &pose);
+        let mut step_m = params.first_step_m;
+        for iteration in 0..params.max_iterations {
+            // Steepest direction when theta is measured in metres at the arm's end.
+            let turn = here.gradient[2] / arm_m;
+            let steepness = here.gradient[0].hypot(here.gradient[1]).hypot(turn);
+            if steepness <= 1e-9 || step_m < params.rest_m {
+                return (pose, iteration);
+            }
+            let scale = step_m / steepness;
+            let tried = Pose2::new(
+                pose.x_m + scale * here.gradient[0],
+                pose.y_m + scale * here.gradient[1],
+                wrap_angle(pose.theta_rad + scale * turn / arm_m),
+            );
+            let there = self.ascent(points, &tried);
+            if there.value > here.value {
+                (pose, here) = (tried, there);
+                step_m *= params.step_growth;
+            } else {
+                step_m *= params.step_shrink;
+            }
+        }
+        (pose, params.max_iterations)
+    }
+
+    fn ascent(&self, points: &EndPoints, pose: &Pose2) -> Ascent {
+        let placement = Placement::new(pose);
+        let mut sums = [0.0_f32; 4];
+        for point in points.as_slice() {
+            let arm = placement.turn(point.at_m);
+            let likelihood = self.field.at([arm[0] + placement.at_m[0], arm[1] + placement.at_m[1]]);
+            let [gx, gy] = likelihood.gradient;
+            sums[0] += likelihood.value;
+            sums[1] += gx;
+            sums[2] += gy;
+            sums[3] += arm[0] * gy - arm[1] * gx;
+        }
+        let [value, x, y, theta] = sums.map(f64::from);
+        Ascent { value, gradient: Vector3::new(x, y, theta) }
+    }
+
+    /// What the scan knows at its final pose: each end point its distance along the field's gradient.
+    fn judge(&self, points: &EndPoints, pose: &Pose2) -> (Matrix3<f64>, Fit) {
+        let placement = Placement::new(pose);
+        let params = &self.params.gradient;
+        let weight = 1.0 / (params.noise_m * params.noise_m * self.params.align.beams_per_independent_one);
+        let mut information = Matrix3::zeros();
+        let mut fit = Fit::default();
+        for point in points.as_slice() {
+            let arm = placement.turn(point.at_m);
+            let likelihood = self.field.at([arm[0] + placement.at_m[0], arm[1] + placement.at_m[1]]);
+            let [gx, gy] = likelihood.gradient;
+            fit.total += 1.0;
+            if likelihood.value == 0.0 {
+                continue; // occluded: it says nothing
+            }
+            fit.informative += 1.0;
+            if f64::from(-likelihood.value) < params.explained_m {
+                fit.explained += 1.0;
+                let row = Vector3::new(gx, gy, arm[0] * gy - arm[1] * gx).map(f64::from);
+                information += row * row.transpose() * weight;
+            }
+        }
+        (information, fit)
+    }
+
+    /// Takes the scan as a reference when the base has moved enough, and prepares the field.
+    pub fn learn(&mut self, map_from_base: &Pose2, points: &EndPoints) {
+        let params = &self.params.gradient;
+        let moved_enough = self.taken_at.is_none_or(|last| {
+            let step = last.between(map_from_base);
+            step.distance_m() >= params.reference_every_m
+                || step.theta_rad.abs() >= params.reference_every_rad
+        });
+        if !moved_enough {
+            return;
+        }
+        self.taken_at = Some(*map_from_base);
+        self.references[self.next].fill(map_from_base, points, params.gap_rad);
+        self.next = (self.next + 1) % self.references.len();
+        self.filled = (self.filled + 1).min(self.references.len());
+        let centre_m = [map_from_base.x_m as f32, map_from_base.y_m as f32];
+        self.field.build(centre_m, &self.references[..self.filled]);
+    }
+}
+
+fn typical_distance_m(points: &EndPoints) -> f64 {
+    let squares: f64 =
+        points.as_slice().iter().map(|p| f64::from(p.at_m[0].powi(2) + p.at_m[1].powi(2))).sum();
+    (squares / points.as_slice().len().max(1) as f64).sqrt()
+}
