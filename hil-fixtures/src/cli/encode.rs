@@ -47,6 +47,12 @@ impl Encode {
             report.backward_stamps,
             report.beyond_range
         );
+        for (port, baud) in &report.raised {
+            eprintln!(
+                "the {} line runs at {baud} Bd: the stamps stand too close for the rig's own rate",
+                port.name()
+            );
+        }
         Ok(())
     }
 }

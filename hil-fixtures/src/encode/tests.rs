@@ -1,6 +1,7 @@
 //! A recording encoded to bytes and read back with `biplane-wire`.
 
-use super::{EncodeError, EncodeOptions, EncodeReport, run, variant_of_scan};
+use super::laser::variant_of_scan;
+use super::{EncodeError, EncodeOptions, EncodeReport, run};
 use crate::line::ReadParams;
 use biplane_recording::msg::{LaserScan, Odometry};
 use biplane_recording::{Port, Reader, Topic, Writer, WriterOptions};
@@ -29,7 +30,26 @@ impl Scratch {
         }
     }
 
+    /// Encodes on the lines of the given rig, whatever the stamps.
+    fn encode_on(
+        &self,
+        rig: &str,
+        scans: &[LaserScan],
+        odometry: &[Odometry],
+    ) -> Result<EncodeReport, EncodeError> {
+        let file = self.0.join("rig.toml");
+        std::fs::write(&file, rig).expect("written");
+        self.write(scans, odometry);
+        run(&EncodeOptions { rig: Some(file), ..self.options() })
+    }
+
+    /// Encodes without a rig.
     fn encode(&self, scans: &[LaserScan], odometry: &[Odometry]) -> Result<EncodeReport, EncodeError> {
+        self.write(scans, odometry);
+        run(&self.options())
+    }
+
+    fn write(&self, scans: &[LaserScan], odometry: &[Odometry]) {
         let options = WriterOptions { overwrite: true, ..WriterOptions::default() };
         let mut writer = Writer::create(&self.0.join("in.mcap"), &options).expect("a file");
         for scan in scans {
@@ -39,7 +59,6 @@ impl Scratch {
             writer.write(Topic::Odom, odometry.stamp_ns, odometry.stamp_ns, odometry).expect("written");
         }
         writer.finish().expect("finished");
-        run(&self.options())
     }
 
     /// Scans with the time of the telegram's first byte.
@@ -108,13 +127,31 @@ fn stamps_that_step_back_or_crowd_only_delay_the_line() {
     let scratch = Scratch::new("back");
     let stamps = [10 * SECOND, 10 * SECOND - 5_000_000, 10 * SECOND + 20_000_000, 11 * SECOND];
     let scans: Vec<LaserScan> = stamps.iter().map(|stamp| scan(*stamp, vec![1.0; 181], 1.0)).collect();
-    let report = scratch.encode(&scans, &[]).expect("encodes");
+    let report = scratch.encode_on(crate::rigs::RIGS[0].1, &scans, &[]).expect("encodes");
     assert_eq!((report.scans_horizontal, report.delayed, report.backward_stamps), (4, 2, 1));
     // The third is due 20 ms after the first, which takes 96.875 ms, as does the second.
     assert!((report.longest_delay_ms - 173.75).abs() < 1e-6, "{}", report.longest_delay_ms);
     let starts: Vec<i64> = scratch.scans().iter().map(|scan| scan.0).collect();
     assert!(starts.windows(2).all(|pair| pair[1] - pair[0] >= 96_875_000));
     assert_eq!(starts[3], 11 * SECOND + 13_320_000 + 260_416);
+}
+
+#[test]
+fn crowded_lines_are_raised_unless_the_rig_is_given() {
+    let scratch = Scratch::new("raise");
+    // 20 ms apart: too close for 96.875 ms at 38400 Bd, not for 7.44 ms at 500000 Bd.
+    let scans: Vec<LaserScan> =
+        (0..50).map(|k| scan(10 * SECOND + k * 20_000_000, vec![1.0; 181], 1.0)).collect();
+    let free = scratch.encode(&scans, &[]).expect("encodes");
+    assert_eq!((free.raised, free.delayed), (vec![(Port::Horizontal, 500_000)], 0));
+    let rig = Reader::open(&scratch.0.join("out.mcap"))
+        .expect("a capture")
+        .rig()
+        .expect("reads")
+        .expect("attached");
+    assert_eq!(rig.horizontal.baud, 500_000);
+    let bound = scratch.encode_on(crate::rigs::RIGS[0].1, &scans, &[]).expect("encodes");
+    assert_eq!((bound.raised, bound.delayed), (Vec::new(), 49));
 }
 
 #[test]
@@ -129,7 +166,8 @@ fn odometry_becomes_ticks_and_angle_steps() {
     };
     // At 9600 Bd a packet takes 26 ms: of samples every 5 ms the line carries every fifth or so.
     let samples: Vec<Odometry> = (0..40).map(|k| at(10 * SECOND + k * 5_000_000)).collect();
-    let report = scratch.encode(&[scan(10 * SECOND, vec![1.0; 181], 1.0)], &samples).expect("encodes");
+    let one = [scan(10 * SECOND, vec![1.0; 181], 1.0)];
+    let report = scratch.encode_on(crate::rigs::RIGS[0].1, &one, &samples).expect("encodes");
     assert_eq!(report.odometry + report.odometry_skipped, 40);
     assert!(report.odometry >= 6 && report.longest_delay_ms < 60.0, "{report:?}");
     let reader = Reader::open(&scratch.0.join("out.mcap")).expect("a capture");

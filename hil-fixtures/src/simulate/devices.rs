@@ -1,0 +1,137 @@
+//! What each device of a simulated rig puts on its line during the capture.
+
+use super::{SimulateError, SimulateOptions, Times};
+use crate::capture_file::LineReads;
+use crate::line::{Adapter, laser_byte_ns, scans_per_telegram, transfer_ns};
+use crate::rng::Rng;
+use crate::scanner::{NO_ECHO, TURN_NS, Variant};
+use crate::simulated_rig::{LaserRole, SimulatedLaser, SimulatedRig, counts_mm, variant_of};
+use crate::source::{OdometrySource, ScanWords};
+use crate::telegrams;
+use biplane_recording::Port;
+use biplane_recording::rig::Laser;
+
+/// Time between two packets of the base.
+const ODOMETRY_PERIOD_NS: i64 = 100_000_000;
+/// Time between two replies of a start-up.
+const REPLY_PERIOD_NS: i64 = 100_000_000;
+/// A laser's part of the capture.
+pub(super) struct LaserRun {
+    /// Its bytes.
+    pub(super) line: LineReads,
+    /// First beams of the scans, device time.
+    pub(super) first_beams_ns: Vec<i64>,
+    /// Values that are ranges.
+    pub(super) echoes: usize,
+}
+
+pub(super) fn record_laser(
+    source: &SimulatedLaser,
+    laser: &Laser,
+    times: &Times,
+    options: &SimulateOptions,
+) -> Result<LaserRun, SimulateError> {
+    let expected = "a variant that the LMS has";
+    let unsupported =
+        || SimulateError::Unsupported { what: "fov_deg", found: laser.fov_deg.to_string(), expected };
+    let variant = variant_of(laser).ok_or_else(unsupported)?;
+    let (port, line) = match source.role() {
+        LaserRole::Horizontal => (Port::Horizontal, 0),
+        LaserRole::Vertical => (Port::Vertical, 1),
+    };
+    let mm = counts_mm(laser);
+    let first_beams_ns = schedule(laser, variant, times, options.seed, line);
+    let scans = measure_all(source, variant, mm, &first_beams_ns);
+    let byte_ns = transfer_ns(1, laser.baud);
+    let mut adapter = Adapter::new(options.reads, options.seed, line);
+    if options.start_up {
+        let resolution_cdeg = (laser.resolution_deg * 100.0).round() as u16;
+        let replies = telegrams::laser_start_up(laser.fov_deg, resolution_cdeg, mm)?;
+        send_replies(&mut adapter, &replies, laser.baud);
+    }
+    for (t0_ns, words) in first_beams_ns.iter().zip(&scans) {
+        let start_ns = t0_ns + first_byte_delay_ns(laser, variant);
+        for (index, byte) in telegrams::scan(words, mm)?.into_iter().enumerate() {
+            adapter.push(byte, start_ns + laser_byte_ns(index, laser.baud), byte_ns);
+        }
+    }
+    let echoes = scans.iter().flatten().filter(|word| **word < NO_ECHO - 8).count();
+    Ok(LaserRun { line: LineReads { port, reads: adapter.finish() }, first_beams_ns, echoes })
+}
+
+/// From a scan's first beam to its telegram's first byte.
+fn first_byte_delay_ns(laser: &Laser, variant: Variant) -> i64 {
+    variant.duration_ns() + (laser.delay_ms * 1e6).round() as i64
+}
+
+/// First beams of the scans that are sent.
+fn schedule(laser: &Laser, variant: Variant, times: &Times, seed: u64, line: u64) -> Vec<i64> {
+    let bytes = 2 * usize::from(variant.beam_count()) + 10;
+    let period_ns = scans_per_telegram(bytes, laser.baud, variant.duration_ns()) * variant.duration_ns();
+    let phase_ns = (Rng::new(seed, 0x9A5E, line.cast_signed()).unit() * TURN_NS as f64) as i64;
+    let last_byte_ns = first_byte_delay_ns(laser, variant) + laser_byte_ns(bytes - 1, laser.baud);
+    let first_ns = times.stream_ns + phase_ns;
+    (0..).map(|n| first_ns + n * period_ns).take_while(|t0_ns| t0_ns + last_byte_ns <= times.end_ns).collect()
+}
+
+/// Takes all scans, on all processors; the result does not depend on how many there are.
+fn measure_all(
+    source: &SimulatedLaser,
+    variant: Variant,
+    mm: bool,
+    first_beams_ns: &[i64],
+) -> Vec<ScanWords> {
+    let workers = std::thread::available_parallelism().map_or(1, usize::from);
+    let share = first_beams_ns.len().div_ceil(workers).max(1);
+    std::thread::scope(|scope| {
+        let parts: Vec<_> = first_beams_ns
+            .chunks(share)
+            .map(|part| {
+                scope.spawn(|| part.iter().map(|t0| source.measure(*t0, variant, mm)).collect::<Vec<_>>())
+            })
+            .collect();
+        parts.into_iter().flat_map(|part| part.join().unwrap_or_default()).collect()
+    })
+}
+
+fn send_replies(adapter: &mut Adapter, replies: &[Vec<u8>], baud: u32) {
+    let byte_ns = transfer_ns(1, baud);
+    let mut free_ns = 0;
+    for (n, reply) in replies.iter().enumerate() {
+        let start_ns = (n as i64 * REPLY_PERIOD_NS).max(free_ns);
+        for (index, byte) in reply.iter().enumerate() {
+            free_ns = start_ns + transfer_ns(index + 1, baud);
+            adapter.push(*byte, free_ns, byte_ns);
+        }
+    }
+}
+
+pub(super) fn record_base(
+    rig: &SimulatedRig,
+    times: &Times,
+    options: &SimulateOptions,
+) -> Result<(LineReads, usize), SimulateError> {
+    let baud = rig.rig().base.baud;
+    let byte_ns = transfer_ns(1, baud);
+    let mut source = rig.base();
+    let mut adapter = Adapter::new(options.reads, options.seed, 2);
+    if options.start_up {
+        send_replies(&mut adapter, &telegrams::base_start_up()?, baud);
+    }
+    let phase_ns = (Rng::new(options.seed, 0x9A5E, 2).unit() * ODOMETRY_PERIOD_NS as f64) as i64;
+    let mut sample_ns = times.stream_ns + phase_ns;
+    let mut packets = 0;
+    loop {
+        let packet = telegrams::odometry(&source.sample(sample_ns))?;
+        let end_ns = sample_ns + transfer_ns(packet.len(), baud);
+        if end_ns > times.end_ns {
+            break;
+        }
+        for (index, byte) in packet.into_iter().enumerate() {
+            adapter.push(byte, sample_ns + transfer_ns(index + 1, baud), byte_ns);
+        }
+        packets += 1;
+        sample_ns += ODOMETRY_PERIOD_NS.max(end_ns - sample_ns);
+    }
+    Ok((LineReads { port: Port::Base, reads: adapter.finish() }, packets))
+}
