@@ -5,6 +5,7 @@ pub mod capture_source;
 pub mod device;
 pub mod drive;
 pub mod encode;
+pub mod extract;
 pub mod faults;
 pub mod line;
 pub mod lms_device;

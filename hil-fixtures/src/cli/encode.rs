@@ -19,8 +19,8 @@ pub struct Encode {
     #[arg(long, value_name = "rig.toml")]
     rig: Option<PathBuf>,
     /// Replace an existing capture.
-    #[arg(long)]
-    overwrite: bool,
+    #[arg(long, visible_alias = "overwrite")]
+    force: bool,
 }
 
 impl Encode {
@@ -30,7 +30,7 @@ impl Encode {
             input: self.input.clone(),
             output: self.output.clone(),
             rig: self.rig.clone(),
-            overwrite: self.overwrite,
+            overwrite: self.force,
             ..EncodeOptions::default()
         };
         let report = run(&options)?;

@@ -1,6 +1,7 @@
 //! The command line: words become typed options, one file a subcommand.
 
 mod encode;
+mod extract;
 mod serve;
 mod simulate;
 mod worlds;
@@ -22,6 +23,7 @@ enum Command {
     Serve(Box<serve::Serve>),
     Simulate(simulate::Simulate),
     Encode(encode::Encode),
+    Extract(extract::Extract),
 }
 
 impl Cli {
@@ -31,6 +33,7 @@ impl Cli {
             Command::Serve(serve) => serve.run(),
             Command::Simulate(simulate) => simulate.run(),
             Command::Encode(encode) => encode.run(),
+            Command::Extract(extract) => extract.run(),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! `simulate`: a drive through a known world, as a capture with its truth.
 
 use super::BadArgument;
+use biplane_mock::line::ReadParams;
 use biplane_mock::simulate::{SimulateError, SimulateOptions, run};
 use biplane_mock::world::WorldError;
 use std::path::PathBuf;
@@ -36,14 +37,17 @@ pub struct Simulate {
     #[arg(long, value_name = "DIR")]
     truth: Option<PathBuf>,
     /// Replace an existing capture.
-    #[arg(long)]
-    overwrite: bool,
+    #[arg(long, visible_alias = "overwrite")]
+    force: bool,
     /// Begin with what the devices answer while they are set up.
     #[arg(long)]
     start_up: bool,
     /// Standing still before and after the drive, seconds.
     #[arg(long, value_name = "S", default_value_t = 0.5)]
     stand: f64,
+    /// Most bytes that a read returns; more make a smaller file.
+    #[arg(long, value_name = "N", default_value_t = 32)]
+    read_bytes: usize,
 }
 
 impl Simulate {
@@ -57,9 +61,10 @@ impl Simulate {
             seed: self.seed,
             output: self.output.clone(),
             truth: self.truth.clone(),
-            overwrite: self.overwrite,
+            overwrite: self.force,
             start_up: self.start_up,
             stand_s: self.stand,
+            reads: ReadParams { max_bytes: self.read_bytes.max(1), ..ReadParams::default() },
             ..SimulateOptions::default()
         };
         let report = run(&options).map_err(argument)?;

@@ -2,6 +2,7 @@
 
 mod captures;
 mod client;
+mod fixtures;
 mod ports;
 mod worlds;
 

@@ -1,0 +1,43 @@
+//! `extract`: a capture out of a recording.
+
+use biplane_mock::extract::{ExtractOptions, extract};
+use std::path::PathBuf;
+
+/// Take the serial bytes out of a recording made with --raw: a capture that can be served, replayed and kept as a fixture.
+///
+/// Example: biplane-mock extract run.mcap -o start-up.mcap --to 3
+#[derive(Debug, clap::Args)]
+#[command(verbatim_doc_comment)]
+pub struct Extract {
+    /// Recording or capture.
+    #[arg(value_name = "RUN.mcap")]
+    input: PathBuf,
+    /// Capture to write.
+    #[arg(short, long, value_name = "C.mcap")]
+    output: PathBuf,
+    /// Leave out what came earlier than this after the first serial byte, seconds.
+    #[arg(long, value_name = "S")]
+    from: Option<f64>,
+    /// Leave out what came later, seconds.
+    #[arg(long, value_name = "S")]
+    to: Option<f64>,
+    /// Replace an existing capture.
+    #[arg(long, visible_alias = "overwrite")]
+    force: bool,
+}
+
+impl Extract {
+    /// Extracts and says what came of it.
+    pub fn run(&self) -> anyhow::Result<()> {
+        let options = ExtractOptions {
+            input: self.input.clone(),
+            output: self.output.clone(),
+            from_s: self.from,
+            to_s: self.to,
+            overwrite: self.force,
+        };
+        let report = extract(&options)?;
+        eprintln!("{}: {} reads and writes, {} bytes", report.path.display(), report.messages, report.bytes);
+        Ok(())
+    }
+}
