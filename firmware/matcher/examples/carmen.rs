@@ -109,93 +109,6 @@ fn outcome_index(outcome: Outcome) -> usize {
     }
 }
 
-/// Sets a parameter by its name, as `align.outlier_m`.
-fn set(params: &mut TrackerParams, name: &str, value: f64) -> Result<(), String> {
-    macro_rules! by_name {
-        ($($group:ident . $field:ident),* $(,)?) => {
-            match name {
-                $(concat!(stringify!($group), ".", stringify!($field)) => params.$group.$field = value as _,)*
-                _ => return Err(format!("no parameter {name}")),
-            }
-        };
-    }
-    by_name!(
-        motion.position_m_per_m,
-        motion.position_m_per_rad,
-        motion.heading_rad_per_rad,
-        motion.heading_rad_per_m,
-        motion.position_floor_m,
-        motion.heading_floor_rad,
-        motion.jump_m,
-        motion.jump_rad,
-        motion.unmeasured_m,
-        motion.unmeasured_rad,
-        points.max_beams,
-        points.min_points,
-        points.range_min_m,
-        points.range_max_m,
-        points.spacing_m,
-        points.normal_reach_m,
-        points.line_length_m,
-        points.line_tolerance_m,
-        points.grazing_sine,
-        gradient.cell_m,
-        gradient.half_window_m,
-        gradient.cutoff_m,
-        gradient.occlusion_margin_m,
-        gradient.gap_rad,
-        gradient.reference_scans,
-        gradient.reference_every_m,
-        gradient.reference_every_rad,
-        gradient.max_iterations,
-        gradient.first_step_m,
-        gradient.step_growth,
-        gradient.step_shrink,
-        gradient.rest_m,
-        gradient.noise_m,
-        gradient.explained_m,
-        map.cell_m,
-        map.reach_m,
-        map.tiles,
-        map.surfaces,
-        map.memory_hits,
-        map.merge_across_m,
-        map.evidence_per_hit,
-        map.evidence_max,
-        map.carve_every_beams,
-        map.carve_margin_m,
-        map.learn_every_m,
-        map.learn_every_rad,
-        align.max_iterations,
-        align.capture_m,
-        align.outlier_m,
-        align.range_noise_m,
-        align.point_noise_m,
-        align.line_strength,
-        align.direction_noise_rad,
-        align.beams_per_independent_one,
-        align.rest_m,
-        align.rest_rad,
-        align.explained_m,
-        align.weak_m,
-        search.glance_rad,
-        search.below_score,
-        search.lost_below_score,
-        search.min_informative,
-        search.least_half_m,
-        search.least_half_rad,
-        search.step_m,
-        search.step_rad,
-        search.max_shifts,
-        search.max_turns,
-        search.beams,
-        search.blur_m,
-        search.free_space_cost,
-        search.patience_scans,
-    );
-    Ok(())
-}
-
 fn parse_options() -> Result<Options, Box<dyn Error>> {
     let mut options = Options {
         input: String::new(),
@@ -216,7 +129,7 @@ fn parse_options() -> Result<Options, Box<dyn Error>> {
             "--set" => {
                 let setting = value()?;
                 let (name, value) = setting.split_once('=').ok_or("--set needs NAME=VALUE")?;
-                set(&mut options.params, name, value.parse()?)?;
+                options.params.set(name, value.parse()?)?;
             }
             "--every" => options.every = value()?.parse::<usize>()?.max(1),
             "--odom-scale" => options.odom_scale = value()?.parse()?,
