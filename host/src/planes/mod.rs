@@ -3,6 +3,8 @@
 //! A set of points is a plane when each lies close to another of the set, the mean squared distance to the best plane stays small
 //! and no point is far from it. Frame `map`, metres.
 
+pub mod coplanar;
+pub mod curtain;
 pub mod eigen;
 pub mod grid;
 pub mod grow;
@@ -91,6 +93,18 @@ pub fn extract(params: &PlaneParams, cloud: &Cloud) -> Planes {
             fits = refit(points_m, &labels, fits.len());
         }
     }
+    let into = coplanar::unite(&scatters(points_m, &labels, fits.len()), noise);
+    for label in &mut labels {
+        *label = usize::try_from(*label).map_or(-1, |old| into[old] as i32);
+    }
+    fits = refit(points_m, &labels, fits.len());
+    for _ in 0..2 {
+        labelling.choose(&fits, &mut labels);
+        fits = refit(points_m, &labels, fits.len());
+    }
+    let curtains = curtain::find(cloud, &labels, &fits);
+    fits.iter_mut().zip(curtains).filter(|(_, curtain)| *curtain).for_each(|(fit, _)| *fit = None);
+    labelling.choose(&fits, &mut labels);
     finish(params, cloud, labels, fits.len(), sigma_m)
 }
 

@@ -13,9 +13,9 @@ pub struct Noise {
 }
 
 /// Share of the deviation that does not average out over neighbours: the pose error, common to all beams of a scan.
-const COMMON_SHARE: f64 = 0.35;
+pub const COMMON_SHARE: f64 = 0.35;
 /// Deviations within which a value counts as noise.
-const DEVIATIONS: f64 = 3.0;
+pub const DEVIATIONS: f64 = 3.0;
 /// Smallest noise that is assumed, metres: the resolution that 32-bit coordinates keep in a large building.
 const LEAST_SIGMA_M: f64 = 1e-4;
 /// Smallest noise that is estimated, metres: ranges in steps of 1 cm repeat the same error over whole stretches of a wall, and local

@@ -8,6 +8,7 @@ use super::PolygonParams;
 use super::frame::foot;
 use super::seam::{corner, distance_m, foot_on_seam};
 use crate::model::{Cloud, Mesh, Plane};
+use crate::planes::curtain::next_beam;
 use crate::planes::scatter::dot;
 
 /// A flat piece: a convex ring of points on one plane.
@@ -48,14 +49,16 @@ impl Assigner<'_> {
             if corners.iter().any(|corner| *corner >= self.labels.len()) {
                 continue;
             }
-            match self.pieces_of(corners) {
-                Some(found) => {
-                    for (plane, piece) in found {
-                        pieces.by_plane[plane].push(piece);
-                    }
+            if let Some(plane) = self.common_plane(corners) {
+                pieces.by_plane[plane].push(corners.map(|corner| self.laid_m[corner]).to_vec());
+            } else if corners.iter().any(|corner| self.is_mixed(*corner)) || self.is_veil(corners) {
+                pieces.veils += 1;
+            } else if let Some(found) = self.pieces_of(corners) {
+                for (plane, piece) in found {
+                    pieces.by_plane[plane].push(piece);
                 }
-                None if self.is_veil(corners) => pieces.veils += 1,
-                None => pieces.rest.push(index),
+            } else {
+                pieces.rest.push(index);
             }
         }
         pieces
@@ -97,27 +100,23 @@ impl Assigner<'_> {
         }
     }
 
-    /// The pieces of planes that a triangle stands for; `None` when it stands for none.
+    fn common_plane(&self, [a, b, c]: [usize; 3]) -> Option<usize> {
+        self.plane_of(a).filter(|plane| self.plane_of(b) == Some(*plane) && self.plane_of(c) == Some(*plane))
+    }
+
+    /// The pieces of planes that a triangle across a border stands for; `None` when it stands for none.
     fn pieces_of(&self, corners: [usize; 3]) -> Option<Vec<(usize, Piece)>> {
         let planes = corners.map(|corner| self.plane_of(corner));
-        match planes {
-            [Some(a), Some(b), Some(c)] if a == b && b == c => {
-                Some(vec![(a, corners.map(|corner| self.laid_m[corner]).to_vec())])
+        let [Some(a), Some(b), Some(c)] = planes else { return self.flatten(corners) };
+        let pair = (0..3).find(|k| planes[*k] == planes[(k + 1) % 3]);
+        let folded = match pair {
+            Some(k) => {
+                let (next, single) = ((k + 1) % 3, (k + 2) % 3);
+                self.fold([corners[k], corners[next]], corners[single], planes[k]?, planes[single]?)
             }
-            [Some(a), Some(b), Some(c)] if a == b => {
-                self.fold([corners[0], corners[1]], corners[2], a, c).or_else(|| self.flatten(corners))
-            }
-            [Some(a), Some(b), Some(c)] if b == c => {
-                self.fold([corners[1], corners[2]], corners[0], b, a).or_else(|| self.flatten(corners))
-            }
-            [Some(a), Some(b), Some(c)] if c == a => {
-                self.fold([corners[2], corners[0]], corners[1], c, b).or_else(|| self.flatten(corners))
-            }
-            [Some(a), Some(b), Some(c)] => {
-                self.fold_corner(corners, [a, b, c]).or_else(|| self.flatten(corners))
-            }
-            _ => self.flatten(corners),
-        }
+            None => self.fold_corner(corners, [a, b, c]),
+        };
+        folded.or_else(|| self.flatten(corners))
     }
 
     /// Two corners on plane `a`, one on plane `b`: each plane gets the part up to their common line.
@@ -158,6 +157,27 @@ impl Assigner<'_> {
         let points = corners.map(|corner| self.laid_m[corner]);
         let near = points.iter().all(|p| self.planes[plane].distance_m(*p).abs() <= self.params.step_m);
         near.then(|| vec![(plane, points.map(|p| foot(&self.planes[plane], p)).to_vec())])
+    }
+
+    /// Whether a point on no plane lies between the ranges of its neighbouring beams, which both met a plane: the beam met an edge.
+    fn is_mixed(&self, point: usize) -> bool {
+        if self.labels[point] >= 0 {
+            return false;
+        }
+        let range_of = |other: usize| {
+            let beside = next_beam(self.cloud, point, other) && self.plane_of(other).is_some();
+            beside.then(|| self.range_m(other)).flatten()
+        };
+        let Some(own) = self.range_m(point) else { return false };
+        match (range_of(point.wrapping_sub(1)), range_of(point + 1)) {
+            (Some(before), Some(after)) => (before - own) * (own - after) > 0.0,
+            _ => false,
+        }
+    }
+
+    fn range_m(&self, point: usize) -> Option<f64> {
+        let origin = self.cloud.origin_of(point)?.map(f64::from);
+        Some(distance_m(self.cloud.points_m[point].map(f64::from), origin))
     }
 
     /// Whether an edge of the triangle runs along the beam over a longer stretch.

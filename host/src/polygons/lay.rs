@@ -7,8 +7,8 @@ use super::frame::foot;
 use crate::model::{Cloud, Plane};
 use crate::planes::scatter::dot;
 
-/// Beams flatter to the plane than this (sine of the angle; 25 degrees) would carry a point too far.
-const MIN_SINE: f64 = 0.42;
+/// Beams flatter to the plane than this (sine of the angle; 45 degrees) would carry a point too far.
+const MIN_SINE: f64 = 0.7;
 
 /// Every point on its plane, in the order of the cloud; points on no plane stay where they are.
 pub fn onto_planes(cloud: &Cloud, labels: &[i32], planes: &[Plane]) -> Vec<[f64; 3]> {

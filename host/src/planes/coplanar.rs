@@ -1,0 +1,108 @@
+//! Planes that are one: a wall behind a cabinet, a ceiling on both sides of a beam.
+//!
+//! Two planes become one when the best plane of both together fits each about as well as its own does. Metres.
+
+use super::noise::{COMMON_SHARE, DEVIATIONS, Noise};
+use super::scatter::{Fit, Scatter, dot};
+
+/// Share of the noise by which a plane may lie off a common one, as a root mean square over its points.
+const OFF_SHARE: f64 = 0.5;
+/// Planes further apart in direction than this are not tried (cosine; 11 degrees, as far as the normal of a small plane errs).
+const MIN_COSINE: f64 = 0.98;
+
+/// For every plane the one that it becomes part of; planes that stay alone become themselves.
+pub fn unite(sums: &[Scatter], noise: Noise) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..sums.len()).filter(|index| sums[*index].count() > 0.0).collect();
+    order.sort_by(|a, b| sums[*b].count().total_cmp(&sums[*a].count()).then(a.cmp(b)));
+    let mut into: Vec<usize> = (0..sums.len()).collect();
+    let mut kept: Vec<(usize, Scatter)> = Vec::new();
+    for index in order {
+        let own = sums[index];
+        let mut best: Option<(f64, usize)> = None;
+        for (place, (_, whole)) in kept.iter().enumerate() {
+            let off = off_together(whole, &own, noise);
+            if let Some(off) = off.filter(|off| best.is_none_or(|b| *off < b.0)) {
+                best = Some((off, place));
+            }
+        }
+        match best {
+            Some((_, place)) => {
+                into[index] = kept[place].0;
+                kept[place].1.merge(&own);
+            }
+            None => kept.push((index, own)),
+        }
+    }
+    into
+}
+
+/// Whether a plane, carried on from its own points to the others', meets their centre as well as its direction is known. Without this
+/// any two small patches far from each other would do: a slight turn brings both onto one plane.
+fn foretells(fit: &Fit, other: &Scatter, own: &Scatter, noise: Noise) -> bool {
+    let (here, there) = (own.mean(), other.mean());
+    let between: [f64; 3] = std::array::from_fn(|k| there[k] - here[k]);
+    let carried_m = fit.normal_deviation_rad(noise.least_error_m()) * dot(between, between).sqrt();
+    let common_m = COMMON_SHARE * noise.sigma_m;
+    fit.distance_m(there).powi(2) <= DEVIATIONS * DEVIATIONS * (carried_m * carried_m + common_m * common_m)
+}
+
+/// How far, squared and in units of what is allowed, two sets lie off their common plane; `None` when it is too far.
+fn off_together(a: &Scatter, b: &Scatter, noise: Noise) -> Option<f64> {
+    let (fit_a, fit_b) = (a.fit()?, b.fit()?);
+    let cosine = dot(fit_a.normal, fit_b.normal).abs();
+    if cosine < MIN_COSINE {
+        return None;
+    }
+    if !(foretells(&fit_a, b, a, noise) && foretells(&fit_b, a, b, noise)) {
+        return None;
+    }
+    let mut both = *a;
+    both.merge(b);
+    let common = both.fit()?;
+    let sigma2 = noise.sigma_m * noise.sigma_m;
+    let off = |part: &Scatter, own: f64| {
+        let (_, squared) = part.distance_to(common.normal, common.offset_m);
+        (squared - own) / (sigma2 * (OFF_SHARE * OFF_SHARE + 9.0 / part.count()))
+    };
+    let worst = off(a, fit_a.variances_m2[0]).max(off(b, fit_b.variances_m2[0]));
+    (worst <= 1.0).then_some(worst)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::unite;
+    use crate::planes::noise::Noise;
+    use crate::planes::random::Random;
+    use crate::planes::scatter::Scatter;
+
+    /// A patch of a wall: from `x_m` on `width_m` wide and 1 m high, at the distance `y_m`, with 2 cm of noise.
+    fn patch(x_m: f64, width_m: f64, y_m: f64, seed: u64) -> Scatter {
+        let mut random = Random::new(seed);
+        let mut sum = Scatter::default();
+        for _ in 0..2000 {
+            sum.add([x_m + width_m * random.unit(), y_m + 0.02 * random.normal(), random.unit()]);
+        }
+        sum
+    }
+
+    #[test]
+    fn a_wall_in_three_pieces_becomes_one_and_what_stands_off_it_stays() {
+        let pieces = [
+            patch(0.0, 3.0, 1.0, 1),
+            patch(4.0, 3.0, 1.0, 2),
+            patch(10.0, 1.0, 1.0, 3),
+            patch(1.0, 1.0, 0.96, 4),
+            Scatter::default(),
+        ];
+        let into = unite(&pieces, Noise::new(0.02));
+        assert_eq!((into[1], into[2]), (into[0], into[0]));
+        assert_eq!((into[3], into[4]), (3, 4));
+    }
+
+    #[test]
+    fn small_patches_far_apart_and_at_other_distances_stay_apart() {
+        // A turn of 0.6 degrees would bring both onto one plane.
+        let into = unite(&[patch(0.0, 0.9, 0.60, 5), patch(5.0, 0.9, 0.55, 6)], Noise::new(0.02));
+        assert_eq!(into, [0, 1]);
+    }
+}
