@@ -44,6 +44,7 @@ fn parameters(matcher: Method) -> String {
         "stamping": {
             "rise_ppm": clock.rise_ppm,
             "gap_ns": clock.gap_ns,
+            "window_ns": clock.window_ns,
             "window_scans": clock.window_scans,
             "lift_ns": clock.lift_ns,
         },

@@ -18,6 +18,14 @@ impl<S: Sink> Engine<S> {
         self.publisher.health(now_ns, &health);
     }
 
+    /// The state at the end, unless one was told a moment ago: rates of a short interval say nothing.
+    pub(super) fn last_health(&mut self, now_ns: i64) {
+        if now_ns.saturating_sub(self.last_health_ns) >= HEALTH_NS / 2 || self.last_health_ns == self.first_ns
+        {
+            self.health(now_ns);
+        }
+    }
+
     fn state(&mut self, interval_s: f64) -> Health {
         let streaming = self.horizontal.line.session.is_streaming();
         let horizontal = self.horizontal.line.health(interval_s, streaming);

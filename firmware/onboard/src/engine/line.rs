@@ -8,7 +8,7 @@ use crate::health::LineHealth;
 use crate::session::base::{BaseSession, OdometryReading};
 use crate::session::laser::{LaserSession, ScanReading};
 use crate::session::{Event, Output, Session};
-use crate::stamping::{Arrivals, TurnClock, TurnClockParams, byte_time_ns};
+use crate::stamping::{Arrivals, Departure, TurnClock, TurnClockParams, byte_time_ns};
 
 /// Counts what a line brings, and how fast.
 #[derive(Copy, Clone, Debug, Default)]
@@ -117,6 +117,8 @@ pub struct LaserLine {
     /// The line.
     pub line: Line<LaserSession>,
     turn_clock: TurnClock,
+    /// Where the last scan's telegram ended in the stream.
+    end_offset: u64,
     delay_ns: i64,
 }
 
@@ -126,14 +128,17 @@ impl LaserLine {
     pub fn new(session: LaserSession, laser: &rig::Laser) -> Self {
         let delay_ns = (laser.delay_ms * 1e6).round() as i64;
         let turn_clock = TurnClock::new(TurnClockParams::default());
-        Self { line: Line::new(session), turn_clock, delay_ns }
+        Self { line: Line::new(session), turn_clock, end_offset: 0, delay_ns }
     }
 
     /// The scan with its stamp: its first byte left the device after all its turns.
     pub fn stamped(&mut self, now_ns: i64, reading: &ScanReading) -> ScanData {
         let departure_ns = self.line.departure_ns(reading.offset, reading.length, now_ns);
-        let smooth_ns = self.turn_clock.smooth(departure_ns, reading.fan.turns);
-        let turns_ns = i64::from(reading.fan.turns) * MIRROR_TURN_NS;
+        let turns = reading.fan.turns;
+        let is_next = reading.offset == self.end_offset;
+        self.end_offset = reading.offset.saturating_add(reading.length as u64);
+        let smooth_ns = self.turn_clock.smooth(Departure { time_ns: departure_ns, turns, is_next });
+        let turns_ns = i64::from(turns) * MIRROR_TURN_NS;
         let stamp_ns = smooth_ns.saturating_sub(turns_ns).saturating_sub(self.delay_ns);
         self.line.meter.count(now_ns, stamp_ns);
         ScanData::of_reading(reading, stamp_ns)

@@ -227,7 +227,7 @@ impl<S: Sink> Engine<S> {
     pub fn stop(&mut self, now_ns: i64) {
         let now_ns = self.begin(now_ns);
         // The last state is that of the run, not of devices at rest.
-        self.health(now_ns);
+        self.last_health(now_ns);
         self.health_ns = i64::MAX;
         for port in Port::ALL {
             self.input(now_ns, port, Input::Stop);
@@ -260,7 +260,7 @@ impl<S: Sink> Engine<S> {
             self.pose_vertical(now_ns, stamp_ns);
         }
         if self.health_ns != i64::MAX {
-            self.health(now_ns);
+            self.last_health(now_ns);
         }
         (self.report(), self.publisher.into_sink())
     }

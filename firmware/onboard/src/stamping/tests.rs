@@ -53,7 +53,8 @@ fn errors_s(line: &Line, scans: u32, seed: u64) -> Vec<f64> {
             arrivals.push(offset + bytes as u64, (last_read_s * 1e9).round() as i64);
         }
         let estimate = arrivals.departure_ns(offset, line.bytes, byte_time_ns(line.baud)).unwrap();
-        errors.push(clock.smooth(estimate, line.turns) as f64 * 1e-9 - departure_s);
+        let departure = Departure { time_ns: estimate, turns: line.turns, is_next: scan > 0 };
+        errors.push(clock.smooth(departure) as f64 * 1e-9 - departure_s);
     }
     errors
 }
@@ -135,27 +136,72 @@ fn a_latency_timer_of_16_ms_leaves_less_than_a_millisecond() {
     }
 }
 
+fn departure(time_ns: i64) -> Departure {
+    Departure { time_ns, turns: 1, is_next: true }
+}
+
 #[test]
 fn a_stamp_is_never_later_than_the_departure_that_the_reads_allow() {
     let mut random = Random(9);
     let mut clock = TurnClock::new(TurnClockParams::default());
     for scan in 0..2000_i64 {
-        let departure_ns = scan * 13_320_000 + (random.late_s() * 1e9) as i64;
-        let smooth_ns = clock.smooth(departure_ns, 1);
-        assert!(smooth_ns <= departure_ns && departure_ns - smooth_ns < 13_320_000);
+        let time_ns = scan * 13_320_000 + (random.late_s() * 1e9) as i64;
+        let smooth_ns = clock.smooth(departure(time_ns));
+        assert!(smooth_ns <= time_ns && time_ns - smooth_ns < 13_320_000);
     }
 }
 
 #[test]
 fn the_phase_is_forgotten_after_a_gap_and_lifted_after_a_change() {
     let mut clock = TurnClock::new(TurnClockParams::default());
-    assert_eq!(clock.smooth(0, 1), 0);
-    assert_eq!(clock.smooth(6_000_000_000, 1), 6_000_000_000, "a gap of six seconds");
+    assert_eq!(clock.smooth(departure(0)), 0);
+    assert_eq!(clock.smooth(departure(6_000_000_000)), 6_000_000_000, "a gap of six seconds");
     let moved_ns = 6_000_000_000 + 5_000_000;
-    let last =
-        (1..=40).map(|n| clock.smooth(moved_ns + n * 13_320_000, 1) - moved_ns - n * 13_320_000).last();
-    assert!(last.unwrap().abs() < 100_000, "the phase moved by 5 ms and is followed: {last:?}");
-    assert_eq!(clock.smooth(1_000, 1), 1_000, "a clock that stepped back starts anew");
+    let errors =
+        (1..=100).map(|n| clock.smooth(departure(moved_ns + n * 13_320_000)) - moved_ns - n * 13_320_000);
+    let last = errors.last().unwrap();
+    assert!(last.abs() < 200_000, "the phase moved by 5 ms and is followed: {last}");
+    assert_eq!(clock.smooth(departure(1_000)), 1_000, "a clock that stepped back starts anew");
+}
+
+#[test]
+fn a_stall_of_the_adapter_moves_no_stamp_once_the_cadence_is_known() {
+    for (step_turns, stall_ns) in [(1_i64, 120_000_000), (8, 300_000_000)] {
+        let step_ns = step_turns * 13_320_000;
+        let mut clock = TurnClock::new(TurnClockParams::default());
+        let stall_at_ns = 40 * step_ns;
+        for scan in 0..80 {
+            let true_ns = scan * step_ns;
+            let is_held_back = (stall_at_ns..stall_at_ns + stall_ns).contains(&true_ns);
+            let read_ns = if is_held_back { stall_at_ns + stall_ns } else { true_ns + 20_000 };
+            let error_ns = clock.smooth(departure(read_ns)) - true_ns;
+            assert!(error_ns.abs() < 200_000, "scan {scan} of {step_turns} turns: {error_ns} ns");
+        }
+    }
+}
+
+#[test]
+fn a_device_that_skips_a_scan_now_and_then_is_followed_after_a_moment() {
+    let mut clock = TurnClock::new(TurnClockParams::default());
+    for scan in 0..200_i64 {
+        let skipped = i64::from(scan >= 100);
+        let true_ns = (scan + skipped) * 13_320_000;
+        let error_ns = clock.smooth(departure(true_ns)) - true_ns;
+        let is_settled = !(100..170).contains(&scan);
+        assert!(!is_settled || error_ns.abs() < 200_000, "scan {scan}: {error_ns} ns");
+    }
+}
+
+#[test]
+fn lost_telegrams_leave_the_grid_alone() {
+    let mut clock = TurnClock::new(TurnClockParams::default());
+    for scan in (0..200_i64).filter(|scan| scan % 7 != 3) {
+        let true_ns = scan * 8 * 13_320_000;
+        let late_ns = if scan % 11 == 9 { 60_000_000 } else { 50_000 };
+        let is_next = scan % 7 != 4;
+        let error_ns = clock.smooth(Departure { time_ns: true_ns + late_ns, turns: 1, is_next }) - true_ns;
+        assert!(error_ns.abs() < 300_000 || scan < 12, "scan {scan}: {error_ns} ns");
+    }
 }
 
 #[test]

@@ -107,6 +107,7 @@ struct Machine {
     last_packet_ns: i64,
     rounds: u32,
     close_said: bool,
+    has_run: bool,
     not_kept: u64,
 }
 
@@ -149,6 +150,7 @@ impl BaseSession {
             last_packet_ns: now_ns,
             rounds: 0,
             close_said: false,
+            has_run: false,
             not_kept: 0,
         };
         Self { deframer: p2os::Deframer::new(), machine }
@@ -305,10 +307,12 @@ impl Machine {
 
     fn sip(&mut self, offset: u64, length: usize, sip: &Sip) {
         match self.state {
-            State::Sync(0) => self.session_is_open(),
-            State::Opening => {
+            State::Sync(0) if !self.has_run => self.session_is_open(),
+            // After a silence the session may still be open: then it was the line that was silent.
+            State::Sync(0) | State::Opening => {
                 self.question = None;
                 self.rounds = 0;
+                self.has_run = true;
                 self.state = State::Running { pulse_ns: self.now_ns + PULSE_NS };
                 self.say(Event::Streaming);
                 self.report(offset, length, sip);

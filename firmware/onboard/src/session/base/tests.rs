@@ -80,6 +80,16 @@ fn a_base_that_falls_silent_is_synchronised_anew_within_a_second() {
 }
 
 #[test]
+fn a_session_that_is_still_open_after_a_silence_goes_on() {
+    let script = format!(
+        "{}\n960 > {PULSE}\n1160 ! silent for 1000 ms, starting again\n1160 > {SYNC0}\n1300 < {AT_32600}\n\
+         1300 ! streams\n1300 * -0.168 0.000 0.0000\n1400 end",
+        opened()
+    );
+    check(&mut BaseSession::streaming(SETTINGS, 0), &script);
+}
+
+#[test]
 fn positions_go_on_over_the_15_bit_border_and_headings_are_units_of_a_4096th_turn() {
     let mut session = BaseSession::listening(SETTINGS, 0);
     let script = format!(

@@ -8,10 +8,10 @@ use crate::session::{Event, Step, printable};
 
 const READ: Patience = Patience::new(600, 3);
 /// A mode change takes up to 3 s; most take 80 ms.
-const MODE: Patience = Patience::new(1500, 3);
+const MODE: Patience = Patience::new(600, 5);
 /// Writing the EEPROM takes 0.4 s, by the manual up to 15 s; asked twice at most, it must not wear out.
 const WRITE: Patience = Patience::new(15_000, 2);
-const VARIANT: Patience = Patience::new(1500, 3);
+const VARIANT: Patience = Patience::new(600, 3);
 
 impl Machine {
     pub(super) fn learn_type(&mut self, text: Text<'_>) {

@@ -28,10 +28,9 @@ use crate::stamping::byte_time_ns;
 const PAUSE_NS: i64 = 60_000_000;
 /// While an answer is awaited, a pause of this length on the line ends a telegram (the listing allows 14 ms).
 const ANSWER_GAP_NS: i64 = 40_000_000;
-/// While scans stream, the same; longer, because reads may come late.
-const STREAM_GAP_NS: i64 = 150_000_000;
-/// When only listening (a capture in any chunking), the same.
-const LISTEN_GAP_NS: i64 = 1_000_000_000;
+/// While scans stream, the same; longer, because an adapter may hold bytes back, and a capture may be in any chunking. A telegram
+/// that was really cut is found out by the next one anyway.
+const STREAM_GAP_NS: i64 = 1_000_000_000;
 
 /// What the session is for.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
@@ -84,6 +83,7 @@ struct Machine {
     mode_said: bool,
     variant_said: bool,
     refused_rate: bool,
+    has_streamed: bool,
     not_kept: u64,
 }
 
@@ -128,6 +128,7 @@ impl LaserSession {
             mode_said: false,
             variant_said: false,
             refused_rate: false,
+            has_streamed: false,
             not_kept: 0,
         };
         Self { deframer: DeviceDeframer::new(), machine }
@@ -385,8 +386,7 @@ impl Machine {
 
     fn gap_ns(&self) -> i64 {
         match self.state {
-            State::Listening => LISTEN_GAP_NS,
-            State::Streaming { .. } => STREAM_GAP_NS,
+            State::Listening | State::Streaming { .. } => STREAM_GAP_NS,
             _ => ANSWER_GAP_NS,
         }
     }

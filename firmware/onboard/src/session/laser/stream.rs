@@ -8,7 +8,7 @@ use crate::session::retry::Patience;
 use crate::session::{Event, Output, Step};
 use crate::stamping::byte_time_ns;
 
-const START: Patience = Patience::new(1000, 3);
+const START: Patience = Patience::new(400, 5);
 const STOP: Patience = Patience::new(400, 3);
 /// Without an intact telegram for so long, the session starts again; at slow rates for two and a half scan periods.
 const SILENCE_NS: i64 = 1_000_000_000;
@@ -33,21 +33,22 @@ impl Machine {
 
     fn enter_streaming(&mut self) {
         self.question = None;
+        self.has_streamed = true;
         self.last_frame_ns = self.now_ns;
         self.state = State::Streaming { since_ns: self.now_ns };
         self.say(Event::Streaming);
     }
 
-    /// Scans count when they were asked for; those of a device that was left streaming only show that it is there.
+    /// Scans count once this session has set the device up, also those that an adapter held back until after a stop or a search
+    /// began. Those of a device that somebody else left streaming only show that it is there.
     pub(super) fn scan(&mut self, offset: u64, length: usize, view: &ScanView<'_>) {
-        match self.state {
-            State::Streaming { .. } | State::Listening => self.keep_scan(offset, length, view),
-            State::StartStream => {
-                self.enter_streaming();
-                self.keep_scan(offset, length, view);
-            }
-            _ => self.heard_while_searching(),
+        if self.state == State::StartStream {
+            self.enter_streaming();
         }
+        if self.has_streamed || self.state == State::Listening {
+            self.keep_scan(offset, length, view);
+        }
+        self.heard_while_searching();
     }
 
     fn keep_scan(&mut self, offset: u64, length: usize, view: &ScanView<'_>) {
@@ -91,6 +92,7 @@ impl Machine {
     pub(super) fn powered_on(&mut self) {
         self.say(Event::PoweredOn);
         self.refused_rate = false;
+        self.has_streamed = false;
         match self.state {
             State::Listening | State::Stopping | State::Done => {}
             State::FindRate { .. } | State::ConfirmRate { .. } => self.heard_while_searching(),

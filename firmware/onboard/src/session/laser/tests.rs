@@ -164,6 +164,16 @@ fn a_stop_leaves_the_device_idle_and_a_lost_answer_is_asked_for_three_times() {
 }
 
 #[test]
+fn a_scan_that_was_held_back_until_after_the_stop_is_kept() {
+    let script = format!(
+        "0 = 38400\n0 {STOP}\n80 {MODE_DONE}\n80 {ASK_TYPE}\n{}\n200 stop\n200 {STOP}\n210 < scan361\n210 * 361 beams\n\
+         260 {MODE_DONE}\n260 ! left idle\n700 end",
+        settings_read(90)
+    );
+    check(&mut streaming(HALF), &script);
+}
+
+#[test]
 fn a_configuration_that_cannot_be_read_leaves_13_bits_and_is_said() {
     let mut script = format!(
         "0 = 38400\n0 {STOP}\n80 {MODE_DONE}\n80 {ASK_TYPE}\n90 {TYPE}\n90 ! is a LMS291;S05;X01.27\n\
