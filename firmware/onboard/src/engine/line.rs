@@ -137,8 +137,11 @@ impl LaserLine {
         let turns = reading.fan.turns;
         let is_next = reading.offset == self.end_offset;
         self.end_offset = reading.offset.saturating_add(reading.length as u64);
-        let smooth_ns = self.turn_clock.smooth(Departure { time_ns: departure_ns, turns, is_next });
-        let turns_ns = i64::from(turns) * MIRROR_TURN_NS;
+        let turns_ns = i64::from(turns.max(1)) * MIRROR_TURN_NS;
+        let transfer_ns = byte_time_ns(self.line.session.baud()) * reading.length as i64;
+        let step_scans = (transfer_ns + turns_ns - 1) / turns_ns;
+        let departure = Departure { time_ns: departure_ns, turns, is_next, step_scans };
+        let smooth_ns = self.turn_clock.smooth(departure);
         let stamp_ns = smooth_ns.saturating_sub(turns_ns).saturating_sub(self.delay_ns);
         self.line.meter.count(now_ns, stamp_ns);
         ScanData::of_reading(reading, stamp_ns)

@@ -1,13 +1,13 @@
 //! The stamps of one laser's scans, smoothed: their first bytes leave whole mirror turns apart.
 //!
 //! A departure estimated from reads is late by chance, never early. The clock keeps a lower envelope of the departures on a
-//! grid of whole scans: it falls to an earlier departure at once, and rises by a little more than the mirror may lag. Once the
-//! laser's cadence (scans from one telegram to the next) has repeated itself, a telegram that follows another without a byte
-//! between is exactly one step later, however late it was read. Units: nanoseconds.
+//! grid of whole scans: it falls to an earlier departure at once, and rises by a little more than the mirror may lag. A laser
+//! sends every n-th scan, n being as small as its line allows: so a telegram that follows another without a byte between is
+//! exactly n scans later, however late it was read. Another n is believed when it repeats itself. Units: nanoseconds.
 
 use biplane_wire::lms::MIRROR_TURN_NS;
 
-/// Equal steps that make a cadence.
+/// So many equal intervals in a row make another cadence believed than the line's.
 const CADENCE_REPEATS: u32 = 4;
 
 /// How a [`TurnClock`] smooths.
@@ -48,6 +48,8 @@ pub struct Departure {
     pub turns: u8,
     /// Whether it follows the telegram before without a byte between.
     pub is_next: bool,
+    /// Scans from one telegram to the next when the line is the only limit.
+    pub step_scans: i64,
 }
 
 /// Follows the departures of one laser's scans.
@@ -61,8 +63,11 @@ pub struct TurnClock {
 struct State {
     envelope_ns: i64,
     turns: u8,
-    /// Scans from one telegram to the next, as last seen, and how often in a row.
+    /// Scans from one telegram to the next.
     step: i64,
+    /// The departure before as its reads gave it, the interval to it in scans, and how often that one came in a row.
+    previous_ns: i64,
+    interval: i64,
     repeats: u32,
     window: Window,
 }
@@ -110,20 +115,20 @@ impl TurnClock {
     }
 
     fn start(&mut self, departure: Departure) -> i64 {
-        let (envelope_ns, turns) = (departure.time_ns, departure.turns);
-        let window = Window::starting(envelope_ns);
-        self.state = Some(State { envelope_ns, turns, step: 0, repeats: 0, window });
-        envelope_ns
+        let state = State::starting(departure, departure.step_scans.max(1));
+        self.state = Some(state);
+        state.envelope_ns
     }
 
     fn follow(&self, mut state: State, departure: Departure, elapsed_ns: i64) -> State {
         let scan_ns = MIRROR_TURN_NS * i64::from(state.turns.max(1));
-        let scans = state.scans_since(elapsed_ns, scan_ns, departure.is_next);
-        let nominal_ns = scans * scan_ns;
+        if let Some(step) = state.other_cadence(departure, scan_ns) {
+            return State::starting(departure, step);
+        }
+        let nominal_ns = state.scans_since(elapsed_ns, scan_ns, departure.is_next) * scan_ns;
         let rise_ns = (nominal_ns as f64 * self.params.rise_ppm * 1e-6) as i64;
         let predicted_ns = state.envelope_ns + nominal_ns + rise_ns;
         let late_ns = departure.time_ns - predicted_ns;
-        state.learn(scans);
         if late_ns <= 0 {
             state.envelope_ns = departure.time_ns;
             state.window = Window::starting(departure.time_ns);
@@ -136,7 +141,6 @@ impl TurnClock {
         if is_long && state.window.scans >= self.params.window_scans {
             if state.window.least_late_ns > self.params.lift_ns {
                 state.envelope_ns += state.window.least_late_ns;
-                state.repeats = 0;
             }
             state.window = Window::starting(state.envelope_ns);
         }
@@ -145,28 +149,36 @@ impl TurnClock {
 }
 
 impl State {
-    fn has_cadence(&self) -> bool {
-        self.repeats >= CADENCE_REPEATS
+    fn starting(departure: Departure, step: i64) -> Self {
+        let time_ns = departure.time_ns;
+        Self {
+            envelope_ns: time_ns,
+            turns: departure.turns,
+            step,
+            previous_ns: time_ns,
+            interval: 0,
+            repeats: 0,
+            window: Window::starting(time_ns),
+        }
     }
 
-    /// Scans since the telegram before: whole steps of the cadence when there is one. Reads come late, so a departure may lie
-    /// three quarters of a step above the envelope and one quarter below.
+    /// The cadence that the last intervals agree on, when it is another one than assumed.
+    fn other_cadence(&mut self, departure: Departure, scan_ns: i64) -> Option<i64> {
+        let interval_ns = departure.time_ns.saturating_sub(self.previous_ns);
+        self.previous_ns = departure.time_ns;
+        let interval = (interval_ns + scan_ns / 2).div_euclid(scan_ns);
+        self.repeats = if departure.is_next && interval == self.interval { self.repeats + 1 } else { 1 };
+        self.interval = interval;
+        (self.repeats >= CADENCE_REPEATS && interval > 0 && interval != self.step).then_some(interval)
+    }
+
+    /// Scans since the telegram before: one step of the cadence, or whole steps when telegrams were lost between. Reads come
+    /// late, so a departure may then lie three quarters of a step above the envelope and one quarter below.
     fn scans_since(&self, elapsed_ns: i64, scan_ns: i64, is_next: bool) -> i64 {
-        let step = if self.has_cadence() { self.step } else { 1 };
-        if self.has_cadence() && is_next {
-            return step;
+        if is_next {
+            return self.step;
         }
-        let step_ns = step * scan_ns;
-        ((elapsed_ns + step_ns / 4) / step_ns).max(1) * step
-    }
-
-    /// Steps over lost telegrams are multiples of the cadence and do not speak against it.
-    fn learn(&mut self, scans: i64) {
-        if self.step == scans {
-            self.repeats += 1;
-        } else if !self.has_cadence() || scans % self.step != 0 {
-            self.step = scans;
-            self.repeats = 1;
-        }
+        let step_ns = self.step * scan_ns;
+        ((elapsed_ns + step_ns / 4) / step_ns).max(1) * self.step
     }
 }
