@@ -6,6 +6,7 @@
 
 pub mod feed;
 pub mod frame;
+pub mod params;
 pub mod receive;
 pub mod request;
 pub mod settings;
@@ -16,8 +17,9 @@ use crate::device::{Device, DeviceCounts};
 use crate::pacing::{Burst, Kind, Line};
 use feed::{Answer, Ask, Mirror, Offer, STATUS_OK, ScanFeed};
 use frame::{ACK, NAK, reply};
+pub use params::LmsParams;
 use receive::{Ear, Heard};
-use request::{Latency, MODE_ON_REQUEST, State, Then};
+use request::{MODE_ON_REQUEST, State, Then};
 use settings::{ConfigBlock, Variant};
 use stream::{Numbers, Output, telegram};
 use words::Scale;
@@ -32,55 +34,6 @@ const LATEST_NS: i64 = 500 * MS;
 
 /// How often a device that has nothing to do wants to be asked.
 const IDLE_NS: i64 = 1_000 * MS;
-
-/// How a mock laser is made and how it takes its time.
-#[derive(Clone, Debug)]
-pub struct LmsParams {
-    /// Text of the type reply; its last part is the firmware.
-    pub type_text: String,
-    /// Own address; requests to 00 are heard too.
-    pub address: u8,
-    /// Rate at the start, in Bd; another one than 9600 is a device that an earlier client left so.
-    pub baud: u32,
-    /// Whether it streams whole scans from the start, as an earlier client left it.
-    pub left_streaming: bool,
-    /// Whether it says 90h at the start, as after power-on.
-    pub power_on_message: bool,
-    /// Variant at the start.
-    pub variant: Variant,
-    /// Configuration in the EEPROM.
-    pub config: ConfigBlock,
-    /// The mirror; two lasers turn independently.
-    pub mirror: Mirror,
-    /// Delays of replies.
-    pub latency: Latency,
-    /// Bytes of a request further apart than this are dropped. A real device allows 6 ms; a pseudo-terminal's client may be held up
-    /// for longer by the scheduler, so larger is kinder and smaller stricter.
-    pub request_gap_ns: i64,
-    /// From the reply to a rate command to the new rate.
-    pub baud_switch_ns: i64,
-    /// From a reset to the power-on message: up to 60 s on a real device.
-    pub boot_ns: i64,
-}
-
-impl Default for LmsParams {
-    fn default() -> Self {
-        Self {
-            type_text: "LMS291;S05;X01.27 ".to_owned(),
-            address: 0,
-            baud: 9600,
-            left_streaming: false,
-            power_on_message: false,
-            variant: Variant::of(180, 50),
-            config: ConfigBlock::default(),
-            mirror: Mirror { phase_ns: 0, turn_ns: Mirror::TURN_NS },
-            latency: Latency::default(),
-            request_gap_ns: 6 * MS,
-            baud_switch_ns: 20 * MS,
-            boot_ns: 2_000 * MS,
-        }
-    }
-}
 
 /// A mock laser.
 pub struct LmsDevice {

@@ -4,23 +4,12 @@
 //! An LMS puts at most 508 bytes of a scan on the line in one mirror turn (SICK telegram listing, figures on data output), which
 //! shows at 500000 Bd only.
 
+use crate::line::transfer_ns;
 use std::collections::VecDeque;
-
-/// Bit times that a byte takes on the line: start bit, eight data bits, stop bit.
-const BITS_A_BYTE: i64 = 10;
-
-const NS_PER_S: i64 = 1_000_000_000;
 
 /// Bytes are handed out in portions of this length, so that a mock need not wake for each of them. The first byte of a
 /// transmission is a portion of its own: clients stamp it.
 const PORTION_NS: i64 = 1_000_000;
-
-/// Time that `bytes` bytes take at `baud`, in nanoseconds.
-#[must_use]
-pub fn transfer_ns(bytes: usize, baud: u32) -> i64 {
-    let bytes = i64::try_from(bytes).unwrap_or(i64::MAX / (BITS_A_BYTE * NS_PER_S));
-    bytes * BITS_A_BYTE * NS_PER_S / i64::from(baud.max(1))
-}
 
 /// What a transmission is; decides who may interrupt it and what its end sets off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

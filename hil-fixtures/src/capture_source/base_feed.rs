@@ -1,6 +1,6 @@
 //! A capture's odometry packets for a mock base: each as it was, at its time since the capture's start.
 
-use super::BaseTrack;
+use super::base_track::BaseTrack;
 use crate::base_device::feed::{Sip, SipAnswer, SipFeed};
 use crate::serve::run::Run;
 use std::sync::Arc;

@@ -2,7 +2,7 @@
 //!
 //! As long as the line keeps up no scan is passed over; when it does not, the newest whole scan goes out next, as from a real device.
 
-use super::LaserTrack;
+use super::laser_track::LaserTrack;
 use super::slots::{Slots, onto_turns};
 use crate::lms_device::feed::{Answer, Ask, Mirror, Offer, ScanFeed};
 use crate::lms_device::settings::Variant;
@@ -128,7 +128,7 @@ impl ScanFeed for CaptureScans {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::capture_source::RecordedScan;
+    use crate::capture_source::laser_track::RecordedScan;
     use crate::serve::run::RunRules;
 
     const TURN_NS: i64 = Mirror::TURN_NS;

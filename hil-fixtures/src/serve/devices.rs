@@ -6,15 +6,17 @@ use super::{LinkName, ServeError, ServeOptions, Source};
 use crate::base_device::feed::{CycleFeed, SipFeed};
 use crate::base_device::report::Identity;
 use crate::base_device::{BaseDevice, BaseParams};
+use crate::capture_source::Capture;
 use crate::capture_source::base_feed::CapturePackets;
 use crate::capture_source::laser_feed::CaptureScans;
-use crate::capture_source::{Capture, LaserTrack};
+use crate::capture_source::laser_track::LaserTrack;
 use crate::device::Device;
 use crate::lms_device::feed::{Mirror, MirrorFeed, ScanFeed};
 use crate::lms_device::settings::Variant;
 use crate::lms_device::{LmsDevice, LmsParams};
 use crate::rng::Rng;
 use crate::simulated_rig::SimulatedRig;
+use biplane_recording::rig::BaseProtocol;
 use std::sync::Arc;
 
 const MS: i64 = 1_000_000;
@@ -62,6 +64,9 @@ impl Devices {
     pub fn new(options: &ServeOptions) -> Result<Self, ServeError> {
         match &options.source {
             Source::World { world, path, rig, params } => {
+                if rig.base.protocol != BaseProtocol::P2os {
+                    return Err(ServeError::Base { found: rig.base.protocol.name() });
+                }
                 let simulated = SimulatedRig::new(world, path, rig, params, options.seed)?;
                 Ok(of_world(&simulated, options))
             }

@@ -2,10 +2,10 @@
 
 use super::{Bench, MS};
 use crate::device::Device;
+use crate::line::transfer_ns;
 use crate::lms_device::LmsParams;
 use crate::lms_device::feed::Mirror;
 use crate::lms_device::settings::{ConfigBlock, Variant};
-use crate::pacing::transfer_ns;
 
 fn streaming(baud: u32, variant: Variant) -> LmsParams {
     let mirror = Mirror { phase_ns: 4 * MS, ..Bench::mirror() };
