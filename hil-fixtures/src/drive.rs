@@ -8,13 +8,12 @@ use crate::pose::Pose;
 use crate::rng::Rng;
 use crate::vec3::Vec3;
 use crate::world::path::{Path, PathError};
+use way::{Point, distance, heading, round_corners, weave};
 
-/// The sharpest turn at a waypoint, degrees.
-const MOST_TURN_DEG: f64 = 150.0;
-/// Distance between knots of the way, metres.
-const KNOT_M: f64 = 0.005;
-/// Over which length a weave comes and goes at the ends, metres.
-const WEAVE_FADE_M: f64 = 1.0;
+mod way;
+
+/// The longest drive, seconds.
+const MOST_S: f64 = 86_400.0;
 /// Swings that make up the shake; frequencies in Hz.
 const SHAKE_HZ: [f64; 4] = [0.7, 1.3, 2.1, 3.4];
 
@@ -69,6 +68,10 @@ impl Drive {
             .collect();
         let mut knots = lay_out(&in_map);
         set_times(&mut knots, path);
+        let found_s = knots.last().map_or(0.0, |knot| knot.time_s);
+        if found_s > MOST_S {
+            return Err(PathError::TooSlow { found_s, most_s: MOST_S });
+        }
         let mut rng = Rng::new(seed, 0x5AFE, 0);
         let shake_phase_rad = [0, 1].map(|_| [0; 4].map(|_| rng.between(0.0, std::f64::consts::TAU)));
         Ok(Self {
@@ -144,108 +147,6 @@ impl Drive {
         };
         (swing(self.shake_phase_rad[0]), swing(self.shake_phase_rad[1]))
     }
-}
-
-type Point = [f64; 2];
-
-fn distance(a: Point, b: Point) -> f64 {
-    (b[0] - a[0]).hypot(b[1] - a[1])
-}
-
-fn between(a: Point, b: Point, u: f64) -> Point {
-    [a[0] + u * (b[0] - a[0]), a[1] + u * (b[1] - a[1])]
-}
-
-/// The way as points about [`KNOT_M`] apart.
-fn round_corners(path: &Path) -> Result<Vec<Point>, PathError> {
-    let mut corners: Vec<Point> = Vec::new();
-    for point in &path.waypoints_m {
-        if corners.last().is_none_or(|last| distance(*last, *point) > 1e-6) {
-            corners.push(*point);
-        }
-    }
-    if corners.len() < 2 {
-        return Err(PathError::TooShort { found: corners.len() });
-    }
-    let mut way = vec![corners[0]];
-    for i in 1..corners.len() - 1 {
-        let [a, b, c] = [corners[i - 1], corners[i], corners[i + 1]];
-        let turn = turn_rad(a, b, c).to_degrees();
-        if turn.abs() > MOST_TURN_DEG {
-            return Err(PathError::TooSharp { waypoint: i, turn_deg: turn, most_deg: MOST_TURN_DEG });
-        }
-        let reach = path.corner_m.min(0.499 * distance(a, b)).min(0.499 * distance(b, c));
-        if turn.abs() < 1e-9 || reach <= 0.0 {
-            line_to(&mut way, b);
-            continue;
-        }
-        let (before, after) = (reach / distance(a, b), reach / distance(b, c));
-        let controls: [Point; 6] = [
-            between(b, a, before),
-            between(b, a, before * 2.0 / 3.0),
-            between(b, a, before / 3.0),
-            between(b, c, after / 3.0),
-            between(b, c, after * 2.0 / 3.0),
-            between(b, c, after),
-        ];
-        line_to(&mut way, controls[0]);
-        let steps = (2.0 * reach / KNOT_M).ceil().max(8.0) as usize;
-        way.extend((1..=steps).map(|k| bezier(controls, k as f64 / steps as f64)));
-    }
-    line_to(&mut way, corners[corners.len() - 1]);
-    Ok(way)
-}
-
-fn turn_rad(a: Point, b: Point, c: Point) -> f64 {
-    let (u, v) = ([b[0] - a[0], b[1] - a[1]], [c[0] - b[0], c[1] - b[1]]);
-    (u[0] * v[1] - u[1] * v[0]).atan2(u[0] * v[0] + u[1] * v[1])
-}
-
-fn line_to(way: &mut Vec<Point>, to: Point) {
-    let Some(&from) = way.last() else { return };
-    let steps = (distance(from, to) / KNOT_M).ceil() as usize;
-    way.extend((1..=steps).map(|k| between(from, to, k as f64 / steps as f64)));
-}
-
-/// A curve of degree 5 (de Casteljau).
-fn bezier(mut controls: [Point; 6], u: f64) -> Point {
-    for order in (1..controls.len()).rev() {
-        for i in 0..order {
-            controls[i] = between(controls[i], controls[i + 1], u);
-        }
-    }
-    controls[0]
-}
-
-/// Direction of the way at a point, from its neighbours.
-fn heading(way: &[Point], i: usize) -> f64 {
-    let (a, b) = (way[i.saturating_sub(1)], way[(i + 1).min(way.len() - 1)]);
-    (b[1] - a[1]).atan2(b[0] - a[0])
-}
-
-/// Swings the way to the left and right of itself; the ends stay where they are.
-fn weave(way: &[Point], path: &Path) -> Vec<Point> {
-    if path.weave_m == 0.0 {
-        return way.to_vec();
-    }
-    let mut along = vec![0.0];
-    for pair in way.windows(2) {
-        along.push(along[along.len() - 1] + distance(pair[0], pair[1]));
-    }
-    let length = along[along.len() - 1];
-    let fade = |m: f64| {
-        let u = (m / WEAVE_FADE_M).clamp(0.0, 1.0);
-        u * u * u * (10.0 - 15.0 * u + 6.0 * u * u)
-    };
-    (0..way.len())
-        .map(|i| {
-            let s = along[i];
-            let swing = (std::f64::consts::TAU * s / path.weave_length_m).sin();
-            let aside = path.weave_m * fade(s) * fade(length - s) * swing;
-            let (sin, cos) = heading(way, i).sin_cos();
-            [way[i][0] - sin * aside, way[i][1] + cos * aside]
-        })
-        .collect()
 }
 
 /// Knots with way and heading; times are set later.
@@ -396,5 +297,9 @@ mod tests {
         ));
         let back = path(&[[0.0, 0.0], [5.0, 0.0], [0.0, 0.0]]);
         assert!(matches!(Drive::new(&back, 1), Err(PathError::TooSharp { waypoint: 1, .. })));
+        let far = path(&[[0.0, 0.0], [10_001.0, 0.0]]);
+        assert!(matches!(Drive::new(&far, 1), Err(PathError::TooLong { .. })));
+        let slow = Path { speed_m_s: 1e-6, ..path(&[[0.0, 0.0], [1.0, 0.0]]) };
+        assert!(matches!(Drive::new(&slow, 1), Err(PathError::TooSlow { .. })));
     }
 }

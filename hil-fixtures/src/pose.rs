@@ -146,7 +146,10 @@ mod tests {
             let q = Pose::from_angles([0.0; 3], angles).quaternion_xyzw();
             close([q[0].abs(), q[1].abs(), q[2].abs()], expected);
         }
-        let q = Pose::planar(0.0, 0.0, 1.0).quaternion_xyzw();
-        assert!((q[2] - 0.5_f64.sin()).abs() < 1e-12 && (q[3] - 0.5_f64.cos()).abs() < 1e-12);
+        for yaw in [1.0_f64, -2.8] {
+            let q = Pose::planar(0.0, 0.0, yaw).quaternion_xyzw();
+            let expected = [(0.5 * yaw).sin(), (0.5 * yaw).cos()];
+            assert!((q[2] - expected[0]).abs() < 1e-12 && (q[3] - expected[1]).abs() < 1e-12, "{q:?}");
+        }
     }
 }

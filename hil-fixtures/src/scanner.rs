@@ -12,6 +12,10 @@ use crate::vec3::{Vec3, add, scale, unit};
 use crate::world::mesh::NO_PLANE;
 use crate::world::scene::{Scene, Sight};
 
+mod variant;
+
+pub use variant::Variant;
+
 /// One turn of the mirror.
 pub const TURN_NS: i64 = 13_320_000;
 /// Value word of a beam without an echo (13 bits).
@@ -51,69 +55,6 @@ impl Default for ScannerParams {
             divergence_rad: 0.0044,
             blend_m: 1.0,
         }
-    }
-}
-
-/// Field of view and step of a scan.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Variant {
-    fov_deg: u16,
-    resolution_cdeg: u16,
-}
-
-impl Variant {
-    /// 100 or 180 degrees in steps of 100, 50 or 25 hundredths of a degree; 180 degrees in quarters do not exist. An S14 has 90
-    /// degrees in halves.
-    #[must_use]
-    pub fn new(fov_deg: u16, resolution_cdeg: u16) -> Option<Self> {
-        match (fov_deg, resolution_cdeg) {
-            (100, 25 | 50 | 100) | (180, 50 | 100) | (90, 50) => Some(Self { fov_deg, resolution_cdeg }),
-            _ => None,
-        }
-    }
-
-    /// Field of view in degrees.
-    #[must_use]
-    pub fn fov_deg(self) -> u16 {
-        self.fov_deg
-    }
-
-    /// Step between beams in hundredths of a degree.
-    #[must_use]
-    pub fn resolution_cdeg(self) -> u16 {
-        self.resolution_cdeg
-    }
-
-    /// Mirror turns a scan takes. An S14 fires at half degrees, the others at whole ones.
-    #[must_use]
-    pub fn turns(self) -> u16 {
-        if self.fov_deg == 90 { 1 } else { 100 / self.resolution_cdeg }
-    }
-
-    /// Values in a scan.
-    #[must_use]
-    pub fn beam_count(self) -> u16 {
-        self.fov_deg * (100 / self.resolution_cdeg) + 1
-    }
-
-    /// Direction of a beam in the laser's frame, radians.
-    #[must_use]
-    pub fn beam_angle_rad(self, beam: u16) -> f64 {
-        let steps = f64::from(beam) * f64::from(self.resolution_cdeg) / 100.0;
-        (steps - 0.5 * f64::from(self.fov_deg)).to_radians()
-    }
-
-    /// When a beam is taken, after the first one.
-    #[must_use]
-    pub fn beam_delay_ns(self, beam: u16) -> i64 {
-        let turns = i64::from(beam % self.turns()) * TURN_NS;
-        turns + i64::from(beam) * i64::from(self.resolution_cdeg) * TURN_NS / 36_000
-    }
-
-    /// From the first beam to the telegram's first byte.
-    #[must_use]
-    pub fn duration_ns(self) -> i64 {
-        i64::from(self.turns()) * TURN_NS
     }
 }
 
@@ -232,7 +173,7 @@ fn blend(sights: &[Option<Sight>], params: ScannerParams, choice: f64) -> Option
 
 #[cfg(test)]
 mod tests {
-    use super::{NO_ECHO, Scanner, ScannerParams, TURN_NS, Variant};
+    use super::{NO_ECHO, Scanner, ScannerParams, Variant};
     use crate::pose::{Pose, along};
     use crate::rng::Rng;
     use crate::world::builder::{Builder, Facing};
@@ -260,28 +201,6 @@ mod tests {
 
     fn still(scene: &Scene, params: ScannerParams) -> Scanner<'_> {
         Scanner { scene, map_from_base: &|_| Pose::default(), base_from_laser: Pose::default(), params }
-    }
-
-    #[test]
-    fn beams_are_taken_turn_by_turn() {
-        // Fact sheet section 7: whole degrees in the first turn, halves in the second; 37.0 us a degree.
-        for (fov, step, beam, delay_ns) in [
-            (180, 100, 0, 0),
-            (180, 100, 90, 3_330_000),
-            (180, 100, 180, 6_660_000),
-            (180, 50, 1, TURN_NS + 18_500),
-            (180, 50, 2, 37_000),
-            (180, 50, 360, 6_660_000),
-            (100, 25, 3, 3 * TURN_NS + 27_750),
-            (100, 25, 400, 3_700_000),
-            (90, 50, 1, 18_500),
-        ] {
-            assert_eq!(variant(fov, step).beam_delay_ns(beam), delay_ns, "{fov} {step} {beam}");
-        }
-        let counts = [(180, 100), (180, 50), (100, 100), (100, 50), (100, 25)]
-            .map(|(f, s)| variant(f, s).beam_count());
-        assert_eq!(counts, [181, 361, 101, 201, 401]);
-        assert_eq!([Variant::new(180, 25), Variant::new(90, 100), Variant::new(180, 0)], [None; 3]);
     }
 
     #[test]
@@ -340,9 +259,45 @@ mod tests {
         let behind = Scanner { base_from_laser: Pose::planar(0.0, 0.0, 3.0), ..still(&scene, EXACT) };
         let words = behind.scan(0, variant(100, 100), false, &mut Rng::new(1, 0, 0));
         assert!(words.iter().all(|word| *word == NO_ECHO));
-        // 89 degrees off the wall's normal: the echo of 172 m is far too weak, even if the wall went on.
+        // The echo weakens with the cosine and the square of the distance: head on it reaches 40 m, so a wall at 3 m is seen
+        // up to cos^3 >= (3 / 40)^2, which is 79.8 degrees off its normal.
         let sideways = still(&scene, EXACT).scan(0, variant(180, 100), false, &mut Rng::new(1, 0, 0));
-        assert_eq!((sideways[1], sideways[90]), (NO_ECHO, 300));
+        assert_eq!((sideways[90], sideways[90 + 79], sideways[90 + 80]), (300, 1572, NO_ECHO));
+    }
+
+    #[test]
+    fn an_edge_too_far_away_gives_no_echo_either() {
+        let edge = |near_m: f64| {
+            let mut builder = Builder::default();
+            builder.rect(Facing::Back, near_m, [0.0, 9.0], [-9.0, 9.0], &[]);
+            builder.rect(Facing::Back, near_m + 0.4, [-9.0, 9.0], [-9.0, 9.0], &[]);
+            let scene = Scene::new(builder.finish());
+            let params = ScannerParams { sigma_m: 0.0, ..ScannerParams::default() };
+            still(&scene, params).scan(0, variant(100, 100), false, &mut Rng::new(1, 0, 0))[50]
+        };
+        assert!((3900..3960).contains(&edge(39.0)), "{}", edge(39.0));
+        assert_eq!(edge(41.0), NO_ECHO);
+    }
+
+    #[test]
+    fn a_sliver_of_a_near_surface_is_noticed_now_and_then() {
+        // At 3 m the spot is 25 mm wide; a surface that covers its outermost tenth holds one of thirteen rays.
+        let mut builder = Builder::default();
+        builder.rect(Facing::Back, 3.0, [0.0106, 9.0], [-9.0, 9.0], &[]);
+        builder.rect(Facing::Back, 8.0, [-9.0, 9.0], [-9.0, 9.0], &[]);
+        let scene = Scene::new(builder.finish());
+        let near = (0..1000)
+            .map(|number| {
+                still(&scene, ScannerParams::default()).scan(
+                    0,
+                    variant(100, 100),
+                    false,
+                    &mut Rng::new(1, 0, number),
+                )
+            })
+            .filter(|words| words[50] < 400)
+            .count();
+        assert!((260..360).contains(&near), "4 in 13 expected: {near} of 1000");
     }
 
     #[test]

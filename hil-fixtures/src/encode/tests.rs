@@ -188,6 +188,20 @@ fn odometry_becomes_ticks_and_angle_steps() {
 }
 
 #[test]
+fn odometry_whose_stamp_steps_back_is_sent_late_but_sent() {
+    let scratch = Scratch::new("late");
+    let stamps = [10 * SECOND, 11 * SECOND, 10 * SECOND + 200_000_000, 12 * SECOND];
+    let samples = stamps.map(|stamp_ns| Odometry { stamp_ns, ..Odometry::default() });
+    let one = [scan(10 * SECOND, vec![1.0; 181], 1.0)];
+    let report = scratch.encode_on(crate::rigs::RIGS[0].1, &one, &samples).expect("encodes");
+    assert_eq!(
+        (report.odometry, report.odometry_skipped, report.delayed, report.backward_stamps),
+        (4, 0, 1, 1)
+    );
+    assert!((report.longest_delay_ms - 800.0 - 26.04).abs() < 0.1, "{}", report.longest_delay_ms);
+}
+
+#[test]
 fn scans_that_no_lms_takes_are_refused() {
     let scratch = Scratch::new("refuse");
     let error = scratch.encode(&[scan(0, vec![1.0; 720], 0.375)], &[]).expect_err("no LMS").to_string();

@@ -230,8 +230,11 @@ mod tests {
         builder.rect(Facing::Right, 0.001, [2.0, 3.0], [0.5, 1.5], &[]);
         builder.rect(Facing::Left, 0.0, [3.02, 4.0], [0.0, 2.0], &[]);
         builder.rect(Facing::Left, 5.0, [0.0, 0.05], [0.0, 0.05], &[]);
+        // A sign flat on a wall, its edges far from the wall's.
+        builder.rect(Facing::Left, 9.001, [2.0, 2.5], [0.3, 0.5], &[]);
+        builder.rect(Facing::Left, 9.0, [0.0, 4.0], [0.0, 4.0], &[]);
         let mut mesh = builder.finish();
         label_planes(&mut mesh);
-        assert_eq!(mesh.planes, vec![0, 0, 0, 0, 1, 1, NO_PLANE, NO_PLANE]);
+        assert_eq!(mesh.planes, vec![0, 0, 0, 0, 1, 1, NO_PLANE, NO_PLANE, 2, 2, 2, 2]);
     }
 }

@@ -80,6 +80,24 @@ pub enum PathError {
         /// The sharpest turn that can be driven.
         most_deg: f64,
     },
+    /// A way that nobody drives in one go.
+    #[error("the path is {found_m:.0} m long; at most {most_m:.0} m can be driven")]
+    TooLong {
+        /// Length from waypoint to waypoint.
+        found_m: f64,
+        /// The longest way.
+        most_m: f64,
+    },
+    /// A drive that takes too long.
+    #[error(
+        "the drive would take {found_s:.0} s; at most {most_s:.0} s can be driven: drive faster (speed, acceleration, turning)"
+    )]
+    TooSlow {
+        /// Time from start to end.
+        found_s: f64,
+        /// The longest drive.
+        most_s: f64,
+    },
     /// A number that makes no drive.
     #[error("{field} = {value}: expected {expected}")]
     BadNumber {
