@@ -3,6 +3,7 @@
 //! Frame `map`, metres, z up. The same scene gives the same picture on any machine.
 
 pub mod camera;
+pub mod font;
 pub mod raster;
 pub mod scene;
 pub mod vector;

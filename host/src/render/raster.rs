@@ -16,7 +16,7 @@ const BAND: usize = 48;
 const HALF_LINE: f64 = 1.6;
 /// A line is drawn over surfaces that are at most this much nearer, relative to its depth.
 const LINE_LIFT: f64 = 0.004;
-const BACKGROUND: [f32; 3] = [250.0, 250.0, 251.0];
+const BACKGROUND: [f32; 3] = [255.0; 3];
 const LINE: [f32; 3] = [52.0, 56.0, 66.0];
 const LINE_STRENGTH: f32 = 0.75;
 
@@ -85,11 +85,10 @@ pub fn draw(scene: &Scene, camera: &Camera, [width, height]: [usize; 2], style: 
 
 fn shapes_of(facet: &Facet, camera: &Camera, size: [usize; 2], style: Style) -> Vec<Shape> {
     let towards = camera.towards(facet.corners_m[0]);
-    let faces_us = dot(facet.normal, towards) > 0.0;
-    if style.cull_backs && !faces_us {
+    if style.cull_backs && dot(facet.facing, towards) <= 0.0 {
         return Vec::new();
     }
-    let color = lit(facet, camera, faces_us);
+    let color = lit(facet, camera, dot(facet.normal, towards) > 0.0);
     let corners: Vec<Corner> =
         camera.clip(&facet.corners_m).into_iter().map(|corner| place(camera, corner, size)).collect();
     (1..corners.len().saturating_sub(1))
@@ -111,7 +110,7 @@ fn lit(facet: &Facet, camera: &Camera, faces_us: bool) -> [f32; 3] {
     let key = dot(normal, lamp).max(0.0);
     let sky = 0.5 + 0.5 * normal[2];
     let head = dot(normal, scale(camera.forward(), -1.0)).max(0.0);
-    let light = (0.46 + 0.30 * key + 0.12 * sky + 0.22 * head) as f32;
+    let light = (0.68 + 0.20 * key + 0.05 * sky + 0.17 * head) as f32;
     facet.color.map(|channel| (f32::from(channel) * light).min(255.0))
 }
 
@@ -238,7 +237,7 @@ mod tests {
         let s = side_m / 2.0;
         let [a, b, c, d] = [[x_m, s, -s], [x_m, -s, -s], [x_m, -s, s], [x_m, s, s]];
         let normal = [if towards_us { -1.0 } else { 1.0 }, 0.0, 0.0];
-        [[a, b, c], [a, c, d]].map(|corners_m| Facet { corners_m, normal, color })
+        [[a, b, c], [a, c, d]].map(|corners_m| Facet { corners_m, normal, facing: normal, color })
     }
 
     #[test]

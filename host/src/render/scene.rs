@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::vector::{Vec3, cross, sub, unit};
+use super::vector::{Vec3, add, cross, scale, sub, unit};
 use crate::model::Mesh;
 use crate::palette::Rgb;
 
@@ -13,6 +13,8 @@ pub struct Facet {
     pub corners_m: [Vec3; 3],
     /// Its unit normal.
     pub normal: Vec3,
+    /// Which way the surface around it faces; decides whether it turns its back.
+    pub facing: Vec3,
     /// Its own colour, before light.
     pub color: Rgb,
 }
@@ -28,13 +30,26 @@ pub struct Scene {
     pub line_normals: Vec<Vec3>,
 }
 
+/// A noisy mesh faces where its triangles face after so many rounds of averaging with their neighbours.
+const SMOOTHING_ROUNDS: usize = 6;
+
 impl Scene {
-    /// Adds the triangles of a mesh, each in the colour of its number.
+    /// Adds the triangles of a clean mesh, each in the colour of its number.
     pub fn add_mesh(&mut self, mesh: &Mesh, color: impl Fn(usize) -> Rgb) {
         for (index, triangle) in mesh.triangles.iter().enumerate() {
             let Some(corners_m) = corners(mesh, triangle) else { continue };
-            let normal = unit(cross(sub(corners_m[1], corners_m[0]), sub(corners_m[2], corners_m[0])));
-            self.facets.push(Facet { corners_m, normal, color: color(index) });
+            let normal = unit(doubled_area(&corners_m));
+            self.facets.push(Facet { corners_m, normal, facing: normal, color: color(index) });
+        }
+    }
+
+    /// Adds the triangles of a noisy mesh in one colour. Each has the light of its own normal, but turns its back together
+    /// with its neighbours.
+    pub fn add_noisy_mesh(&mut self, mesh: &Mesh, color: Rgb) {
+        let facing = smoothed_normals(mesh);
+        for (triangle, facing) in mesh.triangles.iter().zip(facing) {
+            let Some(corners_m) = corners(mesh, triangle) else { continue };
+            self.facets.push(Facet { corners_m, normal: unit(doubled_area(&corners_m)), facing, color });
         }
     }
 
@@ -54,16 +69,38 @@ impl Scene {
         }
         for ((_, a, b), (_, number)) in edges.into_iter().filter(|(_, (uses, _))| *uses == 1) {
             let Some(corners_m) = corners(mesh, &mesh.triangles[number]) else { continue };
-            let normal = unit(cross(sub(corners_m[1], corners_m[0]), sub(corners_m[2], corners_m[0])));
+            let normal = unit(doubled_area(&corners_m));
             self.lines_m.push([a, b].map(|corner| corner.map(|bits| f64::from(f32::from_bits(bits)))));
             self.line_normals.push(normal);
         }
     }
+}
 
-    /// All corners.
-    pub fn points_m(&self) -> impl Iterator<Item = Vec3> + '_ {
-        self.facets.iter().flat_map(|facet| facet.corners_m)
+/// Normal with the length of twice the area.
+fn doubled_area([a, b, c]: &[Vec3; 3]) -> Vec3 {
+    cross(sub(*b, *a), sub(*c, *a))
+}
+
+/// For each triangle the direction that the mesh around it faces.
+fn smoothed_normals(mesh: &Mesh) -> Vec<Vec3> {
+    let own = |triangle| corners(mesh, triangle).map_or([0.0; 3], |corners_m| doubled_area(&corners_m));
+    let mut facing: Vec<Vec3> = mesh.triangles.iter().map(own).collect();
+    let mut at_vertices = vec![[0.0; 3]; mesh.vertices_m.len()];
+    for _ in 0..SMOOTHING_ROUNDS {
+        at_vertices.fill([0.0; 3]);
+        for (triangle, normal) in mesh.triangles.iter().zip(&facing) {
+            for &corner in triangle {
+                if let Some(sum) = at_vertices.get_mut(corner as usize) {
+                    *sum = add(*sum, *normal);
+                }
+            }
+        }
+        let at = |corner: u32| at_vertices.get(corner as usize).copied().unwrap_or_default();
+        for (triangle, normal) in mesh.triangles.iter().zip(&mut facing) {
+            *normal = scale(add(add(at(triangle[0]), at(triangle[1])), at(triangle[2])), 1.0 / 9.0);
+        }
     }
+    facing
 }
 
 fn corners(mesh: &Mesh, triangle: &[u32; 3]) -> Option<[Vec3; 3]> {
@@ -78,6 +115,26 @@ fn corners(mesh: &Mesh, triangle: &[u32; 3]) -> Option<[Vec3; 3]> {
 mod tests {
     use super::Scene;
     use crate::export::sample;
+    use crate::model::Mesh;
+
+    #[test]
+    fn a_crumpled_wall_faces_one_way() {
+        // A sheet in the plane y = 0 seen from negative y, with vertices shaken so much that some triangles face away.
+        let mut mesh = Mesh::default();
+        let shake = |i: u32| if (i * 7919) % 13 < 6 { 0.06 } else { -0.06 };
+        for i in 0..400 {
+            let (column, row) = (i % 20, i / 20);
+            mesh.vertices_m.push([column as f32 * 0.05 + 0.7 * shake(i), shake(i + 1), row as f32 * 0.05]);
+            if column < 19 && row < 19 {
+                mesh.triangles.extend([[i, i + 1, i + 21], [i, i + 21, i + 20]]);
+            }
+        }
+        let mut scene = Scene::default();
+        scene.add_noisy_mesh(&mesh, [0; 3]);
+        assert!(scene.facets.iter().any(|facet| facet.normal[1] > 0.0));
+        let away = scene.facets.iter().filter(|facet| facet.facing[1] >= 0.0).count();
+        assert!(away == 0, "{away} of {}", scene.facets.len());
+    }
 
     #[test]
     fn lines_run_around_surfaces_and_their_windows_only() {

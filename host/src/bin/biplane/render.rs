@@ -11,9 +11,10 @@ use biplane::output::{check_free, write_file};
 use biplane::palette;
 use biplane::ply_read::{self, Ply};
 use biplane::render::Picture;
+use biplane::render::font;
 use biplane::render::raster::{Style, draw};
 use biplane::render::scene::Scene;
-use biplane::render::views::{Bounds, View, aspect, camera};
+use biplane::render::views::{Extent, View, aspect, camera};
 use biplane::trajectory::read_tum;
 use clap::ValueEnum;
 
@@ -22,6 +23,7 @@ use crate::console::Console;
 
 /// Pixels between two pictures.
 const GAP: usize = 16;
+const CAPTION: palette::Rgb = [70, 74, 84];
 
 /// Words of the command.
 #[derive(Clone, Debug, clap::Args)]
@@ -94,46 +96,87 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         ViewName::Inside => View::Inside,
         ViewName::Top => View::Top,
     };
-    let model = model_scene(&load(&args.folder.join("model.ply"))?);
-    let raw = if args.what == What::Model {
-        None
-    } else {
-        Some(raw_scene(&load(&args.folder.join("raw.ply"))?.mesh))
-    };
-    let Some(bounds) = Bounds::of_most(model.points_m()) else {
-        bail!("{} holds no triangle to draw", args.folder.join("model.ply").display())
+    let model = load(&args.folder.join("model.ply"))?;
+    let raw = raw_scene(&load(&args.folder.join("raw.ply"))?.mesh);
+    // The raw points are spread evenly over what was seen, a model's corners are not.
+    let Some(extent) = Extent::of(view, &raw) else {
+        bail!("{} holds no triangle to draw", args.folder.join("raw.ply").display())
     };
     let poses = poses_of(&args.folder)?;
-    let scenes: Vec<&Scene> = match (&raw, args.what) {
-        (Some(raw), What::Raw) => vec![raw],
-        (Some(raw), What::Both) => vec![raw, &model],
-        _ => vec![&model],
+    let raw = Subject { caption: format!("raw mesh: {} triangles", grouped(raw.facets.len())), scene: raw };
+    let model = Subject { caption: model_caption(&args.folder, &model), scene: model_scene(&model) };
+    let subjects: Vec<&Subject> = match args.what {
+        What::Raw => vec![&raw],
+        What::Model => vec![&model],
+        What::Both => vec![&raw, &model],
     };
-    let picture = compose(&scenes, args, view, &bounds, &poses);
+    let picture = compose(&subjects, args, view, &extent, &poses);
     write_file(&args.output, args.force, |out| picture.write_png(out))?;
     drop(spinner);
     console.note(format!("{}: {} x {} pixels", args.output.display(), picture.width, picture.height));
     Ok(Outcome::Done)
 }
 
+/// A scene with what is said of it.
+struct Subject {
+    scene: Scene,
+    caption: String,
+}
+
+/// 159114 as 159,114.
+fn grouped(number: usize) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (index, digit) in digits.chars().enumerate() {
+        if index > 0 && (digits.len() - index).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+fn model_caption(folder: &Path, model: &Ply) -> String {
+    let count = |summary: &serde_json::Value, key: &str| summary.get(key)?.as_u64()?.try_into().ok();
+    let figures = fs::read(folder.join("summary.json"))
+        .ok()
+        .and_then(|text| serde_json::from_slice(&text).ok())
+        .and_then(|summary| Some((count(&summary, "polygons")?, count(&summary, "leftover_triangles")?)));
+    match figures {
+        Some((polygons, leftovers)) => {
+            format!("model: {} polygons + {} triangles", grouped(polygons), grouped(leftovers))
+        }
+        None => format!("model: {} triangles", grouped(model.mesh.triangles.len())),
+    }
+}
+
 /// Draws each scene with the same camera; wide scenes one above the other, others side by side.
-fn compose(scenes: &[&Scene], args: &Args, view: View, bounds: &Bounds, poses: &[StampedPose]) -> Picture {
-    let width = args.width as usize;
-    let shape = aspect(view, bounds).clamp(0.2, 1.2) * 1.04;
-    let beside = scenes.len() > 1 && shape > 0.55;
+fn compose(
+    subjects: &[&Subject],
+    args: &Args,
+    view: View,
+    extent: &Extent,
+    poses: &[StampedPose],
+) -> Picture {
+    let (width, count) = (args.width as usize, subjects.len());
+    let shape = aspect(view, extent).clamp(0.2, 1.2) * 1.04;
+    let beside = count > 1 && shape > 0.5;
     let scene_width = if beside { (width - GAP) / 2 } else { width };
     let scene_height =
         args.height.map_or((scene_width as f64 * shape) as usize, |height| height as usize).max(1);
-    let camera = camera(view, bounds, scene_height as f64 / scene_width as f64, poses);
+    let dot = (scene_width / 400).max(1);
+    let caption_height = (font::HEIGHT + 8) * dot;
+    let cell_height = scene_height + caption_height;
+    let height = if beside { cell_height } else { count * cell_height + (count - 1) * GAP };
+    let camera = camera(view, extent, scene_height as f64 / scene_width as f64, poses);
     let style = Style { cull_backs: view != View::Inside };
-    let count = scenes.len();
-    let size = if beside { [width, scene_height] } else { [width, count * scene_height + (count - 1) * GAP] };
-    let mut picture = Picture::blank(size[0], size[1]);
-    for (index, scene) in scenes.iter().enumerate() {
-        let drawn = draw(scene, &camera, [scene_width, scene_height], style);
+    let mut picture = Picture::blank(width, height);
+    for (index, subject) in subjects.iter().enumerate() {
+        let drawn = draw(&subject.scene, &camera, [scene_width, scene_height], style);
         let (left, top) =
-            if beside { (index * (scene_width + GAP), 0) } else { (0, index * (scene_height + GAP)) };
-        picture.put(&drawn, left, top);
+            if beside { (index * (scene_width + GAP), 0) } else { (0, index * (cell_height + GAP)) };
+        picture.put(&drawn, left, top + caption_height);
+        picture.write_text(&subject.caption, [left + 6 * dot, top + 4 * dot], dot, CAPTION);
     }
     picture
 }
@@ -151,7 +194,7 @@ fn poses_of(folder: &Path) -> anyhow::Result<Vec<StampedPose>> {
 
 fn raw_scene(mesh: &Mesh) -> Scene {
     let mut scene = Scene::default();
-    scene.add_mesh(mesh, |_| palette::RAW);
+    scene.add_noisy_mesh(mesh, palette::RAW);
     scene
 }
 
