@@ -2,6 +2,8 @@
 
 use clap::{Parser, Subcommand};
 
+#[cfg(feature = "demo")]
+use crate::demo;
 use crate::{build, compare, import, info, map, recover, render, traj};
 
 /// Compact 3D building models from recordings of a robot with two laser scanners.
@@ -22,6 +24,9 @@ const EXIT_CODES: &str = "Exit codes: 0 done; 1 failed; 2 wrong arguments; 3 don
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// The whole job with no hardware: mock devices, recording, model, pictures
+    #[cfg(feature = "demo")]
+    Demo(demo::Args),
     /// Say what a recording or capture holds
     Info(info::Args),
     /// Turn other people's recordings into ours

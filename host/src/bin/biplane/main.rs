@@ -4,6 +4,8 @@ mod build;
 mod cli;
 mod compare;
 mod console;
+#[cfg(feature = "demo")]
+mod demo;
 mod import;
 mod info;
 mod map;
@@ -45,6 +47,8 @@ fn main() -> ExitCode {
 
 fn run(command: Command, console: &Console) -> anyhow::Result<Outcome> {
     match command {
+        #[cfg(feature = "demo")]
+        Command::Demo(args) => demo::run(&args, console),
         Command::Info(args) => info::run(&args),
         Command::Import(args) => import::run(&args, console),
         Command::Traj(args) => traj::run(&args, console),
