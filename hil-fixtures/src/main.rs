@@ -12,7 +12,8 @@ fn main() -> ExitCode {
     match arguments.run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("biplane-mock: {error:#}");
+            // Messages name their causes themselves: the chain would say them twice.
+            eprintln!("biplane-mock: {error}");
             ExitCode::from(if error.is::<cli::BadArgument>() { 2 } else { 1 })
         }
     }
