@@ -318,6 +318,8 @@ impl Machine {
                 self.report(offset, length, sip);
             }
             State::Running { .. } | State::Listening => self.report(offset, length, sip),
+            // Under way when the session was closed.
+            State::Done if self.has_run => self.report(offset, length, sip),
             _ => {}
         }
     }

@@ -1,0 +1,117 @@
+//! After start-up, the loop (sessions, stamps, matcher, publishing into the queue) allocates nothing: a counting allocator watches its thread.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use biplane_matcher::Method;
+use biplane_onboard::engine::{Engine, EngineOptions, Feed};
+use biplane_onboard::health::Health;
+use biplane_onboard::sink::Sink;
+use biplane_recording::rig::Mount;
+use biplane_recording::{Port, Rig, Topic};
+use biplane_wire::lms::{MIRROR_TURN_NS, Scan, Status, Unit};
+use biplane_wire::p2os::Sip;
+
+struct Counting;
+
+thread_local! {
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+fn count() {
+    ALLOCATIONS.with(|count| count.set(count.get() + 1));
+}
+
+// SAFETY: everything is handed to the system's allocator; only a counter is added.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count();
+        // SAFETY: the caller keeps the contract of `alloc`, which is passed on as it is.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: as above, for `dealloc`.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        count();
+        // SAFETY: as above, for `realloc`.
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// Takes everything and keeps nothing but a count.
+struct Counter(u64);
+
+impl Sink for Counter {
+    fn message(&mut self, _: Topic, _: i64, _: i64, _: &[u8]) {
+        self.0 += 1;
+    }
+
+    fn health(&mut self, _: i64, _: &Health) {}
+
+    fn dropped(&self) -> u64 {
+        0
+    }
+}
+
+/// The walls of a room 10 x 5 m around the base, seen from `x_m` in it.
+fn scan(x_m: f64) -> Vec<u8> {
+    let values = (0..181).map(|beam| {
+        let (sin, cos) = f64::from(beam - 90).to_radians().sin_cos();
+        let to_x = if cos > 1e-9 { (7.0 - x_m) / cos } else { f64::INFINITY };
+        let to_y = if sin.abs() < 1e-9 { f64::INFINITY } else { (if sin > 0.0 { 3.0 } else { -2.0 }) / sin };
+        (to_x.min(to_y) * 100.0).round() as u16
+    });
+    let scan = Scan { unit: Unit::Cm, values: values.collect(), status: Status::OK, ..Scan::default() };
+    let mut bytes = vec![0; scan.encoded_len()];
+    scan.emit(0x80, &mut bytes).expect("it fits");
+    bytes
+}
+
+fn report(x_m: f64) -> Vec<u8> {
+    let sip = Sip { x_raw: (x_m * 1000.0) as u16, ..Sip::default() };
+    let mut bytes = vec![0; sip.encoded_len()];
+    sip.emit(&mut bytes).expect("it fits");
+    bytes
+}
+
+#[test]
+fn two_thousand_scans_of_both_lasers_are_matched_and_published_without_an_allocation() {
+    let flat = Mount::default();
+    let mut rig = Rig::default();
+    rig.horizontal.mount = flat;
+    let options = EngineOptions { rig, matcher: Method::default(), feed: Feed::Recorded, raw: true };
+    let mut engine = Engine::new(&options, Counter(0), 0);
+    // To and fro over three metres, in telegrams made beforehand.
+    let places: Vec<f64> = (0..60).map(|i| f64::from(30 - (i - 30_i32).abs()) * 0.1).collect();
+    let scans: Vec<_> = places.iter().map(|&x_m| scan(x_m)).collect();
+    let reports: Vec<_> = places.iter().map(|&x_m| report(x_m)).collect();
+    let period_ns = 8 * MIRROR_TURN_NS;
+    let mut drive = |rounds: std::ops::Range<usize>| {
+        for round in rounds {
+            let place = round % places.len();
+            let now_ns = round as i64 * period_ns;
+            engine.bytes(now_ns, Port::Base, &reports[place]);
+            for (index, piece) in scans[place].chunks(100).enumerate() {
+                engine.bytes(now_ns + index as i64 * 10_000_000, Port::Horizontal, piece);
+                engine.bytes(now_ns + index as i64 * 10_000_000, Port::Vertical, piece);
+            }
+            while engine.next_event().is_some() || engine.next_command().is_some() {}
+        }
+    };
+    drive(0..200);
+    let before = ALLOCATIONS.with(Cell::get);
+    assert!(before > 0, "the counter counts");
+    drive(200..2200);
+    let allocations = ALLOCATIONS.with(Cell::get) - before;
+    assert_eq!(allocations, 0);
+    let (account, sink) = engine.finish(2200 * period_ns);
+    assert_eq!((account.poses, account.poses_vertical, account.lost), (2200, 2200, 0));
+    assert!(sink.0 > 10_000);
+}

@@ -1,0 +1,214 @@
+//! The whole onboard process against mock devices on pseudo-terminals: the same serial code as on a robot.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc;
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use biplane_matcher::Method;
+use biplane_mock::serve::{ServeOptions, Source, serve};
+use biplane_mock::simulated_rig::SimulationParams;
+use biplane_mock::world::World;
+use biplane_onboard::probe::probe;
+use biplane_onboard::record::{RecordOptions, record};
+use biplane_onboard::replay::{ReplayOptions, Speed, replay};
+use biplane_onboard::{OnboardError, RunReport};
+use biplane_recording::msg::{LaserScan, Message, PoseWithCovarianceStamped};
+use biplane_recording::{Direction, Port, Reader, Rig, Topic};
+
+/// A mock rig in a folder of its own.
+struct Mock {
+    folder: PathBuf,
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Mock {
+    fn start(name: &str, change: impl FnOnce(&mut ServeOptions)) -> Self {
+        let folder = std::env::temp_dir().join(format!("biplane-record-{name}-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&folder);
+        fs::create_dir_all(&folder).unwrap();
+        let mut mock = Self { folder, stop: Arc::default(), thread: None };
+        mock.serve(change);
+        mock
+    }
+
+    /// Serves the corridor, until [`Mock::end`].
+    fn serve(&mut self, change: impl FnOnce(&mut ServeOptions)) {
+        let world = World::named("corridor").unwrap();
+        let path = world.paths[0].clone();
+        let source = Source::World {
+            world: Box::new(world),
+            path: Box::new(path),
+            rig: Box::new(Rig::default()),
+            params: SimulationParams::default(),
+        };
+        let mut options = ServeOptions::new(source, self.folder.join("links"));
+        options.truth = Some(self.folder.join("truth"));
+        change(&mut options);
+        self.stop = Arc::default();
+        let (ready, is_ready) = mpsc::channel();
+        let stop = Arc::clone(&self.stop);
+        self.thread = Some(thread::spawn(move || {
+            serve(&options, &stop, move || ready.send(()).unwrap()).unwrap();
+        }));
+        is_ready.recv_timeout(Duration::from_secs(30)).expect("the mock is ready");
+    }
+
+    fn rig(&self) -> Rig {
+        let port = |name: &str| self.folder.join("links").join(name).to_string_lossy().into_owned();
+        let mut rig = Rig::default();
+        rig.horizontal.port = port("lms-horizontal");
+        rig.vertical.as_mut().unwrap().port = port("lms-vertical");
+        rig.base.port = port("base");
+        rig
+    }
+
+    fn options(&self, rig: Rig, seconds: f64) -> RecordOptions {
+        RecordOptions {
+            rig,
+            output: self.folder.join("run.mcap"),
+            duration: Some(Duration::from_secs_f64(seconds)),
+            raw: true,
+            matcher: Method::default(),
+            overwrite: false,
+        }
+    }
+
+    fn record(&self, rig: Rig, seconds: f64) -> Result<RunReport, OnboardError> {
+        record(&self.options(rig, seconds), &AtomicBool::new(false))
+    }
+
+    /// Ends the mock, so that its truth is written.
+    fn end(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            thread.join().unwrap();
+        }
+    }
+}
+
+impl Drop for Mock {
+    fn drop(&mut self) {
+        self.end();
+        let _ = fs::remove_dir_all(&self.folder);
+    }
+}
+
+fn all<M: Message>(path: &Path, topic: Topic) -> Vec<M> {
+    let reader = Reader::open(path).unwrap();
+    let entries = reader.messages().map(Result::unwrap).filter(|entry| entry.topic == Some(topic));
+    entries.map(|entry| M::decode(&entry.bytes).unwrap()).collect()
+}
+
+/// Stamps of the truth, nanoseconds (`seconds.nanoseconds` a line).
+fn true_stamps_ns(path: &Path) -> Vec<i64> {
+    let nanoseconds = |line: &str| {
+        let (seconds, fraction) = line.trim().split_once('.').unwrap();
+        seconds.parse::<i64>().unwrap() * 1_000_000_000 + fraction.parse::<i64>().unwrap()
+    };
+    fs::read_to_string(path).unwrap().lines().map(nanoseconds).collect()
+}
+
+#[test]
+fn a_run_on_mock_devices_is_stamped_like_the_truth_and_its_replay_is_the_same_run() {
+    let mut mock = Mock::start("run", |_| {});
+    let report = mock.record(mock.rig(), 5.0).unwrap();
+    mock.end();
+    assert_eq!((report.lost, report.exit_code(), report.backward_stamps), (0, 0, 0), "{report:?}");
+    assert!(report.scans_horizontal > 20 && report.scans_vertical > 20 && report.odometry > 35, "{report:?}");
+    assert_eq!((report.poses, report.poses_vertical), (report.scans_horizontal, report.scans_vertical));
+
+    let run = mock.folder.join("run.mcap");
+    for (topic, truth) in
+        [(Topic::ScanHorizontal, "scans_horizontal.txt"), (Topic::ScanVertical, "scans_vertical.txt")]
+    {
+        let truth = true_stamps_ns(&mock.folder.join("truth").join(truth));
+        for scan in all::<LaserScan>(&run, topic) {
+            let error_ns = truth.iter().map(|t| (scan.stamp_ns - t).abs()).min().unwrap();
+            // A busy machine may serve and read late by a few milliseconds.
+            assert!(error_ns < 10_000_000, "{topic:?}: {error_ns} ns");
+        }
+    }
+
+    let again = ReplayOptions {
+        input: run.clone(),
+        output: mock.folder.join("again.mcap"),
+        rig: None,
+        speed: Speed::Max,
+        matcher: Method::default(),
+        overwrite: false,
+    };
+    let replayed = replay(&again, &AtomicBool::new(false)).unwrap();
+    assert_eq!(replayed.scans_horizontal, report.scans_horizontal);
+    assert_eq!(replayed.odometry, report.odometry);
+    for topic in [Topic::ScanHorizontal, Topic::ScanVertical] {
+        let (first, second) = (all::<LaserScan>(&run, topic), all::<LaserScan>(&again.output, topic));
+        assert_eq!(first.len(), second.len());
+        for (first, second) in first.iter().zip(&second) {
+            assert!(
+                first.ranges_m == second.ranges_m && (first.stamp_ns - second.stamp_ns).abs() < 1_000_000
+            );
+        }
+    }
+    let poses = |path: &Path| all::<PoseWithCovarianceStamped>(path, Topic::Pose);
+    for (first, second) in poses(&run).iter().zip(&poses(&again.output)) {
+        let [x, y, _] = std::array::from_fn(|axis| first.position_m[axis] - second.position_m[axis]);
+        assert!(f64::hypot(x, y) < 0.005, "{first:?} {second:?}");
+    }
+}
+
+#[test]
+fn devices_left_streaming_at_another_rate_are_taken_over_and_left_idle_at_the_end() {
+    let mock = Mock::start("left", |options| {
+        options.laser.baud = 19200;
+        options.laser.left_streaming = true;
+    });
+    let mut rig = mock.rig();
+    rig.horizontal.baud = 500_000;
+    rig.horizontal.resolution_deg = 0.5;
+    let report = mock.record(rig.clone(), 5.0).unwrap();
+    assert!(report.scans_horizontal > 50, "{report:?}");
+    assert_eq!(report.lost, 0);
+    let scans = all::<LaserScan>(&mock.folder.join("run.mcap"), Topic::ScanHorizontal);
+    assert!(scans.iter().all(|scan| scan.ranges_m.len() == 361));
+    // Found at once at its rate, and silent until it is asked.
+    let reports = probe(&rig).unwrap();
+    assert!(reports.iter().all(|report| report.answered), "{reports:?}");
+    assert_eq!(reports[0].baud_found, Some(500_000));
+}
+
+#[test]
+fn devices_that_are_unplugged_for_a_moment_stream_again_by_themselves() {
+    let mut mock = Mock::start("unplugged", |_| {});
+    let options = mock.options(mock.rig(), 11.0);
+    let recording = thread::spawn(move || record(&options, &AtomicBool::new(false)));
+    thread::sleep(Duration::from_millis(3500));
+    // The pseudo-terminals go, as a USB adapter does; others come in their place.
+    mock.end();
+    mock.serve(|_| {});
+    let report = recording.join().unwrap().unwrap();
+    assert_eq!(report.lost, 0, "{report:?}");
+    let scans = all::<LaserScan>(&mock.folder.join("run.mcap"), Topic::ScanHorizontal);
+    let gaps_ms: Vec<_> =
+        scans.windows(2).map(|pair| (pair[1].stamp_ns - pair[0].stamp_ns) / 1_000_000).collect();
+    assert_eq!(gaps_ms.iter().filter(|&&gap_ms| gap_ms > 500).count(), 1, "{gaps_ms:?}");
+    assert!(scans.len() > 45, "{} scans", scans.len());
+}
+
+#[test]
+fn serial_bytes_of_both_ways_are_recorded_on_request() {
+    let mock = Mock::start("raw", |_| {});
+    mock.record(mock.rig(), 2.5).unwrap();
+    let reader = Reader::open(&mock.folder.join("run.mcap")).unwrap();
+    for port in Port::ALL {
+        for direction in [Direction::Rx, Direction::Tx] {
+            let bytes = reader.serial().map(Result::unwrap);
+            let count = bytes.filter(|serial| (serial.port, serial.direction) == (port, direction)).count();
+            assert!(count > 3, "{port:?} {direction:?}: {count}");
+        }
+    }
+}
