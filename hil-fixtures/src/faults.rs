@@ -187,6 +187,16 @@ mod tests {
     }
 
     #[test]
+    fn every_fault_of_a_stack_acts() {
+        let mut channel = Channel::new(&[Preset::UsbStall, Preset::BitNoise], 1, 0);
+        channel.push(0, &vec![0; 1_000_000]);
+        let mut out = Vec::new();
+        channel.take(10_000_000_000, &mut out);
+        let flipped = out.iter().filter(|&&byte| byte != 0).count();
+        assert!((60..140).contains(&flipped), "{flipped}");
+    }
+
+    #[test]
     fn stacked_faults_repeat_with_their_seed_and_differ_with_another() {
         let run = |seed| {
             let mut channel = Channel::new(&Preset::ALL, seed, 3);

@@ -125,3 +125,20 @@ pub fn config_body(identity: &Identity) -> Vec<u8> {
     body.extend([0; 4]);
     body
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_back_over_the_wrap_is_small_when_counted_from_a_turned_zero() {
+        let sample = |x_raw| OdometrySample { x_raw, theta_raw: 512, ..OdometrySample::default() };
+        let mut odometer = Odometer::default();
+        odometer.follow(sample(5));
+        assert_eq!(odometer.reported(), (5, 0, 512));
+        odometer.set_zero();
+        odometer.follow(sample(32_760));
+        // 13 back along x, seen in axes turned by 45 degrees: 9.19 back and 9.19 to the left.
+        assert_eq!(odometer.reported(), (0x8000 - 9, 9, 0));
+    }
+}

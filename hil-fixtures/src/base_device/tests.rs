@@ -193,3 +193,13 @@ fn hostbaud_changes_the_rate_behind_what_is_being_sent() {
     bench.ask(&hex("fa fb 06 32 3b 02 00 34 3b"), 200);
     assert_eq!(bench.device.baud(), 38_400);
 }
+
+#[test]
+fn a_close_between_the_syncs_begins_anew() {
+    let mut bench = Bench::new();
+    bench.ask(&hex(SYNC_0), 70);
+    bench.ask(&hex(SYNC_1), 70);
+    bench.ask(&hex("fa fb 06 02 3b 01 00 03 3b"), 70);
+    assert_eq!(bench.ask(&hex(SYNC_2), 70), []);
+    assert_eq!(bench.ask(&hex(SYNC_0), 70), hex(SYNC_0));
+}

@@ -119,6 +119,14 @@ mod tests {
     }
 
     #[test]
+    fn another_lasers_reply_is_no_request() {
+        let mut bytes = vec![0x02, 0x80, 0x03, 0x00, 0xA0, 0x00, 0x10, 0x16, 0x0A];
+        bytes.extend(STATUS);
+        let heard = hear(&mut Ear::new(6_000_000), &bytes, 1_000_000);
+        assert_eq!(heard, [Heard::Request { address: 0, body: vec![0x31] }]);
+    }
+
+    #[test]
     fn bytes_too_far_apart_are_no_telegram() {
         assert_eq!(hear(&mut Ear::new(6_000_000), &STATUS, 7_000_000), []);
     }

@@ -141,6 +141,34 @@ fn a_rate_made_permanent_is_there_after_a_reset() {
 }
 
 #[test]
+fn the_rate_changes_a_moment_after_the_reply_at_the_old_one() {
+    let mut bench = Bench::new(LmsParams::default());
+    bench.say("02 00 02 00 20 40 50 08");
+    while bench.heard.len() < 10 {
+        bench.run_ms(1);
+    }
+    assert_eq!(bench.device.baud(), 9600);
+    bench.run_ms(15);
+    assert_eq!(bench.device.baud(), 9600);
+    bench.run_ms(10);
+    assert_eq!(bench.device.baud(), 38_400);
+}
+
+#[test]
+fn a_request_cuts_the_reply_on_the_line_and_the_announced_rate_comes_all_the_same() {
+    let mut bench = Bench::new(LmsParams::default());
+    bench.say("02 00 02 00 20 40 50 08");
+    while bench.heard.len() < 5 {
+        bench.run_ms(1);
+    }
+    bench.device.handle(bench.now_ns, &hex("02 00 01 00 32 16 12"));
+    bench.run_ms(300);
+    assert_eq!(bench.device.baud(), 38_400);
+    assert!(bench.bytes().len() < 10 + 9);
+    assert_eq!(bench.telegrams().iter().map(|(_, t)| t[4]).collect::<Vec<_>>(), [0xB2]);
+}
+
+#[test]
 fn a_laser_just_switched_on_says_who_it_is() {
     let mut bench = Bench::new(LmsParams { power_on_message: true, ..LmsParams::default() });
     bench.run_ms(100);

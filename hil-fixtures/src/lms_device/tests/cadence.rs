@@ -88,3 +88,30 @@ fn a_request_cuts_the_telegram_that_is_being_sent() {
     assert_eq!(bench.device.counts().cut, 1);
     assert!(!bench.device.is_streaming());
 }
+
+#[test]
+fn a_mean_of_five_comes_every_ten_turns_or_a_multiple_of_that() {
+    let mut bench =
+        Bench::new(LmsParams { left_streaming: false, ..streaming(38_400, Variant::of(180, 50)) });
+    bench.say("02 00 03 00 20 26 05 79 3e");
+    bench.run_ms(3000);
+    let starts: Vec<i64> = bench.telegrams()[1..].iter().map(|(at_ns, _)| *at_ns).collect();
+    assert!(starts.len() > 5);
+    assert!(starts.windows(2).all(|pair| pair[1] - pair[0] == 20 * Mirror::TURN_NS));
+}
+
+#[test]
+fn a_caller_that_is_held_up_gets_bytes_late_but_the_schedule_stays() {
+    let mut bench = Bench::new(streaming(38_400, Variant::of(180, 100)));
+    bench.run_ms(1000);
+    let first_ns = bench.telegrams()[0].0;
+    for _ in 0..20 {
+        bench.now_ns += 37 * MS;
+        bench.run_ms(150);
+    }
+    bench.heard.clear();
+    bench.run_ms(1000);
+    for (at_ns, _) in bench.telegrams() {
+        assert_eq!((at_ns - first_ns).rem_euclid(8 * Mirror::TURN_NS), 0);
+    }
+}
