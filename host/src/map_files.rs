@@ -55,7 +55,7 @@ pub enum CellState {
     Occupied,
 }
 
-/// A grid cut to the rectangle that was seen.
+/// A grid cut to the rectangle that was seen and driven.
 pub struct MapImage<'a> {
     grid: &'a OccupancyGrid,
     bounds: CellBounds,
@@ -64,12 +64,14 @@ pub struct MapImage<'a> {
 }
 
 impl<'a> MapImage<'a> {
-    /// Cuts a grid.
+    /// Cuts a grid to what was seen and where the robot was.
     ///
     /// # Errors
     /// When the grid is empty, or its rectangle too large for an image.
-    pub fn new(grid: &'a OccupancyGrid) -> Result<Self, MapError> {
-        let bounds = grid.bounds().ok_or(MapError::Empty)?;
+    pub fn new(grid: &'a OccupancyGrid, poses: &[StampedPose]) -> Result<Self, MapError> {
+        let mut bounds = grid.bounds().ok_or(MapError::Empty)?;
+        let cells = poses.iter().filter_map(|pose| grid.cell_of([pose.x_m, pose.y_m]));
+        cells.for_each(|cell| bounds.include(cell));
         let [columns, rows] = bounds.size();
         match (u32::try_from(columns), u32::try_from(rows)) {
             (Ok(width), Ok(height)) if columns.saturating_mul(rows) <= MOST_CELLS => {
@@ -190,6 +192,7 @@ mod tests {
     use std::path::Path;
 
     use super::{MapError, MapImage, map_paths, write_pgm, write_yaml};
+    use crate::deskew::StampedPose;
     use crate::occupancy::{OccupancyGrid, OccupancyParams, Ray};
 
     /// A room from x 0 to 4 and y -1 to 2 in cells of a metre, seen many times from its lower left.
@@ -208,7 +211,7 @@ mod tests {
     fn the_image_of_a_small_room_has_the_bytes_that_map_server_expects() {
         let grid = room();
         let mut bytes = Vec::new();
-        write_pgm(&mut bytes, &MapImage::new(&grid).unwrap()).unwrap();
+        write_pgm(&mut bytes, &MapImage::new(&grid, &[]).unwrap()).unwrap();
         #[rustfmt::skip]
         let expected = [
             b"P5\n4 3\n255\n".as_slice(),
@@ -220,10 +223,18 @@ mod tests {
     }
 
     #[test]
+    fn the_image_reaches_to_where_the_robot_was() {
+        let grid = room();
+        let pose = StampedPose { x_m: -2.5, y_m: 0.0, ..StampedPose::default() };
+        let image = MapImage::new(&grid, &[pose, StampedPose { x_m: f64::NAN, ..pose }]).unwrap();
+        assert_eq!((image.size(), image.origin_m()), ([7, 3], [-3.0, -1.0]));
+    }
+
+    #[test]
     fn the_description_names_the_image_and_its_lower_left_corner() {
         let grid = room();
         let mut text = Vec::new();
-        write_yaml(&mut text, &MapImage::new(&grid).unwrap(), "room.pgm").unwrap();
+        write_yaml(&mut text, &MapImage::new(&grid, &[]).unwrap(), "room.pgm").unwrap();
         let expected = "image: room.pgm\nmode: trinary\nresolution: 1\norigin: [0.000000, -1.000000, 0.0]\nnegate: 0\n\
                         occupied_thresh: 0.65\nfree_thresh: 0.196\n";
         assert_eq!(String::from_utf8(text).unwrap(), expected);
@@ -235,11 +246,11 @@ mod tests {
     fn an_empty_grid_and_a_boundless_one_are_refused() {
         let mut grid =
             OccupancyGrid::new(OccupancyParams { resolution_m: 0.01, ..OccupancyParams::default() });
-        assert!(matches!(MapImage::new(&grid), Err(MapError::Empty)));
+        assert!(matches!(MapImage::new(&grid, &[]), Err(MapError::Empty)));
         for x_m in [0.0, 9e4] {
             grid.add_scan(&[Ray { from_m: [x_m, x_m], to_m: [x_m + 1.0, x_m] }]);
         }
-        let error = MapImage::new(&grid).err().unwrap().to_string();
+        let error = MapImage::new(&grid, &[]).err().unwrap().to_string();
         assert!(error.starts_with("the map would have 9000101 x 9000001 cells at 0.01 m"), "{error}");
     }
 

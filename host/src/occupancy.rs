@@ -45,6 +45,14 @@ pub struct CellBounds {
 }
 
 impl CellBounds {
+    /// Grows to hold a cell.
+    pub fn include(&mut self, cell: [i32; 2]) {
+        for axis in [0, 1] {
+            self.min[axis] = self.min[axis].min(cell[axis]);
+            self.max[axis] = self.max[axis].max(cell[axis]);
+        }
+    }
+
     /// Columns and rows.
     pub fn size(&self) -> [u64; 2] {
         [0, 1].map(|axis| (i64::from(self.max[axis]) - i64::from(self.min[axis]) + 1).max(0).unsigned_abs())
@@ -124,11 +132,7 @@ impl OccupancyGrid {
         for (&tile, &index) in &self.index {
             for (cell, _) in self.tiles[index].touched.iter().enumerate().filter(|(_, scan)| **scan > 0) {
                 let at = cell_in_map(tile, cell);
-                let all = bounds.get_or_insert(CellBounds { min: at, max: at });
-                for axis in [0, 1] {
-                    all.min[axis] = all.min[axis].min(at[axis]);
-                    all.max[axis] = all.max[axis].max(at[axis]);
-                }
+                bounds.get_or_insert(CellBounds { min: at, max: at }).include(at);
             }
         }
         bounds
@@ -145,7 +149,8 @@ impl OccupancyGrid {
         (ray.to_m[0] - ray.from_m[0]).hypot(ray.to_m[1] - ray.from_m[1]) <= self.params.max_range_m
     }
 
-    fn cell_of(&self, point_m: [f64; 2]) -> Option<[i32; 2]> {
+    /// The cell that a point in `map` lies in; `None` far outside of any building.
+    pub fn cell_of(&self, point_m: [f64; 2]) -> Option<[i32; 2]> {
         let cell = point_m.map(|value| (value / self.params.resolution_m).floor());
         cell.iter().all(|value| value.abs() < FARTHEST_CELL).then(|| cell.map(|value| value as i32))
     }

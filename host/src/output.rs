@@ -58,7 +58,8 @@ pub fn check_free(path: &Path, overwrite: bool) -> Result<(), OutputError> {
     }
 }
 
-/// Writes a file through `fill`. When that fails nothing of the name is left behind, and what was there before stays.
+/// Writes a file through `fill`. When that fails nothing of the name is left behind, and what was there before stays. What is no
+/// regular file (`/dev/null`, a named pipe) is written to as it is.
 ///
 /// # Errors
 /// When the file exists (see [`check_free`]), or the system refuses.
@@ -68,8 +69,11 @@ pub fn write_file(
     fill: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
 ) -> Result<(), OutputError> {
     check_free(path, overwrite)?;
+    if fs::metadata(path).is_ok_and(|found| !found.is_file()) {
+        return fill_file(path, path, fill);
+    }
     let part = with_suffix(path, ".part");
-    let written = fill_part(&part, fill).and_then(|()| {
+    let written = fill_file(&part, path, fill).and_then(|()| {
         fs::rename(&part, path).map_err(|source| OutputError::Io {
             action: "write",
             path: path.to_owned(),
@@ -82,13 +86,15 @@ pub fn write_file(
     written
 }
 
-fn fill_part(
-    part: &Path,
+/// Fills the file `at`; errors name the file `path` that was asked for.
+fn fill_file(
+    at: &Path,
+    path: &Path,
     fill: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
 ) -> Result<(), OutputError> {
-    let file = File::create(part).map_err(OutputError::io("create", part))?;
+    let file = File::create(at).map_err(OutputError::io("create", path))?;
     let mut out = BufWriter::with_capacity(1 << 18, file);
-    fill(&mut out).and_then(|()| out.flush()).map_err(OutputError::io("write", part))
+    fill(&mut out).and_then(|()| out.flush()).map_err(OutputError::io("write", path))
 }
 
 /// A folder of results that takes its name when everything in it is written; dropped before that, it is removed.
@@ -164,7 +170,7 @@ fn holds_something(path: &Path) -> bool {
 mod tests {
     use std::fs;
     use std::io::{self, Write};
-    use std::path::PathBuf;
+    use std::path::{Path, PathBuf};
 
     use super::{OutputError, OutputFolder, write_file};
 
@@ -190,6 +196,16 @@ mod tests {
         assert_eq!(fs::read(&path).unwrap(), b"three");
         assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
         fs::remove_dir_all(folder).unwrap();
+    }
+
+    #[test]
+    fn a_device_is_written_to_and_never_replaced() {
+        write_file(Path::new("/dev/null"), false, |out| out.write_all(b"gone")).unwrap();
+        assert!(!fs::metadata("/dev/null").unwrap().is_file());
+        let full = write_file(Path::new("/dev/full"), false, |out| out.write_all(b"no room")).unwrap_err();
+        assert!(full.to_string().starts_with("cannot write /dev/full: "), "{full}");
+        let missing = write_file(Path::new("/nowhere/a.txt"), false, |_| Ok(())).unwrap_err();
+        assert!(missing.to_string().starts_with("cannot create /nowhere/a.txt: "), "{missing}");
     }
 
     #[test]

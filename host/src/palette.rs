@@ -8,7 +8,7 @@ pub type Rgb = [u8; 3];
 /// Fine structure that is on no plane.
 pub const LEFTOVERS: Rgb = [150, 153, 158];
 /// The raw mesh.
-pub const RAW: Rgb = [196, 199, 204];
+pub const RAW: Rgb = [206, 208, 212];
 
 /// Normals closer to the vertical than this cosine make floors and ceilings.
 const LEVEL_COSINE: f64 = 0.9;
@@ -16,18 +16,18 @@ const LEVEL_COSINE: f64 = 0.9;
 const FLOORS: [Rgb; 3] = [[203, 178, 146], [190, 167, 138], [214, 192, 163]];
 const CEILINGS: [Rgb; 3] = [[232, 230, 222], [222, 222, 218], [238, 234, 226]];
 const WALLS: [Rgb; 12] = [
-    [132, 170, 196],
-    [224, 164, 120],
-    [142, 186, 152],
-    [198, 146, 158],
-    [226, 200, 124],
-    [150, 152, 196],
-    [120, 184, 180],
-    [212, 138, 116],
-    [172, 192, 126],
-    [178, 150, 188],
-    [108, 156, 170],
-    [206, 180, 150],
+    [150, 185, 208],
+    [232, 186, 142],
+    [160, 200, 168],
+    [212, 166, 176],
+    [234, 212, 146],
+    [170, 172, 212],
+    [142, 200, 194],
+    [224, 160, 140],
+    [190, 206, 148],
+    [194, 170, 206],
+    [132, 174, 190],
+    [218, 196, 170],
 ];
 
 /// What a plane is in a building, as far as its normal tells.

@@ -159,7 +159,7 @@ mod tests {
                 Ray { from_m: [0.5, 0.5], to_m: [0.5, 9.5] },
             ]);
         }
-        let image = MapImage::new(&grid).unwrap();
+        let image = MapImage::new(&grid, &[]).unwrap();
         let pose = StampedPose { x_m: 2.5, y_m: 0.5, ..StampedPose::default() };
         let mut bytes = Vec::new();
         write_png(&mut bytes, &image, &[pose, StampedPose { x_m: 7.5, ..pose }]).unwrap();

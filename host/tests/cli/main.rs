@@ -1,6 +1,8 @@
 //! The program from outside: exit codes, sentences, files.
 
 mod build;
+#[cfg(feature = "demo")]
+mod demo;
 mod floor;
 mod import;
 mod room;

@@ -46,8 +46,8 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let at_scans = poses.at_scans();
     let params = OccupancyParams { resolution_m: args.resolution, ..OccupancyParams::default() };
     let grid = floor_map::draw(&run, &at_scans, &poses.trajectory(), params)?;
-    let image = MapImage::new(&grid)?;
     let known: Vec<StampedPose> = at_scans.into_iter().flatten().collect();
+    let image = MapImage::new(&grid, &known)?;
     let [pgm, yaml, png] = write_map(&args.output, &image, &known, args.force)?;
     let [columns, rows] = image.size();
     console.note(format!(

@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::path::Path;
 
+use biplane::deskew::StampedPose;
 use biplane::export::{Shapes, cityjson, gltf, obj, ply};
 use biplane::map_files::{MapError, MapImage, write_map};
 use biplane::output::{OutputError, write_file};
@@ -10,16 +11,17 @@ use biplane::pipeline::BuildOutput;
 use biplane::summary::Summary;
 use biplane::trajectory::{TrajectoryFormat, write_poses};
 
-use super::Posed;
 use super::formats::Format;
 
-/// Writes the map and the trajectory; returns how many files.
-pub fn write_floor(folder: &Path, image: &MapImage<'_>, posed: &Posed) -> Result<usize, MapError> {
-    let known: Vec<_> = posed.at_scans.iter().flatten().copied().collect();
-    let paths = write_map(&folder.join("map"), image, &known, true)?;
-    write_file(&folder.join("trajectory.tum"), true, |out| {
-        write_poses(out, &posed.used, TrajectoryFormat::Tum)
-    })?;
+/// Writes the map with the poses of its scans, and the trajectory; returns how many files.
+pub fn write_floor(
+    folder: &Path,
+    image: &MapImage<'_>,
+    at_scans: &[StampedPose],
+    used: &[StampedPose],
+) -> Result<usize, MapError> {
+    let paths = write_map(&folder.join("map"), image, at_scans, true)?;
+    write_file(&folder.join("trajectory.tum"), true, |out| write_poses(out, used, TrajectoryFormat::Tum))?;
     Ok(paths.len() + 1)
 }
 

@@ -33,6 +33,10 @@ const LONGEST_GAP_NS: i64 = 1_000_000_000;
 
 /// Words of the command.
 #[derive(Clone, Debug, clap::Args)]
+#[command(
+    after_help = "Written: model.glb, model.ply, model.obj, model.city.json, planes.ply, raw.ply, points.ply, map.pgm, map.yaml, \
+    map.png, trajectory.tum, summary.json.\nNot made yet: report.html, model.dxf, model.ifc, points.laz."
+)]
 pub struct Args {
     /// A posed recording
     #[arg(required = true)]
@@ -166,7 +170,8 @@ fn write_all(
     stages: &mut Stages<'_>,
 ) -> anyhow::Result<Summary> {
     let part = folder.part();
-    let image = MapImage::new(grid)?;
+    let known: Vec<StampedPose> = posed.at_scans.iter().flatten().copied().collect();
+    let image = MapImage::new(grid, &known)?;
     let mut output = built.unwrap_or_default();
     let mut faces = Shapes::new(&output.model).faces;
     if let Some(most) = args.max_triangles {
@@ -178,7 +183,7 @@ fn write_all(
     let shapes = Shapes { model: &output.model, faces };
     let has_model = !output.cloud.is_empty();
     stages.time("write", || {
-        let mut written = files::write_floor(part, &image, posed)?;
+        let mut written = files::write_floor(part, &image, &known, &posed.used)?;
         if has_model {
             written += files::write_raw(part, &output)?;
             written += files::write_model(part, &shapes, &args.formats)?;

@@ -103,6 +103,8 @@ impl Drive {
             stop_mock.store(true, Ordering::Release);
             let served = mock.join().map_err(|_| anyhow!("the mock rig failed"))?;
             served.context("the mock rig failed")?;
+            // The mock has taken its links away.
+            let _ = fs::remove_dir(&self.links);
             Ok(report??)
         })
     }
