@@ -11,6 +11,8 @@
 
 mod account;
 mod beams;
+mod decoded;
+mod flow;
 mod line;
 mod localise;
 mod poses;
@@ -19,17 +21,16 @@ mod scan_data;
 pub(crate) mod synthetic;
 mod waiting;
 
-use biplane_matcher::{Method, Pose2};
-use biplane_recording::msg::{LaserScan, Odometry};
-use biplane_recording::{Direction, Port, Rig, Topic, rig};
+use biplane_matcher::Method;
+use biplane_recording::{Direction, Port, Rig, rig};
 
 pub use scan_data::{MAX_BEAMS, ScanData};
 
-use crate::odometry::{OdometryBuffer, OdometrySample};
+use crate::odometry::OdometryBuffer;
 use crate::publish::Publisher;
 use crate::report::RunReport;
-use crate::session::base::{BaseSession, BaseSettings, OdometryReading};
-use crate::session::laser::{LaserSession, LaserSettings, ScanReading};
+use crate::session::base::{BaseSession, BaseSettings};
+use crate::session::laser::{LaserSession, LaserSettings};
 use crate::session::{Event, Input, MAX_INPUT_BYTES, Output, RequestBytes, Session};
 use crate::sink::Sink;
 use line::{LaserLine, Line, Meter};
@@ -164,33 +165,6 @@ impl<S: Sink> Engine<S> {
         for piece in bytes.chunks(MAX_INPUT_BYTES) {
             self.input(now_ns, port, Input::Bytes(piece));
         }
-        self.settle(now_ns);
-    }
-
-    /// A scan of another recording, decoded.
-    pub fn decoded_scan(&mut self, now_ns: i64, port: Port, scan: &LaserScan) {
-        let now_ns = self.begin(now_ns);
-        let (topic, meter, laser) = match port {
-            Port::Vertical => (Topic::ScanVertical, 1, self.rig.vertical.as_ref()),
-            _ => (Topic::ScanHorizontal, 0, Some(&self.rig.horizontal)),
-        };
-        let data = ScanData::of_message(scan, laser);
-        if let Some(meter) = self.decoded.get_mut(meter) {
-            meter.count(now_ns, data.stamp_ns);
-        }
-        self.publisher.forward(now_ns, topic, scan.stamp_ns, scan);
-        self.take_scan(now_ns, topic, data);
-        self.settle(now_ns);
-    }
-
-    /// An odometry report of another recording, decoded.
-    pub fn decoded_odometry(&mut self, now_ns: i64, odometry: &Odometry) {
-        let now_ns = self.begin(now_ns);
-        self.decoded[2].count(now_ns, odometry.stamp_ns);
-        self.publisher.forward(now_ns, Topic::Odom, odometry.stamp_ns, odometry);
-        let [x_m, y_m, _] = odometry.position_m;
-        let odom_from_base = Pose2::new(x_m, y_m, heading_rad(odometry.orientation_xyzw));
-        self.take_odometry(now_ns, OdometrySample { stamp_ns: odometry.stamp_ns, odom_from_base });
         self.settle(now_ns);
     }
 
@@ -364,75 +338,10 @@ impl<S: Sink> Engine<S> {
         }
         let _ = self.events.push_back((port, event));
     }
-
-    fn scan(&mut self, now_ns: i64, port: Port, reading: &ScanReading) {
-        let (topic, data) = match (port, &mut self.vertical) {
-            (Port::Vertical, Some(vertical)) => (Topic::ScanVertical, vertical.stamped(now_ns, reading)),
-            _ => (Topic::ScanHorizontal, self.horizontal.stamped(now_ns, reading)),
-        };
-        self.publisher.scan(now_ns, topic, &data);
-        self.take_scan(now_ns, topic, data);
-    }
-
-    fn take_scan(&mut self, now_ns: i64, topic: Topic, data: ScanData) {
-        if topic == Topic::ScanVertical {
-            if let Some(oldest_ns) = self.waiting_verticals.push(now_ns, data.stamp_ns) {
-                self.pose_vertical(now_ns, oldest_ns);
-            }
-        } else if let Some(oldest) = self.localiser.push(now_ns, data) {
-            self.localise(now_ns, &oldest);
-        }
-    }
-
-    fn odometry(&mut self, now_ns: i64, reading: &OdometryReading) {
-        let stamp_ns = self.base.stamp_ns(now_ns, reading);
-        let sample = OdometrySample { stamp_ns, odom_from_base: reading.odom_from_base };
-        self.take_odometry(now_ns, sample);
-        let twist_in_base = self.odometry.twist_at(stamp_ns);
-        self.publisher.odometry(now_ns, stamp_ns, &reading.odom_from_base, twist_in_base);
-    }
-
-    fn take_odometry(&mut self, now_ns: i64, sample: OdometrySample) {
-        if sample.odom_from_base.is_finite() {
-            self.odometry.push(sample);
-            self.odometry_ns = Some(now_ns);
-        }
-    }
-
-    /// Lets go on whatever has what it waited for.
-    fn settle(&mut self, now_ns: i64) {
-        while let Some(scan) = self.localiser.pop(now_ns, &self.odometry, self.odometry_ns) {
-            self.localise(now_ns, &scan);
-        }
-        while let Some(stamp_ns) = self.waiting_verticals.pop(now_ns, self.localiser.poses()) {
-            self.pose_vertical(now_ns, stamp_ns);
-        }
-    }
-
-    fn localise(&mut self, now_ns: i64, scan: &ScanData) {
-        let pose = self.localiser.localise(now_ns, scan, &self.odometry);
-        let odom_from_base = pose.odom_from_base.unwrap_or_default();
-        let map_from_odom = pose.map_from_base * odom_from_base.inverse();
-        self.publisher.pose(now_ns, Topic::Pose, pose.stamp_ns, &pose.map_from_base, &pose.covariance);
-        self.publisher.frames(now_ns, pose.stamp_ns, &map_from_odom, &odom_from_base);
-    }
-
-    fn pose_vertical(&mut self, now_ns: i64, stamp_ns: i64) {
-        // Without any matched pose there is no map yet.
-        if let Some((map_from_base, covariance)) = self.localiser.poses().at(stamp_ns, &self.odometry) {
-            self.publisher.pose(now_ns, Topic::PoseVertical, stamp_ns, &map_from_base, &covariance);
-            self.poses_vertical += 1;
-        }
-    }
 }
 
 fn bounded(time_ns: i64) -> i64 {
     time_ns.clamp(-LATEST_NS, LATEST_NS)
-}
-
-/// Heading of a rotation about z; other parts of the rotation are left out.
-fn heading_rad([x, y, z, w]: [f64; 4]) -> f64 {
-    (2.0 * (w * z + x * y)).atan2(1.0 - 2.0 * (y * y + z * z))
 }
 
 #[cfg(test)]

@@ -4,9 +4,12 @@ use biplane_recording::msg::{
     AnyMessage, LaserScan, Message, Odometry, PoseWithCovarianceStamped, TfMessage,
 };
 
+use super::decoded::heading_rad;
 use super::synthetic::{Read, START_NS, drive, driven_m, rig, scan_times_ns};
 use super::*;
 use crate::health::Health;
+use biplane_matcher::Pose2;
+use biplane_recording::Topic;
 
 const MS: i64 = 1_000_000;
 

@@ -2,7 +2,7 @@
 
 use biplane_wire::lms::{Mode, ModeResult, PASSWORD, Reply, Request, StatusReport, Text};
 
-use super::{Goal, Machine, State};
+use super::machine::{Goal, Machine, State};
 use crate::session::retry::Patience;
 use crate::session::{Event, Step, printable};
 

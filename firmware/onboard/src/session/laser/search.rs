@@ -5,7 +5,7 @@
 
 use biplane_wire::lms::{Baud, Mode, ModeResult, Reply, Request};
 
-use super::{Goal, Machine, State};
+use super::machine::{Goal, Machine, State};
 use crate::session::retry::Patience;
 use crate::session::{Event, Output, Step};
 

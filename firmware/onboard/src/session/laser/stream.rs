@@ -2,8 +2,8 @@
 
 use biplane_wire::lms::{MIRROR_TURN_NS, Mode, ModeResult, Reply, Request, ScanView};
 
+use super::machine::{Machine, State};
 use super::reading::decode;
-use super::{Machine, State};
 use crate::session::retry::Patience;
 use crate::session::{Event, Output, Step};
 use crate::stamping::byte_time_ns;

@@ -1,10 +1,10 @@
 //! Scripted sessions with a laser. Telegrams are those of the listing and of logs of real devices, by hand.
 
-use biplane_wire::lms::Unit;
+use biplane_wire::lms::{Reply, Unit};
 
 use super::*;
-use crate::session::MAX_INPUT_BYTES;
 use crate::session::script::{check, play, scan_telegram};
+use crate::session::{Event, MAX_INPUT_BYTES};
 
 const HALF: LaserSettings = LaserSettings { baud: 38400, fov_deg: 180, resolution_cdeg: 50, unit: Unit::Cm };
 
