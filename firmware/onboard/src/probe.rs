@@ -131,7 +131,7 @@ fn ask_base(rig: &Rig, port: &mut TTYPort, nothing: &DeviceReport) -> io::Result
 }
 
 fn no_answer(nothing: &DeviceReport) -> DeviceReport {
-    DeviceReport { problem: Some("no answer at any rate".to_owned()), ..nothing.clone() }
+    DeviceReport { problem: Some("no answer".to_owned()), ..nothing.clone() }
 }
 
 /// Lets a session talk until it is done; false when the device does not answer.

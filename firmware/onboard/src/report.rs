@@ -31,7 +31,8 @@ pub struct RunReport {
     pub backward_stamps: u64,
     /// Intact telegrams and messages that were not kept, for whatever reason: see the two fields below and the warnings.
     pub lost: u64,
-    /// Of these, intact telegrams that are no scan of the laser or no report of the base.
+    /// Of these, intact telegrams that are no scan of the laser or no report of the base, and reads of a line that the rig does not
+    /// have.
     pub not_understood: u64,
     /// Of these, what a full queue dropped.
     pub dropped: u64,

@@ -82,14 +82,14 @@ fn the_probes_table_has_aligned_columns_and_says_what_differs() {
         crate::probe::DeviceReport {
             device: "base",
             port: "/dev/base".to_owned(),
-            problem: Some("no answer at any rate".to_owned()),
+            problem: Some("no answer".to_owned()),
             ..Default::default()
         },
     ];
     let table = "\
 device            port       baud               type               firmware  field  step  units  mode  status
 horizontal laser  /dev/a     9600 (rig: 38400)  LMS291;S05;X01.27  X01.27    180    0.5   cm     06    FAULT
-base              /dev/base  -                  -                  -         -      -     -      -     no answer at any rate
+base              /dev/base  -                  -                  -         -      -     -      -     no answer
 ";
     assert_eq!(probe::table(&reports), table);
 }

@@ -68,6 +68,7 @@ impl<S: Sink> Engine<S> {
             scans_vertical: self.decoded[1].measurements,
             odometry: self.decoded[2].measurements,
             dropped: self.publisher.sink().dropped(),
+            not_understood: self.unknown_reads,
             ..RunReport::default()
         };
         for port in Port::ALL {

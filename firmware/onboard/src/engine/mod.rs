@@ -93,6 +93,8 @@ pub struct Engine<S> {
     localiser: Localiser,
     waiting_verticals: WaitingStamps,
     poses_vertical: u64,
+    /// Reads of a line that the rig does not have.
+    unknown_reads: u64,
     commands: heapless::Deque<(Port, Command), QUEUE_CAPACITY>,
     events: heapless::Deque<(Port, Event), QUEUE_CAPACITY>,
     first_ns: i64,
@@ -136,6 +138,7 @@ impl<S: Sink> Engine<S> {
             localiser: Localiser::new(&options.rig.horizontal.mount, options.matcher),
             waiting_verticals: WaitingStamps::default(),
             poses_vertical: 0,
+            unknown_reads: 0,
             commands: heapless::Deque::new(),
             events: heapless::Deque::new(),
             first_ns: now_ns,
@@ -158,7 +161,10 @@ impl<S: Sink> Engine<S> {
             Port::Horizontal => self.horizontal.line.arrived(read_ns, bytes.len()),
             Port::Vertical => match &mut self.vertical {
                 Some(vertical) => vertical.line.arrived(read_ns, bytes.len()),
-                None => return,
+                None => {
+                    self.unknown_reads += 1;
+                    return;
+                }
             },
             Port::Base => self.base.arrived(read_ns, bytes.len()),
         }

@@ -197,6 +197,18 @@ fn scans_of_a_capture_cut_at_both_ends_are_kept_but_for_the_cut_ones() {
     assert_eq!(report.exit_code(), 0);
 }
 
+#[test]
+fn bytes_of_a_laser_that_the_rig_does_not_have_are_told_as_lost() {
+    let rig = Rig { vertical: None, ..rig() };
+    let options = EngineOptions { rig, matcher: Method::default(), feed: Feed::Recorded, raw: false };
+    let mut engine = Engine::new(&options, MemorySink::default(), START_NS);
+    for read in &drive(1, 400) {
+        engine.bytes(read.time_ns, read.port, &read.bytes);
+    }
+    let (report, _) = engine.finish(START_NS);
+    assert_eq!((report.lost, report.not_understood, report.exit_code()), (9, 9, 3), "{report:?}");
+}
+
 fn decoded_scan(stamp_ms: i64) -> LaserScan {
     LaserScan {
         stamp_ns: START_NS + stamp_ms * MS,

@@ -155,7 +155,7 @@ impl fmt::Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Found { baud } => write!(f, "answers at {baud} Bd"),
-            Self::NotFound { rounds } => write!(f, "no answer at any rate (round {rounds}), searching on"),
+            Self::NotFound { rounds } => write!(f, "no answer (round {rounds}), asking on"),
             Self::RateSet { baud } => write!(f, "runs at {baud} Bd"),
             Self::RateKept { wanted, kept } => {
                 write!(f, "does not change to {wanted} Bd, stays at {kept} Bd")

@@ -137,8 +137,9 @@ impl Machine {
     }
 
     pub(super) fn keep_variant(&mut self) {
-        let (fov_deg, resolution_cdeg) = self.info.variant.unwrap_or_default();
-        self.say(Event::VariantKept { fov_deg, resolution_cdeg });
+        if let Some((fov_deg, resolution_cdeg)) = self.info.variant {
+            self.say(Event::VariantKept { fov_deg, resolution_cdeg });
+        }
         self.enter_start_stream();
     }
 }

@@ -71,9 +71,8 @@ fn a_silent_device_is_looked_for_at_every_rate_again_and_again_with_growing_pati
     for (at, baud) in [(0, 38400), (500, 9600), (1000, 19200), (1500, 500_000)] {
         script += &format!("{at} = {baud}\n{at} {STOP}\n{} {STOP}\n", at + 250);
     }
-    script += &format!(
-        "2000 ! no answer at any rate (round 1), searching on\n2000 = 38400\n2000 {STOP}\n2500 {STOP}\n2900 end"
-    );
+    script +=
+        &format!("2000 ! no answer (round 1), asking on\n2000 = 38400\n2000 {STOP}\n2500 {STOP}\n2900 end");
     check(&mut streaming(HALF), &script);
 }
 
