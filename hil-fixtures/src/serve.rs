@@ -3,6 +3,7 @@
 //! Each device runs on a thread of its own, on a virtual clock that is the wall clock times `speed`. A link in the chosen folder
 //! appears when its device is ready and is removed when the mock ends.
 
+pub mod ahead;
 pub mod clock;
 pub mod devices;
 pub mod port;

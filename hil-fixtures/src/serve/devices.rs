@@ -1,5 +1,6 @@
 //! The devices of a rig for each kind of source: a world driven through, or a capture played back.
 
+use super::ahead::AheadSource;
 use super::run::{Run, RunRules};
 use super::truth::{NotingFeed, SentScans};
 use super::{LinkName, ServeError, ServeOptions, Source};
@@ -105,7 +106,7 @@ fn of_world(simulated: &SimulatedRig, options: &ServeOptions) -> Devices {
     let lasers = [(LinkName::Horizontal, Some(simulated.horizontal())), (LinkName::Vertical, vertical)];
     for (place, ((name, laser), sent)) in (0..).zip(lasers.into_iter().zip(&sent)) {
         let Some(laser) = laser else { continue };
-        let feed = MirrorFeed::new(Box::new(laser), Box::new(run.clone()));
+        let feed = MirrorFeed::new(Box::new(AheadSource::new(laser)), Box::new(run.clone()));
         let feed = NotingFeed { feed, sent: sent.clone() };
         list.push((name, Box::new(LmsDevice::new(laser_params(options, place), Box::new(feed)))));
     }
