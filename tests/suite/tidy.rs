@@ -23,7 +23,8 @@ fn root() -> PathBuf {
 }
 
 fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
-    let mut entries: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let mut entries: Vec<PathBuf> =
+        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     entries.sort();
     for path in entries {
         if path.is_dir() {
@@ -48,7 +49,9 @@ fn lines_before_tests(text: &str) -> usize {
 
 #[test]
 fn every_source_file_opens_with_its_concept() {
-    for path in ["protocol", "firmware", "host", "hil-fixtures", "tests"].iter().flat_map(|top| rust_files(top)) {
+    for path in
+        ["protocol", "firmware", "host", "hil-fixtures", "tests"].iter().flat_map(|top| rust_files(top))
+    {
         let text = fs::read_to_string(&path).unwrap();
         assert!(text.starts_with("//!"), "{} does not open with a `//!` header", path.display());
     }
@@ -85,7 +88,10 @@ fn the_map_names_every_module_and_only_modules_that_exist() {
             assert!(named.contains(&module.as_str()), "ARCHITECTURE.md does not name {source}/{module}");
         }
         for name in named {
-            assert!(present.iter().any(|module| module == name), "ARCHITECTURE.md names {source}/{name}, which is not there");
+            assert!(
+                present.iter().any(|module| module == name),
+                "ARCHITECTURE.md names {source}/{name}, which is not there"
+            );
         }
     }
 }
@@ -95,6 +101,10 @@ fn only_the_clock_crate_switches_the_clock_lint_off() {
     for path in SOURCES.iter().flat_map(|top| rust_files(top)) {
         let text = fs::read_to_string(&path).unwrap();
         let reads = text.contains("disallowed_methods");
-        assert!(!reads || path.to_string_lossy().contains("protocol/clock"), "{} reads the clock", path.display());
+        assert!(
+            !reads || path.to_string_lossy().contains("protocol/clock"),
+            "{} reads the clock",
+            path.display()
+        );
     }
 }
