@@ -3,23 +3,27 @@
 //! A set of points is a plane when each lies close to another of the set, the mean squared distance to the best plane stays small
 //! and no point is far from it. Frame `map`, metres.
 
+pub mod cells;
 pub mod coplanar;
 pub mod curtain;
 pub mod eigen;
+mod finish;
 pub mod grid;
 pub mod grow;
 pub mod noise;
 pub mod random;
 pub mod reference;
 pub mod refine;
+pub mod relief;
 pub mod scatter;
 
 use crate::model::{Cloud, Plane};
+use cells::{cell_sums, indexed, linked};
 use grid::{Grid, Neighbours};
 use grow::{Field, grow_all};
 use noise::{Noise, estimate_sigma_m};
 use refine::{Labelling, refit, scatters};
-use scatter::{Fit, Scatter};
+use scatter::Fit;
 use serde::Serialize;
 
 /// What a plane is.
@@ -32,13 +36,14 @@ pub struct PlaneParams {
     pub delta_m: f64,
     /// Fewest points of a plane. Larger: small surfaces stay triangles. Smaller: noise is taken for planes.
     pub min_points: usize,
-    /// Edge of a cell of the search, metres. Larger: coarser borders. Smaller: too few points a cell to tell steps from noise.
-    pub cell_m: f64,
+    /// Edge of a cell of the search, metres; `None` = as the cloud's density asks. Larger: coarser borders. Smaller: too few points a
+    /// cell to tell steps from noise.
+    pub cell_m: Option<f64>,
 }
 
 impl Default for PlaneParams {
     fn default() -> Self {
-        Self { sigma_m: None, delta_m: 0.3, min_points: 50, cell_m: 0.1 }
+        Self { sigma_m: None, delta_m: 0.3, min_points: 50, cell_m: None }
     }
 }
 
@@ -55,136 +60,127 @@ pub struct Planes {
 
 /// Noise that is assumed when it is not given and the cloud is too small to tell, metres: a laser of the LMS 2xx family.
 const TYPICAL_SIGMA_M: f64 = 0.02;
+/// Searches, each among the points that those before left over.
 const ROUNDS: usize = 3;
+/// How often points choose their plane and planes are fitted anew after a search, after uniting, and after steps were added.
+const CHOICES: [usize; 3] = [4, 2, 6];
 
 /// Finds the planes of a cloud.
 pub fn extract(params: &PlaneParams, cloud: &Cloud) -> Planes {
-    let points_m = &cloud.points_m;
-    let grid = Grid::new(indexed(points_m), params.cell_m);
+    let (grid, cell_m) = cells::grid(params, cloud);
     let neighbours = linked(params, cloud, &grid);
-    let mut labels = vec![-1i32; points_m.len()];
-    let all = cell_sums(points_m, &grid, &labels);
+    let labels = vec![-1i32; cloud.len()];
+    let all = cell_sums(&cloud.points_m, &grid, &labels);
     let sigma_m = params.sigma_m.or_else(|| estimate_sigma_m(&all, &neighbours)).unwrap_or(TYPICAL_SIGMA_M);
-    let noise = Noise::new(sigma_m);
-    let labelling = Labelling { points_m, grid: &grid, neighbours: &neighbours, noise };
-    let mut fits: Vec<Option<Fit>> = Vec::new();
-    for _ in 0..ROUNDS {
-        let free = cell_sums(points_m, &grid, &labels);
-        let field = Field { cells: &free, neighbours: &neighbours, noise, min_points: params.min_points };
-        let regions = grow_all(&field);
-        if regions.is_empty() {
-            break;
-        }
-        for region in regions {
-            let label = fits.len() as i32;
-            for cell in &region.cells {
-                for &point in grid.points_of(*cell as usize) {
-                    let near = region.fit.distance_m(points_m[point as usize].map(f64::from)).abs()
-                        <= noise.point_limit_m();
-                    if labels[point as usize] < 0 && near {
-                        labels[point as usize] = label;
-                    }
-                }
+    let mut work = Work { params, cloud, noise: Noise::new(sigma_m), labels, fits: Vec::new() };
+    work.search(&grid, &neighbours);
+    work.unite(&grid, &neighbours);
+    let fine = Grid::new(indexed(&cloud.points_m), 0.5 * cell_m);
+    let fine_neighbours = fine.neighbours();
+    work.add_steps(&fine, &fine_neighbours);
+    work.unite(&fine, &fine_neighbours);
+    work.drop_curtains(&fine, &fine_neighbours);
+    finish::finish(params, cloud, work.labels, work.fits.len(), sigma_m)
+}
+
+/// The labels of the points and the planes of the labels, as they become better.
+struct Work<'a> {
+    params: &'a PlaneParams,
+    cloud: &'a Cloud,
+    noise: Noise,
+    labels: Vec<i32>,
+    fits: Vec<Option<Fit>>,
+}
+
+impl Work<'_> {
+    /// Grows regions among the points that are free, as long as there are any.
+    fn search(&mut self, grid: &Grid, neighbours: &Neighbours) {
+        for _ in 0..ROUNDS {
+            let free = cell_sums(&self.cloud.points_m, grid, &self.labels);
+            let min_points = self.params.min_points;
+            let regions = grow_all(&Field { cells: &free, neighbours, noise: self.noise, min_points });
+            if regions.is_empty() {
+                break;
             }
-            fits.push(Some(region.fit));
+            for region in regions {
+                self.take(grid, &region.cells, &region.fit);
+                self.fits.push(Some(region.fit));
+            }
+            self.choose(grid, neighbours, CHOICES[0]);
         }
-        for _ in 0..4 {
-            labelling.choose(&fits, &mut labels);
-            fits = refit(points_m, &labels, fits.len());
-        }
     }
-    let into = coplanar::unite(&scatters(points_m, &labels, fits.len()), noise);
-    for label in &mut labels {
-        *label = usize::try_from(*label).map_or(-1, |old| into[old] as i32);
-    }
-    fits = refit(points_m, &labels, fits.len());
-    for _ in 0..2 {
-        labelling.choose(&fits, &mut labels);
-        fits = refit(points_m, &labels, fits.len());
-    }
-    let curtains = curtain::find(cloud, &labels, &fits);
-    fits.iter_mut().zip(curtains).filter(|(_, curtain)| *curtain).for_each(|(fit, _)| *fit = None);
-    labelling.choose(&fits, &mut labels);
-    finish(params, cloud, labels, fits.len(), sigma_m)
-}
 
-fn indexed(points_m: &[[f32; 3]]) -> impl Iterator<Item = (u32, [f32; 3])> + '_ {
-    points_m.iter().enumerate().map(|(index, p)| (index as u32, *p))
-}
-
-/// Cells that touch, and cells that hold consecutive points of a scan, or of one beam, that are at most delta apart: far from the
-/// laser such points lie several cells apart.
-fn linked(params: &PlaneParams, cloud: &Cloud, grid: &Grid) -> Neighbours {
-    let touching = grid.neighbours();
-    let mut cell_of = vec![u32::MAX; cloud.len()];
-    for cell in 0..grid.len() {
-        grid.points_of(cell).iter().for_each(|point| cell_of[*point as usize] = cell as u32);
-    }
-    let mut pairs = Vec::new();
-    let mut last_of_beam = vec![u32::MAX; cloud.beams_per_scan];
-    for (index, (&scan, &beam)) in cloud.scan.iter().zip(&cloud.beam).enumerate() {
-        let Some(last) = last_of_beam.get_mut(usize::from(beam)) else { continue };
-        let same_beam = std::mem::replace(last, index as u32) as usize;
-        let before = index.wrapping_sub(1);
-        let same_scan = if cloud.scan.get(before) == Some(&scan) { before } else { usize::MAX };
-        for other in [same_beam, same_scan] {
-            let Some(q) = cloud.points_m.get(other) else { continue };
-            let (from, to) = (cell_of[other], cell_of[index]);
-            let apart_m2: f32 = q.iter().zip(cloud.points_m[index]).map(|(a, b)| (a - b) * (a - b)).sum();
-            let near = f64::from(apart_m2) < params.delta_m * params.delta_m;
-            if near
-                && from != to
-                && from.max(to) != u32::MAX
-                && touching.of(from as usize).binary_search(&to).is_err()
-            {
-                pairs.push([from, to]);
+    /// Labels the free points of cells that are near their new plane.
+    fn take(&mut self, grid: &Grid, cells: &[u32], fit: &Fit) {
+        let label = self.fits.len() as i32;
+        for point in cells.iter().flat_map(|cell| grid.points_of(*cell as usize)) {
+            let off_m = fit.distance_m(self.cloud.points_m[*point as usize].map(f64::from));
+            let slot = &mut self.labels[*point as usize];
+            if *slot < 0 && off_m.abs() <= self.noise.point_limit_m() {
+                *slot = label;
             }
         }
     }
-    touching.with_pairs(pairs)
-}
 
-/// The sums of the points without a label, by cell.
-fn cell_sums(points_m: &[[f32; 3]], grid: &Grid, labels: &[i32]) -> Vec<Scatter> {
-    let sum_of = |cell: usize| {
-        let mut sum = Scatter::default();
-        let free = grid.points_of(cell).iter().filter(|point| labels[**point as usize] < 0);
-        free.for_each(|point| sum.add(points_m[*point as usize].map(f64::from)));
-        sum
-    };
-    (0..grid.len()).map(sum_of).collect()
-}
-
-/// Drops labels with too few points, turns normals towards the sensor, orders planes by size.
-fn finish(params: &PlaneParams, cloud: &Cloud, mut labels: Vec<i32>, count: usize, sigma_m: f64) -> Planes {
-    let sums = scatters(&cloud.points_m, &labels, count);
-    let mut towards = vec![0i64; count];
-    let fits: Vec<Option<Fit>> =
-        sums.iter().map(|s| s.fit().filter(|f| f.count >= params.min_points as f64)).collect();
-    for (index, label) in labels.iter().enumerate() {
-        let Some(fit) = usize::try_from(*label).ok().and_then(|l| fits[l]) else { continue };
-        if let Some(origin) = cloud.origin_of(index) {
-            towards[*label as usize] += if fit.distance_m(origin.map(f64::from)) >= 0.0 { 1 } else { -1 };
+    /// Lets points choose their plane and fits planes to their points, in turn.
+    fn choose(&mut self, grid: &Grid, neighbours: &Neighbours, times: usize) {
+        let labelling = Labelling { points_m: &self.cloud.points_m, grid, neighbours, noise: self.noise };
+        for _ in 0..times {
+            labelling.choose(&self.fits, &mut self.labels);
+            self.fits = refit(&self.cloud.points_m, &self.labels, self.fits.len());
         }
     }
-    let mut kept: Vec<(usize, Fit)> = fits.iter().enumerate().filter_map(|(l, f)| Some((l, (*f)?))).collect();
-    kept.sort_by(|a, b| b.1.count.total_cmp(&a.1.count));
-    let mut new_label = vec![-1; count];
-    let mut planes = Vec::new();
-    for (old, fit) in kept {
-        let sign = if towards[old] < 0 { -1.0 } else { 1.0 };
-        new_label[old] = planes.len() as i32;
-        planes.push(Plane {
-            normal: fit.normal.map(|v| sign * v),
-            offset_m: sign * fit.offset_m,
-            points: fit.count as usize,
-            rms_m: fit.variances_m2[0].sqrt(),
-        });
+
+    /// Makes planes one that are.
+    fn unite(&mut self, grid: &Grid, neighbours: &Neighbours) {
+        let into =
+            coplanar::unite(&scatters(&self.cloud.points_m, &self.labels, self.fits.len()), self.noise);
+        self.relabel(&into);
+        self.choose(grid, neighbours, CHOICES[1]);
     }
-    for label in &mut labels {
-        *label = usize::try_from(*label).map_or(-1, |old| new_label[old]);
+
+    fn relabel(&mut self, into: &[usize]) {
+        for label in &mut self.labels {
+            *label = usize::try_from(*label).map_or(-1, |old| into[old] as i32);
+        }
+        self.fits = refit(&self.cloud.points_m, &self.labels, self.fits.len());
     }
-    Planes { planes, labels, sigma_m }
+
+    /// Finds faint steps within planes and keeps those that are real.
+    fn add_steps(&mut self, grid: &Grid, neighbours: &Neighbours) {
+        self.choose(grid, neighbours, 1);
+        let points_m = &self.cloud.points_m;
+        let limits = (self.noise, self.params.min_points);
+        let mut steps = relief::suggest(points_m, grid, neighbours, (&self.fits, &self.labels), limits);
+        let first = self.fits.len();
+        let walls = self.fits.clone();
+        for (which, step) in steps.iter().enumerate() {
+            step.points.iter().for_each(|point| self.labels[*point as usize] = (first + which) as i32);
+        }
+        let labelling = Labelling { points_m, grid, neighbours, noise: self.noise };
+        let mut real = Vec::new();
+        for _ in 0..CHOICES[2] {
+            let fits: Vec<Option<Fit>> =
+                walls.iter().copied().chain(steps.iter().map(|step| Some(step.fit))).collect();
+            labelling.choose(&fits, &mut self.labels);
+            real = relief::judge(points_m, &self.labels, (&mut steps, first), &walls, limits);
+        }
+        let kept = steps.iter().zip(&real).enumerate();
+        let after =
+            kept.map(|(which, (step, real))| if *real { first + which } else { step.within as usize });
+        let into: Vec<usize> = (0..first).chain(after).collect();
+        self.fits.resize(into.len(), None);
+        self.relabel(&into);
+        self.choose(grid, neighbours, 1);
+    }
+
+    /// Gives up planes that are curtains of mixed pixels; their points choose anew.
+    fn drop_curtains(&mut self, grid: &Grid, neighbours: &Neighbours) {
+        let curtains = curtain::find(self.cloud, &self.labels, &self.fits);
+        self.fits.iter_mut().zip(curtains).filter(|(_, curtain)| *curtain).for_each(|(fit, _)| *fit = None);
+        let labelling = Labelling { points_m: &self.cloud.points_m, grid, neighbours, noise: self.noise };
+        labelling.choose(&self.fits, &mut self.labels);
+    }
 }
 
 #[cfg(test)]

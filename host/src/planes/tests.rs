@@ -85,7 +85,47 @@ fn every_parameter_does_something() {
     let with = |params: PlaneParams, cloud: &Cloud| extract(&params, cloud);
     assert_ne!(with(PlaneParams { sigma_m: Some(0.1), ..Default::default() }, &cloud), base);
     assert_ne!(with(PlaneParams { min_points: 3000, ..Default::default() }, &cloud), base);
-    assert_ne!(with(PlaneParams { cell_m: 0.2, ..Default::default() }, &cloud), base);
+    assert_ne!(with(PlaneParams { cell_m: Some(0.2), ..Default::default() }, &cloud), base);
     let linked = with(PlaneParams { delta_m: 0.6, ..Default::default() }, &far);
     assert!(linked.planes.len() != with(PlaneParams::default(), &far).planes.len());
+}
+
+#[test]
+fn a_door_frame_three_centimetres_off_the_wall_is_told_from_it() {
+    let mut scene = corridor();
+    let mut frame = corridor().swap_remove(3);
+    frame.corner_m = [3.0, -0.97, 0.0];
+    frame.sides_m = [[0.1, 0.0, 0.0], [0.0, 0.0, 2.1]];
+    scene.push(frame);
+    let cloud = drive(&scene, 240, 0.02, 7);
+    let found = extract(&PlaneParams::default(), &cloud);
+    let of = |from: f32, to: f32| -> Vec<i32> {
+        let there = |p: &[f32; 3]| p[1] < -0.85 && p[2] < 2.0 && (from..to).contains(&p[0]);
+        (0..cloud.len()).filter(|k| there(&cloud.points_m[*k])).map(|k| found.labels[k]).collect()
+    };
+    let most = |labels: Vec<i32>| {
+        let count = |label: i32| labels.iter().filter(|l| **l == label).count();
+        let best = labels.iter().copied().max_by_key(|label| count(*label)).unwrap();
+        (best, count(best) as f64 / labels.len() as f64)
+    };
+    let (wall, of_wall) = most(of(1.0, 2.9));
+    let (board, of_board) = most(of(3.005, 3.095));
+    assert!(wall >= 0 && board >= 0 && wall != board);
+    assert!(of_wall > 0.97 && of_board > 0.7, "{of_wall} {of_board}");
+}
+
+#[test]
+fn cells_follow_the_density_of_the_cloud() {
+    let dense = drive(&corridor(), 240, 0.02, 8);
+    let thin = |every: usize| {
+        let mut cloud = dense.clone();
+        let keep: Vec<usize> = (0..dense.len()).step_by(every).collect();
+        cloud.points_m = keep.iter().map(|k| dense.points_m[*k]).collect();
+        (cloud.scan, cloud.beam) = keep.iter().map(|k| (dense.scan[*k], dense.beam[*k])).unzip();
+        cloud
+    };
+    let size = |cloud: &Cloud| super::cells::grid(&PlaneParams::default(), cloud).1;
+    assert!(size(&thin(1)) < size(&thin(5)) && size(&thin(5)) < size(&thin(25)));
+    assert_eq!(super::cells::grid(&PlaneParams { cell_m: Some(0.07), ..Default::default() }, &dense).1, 0.07);
+    assert!(size(&Cloud::default()) > 0.0);
 }

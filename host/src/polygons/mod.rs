@@ -126,3 +126,6 @@ fn drop_small(params: &PolygonParams, shapes: &mut Vec<Shape>) {
         shape.retain(|ring| std::mem::take(&mut first) || area_m2(ring) >= params.min_hole_m2);
     }
 }
+
+#[cfg(test)]
+mod tests;

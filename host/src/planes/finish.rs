@@ -1,0 +1,44 @@
+//! The last step of the search: planes in their final order, with normals towards the sensor. Frame `map`, metres.
+
+use super::refine::scatters;
+use super::scatter::Fit;
+use super::{PlaneParams, Planes};
+use crate::model::{Cloud, Plane};
+
+/// Drops labels with too few points, turns normals towards the sensor, orders planes by size.
+pub fn finish(
+    params: &PlaneParams,
+    cloud: &Cloud,
+    mut labels: Vec<i32>,
+    count: usize,
+    sigma_m: f64,
+) -> Planes {
+    let sums = scatters(&cloud.points_m, &labels, count);
+    let mut towards = vec![0i64; count];
+    let fits: Vec<Option<Fit>> =
+        sums.iter().map(|s| s.fit().filter(|f| f.count >= params.min_points as f64)).collect();
+    for (index, label) in labels.iter().enumerate() {
+        let Some(fit) = usize::try_from(*label).ok().and_then(|l| fits[l]) else { continue };
+        if let Some(origin) = cloud.origin_of(index) {
+            towards[*label as usize] += if fit.distance_m(origin.map(f64::from)) >= 0.0 { 1 } else { -1 };
+        }
+    }
+    let mut kept: Vec<(usize, Fit)> = fits.iter().enumerate().filter_map(|(l, f)| Some((l, (*f)?))).collect();
+    kept.sort_by(|a, b| b.1.count.total_cmp(&a.1.count));
+    let mut new_label = vec![-1; count];
+    let mut planes = Vec::new();
+    for (old, fit) in kept {
+        let sign = if towards[old] < 0 { -1.0 } else { 1.0 };
+        new_label[old] = planes.len() as i32;
+        planes.push(Plane {
+            normal: fit.normal.map(|v| sign * v),
+            offset_m: sign * fit.offset_m,
+            points: fit.count as usize,
+            rms_m: fit.variances_m2[0].sqrt(),
+        });
+    }
+    for label in &mut labels {
+        *label = usize::try_from(*label).map_or(-1, |old| new_label[old]);
+    }
+    Planes { planes, labels, sigma_m }
+}
