@@ -1,6 +1,8 @@
-//! A capture's odometry packets for a mock base: each as it was, at its time since the capture's start.
+//! A capture's odometry packets for a mock base: each as it was, at its time since the capture's start. Where the capture
+//! pauses, the packet before is sent again: a base never falls silent.
 
 use super::base_track::BaseTrack;
+use super::laser_feed::HOLD_NS;
 use crate::base_device::feed::{Sip, SipAnswer, SipFeed};
 use crate::serve::run::Run;
 use std::sync::Arc;
@@ -35,6 +37,15 @@ impl CapturePackets {
         self.packet(index)
     }
 
+    /// Until the next packet is due: nothing, or in a long pause the packet before.
+    fn pause(&mut self, now_ns: i64, due_ns: i64) -> SipAnswer {
+        let before = self.next.checked_sub(1).and_then(|index| self.track.packets.get(index));
+        let next = self.track.packets.get(self.next);
+        let pause_ns = next.zip(before).map_or(0, |(next, before)| next.time_ns - before.time_ns);
+        let is_long = pause_ns > HOLD_NS && self.repeat_ns.max(now_ns) + CYCLE_NS <= due_ns;
+        if is_long { self.repeat(self.next - 1, now_ns) } else { SipAnswer::Later(due_ns) }
+    }
+
     fn packet(&self, index: usize) -> SipAnswer {
         self.track
             .packets
@@ -54,7 +65,7 @@ impl SipFeed for CapturePackets {
             Some(packet) => {
                 let due_ns = begun.start_ns + packet.time_ns - self.origin_ns;
                 if now_ns < due_ns {
-                    return SipAnswer::Later(due_ns);
+                    return self.pause(now_ns, due_ns);
                 }
                 self.next += 1;
                 self.repeat_ns = due_ns + CYCLE_NS;

@@ -1,6 +1,7 @@
 //! A capture's scans for a mock laser: in order, each at its time since the capture's start, on the turns of the mirror.
 //!
 //! As long as the line keeps up no scan is passed over; when it does not, the newest whole scan goes out next, as from a real device.
+//! Where a capture pauses (imported logs do while their robot stands) the last scan is sent again: a laser never falls silent.
 
 use super::laser_track::LaserTrack;
 use super::slots::{Slots, onto_turns};
@@ -17,6 +18,12 @@ const PATIENCE_NS: i64 = 5 * MS;
 
 /// A scan is handed to the device at most this long before it leaves.
 const AHEAD_NS: i64 = 30 * MS;
+
+/// A pause this long is filled: long enough that scans lost to a fault stay lost, shorter than a driver's patience.
+pub const HOLD_NS: i64 = 500 * MS;
+
+/// A filling scan leaves the line free this long before the next recorded one.
+const CLEAR_NS: i64 = 250 * MS;
 
 /// The feed.
 pub struct CaptureScans {
@@ -86,11 +93,19 @@ impl CaptureScans {
             return Some(Choice { index: whole - 1, start_ns, skipped: whole - 1 - self.next });
         }
         if let Some(&start_ns) = starts_ns.get(self.next) {
-            return Some(Choice { index: self.next, start_ns, skipped: 0 });
+            let scan = Choice { index: self.next, start_ns, skipped: 0 };
+            return Some(self.fill_pause(earliest_ns, start_ns).unwrap_or(scan));
         }
         let index = starts_ns.len().checked_sub(1).filter(|_| !self.once)?;
         let start_ns = self.boundary_ns(earliest_ns.max(self.last_ns + self.usual_ns), turn_ns);
         Some(Choice { index, start_ns, skipped: 0 })
+    }
+
+    /// The scan before once more, when the next one is far away.
+    fn fill_pause(&self, earliest_ns: i64, next_ns: i64) -> Option<Choice> {
+        let index = self.next.checked_sub(1)?;
+        let start_ns = self.boundary_ns(earliest_ns.max(self.last_ns + HOLD_NS), Mirror::TURN_NS);
+        (start_ns + CLEAR_NS <= next_ns).then_some(Choice { index, start_ns, skipped: 0 })
     }
 
     fn offer(&self, choice: Choice, start_ns: i64, scale: Scale) -> Answer {
@@ -185,6 +200,12 @@ mod tests {
     fn after_the_end_the_last_scan_goes_on_at_the_usual_pace() {
         let sent = play(&mut feed(8, false), 96_900_000, 43);
         assert_eq!(sent[39..], [(312, 39), (320, 39), (328, 39), (336, 39)]);
+    }
+
+    #[test]
+    fn a_pause_is_filled_with_the_scan_before_it() {
+        let sent = play(&mut feed(100, true), 96_900_000, 6);
+        assert_eq!(sent, [(0, 0), (38, 0), (76, 0), (100, 1), (138, 1), (176, 1)]);
     }
 
     #[test]
