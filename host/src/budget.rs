@@ -100,7 +100,7 @@ fn root(parent: &mut [u32], mut vertex: u32) -> u32 {
 
 /// Some triangles of a mesh, without unused vertices.
 fn only(mesh: &Mesh, triangles: &[usize]) -> Mesh {
-    crate::leftovers::collect(&crate::leftovers::LeftoverParams::default(), mesh, triangles)
+    crate::leftovers::only(mesh, triangles)
 }
 
 #[cfg(test)]

@@ -1,20 +1,52 @@
-//! The fine structure that is on no plane: it stays a mesh, without the spikes of mixed pixels.
+//! The fine structure that is on no plane: it stays a mesh, without flakes that hang in the air.
 //!
-//! Frame `map`, metres. Source: the paper, section 1 ("interspersed with small fine-structured models of regions that cannot be
-//! captured by a flat-surface model").
+//! Triangles of mixed pixels and of gaps along a beam are gone already ([`crate::polygons::assign`]). Frame `map`, metres. Source: the
+//! paper, section 1 ("interspersed with small fine-structured models of regions that cannot be captured by a flat-surface model").
 
 use crate::model::Mesh;
 use serde::Serialize;
 
 /// Which of the triangles on no plane stay.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct LeftoverParams {}
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LeftoverParams {
+    /// Connected pieces of fewer triangles are dropped. Larger: small objects get lost. Smaller: flakes of noise stay.
+    pub min_triangles: usize,
+}
 
-/// The triangles `rest` of `mesh` as a mesh of their own, without unused vertices.
-pub fn collect(_params: &LeftoverParams, mesh: &Mesh, rest: &[usize]) -> Mesh {
+impl Default for LeftoverParams {
+    fn default() -> Self {
+        Self { min_triangles: 4 }
+    }
+}
+
+/// The triangles `rest` of `mesh` as a mesh of their own, without small pieces and unused vertices.
+pub fn collect(params: &LeftoverParams, mesh: &Mesh, rest: &[usize]) -> Mesh {
+    let vertices = mesh.vertices_m.len();
+    let inside = |index: &usize| {
+        mesh.triangles.get(*index).is_some_and(|t| t.iter().all(|corner| (*corner as usize) < vertices))
+    };
+    let rest: Vec<usize> = rest.iter().copied().filter(inside).collect();
+    let mut pieces = Pieces::new(vertices);
+    for [a, b, c] in rest.iter().map(|index| mesh.triangles[*index]) {
+        pieces.join(a, b);
+        pieces.join(b, c);
+    }
+    let mut sizes = vec![0usize; vertices];
+    rest.iter().for_each(|index| sizes[pieces.root(mesh.triangles[*index][0]) as usize] += 1);
+    let large =
+        |index: &usize| sizes[pieces.root(mesh.triangles[*index][0]) as usize] >= params.min_triangles;
+    let kept: Vec<usize> = rest.into_iter().filter(large).collect();
+    only(mesh, &kept)
+}
+
+/// Some triangles of a mesh as a mesh of their own, without unused vertices.
+pub fn only(mesh: &Mesh, which: &[usize]) -> Mesh {
     let mut new_index = vec![u32::MAX; mesh.vertices_m.len()];
     let mut out = Mesh::default();
-    for triangle in rest.iter().filter_map(|&index| mesh.triangles.get(index)) {
+    for triangle in which.iter().filter_map(|index| mesh.triangles.get(*index)) {
+        if triangle.iter().any(|corner| *corner as usize >= new_index.len()) {
+            continue;
+        }
         let corners = triangle.map(|old| {
             let slot = &mut new_index[old as usize];
             if *slot == u32::MAX {
@@ -26,4 +58,62 @@ pub fn collect(_params: &LeftoverParams, mesh: &Mesh, rest: &[usize]) -> Mesh {
         out.triangles.push(corners);
     }
     out
+}
+
+/// Which vertices hang together: a forest whose roots stand for their pieces.
+struct Pieces(Vec<u32>);
+
+impl Pieces {
+    fn new(count: usize) -> Self {
+        Self((0..count as u32).collect())
+    }
+
+    fn root(&mut self, mut vertex: u32) -> u32 {
+        while self.0[vertex as usize] != vertex {
+            let above = self.0[self.0[vertex as usize] as usize];
+            self.0[vertex as usize] = above;
+            vertex = above;
+        }
+        vertex
+    }
+
+    fn join(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.0[a.max(b) as usize] = a.min(b);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{LeftoverParams, collect, only};
+    use crate::model::Mesh;
+
+    /// A strip of five triangles, and one that touches nothing.
+    fn strip_and_flake() -> Mesh {
+        let vertices_m = (0..10u8).map(|k| [f32::from(k), 0.0, f32::from(k % 2)]).collect();
+        let mut triangles: Vec<[u32; 3]> = (0..5).map(|k| [k, k + 1, k + 2]).collect();
+        triangles.push([7, 8, 9]);
+        Mesh { vertices_m, triangles }
+    }
+
+    #[test]
+    fn pieces_stay_flakes_go_and_no_vertex_is_unused() {
+        let mesh = strip_and_flake();
+        let left = collect(&LeftoverParams::default(), &mesh, &[0, 1, 2, 3, 4, 5]);
+        assert_eq!((left.triangles.len(), left.vertices_m.len()), (5, 7));
+        let all = only(&mesh, &[0, 1, 2, 3, 4, 5]);
+        assert_eq!(collect(&LeftoverParams { min_triangles: 1 }, &mesh, &[0, 1, 2, 3, 4, 5]), all);
+        assert_eq!((all.triangles.len(), all.vertices_m.len()), (6, 10));
+        assert_eq!(all.vertices_m[all.triangles[5][2] as usize], [9.0, 0.0, 1.0]);
+    }
+
+    #[test]
+    fn only_what_is_asked_for_counts_and_nonsense_is_left_out() {
+        let mut mesh = strip_and_flake();
+        // Two triangles of the strip are no piece.
+        assert!(collect(&LeftoverParams::default(), &mesh, &[0, 1]).triangles.is_empty());
+        mesh.triangles.push([0, 1, 99]);
+        assert_eq!(only(&mesh, &[6, 77, 0]).triangles.len(), 1);
+        assert_eq!(collect(&LeftoverParams { min_triangles: 1 }, &mesh, &[6, 77, 0]).triangles.len(), 1);
+    }
 }

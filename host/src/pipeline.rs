@@ -79,6 +79,8 @@ pub struct Counts {
     pub holes: usize,
     /// Triangles on no plane.
     pub leftover_triangles: usize,
+    /// Raw triangles dropped because they only bridge a gap along a beam, or hang on a mixed pixel.
+    pub veil_triangles: usize,
     /// Scans dropped because the robot had not moved.
     pub scans_still: usize,
     /// Scans without a pose.
@@ -179,6 +181,7 @@ pub fn model_of(cloud: Cloud, params: &BuildParams, observer: &mut dyn Observer)
         polygons: merged.polygons.len(),
         holes: merged.polygons.iter().map(|polygon| polygon.holes_m.len()).sum(),
         leftover_triangles: leftovers.triangles.len(),
+        veil_triangles: merged.veils,
         sigma_m: found.sigma_m,
         ..Counts::default()
     };
