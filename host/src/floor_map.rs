@@ -16,6 +16,38 @@ const NEAREST_M: f32 = 0.05;
 /// Poses farther apart than this are not bridged within a scan.
 const LONGEST_GAP_NS: i64 = 1_000_000_000;
 
+/// How a floor map is drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FloorMapParams {
+    /// The grid.
+    pub grid: OccupancyParams,
+    /// A scan is drawn when the robot has moved this far since the last one that was, metres. Larger saves time; from a cell's
+    /// size on walls fray.
+    pub every_m: f64,
+    /// Or when it has turned this far, degrees. Larger saves time and leaves gaps between beams far away.
+    pub every_deg: f64,
+    /// Or when this much time has passed, seconds: who walks by is erased. Larger saves time where the robot stands.
+    pub every_s: f64,
+}
+
+impl Default for FloorMapParams {
+    fn default() -> Self {
+        Self { grid: OccupancyParams::default(), every_m: 0.02, every_deg: 0.5, every_s: 1.0 }
+    }
+}
+
+impl FloorMapParams {
+    /// Whether a scan at this pose tells something that the last one did not.
+    fn is_news(&self, last: Option<&StampedPose>, pose: &StampedPose) -> bool {
+        let Some(last) = last else { return true };
+        let moved_m = (pose.x_m - last.x_m).hypot(pose.y_m - last.y_m);
+        let (sin, cos) = (pose.theta_rad - last.theta_rad).sin_cos();
+        moved_m >= self.every_m
+            || sin.atan2(cos).abs().to_degrees() >= self.every_deg
+            || pose.stamp_ns.abs_diff(last.stamp_ns) as f64 >= self.every_s * 1e9
+    }
+}
+
 /// Draws the horizontal scans of a run. `poses` holds one pose a scan, in file order; scans without one are left out.
 ///
 /// # Errors
@@ -24,15 +56,20 @@ pub fn draw(
     run: &Run,
     poses: &[Option<StampedPose>],
     trajectory: &Trajectory,
-    params: OccupancyParams,
+    params: &FloorMapParams,
 ) -> Result<OccupancyGrid, RunError> {
     let laser = run.rig()?.horizontal;
-    let mut grid = OccupancyGrid::new(params);
+    let mut grid = OccupancyGrid::new(params.grid);
+    let mut drawn: Option<StampedPose> = None;
     let mut poses = poses.iter();
     let mut fan: Option<(Geometry, Fan)> = None;
     let mut rays = Vec::new();
     run.for_each_scan(Topic::ScanHorizontal, |scan| {
         let Some(Some(pose)) = poses.next() else { return };
+        if !params.is_news(drawn.as_ref(), pose) {
+            return;
+        }
+        drawn = Some(*pose);
         let geometry = Geometry::of(&scan);
         let fan = match &mut fan {
             Some((known, fan)) if *known == geometry => fan,
@@ -103,9 +140,25 @@ mod tests {
     use biplane_recording::msg::LaserScan;
     use biplane_recording::rig::{Laser, Mount};
 
-    use super::rays_of;
+    use super::{FloorMapParams, rays_of};
     use crate::deskew::{StampedPose, Trajectory};
     use crate::run::fan_of;
+
+    #[test]
+    fn a_scan_is_drawn_when_the_robot_moved_turned_or_waited() {
+        let params = FloorMapParams::default();
+        let last = StampedPose { stamp_ns: 5_000_000_000, theta_rad: 3.139, ..StampedPose::default() };
+        let news = |change: fn(&mut StampedPose)| {
+            let mut pose = last;
+            change(&mut pose);
+            params.is_news(Some(&last), &pose)
+        };
+        assert!(params.is_news(None, &last) && !news(|_| {}));
+        assert!(!news(|pose| pose.x_m += 0.019) && news(|pose| pose.x_m += 0.021));
+        // From 3.139 to -3.139 is a small turn.
+        assert!(!news(|pose| pose.theta_rad = -3.139) && news(|pose| pose.theta_rad -= 0.01));
+        assert!(!news(|pose| pose.stamp_ns += 999_999_999) && news(|pose| pose.stamp_ns -= 1_000_000_000));
+    }
 
     #[test]
     fn beams_start_at_the_laser_and_end_at_their_own_time() {

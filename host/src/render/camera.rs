@@ -98,6 +98,14 @@ impl Camera {
         }
     }
 
+    /// How large a metre of this nearness is in the picture, in units of the picture's width.
+    pub fn size_of_metre(&self, nearness: f64) -> f64 {
+        match self.lens {
+            Lens::Perspective { width } => nearness / width,
+            Lens::Parallel { width_m } => 1.0 / width_m,
+        }
+    }
+
     /// Cuts off what is behind the camera; the corners of what is left.
     pub fn clip(&self, corners: &[Vec3; 3]) -> Vec<Vec3> {
         let Lens::Perspective { .. } = self.lens else { return corners.to_vec() };
@@ -139,6 +147,7 @@ mod tests {
         let camera = Camera::new([0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0], lens);
         let ahead = camera.see([4.0, 0.0, 1.0]);
         assert_eq!((ahead.x, ahead.y, ahead.nearness), (0.0, 0.0, 0.25));
+        assert_eq!(camera.size_of_metre(ahead.nearness), 0.25);
         let left_above = camera.see([4.0, 1.0, 2.0]);
         assert_eq!((left_above.x, left_above.y), (-0.25, 0.25));
         let plan =

@@ -16,9 +16,15 @@ const BAND: usize = 48;
 const HALF_LINE: f64 = 1.6;
 /// A line is drawn over surfaces that are at most this much nearer, relative to its depth.
 const LINE_LIFT: f64 = 0.004;
+/// Borders of surfaces seen edge-on are drawn too: the walls of a plan.
+const EDGE_ON: f64 = -0.05;
 const BACKGROUND: [f32; 3] = [255.0; 3];
 const LINE: [f32; 3] = [52.0, 56.0, 66.0];
-const LINE_STRENGTH: f32 = 0.75;
+/// How much of a line's colour shows, at most and at least; in between it falls with the size of a metre in the picture, so that
+/// small detail far away does not turn black.
+const LINE_STRENGTH: [f32; 2] = [0.75, 0.12];
+/// Pixels a metre from which on lines have their full strength.
+const LINE_FULL_PIXELS: f64 = 45.0;
 
 /// What is drawn of a scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,12 +54,26 @@ struct Shape {
 
 struct Line {
     ends: [Corner; 2],
+    strength: f32,
 }
 
 struct Samples {
     width: usize,
     nearness: Vec<f64>,
     color: Vec<[f32; 3]>,
+}
+
+/// Which part of a picture surfaces cover that are at least so far away, metres.
+pub fn covered(scene: &Scene, camera: &Camera, size: [usize; 2], nearest_m: f64) -> f64 {
+    let style = Style { cull_backs: false };
+    let mut samples = Samples::new(size[0], size[1]);
+    for facet in &scene.facets {
+        for shape in shapes_of(facet, camera, size, style) {
+            samples.paint(&shape, 0..size[1]);
+        }
+    }
+    let far = |nearness: &&f64| **nearness > 0.0 && camera.depth_of(**nearness) >= nearest_m;
+    samples.nearness.iter().filter(far).count() as f64 / samples.nearness.len().max(1) as f64
 }
 
 /// Draws a scene.
@@ -63,12 +83,12 @@ pub fn draw(scene: &Scene, camera: &Camera, [width, height]: [usize; 2], style: 
         scene.facets.par_iter().flat_map_iter(|facet| shapes_of(facet, camera, size, style)).collect();
     let faces_us = |index: usize| {
         let [a, _] = scene.lines_m[index];
-        !style.cull_backs || dot(scene.line_normals[index], camera.towards(a)) > 0.0
+        !style.cull_backs || dot(scene.line_normals[index], unit(camera.towards(a))) > EDGE_ON
     };
     let lines: Vec<Line> = (0..scene.lines_m.len())
         .filter(|&index| faces_us(index))
         .filter_map(|index| camera.clip_segment(scene.lines_m[index]))
-        .map(|ends| Line { ends: ends.map(|end| place(camera, end, size)) })
+        .map(|ends| line_of(ends, camera, size))
         .collect();
     let bands: Vec<Samples> = (0..size[1].div_ceil(BAND))
         .into_par_iter()
@@ -94,6 +114,14 @@ fn shapes_of(facet: &Facet, camera: &Camera, size: [usize; 2], style: Style) -> 
     (1..corners.len().saturating_sub(1))
         .map(|index| Shape { corners: [corners[0], corners[index], corners[index + 1]], color })
         .collect()
+}
+
+fn line_of(ends: [Vec3; 2], camera: &Camera, size: [usize; 2]) -> Line {
+    let ends = ends.map(|end| place(camera, end, size));
+    let pixels = (size[0] / SAMPLES) as f64 * camera.size_of_metre((ends[0][2] + ends[1][2]) / 2.0);
+    let [most, least] = LINE_STRENGTH;
+    let strength = (most * (pixels / LINE_FULL_PIXELS) as f32).clamp(least, most);
+    Line { ends, strength }
 }
 
 fn place(camera: &Camera, point_m: Vec3, [width, height]: [usize; 2]) -> Corner {
@@ -181,7 +209,7 @@ impl Samples {
                 if self.shows(sample, nearness, camera) {
                     let under = self.color[sample];
                     self.color[sample] =
-                        [0, 1, 2].map(|i: usize| under[i] + LINE_STRENGTH * (LINE[i] - under[i]));
+                        [0, 1, 2].map(|i: usize| under[i] + line.strength * (LINE[i] - under[i]));
                     // Marked, so that lines that cross don't darken each other.
                     self.nearness[sample] = f64::INFINITY;
                 }
@@ -268,12 +296,13 @@ mod tests {
 
     #[test]
     fn a_line_shows_on_its_surface_and_not_through_a_nearer_one() {
-        let lens = Lens::Parallel { width_m: 4.0 };
+        // 64 pixels over 1.4 m: lines have their full strength.
+        let lens = Lens::Parallel { width_m: 1.4 };
         let camera = Camera::new([0.0; 3], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0], lens);
         let mut scene = Scene::default();
-        scene.facets.extend(square(4.0, 4.0, true, [200, 200, 200]));
-        scene.facets.extend(square(2.0, 1.0, true, [200, 200, 200]));
-        scene.lines_m.push([[4.0, 2.0, 0.0], [4.0, -2.0, 0.0]]);
+        scene.facets.extend(square(4.0, 1.4, true, [200, 200, 200]));
+        scene.facets.extend(square(2.0, 0.35, true, [200, 200, 200]));
+        scene.lines_m.push([[4.0, 0.7, 0.0], [4.0, -0.7, 0.0]]);
         scene.line_normals.push([-1.0, 0.0, 0.0]);
         let picture = draw(&scene, &camera, [64, 64], Style { cull_backs: true });
         let dark = |x: usize| (31..=32).any(|y| picture.pixels[y * 64 + x][0] < 140);

@@ -1,13 +1,16 @@
 //! Camera presets over a scene: from outside, from above, and inside along the trajectory. Frame `map`, metres.
 
 use super::camera::{Camera, Lens};
+use super::raster;
 use super::scene::{Facet, Scene};
 use super::vector::{Vec3, add, dot, scale, sub, unit};
 use crate::deskew::StampedPose;
 
 const UP: Vec3 = [0.0, 0.0, 1.0];
 /// Part of the points on either side of each axis that may lie outside of the picture: beams that left through a window.
-const OUTLIERS: f64 = 0.015;
+const OUTLIERS: f64 = 0.02;
+/// Points beside the others by no more than this part of their span are shown all the same.
+const BESIDE: f64 = 0.1;
 /// Part of the picture that stays free around the scene.
 const MARGIN: f64 = 0.03;
 /// Width of a picture from outside at a distance of one: a long lens, as buildings are photographed.
@@ -18,6 +21,14 @@ const WIDE_LENS: f64 = 1.8;
 const EYE_HEIGHT_M: f64 = 1.5;
 /// Inside, the eye looks to where the robot is this much later, metres of way.
 const LOOK_AHEAD_M: f64 = 3.0;
+/// Parts of the way at which the eye may stand.
+const PLACES: [f64; 4] = [0.2, 0.4, 0.6, 0.8];
+/// Cosine and sine of the turn from ahead, and what such a view is worth: ahead, 60 degrees left, 60 degrees right.
+const DIRECTIONS: [(f64, f64, f64); 3] = [(1.0, 0.0, 1.3), (0.5, 0.866_025_4, 1.0), (0.5, -0.866_025_4, 1.0)];
+/// Columns of the small pictures by which views are chosen.
+const PROBE_PIXELS: usize = 64;
+/// What is nearer blocks the view, metres.
+const NEAREST_M: f64 = 1.0;
 
 /// A preset.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -37,6 +48,8 @@ pub struct Extent {
     min: Vec3,
     max: Vec3,
     points_m: Vec<Vec3>,
+    /// Whether the points spread farther along x than along y.
+    along_x: bool,
 }
 
 impl Extent {
@@ -61,11 +74,14 @@ impl Extent {
             let mut values: Vec<f64> = points_m.iter().map(|point| point[axis]).collect();
             values.sort_by(f64::total_cmp);
             let cut = (values.len() as f64 * OUTLIERS) as usize;
-            min[axis] = *values.get(cut)?;
-            max[axis] = *values.get(values.len() - 1 - cut)?;
+            let (low, high) = (*values.get(cut)?, *values.get(values.len() - 1 - cut)?);
+            let beside = BESIDE * (high - low);
+            min[axis] = values[0].max(low - beside);
+            max[axis] = values[values.len() - 1].min(high + beside);
         }
         points_m.retain(|point| (0..3).all(|axis| (min[axis]..=max[axis]).contains(&point[axis])));
-        Some(Self { min, max, points_m })
+        let along_x = variance(&points_m, 0) >= variance(&points_m, 1);
+        Some(Self { min, max, points_m, along_x })
     }
 
     fn middle(&self) -> Vec3 {
@@ -77,10 +93,15 @@ impl Extent {
     }
 }
 
+fn variance(points_m: &[Vec3], axis: usize) -> f64 {
+    let count = points_m.len().max(1) as f64;
+    let mean = points_m.iter().map(|point| point[axis]).sum::<f64>() / count;
+    points_m.iter().map(|point| (point[axis] - mean) * (point[axis] - mean)).sum::<f64>() / count
+}
+
 /// Direction of looking from outside: across the longer side, a little from its end, downwards.
 fn outside_direction(extent: &Extent) -> Vec3 {
-    let size = extent.size();
-    let flat: [f64; 2] = if size[0] >= size[1] { [0.5, 1.0] } else { [-1.0, 0.5] };
+    let flat: [f64; 2] = if extent.along_x { [0.5, 1.0] } else { [-1.0, 0.5] };
     let down = 0.7 * (flat[0] * flat[0] + flat[1] * flat[1]).sqrt();
     unit([flat[0], flat[1], -down])
 }
@@ -103,12 +124,20 @@ pub fn aspect(view: View, extent: &Extent) -> f64 {
     (max[1] - min[1]) / (max[0] - min[0]).max(1e-9)
 }
 
-/// The camera of a preset. `height_over_width` is the picture's shape; `poses` are needed inside.
-pub fn camera(view: View, extent: &Extent, height_over_width: f64, poses: &[StampedPose]) -> Camera {
+/// The camera of a preset over a scene. `height_over_width` is the picture's shape; `poses` are needed inside.
+pub fn camera(
+    view: View,
+    scene: &Scene,
+    extent: &Extent,
+    height_over_width: f64,
+    poses: &[StampedPose],
+) -> Camera {
     match view {
         View::Top => top(extent, height_over_width),
         View::Outside => outside(extent, height_over_width),
-        View::Inside => inside(poses).unwrap_or_else(|| outside(extent, height_over_width)),
+        View::Inside => {
+            inside(scene, height_over_width, poses).unwrap_or_else(|| outside(extent, height_over_width))
+        }
     }
 }
 
@@ -148,20 +177,45 @@ fn outside(extent: &Extent, height_over_width: f64) -> Camera {
     Camera::new(eye, direction, UP, lens)
 }
 
-/// Where the robot was after a quarter of its way, looking to where it went.
-fn inside(poses: &[StampedPose]) -> Option<Camera> {
+/// The one of some places along the way, looking ahead or to a side, from which most is seen; ahead counts more.
+fn inside(scene: &Scene, height_over_width: f64, poses: &[StampedPose]) -> Option<Camera> {
+    let size = [PROBE_PIXELS, ((PROBE_PIXELS as f64 * height_over_width) as usize).max(1)];
+    let mut best: Option<(f64, Camera)> = None;
+    for (camera, weight) in inside_candidates(poses) {
+        let score = weight * raster::covered(scene, &camera, size, NEAREST_M);
+        if best.is_none_or(|(known, _)| score > known) {
+            best = Some((score, camera));
+        }
+    }
+    best.map(|(_, camera)| camera)
+}
+
+fn inside_candidates(poses: &[StampedPose]) -> Vec<(Camera, f64)> {
     let at = |pose: &StampedPose| [pose.x_m, pose.y_m, EYE_HEIGHT_M];
     let mut way_m = vec![0.0];
     for pair in poses.windows(2) {
         let step = sub(at(&pair[1]), at(&pair[0]));
         way_m.push(way_m[way_m.len() - 1] + dot(step, step).sqrt());
     }
-    let all_m = *way_m.last()?;
-    let after = |way: f64| poses.get(way_m.partition_point(|so_far| *so_far < way).min(poses.len() - 1));
-    let eye = at(after(0.2 * all_m)?);
-    let ahead = sub(at(after(0.2 * all_m + LOOK_AHEAD_M.min(0.5 * all_m))?), eye);
-    let direction = if dot(ahead, ahead) > 0.01 { ahead } else { [1.0, 0.0, 0.0] };
-    Some(Camera::new(eye, direction, UP, Lens::Perspective { width: WIDE_LENS }))
+    let all_m = way_m[way_m.len() - 1];
+    let after =
+        |way: f64| poses.get(way_m.partition_point(|so_far| *so_far < way).min(poses.len().max(1) - 1));
+    let mut candidates = Vec::new();
+    for part in PLACES {
+        let (Some(here), Some(there)) =
+            (after(part * all_m), after(part * all_m + LOOK_AHEAD_M.min(0.2 * all_m)))
+        else {
+            continue;
+        };
+        let ahead = sub(at(there), at(here));
+        let ahead = if dot(ahead, ahead) > 0.01 { ahead } else { [1.0, 0.0, 0.0] };
+        for (cos, sin, weight) in DIRECTIONS {
+            let direction = [cos * ahead[0] - sin * ahead[1], sin * ahead[0] + cos * ahead[1], 0.0];
+            candidates
+                .push((Camera::new(at(here), direction, UP, Lens::Perspective { width: WIDE_LENS }), weight));
+        }
+    }
+    candidates
 }
 
 #[cfg(test)]
@@ -181,7 +235,7 @@ mod tests {
     fn a_preset_shows_the_whole_scene_and_wastes_no_room() {
         for view in [View::Outside, View::Top] {
             for shape in [0.3, aspect(view, &corridor()), 1.5] {
-                let camera = camera(view, &corridor(), shape, &[]);
+                let camera = camera(view, &Scene::default(), &corridor(), shape, &[]);
                 let seen = corridor().points_m.into_iter().map(|point| camera.see(point));
                 let x = seen.clone().map(|s| s.x.abs()).fold(0.0, f64::max);
                 let y = seen.map(|s| s.y.abs()).fold(0.0, f64::max) / shape;
@@ -192,19 +246,30 @@ mod tests {
     }
 
     #[test]
-    fn inside_the_eye_looks_along_the_way() {
+    fn inside_the_eye_looks_ahead_unless_there_is_more_to_see_beside() {
         let poses: Vec<StampedPose> =
             (0..=100).map(|i| StampedPose { x_m: f64::from(i) * 0.1, ..StampedPose::default() }).collect();
-        let camera = camera(View::Inside, &corridor(), 0.6, &poses);
-        assert!((camera.eye_m[0] - 2.0).abs() < 0.11 && camera.eye_m[2] == 1.5);
-        assert!(camera.forward()[0] > 0.999);
+        let ahead = camera(View::Inside, &Scene::default(), &corridor(), 0.6, &poses);
+        assert!((ahead.eye_m[0] - 2.0).abs() < 0.11 && ahead.eye_m[2] == 1.5);
+        assert!(ahead.forward()[0] > 0.999);
+        // A facade far to the left of the way, as a robot outdoors has it.
+        let [a, b] = [[-90.0, 6.0, 0.0], [99.0, 6.0, 0.0]];
+        let facet = |corners_m| Facet {
+            corners_m,
+            normal: [0.0, -1.0, 0.0],
+            facing: [0.0, -1.0, 0.0],
+            color: [0; 3],
+        };
+        let top = [4.0, 6.0, 99.0];
+        let scene = Scene { facets: vec![facet([a, b, top])], ..Scene::default() };
+        assert!(camera(View::Inside, &scene, &corridor(), 0.6, &poses).forward()[1] > 0.8);
     }
 
     #[test]
     fn a_few_far_points_and_surfaces_that_turn_their_back_do_not_shrink_the_scene() {
         let near = (0..1000).map(|i| [f64::from(i) * 0.001, 0.0, 1.0]);
         let extent = Extent::of_most(near.chain([[500.0, 0.0, 0.0]]).collect()).unwrap();
-        assert!(extent.max[0] < 1.0 && extent.min[2] == 1.0);
+        assert!(extent.max[0] < 1.2 && extent.min[2] == 1.0);
         assert_eq!(Extent::of_most(Vec::new()), None);
 
         let facet = |z: f64, up: f64| Facet {

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use biplane::deskew::StampedPose;
-use biplane::floor_map;
+use biplane::floor_map::{self, FloorMapParams};
 use biplane::map_files::{MapImage, map_paths, write_map};
 use biplane::occupancy::OccupancyParams;
 use biplane::output::check_free;
@@ -44,8 +44,9 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let _spinner = console.spinner(format!("drawing {}", args.recording.display()));
     let poses = run.poses()?;
     let at_scans = poses.at_scans();
-    let params = OccupancyParams { resolution_m: args.resolution, ..OccupancyParams::default() };
-    let grid = floor_map::draw(&run, &at_scans, &poses.trajectory(), params)?;
+    let mut params = FloorMapParams::default();
+    params.grid.resolution_m = args.resolution;
+    let grid = floor_map::draw(&run, &at_scans, &poses.trajectory(), &params)?;
     let known: Vec<StampedPose> = at_scans.into_iter().flatten().collect();
     let image = MapImage::new(&grid, &known)?;
     let [pgm, yaml, png] = write_map(&args.output, &image, &known, args.force)?;

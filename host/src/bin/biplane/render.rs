@@ -11,6 +11,7 @@ use biplane::output::{check_free, write_file};
 use biplane::palette;
 use biplane::ply_read::{self, Ply};
 use biplane::render::Picture;
+use biplane::render::camera::Camera;
 use biplane::render::font;
 use biplane::render::raster::{Style, draw};
 use biplane::render::scene::Scene;
@@ -110,7 +111,8 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         What::Model => vec![&model],
         What::Both => vec![&raw, &model],
     };
-    let picture = compose(&subjects, args, view, &extent, &poses);
+    let camera = |shape: f64| camera(view, &model.scene, &extent, shape, &poses);
+    let picture = compose(&subjects, args, (view, &extent), camera);
     write_file(&args.output, args.force, |out| picture.write_png(out))?;
     drop(spinner);
     console.note(format!("{}: {} x {} pixels", args.output.display(), picture.width, picture.height));
@@ -154,9 +156,8 @@ fn model_caption(folder: &Path, model: &Ply) -> String {
 fn compose(
     subjects: &[&Subject],
     args: &Args,
-    view: View,
-    extent: &Extent,
-    poses: &[StampedPose],
+    (view, extent): (View, &Extent),
+    camera: impl Fn(f64) -> Camera,
 ) -> Picture {
     let (width, count) = (args.width as usize, subjects.len());
     let shape = aspect(view, extent).clamp(0.2, 1.2) * 1.04;
@@ -168,7 +169,7 @@ fn compose(
     let caption_height = (font::HEIGHT + 8) * dot;
     let cell_height = scene_height + caption_height;
     let height = if beside { cell_height } else { count * cell_height + (count - 1) * GAP };
-    let camera = camera(view, extent, scene_height as f64 / scene_width as f64, poses);
+    let camera = camera(scene_height as f64 / scene_width as f64);
     let style = Style { cull_backs: view != View::Inside };
     let mut picture = Picture::blank(width, height);
     for (index, subject) in subjects.iter().enumerate() {

@@ -12,9 +12,9 @@ use anyhow::{Context, bail};
 use biplane::budget;
 use biplane::deskew::{StampedPose, Trajectory};
 use biplane::export::Shapes;
-use biplane::floor_map;
+use biplane::floor_map::{self, FloorMapParams};
 use biplane::map_files::MapImage;
-use biplane::occupancy::{OccupancyGrid, OccupancyParams};
+use biplane::occupancy::OccupancyGrid;
 use biplane::output::OutputFolder;
 use biplane::params::BuildParams;
 use biplane::pipeline::{self, BuildInput, BuildOutput};
@@ -100,16 +100,16 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         let count = scans.as_ref().map_or(0, |scans| scans.sweeps.len());
         anyhow::Ok((scans, count))
     })?;
-    let map_params = OccupancyParams::default();
+    let map_params = FloorMapParams::default();
     let grid = stages.time("map", || {
-        let grid = floor_map::draw(&run, &posed.at_scans, &posed.trajectory, map_params)?;
+        let grid = floor_map::draw(&run, &posed.at_scans, &posed.trajectory, &map_params)?;
         let cells = grid.bounds().map_or(0, |bounds| bounds.size().iter().product::<u64>() as usize);
         anyhow::Ok((grid, cells))
     })?;
     let folder = OutputFolder::create(&args.output, args.force)?;
     let parameters = Parameters {
         build: BuildParams::default(),
-        map_resolution_m: map_params.resolution_m,
+        map_resolution_m: map_params.grid.resolution_m,
         max_triangles: args.max_triangles,
         seed: args.seed,
     };
