@@ -7,6 +7,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::doubt::Doubt;
 use crate::local_map::LocalMap;
 use crate::points::{EndPoint, EndPoints, Kind};
 use crate::pose::{Pose2, wrap_angle};
@@ -71,6 +72,33 @@ pub struct Prior {
     pub information: Matrix3<f64>,
 }
 
+/// A prior off by so many standard deviations counts half: odometry slips, or the base is carried.
+const SURPRISE: f64 = 4.0;
+
+impl Prior {
+    /// The way from the expected pose: x, y in the map's axes, theta wrapped.
+    pub fn away(&self, pose: &Pose2) -> Vector3<f64> {
+        let turn = wrap_angle(pose.theta_rad - self.mean.theta_rad);
+        Vector3::new(pose.x_m - self.mean.x_m, pose.y_m - self.mean.y_m, turn)
+    }
+
+    /// Squared Mahalanobis distance of a pose.
+    fn squared(&self, pose: &Pose2) -> f64 {
+        let away = self.away(pose);
+        away.dot(&(self.information * away))
+    }
+
+    /// The information that is left to the prior when this pose is the truth (Cauchy weight).
+    pub fn information_at(&self, pose: &Pose2) -> Matrix3<f64> {
+        self.information / (1.0 + self.squared(pose) / (SURPRISE * SURPRISE))
+    }
+
+    /// What speaks against a pose: minus its log-likelihood, up to a constant (Cauchy).
+    fn against(&self, pose: &Pose2) -> f64 {
+        0.5 * SURPRISE * SURPRISE * (self.squared(pose) / (SURPRISE * SURPRISE)).ln_1p()
+    }
+}
+
 /// How well a pose explains a scan.
 #[derive(Copy, Clone, PartialEq, Debug, Default)]
 pub struct Fit {
@@ -89,6 +117,9 @@ impl Fit {
     }
 }
 
+/// An explained end point is so much likelier than one that is not (natural logarithm).
+const EXPLAINED_GAIN: f64 = 3.0;
+
 /// The result of an alignment.
 #[derive(Copy, Clone, Debug)]
 pub struct Alignment {
@@ -100,6 +131,13 @@ pub struct Alignment {
     pub fit: Fit,
     /// Iterations used.
     pub iterations: u32,
+}
+
+impl Alignment {
+    /// Log-likelihood of scan and prior together, up to a constant: what decides between two alignments.
+    pub fn likelihood(&self, prior: &Prior, params: &AlignParams) -> f64 {
+        EXPLAINED_GAIN * self.fit.explained / params.beams_per_independent_one - prior.against(&self.pose)
+    }
 }
 
 /// Normal equations of one iteration: upper triangle of J^T W J, and J^T W r.
@@ -166,14 +204,10 @@ pub fn align(
     while iterations < params.max_iterations {
         iterations += 1;
         let (normal, tangent) = accumulate(map, points, &pose, scale_m as f32, params);
-        let away = Vector3::new(
-            pose.x_m - prior.mean.x_m,
-            pose.y_m - prior.mean.y_m,
-            wrap_angle(pose.theta_rad - prior.mean.theta_rad),
-        );
-        let (hessian, gradient) = without_doubt(&normal, &tangent, params);
-        let hessian = hessian + prior.information;
-        let gradient = gradient + prior.information * away;
+        let doubt = Doubt::new(&normal.matrix(), &tangent.matrix(), params.direction_noise_rad);
+        let held = prior.information_at(&pose);
+        let hessian = doubt.information() + held;
+        let gradient = doubt.gradient(&normal.vector()) + held * prior.away(&pose);
         let Some(factors) = hessian.cholesky() else { break };
         let step = -factors.solve(&gradient);
         if !step.iter().all(|value| value.is_finite()) {
@@ -187,30 +221,9 @@ pub fn align(
         scale_m = (0.5 * scale_m).max(params.outlier_m);
     }
     let (normal, tangent) = accumulate(map, points, &pose, params.outlier_m as f32, params);
-    let (hessian, _) = without_doubt(&normal, &tangent, params);
-    let information = hessian / params.beams_per_independent_one;
+    let doubt = Doubt::new(&normal.matrix(), &tangent.matrix(), params.direction_noise_rad);
+    let information = doubt.information() / params.beams_per_independent_one;
     Alignment { pose, information, fit: fit(map, points, &pose, params), iterations }
-}
-
-/// The normal equations without what the walls only seem to know.
-///
-/// The directions of mapped walls are off by some `nu`, so that J^T W J holds nu^2 T too much, T being the same sum over
-/// the walls' tangents: even a bare corridor shows some information along its axis, and a round room about its centre.
-/// In the coordinates in which T is the identity, nu^2 is taken off each eigenvalue (down to zero), and off the gradient
-/// in proportion; where nothing is left the prior decides.
-fn without_doubt(normal: &Normal, tangent: &Normal, params: &AlignParams) -> (Matrix3<f64>, Vector3<f64>) {
-    let (hessian, gradient) = (normal.matrix(), normal.vector());
-    let doubt = tangent.matrix() + Matrix3::identity() * (1e-6 * (tangent.matrix().trace() + 1.0));
-    let Some(factor) = doubt.cholesky().map(|factors| factors.l()) else { return (hessian, gradient) };
-    let Some(unfactor) = factor.try_inverse() else { return (hessian, gradient) };
-    let eigen = (unfactor * hessian * unfactor.transpose()).symmetric_eigen();
-    let nu_squared = params.direction_noise_rad * params.direction_noise_rad;
-    let kept =
-        eigen.eigenvalues.map(|value| if value > nu_squared { (value - nu_squared) / value } else { 0.0 });
-    let axes = factor * eigen.eigenvectors;
-    let values = Matrix3::from_diagonal(&kept.component_mul(&eigen.eigenvalues));
-    let along = kept.component_mul(&(eigen.eigenvectors.transpose() * unfactor * gradient));
-    (axes * values * axes.transpose(), axes * along)
 }
 
 /// Sums over all end points: the residuals' normal equations, and the same over the walls' tangents.

@@ -78,6 +78,9 @@ pub struct Likelihood {
     pub gradient: [f32; 2],
 }
 
+/// Nothing is known.
+const BLANK: Likelihood = Likelihood { value: 0.0, gradient: [0.0; 2] };
+
 /// The field's grid.
 #[derive(Clone, Debug)]
 pub struct Field {
@@ -129,14 +132,14 @@ impl Field {
         let range = |axis: usize| {
             let middle = (end_m[axis] - self.origin_m[axis]) / cell;
             let low = (middle - cutoff / cell).ceil().max(0.0) as usize;
-            let high = (middle + cutoff / cell).floor();
-            low..if high < 0.0 { 0 } else { (high as usize + 1).min(self.side) }
+            let beyond = (middle + cutoff / cell).floor() + 1.0;
+            low..(beyond.clamp(0.0, self.side as f32) as usize)
         };
         let (columns, rows) = (range(0), range(1));
         for row in rows {
             for column in columns.clone() {
                 let offset = minus(self.node_m(column, row), end_m);
-                let value = -(offset[0] * offset[0] + offset[1] * offset[1]).sqrt();
+                let value = -(offset[0] * offset[0] + offset[1] * offset[1]).sqrt().max(f32::MIN_POSITIVE);
                 let node = &mut self.nodes[row * self.side + column];
                 *node = node.max(value);
             }
@@ -149,13 +152,16 @@ impl Field {
         let [x, y] = minus(point_m, self.origin_m).map(|metres| metres * per_m);
         let last = (self.side - 1) as f32;
         if !(x >= 0.0 && y >= 0.0 && x < last && y < last) {
-            return Likelihood { value: 0.0, gradient: [0.0; 2] };
+            return BLANK;
         }
         let (column, row) = (x as usize, y as usize);
         let (u, v) = (x - column as f32, y - row as f32);
         let first = row * self.side + column;
         let [a, b] = [self.nodes[first], self.nodes[first + 1]];
         let [c, d] = [self.nodes[first + self.side], self.nodes[first + self.side + 1]];
+        if a == 0.0 || b == 0.0 || c == 0.0 || d == 0.0 {
+            return BLANK; // partly occluded: the step to occlusion is no slope to climb
+        }
         Likelihood {
             value: (1.0 - v) * ((1.0 - u) * a + u * b) + v * ((1.0 - u) * c + u * d),
             gradient: [
@@ -163,5 +169,78 @@ impl Field {
                 ((1.0 - u) * (c - a) + u * (d - b)) * per_m,
             ],
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::points::PointParams;
+    use crate::scan::{Beam, Scan};
+
+    /// A wall at x = 2 m, seen from the origin by beams from -45 to 45 degrees, one a degree.
+    fn wall() -> Field {
+        let beams: Vec<Beam> = (-45..=45)
+            .map(|degrees| {
+                let angle = f64::from(degrees).to_radians();
+                let direction_in_base = [angle.cos() as f32, angle.sin() as f32];
+                Beam { direction_in_base, range_m: (2.0 / angle.cos()) as f32, delay_s: 0.0 }
+            })
+            .collect();
+        let mut points = EndPoints::new(PointParams::default());
+        points.fill(&Scan { stamp_ns: 0, laser_in_base_m: [0.0; 2], beams: &beams, twist_in_base: [0.0; 3] });
+        let params = GradientParams { half_window_m: 4.0, ..GradientParams::default() };
+        let mut reference = Reference::with_capacity(100);
+        reference.fill(&Pose2::IDENTITY, &points, params.gap_rad);
+        let mut field = Field::new(params);
+        field.build([0.0; 2], &[reference]);
+        field
+    }
+
+    #[test]
+    fn in_free_space_the_likelihood_is_minus_the_distance_to_the_wall() {
+        let field = wall();
+        for x in [1.2, 1.55, 1.8] {
+            let value = field.at([x, 0.1]).value;
+            assert!((value + (2.0 - x)).abs() < 0.01, "{x} {value}");
+        }
+        assert_eq!(field.at([0.5, 0.0]).value, -1.0, "cut off at 1 m");
+    }
+
+    #[test]
+    fn behind_the_wall_and_where_the_laser_did_not_look_nothing_is_known() {
+        let field = wall();
+        for point in [[2.8, 0.0], [-1.0, 0.0], [0.5, 1.5], [100.0, 0.0], [f32::NAN, 0.0]] {
+            assert_eq!(field.at(point), BLANK, "{point:?}");
+        }
+        assert!(field.at([2.2, 0.0]).value < 0.0, "within the margin it is still free");
+    }
+
+    #[test]
+    fn the_gradient_is_the_difference_quotient_of_the_likelihood() {
+        let field = wall();
+        let h = 1e-3;
+        for point in [[1.23, 0.04], [1.61, -0.33], [1.87, 0.52], [2.13, 0.21]] {
+            let gradient = field.at(point).gradient;
+            for axis in 0..2 {
+                let (mut low, mut high) = (point, point);
+                low[axis] -= h;
+                high[axis] += h;
+                let quotient = (field.at(high).value - field.at(low).value) / (2.0 * h);
+                assert!(
+                    (gradient[axis] - quotient).abs() < 2e-3,
+                    "{point:?} {axis}: {gradient:?} {quotient}"
+                );
+            }
+        }
+        assert!(field.at([1.5, 0.0]).gradient[0] > 0.9, "uphill is towards the wall");
+    }
+
+    #[test]
+    fn without_references_nothing_is_known_anywhere() {
+        let mut field = wall();
+        assert!(field.nodes.iter().any(|node| *node < 0.0));
+        field.build([0.0; 2], &[]);
+        assert!(field.nodes.iter().all(|node| *node == 0.0));
     }
 }

@@ -2,11 +2,12 @@
 //!
 //! Gradient ascent of the summed log-likelihood of a scan's end points over (x, y, theta), from the odometry prior, in
 //! the field of a few earlier scans. The heading is measured in metres at the end points' typical distance, so that one
-//! step length serves all three; the step grows while the likelihood rises and shrinks when it would fall. Frame: map.
+//! step length serves all three. Frame: map.
 
 use nalgebra::{Matrix3, Vector3};
 
 use crate::align::{Alignment, Fit, Prior};
+use crate::doubt::Doubt;
 use crate::field::{Field, Reference};
 use crate::map_matcher::Verdict;
 use crate::params::TrackerParams;
@@ -36,16 +37,19 @@ pub struct GradientParams {
     pub reference_every_rad: f64,
     /// Iterations at most; the paper's figure 2 needs 100 for 10 cm, 10 cm and 30 degrees.
     pub max_iterations: u32,
-    /// The first step, metres.
+    /// The first and longest step, metres.
     pub first_step_m: f64,
-    /// The step grows by this factor after each that helped.
+    /// The step grows by this factor while the gradient keeps its direction.
     pub step_growth: f64,
-    /// The step shrinks by this factor after each that did not.
+    /// The step shrinks by this factor when the gradient turns back.
     pub step_shrink: f64,
     /// A smaller step ends the ascent, metres.
     pub rest_m: f64,
     /// Standard deviation of an end point in the field, metres: range noise and half a cell. For the covariance.
     pub noise_m: f64,
+    /// How far the field's slopes are off in direction, radians: that much structure is not believed (see
+    /// [`AlignParams::direction_noise_rad`](crate::AlignParams::direction_noise_rad)).
+    pub direction_noise_rad: f64,
     /// End points this close to a reference's are explained, metres.
     pub explained_m: f64,
 }
@@ -55,18 +59,19 @@ impl Default for GradientParams {
         Self {
             cell_m: 0.1,
             half_window_m: 20.0,
-            cutoff_m: 0.5,
-            occlusion_margin_m: 0.3,
+            cutoff_m: 1.0,
+            occlusion_margin_m: 0.4,
             gap_rad: 0.05,
             reference_scans: 3,
             reference_every_m: 0.5,
             reference_every_rad: 0.3,
             max_iterations: 100,
-            first_step_m: 0.02,
+            first_step_m: 0.1,
             step_growth: 1.5,
             step_shrink: 0.4,
             rest_m: 0.0005,
             noise_m: 0.05,
+            direction_noise_rad: 0.2,
             explained_m: 0.15,
         }
     }
@@ -81,12 +86,6 @@ pub struct GradientMatcher {
     filled: usize,
     next: usize,
     taken_at: Option<Pose2>,
-}
-
-/// The summed log-likelihood of a scan at a pose and its derivative by x, y (m) and theta (rad).
-struct Ascent {
-    value: f64,
-    gradient: Vector3<f64>,
 }
 
 impl GradientMatcher {
@@ -109,6 +108,7 @@ impl GradientMatcher {
     pub fn locate(&mut self, points: &EndPoints, prior: &Prior) -> (Alignment, Verdict) {
         let (pose, iterations) = self.ascend(points, prior.mean);
         let (information, fit) = self.judge(points, &pose);
+        let pose = weigh(prior, &pose, &(information * self.params.align.beams_per_independent_one));
         let alignment = Alignment { pose, information, fit, iterations };
         let verdict = if fit.informative < self.params.search.min_informative * fit.total {
             Verdict::NewGround
@@ -120,50 +120,45 @@ impl GradientMatcher {
         (alignment, verdict)
     }
 
+    /// Steps of a length that grows while the gradient keeps its direction and shrinks when it turns back: unlike a
+    /// test for more likelihood this is not led astray by end points that slip into occlusion.
     fn ascend(&self, points: &EndPoints, start: Pose2) -> (Pose2, u32) {
         let params = &self.params.gradient;
         let arm_m = typical_distance_m(points).max(0.1);
         let mut pose = start;
-        let mut here = self.ascent(points, &pose);
+        let mut before = Vector3::zeros();
         let mut step_m = params.first_step_m;
         for iteration in 0..params.max_iterations {
+            let gradient = self.ascent(points, &pose);
             // Steepest direction when theta is measured in metres at the arm's end.
-            let turn = here.gradient[2] / arm_m;
-            let steepness = here.gradient[0].hypot(here.gradient[1]).hypot(turn);
+            let uphill = Vector3::new(gradient[0], gradient[1], gradient[2] / arm_m);
+            let steepness = uphill.norm();
             if steepness <= 1e-9 || step_m < params.rest_m {
                 return (pose, iteration);
             }
-            let scale = step_m / steepness;
-            let tried = Pose2::new(
-                pose.x_m + scale * here.gradient[0],
-                pose.y_m + scale * here.gradient[1],
-                wrap_angle(pose.theta_rad + scale * turn / arm_m),
-            );
-            let there = self.ascent(points, &tried);
-            if there.value > here.value {
-                (pose, here) = (tried, there);
-                step_m *= params.step_growth;
-            } else {
-                step_m *= params.step_shrink;
-            }
+            let direction = uphill / steepness;
+            step_m *= if direction.dot(&before) < 0.0 { params.step_shrink } else { params.step_growth };
+            step_m = step_m.min(params.first_step_m);
+            pose.x_m += step_m * direction[0];
+            pose.y_m += step_m * direction[1];
+            pose.theta_rad = wrap_angle(pose.theta_rad + step_m * direction[2] / arm_m);
+            before = direction;
         }
         (pose, params.max_iterations)
     }
 
-    fn ascent(&self, points: &EndPoints, pose: &Pose2) -> Ascent {
+    /// The summed log-likelihood's derivative by x, y (m) and theta (rad).
+    fn ascent(&self, points: &EndPoints, pose: &Pose2) -> Vector3<f64> {
         let placement = Placement::new(pose);
-        let mut sums = [0.0_f32; 4];
+        let mut sums = [0.0_f32; 3];
         for point in points.as_slice() {
             let arm = placement.turn(point.at_m);
-            let likelihood = self.field.at([arm[0] + placement.at_m[0], arm[1] + placement.at_m[1]]);
-            let [gx, gy] = likelihood.gradient;
-            sums[0] += likelihood.value;
-            sums[1] += gx;
-            sums[2] += gy;
-            sums[3] += arm[0] * gy - arm[1] * gx;
+            let [gx, gy] = self.field.at([arm[0] + placement.at_m[0], arm[1] + placement.at_m[1]]).gradient;
+            sums[0] += gx;
+            sums[1] += gy;
+            sums[2] += arm[0] * gy - arm[1] * gx;
         }
-        let [value, x, y, theta] = sums.map(f64::from);
-        Ascent { value, gradient: Vector3::new(x, y, theta) }
+        Vector3::from(sums.map(f64::from))
     }
 
     /// What the scan knows at its final pose: each end point its distance along the field's gradient.
@@ -171,7 +166,7 @@ impl GradientMatcher {
         let placement = Placement::new(pose);
         let params = &self.params.gradient;
         let weight = 1.0 / (params.noise_m * params.noise_m * self.params.align.beams_per_independent_one);
-        let mut information = Matrix3::zeros();
+        let (mut across, mut along) = (Matrix3::zeros(), Matrix3::zeros());
         let mut fit = Fit::default();
         for point in points.as_slice() {
             let arm = placement.turn(point.at_m);
@@ -185,10 +180,12 @@ impl GradientMatcher {
             if f64::from(-likelihood.value) < params.explained_m {
                 fit.explained += 1.0;
                 let row = Vector3::new(gx, gy, arm[0] * gy - arm[1] * gx).map(f64::from);
-                information += row * row.transpose() * weight;
+                across += row * row.transpose() * weight;
+                let row = Vector3::new(-gy, gx, arm[0] * gx + arm[1] * gy).map(f64::from);
+                along += row * row.transpose() * weight;
             }
         }
-        (information, fit)
+        (Doubt::new(&across, &along, params.direction_noise_rad).information(), fit)
     }
 
     /// Takes the scan as a reference when the base has moved enough, and prepares the field.
@@ -209,6 +206,14 @@ impl GradientMatcher {
         let centre_m = [map_from_base.x_m as f32, map_from_base.y_m as f32];
         self.field.build(centre_m, &self.references[..self.filled]);
     }
+}
+
+/// Between the prior and the ascent's end, by what each knows: along a bare corridor the ascent knows nothing.
+fn weigh(prior: &Prior, found: &Pose2, information: &Matrix3<f64>) -> Pose2 {
+    let held = prior.information_at(found);
+    let Some(factors) = (held + information).cholesky() else { return *found };
+    let back = factors.solve(&(held * prior.away(found)));
+    Pose2::new(found.x_m - back[0], found.y_m - back[1], wrap_angle(found.theta_rad - back[2]))
 }
 
 fn typical_distance_m(points: &EndPoints) -> f64 {

@@ -78,6 +78,9 @@ pub enum Claim {
 }
 
 impl Grid {
+    /// Cells from the origin to the directory's edge.
+    pub const HALF_SIDE: i32 = DIRECTORY / 2 * TILE;
+
     /// A plane with memory for this many tiles (at least 1, at most 65,534).
     pub fn new(tiles: usize) -> Self {
         let tiles = tiles.clamp(1, usize::from(u16::MAX) - 1);

@@ -8,6 +8,7 @@
 mod align;
 mod carve;
 mod covariance;
+mod doubt;
 mod field;
 mod gradient;
 mod grid;

@@ -135,7 +135,12 @@ impl LocalMap {
     }
 
     /// Adds a scan taken at this pose: first what its beams passed through, then where they ended.
+    /// A base too close to the edge of what the directory covers adds nothing: there the map ends.
     pub fn learn(&mut self, map_from_base: &Pose2, points: &EndPoints) {
+        let limit_m = (Grid::HALF_SIDE - 2 * TILE) as f32 / self.cells_per_m - points.reach_m();
+        if map_from_base.x_m.abs().max(map_from_base.y_m.abs()) > f64::from(limit_m) {
+            return;
+        }
         self.grid.advance();
         self.look_through(map_from_base, points);
         let placement = Placement::new(map_from_base);
@@ -258,5 +263,100 @@ impl LocalMap {
 #[inline]
 fn floor(value: f32) -> i32 {
     let towards_zero = value as i32;
-    towards_zero - i32::from(value < towards_zero as f32)
+    towards_zero.saturating_sub(i32::from(value < towards_zero as f32))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn hits(params: MapParams, places: &[[f32; 2]]) -> LocalMap {
+        let mut map = LocalMap::new(params);
+        map.grid.advance();
+        for &at_m in places {
+            map.hit(at_m, [0.0; 2], Kind::Point);
+        }
+        map
+    }
+
+    /// Places that look random, in a square of 2 m about the origin.
+    fn places() -> Vec<[f32; 2]> {
+        (0..60).map(|i| [(i * 37 % 101) as f32 / 50.0 - 1.0, (i * 53 % 97) as f32 / 48.0 - 1.0]).collect()
+    }
+
+    /// Squared distance in cells to the nearest surface's cell, by looking at all of them.
+    fn nearest_by_brute_force(map: &LocalMap, cell: [i32; 2], gone: &[u32]) -> Option<i32> {
+        let all = map.surfaces.iter().enumerate().filter(|(index, _)| !gone.contains(&(*index as u32)));
+        let squared = all.map(|(_, surface)| {
+            let [x, y] = surface.home.map(i32::from);
+            (x - cell[0]).pow(2) + (y - cell[1]).pow(2)
+        });
+        squared.min().filter(|squared| *squared <= map.reach * map.reach)
+    }
+
+    fn assert_as_brute_force(map: &LocalMap, gone: &[u32]) {
+        for y in -40..40 {
+            for x in -40..40 {
+                let cell = map.grid.cell(x, y);
+                let found = cell.surface().map(|_| i32::from(cell.squared()));
+                assert_eq!(found, nearest_by_brute_force(map, [x, y], gone), "cell {x} {y}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_cell_names_the_nearest_surface_also_after_some_are_gone() {
+        let mut map = hits(MapParams::default(), &places());
+        assert!(map.surface_count() > 50);
+        assert_as_brute_force(&map, &[]);
+        for gone in [3, 17, 40] {
+            map.remove(gone);
+        }
+        assert_eq!(map.surface_count(), map.surfaces.len() - 3);
+        assert_as_brute_force(&map, &[3, 17, 40]);
+    }
+
+    #[test]
+    fn end_points_of_one_wall_become_one_row_of_surfaces_even_across_a_border_of_cells() {
+        let mut map = LocalMap::new(MapParams::default());
+        map.grid.advance();
+        for i in 0..400 {
+            // Along x, on the border between two rows of cells, a centimetre to either side.
+            let y = 1.0 + if i % 2 == 0 { 0.01 } else { -0.01 };
+            map.hit([0.0025 * i as f32, y], [0.0, -1.0], Kind::Line);
+        }
+        assert!((15..=25).contains(&map.surface_count()), "{}", map.surface_count());
+        let surface = map.nearest([0.5, 1.0]).unwrap();
+        assert!((surface.at_m[1] - 1.0).abs() < 0.005, "{surface:?}");
+    }
+
+    #[test]
+    fn a_full_pool_forgets_the_oldest_tile_with_its_surfaces() {
+        let mut map = LocalMap::new(MapParams { tiles: 2, ..MapParams::default() });
+        for (step, x) in [0.8, 2.4, 4.0].into_iter().enumerate() {
+            map.grid.advance();
+            map.hit([x, 0.8], [0.0; 2], Kind::Point);
+            assert_eq!((map.tiles(), map.surface_count()), ((step + 1).min(2), (step + 1).min(2)));
+        }
+        assert!(map.nearest([0.8, 0.8]).is_none() && map.nearest([2.4, 0.8]).is_some());
+    }
+
+    #[test]
+    fn when_surfaces_are_used_up_new_ones_wait_until_some_go() {
+        let mut map =
+            hits(MapParams { surfaces: 2, ..MapParams::default() }, &[[0.1, 0.1], [0.5, 0.1], [0.9, 0.1]]);
+        assert_eq!(map.surface_count(), 2);
+        map.remove(0);
+        map.hit([0.9, 0.1], [0.0; 2], Kind::Point);
+        assert!(map.nearest([0.9, 0.1]).is_some() && map.nearest([0.1, 0.1]).is_none());
+    }
+
+    #[test]
+    fn floor_rounds_down_on_both_sides_of_zero() {
+        for (value, below) in
+            [(1.5, 1), (-1.5, -2), (2.0, 2), (-2.0, -2), (0.0, 0), (-1e-9, -1), (1e30, i32::MAX)]
+        {
+            assert_eq!(floor(value), below, "{value}");
+        }
+    }
 }

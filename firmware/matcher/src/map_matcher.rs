@@ -86,11 +86,12 @@ impl MapMatcher {
         alignment.fit.informative >= self.params.search.min_informative * alignment.fit.total
     }
 
-    /// Aligns from another start and keeps the result when it explains clearly more.
+    /// Aligns from another start and keeps the result when it is the likelier one.
     fn try_from(&self, points: &EndPoints, start: Pose2, prior: &Prior, best: &mut Alignment) {
         let found = align(&self.map, points, start, prior, &self.params.align);
         let iterations = best.iterations + found.iterations;
-        if found.fit.explained > 1.05 * best.fit.explained && found.fit.score() > best.fit.score() {
+        let align = &self.params.align;
+        if found.likelihood(prior, align) > best.likelihood(prior, align) {
             *best = found;
         }
         best.iterations = iterations;

@@ -162,3 +162,75 @@ pub fn propagate(covariance: &Matrix3<f64>, map_from_last: &Pose2, step: &Step) 
     let noise = Matrix3::from_diagonal(&Vector3::from(step.sigma.map(|sigma| sigma * sigma)));
     carry * covariance * carry.transpose() + turn * noise * turn.transpose()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::FRAC_PI_2;
+
+    const STEP: Pose2 = Pose2::new(0.1, 0.0, 0.05);
+    const S: i64 = 1_000_000_000;
+
+    fn after_steps(stamps_ns: &[i64]) -> MotionModel {
+        let mut model = MotionModel::new(MotionParams::default());
+        for stamp_ns in stamps_ns {
+            model.update(*stamp_ns, None, STEP, true);
+        }
+        model
+    }
+
+    #[test]
+    fn odometry_gives_its_own_step_and_more_noise_the_longer_it_is() {
+        let mut model = MotionModel::new(MotionParams::default());
+        model.update(0, Some(Pose2::new(5.0, 5.0, FRAC_PI_2)), Pose2::IDENTITY, true);
+        let short = model.predict(S, Some(Pose2::new(5.0, 5.1, FRAC_PI_2)));
+        assert!(short.measured && (short.last_from_base.x_m - 0.1).abs() < 1e-12);
+        let long = model.predict(S, Some(Pose2::new(5.0, 6.0, FRAC_PI_2)));
+        assert!((0..3).all(|i| long.sigma[i] > short.sigma[i]));
+    }
+
+    #[test]
+    fn a_jump_or_no_number_counts_as_no_odometry() {
+        let mut model = after_steps(&[0, S]);
+        model.update(2 * S, Some(Pose2::IDENTITY), STEP, true);
+        for odom in [None, Some(Pose2::new(50.0, 0.0, 0.0)), Some(Pose2::new(f64::NAN, 0.0, 0.0))] {
+            let step = model.predict(3 * S, odom);
+            assert_eq!((step.last_from_base, step.measured), (STEP, false));
+        }
+    }
+
+    #[test]
+    fn a_gap_of_two_scans_doubles_the_guess_and_odd_stamps_leave_it() {
+        let model = after_steps(&[0, S, 2 * S, 3 * S]);
+        assert!((model.same_again(5 * S).last_from_base.x_m - 0.2).abs() < 1e-9);
+        for stamp_ns in [4 * S, 3 * S, 0, i64::MIN] {
+            assert_eq!(model.same_again(stamp_ns).last_from_base, STEP, "{stamp_ns}");
+        }
+        let far = model.same_again(i64::MAX).last_from_base;
+        assert!((far.x_m - 0.4).abs() < 1e-9, "never more than four steps: {far:?}");
+    }
+
+    #[test]
+    fn a_guess_that_was_not_confirmed_fades() {
+        let mut model = after_steps(&[0]);
+        model.update(S, None, STEP, false);
+        assert_eq!(model.same_again(2 * S).last_from_base.x_m, 0.05);
+    }
+
+    #[test]
+    fn heading_noise_becomes_noise_across_the_way_driven() {
+        let step = Step { last_from_base: Pose2::new(2.0, 0.0, 0.0), sigma: [0.0; 3], measured: true };
+        let before = Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, 0.01));
+        // Looking along y and driving 2 m: sigma 0.1 rad is 0.2 m along x.
+        let after = propagate(&before, &Pose2::new(0.0, 0.0, FRAC_PI_2), &step);
+        assert!((after[(0, 0)] - 0.04).abs() < 1e-12 && after[(1, 1)].abs() < 1e-12, "{after}");
+        assert!((after[(0, 2)] + 0.02).abs() < 1e-12 && (after[(2, 2)] - 0.01).abs() < 1e-12, "{after}");
+    }
+
+    #[test]
+    fn noise_ahead_turns_with_the_base() {
+        let step = Step { last_from_base: Pose2::IDENTITY, sigma: [0.3, 0.1, 0.0], measured: true };
+        let after = propagate(&Matrix3::zeros(), &Pose2::new(0.0, 0.0, FRAC_PI_2), &step);
+        assert!((after[(0, 0)] - 0.01).abs() < 1e-12 && (after[(1, 1)] - 0.09).abs() < 1e-12, "{after}");
+    }
+}

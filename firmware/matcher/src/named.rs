@@ -109,6 +109,7 @@ named! {
     gradient.step_shrink: f64,
     gradient.rest_m: f64,
     gradient.noise_m: f64,
+    gradient.direction_noise_rad: f64,
     gradient.explained_m: f64,
     map.cell_m: f64,
     map.reach_m: f64,

@@ -173,7 +173,7 @@ impl Tracker {
 
     fn accept(&mut self, alignment: &Alignment, prior: &Prior) -> Outcome {
         self.map_from_base = alignment.pose;
-        if let Some(covariance) = inverse(&(prior.information + alignment.information)) {
+        if let Some(covariance) = inverse(&(prior.information_at(&alignment.pose) + alignment.information)) {
             self.covariance = covariance;
         }
         if weakest_sigma_m(&alignment.information) > self.params.align.weak_m {

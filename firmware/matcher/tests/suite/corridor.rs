@@ -1,0 +1,44 @@
+//! Along a bare corridor a scan says nothing of the way driven: odometry decides, and the covariance says so.
+
+use biplane_matcher::{Method, Outcome, Pose2, Tracked, Tracker, TrackerParams};
+
+use crate::world::{Noise, World, look, track};
+
+/// Drives 10 m along a corridor; the odometry is 5 % long.
+fn corridor(method: Method) -> (Tracked, f64) {
+    let (world, mut noise) = (World::corridor(), Noise(11));
+    let mut tracker = Tracker::new(TrackerParams::for_method(method));
+    let mut last = None;
+    for i in 0..=100 {
+        let x_m = 0.1 * f64::from(i);
+        let beams = look(&world, &Pose2::new(x_m, 0.0, 0.0), &mut noise);
+        let odom = Pose2::new(1.05 * x_m, 0.0, 0.0);
+        last = Some(track(&mut tracker, i64::from(i) * 200_000_000, &beams, Some(odom)));
+    }
+    (last.unwrap(), 10.5)
+}
+
+#[test]
+fn a_bare_corridor_is_weak_and_its_axis_follows_the_odometry() {
+    let (tracked, odometry_m) = corridor(Method::Map);
+    assert_eq!(tracked.outcome, Outcome::Weak);
+    let Pose2 { x_m, y_m, theta_rad } = tracked.map_from_base;
+    assert!((x_m - odometry_m).abs() < 0.05, "{x_m}");
+    assert!(y_m.abs() < 0.02 && theta_rad.abs() < 0.005, "{y_m} {theta_rad}");
+}
+
+#[test]
+fn the_covariance_of_a_bare_corridor_is_long_along_its_axis_and_short_across() {
+    let (tracked, _) = corridor(Method::Map);
+    let sigma = [0, 1].map(|axis| tracked.covariance[axis][axis].sqrt());
+    assert!(sigma[0] > 10.0 * sigma[1], "{sigma:?}");
+    // The odometry is wrong by half a metre here: the covariance should not be surprised.
+    assert!(sigma[0] > 0.1 && sigma[1] < 0.02, "{sigma:?}");
+}
+
+#[test]
+fn the_gradient_method_does_not_claim_to_know_the_axis_either() {
+    let (tracked, _) = corridor(Method::Gradient);
+    let sigma = [0, 1].map(|axis| tracked.covariance[axis][axis].sqrt());
+    assert!(sigma[0] > 2.0 * sigma[1], "{sigma:?}");
+}

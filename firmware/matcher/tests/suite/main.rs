@@ -1,0 +1,9 @@
+//! The tracker from outside: simulated rooms and corridors with known truth, drawn by a ray-caster that shares no code
+//! with the crate.
+
+mod convergence;
+mod corridor;
+mod drive;
+mod knobs;
+mod trouble;
+mod world;

@@ -1,0 +1,142 @@
+//! Scans, stamps and odometry that are missing, repeated, backward or wrong: every case has a defined outcome.
+
+use biplane_matcher::{Beam, Method, Outcome, Pose2, Tracked, Tracker, TrackerParams};
+
+use crate::world::{Noise, World, error, look, track};
+
+fn straight(i: i32) -> Pose2 {
+    Pose2::new(0.02 * f64::from(i), 0.01 * f64::from(i), 0.01 * f64::from(i))
+}
+
+/// Fifty scans along a slight bend; `stamp` and `odom` say what the tracker is told.
+fn drive(method: Method, stamp: impl Fn(i32) -> i64, odom: impl Fn(i32) -> Option<Pose2>) -> Vec<Tracked> {
+    let (world, mut noise) = (World::room(), Noise(5));
+    let mut tracker = Tracker::new(TrackerParams::for_method(method));
+    (0..50).map(|i| track(&mut tracker, stamp(i), &look(&world, &straight(i), &mut noise), odom(i))).collect()
+}
+
+fn assert_on_track(run: &[Tracked], first: i32) {
+    for (i, tracked) in (0..).zip(run).filter(|(i, _)| *i >= first) {
+        let (metres, degrees) = error(&tracked.map_from_base, &straight(i));
+        assert!(metres < 0.03 && degrees < 0.5, "scan {i}: {metres} m, {degrees} deg, {tracked:?}");
+    }
+}
+
+#[test]
+fn backward_and_repeated_stamps_change_nothing_while_odometry_comes() {
+    let even = drive(Method::Map, |i| i64::from(i) * 100_000_000, |i| Some(straight(i)));
+    let odd = drive(Method::Map, |i| [0, 5, 5, 2, i64::MAX, i64::MIN][i as usize % 6], |i| Some(straight(i)));
+    assert_eq!(even, odd);
+}
+
+#[test]
+fn without_odometry_the_last_motion_goes_on() {
+    assert_on_track(&drive(Method::Map, |i| i64::from(i) * 100_000_000, |_| None), 0);
+}
+
+#[test]
+fn without_odometry_broken_stamps_do_no_harm() {
+    let stamp = |i: i32| [0, 5, 5, 2, i64::MAX, i64::MIN][i as usize % 6];
+    assert_on_track(&drive(Method::Map, stamp, |_| None), 0);
+}
+
+#[test]
+fn odometry_that_jumps_or_stalls_or_is_no_number_is_overcome() {
+    let jump = |i: i32| Some(Pose2::new(if i < 20 { 0.0 } else { 50.0 }, 0.0, 0.0) * straight(i));
+    assert_on_track(&drive(Method::Map, i64::from, jump), 0);
+    assert_on_track(&drive(Method::Map, i64::from, |_| Some(Pose2::IDENTITY)), 0);
+    let broken = |i: i32| Some(if i == 20 { Pose2::new(f64::NAN, 0.0, 0.0) } else { straight(i) });
+    assert_on_track(&drive(Method::Map, i64::from, broken), 0);
+}
+
+fn sigma_m(tracked: &Tracked) -> f64 {
+    (tracked.covariance[0][0] + tracked.covariance[1][1]).sqrt()
+}
+
+#[test]
+fn a_scan_without_returns_follows_the_odometry_with_a_larger_covariance() {
+    for method in Method::ALL {
+        let (world, mut noise) = (World::room(), Noise(5));
+        let mut tracker = Tracker::new(TrackerParams::for_method(method));
+        let empty = vec![Beam { direction_in_base: [1.0, 0.0], range_m: f32::INFINITY, delay_s: 0.0 }; 181];
+        track(&mut tracker, 0, &look(&world, &straight(0), &mut noise), Some(straight(0)));
+        let matched = track(&mut tracker, 1, &look(&world, &straight(1), &mut noise), Some(straight(1)));
+        let mut last = matched;
+        for i in 2..10 {
+            let blind = track(&mut tracker, i64::from(i), &empty, Some(straight(i)));
+            assert_eq!((blind.outcome, blind.score, blind.iterations), (Outcome::NoReturns, 0.0, 0));
+            assert!(sigma_m(&blind) > sigma_m(&last));
+            let step = matched.map_from_base.between(&blind.map_from_base);
+            let (metres, degrees) = error(&step, &straight(1).between(&straight(i)));
+            assert!(metres < 1e-9 && degrees < 1e-9);
+            last = blind;
+        }
+        let back = track(&mut tracker, 10, &look(&world, &straight(10), &mut noise), Some(straight(10)));
+        assert_eq!(back.outcome, Outcome::Matched);
+    }
+}
+
+#[test]
+fn a_recording_that_begins_without_returns_begins_the_map_with_the_first_that_has_some() {
+    let (world, mut noise) = (World::room(), Noise(5));
+    let mut tracker = Tracker::new(TrackerParams::default());
+    assert_eq!(track(&mut tracker, 0, &[], None).outcome, Outcome::NoReturns);
+    let seen = track(&mut tracker, 1, &look(&world, &straight(0), &mut noise), None);
+    assert_eq!(seen.outcome, Outcome::First);
+}
+
+#[test]
+fn a_scan_of_another_place_is_lost_and_teaches_the_map_nothing() {
+    let (room, mut noise) = (World::room(), Noise(5));
+    let elsewhere = World::new(World::rectangle([-0.6, -0.7], [0.9, 0.8]));
+    let mut tracker = Tracker::new(TrackerParams::default());
+    let mut last = track(&mut tracker, 0, &look(&room, &straight(0), &mut noise), Some(straight(0)));
+    for i in 1..20 {
+        last = track(&mut tracker, i64::from(i), &look(&room, &straight(i), &mut noise), Some(straight(i)));
+    }
+    let size = tracker.map_size();
+    for i in 20..26 {
+        let strange = track(
+            &mut tracker,
+            i64::from(i),
+            &look(&elsewhere, &Pose2::IDENTITY, &mut noise),
+            Some(straight(i)),
+        );
+        assert_eq!(strange.outcome, Outcome::Lost, "{strange:?}");
+        assert!(sigma_m(&strange) > sigma_m(&last));
+        last = strange;
+    }
+    assert_eq!(tracker.map_size(), size);
+    let back = track(&mut tracker, 26, &look(&room, &straight(26), &mut noise), Some(straight(26)));
+    assert_eq!(back.outcome, Outcome::Matched);
+    assert!(error(&back.map_from_base, &straight(26)).0 < 0.03);
+}
+
+#[test]
+fn a_base_carried_half_a_metre_is_found_again() {
+    let (world, mut noise) = (World::room(), Noise(5));
+    let mut tracker = Tracker::new(TrackerParams::default());
+    for i in 0..20 {
+        track(&mut tracker, i64::from(i), &look(&world, &straight(i), &mut noise), Some(straight(i)));
+    }
+    let carried = straight(19) * Pose2::new(0.25, -0.2, 0.25);
+    let found = track(&mut tracker, 20, &look(&world, &carried, &mut noise), Some(straight(19)));
+    let (metres, degrees) = error(&found.map_from_base, &carried);
+    assert!(metres < 0.03 && degrees < 0.5, "{metres} m, {degrees} deg, {found:?}");
+}
+
+#[test]
+fn no_number_in_a_scan_makes_a_pose_that_is_no_number() {
+    let wild = [f32::NAN, f32::NEG_INFINITY, -1.0, 0.0, f32::MAX, f32::MIN_POSITIVE, 1.0];
+    for method in Method::ALL {
+        let mut tracker = Tracker::new(TrackerParams::for_method(method));
+        for (i, a) in (0..).zip(wild) {
+            let beams: Vec<Beam> = wild
+                .iter()
+                .flat_map(|&b| wild.map(|c| Beam { direction_in_base: [a, b], range_m: c, delay_s: b }))
+                .collect();
+            let tracked = track(&mut tracker, i, &beams, Some(Pose2::new(f64::from(a), 0.0, f64::from(a))));
+            assert!(tracked.map_from_base.is_finite(), "{a} {tracked:?}");
+        }
+    }
+}
