@@ -1,6 +1,6 @@
 //! Wavefront OBJ that keeps polygons: one face a polygon, vertices shared between faces, `map` axes, metres.
 //!
-//! An OBJ face has one ring, so a polygon with holes is written as one ring with cuts of no width ([`super::keyhole`]); the rare one
+//! An OBJ face has one ring, so a polygon with holes is written as one ring with cuts of no width (`export::keyhole`); the rare one
 //! that cannot be cut so is written as triangles. Source: the OBJ format appendix of Wavefront's Advanced Visualizer manual.
 
 use std::io::{self, Write};
