@@ -9,6 +9,7 @@
 
 use crate::capture_file::{About, LineReads, write_capture};
 use crate::line::ReadParams;
+use crate::same_file::{SameFile, refuse_same_file};
 use base::BaseLine;
 use biplane_recording::rig::{BaseProtocol, Laser};
 use biplane_recording::{AnyMessage, Port, ReadError, Reader, Rig, RigError, Topic, WriteError};
@@ -88,6 +89,9 @@ pub enum EncodeError {
     /// The capture.
     #[error(transparent)]
     Write(#[from] WriteError),
+    /// The output is the input.
+    #[error(transparent)]
+    SameFile(#[from] SameFile),
     /// Nothing to encode.
     #[error("{} holds no scans (topic {})", path.display(), Topic::ScanHorizontal.name())]
     NoScans {
@@ -131,6 +135,9 @@ impl From<WireError> for EncodeError {
 
 /// Encodes and writes the capture.
 pub fn run(options: &EncodeOptions) -> Result<EncodeReport, EncodeError> {
+    for input in [Some(&options.input), options.rig.as_ref()].into_iter().flatten() {
+        refuse_same_file(input, &options.output)?;
+    }
     let reader = Reader::open(&options.input)?;
     let given = options.rig.as_deref().map(Rig::load).transpose()?;
     let fixed = given.is_some();

@@ -4,6 +4,7 @@
 //! Bytes, times and directions are kept as they are; everything but `/serial/...` is left out, the rig stays attached. Times are
 //! nanoseconds on the input's clock; a stretch is given in seconds since its first serial byte.
 
+use crate::same_file::{SameFile, refuse_same_file};
 use biplane_recording::read::RIG_ATTACHMENT;
 use biplane_recording::{ReadError, Reader, WriteError, WriteReport, Writer, WriterOptions};
 use std::path::PathBuf;
@@ -32,6 +33,9 @@ pub enum ExtractError {
     /// The output.
     #[error(transparent)]
     Write(#[from] WriteError),
+    /// The output is the input.
+    #[error(transparent)]
+    SameFile(#[from] SameFile),
     /// No serial bytes, or none in the stretch.
     #[error("{}: no serial bytes (/serial/...) there; a recording has them when it was made with --raw", input.display())]
     Nothing {
@@ -42,6 +46,7 @@ pub enum ExtractError {
 
 /// Writes the capture.
 pub fn extract(options: &ExtractOptions) -> Result<WriteReport, ExtractError> {
+    refuse_same_file(&options.input, &options.output)?;
     let reader = Reader::open(&options.input)?;
     let Some(first) = reader.serial().next().transpose()? else {
         return Err(ExtractError::Nothing { input: options.input.clone() });

@@ -18,6 +18,7 @@ pub mod pty;
 pub mod raycast;
 pub mod rigs;
 pub mod rng;
+pub mod same_file;
 pub mod scanner;
 pub mod serve;
 pub mod simulate;

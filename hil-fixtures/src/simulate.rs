@@ -6,6 +6,7 @@
 
 use crate::capture_file::{About, write_capture};
 use crate::line::ReadParams;
+use crate::same_file::{SameFile, refuse_same_file};
 use crate::simulated_rig::{LaserRole, SimulatedRig, SimulationParams, variant_of};
 use crate::truth::{Truth, TruthError};
 use crate::world::path::{Path as DrivePath, PathError};
@@ -15,7 +16,7 @@ use biplane_recording::{Rig, RigError, WriteError};
 use biplane_wire::WireError;
 use devices::{record_base, record_laser};
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 mod devices;
 
@@ -121,6 +122,9 @@ pub enum SimulateError {
         /// What is allowed.
         expected: &'static str,
     },
+    /// The output is the world, path or rig.
+    #[error(transparent)]
+    SameFile(#[from] SameFile),
     /// A telegram.
     #[error("a telegram could not be put together: {0:?}")]
     Telegram(WireError),
@@ -143,6 +147,7 @@ const START_UP_NS: i64 = 600_000_000;
 
 /// Simulates and writes the files.
 pub fn run(options: &SimulateOptions) -> Result<SimulateReport, SimulateError> {
+    refuse_inputs(options)?;
     let world = World::open(&options.world)?;
     let path = drive_path(&world, options)?;
     let rig = match &options.rig {
@@ -188,6 +193,12 @@ pub fn run(options: &SimulateOptions) -> Result<SimulateReport, SimulateError> {
         truth.surfaces()?;
     }
     Ok(report)
+}
+
+fn refuse_inputs(options: &SimulateOptions) -> Result<(), SameFile> {
+    let files =
+        [Some(options.world.as_ref()), options.path.as_deref().map(Path::new), options.rig.as_deref()];
+    files.into_iter().flatten().try_for_each(|input| refuse_same_file(input, &options.output))
 }
 
 fn drive_path(world: &World, options: &SimulateOptions) -> Result<DrivePath, SimulateError> {
