@@ -57,10 +57,11 @@ pub struct RecordOptions {
 /// What is wrong with rig, ports or output; also when the whole run brought no scan to localise with.
 pub fn record(options: &RecordOptions, stop: &AtomicBool) -> Result<RunReport, OnboardError> {
     ports::check(&options.rig)?;
-    let clock = RunClock::start();
-    let lines = Lines::open(&options.rig, clock)?;
     let writer_options =
         WriterOptions { overwrite: options.overwrite, sync: true, ..WriterOptions::default() };
+    Writer::check(&options.output, &writer_options)?;
+    let clock = RunClock::start();
+    let lines = Lines::open(&options.rig, clock)?;
     let mut writer = Writer::create(&options.output, &writer_options)?;
     let start_ns = clock.now_ns();
     provenance::write(&mut writer, &options.rig, options.matcher, "biplane-onboard record", start_ns)?;

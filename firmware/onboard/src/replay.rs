@@ -87,7 +87,13 @@ pub fn replay(options: &ReplayOptions, stop: &AtomicBool) -> Result<RunReport, O
     if same_file(&options.input, &options.output) {
         return Err(OnboardError::OutputIsInput { path: options.input.clone() });
     }
+    let writer_options = WriterOptions {
+        overwrite: options.overwrite,
+        inputs: vec![options.input.clone()],
+        ..WriterOptions::default()
+    };
     let reader = Reader::open(&options.input)?;
+    Writer::check(&options.output, &writer_options)?;
     let rig = match &options.rig {
         Some(rig) => rig.clone(),
         None => reader.rig()?.ok_or_else(|| OnboardError::NoRig { path: options.input.clone() })?,
@@ -96,7 +102,6 @@ pub fn replay(options: &ReplayOptions, stop: &AtomicBool) -> Result<RunReport, O
     if content == Content::Serial && rig.base.protocol != BaseProtocol::P2os {
         return Err(OnboardError::BaseProtocol { protocol: rig.base.protocol.name() });
     }
-    let writer_options = WriterOptions { overwrite: options.overwrite, ..WriterOptions::default() };
     let mut writer = Writer::create(&options.output, &writer_options)?;
     provenance::write(&mut writer, &rig, options.matcher, "biplane-onboard replay", start_ns)?;
     let engine_options = EngineOptions { rig, matcher: options.matcher, feed: Feed::Recorded, raw: false };

@@ -144,6 +144,19 @@ fn an_output_that_exists_is_kept_unless_told_otherwise() {
 }
 
 #[test]
+fn an_input_named_as_the_unfinished_output_survives() {
+    let folder = Folder::new("active");
+    write_capture(&folder.file("capture.mcap"), 1, true);
+    let input = folder.file("run.mcap.active");
+    fs::rename(folder.file("capture.mcap"), &input).unwrap();
+    let before = fs::read(&input).unwrap();
+    let forced = ReplayOptions { overwrite: true, ..options(input.clone(), folder.file("run.mcap")) };
+    let error = run(&forced).unwrap_err();
+    assert!(matches!(error, OnboardError::Write(WriteError::IsInput { .. })), "{error}");
+    assert!(fs::read(&input).unwrap() == before && !folder.file("run.mcap").exists());
+}
+
+#[test]
 fn a_rig_given_replaces_the_inputs_own() {
     let folder = Folder::new("rig");
     write_capture(&folder.file("capture.mcap"), 1, false);

@@ -19,7 +19,7 @@ pub use finding::{Finding, Problem};
 
 use crate::read::{ReadError, Source};
 use crate::records::MAGIC;
-use crate::write::{WriteError, Writer};
+use crate::write::{WriteError, Writer, recovering_path};
 use salvage::Salvage;
 use std::fs::File;
 use std::io;
@@ -129,10 +129,20 @@ pub fn recover(input: &Path, output: &Path) -> Result<RecoverReport, RecoverErro
     let size = metadata.len();
     let walk = start(input, &file, size)?;
     let profile = walk::profile(&mut Source::new(&file, size)).map_err(cannot)?;
-    let writer = Writer::create_copy(output, &profile)?;
+    let writer = Writer::create_copy(output, input, &profile)?;
     let mut salvage = Salvage::new(input, &file, size, writer);
-    salvage.run(walk)?;
-    Ok(salvage.finish()?)
+    let report = match salvage.run(walk) {
+        Ok(()) => salvage.finish().map_err(RecoverError::from),
+        Err(error) => {
+            drop(salvage);
+            Err(error)
+        }
+    };
+    if report.is_err() {
+        // Half a copy is of no use, and the next attempt would take it for one of somebody else.
+        let _ = std::fs::remove_file(recovering_path(output));
+    }
+    report
 }
 
 /// Where to begin: after the magic, or, when that is damaged, at the first record that proves itself.

@@ -1,11 +1,16 @@
 //! Messages and attachments of another file, written as they stand there: for optimised, imported and salvaged recordings.
 
-use super::{Channel, Stamped, WriteError, Writer, WriterOptions, with_suffix};
+use super::target::{self, with_suffix};
+use super::{Channel, Stamped, WriteError, Writer, WriterOptions};
 use crate::read::Entry;
 use mcap::Attachment;
 use std::borrow::Cow;
-use std::fs::File;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+/// The name of a copy of a broken file while it is written: `NAME.recovering`.
+pub(crate) fn recovering_path(path: &Path) -> PathBuf {
+    with_suffix(path, ".recovering")
+}
 
 impl Stamped {
     fn of(entry: &Entry, channel: u16) -> Self {
@@ -17,17 +22,18 @@ impl Stamped {
 impl Writer {
     /// Starts the copy of a broken file, of any profile. While it is written its name is `PATH.recovering`, because the broken file
     /// itself may well be `PATH.active`.
-    pub(crate) fn create_copy(path: &Path, profile: &str) -> Result<Self, WriteError> {
-        let recovering = with_suffix(path, ".recovering");
-        if path.try_exists().unwrap_or(false) {
-            return Err(WriteError::Exists { path: path.to_owned() });
-        }
-        let file = File::create(&recovering).map_err(|source| WriteError::Io {
-            action: "create",
-            path: recovering.clone(),
-            source,
+    ///
+    /// # Errors
+    /// As [`Writer::create`], without anything being replaced.
+    pub(crate) fn create_copy(path: &Path, input: &Path, profile: &str) -> Result<Self, WriteError> {
+        let options = WriterOptions { inputs: vec![input.to_owned()], ..WriterOptions::default() };
+        target::check(path, &options)?;
+        let recovering = recovering_path(path);
+        let file = target::create(&recovering, &options).map_err(|error| match error {
+            WriteError::Unfinished { path } => WriteError::Recovering { path },
+            other => other,
         })?;
-        Self::start(path, recovering, file, &WriterOptions::default(), profile)
+        Self::start(path, recovering, file, &options, profile)
     }
 
     /// Writes a message of another file as it is: same topic, type, schema, encoding, times and bytes; also of topics and types that

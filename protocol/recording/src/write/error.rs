@@ -22,6 +22,38 @@ pub enum WriteError {
         /// The unfinished file.
         path: PathBuf,
     },
+    /// Output, or the name under which it is written until it is finished, is an input.
+    #[error("{} is the input {}: it is not overwritten; choose another output", path.display(), input.display())]
+    IsInput {
+        /// The output's name.
+        path: PathBuf,
+        /// The input, as it was named.
+        input: PathBuf,
+    },
+    /// A folder, a device, a pipe: nothing that a file could replace.
+    #[error("{} is there and is not a regular file: it is not replaced", path.display())]
+    NotAFile {
+        /// What is there.
+        path: PathBuf,
+    },
+    /// The name under which the output is written until it is finished is taken by something that is no recording.
+    #[error(
+        "{} is in the way: the output has this name until it is finished, and what is there is no unfinished recording",
+        path.display()
+    )]
+    InTheWay {
+        /// What is there.
+        path: PathBuf,
+    },
+    /// A copy in the making is there: of a recovery that still goes on, or that was cut off.
+    #[error(
+        "{} exists: left by a recovery that was cut off, or of one that still goes on; remove it in the first case",
+        path.display()
+    )]
+    Recovering {
+        /// The unfinished copy.
+        path: PathBuf,
+    },
     /// No room is left.
     #[error("disk full while writing {}: what was written before is kept", path.display())]
     DiskFull {

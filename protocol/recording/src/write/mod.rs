@@ -5,8 +5,11 @@
 
 mod copy;
 mod error;
+mod target;
 
+pub(crate) use copy::recovering_path;
 pub use error::WriteError;
+pub use target::active_path;
 
 use crate::msg::{ByteArray, Message};
 use crate::schema;
@@ -16,16 +19,18 @@ use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use mcap::{Compression, McapResult, WriteOptions};
 use std::collections::BTreeMap;
-use std::ffi::OsString;
 use std::fs::File;
-use std::io::{self, BufWriter};
+use std::io::BufWriter;
 use std::path::{Path, PathBuf};
+use target::sync_folder;
 
 /// How a recording is written.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct WriterOptions {
     /// Replace an existing file, and an unfinished one, of that name. Otherwise both are an error.
     pub overwrite: bool,
+    /// Files that the output is made from: they are never replaced, under no name, not even when told to overwrite.
+    pub inputs: Vec<PathBuf>,
     /// Wait until each chunk is on the disk itself (`fdatasync`), so that a power cut costs a second at most. For live recording;
     /// a replay writes hours in seconds and would only wait.
     pub sync: bool,
@@ -38,7 +43,13 @@ pub struct WriterOptions {
 
 impl Default for WriterOptions {
     fn default() -> Self {
-        Self { overwrite: false, sync: false, chunk_span_ns: 900_000_000, chunk_bytes: 1 << 20 }
+        Self {
+            overwrite: false,
+            inputs: Vec::new(),
+            sync: false,
+            chunk_span_ns: 900_000_000,
+            chunk_bytes: 1 << 20,
+        }
     }
 }
 
@@ -56,18 +67,6 @@ pub struct WriteReport {
 }
 
 type Sink = NoSeek<BufWriter<File>>;
-
-/// The name of a file while it is written: `NAME.active`.
-#[must_use]
-pub fn active_path(path: &Path) -> PathBuf {
-    with_suffix(path, ".active")
-}
-
-fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
-    let mut name = OsString::from(path.as_os_str());
-    name.push(suffix);
-    PathBuf::from(name)
-}
 
 /// A channel of the file: its id in it, and how many messages it has.
 #[derive(Copy, Clone)]
@@ -115,47 +114,29 @@ impl std::fmt::Debug for Writer {
     }
 }
 
-/// Brings a new or renamed file's name to the disk: it stands in the folder, not in the file.
-fn sync_folder(path: &Path) -> Result<(), WriteError> {
-    let folder = match path.parent() {
-        Some(folder) if !folder.as_os_str().is_empty() => folder,
-        _ => Path::new("."),
-    };
-    File::open(folder)
-        .and_then(|folder| folder.sync_all())
-        .map_err(|source| refused("sync the folder of", path, source))
-}
-
-fn open_active(path: &Path, active: &Path, overwrite: bool) -> Result<File, WriteError> {
-    if !overwrite && path.try_exists().unwrap_or(false) {
-        return Err(WriteError::Exists { path: path.to_owned() });
-    }
-    let mut options = File::options();
-    options.write(true);
-    if overwrite {
-        options.create(true).truncate(true);
-    } else {
-        options.create_new(true);
-    }
-    options.open(active).map_err(|source| match source.kind() {
-        io::ErrorKind::AlreadyExists => WriteError::Unfinished { path: active.to_owned() },
-        _ => WriteError::Io { action: "create", path: active.to_owned(), source },
-    })
-}
-
 impl Writer {
     /// Starts a file: creates `PATH.active`, which [`Writer::finish`] renames to `path`.
     ///
     /// # Errors
-    /// [`WriteError::Exists`] and [`WriteError::Unfinished`] for what is there already (unless `options.overwrite`), or what the
-    /// system refuses.
+    /// As [`Writer::check`], or what the system refuses.
     pub fn create(path: &Path, options: &WriterOptions) -> Result<Self, WriteError> {
+        target::check(path, options)?;
         let active = active_path(path);
-        let file = open_active(path, &active, options.overwrite)?;
+        let file = target::create(&active, options)?;
         if options.sync {
             sync_folder(&active)?;
         }
         Self::start(path, active, file, options, "ros2")
+    }
+
+    /// Whether [`Writer::create`] would begin, for whoever wants to know before long work. Nothing is created.
+    ///
+    /// # Errors
+    /// [`WriteError::IsInput`] and [`WriteError::NotAFile`]; [`WriteError::Exists`] and [`WriteError::Unfinished`] for what is there
+    /// already (unless `options.overwrite`), and [`WriteError::InTheWay`] for what is no recording.
+    pub fn check(path: &Path, options: &WriterOptions) -> Result<(), WriteError> {
+        target::check(path, options)?;
+        target::check_temporary(&active_path(path), options)
     }
 
     fn start(
@@ -365,9 +346,7 @@ impl Writer {
             self.file.sync_all().map_err(|source| refused("sync", &self.active, source))?;
         }
         // Somebody may have put a file there while we wrote.
-        if !self.options.overwrite && self.path.try_exists().unwrap_or(false) {
-            return Err(WriteError::Exists { path: self.path });
-        }
+        target::check(&self.path, &self.options)?;
         std::fs::rename(&self.active, &self.path)
             .map_err(|source| refused("rename to its name", &self.active, source))?;
         if self.options.sync {
@@ -378,3 +357,6 @@ impl Writer {
         Ok(WriteReport { path: self.path, messages: self.messages, chunks, bytes })
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -2,7 +2,7 @@
 
 use crate::folder::Folder;
 use crate::samples::{odometry, write_run};
-use biplane_recording::{Direction, Port, ReadError, Reader, Topic, WriteError, Writer, WriterOptions};
+use biplane_recording::{ReadError, Reader, RecoverError, Topic, WriteError, Writer, WriterOptions, recover};
 use std::path::Path;
 
 fn create(path: &Path, overwrite: bool) -> Result<Writer, WriteError> {
@@ -79,22 +79,67 @@ fn what_was_flushed_is_on_file_while_the_run_goes_on() {
 }
 
 #[test]
-fn a_full_disk_is_a_typed_error_and_stays_one() {
-    let folder = Folder::new("full");
-    let path = folder.file("run.mcap");
-    // The kernel's device that is always full, under the name that the writer opens.
-    std::os::unix::fs::symlink("/dev/full", folder.file("run.mcap.active")).unwrap();
-    let mut writer = create(&path, true).unwrap();
-    let bytes = vec![0x5A; 5000];
-    let mut errors = Vec::new();
-    for number in 0..40 {
-        let written = writer.write_serial(Port::Base, Direction::Rx, number * 500_000_000, &bytes);
-        errors.extend(written.err());
+fn an_input_is_replaced_under_no_name_even_when_told_to_overwrite() {
+    let folder = Folder::new("input");
+    write_run(&folder.file("in.mcap"), 3, &WriterOptions::default()).unwrap().finish().unwrap();
+    let input = folder.file("run.mcap.active");
+    std::fs::rename(folder.file("in.mcap"), &input).unwrap();
+    std::fs::hard_link(&input, folder.file("link.mcap")).unwrap();
+    let before = std::fs::read(&input).unwrap();
+    for overwrite in [false, true] {
+        let options = WriterOptions { overwrite, inputs: vec![input.clone()], ..WriterOptions::default() };
+        for output in ["run.mcap", "run.mcap.active", "link.mcap"] {
+            let error = Writer::create(&folder.file(output), &options).unwrap_err();
+            assert!(matches!(error, WriteError::IsInput { .. }), "{output}: {error}");
+            assert!(error.to_string().matches("run.mcap.active").count() >= 1, "{error}");
+        }
     }
-    assert!(matches!(errors.first(), Some(WriteError::DiskFull { .. })), "{:?}", errors.first());
-    assert!(matches!(errors.last(), Some(WriteError::Failed { .. })), "{:?}", errors.last());
-    assert!(writer.finish().is_err());
-    assert!(!path.exists());
+    // Recovery writes to another name.
+    let broken = folder.file("new.mcap.recovering");
+    std::fs::rename(&input, &broken).unwrap();
+    let error = recover(&broken, &folder.file("new.mcap")).unwrap_err();
+    assert!(matches!(error, RecoverError::Write(WriteError::IsInput { .. })), "{error}");
+    assert_eq!(std::fs::read(&broken).unwrap(), before);
+    let error = recover(&folder.file("link.mcap"), &folder.file("link.mcap")).unwrap_err();
+    assert!(matches!(error, RecoverError::Write(WriteError::IsInput { .. })), "{error}");
+    // Nor is a recovery of somebody else taken over.
+    std::fs::write(folder.file("else.mcap.recovering"), b"theirs").unwrap();
+    let error = recover(&broken, &folder.file("else.mcap")).unwrap_err();
+    assert!(matches!(error, RecoverError::Write(WriteError::Recovering { .. })), "{error}");
+    assert_eq!(std::fs::read(folder.file("else.mcap.recovering")).unwrap(), b"theirs");
+}
+
+#[test]
+fn an_unfinished_recording_is_replaced_when_told_to_but_nothing_else_of_that_name() {
+    let folder = Folder::new("in-the-way");
+    let active = folder.file("run.mcap.active");
+    std::fs::write(&active, b"PARAM robot").unwrap();
+    let error = create(&folder.file("run.mcap"), true).unwrap_err();
+    assert!(matches!(error, WriteError::InTheWay { .. }), "{error}");
+    assert_eq!(std::fs::read(&active).unwrap(), b"PARAM robot");
+    for unfinished in [b"\x89MCAP0\r\n\x01".as_slice(), b"", &[0; 600]] {
+        std::fs::write(&active, unfinished).unwrap();
+        create(&folder.file("run.mcap"), true).unwrap().finish().unwrap();
+        assert_eq!(folder.names(), ["run.mcap"]);
+    }
+}
+
+#[test]
+fn what_is_no_regular_file_is_not_replaced() {
+    let folder = Folder::new("irregular");
+    std::fs::create_dir(folder.file("folder.mcap")).unwrap();
+    std::fs::create_dir(folder.file("other.mcap.active")).unwrap();
+    let _socket = std::os::unix::net::UnixListener::bind(folder.file("socket.mcap")).unwrap();
+    std::os::unix::fs::symlink(folder.file("socket.mcap"), folder.file("linked.mcap.active")).unwrap();
+    let names = folder.names();
+    for output in ["folder.mcap", "other.mcap", "socket.mcap", "linked.mcap"] {
+        for overwrite in [false, true] {
+            let error = create(&folder.file(output), overwrite).unwrap_err();
+            assert!(matches!(error, WriteError::NotAFile { .. }), "{output}: {error}");
+            assert!(error.to_string().contains(output), "{error}");
+        }
+    }
+    assert_eq!(folder.names(), names);
 }
 
 #[test]

@@ -1,0 +1,102 @@
+//! The names of an output: `NAME.active` while it is written, `NAME` when it is finished; and what may stand there before.
+//!
+//! Nothing is truncated or replaced that somebody may still need: an input of the same run never, a device or folder never, an
+//! earlier output only when asked.
+
+use super::error::refused;
+use super::{WriteError, WriterOptions};
+use std::ffi::OsString;
+use std::fs::{File, Metadata};
+use std::io::{self, Read};
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+
+use crate::records::MAGIC;
+
+/// The name of a file while it is written: `NAME.active`.
+#[must_use]
+pub fn active_path(path: &Path) -> PathBuf {
+    with_suffix(path, ".active")
+}
+
+pub(super) fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
+    let mut name = OsString::from(path.as_os_str());
+    name.push(suffix);
+    PathBuf::from(name)
+}
+
+/// Brings a new or renamed file's name to the disk: it stands in the folder, not in the file.
+pub(super) fn sync_folder(path: &Path) -> Result<(), WriteError> {
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    File::open(folder)
+        .and_then(|folder| folder.sync_all())
+        .map_err(|source| refused("sync the folder of", path, source))
+}
+
+/// Whether `path` may become the output: an error when it is there and is an input, no regular file, or not to be replaced.
+pub(super) fn check(path: &Path, options: &WriterOptions) -> Result<(), WriteError> {
+    // What cannot be looked at (no such folder, say) is told when the file is created.
+    let Ok(found) = path.metadata() else { return Ok(()) };
+    refuse_input(path, &found, options)?;
+    if !found.is_file() {
+        return Err(WriteError::NotAFile { path: path.to_owned() });
+    }
+    if options.overwrite { Ok(()) } else { Err(WriteError::Exists { path: path.to_owned() }) }
+}
+
+/// The same of `temporary`, the name while it is written. Only an unfinished recording may be replaced there, not whatever else
+/// has such a name.
+pub(super) fn check_temporary(temporary: &Path, options: &WriterOptions) -> Result<(), WriteError> {
+    let Ok(entry) = temporary.symlink_metadata() else { return Ok(()) };
+    let found = temporary.metadata().unwrap_or_else(|_dangling| entry.clone());
+    refuse_input(temporary, &found, options)?;
+    if !entry.is_file() {
+        return Err(WriteError::NotAFile { path: temporary.to_owned() });
+    }
+    if !options.overwrite {
+        return Err(WriteError::Unfinished { path: temporary.to_owned() });
+    }
+    if begins_as_recording(temporary).unwrap_or(false) {
+        return Ok(());
+    }
+    Err(WriteError::InTheWay { path: temporary.to_owned() })
+}
+
+/// Creates `temporary`, which nothing but an unfinished recording that may go can have stood for.
+pub(super) fn create(temporary: &Path, options: &WriterOptions) -> Result<File, WriteError> {
+    check_temporary(temporary, options)?;
+    if options.overwrite {
+        // Its name goes, not its bytes: whoever has it under another name keeps it.
+        match std::fs::remove_file(temporary) {
+            Err(source) if source.kind() != io::ErrorKind::NotFound => {
+                return Err(refused("replace", temporary, source));
+            }
+            _ => {}
+        }
+    }
+    let file = File::options().write(true).create_new(true).open(temporary);
+    file.map_err(|source| match source.kind() {
+        io::ErrorKind::AlreadyExists => WriteError::Unfinished { path: temporary.to_owned() },
+        _ => WriteError::Io { action: "create", path: temporary.to_owned(), source },
+    })
+}
+
+fn refuse_input(path: &Path, found: &Metadata, options: &WriterOptions) -> Result<(), WriteError> {
+    let is_found = |input: &&PathBuf| {
+        input.metadata().is_ok_and(|input| (input.dev(), input.ino()) == (found.dev(), found.ino()))
+    };
+    match options.inputs.iter().find(is_found) {
+        Some(input) => Err(WriteError::IsInput { path: path.to_owned(), input: input.clone() }),
+        None => Ok(()),
+    }
+}
+
+/// Whether a file begins as a recording does, as far as it goes; one whose first bytes never reached the disk is zeros there.
+fn begins_as_recording(path: &Path) -> io::Result<bool> {
+    let mut first = Vec::new();
+    File::open(path)?.take(MAGIC.len() as u64).read_to_end(&mut first)?;
+    Ok(MAGIC.starts_with(&first) || first.iter().all(|byte| *byte == 0))
+}
