@@ -60,8 +60,13 @@ impl Default for Path {
 #[derive(Debug, thiserror::Error)]
 pub enum PathError {
     /// The file is no path.
-    #[error("not a path: {0}")]
-    Syntax(#[from] toml::de::Error),
+    #[error("line {line}: {message}")]
+    Syntax {
+        /// Counted from 1.
+        line: usize,
+        /// What is wrong there.
+        message: String,
+    },
     /// Nothing to drive.
     #[error("a path needs at least two waypoints that differ; {found} found")]
     TooShort {
@@ -110,10 +115,19 @@ pub enum PathError {
     },
 }
 
+impl PathError {
+    /// In one line: the parser's own report draws the place over several.
+    fn syntax(text: &str, error: &toml::de::Error) -> Self {
+        let before = error.span().and_then(|span| text.get(..span.start)).unwrap_or_default();
+        let message = error.message().split_whitespace().collect::<Vec<_>>().join(" ");
+        Self::Syntax { line: 1 + before.matches('\n').count(), message }
+    }
+}
+
 impl Path {
     /// Reads a path file.
     pub fn parse(text: &str) -> Result<Self, PathError> {
-        let path: Self = toml::from_str(text)?;
+        let path: Self = toml::from_str(text).map_err(|error| PathError::syntax(text, &error))?;
         path.check()?;
         Ok(path)
     }
@@ -161,6 +175,18 @@ mod tests {
         let path = Path::parse("waypoints_m = [[0, 0], [2.5, 1]]\nspeed_m_s = 1").expect("a path");
         assert_eq!(path.waypoints_m, vec![[0.0, 0.0], [2.5, 1.0]]);
         assert_eq!((path.speed_m_s, path.floor_z_m), (1.0, 0.0));
+    }
+
+    #[test]
+    fn a_file_that_is_no_path_is_told_in_one_line_with_the_place() {
+        for (text, line) in [
+            ("waypoints_m = [[0, 0], [1, 0]]\n\nspeed_m_s = \"fast\"\n", "line 3: "),
+            ("waypoints_m = [[0, 0],\n", "line "),
+            ("name = \"a\"\nspeed = 1\n", "line 2: "),
+        ] {
+            let message = Path::parse(text).expect_err("refused").to_string();
+            assert!(message.starts_with(line) && !message.contains('\n'), "{message}");
+        }
     }
 
     #[test]
