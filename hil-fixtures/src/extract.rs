@@ -5,6 +5,7 @@
 //! nanoseconds on the input's clock; a stretch is given in seconds since its first serial byte.
 
 use crate::same_file::{SameFile, refuse_same_file};
+use biplane_recording::capture::SerialBytes;
 use biplane_recording::read::RIG_ATTACHMENT;
 use biplane_recording::{ReadError, Reader, WriteError, WriteReport, Writer, WriterOptions};
 use std::path::PathBuf;
@@ -37,10 +38,16 @@ pub enum ExtractError {
     #[error(transparent)]
     SameFile(#[from] SameFile),
     /// No serial bytes, or none in the stretch.
-    #[error("{}: no serial bytes (/serial/...) there; a recording has them when it was made with --raw", input.display())]
+    #[error(
+        "{}: no serial bytes (/serial/...) {}",
+        input.display(),
+        if *stretch { "in this stretch" } else { "there; a recording has them when it was made with --raw" }
+    )]
     Nothing {
         /// The input.
         input: PathBuf,
+        /// Whether there are some elsewhere in it.
+        stretch: bool,
     },
 }
 
@@ -49,11 +56,24 @@ pub fn extract(options: &ExtractOptions) -> Result<WriteReport, ExtractError> {
     refuse_same_file(&options.input, &options.output)?;
     let reader = Reader::open(&options.input)?;
     let Some(first) = reader.serial().next().transpose()? else {
-        return Err(ExtractError::Nothing { input: options.input.clone() });
+        return Err(ExtractError::Nothing { input: options.input.clone(), stretch: false });
     };
     let at_ns = |seconds: f64| first.time_ns.saturating_add((seconds * 1e9) as i64);
     let from_ns = options.from_s.map_or(i64::MIN, at_ns);
     let to_ns = options.to_s.map_or(i64::MAX, at_ns);
+    let within = |read: &SerialBytes| (from_ns..=to_ns).contains(&read.time_ns);
+    // Looked for first: the output is not touched when there is nothing to write.
+    let mut found = false;
+    for read in reader.serial() {
+        found = within(&read?);
+        if found {
+            break;
+        }
+    }
+    let number = [options.from_s, options.to_s].into_iter().flatten().all(|seconds| !seconds.is_nan());
+    if !found || !number {
+        return Err(ExtractError::Nothing { input: options.input.clone(), stretch: true });
+    }
     let writer_options = WriterOptions { overwrite: options.overwrite, ..WriterOptions::default() };
     let mut writer = Writer::create(&options.output, &writer_options)?;
     if let Some(rig) = reader.attachment(RIG_ATTACHMENT)? {
@@ -61,9 +81,34 @@ pub fn extract(options: &ExtractOptions) -> Result<WriteReport, ExtractError> {
     }
     for read in reader.serial() {
         let read = read?;
-        if (from_ns..=to_ns).contains(&read.time_ns) {
+        if within(&read) {
             writer.write_serial(read.port, read.direction, read.time_ns, &read.bytes)?;
         }
     }
     Ok(writer.finish()?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{ExtractError, ExtractOptions, extract};
+    use std::path::{Path, PathBuf};
+
+    #[test]
+    fn a_stretch_without_bytes_is_refused_and_leaves_the_output_alone() {
+        let captures = Path::new(env!("CARGO_MANIFEST_DIR")).join("captures");
+        let files = std::fs::read_dir(captures).expect("captures").filter_map(|e| e.ok().map(|e| e.path()));
+        let input = files.filter(|path| path.extension().is_some_and(|e| e == "mcap")).min().expect("one");
+        let folder = std::env::temp_dir().join(format!("biplane-extract-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder");
+        let output: PathBuf = folder.join("c.mcap");
+        std::fs::write(&output, "precious").expect("written");
+        for (from_s, to_s) in [(Some(5000.0), None), (Some(5.0), Some(2.0)), (Some(f64::NAN), None)] {
+            let (input, output) = (input.clone(), output.clone());
+            let error = extract(&ExtractOptions { input, output, from_s, to_s, overwrite: true });
+            assert!(matches!(error, Err(ExtractError::Nothing { stretch: true, .. })), "{error:?}");
+        }
+        assert_eq!(std::fs::read_to_string(&output).ok().as_deref(), Some("precious"));
+        assert_eq!(std::fs::read_dir(&folder).expect("a folder").count(), 1);
+        let _ = std::fs::remove_dir_all(&folder);
+    }
 }

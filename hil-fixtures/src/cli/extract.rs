@@ -1,5 +1,6 @@
 //! `extract`: a capture out of a recording.
 
+use super::BadArgument;
 use biplane_mock::extract::{ExtractOptions, extract};
 use std::path::PathBuf;
 
@@ -16,10 +17,10 @@ pub struct Extract {
     #[arg(short, long, value_name = "C.mcap")]
     output: PathBuf,
     /// Leave out what came earlier than this after the first serial byte, seconds.
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = super::zero_or_more)]
     from: Option<f64>,
     /// Leave out what came later, seconds.
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = super::zero_or_more)]
     to: Option<f64>,
     /// Replace an existing capture.
     #[arg(long, visible_alias = "overwrite")]
@@ -29,6 +30,13 @@ pub struct Extract {
 impl Extract {
     /// Extracts and says what came of it.
     pub fn run(&self) -> anyhow::Result<()> {
+        if let (Some(from), Some(to)) = (self.from, self.to)
+            && from > to
+        {
+            return Err(
+                BadArgument(format!("--from {from} --to {to}: the stretch ends before it begins")).into()
+            );
+        }
         let options = ExtractOptions {
             input: self.input.clone(),
             output: self.output.clone(),

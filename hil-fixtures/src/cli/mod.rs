@@ -38,7 +38,49 @@ impl Cli {
     }
 }
 
+/// A finite number above 0.
+fn above_zero(text: &str) -> Result<f64, String> {
+    number(text, |value| value > 0.0, "a number above 0")
+}
+
+/// A finite number that is not below 0.
+fn zero_or_more(text: &str) -> Result<f64, String> {
+    number(text, |value| value >= 0.0, "0 or more")
+}
+
+fn number(text: &str, allowed: impl Fn(f64) -> bool, expected: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().ok().filter(|&value| value.is_finite() && allowed(value));
+    value.ok_or_else(|| format!("expected {expected}"))
+}
+
 /// An argument that is well formed but cannot be used; the program ends with code 2.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct BadArgument(pub String);
+
+#[cfg(test)]
+mod tests {
+    use super::Cli;
+    use clap::Parser;
+
+    #[test]
+    fn numbers_that_make_no_drive_and_no_stretch_are_bad_arguments() {
+        let refused = |line: &str| Cli::try_parse_from(line.split(' ')).err().map(|error| error.exit_code());
+        for (before, after) in [
+            ("m simulate --world corridor -o c.mcap --cruise=", vec!["0", "-1", "nan", "inf"]),
+            ("m simulate --world corridor -o c.mcap --stand=", vec!["-1", "nan"]),
+            ("m serve --world corridor --links l --speed=", vec!["0", "nan", "-2"]),
+            ("m serve --world corridor --links l --start-after=", vec!["-1", "nan", "inf"]),
+            ("m extract r.mcap -o c.mcap --from=", vec!["nan", "-1"]),
+            ("m extract r.mcap -o c.mcap --to=", vec!["nan", "-1"]),
+        ] {
+            for value in after {
+                assert_eq!(refused(&format!("{before}{value}")), Some(2), "{before}{value}");
+            }
+            assert_eq!(refused(&format!("{before}0.5")), None, "{before}0.5");
+        }
+        let crossed = Cli::try_parse_from("m extract r.mcap -o c.mcap --from 5 --to 2".split(' '));
+        let error = crossed.expect("well formed").run().expect_err("refused");
+        assert!(error.is::<super::BadArgument>(), "{error}");
+    }
+}

@@ -43,7 +43,7 @@ pub struct Serve {
     #[arg(long, value_name = "DIR")]
     links: PathBuf,
     /// Run N times as fast as real time.
-    #[arg(long, value_name = "N", default_value_t = 1.0)]
+    #[arg(long, value_name = "N", default_value_t = 1.0, value_parser = super::above_zero)]
     speed: f64,
     /// Fault on the lines; may be given several times: bit-noise, loose-connector, usb-stall.
     #[arg(long = "fault", value_name = "PRESET")]
@@ -55,7 +55,7 @@ pub struct Serve {
     #[arg(long)]
     once: bool,
     /// Begin the drive S seconds after the links are there, instead of when all devices stream.
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = super::zero_or_more)]
     start_after: Option<f64>,
     /// Rate of the lasers at the start: 9600 after power-on, or what an earlier client left.
     #[arg(long, value_name = "BAUD", default_value = "9600", value_parser = ["9600", "19200", "38400", "500000"])]

@@ -22,7 +22,7 @@ pub struct Simulate {
     #[arg(long, value_name = "P")]
     path: Option<String>,
     /// Cruising speed instead of the path's, m/s.
-    #[arg(long, value_name = "M/S")]
+    #[arg(long, value_name = "M/S", value_parser = super::above_zero)]
     cruise: Option<f64>,
     /// Rig: mounts, rates, variants; the template when left out.
     #[arg(long, value_name = "rig.toml")]
@@ -36,14 +36,14 @@ pub struct Simulate {
     /// Folder for the truth.
     #[arg(long, value_name = "DIR")]
     truth: Option<PathBuf>,
-    /// Replace an existing capture.
+    /// Replace an existing capture and an existing truth.
     #[arg(long, visible_alias = "overwrite")]
     force: bool,
     /// Begin with what the devices answer while they are set up.
     #[arg(long)]
     start_up: bool,
     /// Standing still before and after the drive, seconds.
-    #[arg(long, value_name = "S", default_value_t = 0.5)]
+    #[arg(long, value_name = "S", default_value_t = 0.5, value_parser = super::zero_or_more)]
     stand: f64,
     /// Most bytes that a read returns; more make a smaller file.
     #[arg(long, value_name = "N", default_value_t = 32)]
