@@ -26,5 +26,6 @@ pub mod simulated_rig;
 pub mod source;
 pub mod telegrams;
 pub mod truth;
+pub mod truth_folder;
 pub mod vec3;
 pub mod world;

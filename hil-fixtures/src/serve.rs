@@ -17,6 +17,7 @@ use crate::lms_device::LmsParams;
 use crate::pty::{Pty, PtyError};
 use crate::rng::Rng;
 use crate::simulated_rig::SimulationParams;
+use crate::truth_folder::{TruthError, prepare};
 use crate::world::World;
 use crate::world::path::{Path as DrivePath, PathError};
 use biplane_recording::Rig;
@@ -27,7 +28,7 @@ use run::Begun;
 use std::fmt;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use truth::{TruthFileError, TruthWriter};
+use truth::TruthWriter;
 
 /// With `once`, the mock ends this long after the drive or capture: a client has noticed the silence by then.
 const SILENCE_NS: i64 = 1_000_000_000;
@@ -108,6 +109,8 @@ pub struct ServeOptions {
     pub base: BaseParams,
     /// Folder for the truth of a world; made when it is missing.
     pub truth: Option<PathBuf>,
+    /// Replace an earlier truth in that folder. A run replaces that of the run before in any case.
+    pub overwrite: bool,
     /// Whether clients at a wrong rate are understood (for clients that set their rate by a custom divisor).
     pub any_baud: bool,
 }
@@ -127,6 +130,7 @@ impl ServeOptions {
             laser: LmsParams::default(),
             base: BaseParams::default(),
             truth: None,
+            overwrite: false,
             any_baud: false,
         }
     }
@@ -163,7 +167,7 @@ pub enum ServeError {
     },
     /// The truth could not be written.
     #[error(transparent)]
-    Truth(#[from] TruthFileError),
+    Truth(#[from] TruthError),
     /// A rig whose base is none that the mock can be.
     #[error("base.protocol = {found} of the rig cannot be served: p2os can")]
     Base {
@@ -195,6 +199,9 @@ pub fn serve(
         .map_err(|source| ServeError::Links { path: options.links.clone(), source })?;
     if options.truth.is_some() && matches!(options.source, Source::Capture { .. }) {
         return Err(ServeError::NoTruth);
+    }
+    if let Some(folder) = &options.truth {
+        prepare(folder, options.overwrite)?;
     }
     let mut devices = Devices::new(options)?;
     let ports = open_ports(options, &mut devices)?;
@@ -265,7 +272,7 @@ struct TruthKeeper<'a> {
     clock: VirtualClock,
     /// The last run seen.
     last: Option<Begun>,
-    failed: Option<TruthFileError>,
+    failed: Option<TruthError>,
 }
 
 impl TruthKeeper<'_> {
@@ -284,7 +291,7 @@ impl TruthKeeper<'_> {
         }
     }
 
-    fn finish(mut self) -> Result<(), TruthFileError> {
+    fn finish(mut self) -> Result<(), TruthError> {
         if let Some(failed) = self.failed.take() {
             return Err(failed);
         }

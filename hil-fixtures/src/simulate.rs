@@ -8,7 +8,8 @@ use crate::capture_file::{About, write_capture};
 use crate::line::ReadParams;
 use crate::same_file::{SameFile, refuse_same_file};
 use crate::simulated_rig::{LaserRole, SimulatedRig, SimulationParams, variant_of};
-use crate::truth::{Truth, TruthError};
+use crate::truth::Truth;
+use crate::truth_folder::{TruthError, prepare};
 use crate::world::path::{Path as DrivePath, PathError};
 use crate::world::{World, WorldError};
 use biplane_recording::rig::BaseProtocol;
@@ -37,7 +38,7 @@ pub struct SimulateOptions {
     pub output: PathBuf,
     /// Directory for the truth.
     pub truth: Option<PathBuf>,
-    /// Replace an existing capture.
+    /// Replace an existing capture and an existing truth.
     pub overwrite: bool,
     /// Begin with what the devices answer while they are set up.
     pub start_up: bool,
@@ -156,6 +157,9 @@ pub fn run(options: &SimulateOptions) -> Result<SimulateReport, SimulateError> {
     };
     check(&rig, options)?;
     let simulated = SimulatedRig::new(&world, &path, &rig, &options.params, options.seed)?;
+    if let Some(directory) = &options.truth {
+        prepare(directory, options.overwrite)?;
+    }
     let times = Times::plan(&simulated, options);
     simulated.start_drive_at(times.drive_ns);
     let mut report = SimulateReport {
@@ -184,7 +188,7 @@ pub fn run(options: &SimulateOptions) -> Result<SimulateReport, SimulateError> {
     let about = about(options, &world, &path);
     write_capture(&options.output, options.overwrite, &rig, &about, &lines, options.start_utc_ns)?;
     if let Some(directory) = &options.truth {
-        let truth = Truth::create(&simulated, directory, options.start_utc_ns)?;
+        let truth = Truth::new(&simulated, directory, options.start_utc_ns);
         truth.scans(LaserRole::Horizontal, &horizontal.first_beams_ns)?;
         if let Some(vertical) = &vertical {
             truth.scans(LaserRole::Vertical, &vertical.first_beams_ns)?;

@@ -12,22 +12,12 @@
 
 use crate::ply::write_ply;
 use crate::simulated_rig::{LaserRole, SimulatedRig};
-use std::fs;
-use std::io::{self, BufWriter, Write};
+use crate::truth_folder::{TruthError, write_file};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// Step of `trajectory.tum`.
 const STEP_NS: i64 = 10_000_000;
-
-/// The truth could not be written.
-#[derive(Debug, thiserror::Error)]
-#[error("cannot write {}: {source}", path.display())]
-pub struct TruthError {
-    /// The file.
-    pub path: PathBuf,
-    /// Why.
-    pub source: io::Error,
-}
 
 /// Writes the truth of one drive into a directory.
 pub struct Truth<'a> {
@@ -38,10 +28,10 @@ pub struct Truth<'a> {
 }
 
 impl<'a> Truth<'a> {
-    /// Creates the directory. `zero_ns` is added to device times.
-    pub fn create(rig: &'a SimulatedRig, directory: &Path, zero_ns: i64) -> Result<Self, TruthError> {
-        fs::create_dir_all(directory).map_err(|source| TruthError { path: directory.to_owned(), source })?;
-        Ok(Self { rig, directory: directory.to_owned(), zero_ns })
+    /// For a directory that is there ([`crate::truth_folder::prepare`]). `zero_ns` is added to device times.
+    #[must_use]
+    pub fn new(rig: &'a SimulatedRig, directory: &Path, zero_ns: i64) -> Self {
+        Self { rig, directory: directory.to_owned(), zero_ns }
     }
 
     /// Writes `surfaces.ply`.
@@ -80,13 +70,7 @@ impl<'a> Truth<'a> {
         name: &str,
         write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
     ) -> Result<(), TruthError> {
-        let path = self.directory.join(name);
-        let result = fs::File::create(&path).and_then(|file| {
-            let mut out = BufWriter::new(file);
-            write(&mut out)?;
-            out.flush()
-        });
-        result.map_err(|source| TruthError { path, source })
+        write_file(&self.directory, name, write)
     }
 }
 

@@ -48,6 +48,7 @@ impl Mock {
         };
         let mut options = ServeOptions::new(source, self.folder.join("links"));
         options.truth = Some(self.folder.join("truth"));
+        options.overwrite = true;
         change(&mut options);
         self.stop = Arc::default();
         let (ready, is_ready) = mpsc::channel();

@@ -39,6 +39,9 @@ pub struct Serve {
     /// Folder for the truth of a world: surfaces.ply, trajectory.tum, poses.tum and scan times, stamped in UTC.
     #[arg(long, value_name = "DIR", conflicts_with = "capture")]
     truth: Option<PathBuf>,
+    /// Replace an earlier truth in that folder.
+    #[arg(long, visible_alias = "overwrite", requires = "truth")]
+    force: bool,
     /// Folder for the links; made when it is missing.
     #[arg(long, value_name = "DIR")]
     links: PathBuf,
@@ -113,6 +116,7 @@ impl Serve {
         options.start_after_s = self.start_after;
         options.any_baud = self.any_baud;
         options.truth = self.truth.clone();
+        options.overwrite = self.force;
         options.laser.baud = self.laser_baud.parse()?;
         options.laser.left_streaming = self.left_streaming;
         options.laser.power_on_message = self.power_on_message;

@@ -11,9 +11,9 @@ use crate::lms_device::settings::Variant;
 use crate::ply::write_ply;
 use crate::simulated_rig::SimulatedRig;
 use crate::truth::seconds;
-use std::fs;
-use std::io::{self, BufWriter, Write};
-use std::path::{Path, PathBuf};
+use crate::truth_folder::{TruthError, write_file};
+use std::io::{self, Write};
+use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Distance of dense poses.
@@ -21,16 +21,6 @@ const STEP_NS: i64 = 10_000_000;
 
 /// Poses are written from this long before the drive's start to this long after its end.
 const MARGIN_NS: i64 = 2_000_000_000;
-
-/// A truth file could not be written.
-#[derive(Debug, thiserror::Error)]
-#[error("{}: cannot write the truth: {source}", path.display())]
-pub struct TruthFileError {
-    /// The file or folder.
-    pub path: PathBuf,
-    /// What the system said.
-    pub source: io::Error,
-}
 
 /// When the scans of one laser began, on the virtual clock.
 #[derive(Clone, Debug, Default)]
@@ -70,7 +60,7 @@ impl<F: ScanFeed> ScanFeed for NotingFeed<F> {
 
 /// Writes the truth of one run.
 pub struct TruthWriter<'a> {
-    /// Folder; made when it is missing.
+    /// Folder that is there.
     pub folder: &'a Path,
     /// The world and the drive through it.
     pub rig: &'a SimulatedRig,
@@ -82,9 +72,7 @@ pub struct TruthWriter<'a> {
 
 impl TruthWriter<'_> {
     /// Surfaces and the whole drive, known as soon as it begins.
-    pub fn write_drive(&self) -> Result<(), TruthFileError> {
-        fs::create_dir_all(self.folder)
-            .map_err(|source| TruthFileError { path: self.folder.to_owned(), source })?;
+    pub fn write_drive(&self) -> Result<(), TruthError> {
         self.file("surfaces.ply", |out| write_ply(out, self.rig.scene().mesh()))?;
         let end_ns = (self.rig.drive_duration_s() * 1e9) as i64 + MARGIN_NS;
         let times = (-MARGIN_NS..=end_ns).step_by(STEP_NS as usize).map(|t_ns| self.begun.start_ns + t_ns);
@@ -92,7 +80,7 @@ impl TruthWriter<'_> {
     }
 
     /// The poses at the scans of one laser.
-    pub fn write_scans(&self, name: &str, poses: &str, sent: &SentScans) -> Result<(), TruthFileError> {
+    pub fn write_scans(&self, name: &str, poses: &str, sent: &SentScans) -> Result<(), TruthError> {
         let times_ns = sent.times_ns();
         self.file(name, |out| {
             times_ns.iter().try_for_each(|t_ns| writeln!(out, "{}", seconds(self.clock.utc_ns(*t_ns))))
@@ -100,7 +88,7 @@ impl TruthWriter<'_> {
         self.poses(poses, times_ns.into_iter())
     }
 
-    fn poses(&self, name: &str, mut virtual_ns: impl Iterator<Item = i64>) -> Result<(), TruthFileError> {
+    fn poses(&self, name: &str, mut virtual_ns: impl Iterator<Item = i64>) -> Result<(), TruthError> {
         self.file(name, |out| virtual_ns.try_for_each(|t_ns| self.pose_line(out, t_ns)))
     }
 
@@ -115,13 +103,7 @@ impl TruthWriter<'_> {
         &self,
         name: &str,
         write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
-    ) -> Result<(), TruthFileError> {
-        let path = self.folder.join(name);
-        let written = fs::File::create(&path).and_then(|file| {
-            let mut out = BufWriter::new(file);
-            write(&mut out)?;
-            out.flush()
-        });
-        written.map_err(|source| TruthFileError { path, source })
+    ) -> Result<(), TruthError> {
+        write_file(self.folder, name, write)
     }
 }

@@ -45,6 +45,7 @@ fn short(scratch: &Scratch, name: &str, rig: &str, seed: u64) -> (SimulateReport
         seed,
         output: scratch.0.join(name),
         truth: Some(scratch.0.join("truth")),
+        overwrite: true,
         ..SimulateOptions::default()
     };
     (run(&options).expect("simulates"), options.output)
@@ -158,4 +159,21 @@ fn a_rig_or_option_that_cannot_be_simulated_is_refused_by_name() {
         assert!(message.contains(word), "{message}");
         assert!(!options.output.exists());
     }
+}
+
+#[test]
+fn a_truth_that_cannot_be_written_or_is_there_already_is_found_before_the_capture_is_begun() {
+    let scratch = Scratch::new("truth");
+    let (file, folder) = (scratch.file("file", "no folder"), scratch.0.join("truth"));
+    std::fs::create_dir_all(&folder).expect("a folder");
+    std::fs::write(folder.join("poses.tum"), "precious").expect("written");
+    for truth in [file, folder.clone()] {
+        let output = scratch.0.join("s.mcap");
+        let options = SimulateOptions { output, truth: Some(truth), ..SimulateOptions::default() };
+        let message = run(&options).expect_err("refused").to_string();
+        assert!(message.contains("truth"), "{message}");
+        let begun = std::fs::read_dir(&scratch.0).expect("a folder").count();
+        assert_eq!(begun, 2, "the file and the folder, no capture");
+    }
+    assert_eq!(std::fs::read_to_string(folder.join("poses.tum")).ok().as_deref(), Some("precious"));
 }

@@ -85,6 +85,8 @@ fn the_drive_begins_when_all_devices_stream_and_its_truth_is_written() {
         poses.lines().last().and_then(|line| line.split(' ').next()?.parse().ok()).expect("a stamp");
     assert!((now_s - last_s).abs() < 20.0, "{last_s} against {now_s}");
     assert!(!options.links.join("base").is_symlink());
+    // Another mock does not replace this truth unasked.
+    assert!(serving_error(&options).contains("is there already"));
 }
 
 #[test]
