@@ -21,6 +21,11 @@ const FREE: f64 = 0.196;
 /// An image of more cells is refused: some pose or range is wild, or the resolution too fine.
 const MOST_CELLS: u64 = 1 << 28;
 
+/// Part of the decided cells that spokes may be, on each side.
+const SPOKES: f64 = 0.0015;
+/// Cells kept around what is left, so that walls at its edge stay whole.
+const BORDER_CELLS: i32 = 8;
+
 /// Why there is no map.
 #[derive(Debug, thiserror::Error)]
 pub enum MapError {
@@ -81,6 +86,32 @@ impl<'a> MapImage<'a> {
         }
     }
 
+    /// The same map without the thin spokes around it, of beams that left through windows: the few outermost of its decided cells
+    /// along each axis are cut off. Where the robot was stays in.
+    #[must_use]
+    pub fn without_spokes(&self, poses: &[StampedPose]) -> Self {
+        let mut counts = [vec![0_u64; self.columns as usize], vec![0_u64; self.rows as usize]];
+        for row in 0..self.rows {
+            for column in (0..self.columns).filter(|&column| self.state(column, row) != CellState::Unknown) {
+                counts[0][column as usize] += 1;
+                counts[1][row as usize] += 1;
+            }
+        }
+        let [(left, right), (top, bottom)] = counts.map(|counts| most_of(&counts));
+        let cell = |column: usize, row: usize| {
+            [self.bounds.min[0].saturating_add(column as i32), self.bounds.max[1].saturating_sub(row as i32)]
+        };
+        let mut bounds = CellBounds { min: cell(left, bottom), max: cell(right, top) };
+        let cells = poses.iter().filter_map(|pose| self.grid.cell_of([pose.x_m, pose.y_m]));
+        cells.for_each(|cell| bounds.include(cell));
+        for axis in [0, 1] {
+            bounds.min[axis] = (bounds.min[axis] - BORDER_CELLS).max(self.bounds.min[axis]);
+            bounds.max[axis] = (bounds.max[axis] + BORDER_CELLS).min(self.bounds.max[axis]);
+        }
+        let [columns, rows] = bounds.size().map(|side| u32::try_from(side).unwrap_or(u32::MAX));
+        Self { grid: self.grid, bounds, columns, rows }
+    }
+
     /// Columns and rows.
     pub fn size(&self) -> [u32; 2] {
         [self.columns, self.rows]
@@ -111,6 +142,22 @@ impl<'a> MapImage<'a> {
             _ => CellState::Unknown,
         }
     }
+}
+
+/// The first and the last index between which most of the counts lie.
+fn most_of(counts: &[u64]) -> (usize, usize) {
+    let most = (counts.iter().sum::<u64>() as f64 * SPOKES) as u64;
+    let outermost = |counts: &mut dyn Iterator<Item = &u64>| {
+        let mut seen = 0;
+        counts
+            .take_while(|count| {
+                seen += **count;
+                seen <= most
+            })
+            .count()
+    };
+    let (first, last) = (outermost(&mut counts.iter()), outermost(&mut counts.iter().rev()));
+    (first, counts.len().saturating_sub(1 + last).max(first))
 }
 
 /// Writes the image that map_server reads: binary PGM, 0 occupied, 254 free, 205 unknown.
@@ -228,6 +275,27 @@ mod tests {
         let pose = StampedPose { x_m: -2.5, y_m: 0.0, ..StampedPose::default() };
         let image = MapImage::new(&grid, &[pose, StampedPose { x_m: f64::NAN, ..pose }]).unwrap();
         assert_eq!((image.size(), image.origin_m()), ([7, 3], [-3.0, -1.0]));
+    }
+
+    #[test]
+    fn a_picture_leaves_thin_spokes_out_and_the_robot_in() {
+        let mut grid =
+            OccupancyGrid::new(OccupancyParams { resolution_m: 0.1, ..OccupancyParams::default() });
+        let mut rays = vec![Ray { from_m: [0.05, 0.05], to_m: [30.0, 0.05] }];
+        for step in 0..200 {
+            let y_m = f64::from(step) * 0.05 - 5.0;
+            rays.push(Ray { from_m: [0.0, y_m], to_m: [5.0, y_m] });
+        }
+        for _ in 0..5 {
+            grid.add_scan(&rays);
+        }
+        let whole = MapImage::new(&grid, &[]).unwrap();
+        assert_eq!(whole.size()[0], 301);
+        let pose = |x_m| StampedPose { x_m, ..StampedPose::default() };
+        let width = |poses: &[StampedPose]| whole.without_spokes(poses).size()[0];
+        // 50 cells of the room, its wall, and the border of 8; then as far as the robot went.
+        assert!((57..=68).contains(&width(&[])), "{}", width(&[]));
+        assert_eq!(width(&[pose(20.05)]), 201 + 8);
     }
 
     #[test]

@@ -35,6 +35,7 @@ struct Picture {
 /// # Errors
 /// When writing fails.
 pub fn write_png(out: &mut impl Write, image: &MapImage<'_>, poses: &[StampedPose]) -> io::Result<()> {
+    let image = &image.without_spokes(poses);
     let scale = scale_of(image.size());
     let mut picture = paint_cells(image, scale);
     draw_path(&mut picture, image, poses, scale);

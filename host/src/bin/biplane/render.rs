@@ -165,7 +165,7 @@ fn compose(
     let scene_width = if beside { (width - GAP) / 2 } else { width };
     let scene_height =
         args.height.map_or((scene_width as f64 * shape) as usize, |height| height as usize).max(1);
-    let dot = (scene_width / 360).max(1);
+    let dot = (scene_width / 360).clamp(1, 3);
     let caption_height = (font::HEIGHT + 8) * dot;
     let cell_height = scene_height + caption_height;
     let height = if beside { cell_height } else { count * cell_height + (count - 1) * GAP };
