@@ -280,22 +280,23 @@ mod tests {
     #[test]
     fn a_picture_leaves_thin_spokes_out_and_the_robot_in() {
         let mut grid =
-            OccupancyGrid::new(OccupancyParams { resolution_m: 0.1, ..OccupancyParams::default() });
-        let mut rays = vec![Ray { from_m: [0.05, 0.05], to_m: [30.0, 0.05] }];
-        for step in 0..200 {
-            let y_m = f64::from(step) * 0.05 - 5.0;
-            rays.push(Ray { from_m: [0.0, y_m], to_m: [5.0, y_m] });
+            OccupancyGrid::new(OccupancyParams { resolution_m: 0.02, ..OccupancyParams::default() });
+        // A room of 10 m by 10 m, and one beam that goes 6 m on.
+        let mut rays = vec![Ray { from_m: [0.01, 0.01], to_m: [16.01, 0.01] }];
+        for row in -250..250 {
+            let y_m = f64::from(row) * 0.02 + 0.01;
+            rays.push(Ray { from_m: [0.01, y_m], to_m: [10.01, y_m] });
         }
         for _ in 0..5 {
             grid.add_scan(&rays);
         }
         let whole = MapImage::new(&grid, &[]).unwrap();
-        assert_eq!(whole.size()[0], 301);
+        assert_eq!(whole.size(), [801, 500]);
         let pose = |x_m| StampedPose { x_m, ..StampedPose::default() };
-        let width = |poses: &[StampedPose]| whole.without_spokes(poses).size()[0];
-        // 50 cells of the room, its wall, and the border of 8; then as far as the robot went.
-        assert!((57..=68).contains(&width(&[])), "{}", width(&[]));
-        assert_eq!(width(&[pose(20.05)]), 201 + 8);
+        let size = |poses: &[StampedPose]| whole.without_spokes(poses).size();
+        // 500 cells of floor, the wall behind, the border; then as far as the robot went.
+        assert_eq!(size(&[]), [501 + 8, 500]);
+        assert_eq!(size(&[pose(12.01)]), [601 + 8, 500]);
     }
 
     #[test]
