@@ -6,6 +6,7 @@
 pub mod ahead;
 pub mod clock;
 pub mod devices;
+pub mod lock;
 pub mod port;
 pub mod run;
 pub mod truth;
@@ -23,6 +24,7 @@ use crate::world::path::{Path as DrivePath, PathError};
 use biplane_recording::Rig;
 use clock::VirtualClock;
 use devices::Devices;
+use lock::{FolderLock, LockError};
 use port::{Port, PortReport};
 use run::Begun;
 use std::fmt;
@@ -147,6 +149,9 @@ pub enum ServeError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// The folder of the links is another mock's.
+    #[error(transparent)]
+    Lock(#[from] LockError),
     /// A pseudo-terminal or its link failed.
     #[error(transparent)]
     Pty(#[from] PtyError),
@@ -200,6 +205,8 @@ pub fn serve(
     if options.truth.is_some() && matches!(options.source, Source::Capture { .. }) {
         return Err(ServeError::NoTruth);
     }
+    // Held to the end: links that stand here without it are those of a mock that is dead.
+    let _lock = FolderLock::take(&options.links)?;
     if let Some(folder) = &options.truth {
         prepare(folder, options.overwrite)?;
     }

@@ -103,3 +103,21 @@ fn serving_error(options: &ServeOptions) -> String {
     let stop = std::sync::atomic::AtomicBool::new(true);
     biplane_mock::serve::serve(options, &stop, || {}).expect_err("refused").to_string()
 }
+
+#[test]
+fn the_links_of_a_living_mock_are_left_alone_and_those_of_a_dead_one_replaced() {
+    let folder = folder("taken");
+    let options = corridor(&folder);
+    let base = options.links.join("base");
+    std::fs::create_dir_all(&options.links).expect("a folder");
+    std::os::unix::fs::symlink(folder.join("gone"), &base).expect("a link left behind");
+    std::fs::write(options.links.join(".serve.lock"), "").expect("a lock file left behind");
+    serving(&options, |_| {
+        let target = std::fs::read_link(&base).expect("a link");
+        assert_ne!(target, folder.join("gone"));
+        assert!(serving_error(&options).contains("another mock serves in this folder"));
+        assert_eq!(std::fs::read_link(&base).ok(), Some(target));
+    })
+    .expect("served");
+    assert_eq!(std::fs::read_dir(&options.links).expect("a folder").count(), 0, "links and lock are gone");
+}
