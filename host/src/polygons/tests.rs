@@ -3,6 +3,7 @@
 use super::assign::{Assigner, Pieces};
 use super::frame::cross;
 use super::{PolygonParams, merge};
+use crate::fixture::{corridor, drive};
 use crate::model::{Cloud, Mesh, Plane};
 use crate::planes::Planes;
 use crate::planes::scatter::dot;
@@ -137,4 +138,40 @@ fn a_border_of_teeth_becomes_straight() {
         merge(&params, &cloud, &mesh, &planes).polygons[0].outer_m.len()
     };
     assert!(corners(0.001) > 60 && corners(0.06) <= 8, "{} {}", corners(0.001), corners(0.06));
+}
+
+#[test]
+fn every_parameter_changes_what_is_made_of_a_noisy_corridor() {
+    // A cabinet with a top and a side, so that there are steps, seams, corners and gaps behind edges.
+    let mut scene = corridor();
+    for (corner_m, sides_m) in [
+        ([3.5, -0.7, 0.0], [[1.0, 0.0, 0.0], [0.0, 0.0, 1.2]]),
+        ([3.5, -0.9, 0.0], [[-0.4, 0.15, 0.0], [0.0, 0.0, 1.2]]),
+        ([4.8, -0.92, 0.0], [[0.5, 0.0, 0.0], [0.0, 0.0, 1.5]]),
+    ] {
+        let mut side = corridor().swap_remove(0);
+        (side.corner_m, side.sides_m) = (corner_m, sides_m);
+        scene.push(side);
+    }
+    let cloud = drive(&scene, 200, 0.02, 9);
+    let mesh = crate::mesh::join(&crate::mesh::MeshParams::default(), &cloud);
+    let planes = crate::planes::extract(&crate::planes::PlaneParams::default(), &cloud);
+    let base = merge(&PolygonParams::default(), &cloud, &mesh, &planes);
+    let mut same = Vec::new();
+    let mut turn = |name: &'static str, change: fn(&mut PolygonParams)| {
+        let mut params = PolygonParams::default();
+        change(&mut params);
+        if merge(&params, &cloud, &mesh, &planes) == base {
+            same.push(name);
+        }
+    };
+    turn("border_tolerance_m", |p| p.border_tolerance_m = 0.1);
+    turn("min_hole_m2", |p| p.min_hole_m2 = 0.0);
+    turn("min_polygon_m2", |p| p.min_polygon_m2 = 3.0);
+    turn("seam_reach_m", |p| p.seam_reach_m = 0.01);
+    turn("seam_snap_m", |p| p.seam_snap_m = 0.0);
+    turn("step_m", |p| p.step_m = 0.0);
+    turn("veil_length_m", |p| p.veil_length_m = 0.4);
+    turn("veil_angle_deg", |p| p.veil_angle_deg = 40.0);
+    assert!(same.is_empty(), "no effect: {same:?}");
 }
