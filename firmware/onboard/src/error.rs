@@ -66,6 +66,18 @@ pub enum OnboardError {
         /// The recording that was made all the same.
         output: PathBuf,
     },
+    /// A replay made no pose.
+    #[error(
+        "no scan of the horizontal laser in {} could be posed; {} keeps what there was, and holds no pose",
+        input.display(),
+        output.display()
+    )]
+    NoPoses {
+        /// What was replayed.
+        input: PathBuf,
+        /// The recording that was made all the same.
+        output: PathBuf,
+    },
     /// A thread could not be started, or a signal handler not be set.
     #[error("cannot {what}: {source}")]
     System {

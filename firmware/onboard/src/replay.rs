@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use biplane_matcher::Method;
 use biplane_recording::msg::{ByteArray, LaserScan, Message, Odometry};
 use biplane_recording::rig::BaseProtocol;
+use biplane_recording::write::active_path;
 use biplane_recording::{
     Direction, Entry, Port, ReadError, Reader, Rig, Topic, WriteError, Writer, WriterOptions,
 };
@@ -102,12 +103,32 @@ pub fn replay(options: &ReplayOptions, stop: &AtomicBool) -> Result<RunReport, O
     if content == Content::Serial && rig.base.protocol != BaseProtocol::P2os {
         return Err(OnboardError::BaseProtocol { protocol: rig.base.protocol.name() });
     }
-    let mut writer = Writer::create(&options.output, &writer_options)?;
+    let writer = Writer::create(&options.output, &writer_options)?;
+    let made = run_into(writer, options, rig, (&reader, content, start_ns), stop);
+    if made.is_err() {
+        // What this run itself began: left there, it would only stand in the way of the next attempt.
+        let _ = std::fs::remove_file(active_path(&options.output));
+    }
+    let report = made?;
+    if report.poses == 0 && !stop.load(Ordering::Relaxed) {
+        return Err(OnboardError::NoPoses { input: options.input.clone(), output: report.output });
+    }
+    Ok(report)
+}
+
+/// The replay itself, from a begun output to a finished one.
+fn run_into(
+    mut writer: Writer,
+    options: &ReplayOptions,
+    rig: Rig,
+    (reader, content, start_ns): (&Reader, Content, i64),
+    stop: &AtomicBool,
+) -> Result<RunReport, OnboardError> {
     provenance::write(&mut writer, &rig, options.matcher, "biplane-onboard replay", start_ns)?;
     let engine_options = EngineOptions { rig, matcher: options.matcher, feed: Feed::Recorded, raw: false };
     let engine = Engine::new(&engine_options, DirectSink::new(writer), start_ns);
     let mut run = Run { engine, content, end_ns: start_ns };
-    run.feed(&reader, &Pace::new(options.speed, start_ns), stop)?;
+    run.feed(reader, &Pace::new(options.speed, start_ns), stop)?;
     let (report, mut sink) = run.engine.finish(run.end_ns);
     sink.check()?;
     let written = sink.into_writer().finish()?;
@@ -159,14 +180,14 @@ impl Run {
             if stop.load(Ordering::Relaxed) {
                 break;
             }
-            self.take(&entry)?;
+            self.take(&entry).map_err(|error| error.in_file(reader.path()))?;
             self.say_events();
             self.check()?;
         }
         Ok(())
     }
 
-    fn take(&mut self, entry: &Entry) -> Result<(), OnboardError> {
+    fn take(&mut self, entry: &Entry) -> Result<(), ReadError> {
         let now_ns = entry.log_time_ns;
         match (self.content, entry.topic) {
             (Content::Serial, Some(Topic::Serial(port, Direction::Rx))) => {
@@ -202,6 +223,7 @@ impl Run {
 
 fn decode<M: Message>(entry: &Entry) -> Result<M, ReadError> {
     M::decode(&entry.bytes).map_err(|source| ReadError::Message {
+        path: None,
         topic: entry.topic_name.clone(),
         log_time_ns: entry.log_time_ns,
         source,

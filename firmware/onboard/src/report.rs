@@ -29,11 +29,14 @@ pub struct RunReport {
     pub skipped_bytes: u64,
     /// Scans whose stamp is earlier than that of the one before.
     pub backward_stamps: u64,
-    /// Intact telegrams and messages that were not kept, for whatever reason: see the two fields below and the warnings.
+    /// Intact telegrams and messages that were not kept, for whatever reason: see the fields below and the warnings.
     pub lost: u64,
-    /// Of these, intact telegrams that are no scan of the laser or no report of the base, and reads of a line that the rig does not
-    /// have.
+    /// Of these, intact telegrams that are no scan of the laser or no report of the base.
     pub not_understood: u64,
+    /// Of these, reads of the vertical laser's line where the rig has no such laser.
+    pub reads_without_laser: u64,
+    /// Of these, decoded vertical scans where the rig has no vertical laser: nobody could say where they were taken from.
+    pub scans_without_laser: u64,
     /// Of these, what a full queue dropped.
     pub dropped: u64,
 }

@@ -25,6 +25,7 @@ pub struct SerialBytes {
 pub fn serial_bytes(entry: &Entry) -> Result<Option<SerialBytes>, ReadError> {
     let Some(Topic::Serial(port, direction)) = entry.topic else { return Ok(None) };
     let message = ByteArray::decode(&entry.bytes).map_err(|source| ReadError::Message {
+        path: None,
         topic: entry.topic_name.clone(),
         log_time_ns: entry.log_time_ns,
         source,
@@ -35,6 +36,10 @@ pub fn serial_bytes(entry: &Entry) -> Result<Option<SerialBytes>, ReadError> {
 impl Reader {
     /// All serial bytes of a file, in file order; other messages are passed over.
     pub fn serial(&self) -> impl Iterator<Item = Result<SerialBytes, ReadError>> + '_ {
-        self.messages().filter_map(|entry| entry.and_then(|entry| serial_bytes(&entry)).transpose())
+        self.messages().filter_map(|entry| {
+            entry
+                .and_then(|entry| serial_bytes(&entry).map_err(|error| error.in_file(self.path())))
+                .transpose()
+        })
     }
 }

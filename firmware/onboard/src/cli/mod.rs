@@ -15,6 +15,7 @@ use std::io::{IsTerminal, Write};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use biplane_recording::WriteError;
 use clap::{Parser, Subcommand};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use tracing_subscriber::EnvFilter;
@@ -61,9 +62,19 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Command::CheckConfig(args) => check_config::run(args),
     };
     result.unwrap_or_else(|error| {
-        eprintln!("biplane-onboard: {error}");
+        eprintln!("biplane-onboard: {}", sentence(&error));
         1
     })
+}
+
+/// The error in words of this program.
+fn sentence(error: &OnboardError) -> String {
+    match error {
+        OnboardError::Write(WriteError::Exists { .. } | WriteError::Unfinished { .. }) => {
+            format!("{error} (--force replaces it)")
+        }
+        _ => error.to_string(),
+    }
 }
 
 fn start_log(verbose: bool, quiet: bool) {

@@ -31,6 +31,11 @@ fn text(report: &RunReport) -> String {
         (report.skipped_bytes, "bytes belong to no telegram"),
         (report.backward_stamps, "stamps step back"),
         (report.not_understood, "intact telegrams were not understood: NOT KEPT"),
+        (
+            report.reads_without_laser,
+            "reads of a vertical laser, but the rig has no section [vertical]: NOT KEPT",
+        ),
+        (report.scans_without_laser, "vertical scans, but the rig has no section [vertical]: LEFT OUT"),
         (report.dropped, "messages or reads were dropped by a full queue: NOT KEPT"),
     ];
     for (count, what) in remarks.into_iter().filter(|(count, _)| *count > 0) {

@@ -37,6 +37,15 @@ fn wrong_words_give_2_and_help_gives_0() {
 }
 
 #[test]
+fn an_output_that_is_there_is_told_with_the_word_that_replaces_it() {
+    let path = std::path::PathBuf::from("run.mcap");
+    for error in [WriteError::Exists { path: path.clone() }, WriteError::Unfinished { path: path.clone() }] {
+        assert!(sentence(&error.into()).contains("--force"));
+    }
+    assert!(!sentence(&WriteError::NotAFile { path }.into()).contains("--force"));
+}
+
+#[test]
 fn a_rig_is_checked_before_anything_is_opened() {
     let good = rig_file("good", PORTS);
     assert_eq!(exit_code(&["check-config", "--rig", &good]), 0);

@@ -68,13 +68,15 @@ impl<S: Sink> Engine<S> {
             scans_vertical: self.decoded[1].measurements,
             odometry: self.decoded[2].measurements,
             dropped: self.publisher.sink().dropped(),
-            not_understood: self.unknown_reads,
+            reads_without_laser: self.unknown_reads,
+            scans_without_laser: self.unknown_scans,
             ..RunReport::default()
         };
         for port in Port::ALL {
             self.add_line(port, &mut report);
         }
-        report.lost = report.dropped + report.not_understood;
+        report.lost =
+            report.dropped + report.not_understood + report.reads_without_laser + report.scans_without_laser;
         report
     }
 

@@ -13,6 +13,11 @@ impl<S: Sink> Engine<S> {
     /// A scan of another recording, decoded.
     pub fn decoded_scan(&mut self, now_ns: i64, port: Port, scan: &LaserScan) {
         let now_ns = self.begin(now_ns);
+        if port == Port::Vertical && self.rig.vertical.is_none() {
+            // Without its mount a scan has no place: passed on, it would look posed.
+            self.unknown_scans += 1;
+            return;
+        }
         let (topic, meter, laser) = match port {
             Port::Vertical => (Topic::ScanVertical, 1, self.rig.vertical.as_ref()),
             _ => (Topic::ScanHorizontal, 0, Some(&self.rig.horizontal)),

@@ -95,6 +95,8 @@ pub struct Engine<S> {
     poses_vertical: u64,
     /// Reads of a line that the rig does not have.
     unknown_reads: u64,
+    /// Decoded scans of a laser that the rig does not have.
+    unknown_scans: u64,
     commands: heapless::Deque<(Port, Command), QUEUE_CAPACITY>,
     events: heapless::Deque<(Port, Event), QUEUE_CAPACITY>,
     first_ns: i64,
@@ -139,6 +141,7 @@ impl<S: Sink> Engine<S> {
             waiting_verticals: WaitingStamps::default(),
             poses_vertical: 0,
             unknown_reads: 0,
+            unknown_scans: 0,
             commands: heapless::Deque::new(),
             events: heapless::Deque::new(),
             first_ns: now_ns,

@@ -206,7 +206,7 @@ fn bytes_of_a_laser_that_the_rig_does_not_have_are_told_as_lost() {
         engine.bytes(read.time_ns, read.port, &read.bytes);
     }
     let (report, _) = engine.finish(START_NS);
-    assert_eq!((report.lost, report.not_understood, report.exit_code()), (9, 9, 3), "{report:?}");
+    assert_eq!((report.lost, report.reads_without_laser, report.exit_code()), (9, 9, 3), "{report:?}");
 }
 
 fn decoded_scan(stamp_ms: i64) -> LaserScan {

@@ -157,6 +157,50 @@ fn an_input_named_as_the_unfinished_output_survives() {
 }
 
 #[test]
+fn a_replay_without_a_pose_fails_and_keeps_what_there_was() {
+    let folder = Folder::new("no-pose");
+    let (input, output) = (folder.file("capture.mcap"), folder.file("out.mcap"));
+    let mut writer = Writer::create(&input, &WriterOptions::default()).unwrap();
+    writer.attach("rig.toml", "application/toml", synthetic::rig().to_toml().as_bytes()).unwrap();
+    for read in synthetic::drive(1, 60).into_iter().filter(|read| read.port != Port::Horizontal) {
+        writer.write_serial(read.port, Direction::Rx, read.time_ns, &read.bytes).unwrap();
+    }
+    writer.finish().unwrap();
+    let error = run(&options(input, output.clone())).unwrap_err();
+    assert!(matches!(error, OnboardError::NoPoses { .. }), "{error}");
+    assert!(!messages(&output, Topic::ScanVertical).is_empty());
+}
+
+#[test]
+fn a_message_that_is_none_is_named_with_its_file_and_nothing_stays_behind() {
+    let folder = Folder::new("undecodable");
+    let input = folder.file("capture.mcap");
+    let mut writer = Writer::create(&input, &WriterOptions::default()).unwrap();
+    writer.attach("rig.toml", "application/toml", synthetic::rig().to_toml().as_bytes()).unwrap();
+    writer.write_encoded(Topic::ScanHorizontal, 7, 7, &[0, 1, 0, 0, 9]).unwrap();
+    writer.finish().unwrap();
+    let error = run(&options(input, folder.file("out.mcap"))).unwrap_err().to_string();
+    assert!(error.contains("capture.mcap: message on /scan"), "{error}");
+    assert!(!folder.file("out.mcap").exists() && !folder.file("out.mcap.active").exists());
+}
+
+#[test]
+fn vertical_data_without_a_vertical_laser_in_the_rig_is_left_out_and_counted() {
+    let folder = Folder::new("no-vertical");
+    let (capture, whole) = (folder.file("capture.mcap"), folder.file("whole.mcap"));
+    write_capture(&capture, 1, true);
+    let scans = run(&options(capture.clone(), whole.clone())).unwrap().scans_vertical;
+    let rig = Some(Rig { vertical: None, ..synthetic::rig() });
+    let decoded = run(&ReplayOptions { rig: rig.clone(), ..options(whole, folder.file("a.mcap")) }).unwrap();
+    assert_eq!((decoded.scans_without_laser, decoded.lost, decoded.exit_code()), (scans, scans, 3));
+    assert_eq!((decoded.scans_vertical, decoded.poses_vertical), (0, 0));
+    assert!(messages(&folder.file("a.mcap"), Topic::ScanVertical).is_empty());
+    let serial = run(&ReplayOptions { rig, ..options(capture, folder.file("b.mcap")) }).unwrap();
+    assert_eq!((serial.not_understood, serial.exit_code()), (0, 3));
+    assert!(serial.reads_without_laser > 0 && serial.reads_without_laser == serial.lost);
+}
+
+#[test]
 fn a_rig_given_replaces_the_inputs_own() {
     let folder = Folder::new("rig");
     write_capture(&folder.file("capture.mcap"), 1, false);

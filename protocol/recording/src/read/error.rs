@@ -3,7 +3,7 @@
 use crate::cdr::CdrError;
 use crate::rig::RigError;
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Why a file, or a message in it, could not be read.
 #[derive(Debug, thiserror::Error)]
@@ -63,8 +63,10 @@ pub enum ReadError {
         source: io::Error,
     },
     /// A message is not of its type.
-    #[error("message on {topic} at log time {log_time_ns} ns cannot be decoded: {source}")]
+    #[error("{}message on {topic} at log time {log_time_ns} ns cannot be decoded: {source}", place(path.as_deref()))]
     Message {
+        /// The file, where it is known: a message alone does not know it, see [`ReadError::in_file`].
+        path: Option<PathBuf>,
         /// The topic.
         topic: String,
         /// Which message: its log time, in ns.
@@ -80,6 +82,23 @@ pub enum ReadError {
         /// What is wrong with it.
         source: RigError,
     },
+}
+
+impl ReadError {
+    /// The same error, naming the file that it was met in if it does not yet.
+    #[must_use]
+    pub fn in_file(self, file: &Path) -> Self {
+        match self {
+            Self::Message { path: None, topic, log_time_ns, source } => {
+                Self::Message { path: Some(file.to_owned()), topic, log_time_ns, source }
+            }
+            other => other,
+        }
+    }
+}
+
+fn place(path: Option<&Path>) -> String {
+    path.map_or_else(String::new, |path| format!("{}: ", path.display()))
 }
 
 fn begins(found: &[u8]) -> String {

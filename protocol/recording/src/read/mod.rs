@@ -67,6 +67,7 @@ impl Entry {
             return Ok(AnyMessage::Other);
         }
         AnyMessage::decode(&self.type_name, &self.bytes).map_err(|source| ReadError::Message {
+            path: None,
             topic: self.topic_name.clone(),
             log_time_ns: self.log_time_ns,
             source,
