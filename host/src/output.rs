@@ -20,6 +20,22 @@ pub enum OutputError {
         /// The folder.
         path: PathBuf,
     },
+    /// The name that the result has until it is finished is taken.
+    #[error("{} exists already: it is the name of {} while that is written; move it away first", part.display(), path.display())]
+    PartExists {
+        /// The name that is taken.
+        part: PathBuf,
+        /// What was to be written.
+        path: PathBuf,
+    },
+    /// Writing would destroy what is read.
+    #[error("{} is {}, which is read: name another output", output.display(), input.display())]
+    IsInput {
+        /// What would be written.
+        output: PathBuf,
+        /// What is read.
+        input: PathBuf,
+    },
     /// The system refused.
     #[error("cannot {action} {}: {source}", path.display())]
     Io {
@@ -58,6 +74,35 @@ pub fn check_free(path: &Path, overwrite: bool) -> Result<(), OutputError> {
     }
 }
 
+/// Refuses an output that is the input, under its own name or under the one with `suffix` that it has while it is written.
+///
+/// # Errors
+/// [`OutputError::IsInput`].
+pub fn check_not_input(output: &Path, suffix: &str, input: &Path) -> Result<(), OutputError> {
+    for output in [output.to_owned(), with_suffix(output, suffix)] {
+        if is_same_file(&output, input) {
+            return Err(OutputError::IsInput { output, input: input.to_owned() });
+        }
+    }
+    Ok(())
+}
+
+/// Whether both names are of one regular file, also through links.
+#[cfg(unix)]
+fn is_same_file(one: &Path, other: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    match (fs::metadata(one), fs::metadata(other)) {
+        (Ok(one), Ok(other)) => one.is_file() && (one.dev(), one.ino()) == (other.dev(), other.ino()),
+        _ => false,
+    }
+}
+
+/// Whether both names are of one file, also through symbolic links.
+#[cfg(not(unix))]
+fn is_same_file(one: &Path, other: &Path) -> bool {
+    matches!((one.canonicalize(), other.canonicalize()), (Ok(one), Ok(other)) if one == other)
+}
+
 /// Writes a file through `fill`. When that fails nothing of the name is left behind, and what was there before stays. What is no
 /// regular file (`/dev/null`, a named pipe) is written to as it is.
 ///
@@ -70,10 +115,13 @@ pub fn write_file(
 ) -> Result<(), OutputError> {
     check_free(path, overwrite)?;
     if fs::metadata(path).is_ok_and(|found| !found.is_file()) {
-        return fill_file(path, path, fill);
+        let file = File::create(path).map_err(OutputError::io("create", path))?;
+        return fill_file(file, path, fill);
     }
     let part = with_suffix(path, ".part");
-    let written = fill_file(&part, path, fill).and_then(|()| {
+    // What is there of that name is somebody's.
+    let file = File::create_new(&part).map_err(|source| taken_or("create", &part, path, source))?;
+    let written = fill_file(file, path, fill).and_then(|()| {
         fs::rename(&part, path).map_err(|source| OutputError::Io {
             action: "write",
             path: path.to_owned(),
@@ -86,13 +134,22 @@ pub fn write_file(
     written
 }
 
-/// Fills the file `at`; errors name the file `path` that was asked for.
+/// Why `part` could not be made; what is not its being there names `path`, which was asked for.
+fn taken_or(action: &'static str, part: &Path, path: &Path, source: io::Error) -> OutputError {
+    match source.kind() {
+        io::ErrorKind::AlreadyExists => {
+            OutputError::PartExists { part: part.to_owned(), path: path.to_owned() }
+        }
+        _ => OutputError::Io { action, path: path.to_owned(), source },
+    }
+}
+
+/// Fills a file; errors name the file `path` that was asked for.
 fn fill_file(
-    at: &Path,
+    file: File,
     path: &Path,
     fill: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
 ) -> Result<(), OutputError> {
-    let file = File::create(at).map_err(OutputError::io("create", path))?;
     let mut out = BufWriter::with_capacity(1 << 18, file);
     fill(&mut out).and_then(|()| out.flush()).map_err(OutputError::io("write", path))
 }
@@ -107,10 +164,10 @@ pub struct OutputFolder {
 }
 
 impl OutputFolder {
-    /// Makes `PATH.part`. What a run that was cut off left under that name is removed.
+    /// Makes `PATH.part`. What is there of that name stays: it may be somebody's.
     ///
     /// # Errors
-    /// When `path` exists, is not an empty folder and `overwrite` is not set; when the system refuses.
+    /// When `path` exists, is not an empty folder and `overwrite` is not set; when `PATH.part` exists; when the system refuses.
     pub fn create(path: &Path, overwrite: bool) -> Result<Self, OutputError> {
         // "results/" and "results" are one folder; its sibling must not land inside.
         let path: PathBuf = path.components().collect();
@@ -118,10 +175,10 @@ impl OutputFolder {
             return Err(OutputError::NotEmpty { path });
         }
         let part = with_suffix(&path, ".part");
-        if part.exists() {
-            fs::remove_dir_all(&part).map_err(OutputError::io("remove", &part))?;
+        if let Some(parent) = part.parent() {
+            fs::create_dir_all(parent).map_err(OutputError::io("create", parent))?;
         }
-        fs::create_dir_all(&part).map_err(OutputError::io("create", &part))?;
+        fs::create_dir(&part).map_err(|source| taken_or("create", &part, &path, source))?;
         Ok(Self { path, part, overwrite, finished: false })
     }
 

@@ -12,6 +12,9 @@ use crate::stamp_text::{format_seconds, parse_seconds_ns};
 /// How far a quaternion's length may be from one.
 const QUATERNION_TOLERANCE: f64 = 0.01;
 
+/// How far from the origin a pose may be, metres.
+const FARTHEST_M: f64 = 1e6;
+
 /// What is wrong in a trajectory file.
 #[derive(Debug, thiserror::Error)]
 pub enum TrajectoryError {
@@ -20,7 +23,7 @@ pub enum TrajectoryError {
     Io(#[from] io::Error),
     /// A line does not hold a pose.
     #[error(
-        "line {line}: expected \"t x y z qx qy qz qw\" (seconds, metres, unit quaternion), found \"{found}\""
+        "line {line}: expected \"t x y z qx qy qz qw\" (seconds, metres up to 1e6, unit quaternion), found \"{found}\""
     )]
     Line {
         /// Line number from 1.
@@ -68,6 +71,10 @@ fn parse_tum_line(text: &str) -> Option<StampedPose> {
     }
     let [x_m, y_m, _z_m, qx, qy, qz, qw] = values;
     let length = [qx, qy, qz, qw].iter().map(|v| v * v).sum::<f64>().sqrt();
+    // Farther off nothing is measured any more: a wild value would only swell the map.
+    if [x_m, y_m].iter().any(|v| v.abs() > FARTHEST_M) {
+        return None;
+    }
     if fields.next().is_some() || (length - 1.0).abs() > QUATERNION_TOLERANCE {
         return None;
     }

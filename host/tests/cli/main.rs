@@ -1,6 +1,7 @@
 //! The program from outside: exit codes, sentences, files.
 
 mod build;
+mod careful;
 #[cfg(feature = "demo")]
 mod demo;
 mod floor;

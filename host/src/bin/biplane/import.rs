@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use biplane::import::carmen::{self, ImportReport};
+use biplane::output::{check_free, check_not_input};
 use biplane_recording::WriterOptions;
 use clap::Subcommand;
 
@@ -40,6 +41,8 @@ struct CarmenArgs {
 pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     match &args.format {
         Format::Carmen(args) => {
+            check_not_input(&args.output, ".active", &args.log)?;
+            check_free(&args.output, args.force)?;
             let spinner = console.spinner(format!("reading {}", args.log.display()));
             let options = WriterOptions { overwrite: args.force, ..WriterOptions::default() };
             let report = carmen::import(&args.log, &args.output, &options)?;

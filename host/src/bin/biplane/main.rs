@@ -39,7 +39,7 @@ fn main() -> ExitCode {
         // Whoever read our output has seen enough of it.
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("biplane: {error:#}");
+            eprintln!("biplane: {}", sentence(&error));
             ExitCode::FAILURE
         }
     }
@@ -58,6 +58,18 @@ fn run(command: Command, console: &Console) -> anyhow::Result<Outcome> {
         Command::Render(args) => render::run(&args, console),
         Command::Recover(args) => recover::run(&args, console),
     }
+}
+
+/// An error and its causes, each once: many an error says its cause itself.
+fn sentence(error: &anyhow::Error) -> String {
+    let mut text = error.to_string();
+    for cause in error.chain().skip(1).map(ToString::to_string) {
+        if !text.contains(&cause) {
+            text.push_str(": ");
+            text.push_str(&cause);
+        }
+    }
+    text
 }
 
 fn is_broken_pipe(error: &anyhow::Error) -> bool {

@@ -6,7 +6,7 @@ use biplane::deskew::StampedPose;
 use biplane::floor_map::{self, FloorMapParams};
 use biplane::map_files::{MapImage, map_paths, write_map};
 use biplane::occupancy::OccupancyParams;
-use biplane::output::check_free;
+use biplane::output::{check_free, check_not_input};
 use biplane::run::Run;
 
 use crate::Outcome;
@@ -38,6 +38,7 @@ fn resolution(text: &str) -> Result<f64, String> {
 /// Runs the command.
 pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     for path in map_paths(&args.output) {
+        check_not_input(&path, ".part", &args.recording)?;
         check_free(&path, args.force)?;
     }
     let run = Run::open(&args.recording)?;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use biplane::deskew::StampedPose;
 use biplane::model::Mesh;
-use biplane::output::{check_free, write_file};
+use biplane::output::{check_free, check_not_input, write_file};
 use biplane::palette;
 use biplane::ply_read::{self, Ply};
 use biplane::render::Picture;
@@ -90,6 +90,9 @@ impl Args {
 
 /// Runs the command.
 pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
+    for name in ["model.ply", "raw.ply", "trajectory.tum"] {
+        check_not_input(&args.output, ".part", &args.folder.join(name))?;
+    }
     check_free(&args.output, args.force)?;
     let spinner = console.spinner("drawing");
     let view = match args.view {

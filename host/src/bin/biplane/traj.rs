@@ -4,7 +4,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use biplane::deskew::StampedPose;
-use biplane::output::write_file;
+use biplane::output::{check_not_input, write_file};
 use biplane::run::Run;
 use biplane::trajectory::{TrajectoryFormat, write_poses};
 use clap::ValueEnum;
@@ -50,6 +50,7 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         write_poses(&mut out, &known, format)?;
         out.flush()?;
     } else {
+        check_not_input(&args.output, ".part", &args.recording)?;
         write_file(&args.output, args.force, |out| write_poses(out, &known, format))?;
         console.note(format!("{}: {} poses", args.output.display(), known.len()));
     }

@@ -1,8 +1,10 @@
 //! The files of a build's folder (interfaces.md section 5), written into its unfinished form.
 
+use std::fs;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use anyhow::{Context, bail};
 use biplane::deskew::StampedPose;
 use biplane::export::{Shapes, cityjson, gltf, obj, ply};
 use biplane::map_files::{MapError, MapImage, write_map};
@@ -12,6 +14,55 @@ use biplane::summary::Summary;
 use biplane::trajectory::{TrajectoryFormat, write_poses};
 
 use super::formats::Format;
+
+/// Every name that a build writes.
+const NAMES: [&str; 12] = [
+    "map.pgm",
+    "map.png",
+    "map.yaml",
+    "model.city.json",
+    "model.glb",
+    "model.obj",
+    "model.ply",
+    "planes.ply",
+    "points.ply",
+    "raw.ply",
+    "summary.json",
+    "trajectory.tum",
+];
+
+/// Refuses to replace a folder that holds what is read, or anything that no build wrote.
+pub fn check_replaceable(folder: &Path, inputs: &[PathBuf]) -> anyhow::Result<()> {
+    let Ok(canonical) = folder.canonicalize() else { return Ok(()) };
+    for input in inputs {
+        if input.canonicalize().is_ok_and(|input| input.starts_with(&canonical)) {
+            bail!("{} is read and lies in {}: name another output", input.display(), folder.display());
+        }
+    }
+    let mut empty = true;
+    for entry in fs::read_dir(folder).with_context(|| format!("cannot replace {}", folder.display()))? {
+        let entry = entry?;
+        empty = false;
+        let known = NAMES.iter().any(|name| entry.file_name() == *name);
+        if !known || !entry.file_type()?.is_file() {
+            bail!(
+                "{} holds {}, which no build wrote; the folder is not replaced",
+                folder.display(),
+                entry.file_name().display()
+            );
+        }
+    }
+    if !empty && !is_summary(&folder.join("summary.json")) {
+        bail!("{} holds no summary.json of a build; the folder is not replaced", folder.display());
+    }
+    Ok(())
+}
+
+fn is_summary(path: &Path) -> bool {
+    let Ok(bytes) = fs::read(path) else { return false };
+    serde_json::from_slice::<serde_json::Value>(&bytes)
+        .is_ok_and(|summary| summary["raw_points"].is_u64() && summary["stages"].is_array())
+}
 
 /// Writes the map with the poses of its scans, and the trajectory; returns how many files.
 pub fn write_floor(

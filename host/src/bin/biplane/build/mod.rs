@@ -92,6 +92,10 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
             args.recordings.len()
         )
     };
+    if args.force {
+        let inputs: Vec<PathBuf> = args.recordings.iter().chain(&args.poses).cloned().collect();
+        files::check_replaceable(&args.output, &inputs)?;
+    }
     let run = Run::open(recording)?;
     let posed = Posed::load(&run, args.poses.as_deref())?;
     let mut stages = Stages::new(console);
