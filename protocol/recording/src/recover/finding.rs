@@ -45,13 +45,15 @@ pub enum Problem {
     NoEnd,
     /// The data is whole; the index or the footer behind it is not.
     NoIndex,
+    /// The data is whole; the index behind it is not what was written.
+    DamagedIndex,
 }
 
 impl Problem {
     /// Whether data was lost by it, or may have been.
     #[must_use]
     pub fn loses_data(&self) -> bool {
-        !matches!(self, Self::NoIndex)
+        !matches!(self, Self::NoIndex | Self::DamagedIndex)
     }
 }
 
@@ -73,6 +75,7 @@ impl std::fmt::Display for Finding {
                 return write!(f, "the recording was not finished; what was not on the disk yet is lost");
             }
             Problem::NoIndex => return write!(f, "the data is whole; the index behind it is not"),
+            Problem::DamagedIndex => return write!(f, "the index was damaged and is rebuilt"),
         }
         write!(f, "; {bytes} bytes unusable")?;
         if *missing_bytes > 0 {

@@ -69,7 +69,9 @@ impl RecoverReport {
     /// True when the index or the footer at the file's end was missing or broken.
     #[must_use]
     pub fn index_missing(&self) -> bool {
-        self.findings.iter().any(|finding| matches!(finding.problem, Problem::NoIndex | Problem::NoEnd))
+        self.findings.iter().any(|finding| {
+            matches!(finding.problem, Problem::NoIndex | Problem::DamagedIndex | Problem::NoEnd)
+        })
     }
 
     /// The exit code of `biplane recover`: 0 when nothing was lost, 3 when something was or may have been.

@@ -365,6 +365,8 @@ impl<'a> Salvage<'a> {
         }
         if !walk::index_is_whole(source).map_err(|error| self.io(offset, error))? {
             self.note(offset, 0, &nothing, Problem::NoIndex);
+        } else if !walk::index_is_intact(source).map_err(|error| self.io(offset, error))? {
+            self.note(offset, 0, &nothing, Problem::DamagedIndex);
         }
         Ok(())
     }

@@ -4,8 +4,8 @@
 use crate::chunk::MAX_CHUNK_SIZE;
 use crate::read::Source;
 use crate::records::{
-    ATTACHMENT, Attachment, CHANNEL, CHUNK, Channel, ChunkHeader, DATA_END, FOOTER, HEADER, Header, MAGIC,
-    MESSAGE, MESSAGE_INDEX, METADATA, Metadata, PREFIX_SIZE, Prefix, SCHEMA, Schema,
+    ATTACHMENT, Attachment, CHANNEL, CHUNK, Channel, ChunkHeader, DATA_END, FOOTER, Fields, HEADER, Header,
+    MAGIC, MESSAGE, MESSAGE_INDEX, METADATA, Metadata, PREFIX_SIZE, Prefix, SCHEMA, Schema,
 };
 use std::io;
 
@@ -167,4 +167,29 @@ pub(super) fn index_is_whole(source: &mut Source) -> io::Result<bool> {
     let Some(offset) = source.size().checked_sub(tail) else { return Ok(false) };
     let footer = source.prefix(offset)? == Some(Prefix { opcode: FOOTER, length: 20 });
     Ok(footer && next_is_magic(source, offset + PREFIX_SIZE + 20)?)
+}
+
+/// Whether the index is what the checksum in the footer says (MCAP specification, "Footer": from the summary's start up to the
+/// checksum itself). True when there is no index, or no checksum of it.
+pub(super) fn index_is_intact(source: &mut Source) -> io::Result<bool> {
+    let end = source.size().saturating_sub(MAGIC.len() as u64);
+    let footer = source.bytes(end.saturating_sub(20), 20)?.unwrap_or_default();
+    let mut fields = Fields(footer);
+    let (Some(start), Some(_offsets), Some(expected)) = (fields.u64(), fields.u64(), fields.u32()) else {
+        return Ok(false);
+    };
+    if start == 0 || expected == 0 {
+        return Ok(true);
+    }
+    let mut hasher = crc32fast::Hasher::new();
+    let (mut at, covered_end) = (start, end.saturating_sub(4));
+    if start >= covered_end {
+        return Ok(false);
+    }
+    while at < covered_end {
+        let span = STRIDE.min(covered_end - at);
+        hasher.update(source.bytes(at, span)?.unwrap_or_default());
+        at += span;
+    }
+    Ok(hasher.finalize() == expected)
 }

@@ -142,6 +142,21 @@ fn an_intact_file_comes_through_whole_and_without_findings() {
     );
 }
 
+#[test]
+fn a_damaged_index_is_told_and_rebuilt() {
+    let folder = Folder::new("index");
+    let whole = whole(&folder, 20);
+    // Behind the end of the data (13 bytes): a byte in the middle of the index.
+    let place = usize::midpoint(whole.data_end + 13, whole.bytes.len() - 37);
+    let mut bytes = whole.bytes.clone();
+    bytes[place] ^= 0x40;
+    let recovered = salvage(&folder, &bytes);
+    assert_eq!(recovered.entries.len(), whole.entries.len());
+    assert_eq!((recovered.report.exit_code(), recovered.report.index_missing()), (0, true));
+    assert!(recovered.report.findings.iter().any(|finding| finding.problem == Problem::DamagedIndex));
+    assert!(recovered.report.to_string().contains("the index was damaged and is rebuilt"));
+}
+
 /// Places to damage: a spread over the file, and every byte of the records' fronts.
 fn flip_places(whole: &Whole) -> Vec<usize> {
     let mut places: Vec<usize> = (0..whole.bytes.len()).step_by(127).collect();
