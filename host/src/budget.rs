@@ -33,14 +33,15 @@ pub fn bound(model: &mut Model, faces: &mut Vec<Mesh>, most_triangles: usize) ->
     Dropped { leftover_triangles, polygons }
 }
 
-/// Which meshes stay when the largest of them, by area, may have so many triangles together.
+/// Which meshes stay when the largest of them, by area, may have so many triangles together: one that does not fit makes room for
+/// smaller ones that do.
 fn largest(meshes: &[Mesh], most_triangles: usize) -> Vec<bool> {
     let mut order: Vec<(f64, usize)> = meshes.iter().map(area_m2).zip(0..).collect();
     order.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     let mut keep = vec![false; meshes.len()];
     let mut left = most_triangles;
     for (_, index) in order {
-        let Some(rest) = left.checked_sub(meshes[index].triangles.len()) else { break };
+        let Some(rest) = left.checked_sub(meshes[index].triangles.len()) else { continue };
         left = rest;
         keep[index] = true;
     }

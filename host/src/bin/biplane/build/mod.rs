@@ -121,6 +121,12 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         Some(vertical) => Some(model(vertical, &posed, &parameters, &mut stages)?),
         None => None,
     };
+    if let (Some(vertical), Some(built)) = (&vertical, &built)
+        && built.counts.scans_unposed == vertical.sweeps.len()
+    {
+        let source = args.poses.as_ref().unwrap_or(recording).display();
+        bail!("none of the {} vertical scans lies within the poses of {source}", vertical.sweeps.len());
+    }
     let mut summary = write_all(args, &folder, built, (&grid, &posed), &mut stages)?;
     summary.parameters = parameters;
     summary.scans.horizontal = posed.at_scans.len();
@@ -137,6 +143,12 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
 
 fn tell(args: &Args, summary: &Summary, has_vertical: bool, console: &Console) {
     let folder = args.output.display();
+    if summary.scans.vertical_unposed > 0 {
+        console.note(format!(
+            "{} of {} vertical scans lie outside the poses and are not in the model",
+            summary.scans.vertical_unposed, summary.scans.vertical
+        ));
+    }
     if has_vertical {
         console.note(format!(
             "{folder}: {} points, {} triangles -> {} polygons with {} holes on {} planes + {} triangles: {:.1} % fewer",
@@ -152,6 +164,16 @@ fn tell(args: &Args, summary: &Summary, has_vertical: bool, console: &Console) {
         console.note(format!(
             "{folder}: the recording has no scan of a vertical laser, so there is a map and a trajectory, and no model"
         ));
+    }
+}
+
+/// What `--max-triangles` cost, where there was a cost.
+fn tell_dropped(dropped: budget::Dropped, most_triangles: usize) {
+    if dropped != budget::Dropped::default() {
+        eprintln!(
+            "biplane: {} polygons and {} triangles of fine structure are left out to keep within {most_triangles} triangles",
+            dropped.polygons, dropped.leftover_triangles
+        );
     }
 }
 
@@ -183,6 +205,7 @@ fn write_all(
         output.counts.leftover_triangles -= dropped.leftover_triangles;
         output.counts.polygons -= dropped.polygons;
         output.counts.holes = output.model.polygons.iter().map(|polygon| polygon.holes_m.len()).sum();
+        tell_dropped(dropped, most);
     }
     let shapes = Shapes { model: &output.model, faces };
     let has_model = !output.cloud.is_empty();
