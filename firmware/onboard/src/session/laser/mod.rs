@@ -18,7 +18,7 @@ mod stream;
 use biplane_wire::Counts;
 use biplane_wire::lms::DeviceDeframer;
 
-pub use reading::{Fan, MAX_LMS_BEAMS, ScanReading};
+pub use reading::{Fan, MAX_LMS_BEAMS, ScanIndex, ScanReading};
 pub use settings::{LaserInfo, LaserSettings};
 
 use super::{Input, Output, Session};

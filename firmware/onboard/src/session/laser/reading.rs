@@ -54,6 +54,15 @@ impl Fan {
     }
 }
 
+/// The two index bytes of a scan telegram, sent when bit 1 of the configuration's availability byte is set.
+#[derive(Copy, Clone, PartialEq, Eq, Debug)]
+pub struct ScanIndex {
+    /// +1 a turn of the mirror, modulo 256: +k from a scan of k turns to the next.
+    pub scan: u8,
+    /// +1 a telegram sent, modulo 256.
+    pub telegram: u8,
+}
+
 /// A scan, decoded.
 #[derive(Clone, PartialEq, Debug)]
 pub struct ScanReading {
@@ -67,6 +76,10 @@ pub struct ScanReading {
     pub range_max_m: f32,
     /// Ranges in metres, `+inf` for nothing in range, NaN for invalid.
     pub ranges_m: heapless::Vec<f32, MAX_LMS_BEAMS>,
+    /// Remission, one a beam, device units; empty where the telegram has none.
+    pub intensities: heapless::Vec<u16, MAX_LMS_BEAMS>,
+    /// Where the scan and its telegram stand in the device's count, when the device says so.
+    pub index: Option<ScanIndex>,
 }
 
 /// Decodes a scan's values; `None` when the number of values fits no variant of the device.
@@ -95,5 +108,13 @@ pub fn decode(
         };
         ranges_m.push(range_m).ok()?;
     }
-    Some(ScanReading { offset, length, fan, range_max_m: metres(mode.max_range()?), ranges_m })
+    Some(ScanReading {
+        offset,
+        length,
+        fan,
+        range_max_m: metres(mode.max_range()?),
+        ranges_m,
+        intensities: heapless::Vec::new(),
+        index: view.index().map(|(scan, telegram)| ScanIndex { scan, telegram }),
+    })
 }

@@ -263,6 +263,28 @@ fn listening_takes_the_measuring_mode_from_a_configuration_in_the_stream() {
 }
 
 #[test]
+fn index_bytes_are_read_where_the_device_sends_them() {
+    let mut session = LaserSession::listening(HALF, 0);
+    let values = [100; 361].into_iter().collect();
+    let scan =
+        biplane_wire::lms::Scan { unit: Unit::Cm, values, index: Some((254, 7)), ..Default::default() };
+    let mut bytes = vec![0; scan.encoded_len()];
+    scan.emit(0x80, &mut bytes).expect("it fits");
+    bytes.extend(scan_telegram(361));
+    let mut indices = Vec::new();
+    for chunk in bytes.chunks(MAX_INPUT_BYTES) {
+        session.handle(0, Input::Bytes(chunk));
+        while let output @ (Output::Scan(_) | Output::Event(_)) = session.poll() {
+            if let Output::Scan(scan) = output {
+                assert!(scan.intensities.is_empty());
+                indices.push(scan.index);
+            }
+        }
+    }
+    assert_eq!(indices, [Some(ScanIndex { scan: 254, telegram: 7 }), None]);
+}
+
+#[test]
 fn random_bytes_never_panic_in_any_state() {
     let mut state = 1_u64;
     let mut random = move || {
