@@ -34,12 +34,22 @@ pub struct Laser {
     pub port: String,
     /// The rate to run at, in Bd: 9600, 19200, 38400 or 500000. A higher rate lets more scans through.
     pub baud: u32,
-    /// Field of view, in degrees: 100 or 180.
+    /// Field of view, in degrees: 100 or 180, or 90 for an LMS with "S14" in its type.
     pub fov_deg: u16,
-    /// From a beam to the next, in degrees: 0.25 (100 degrees only), 0.5 or 1. Finer takes more mirror turns a scan.
+    /// From a beam to the next, in degrees: 0.25 (100 degrees only), 0.5 or 1 (not with 90 degrees). Finer takes more mirror
+    /// turns a scan, except on an S14.
     pub resolution_deg: f64,
     /// What the device counts in. Millimetres resolve finer and reach less far.
     pub units: Units,
+    /// How far the device shall measure at least, in m: 8, 16 or 32 in millimetres, 80, 160 or 320 in centimetres. Farther leaves
+    /// fewer flag bits beside a range. `None`: whatever the device is set to.
+    pub range_max_m: Option<u16>,
+    /// Whether telegrams shall carry index bytes, by which lost scans are counted. `None`: as the device is set.
+    pub index_bytes: Option<bool>,
+    /// Whether remission is asked for and recorded. Doubles the bytes of a scan, so that a slow line carries half as many.
+    pub remission: bool,
+    /// Whether the device shall go on measuring when it is dazzled. `None`: as the device is set.
+    pub dazzle_tolerant: Option<bool>,
     /// Where the laser sits on the base.
     pub mount: Mount,
     /// Correction to the time model, in ms: how much later than modelled a scan's first byte leaves the device. Too large puts
@@ -142,6 +152,10 @@ impl Laser {
             fov_deg: 180,
             resolution_deg: 1.0,
             units: Units::Cm,
+            range_max_m: None,
+            index_bytes: None,
+            remission: false,
+            dazzle_tolerant: None,
             mount: Mount { x: 0.2, z: 0.3, ..Mount::default() },
             delay_ms: 0.0,
         }

@@ -19,7 +19,19 @@ const TICK_M: (f64, f64) = (1e-9, 10.0);
 const COUNT_M: (f64, f64) = (-10.0, 10.0);
 const WHEEL_BASE_M: (f64, f64) = (0.01, 10.0);
 
-const LASER_KEYS: [&str; 7] = ["port", "baud", "fov_deg", "resolution_deg", "units", "mount", "delay_ms"];
+const LASER_KEYS: [&str; 11] = [
+    "port",
+    "baud",
+    "fov_deg",
+    "resolution_deg",
+    "units",
+    "range_max_m",
+    "index_bytes",
+    "remission",
+    "dazzle_tolerant",
+    "mount",
+    "delay_ms",
+];
 const BASE_KEYS: [&str; 4] = ["protocol", "port", "baud", "metres_per_tick"];
 const ROBOCLAW_KEYS: [&str; 7] = [
     "protocol",
@@ -69,27 +81,59 @@ impl Rig {
 
 fn laser(table: &Table, template: &Laser) -> Result<Laser, RigError> {
     table.only(&LASER_KEYS)?;
-    let fov_deg = table.one_of("fov_deg", f64::from(template.fov_deg), &[100.0, 180.0])?;
-    let resolution_deg = table.one_of("resolution_deg", template.resolution_deg, &[0.25, 0.5, 1.0])?;
-    if resolution_deg < 0.5 && fov_deg > 100.0 {
-        return Err(table.refuse("resolution_deg", "0.5, 1 (0.25 with fov_deg = 100 only)"));
-    }
+    let fov_deg = table.one_of("fov_deg", f64::from(template.fov_deg), &[90.0, 100.0, 180.0])? as u16;
     let units = match table.word("units", template.units.name(), &["cm", "mm"])? {
         "mm" => Units::Mm,
         _ => Units::Cm,
     };
+    let remission = table.flag("remission")?.unwrap_or(template.remission);
     Ok(Laser {
         port: table.text("port")?,
         baud: table.one_of("baud", f64::from(template.baud), &LASER_BAUDS)? as u32,
-        fov_deg: fov_deg as u16,
-        resolution_deg,
+        fov_deg,
+        resolution_deg: resolution(table, fov_deg, template.resolution_deg)?,
         units,
+        range_max_m: range_max(table, units, remission && fov_deg != 90)?,
+        index_bytes: table.flag("index_bytes")?,
+        remission,
+        dazzle_tolerant: table.flag("dazzle_tolerant")?,
         mount: match table.table("mount")? {
             Some(inner) => mount(&inner, template.mount)?,
             None => template.mount,
         },
         delay_ms: table.number("delay_ms", template.delay_ms, DELAY_MS)?,
     })
+}
+
+/// The step that goes with the field of view; an S14 has but one.
+fn resolution(table: &Table, fov_deg: u16, template_deg: f64) -> Result<f64, RigError> {
+    let template_deg = if fov_deg == 90 { 0.5 } else { template_deg };
+    let resolution_deg = table.one_of("resolution_deg", template_deg, &[0.25, 0.5, 1.0])?;
+    if fov_deg == 90 && resolution_deg != 0.5 {
+        return Err(table.refuse("resolution_deg", "0.5 with fov_deg = 90 (an LMS S14 has no other)"));
+    }
+    if fov_deg == 180 && resolution_deg < 0.5 {
+        return Err(table.refuse("resolution_deg", "0.5, 1 (0.25 with fov_deg = 100 only)"));
+    }
+    Ok(resolution_deg)
+}
+
+/// The range that 13, 14 or 15 bits can say in the unit; remission leaves 13.
+fn range_max(table: &Table, units: Units, remission: bool) -> Result<Option<u16>, RigError> {
+    if !table.has("range_max_m") {
+        return Ok(None);
+    }
+    let range_max_m = table.one_of("range_max_m", 0.0, &[8.0, 16.0, 32.0, 80.0, 160.0, 320.0])?;
+    match (units, range_max_m > 32.0) {
+        (Units::Mm, true) => return Err(table.refuse("range_max_m", "8, 16, 32 with units = \"mm\"")),
+        (Units::Cm, false) => return Err(table.refuse("range_max_m", "80, 160, 320 with units = \"cm\"")),
+        _ => {}
+    }
+    if remission && !matches!(range_max_m, 8.0 | 80.0) {
+        let allowed = "8 with units = \"mm\", 80 with units = \"cm\" (remission = true leaves no more)";
+        return Err(table.refuse("range_max_m", allowed));
+    }
+    Ok(Some(range_max_m as u16))
 }
 
 fn mount(table: &Table, template: Mount) -> Result<Mount, RigError> {

@@ -9,7 +9,7 @@ fn quoted(text: &str) -> String {
 }
 
 fn laser(out: &mut String, name: &str, laser: &Laser) -> std::fmt::Result {
-    let Laser { port, baud, fov_deg, resolution_deg, units, mount, delay_ms } = laser;
+    let Laser { port, baud, fov_deg, resolution_deg, units, mount, delay_ms, .. } = laser;
     writeln!(out, "[{name}]")?;
     writeln!(out, "port = {}", quoted(port))?;
     writeln!(out, "baud = {baud}")?;
@@ -17,12 +17,29 @@ fn laser(out: &mut String, name: &str, laser: &Laser) -> std::fmt::Result {
     // `{:?}` keeps the point of a whole number, and every digit of the others.
     writeln!(out, "resolution_deg = {resolution_deg:?}")?;
     writeln!(out, "units = {}", quoted(units.name()))?;
+    settings(out, laser)?;
     writeln!(
         out,
         "mount = {{ x = {:?}, y = {:?}, z = {:?}, roll = {:?}, pitch = {:?}, yaw = {:?} }}",
         mount.x, mount.y, mount.z, mount.roll, mount.pitch, mount.yaw
     )?;
     writeln!(out, "delay_ms = {delay_ms:?}\n")
+}
+
+/// What may be left to the device is printed only where the rig says it.
+fn settings(out: &mut String, laser: &Laser) -> std::fmt::Result {
+    let Laser { range_max_m, index_bytes, remission, dazzle_tolerant, .. } = laser;
+    if let Some(range_max_m) = range_max_m {
+        writeln!(out, "range_max_m = {range_max_m}")?;
+    }
+    if let Some(index_bytes) = index_bytes {
+        writeln!(out, "index_bytes = {index_bytes}")?;
+    }
+    writeln!(out, "remission = {remission}")?;
+    if let Some(dazzle_tolerant) = dazzle_tolerant {
+        writeln!(out, "dazzle_tolerant = {dazzle_tolerant}")?;
+    }
+    Ok(())
 }
 
 fn base(out: &mut String, base: &Base) -> std::fmt::Result {
@@ -43,7 +60,7 @@ fn base(out: &mut String, base: &Base) -> std::fmt::Result {
 }
 
 impl Rig {
-    /// The resolved `rig.toml`: every key with its value. [`Rig::parse`] makes the same rig of it.
+    /// The resolved `rig.toml`: every key with its value, but for settings that are left to the device. [`Rig::parse`] makes the same rig of it.
     #[must_use]
     pub fn to_toml(&self) -> String {
         let mut out = String::new();

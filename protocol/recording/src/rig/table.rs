@@ -101,6 +101,17 @@ impl<'a> Table<'a> {
         })
     }
 
+    /// Whether a key is there.
+    pub fn has(&self, key: &str) -> bool {
+        self.get(key).is_some()
+    }
+
+    /// Yes or no; `None` when the key is not there.
+    pub fn flag(&self, key: &str) -> Result<Option<bool>, RigError> {
+        let Some(value) = self.get(key) else { return Ok(None) };
+        value.get_ref().as_bool().map(Some).ok_or_else(|| self.refuse(key, "true, false"))
+    }
+
     /// One of a few words.
     pub fn word(
         &self,

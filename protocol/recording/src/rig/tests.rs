@@ -70,6 +70,24 @@ fn values_are_taken_over_and_integers_are_numbers() {
 }
 
 #[test]
+fn what_is_left_to_the_device_is_printed_only_where_it_is_asked_for() {
+    let rig = with("horizontal", "fov_deg = 90").unwrap();
+    assert_eq!((rig.horizontal.resolution_deg, rig.horizontal.turns()), (0.5, 1));
+    assert_eq!(rig.horizontal.beam_count(), 181);
+    assert!(!rig.to_toml().contains("range_max_m") && rig.to_toml().contains("remission = false"));
+    let lines = "units = \"mm\"\nrange_max_m = 16\nindex_bytes = true\ndazzle_tolerant = false";
+    let rig = with("horizontal", lines).unwrap();
+    let laser = &rig.horizontal;
+    assert_eq!((laser.range_max_m, laser.index_bytes), (Some(16), Some(true)));
+    assert_eq!((laser.dazzle_tolerant, laser.remission), (Some(false), false));
+    assert_eq!(Rig::parse(&rig.to_toml()).unwrap(), rig);
+    let s14 = with("horizontal", "fov_deg = 90\nremission = true\nrange_max_m = 160").unwrap();
+    assert!(s14.horizontal.remission, "an S14's remission does not take bits from its ranges");
+    let near = with("horizontal", "remission = true\nrange_max_m = 80").unwrap();
+    assert_eq!(Rig::parse(&near.to_toml()).unwrap(), near);
+}
+
+#[test]
 fn other_bases_bring_their_own_keys() {
     let roboclaw = "protocol = \"roboclaw\"\naddress = 129\nwheel_base_m = 0.4\nmetres_per_count_left = 0.0002\nmetres_per_count_right = -0.0003";
     let rig = with("base", roboclaw).unwrap();
@@ -109,16 +127,42 @@ const MISTAKES: &[(&str, &str, &str)] = &[
     (
         "horizontal",
         "buad = 9600",
-        "line 2: unknown key `horizontal.buad`; known here: port, baud, fov_deg, resolution_deg, units, mount, delay_ms",
+        "line 2: unknown key `horizontal.buad`; known here: port, baud, fov_deg, resolution_deg, units, range_max_m, index_bytes, remission, dazzle_tolerant, mount, delay_ms",
     ),
     ("horizontal", "baud = 57600", "line 2: `horizontal.baud` is 57600; allowed: 9600, 19200, 38400, 500000"),
-    ("vertical", "fov_deg = 90", "line 4: `vertical.fov_deg` is 90; allowed: 100, 180"),
+    ("vertical", "fov_deg = 270", "line 4: `vertical.fov_deg` is 270; allowed: 90, 100, 180"),
     ("vertical", "resolution_deg = 0.3", "line 4: `vertical.resolution_deg` is 0.3; allowed: 0.25, 0.5, 1"),
     (
         "vertical",
         "resolution_deg = 0.25",
         "line 4: `vertical.resolution_deg` is 0.25; allowed: 0.5, 1 (0.25 with fov_deg = 100 only)",
     ),
+    (
+        "vertical",
+        "fov_deg = 90\nresolution_deg = 1",
+        "line 5: `vertical.resolution_deg` is 1; allowed: 0.5 with fov_deg = 90 (an LMS S14 has no other)",
+    ),
+    (
+        "horizontal",
+        "range_max_m = 20",
+        "line 2: `horizontal.range_max_m` is 20; allowed: 8, 16, 32, 80, 160, 320",
+    ),
+    (
+        "horizontal",
+        "range_max_m = 8",
+        "line 2: `horizontal.range_max_m` is 8; allowed: 80, 160, 320 with units = \"cm\"",
+    ),
+    (
+        "horizontal",
+        "units = \"mm\"\nrange_max_m = 80",
+        "line 3: `horizontal.range_max_m` is 80; allowed: 8, 16, 32 with units = \"mm\"",
+    ),
+    (
+        "horizontal",
+        "units = \"mm\"\nremission = true\nrange_max_m = 16",
+        "line 4: `horizontal.range_max_m` is 16; allowed: 8 with units = \"mm\", 80 with units = \"cm\" (remission = true leaves no more)",
+    ),
+    ("horizontal", "index_bytes = 1", "line 2: `horizontal.index_bytes` is 1; allowed: true, false"),
     ("horizontal", "units = \"m\"", "line 2: `horizontal.units` is \"m\"; allowed: \"cm\", \"mm\""),
     ("horizontal", "units = 5", "line 2: `horizontal.units` is 5; allowed: \"cm\", \"mm\""),
     (
