@@ -221,6 +221,18 @@ fn the_longest_replies_are_frames() {
     };
     let mut out = vec![0; longest.encoded_len()];
     longest.emit(0x80, &mut out).unwrap();
+    assert_eq!(out.len(), 819);
+    assert_eq!(frames(&whole(&out).0), [out]);
+    let heads =
+        [1, 100, 100, 100, 100].map(|count| (lms::Span { first: 1, last: count }, lms::Unit::Cm, count));
+    let longest = lms::Pairs {
+        parts: heads.into_iter().collect(),
+        pairs: [(1, 2); 401].into_iter().collect(),
+        index: Some((1, 2)),
+        ..lms::Pairs::default()
+    };
+    let mut out = vec![0; longest.encoded_len()];
+    longest.emit(0x80, &mut out).unwrap();
     assert_eq!(out.len(), lms::MAX_REPLY_BYTES);
     assert_eq!(frames(&whole(&out).0), [out]);
 }

@@ -6,8 +6,8 @@ mod cases;
 use std::path::{Path, PathBuf};
 
 use biplane_wire::lms::{
-    Baud, Config, Flags, MeasuringMode, Mode, ModeResult, Reply, Request, STATUS_REPORT_BYTES, ScanKind,
-    Selection, Severity, Status, StatusFields, StatusReport, Telegram, Unit, Value, decode,
+    Baud, Config, Fault, Flags, MeasuringMode, Mode, ModeResult, Reply, Request, STATUS_REPORT_BYTES,
+    ScanKind, Selection, Severity, Span, Status, StatusFields, StatusReport, Telegram, Unit, Value, decode,
 };
 use biplane_wire::p2os::{Argument, Command, MotorState, Packet, Report};
 use cases::bytes;
@@ -72,6 +72,15 @@ fn requests_mean_what_the_listing_says() {
         ("02 00 05 00 3B B4 00 32 00 3B 1F", Request::Variant { angle_deg: 180, resolution_cdeg: 50 }),
         ("02 00 05 00 3B 64 00 19 00 E7 72", Request::Variant { angle_deg: 100, resolution_cdeg: 25 }),
         ("02 00 02 00 66 00 9C 4E", Request::PermanentBaud(0)),
+        ("02 00 01 00 35 11 12", Request::OperatingCounter { with_word: false }),
+        ("02 00 05 00 44 01 00 B5 00 68 37", Request::S14(Span { first: 1, last: 181 })),
+        (
+            "02 00 07 00 75 01 00 01 00 91 01 7D B6",
+            Request::Pairs([Span { first: 1, last: 401 }].into_iter().collect()),
+        ),
+        ("02 00 05 00 76 01 00 2A 01 72 BA", Request::Cartesian(Span { first: 1, last: 298 })),
+        ("02 00 01 00 7B 5F 12", Request::ReadSecondConfig),
+        ("02 00 06 00 20 50 01 00 B5 00 68 B6", Request::Mode(Mode::Reflectivity { first: 1, last: 181 })),
         ("02 00 01 00 74 50 12", Request::ReadConfig),
     ];
     for (line, expected) in table {
@@ -127,6 +136,77 @@ fn a_sub_range_holds_its_positions_and_values() {
     assert_eq!(scan.selection(), Selection::SubRange { first: 1, last: 10 });
     assert_eq!((scan.unit(), scan.count(), scan.index()), (Unit::Cm, 10, None));
     assert!(scan.values().eq([302, 304, 305, 307, 309, 310, 312, 314, 316, 317]));
+}
+
+/// A reply of these data; the checksum is computed, since no printed example has one.
+fn reply_of(code: u8, data: &[u8], status: u8) -> Vec<u8> {
+    let mut bytes = vec![0x02, 0x80];
+    bytes.extend((data.len() as u16 + 2).to_le_bytes());
+    bytes.push(code);
+    bytes.extend(data);
+    bytes.push(status);
+    bytes.extend(biplane_wire::lms::checksum(&bytes).to_le_bytes());
+    bytes
+}
+
+#[test]
+fn an_s14_s_ranges_and_remissions_stand_as_its_driver_reads_them() {
+    // 559 bytes, and the first ranges: a driver's session with an LMS291-S14. Remissions count up by three.
+    let mut data = vec![0xB5, 0x00, 0x30, 0x01, 0x2E, 0x01, 0x2C, 0x01];
+    data.resize(2 + 2 * 181, 0x01);
+    data.extend([0xB5, 0x00, 0x01, 0x00, 0xB5, 0x00]);
+    data.extend((0..181u32).map(|i| (i * 3) as u8));
+    let bytes = reply_of(0xC4, &data, 0x10);
+    assert_eq!((bytes.len(), &bytes[..5]), (559, &[0x02, 0x80, 0x29, 0x02, 0xC4][..]));
+    let Reply::S14(view) = Telegram::parse(&bytes).unwrap().reply().unwrap() else { panic!("an S14 scan") };
+    assert_eq!((view.unit, view.span, view.index()), (Unit::Cm, Span { first: 1, last: 181 }, None));
+    assert!(view.values().take(3).eq([304, 302, 300]));
+    assert_eq!((view.values().len(), view.remissions()[60]), (181, 180));
+}
+
+#[test]
+fn ranges_and_remissions_of_two_parts_stand_in_their_order() {
+    let data = [
+        2, 0, // parts
+        1, 0, 2, 0, 0x02, 0x40, 0x10, 0x27, 0xC8, 0x32, 0x11, 0x27, 0, 0, // 1..2, two pairs, mm
+        9, 0, 9, 0, 0x01, 0x40, 0xFF, 0x1F, 1, 0, // 9..9
+        7, 8, // index bytes
+    ];
+    let bytes = reply_of(0xF5, &data, 0x10);
+    let Reply::Pairs(view) = Telegram::parse(&bytes).unwrap().reply().unwrap() else { panic!("pairs") };
+    let parts: Vec<_> =
+        view.parts().map(|part| (part.span, part.unit, part.pairs().collect::<Vec<_>>())).collect();
+    assert_eq!(parts[0], (Span { first: 1, last: 2 }, Unit::Mm, vec![(10_000, 13_000), (10_001, 0)]));
+    assert_eq!(parts[1], (Span { first: 9, last: 9 }, Unit::Mm, vec![(8191, 1)]));
+    assert_eq!((parts.len(), view.index()), (2, Some((7, 8))));
+    // 181 pairs make the 740 bytes of the listing's table.
+    let mut whole = vec![1, 0, 1, 0, 0xB5, 0, 0xB5, 0];
+    whole.resize(8 + 4 * 181, 0);
+    assert_eq!(reply_of(0xF5, &whole, 0x10).len(), 740);
+}
+
+#[test]
+fn counts_that_cannot_be_are_refused_before_anything_is_kept() {
+    for (code, data) in [
+        (0xF5, &[6, 0][..]),
+        (0xF5, &[1, 0, 1, 0, 2, 0, 0x92, 0x01]),
+        (0xF5, &[1, 0, 1, 0, 2, 0, 1, 0xC0, 0, 0, 0, 0]),
+        (0xC4, &[0xFF, 0x03]),
+        (0xC4, &[0, 0, 0xFF, 0x03, 1, 0, 2, 0]),
+        (0xF5, &[0, 0, 9]),
+    ] {
+        let bytes = reply_of(code, data, 0x10);
+        assert!(Telegram::parse(&bytes).unwrap().reply().is_err(), "{data:02X?}");
+    }
+}
+
+#[test]
+fn faults_are_told_apart_by_severity_and_whether_they_are_over() {
+    let bytes = reply_of(0xB2, &[0x03, 0x15, 0x81, 0x02], 0x13);
+    let Reply::Errors(list) = Telegram::parse(&bytes).unwrap().reply().unwrap() else { panic!("faults") };
+    let faults: Vec<Fault> = list.faults().collect();
+    assert_eq!(faults[0], Fault { severity: Severity::Error, is_current: true, number: 0x15 });
+    assert_eq!(faults[1], Fault { severity: Severity::Info, is_current: false, number: 2 });
 }
 
 #[test]

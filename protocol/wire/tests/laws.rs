@@ -6,7 +6,7 @@ use biplane_wire::lms::{Reply, Request, Status, Telegram, checksum};
 use biplane_wire::p2os::{self, Command, Packet, Report};
 use biplane_wire::{WireError, lms};
 use cases::Noise;
-use cases::table::{commands, replies, reports, requests, scans};
+use cases::table::{commands, pairs, replies, reports, requests, s14_scans, scans};
 
 type Emit = Box<dyn Fn(&mut [u8]) -> Result<usize, WireError>>;
 type ReadsBack = Box<dyn Fn(&[u8]) -> Result<bool, WireError>>;
@@ -47,6 +47,32 @@ fn lms_cases() -> Vec<Case> {
             reads_back: Box::new(move |bytes| {
                 let telegram = Telegram::parse(bytes)?;
                 Ok(telegram.status() == Some(Status(0x50)) && telegram.reply()? == copy)
+            }),
+        });
+    }
+    for scan in pairs() {
+        let copy = scan.clone();
+        cases.push(Case {
+            name: format!("{scan:?}"),
+            len: scan.encoded_len(),
+            emit: Box::new(move |out| scan.emit(0x80, out)),
+            reads_back: Box::new(move |bytes| {
+                let telegram = Telegram::parse(bytes)?;
+                let Reply::Pairs(view) = telegram.reply()? else { return Ok(false) };
+                Ok(view.to_owned(telegram.status().unwrap_or_default()) == copy)
+            }),
+        });
+    }
+    for scan in s14_scans() {
+        let copy = scan.clone();
+        cases.push(Case {
+            name: format!("{scan:?}"),
+            len: scan.encoded_len(),
+            emit: Box::new(move |out| scan.emit(0x80, out)),
+            reads_back: Box::new(move |bytes| {
+                let telegram = Telegram::parse(bytes)?;
+                let Reply::S14(view) = telegram.reply()? else { return Ok(false) };
+                Ok(view.to_owned(telegram.status().unwrap_or_default()) == copy)
             }),
         });
     }

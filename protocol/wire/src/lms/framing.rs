@@ -1,12 +1,17 @@
 //! How LMS telegrams are found in a stream (telegram listing, section 4), once for each direction.
 
-use super::{ACK, MAX_VALUES, NAK, REPLY_BIT, STX, checksum};
+use super::{ACK, MAX_PARTS, MAX_VALUES, NAK, REPLY_BIT, STX, checksum};
 use crate::deframe::{Deframer, Framing, Measure};
 
 /// Everything of a telegram that its length field does not count: start, address, length, checksum.
 pub(super) const FRAME_OVERHEAD: usize = 6;
-/// Longest reply: a sub-range of mean values (BFh) of all 401 values with index bytes.
-pub const MAX_REPLY_BYTES: usize = FRAME_OVERHEAD + 1 + 7 + 2 * MAX_VALUES + 2 + 1;
+/// Longest reply: ranges and remissions (F5h) of 401 values in five parts with index bytes. Half of it is the longest that the
+/// listing's tables show.
+pub const MAX_REPLY_BYTES: usize = FRAME_OVERHEAD + 1 + 2 + 6 * MAX_PARTS + 4 * MAX_VALUES + 2 + 1;
+/// Longest reply of ranges alone: a sub-range of mean values (BFh) of all 401 values with index bytes.
+const MAX_SCAN_BYTES: usize = FRAME_OVERHEAD + 1 + 7 + 2 * MAX_VALUES + 2 + 1;
+/// Longest reply of an S14: 181 ranges, as many remissions, index bytes; with some reserve.
+const MAX_S14_BYTES: usize = 640;
 /// Longest request: the second half of a configuration (7Ch, 84 bytes) with some reserve.
 pub const MAX_REQUEST_BYTES: usize = FRAME_OVERHEAD + 1 + 95;
 /// Longest reply that holds no measured values; the longest known is the status with 160 bytes.
@@ -20,7 +25,7 @@ pub enum DeviceFraming {}
 #[derive(Clone, Copy, Debug)]
 pub enum HostFraming {}
 
-/// Deframer for what a laser sends; holds two of the longest telegrams.
+/// Deframer for what a laser sends; holds the longest telegram, and two of any other kind.
 pub type DeviceDeframer = Deframer<DeviceFraming, 2048>;
 /// Deframer for what a host sends to a laser.
 pub type HostDeframer = Deframer<HostFraming, 512>;
@@ -35,7 +40,9 @@ impl Framing for DeviceFraming {
 
     fn measure(head: &[u8]) -> Measure {
         measure(head, REPLY_BIT, 2, |code| match code {
-            0xB0 | 0xB6 | 0xB7 | 0xBF | 0xC4 | 0xF5 | 0xF6 => MAX_REPLY_BYTES,
+            0xB0 | 0xB6 | 0xB7 | 0xBF => MAX_SCAN_BYTES,
+            0xBE | 0xF5 | 0xF6 => MAX_REPLY_BYTES,
+            0xC4 => MAX_S14_BYTES,
             0x90..=0xFF => MAX_SHORT_REPLY_BYTES,
             _ => 0,
         })

@@ -246,22 +246,27 @@ mod tests {
     use super::{Flags, Measurement, MeasuringMode, Value, decode, encode};
 
     #[test]
-    fn codes_are_told_apart_in_13_14_and_15_bits() {
+    fn codes_are_told_apart_in_13_14_15_and_16_bits() {
         let table = [
-            ([8191, 16383, 32767], Value::NoEcho),
-            ([8190, 16382, 32766], Value::Dazzled),
-            ([8189, 16381, 32765], Value::Overflow),
-            ([8187, 16379, 32763], Value::LowSignal),
-            ([8186, 16378, 32762], Value::ReadError),
-            ([8183, 16375, 32759], Value::BeyondRange),
+            ([8191, 16383, 32767, 65535], Value::NoEcho),
+            ([8190, 16382, 32766, 65534], Value::Dazzled),
+            ([8189, 16381, 32765, 65533], Value::Overflow),
+            ([8187, 16379, 32763, 65531], Value::LowSignal),
+            ([8186, 16378, 32762, 65530], Value::ReadError),
+            ([8183, 16375, 32759, 65527], Value::BeyondRange),
         ];
-        let modes = [MeasuringMode::FieldsAbDazzle, MeasuringMode::FieldsAb, MeasuringMode::FieldA];
+        let modes = [
+            MeasuringMode::FieldsAbDazzle,
+            MeasuringMode::FieldsAb,
+            MeasuringMode::FieldA,
+            MeasuringMode::Immediate,
+        ];
         for (words, value) in table {
             for (word, mode) in words.into_iter().zip(modes) {
                 assert_eq!(decode(word, mode), Measurement { value, flags: Flags::default() });
             }
         }
-        for (word, mode) in [8182, 16374, 32758].into_iter().zip(modes) {
+        for (word, mode) in [8182, 16374, 32758, 65526].into_iter().zip(modes) {
             assert_eq!(decode(word, mode).value, Value::Range(word));
             assert_eq!(mode.max_range(), Some(word));
         }

@@ -1,4 +1,4 @@
-//! SICK LMS 2xx laser scanners (LMS 200, 211, 220, 221, 291) on RS-232 and RS-422.
+//! SICK LMS 2xx laser scanners (LMS 200, 211, 220, 221, 291 and S14) on RS-232 and RS-422.
 //!
 //! A telegram is `02 | address | length | code | data | (status) | checksum`, words little-endian; only replies have
 //! the status byte, and the length counts it. A good request is answered by the byte `06` and then a reply whose code
@@ -12,26 +12,31 @@ mod baud;
 mod checksum;
 mod config;
 mod emit;
+mod faults;
 mod framing;
 mod measuring;
 mod mode;
+mod reflectivity;
 mod reply;
 mod request;
 mod scan;
 mod status;
 mod status_report;
 mod telegram;
+mod words;
 
 pub use crate::text::Text;
 pub use baud::Baud;
 pub use checksum::checksum;
 pub use config::{Availability, Config};
+pub use faults::{ErrorList, Fault};
 pub use framing::{
     DeviceDeframer, DeviceFraming, HostDeframer, HostFraming, MAX_REPLY_BYTES, MAX_REQUEST_BYTES,
 };
 pub use measuring::{Flags, Measurement, MeasuringMode, Value, decode, encode};
-pub use mode::{Mode, ModeResult};
-pub use reply::{ErrorList, Reply};
+pub use mode::{Mode, ModeResult, mode_name};
+pub use reflectivity::{MAX_PARTS, PairPart, Pairs, PairsView, S14Scan, S14View, Span};
+pub use reply::Reply;
 pub use request::{RawRequest, Request, ScanKind};
 pub use scan::{MAX_VALUES, Scan, ScanView, Selection, Unit};
 pub use status::{Severity, Status};

@@ -3,6 +3,7 @@
 use heapless::Vec;
 
 use super::Baud;
+use super::reflectivity::{MAX_PARTS, Span, parse_spans, write_spans};
 use super::telegram::DATA_OFFSET;
 use crate::WireError;
 use crate::cursor::{Reader, Writer};
@@ -17,6 +18,14 @@ pub enum Mode {
     },
     /// 10: diagnosis.
     Diagnosis,
+    /// 20: the smallest value of each segment, streaming.
+    StreamSegmentMinima,
+    /// 21: the smallest value of each segment, when triggered.
+    TriggeredSegmentMinima,
+    /// 22: the smallest vertical distance, streaming.
+    StreamVerticalMinimum,
+    /// 23: the smallest vertical distance, when triggered.
+    TriggeredVerticalMinimum,
     /// 24: every scan, complete, without being asked.
     StreamAll,
     /// 25: values on request only. The mode after power-on, and the way to stop streaming.
@@ -39,8 +48,16 @@ pub enum Mode {
         /// Last value.
         last: u16,
     },
+    /// 29: a part of every scan with its field values, streaming.
+    FieldValues(Span),
     /// 2A: the values of each mirror turn at once (partial scans), streaming.
     StreamPartial,
+    /// 2B: ranges and remissions of up to five parts of every scan, streaming. The number of parts is a word, as drivers send it.
+    Pairs(Vec<Span, MAX_PARTS>),
+    /// 2C: segments, streaming.
+    Segments,
+    /// 2E: navigation.
+    Navigation,
     /// 30: tests the password without switching.
     TestPassword {
         /// The password to test.
@@ -79,7 +96,16 @@ impl Mode {
             0x28 if reader.remaining() == 5 => {
                 Mode::MeanOfSubRange { count: reader.u8()?, first: reader.u16()?, last: reader.u16()? }
             }
+            0x20 => Mode::StreamSegmentMinima,
+            0x21 => Mode::TriggeredSegmentMinima,
+            0x22 => Mode::StreamVerticalMinimum,
+            0x23 => Mode::TriggeredVerticalMinimum,
+            0x29 => Mode::FieldValues(Span::parse(&mut reader)?),
             0x2A => Mode::StreamPartial,
+            0x2B => Mode::Pairs(parse_spans(&mut reader)?),
+            // Their arguments, if they have any, are in no source: such a telegram stays as it is.
+            0x2C if reader.remaining() == 0 => Mode::Segments,
+            0x2E if reader.remaining() == 0 => Mode::Navigation,
             0x30 => Mode::TestPassword { password: reader.array()? },
             0x50 => Mode::Reflectivity { first: reader.u16()?, last: reader.u16()? },
             _ => match Baud::from_sub_command(sub_command) {
@@ -105,7 +131,9 @@ impl Mode {
                 writer.u16(*last);
             }
             Mode::Other { arguments, .. } => writer.bytes(arguments),
-            Mode::Diagnosis | Mode::StreamAll | Mode::OnRequest | Mode::StreamPartial | Mode::Baud(_) => {}
+            Mode::FieldValues(span) => span.write(writer),
+            Mode::Pairs(spans) => write_spans(spans, writer),
+            _ => {}
         }
     }
 
@@ -114,18 +142,50 @@ impl Mode {
         match self {
             Mode::Install { .. } => 0x00,
             Mode::Diagnosis => 0x10,
+            Mode::StreamSegmentMinima => 0x20,
+            Mode::TriggeredSegmentMinima => 0x21,
+            Mode::StreamVerticalMinimum => 0x22,
+            Mode::TriggeredVerticalMinimum => 0x23,
             Mode::StreamAll => 0x24,
             Mode::OnRequest => 0x25,
             Mode::MeanOf(_) => 0x26,
             Mode::SubRange { .. } => 0x27,
             Mode::MeanOfSubRange { .. } => 0x28,
+            Mode::FieldValues(_) => 0x29,
             Mode::StreamPartial => 0x2A,
+            Mode::Pairs(_) => 0x2B,
+            Mode::Segments => 0x2C,
+            Mode::Navigation => 0x2E,
             Mode::TestPassword { .. } => 0x30,
             Mode::Baud(baud) => baud.sub_command(),
             Mode::Reflectivity { .. } => 0x50,
             Mode::Other { sub_command, .. } => *sub_command,
         }
     }
+}
+
+/// The name of a sub-command of 20h, for example `continuous output`; `None` for one that the listing does not name.
+pub fn mode_name(sub_command: u8) -> Option<&'static str> {
+    Some(match sub_command {
+        0x00 => "installation mode",
+        0x10 => "diagnosis",
+        0x20 => "segment minima, continuous",
+        0x21 => "segment minima, triggered",
+        0x22 => "smallest vertical distance, continuous",
+        0x23 => "smallest vertical distance, triggered",
+        0x24 => "continuous output",
+        0x25 => "values on request",
+        0x26 => "mean values, continuous",
+        0x27 => "part of the scan, continuous",
+        0x28 => "part of mean values, continuous",
+        0x29 => "part of the scan with field values, continuous",
+        0x2A => "partial scans, continuous",
+        0x2B => "ranges with remission, continuous",
+        0x2C => "segments, continuous",
+        0x2E => "navigation",
+        0x50 => "ranges with remission (S14), continuous",
+        _ => return None,
+    })
 }
 
 fn arguments(reader: &mut Reader<'_>) -> Result<Vec<u8, 32>, WireError> {

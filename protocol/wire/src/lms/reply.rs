@@ -1,7 +1,7 @@
 //! What a laser answers (telegram listing, section 7).
 
 use super::telegram::DATA_OFFSET;
-use super::{Config, ModeResult, ScanView, Status, StatusReport, Text, emit};
+use super::{Config, ErrorList, ModeResult, PairsView, S14View, ScanView, Status, StatusReport, Text, emit};
 use crate::WireError;
 use crate::cursor::{Reader, Writer};
 
@@ -56,6 +56,42 @@ pub enum Reply<'a> {
         /// What is in force.
         config: Config,
     },
+    /// F5: ranges and remissions.
+    Pairs(PairsView<'a>),
+    /// C4: ranges and remissions of an S14.
+    S14(S14View<'a>),
+    /// BE: a part of a scan with field values. No session with a device shows how they stand, so they stay bytes.
+    FieldValues {
+        /// Everything between code and status.
+        data: &'a [u8],
+    },
+    /// F6: a part of a scan in Cartesian coordinates; bytes for the same reason.
+    Cartesian {
+        /// Everything between code and status.
+        data: &'a [u8],
+    },
+    /// C2: how the change of a password went.
+    PasswordSet {
+        /// The byte sent; 1 = done.
+        result: u8,
+    },
+    /// E6: which rate the device will have after power-on. (The listing's example has a length of 0 by a misprint.)
+    PermanentBaud {
+        /// The byte sent; 1 = done.
+        result: u8,
+    },
+    /// FB: the second half of the configuration, 84 bytes.
+    SecondConfig {
+        /// The bytes as sent.
+        data: &'a [u8],
+    },
+    /// FC: the second half of the configuration in force after writing.
+    SecondConfigWritten {
+        /// Whether what was asked is in force.
+        accepted: bool,
+        /// The bytes as sent.
+        data: &'a [u8],
+    },
     /// Any other reply.
     Raw {
         /// Reply code, 80h and above.
@@ -63,34 +99,6 @@ pub enum Reply<'a> {
         /// Everything between code and status.
         data: &'a [u8],
     },
-}
-
-/// Faults in place, pairs of type and number; empty when there are none.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ErrorList<'a> {
-    pairs: &'a [[u8; 2]],
-}
-
-impl<'a> ErrorList<'a> {
-    /// The list of these `[type, number]` pairs.
-    pub fn new(pairs: &'a [[u8; 2]]) -> Self {
-        Self { pairs }
-    }
-
-    /// `[type, number]` of every fault. Type: 0 ok, 1 info, 2 warning, 3 error, 4 fatal; + 80h = no longer current.
-    pub fn pairs(&self) -> &'a [[u8; 2]] {
-        self.pairs
-    }
-
-    fn parse(data: &'a [u8]) -> Result<Self, WireError> {
-        match data.as_chunks::<2>() {
-            (pairs, []) => Ok(Self { pairs }),
-            _ => {
-                let found = DATA_OFFSET + data.len();
-                Err(WireError::TooShort { needed: found + 1, found })
-            }
-        }
-    }
 }
 
 impl<'a> Reply<'a> {
@@ -109,6 +117,14 @@ impl<'a> Reply<'a> {
             Reply::Variant { .. } => 0xBB,
             Reply::Config(_) => 0xF4,
             Reply::ConfigWritten { .. } => 0xF7,
+            Reply::Pairs(_) => 0xF5,
+            Reply::S14(_) => 0xC4,
+            Reply::FieldValues { .. } => 0xBE,
+            Reply::Cartesian { .. } => 0xF6,
+            Reply::PasswordSet { .. } => 0xC2,
+            Reply::PermanentBaud { .. } => 0xE6,
+            Reply::SecondConfig { .. } => 0xFB,
+            Reply::SecondConfigWritten { .. } => 0xFC,
             Reply::Raw { code, .. } => *code,
         }
     }
@@ -135,6 +151,14 @@ impl<'a> Reply<'a> {
                 accepted: accepted(&mut reader)?,
                 config: Config::parse(reader.rest(), DATA_OFFSET + 1)?,
             },
+            0xF5 => Reply::Pairs(PairsView::parse(reader.rest())?),
+            0xC4 => Reply::S14(S14View::parse(reader.rest())?),
+            0xBE => Reply::FieldValues { data: reader.rest() },
+            0xF6 => Reply::Cartesian { data: reader.rest() },
+            0xC2 => Reply::PasswordSet { result: reader.u8()? },
+            0xE6 => Reply::PermanentBaud { result: reader.u8()? },
+            0xFB => Reply::SecondConfig { data: reader.rest() },
+            0xFC => Reply::SecondConfigWritten { accepted: accepted(&mut reader)?, data: reader.rest() },
             _ => Reply::Raw { code, data: reader.rest() },
         };
         reader.end_with(reply)
@@ -150,7 +174,7 @@ impl<'a> Reply<'a> {
             Reply::PowerOn { text } | Reply::Type { text } => writer.bytes(text.0),
             Reply::Mode(result) => writer.u8(result.byte()),
             Reply::Status(report) => writer.bytes(report.data()),
-            Reply::Errors(errors) => writer.bytes(errors.pairs.as_flattened()),
+            Reply::Errors(errors) => writer.bytes(errors.pairs().as_flattened()),
             Reply::OperatingCounter { half_hours, switch_ons } => {
                 writer.u16(*half_hours);
                 writer.u16(*switch_ons);
@@ -165,7 +189,17 @@ impl<'a> Reply<'a> {
                 writer.u8(u8::from(*accepted));
                 writer.bytes(config.as_bytes());
             }
-            Reply::Raw { data, .. } => writer.bytes(data),
+            Reply::Pairs(pairs) => pairs.write(writer),
+            Reply::S14(scan) => scan.write(writer),
+            Reply::PasswordSet { result } | Reply::PermanentBaud { result } => writer.u8(*result),
+            Reply::SecondConfigWritten { accepted, data } => {
+                writer.u8(u8::from(*accepted));
+                writer.bytes(data);
+            }
+            Reply::FieldValues { data }
+            | Reply::Cartesian { data }
+            | Reply::SecondConfig { data }
+            | Reply::Raw { data, .. } => writer.bytes(data),
         }
     }
 

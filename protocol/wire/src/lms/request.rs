@@ -2,6 +2,7 @@
 
 use heapless::Vec;
 
+use super::reflectivity::{MAX_PARTS, Span, parse_spans, write_spans};
 use super::telegram::DATA_OFFSET;
 use super::{Config, Mode, emit};
 use crate::WireError;
@@ -12,9 +13,17 @@ use crate::cursor::{Reader, Writer};
 pub enum ScanKind {
     /// 01: all values of a complete scan.
     All,
+    /// 02: the smallest vertical distance.
+    MinVerticalDistance,
+    /// 03: the taught-in values.
+    TaughtIn,
+    /// 06: every 2nd value.
+    EverySecond,
+    /// 07: every 20th value.
+    EveryTwentieth,
     /// 08: the current partial scan.
     Partial,
-    /// 02 minimum vertical distance, 03 taught-in, 06 every 2nd, 07 every 20th value, and unknown kinds.
+    /// A kind that the listing does not name.
     Other(u8),
 }
 
@@ -22,6 +31,10 @@ impl ScanKind {
     fn from_byte(byte: u8) -> Self {
         match byte {
             0x01 => ScanKind::All,
+            0x02 => ScanKind::MinVerticalDistance,
+            0x03 => ScanKind::TaughtIn,
+            0x06 => ScanKind::EverySecond,
+            0x07 => ScanKind::EveryTwentieth,
             0x08 => ScanKind::Partial,
             other => ScanKind::Other(other),
         }
@@ -30,6 +43,10 @@ impl ScanKind {
     fn byte(self) -> u8 {
         match self {
             ScanKind::All => 0x01,
+            ScanKind::MinVerticalDistance => 0x02,
+            ScanKind::TaughtIn => 0x03,
+            ScanKind::EverySecond => 0x06,
+            ScanKind::EveryTwentieth => 0x07,
             ScanKind::Partial => 0x08,
             ScanKind::Other(other) => other,
         }
@@ -59,7 +76,10 @@ pub enum Request {
     /// 32: the list of faults.
     Errors,
     /// 35: operating hours and switch-ons.
-    OperatingCounter,
+    OperatingCounter {
+        /// A zero word behind the command: LMS 211, 221 and 291 want it, others do not.
+        with_word: bool,
+    },
     /// 36: the mean of that many scans (2 to 250), once.
     MeanScan {
         /// Scans to average.
@@ -72,8 +92,24 @@ pub enum Request {
         /// Last value; bit 15: send the parts at once.
         last: u16,
     },
+    /// 3E: a part of one scan with its field values.
+    FieldValues(Span),
+    /// 3F: a part of the mean of that many scans, once.
+    MeanSubRange {
+        /// Scans to average, 2 to 250. One byte, as the reply has it.
+        count: u8,
+        /// Positions.
+        span: Span,
+    },
     /// 3A: type and firmware.
     Type,
+    /// 42: another password for the operating mode in force.
+    SetPassword {
+        /// The new one.
+        password: [u8; 8],
+    },
+    /// 44: ranges of one scan and remissions of a part of it; S14 devices only.
+    S14(Span),
     /// 3B: field of view and angular step. Not on S14; 180 with 25 is refused.
     Variant {
         /// Field of view, 100 or 180 degrees.
@@ -87,6 +123,14 @@ pub enum Request {
     ReadConfig,
     /// 77: writes the configuration to EEPROM; needs the installation mode.
     WriteConfig(Config),
+    /// 75: ranges and remissions of up to five parts of one scan.
+    Pairs(Vec<Span, MAX_PARTS>),
+    /// 76: a part of one scan in Cartesian coordinates.
+    Cartesian(Span),
+    /// 7B: the second half of the configuration.
+    ReadSecondConfig,
+    /// 7C: writes the second half of the configuration to EEPROM; needs the installation mode.
+    WriteSecondConfig(Vec<u8, 95>),
     /// Any other command.
     Raw(RawRequest),
 }
@@ -100,10 +144,18 @@ impl Request {
             Request::RequestScan(_) => 0x30,
             Request::Status => 0x31,
             Request::Errors => 0x32,
-            Request::OperatingCounter => 0x35,
+            Request::OperatingCounter { .. } => 0x35,
             Request::MeanScan { .. } => 0x36,
             Request::SubRange { .. } => 0x37,
+            Request::FieldValues(_) => 0x3E,
+            Request::MeanSubRange { .. } => 0x3F,
             Request::Type => 0x3A,
+            Request::SetPassword { .. } => 0x42,
+            Request::S14(_) => 0x44,
+            Request::Pairs(_) => 0x75,
+            Request::Cartesian(_) => 0x76,
+            Request::ReadSecondConfig => 0x7B,
+            Request::WriteSecondConfig(_) => 0x7C,
             Request::Variant { .. } => 0x3B,
             Request::PermanentBaud(_) => 0x66,
             Request::ReadConfig => 0x74,
@@ -120,10 +172,22 @@ impl Request {
             0x30 => Request::RequestScan(ScanKind::from_byte(reader.u8()?)),
             0x31 => Request::Status,
             0x32 => Request::Errors,
-            0x35 => Request::OperatingCounter,
+            0x35 if data.is_empty() => Request::OperatingCounter { with_word: false },
+            0x35 => Request::OperatingCounter { with_word: zero_word(&mut reader)? },
             0x36 => Request::MeanScan { count: reader.u8()? },
             0x37 => Request::SubRange { first: reader.u16()?, last: reader.u16()? },
             0x3A => Request::Type,
+            0x3E => Request::FieldValues(Span::parse(&mut reader)?),
+            // The same with a word for the count is 6 bytes long and stays as it is.
+            0x3F if data.len() == 5 => {
+                Request::MeanSubRange { count: reader.u8()?, span: Span::parse(&mut reader)? }
+            }
+            0x42 => Request::SetPassword { password: reader.array()? },
+            0x44 => Request::S14(Span::parse(&mut reader)?),
+            0x75 => Request::Pairs(parse_spans(&mut reader)?),
+            0x76 => Request::Cartesian(Span::parse(&mut reader)?),
+            0x7B => Request::ReadSecondConfig,
+            0x7C => Request::WriteSecondConfig(raw_data(&mut reader)?),
             0x3B => Request::Variant { angle_deg: reader.u16()?, resolution_cdeg: reader.u16()? },
             0x66 => Request::PermanentBaud(reader.u8()?),
             0x74 => Request::ReadConfig,
@@ -139,9 +203,19 @@ impl Request {
             Request::Reset
             | Request::Status
             | Request::Errors
-            | Request::OperatingCounter
             | Request::Type
-            | Request::ReadConfig => {}
+            | Request::ReadConfig
+            | Request::ReadSecondConfig
+            | Request::OperatingCounter { with_word: false } => {}
+            Request::OperatingCounter { with_word: true } => writer.u16(0),
+            Request::FieldValues(span) | Request::S14(span) | Request::Cartesian(span) => span.write(writer),
+            Request::MeanSubRange { count, span } => {
+                writer.u8(*count);
+                span.write(writer);
+            }
+            Request::SetPassword { password } => writer.bytes(password),
+            Request::Pairs(spans) => write_spans(spans, writer),
+            Request::WriteSecondConfig(data) => writer.bytes(data),
             Request::Mode(mode) => mode.write(writer),
             Request::RequestScan(kind) => writer.u8(kind.byte()),
             Request::MeanScan { count } => writer.u8(*count),
@@ -181,4 +255,12 @@ fn raw_data(reader: &mut Reader<'_>) -> Result<Vec<u8, 95>, WireError> {
         found,
         offset,
     })
+}
+
+fn zero_word(reader: &mut Reader<'_>) -> Result<bool, WireError> {
+    let offset = reader.offset();
+    match reader.u16()? {
+        0 => Ok(true),
+        other => Err(WireError::Value { field: "word of command 35h", found: u32::from(other), offset }),
+    }
 }

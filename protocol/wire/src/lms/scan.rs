@@ -14,7 +14,7 @@ use crate::cursor::{Reader, Writer};
 /// Most values that a scan can have: 100 degrees in steps of 0.25.
 pub const MAX_VALUES: usize = 401;
 
-const COUNT_MASK: u16 = 0x03FF;
+pub(super) const COUNT_MASK: u16 = 0x03FF;
 const PARTIAL: u16 = 0x2000;
 
 /// Unit of measured values.
@@ -264,7 +264,7 @@ impl Scan {
     }
 }
 
-fn write_index(index: Option<(u8, u8)>, writer: &mut Writer<'_>) {
+pub(super) fn write_index(index: Option<(u8, u8)>, writer: &mut Writer<'_>) {
     if let Some((scan, telegram)) = index {
         writer.u8(scan);
         writer.u8(telegram);

@@ -1,8 +1,8 @@
 //! One value of every form of telegram and packet, the corners of their fields included.
 
 use biplane_wire::lms::{
-    self, Baud, Config, ErrorList, Mode, ModeResult, RawRequest, Reply, Request, Scan, ScanKind, Selection,
-    Status, StatusFields, StatusReport, Text, Unit,
+    self, Baud, Config, ErrorList, MAX_PARTS, Mode, ModeResult, Pairs, RawRequest, Reply, Request, S14Scan,
+    Scan, ScanKind, Selection, Span, Status, StatusFields, StatusReport, Text, Unit,
 };
 use biplane_wire::p2os::{self, Command, Identity, MotorState, Report, Sip};
 use heapless::Vec as FixedVec;
@@ -11,8 +11,25 @@ fn leak<T: Clone>(values: &[T]) -> &'static [T] {
     Vec::leak(values.to_vec())
 }
 
+fn span(first: u16, last: u16) -> Span {
+    Span { first, last }
+}
+
+fn spans<const N: usize>(spans: [(u16, u16); N]) -> FixedVec<Span, MAX_PARTS> {
+    spans.into_iter().map(|(first, last)| span(first, last)).collect()
+}
+
 pub fn requests() -> Vec<Request> {
     let modes = [
+        Mode::StreamSegmentMinima,
+        Mode::TriggeredSegmentMinima,
+        Mode::StreamVerticalMinimum,
+        Mode::TriggeredVerticalMinimum,
+        Mode::FieldValues(span(1, 181)),
+        Mode::Pairs(spans([(1, 181)])),
+        Mode::Pairs(spans([(1, 2), (3, 4), (5, 6), (7, 8), (9, 401)])),
+        Mode::Segments,
+        Mode::Navigation,
         Mode::Install { password: lms::PASSWORD },
         Mode::Diagnosis,
         Mode::StreamAll,
@@ -23,17 +40,32 @@ pub fn requests() -> Vec<Request> {
         Mode::StreamPartial,
         Mode::TestPassword { password: *b"12345678" },
         Mode::Reflectivity { first: 1, last: 181 },
-        Mode::Other { sub_command: 0x2E, arguments: FixedVec::new() },
+        Mode::Other { sub_command: 0x31, arguments: FixedVec::new() },
+        Mode::Other { sub_command: 0x2E, arguments: FixedVec::from_array([1]) },
         Mode::Other { sub_command: 0x28, arguments: FixedVec::from_array([3, 0, 1, 0, 2, 0]) },
     ];
     let mut requests = vec![
         Request::Reset,
         Request::RequestScan(ScanKind::All),
         Request::RequestScan(ScanKind::Partial),
-        Request::RequestScan(ScanKind::Other(7)),
+        Request::RequestScan(ScanKind::MinVerticalDistance),
+        Request::RequestScan(ScanKind::TaughtIn),
+        Request::RequestScan(ScanKind::EverySecond),
+        Request::RequestScan(ScanKind::EveryTwentieth),
+        Request::RequestScan(ScanKind::Other(9)),
+        Request::FieldValues(span(1, 10)),
+        Request::MeanSubRange { count: 250, span: span(2, 361) },
+        Request::SetPassword { password: *b"NEW_PASS" },
+        Request::S14(span(1, 181)),
+        Request::Pairs(spans([])),
+        Request::Pairs(spans([(1, 401), (0x0202, 0x8080)])),
+        Request::Cartesian(span(42, 370)),
+        Request::ReadSecondConfig,
+        Request::WriteSecondConfig((0..84).collect()),
         Request::Status,
         Request::Errors,
-        Request::OperatingCounter,
+        Request::OperatingCounter { with_word: false },
+        Request::OperatingCounter { with_word: true },
         Request::MeanScan { count: 2 },
         Request::SubRange { first: 1, last: 0x8169 },
         Request::Type,
@@ -43,7 +75,7 @@ pub fn requests() -> Vec<Request> {
         Request::WriteConfig(Config::factory()),
         Request::WriteConfig(Config::from_bytes(&[1; Config::MAX_BYTES]).unwrap()),
         Request::WriteConfig(Config::default()),
-        Request::Raw(RawRequest { code: 0x75, data: FixedVec::from_array([1, 0, 1, 0, 0x91, 1]) }),
+        Request::Raw(RawRequest { code: 0x3F, data: FixedVec::from_array([3, 0, 1, 0, 0x91, 1]) }),
     ];
     requests.extend(modes.map(Request::Mode));
     requests.extend(Baud::ALL.map(|baud| Request::Mode(Mode::Baud(baud))));
@@ -69,6 +101,12 @@ pub fn replies() -> Vec<Reply<'static>> {
         Reply::Variant { accepted: false, angle_deg: 180, resolution_cdeg: 100 },
         Reply::Config(Config::factory()),
         Reply::ConfigWritten { accepted: true, config: Config::factory() },
+        Reply::FieldValues { data: &[1, 0, 2, 0, 3] },
+        Reply::Cartesian { data: &[2, 0x80] },
+        Reply::PasswordSet { result: 1 },
+        Reply::PermanentBaud { result: 1 },
+        Reply::SecondConfig { data: &[7; 84] },
+        Reply::SecondConfigWritten { accepted: true, data: &[7; 84] },
         Reply::Raw { code: 0xCA, data: &[1, 1, 1] },
     ]
 }
@@ -94,6 +132,43 @@ pub fn scans() -> Vec<Scan> {
         }
     }
     scans
+}
+
+/// Ranges with remission in one part and in five, with and without index bytes, up to the most that fit.
+pub fn pairs() -> Vec<Pairs> {
+    let of = |parts: &[u16], index| {
+        let total: u16 = parts.iter().sum();
+        let mut first = 1;
+        let heads = parts.iter().map(|&count| {
+            let head = (span(first, first + count - 1), Unit::Mm, count);
+            first += count;
+            head
+        });
+        Pairs {
+            parts: heads.collect(),
+            pairs: (0..total).map(|i| (i.wrapping_mul(40_503), 13_000 - i)).collect(),
+            index,
+            status: Status(0x11),
+        }
+    };
+    vec![
+        Pairs::default(),
+        of(&[181], None),
+        of(&[181], Some((0x80, 0x02))),
+        of(&[1, 2, 3, 4, 391], Some((1, 1))),
+    ]
+}
+
+pub fn s14_scans() -> Vec<S14Scan> {
+    let of = |remissions: u16, index| S14Scan {
+        unit: Unit::Cm,
+        values: (0..181u16).map(|i| i.wrapping_mul(40_503)).collect(),
+        span: span(1, remissions),
+        remissions: (0..remissions).map(|i| i as u8).collect(),
+        index,
+        status: Status(0x90),
+    };
+    vec![of(181, None), of(0, None), of(10, Some((3, 4)))]
 }
 
 pub fn commands() -> Vec<Command> {
