@@ -6,12 +6,11 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use biplane_matcher::Method;
 use biplane_mock::odometry::OdometryParams;
 use biplane_mock::scanner::ScannerParams;
 use biplane_mock::simulate::{self, SimulateOptions};
 use biplane_mock::simulated_rig::SimulationParams;
-use biplane_onboard::replay::{ReplayOptions, Speed, replay};
+use biplane_onboard::replay::{ReplayOptions, replay};
 use biplane_recording::Topic;
 
 use crate::recorded::{folder, posed_scans};
@@ -98,14 +97,7 @@ fn measure(row: &Row, number: usize) -> (f64, f64, f64) {
         ..SimulateOptions::default()
     })
     .unwrap();
-    let options = ReplayOptions {
-        input: work.join("capture.mcap"),
-        output: work.join("run.mcap"),
-        rig: None,
-        speed: Speed::Max,
-        matcher: Method::default(),
-        overwrite: false,
-    };
+    let options = ReplayOptions::new(work.join("capture.mcap"), work.join("run.mcap"));
     let report = replay(&options, &AtomicBool::new(false)).unwrap();
     assert_eq!(report.lost, 0);
     let scans = posed_scans(&options.output, Topic::ScanHorizontal, Topic::Pose);

@@ -6,11 +6,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 use std::time::Duration;
 
-use biplane_matcher::Method;
 use biplane_mock::capture_source::Capture;
 use biplane_mock::serve::{ServeOptions, Source, serve};
 use biplane_onboard::record::{RecordOptions, record};
-use biplane_onboard::replay::{ReplayOptions, Speed, replay};
+use biplane_onboard::replay::{ReplayOptions, replay};
 use biplane_recording::{Reader, Rig, Topic};
 
 use crate::recorded::{PosedScan, folder, posed_scans, seen_from};
@@ -37,14 +36,7 @@ fn captures() -> Vec<PathBuf> {
 }
 
 fn replayed(capture: &Path, output: &Path) {
-    let options = ReplayOptions {
-        input: capture.to_owned(),
-        output: output.to_owned(),
-        rig: None,
-        speed: Speed::Max,
-        matcher: Method::default(),
-        overwrite: true,
-    };
+    let options = ReplayOptions { overwrite: true, ..ReplayOptions::new(capture, output) };
     replay(&options, &AtomicBool::new(false)).unwrap();
 }
 
@@ -69,12 +61,9 @@ fn served_and_recorded(capture: &Path, rig: &Rig, work: &Path, output: &Path) {
         });
         is_ready.recv().unwrap();
         let options = RecordOptions {
-            rig,
-            output: output.to_owned(),
             duration: Some(Duration::from_secs(90)),
-            raw: false,
-            matcher: Method::default(),
             overwrite: true,
+            ..RecordOptions::new(rig, output)
         };
         let recorded = record(&options, &stop_record);
         stop_mock.store(true, Ordering::Relaxed);

@@ -44,6 +44,14 @@ pub enum OnboardError {
         /// What the system said.
         reason: String,
     },
+    /// The run was stopped before all its ports were there.
+    #[error("stopped while waiting for {port} ({device}): nothing was recorded")]
+    StoppedWaiting {
+        /// Its path.
+        port: String,
+        /// Which device it belongs to.
+        device: &'static str,
+    },
     /// Two devices on one port.
     #[error("{port} is the port of {} and of {}: each device needs its own", devices[0], devices[1])]
     SharedPort {

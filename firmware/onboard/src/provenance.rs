@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use biplane_matcher::{Method, TrackerParams};
 use biplane_recording::read::RIG_ATTACHMENT;
-use biplane_recording::{Rig, WriteError, Writer};
+use biplane_recording::{PartsWriter, Rig, WriteError};
 
 use crate::stamping::TurnClockParams;
 
@@ -14,9 +14,9 @@ const S_PER_DAY: i64 = 86_400;
 /// Writes attachments and metadata at the start of a recording. `start_ns` is UTC, nanoseconds.
 ///
 /// # Errors
-/// As [`Writer::attach`].
+/// As [`PartsWriter::attach`].
 pub fn write(
-    writer: &mut Writer,
+    writer: &mut PartsWriter,
     rig: &Rig,
     matcher: Method,
     program: &str,
@@ -53,7 +53,7 @@ fn parameters(matcher: Method) -> String {
 }
 
 /// A time as `2001-09-09T01:46:40.000000000Z` (proleptic Gregorian calendar, UTC).
-fn iso_8601(time_ns: i64) -> String {
+pub(crate) fn iso_8601(time_ns: i64) -> String {
     let seconds = time_ns.div_euclid(NS_PER_S);
     let (day, second) = (seconds.div_euclid(S_PER_DAY), seconds.rem_euclid(S_PER_DAY));
     // Years that begin in March put the leap day at their end; an era is 400 years, 146,097 days.

@@ -10,9 +10,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use biplane_matcher::Method;
 use biplane_recording::msg::{ByteArray, LaserScan, Message, Odometry};
 use biplane_recording::rig::BaseProtocol;
-use biplane_recording::write::active_path;
 use biplane_recording::{
-    Direction, Entry, Port, ReadError, Reader, Rig, Topic, WriteError, Writer, WriterOptions,
+    Direction, Entry, PartsWriter, Port, ReadError, Reader, Rig, Rotation, Topic, WriteError, WriterOptions,
 };
 
 use crate::engine::{Engine, EngineOptions, Feed};
@@ -70,6 +69,24 @@ pub struct ReplayOptions {
     pub matcher: Method,
     /// Replace an existing output.
     pub overwrite: bool,
+    /// When the output's next part begins.
+    pub rotation: Rotation,
+}
+
+impl ReplayOptions {
+    /// The input's own rig, the default matcher, as fast as it can be, into one file that must not exist.
+    #[must_use]
+    pub fn new(input: impl Into<PathBuf>, output: impl Into<PathBuf>) -> Self {
+        Self {
+            input: input.into(),
+            output: output.into(),
+            rig: None,
+            speed: Speed::Max,
+            matcher: Method::default(),
+            overwrite: false,
+            rotation: Rotation::default(),
+        }
+    }
 }
 
 /// What an input holds.
@@ -94,7 +111,7 @@ pub fn replay(options: &ReplayOptions, stop: &AtomicBool) -> Result<RunReport, O
         ..WriterOptions::default()
     };
     let reader = Reader::open(&options.input)?;
-    Writer::check(&options.output, &writer_options)?;
+    PartsWriter::check(&options.output, &writer_options, options.rotation)?;
     let rig = match &options.rig {
         Some(rig) => rig.clone(),
         None => reader.rig()?.ok_or_else(|| OnboardError::NoRig { path: options.input.clone() })?,
@@ -103,11 +120,11 @@ pub fn replay(options: &ReplayOptions, stop: &AtomicBool) -> Result<RunReport, O
     if content == Content::Serial && rig.base.protocol != BaseProtocol::P2os {
         return Err(OnboardError::BaseProtocol { protocol: rig.base.protocol.name() });
     }
-    let writer = Writer::create(&options.output, &writer_options)?;
+    let writer = PartsWriter::create(&options.output, &writer_options, options.rotation)?;
     let made = run_into(writer, options, rig, (&reader, content, start_ns), stop);
     if made.is_err() {
         // What this run itself began: left there, it would only stand in the way of the next attempt.
-        let _ = std::fs::remove_file(active_path(&options.output));
+        PartsWriter::remove_begun(&options.output, &writer_options, options.rotation);
     }
     let report = made?;
     if report.poses == 0 && !stop.load(Ordering::Relaxed) {
@@ -118,7 +135,7 @@ pub fn replay(options: &ReplayOptions, stop: &AtomicBool) -> Result<RunReport, O
 
 /// The replay itself, from a begun output to a finished one.
 fn run_into(
-    mut writer: Writer,
+    mut writer: PartsWriter,
     options: &ReplayOptions,
     rig: Rig,
     (reader, content, start_ns): (&Reader, Content, i64),
@@ -132,7 +149,7 @@ fn run_into(
     let (report, mut sink) = run.engine.finish(run.end_ns);
     sink.check()?;
     let written = sink.into_writer().finish()?;
-    Ok(RunReport { output: written.path, ..report })
+    Ok(report.with_files(&written))
 }
 
 fn same_file(input: &Path, output: &Path) -> bool {

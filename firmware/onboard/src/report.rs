@@ -2,13 +2,16 @@
 
 use std::path::PathBuf;
 
+use biplane_recording::PartsReport;
 use serde::Serialize;
 
 /// The account of one `record` or `replay`.
 #[derive(Clone, PartialEq, Debug, Default, Serialize)]
 pub struct RunReport {
-    /// The recording.
+    /// The recording; its first file when it is in parts.
     pub output: PathBuf,
+    /// All its files, in order.
+    pub parts: Vec<PathBuf>,
     /// From its first to its last input, seconds (simulated time in a replay).
     pub duration_s: f64,
     /// Scans of the laser that localises.
@@ -42,6 +45,13 @@ pub struct RunReport {
 }
 
 impl RunReport {
+    /// The report with the files that were written.
+    #[must_use]
+    pub fn with_files(self, written: &PartsReport) -> Self {
+        let parts: Vec<_> = written.parts.iter().map(|part| part.path.clone()).collect();
+        Self { output: parts.first().cloned().unwrap_or_default(), parts, ..self }
+    }
+
     /// The process's exit code: 0, or 3 when something intact was not kept.
     #[must_use]
     pub fn exit_code(&self) -> u8 {

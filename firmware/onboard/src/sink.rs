@@ -1,6 +1,6 @@
 //! Where messages go: straight into a file (replay), or over a queue to the thread that writes one (record).
 
-use biplane_recording::{Topic, WriteError, Writer};
+use biplane_recording::{PartsWriter, Topic, WriteError};
 
 use crate::health::Health;
 
@@ -19,14 +19,14 @@ pub trait Sink {
 /// Writes each message at once. The first error is kept; nothing is written after it.
 #[derive(Debug)]
 pub struct DirectSink {
-    writer: Writer,
+    writer: PartsWriter,
     failed: Option<WriteError>,
 }
 
 impl DirectSink {
     /// A sink that writes to this file.
     #[must_use]
-    pub fn new(writer: Writer) -> Self {
+    pub fn new(writer: PartsWriter) -> Self {
         Self { writer, failed: None }
     }
 
@@ -40,7 +40,7 @@ impl DirectSink {
 
     /// The writer, to finish the file.
     #[must_use]
-    pub fn into_writer(self) -> Writer {
+    pub fn into_writer(self) -> PartsWriter {
         self.writer
     }
 }

@@ -8,13 +8,12 @@ use std::sync::mpsc;
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use biplane_matcher::Method;
 use biplane_mock::serve::{ServeOptions, Source, serve};
 use biplane_mock::simulated_rig::SimulationParams;
 use biplane_mock::world::World;
 use biplane_onboard::probe::probe;
 use biplane_onboard::record::{RecordOptions, record};
-use biplane_onboard::replay::{ReplayOptions, Speed, replay};
+use biplane_onboard::replay::{ReplayOptions, replay};
 use biplane_onboard::{OnboardError, RunReport};
 use biplane_recording::msg::{LaserScan, Message, PoseWithCovarianceStamped};
 use biplane_recording::{Direction, Port, Reader, Rig, Topic};
@@ -70,12 +69,9 @@ impl Mock {
 
     fn options(&self, rig: Rig, seconds: f64) -> RecordOptions {
         RecordOptions {
-            rig,
-            output: self.folder.join("run.mcap"),
             duration: Some(Duration::from_secs_f64(seconds)),
             raw: true,
-            matcher: Method::default(),
-            overwrite: false,
+            ..RecordOptions::new(rig, self.folder.join("run.mcap"))
         }
     }
 
@@ -135,14 +131,7 @@ fn a_run_on_mock_devices_is_stamped_like_the_truth_and_its_replay_is_the_same_ru
         }
     }
 
-    let again = ReplayOptions {
-        input: run.clone(),
-        output: mock.folder.join("again.mcap"),
-        rig: None,
-        speed: Speed::Max,
-        matcher: Method::default(),
-        overwrite: false,
-    };
+    let again = ReplayOptions::new(&run, mock.folder.join("again.mcap"));
     let replayed = replay(&again, &AtomicBool::new(false)).unwrap();
     assert_eq!(replayed.scans_horizontal, report.scans_horizontal);
     assert_eq!(replayed.odometry, report.odometry);

@@ -29,4 +29,4 @@ pub use read::{Entry, ReadError, Reader};
 pub use recover::{RecoverError, RecoverReport, recover};
 pub use rig::{Rig, RigError};
 pub use topics::{Direction, Port, Topic};
-pub use write::{WriteError, WriteReport, Writer, WriterOptions};
+pub use write::{PartsReport, PartsWriter, Rotation, WriteError, WriteReport, Writer, WriterOptions};

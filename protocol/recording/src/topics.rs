@@ -154,6 +154,12 @@ impl Topic {
         }
     }
 
+    /// Whether what is said on the topic holds until it is said anew, so that a later part of a recording must repeat it.
+    #[must_use]
+    pub fn is_latched(self) -> bool {
+        matches!(self.durability(), Durability::TransientLocal)
+    }
+
     /// The value of the channel's `offered_qos_profiles`: YAML as `ros2 bag` writes it. The policies stand as numbers, because
     /// Humble and Iron read nothing else (history 1 = keep last, reliability 1 = reliable, durability 1 = transient local
     /// and 2 = volatile, liveliness 1 = automatic; the longest duration means none).

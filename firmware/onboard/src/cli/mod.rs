@@ -7,6 +7,7 @@ mod check_config;
 mod probe;
 mod record;
 mod replay;
+mod rotation;
 mod summary;
 mod words;
 
@@ -62,6 +63,11 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Command::CheckConfig(args) => check_config::run(args),
     };
     result.unwrap_or_else(|error| {
+        if let OnboardError::StoppedWaiting { .. } = error {
+            // Asked to stop, and nothing was under way.
+            tracing::info!("{error}");
+            return 0;
+        }
         eprintln!("biplane-onboard: {}", sentence(&error));
         1
     })

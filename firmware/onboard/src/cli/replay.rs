@@ -27,6 +27,8 @@ pub struct Args {
     /// How scans are matched; `gradient` is the paper's.
     #[arg(long, default_value_t = Method::default())]
     matcher: Method,
+    #[command(flatten)]
+    rotation: super::rotation::RotationArgs,
     /// Replace the output if it exists.
     #[arg(long)]
     force: bool,
@@ -44,6 +46,7 @@ pub(super) fn run(args: &Args) -> Result<u8, OnboardError> {
         speed: args.speed,
         matcher: args.matcher,
         overwrite: args.force,
+        rotation: args.rotation.rotation(),
     };
     let stop = super::stop_on_signals()?;
     let report = crate::replay::replay(&options, &stop)?;

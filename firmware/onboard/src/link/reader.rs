@@ -11,7 +11,7 @@ use serialport::TTYPort;
 use super::serial::Link;
 use crate::error::OnboardError;
 use crate::ports::device_name;
-use crate::record::RunClock;
+use crate::record::{RunClock, realtime};
 
 /// Bytes that one read returns at most; at 500,000 Bd they take 10 ms.
 const READ_BYTES: usize = 512;
@@ -46,6 +46,8 @@ pub struct Shared {
     pub stop: Arc<AtomicBool>,
     /// Reads that found their queue full and were dropped.
     pub dropped: Arc<AtomicU64>,
+    /// Whether the threads ask for real-time priority.
+    pub realtime: bool,
 }
 
 /// The loop's end of a reading thread.
@@ -87,6 +89,9 @@ struct Worker {
 
 impl Worker {
     fn run(mut self, port: TTYPort) {
+        if self.shared.realtime {
+            realtime::raise_priority(self.link.device.name(), realtime::READER_PRIORITY);
+        }
         let mut port = Some(port);
         while !self.shared.stop.load(Ordering::Relaxed) {
             port = match port {

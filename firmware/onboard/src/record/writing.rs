@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 
 use biplane_recording::msg::{DiagnosticStatus, KeyValue};
-use biplane_recording::{Topic, WriteError, WriteReport, Writer};
+use biplane_recording::{PartsReport, PartsWriter, Topic, WriteError};
 
 use super::queue::QueueSource;
 use crate::diagnostics;
@@ -21,7 +21,7 @@ const LOW_DISK_BYTES: u64 = 500 << 20;
 #[derive(Debug)]
 pub struct Writing {
     failed: Arc<AtomicBool>,
-    thread: JoinHandle<Result<WriteReport, WriteError>>,
+    thread: JoinHandle<Result<PartsReport, WriteError>>,
 }
 
 impl Writing {
@@ -29,7 +29,7 @@ impl Writing {
     ///
     /// # Errors
     /// When no thread can be started.
-    pub fn start(writer: Writer, source: QueueSource, folder: PathBuf) -> Result<Self, OnboardError> {
+    pub fn start(writer: PartsWriter, source: QueueSource, folder: PathBuf) -> Result<Self, OnboardError> {
         let failed = Arc::new(AtomicBool::new(false));
         let worker = Worker { writer, source, folder, cdr: Vec::new() };
         let flag = Arc::clone(&failed);
@@ -54,7 +54,7 @@ impl Writing {
     ///
     /// # Errors
     /// The write that failed.
-    pub fn finish(self) -> Result<WriteReport, OnboardError> {
+    pub fn finish(self) -> Result<PartsReport, OnboardError> {
         match self.thread.join() {
             Ok(result) => Ok(result?),
             Err(_) => Err(OnboardError::System {
@@ -66,14 +66,14 @@ impl Writing {
 }
 
 struct Worker {
-    writer: Writer,
+    writer: PartsWriter,
     source: QueueSource,
     folder: PathBuf,
     cdr: Vec<u8>,
 }
 
 impl Worker {
-    fn run(mut self) -> Result<WriteReport, WriteError> {
+    fn run(mut self) -> Result<PartsReport, WriteError> {
         loop {
             // Asked before the queue is emptied: what was added before the loop went is then still written.
             let is_over = self.source.is_over();

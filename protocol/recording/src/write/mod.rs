@@ -5,10 +5,12 @@
 
 mod copy;
 mod error;
+mod parts;
 mod target;
 
 pub(crate) use copy::recovering_path;
 pub use error::WriteError;
+pub use parts::{PartsReport, PartsWriter, Rotation, part_path};
 pub use target::active_path;
 
 use crate::msg::{ByteArray, Message};
@@ -98,9 +100,12 @@ pub struct Writer {
     options: WriterOptions,
     channels: BTreeMap<Topic, Channel>,
     foreign: BTreeMap<ChannelKey, Channel>,
+    /// Numbers that the first message of a topic has here, when this file goes on with another one's.
+    first_numbers: BTreeMap<Topic, u32>,
     log_time_ns: i64,
     chunk_start_ns: Option<i64>,
     messages: u64,
+    flushed_bytes: u64,
     failed: bool,
     scratch: Vec<u8>,
 }
@@ -170,9 +175,11 @@ impl Writer {
             options: options.clone(),
             channels: BTreeMap::new(),
             foreign: BTreeMap::new(),
+            first_numbers: BTreeMap::new(),
             log_time_ns: 0,
             chunk_start_ns: None,
             messages: 0,
+            flushed_bytes: 0,
             failed: false,
             scratch: Vec::new(),
         })
@@ -242,7 +249,9 @@ impl Writer {
         // Every type of a topic has its text (a test walks them all).
         let text = schema::ros2msg(type_name).unwrap_or_default();
         let qos = ("offered_qos_profiles".to_owned(), topic.offered_qos_profiles());
-        self.add_channel((type_name, "ros2msg", text.as_bytes()), topic.name(), "cdr", &BTreeMap::from([qos]))
+        let schema = (type_name, "ros2msg", text.as_bytes());
+        let channel = self.add_channel(schema, topic.name(), "cdr", &BTreeMap::from([qos]))?;
+        Ok(Channel { messages: self.first_numbers.get(&topic).copied().unwrap_or(0), ..channel })
     }
 
     fn add_channel(
@@ -307,6 +316,8 @@ impl Writer {
             let synced = self.file.sync_data();
             self.attempt(|_| Ok(synced?))?;
         }
+        let metadata = self.file.metadata();
+        self.flushed_bytes = self.attempt(|_| Ok(metadata?.len()))?;
         Ok(())
     }
 
@@ -334,6 +345,24 @@ impl Writer {
     #[must_use]
     pub fn log_time_ns(&self) -> i64 {
         self.log_time_ns
+    }
+
+    /// The file's size after the last chunk that was closed for its span of time, in bytes.
+    pub(super) fn flushed_bytes(&self) -> u64 {
+        self.flushed_bytes
+    }
+
+    /// What the next file must know to go on where this one ends: the highest log time, and each topic's next number.
+    pub(super) fn resume_point(&self) -> (i64, BTreeMap<Topic, u32>) {
+        let mut numbers = self.first_numbers.clone();
+        numbers.extend(self.channels.iter().map(|(&topic, channel)| (topic, channel.messages)));
+        (self.log_time_ns, numbers)
+    }
+
+    /// Goes on where another file ended; before the first message.
+    pub(super) fn resume(&mut self, (log_time_ns, numbers): (i64, BTreeMap<Topic, u32>)) {
+        self.log_time_ns = log_time_ns;
+        self.first_numbers = numbers;
     }
 
     /// Writes index and end, and gives the file its name.

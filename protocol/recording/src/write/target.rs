@@ -84,6 +84,18 @@ pub(super) fn create(temporary: &Path, options: &WriterOptions) -> Result<File, 
     })
 }
 
+/// Removes a part of an earlier recording that the output was to replace; one that is not there, or was never finished, is left.
+pub(super) fn remove_replaced(path: &Path, options: &WriterOptions) -> Result<(), WriteError> {
+    if !path.exists() {
+        return Ok(());
+    }
+    check(path, options)?;
+    if !begins_as_recording(path).unwrap_or(false) {
+        return Err(WriteError::InTheWay { path: path.to_owned() });
+    }
+    std::fs::remove_file(path).map_err(|source| refused("replace", path, source))
+}
+
 fn refuse_input(path: &Path, found: &Metadata, options: &WriterOptions) -> Result<(), WriteError> {
     let is_found = |input: &&PathBuf| {
         input.metadata().is_ok_and(|input| (input.dev(), input.ino()) == (found.dev(), found.ino()))

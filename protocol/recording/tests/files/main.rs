@@ -3,6 +3,7 @@
 mod crafted;
 mod folder;
 mod foreign;
+mod parts;
 mod round_trip;
 mod salvage;
 mod samples;

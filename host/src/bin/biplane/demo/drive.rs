@@ -81,14 +81,7 @@ impl Drive {
     /// Lets the devices drive and records them.
     pub fn record(&self, console: &Console) -> anyhow::Result<RunReport> {
         let serving = self.serve_options();
-        let recording = RecordOptions {
-            rig: self.rig.clone(),
-            output: self.output.clone(),
-            duration: None,
-            raw: false,
-            matcher: biplane_matcher::Method::default(),
-            overwrite: false,
-        };
+        let recording = RecordOptions::new(self.rig.clone(), &self.output);
         let (stop_mock, stop_record, ready) =
             (AtomicBool::new(false), AtomicBool::new(false), AtomicBool::new(false));
         thread::scope(|scope| {

@@ -1,0 +1,99 @@
+//! The loop of a live run: reads of the ports in, commands to the ports out.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+
+use super::RunClock;
+use super::lines::Lines;
+use super::queue::QueueSink;
+use super::writing::Writing;
+use crate::engine::{Command, Engine};
+use crate::ports::device_name;
+use crate::report::RunReport;
+
+/// The loop looks around at least so often, nanoseconds.
+const LONGEST_PARK_NS: i64 = 20_000_000;
+/// Time that has come is told to the engine this much later, nanoseconds, so that a read that is just under way is not overtaken.
+const READ_UNDER_WAY_NS: i64 = 3_000_000;
+/// Devices get this long to be left idle, nanoseconds.
+const STOP_NS: i64 = 3_000_000_000;
+
+/// The loop: reads in, commands out.
+pub struct Acquisition {
+    /// Sessions, matcher, and what they publish.
+    pub engine: Engine<QueueSink>,
+    /// The ports.
+    pub lines: Lines,
+    /// The run's time.
+    pub clock: RunClock,
+}
+
+impl Acquisition {
+    /// Runs until it is told to stop, then until the devices are idle.
+    pub fn run(&mut self, end_ns: i64, stop: &AtomicBool, writing: &Writing) {
+        self.serve_engine();
+        let mut give_up_ns = i64::MAX;
+        loop {
+            self.take_reads();
+            let now_ns = self.clock.now_ns();
+            self.engine.advance(now_ns - READ_UNDER_WAY_NS);
+            self.serve_engine();
+            let is_over = stop.load(Ordering::Relaxed) || now_ns >= end_ns || writing.has_failed();
+            if is_over && give_up_ns == i64::MAX {
+                give_up_ns = now_ns.saturating_add(STOP_NS);
+                self.engine.stop(now_ns);
+                self.serve_engine();
+            }
+            if give_up_ns != i64::MAX && (self.engine.is_stopped() || now_ns >= give_up_ns) {
+                return;
+            }
+            self.wait();
+        }
+    }
+
+    fn take_reads(&mut self) {
+        while let Some((link, reader)) = self.lines.earliest() {
+            let device = link.device;
+            let Ok(chunk) = reader.chunks.pop() else { return };
+            self.engine.bytes(chunk.time_ns, device, &chunk.bytes);
+            self.serve_engine();
+        }
+    }
+
+    /// Sends what the sessions want sent, says what they say.
+    fn serve_engine(&mut self) {
+        while let Some((port, command)) = self.engine.next_command() {
+            let Some(link) = self.lines.link(port) else { continue };
+            let result = match command {
+                Command::Write(bytes) => link.write(&bytes),
+                Command::SetBaud(baud) => link.set_baud(baud),
+            };
+            if let Err(error) = result {
+                tracing::debug!("{} ({}): {error}", device_name(port), link.path);
+            }
+        }
+        while let Some((port, event)) = self.engine.next_event() {
+            let device = device_name(port);
+            if event.is_warning() {
+                tracing::warn!("{device}: {event}");
+            } else {
+                tracing::info!("{device}: {event}");
+            }
+        }
+    }
+
+    /// Until a read wakes it or something is due.
+    fn wait(&self) {
+        let due_ns = self.engine.wake_ns().saturating_add(READ_UNDER_WAY_NS);
+        let park_ns = due_ns.saturating_sub(self.clock.now_ns()).clamp(0, LONGEST_PARK_NS);
+        thread::park_timeout(Duration::from_nanos(park_ns.unsigned_abs()));
+    }
+
+    pub fn finish(self) -> RunReport {
+        drop(self.lines);
+        let (report, _) = self.engine.finish(self.clock.now_ns());
+        // The sink is gone now: the writing thread sees that nothing more comes.
+        report
+    }
+}

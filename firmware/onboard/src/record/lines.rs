@@ -1,0 +1,109 @@
+//! The serial lines of a run: their ports, and the threads that read them.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread;
+
+use biplane_recording::Port;
+use serialport::TTYPort;
+
+use super::{RecordOptions, RunClock};
+use crate::error::OnboardError;
+use crate::link::{self, Link, Reader};
+use crate::ports::{self, device_name};
+
+/// A port that is waited for is looked for so often, nanoseconds.
+const LOOK_NS: i64 = 250_000_000;
+
+/// The open ports and their reading threads.
+pub struct Lines {
+    lines: Vec<(Arc<Link>, Reader)>,
+    stop: Arc<AtomicBool>,
+    dropped: Arc<AtomicU64>,
+}
+
+impl Lines {
+    /// Opens all ports of a rig before anything is read: a missing one is told, or waited for, before a file is begun.
+    ///
+    /// # Errors
+    /// [`OnboardError::Port`]; [`OnboardError::StoppedWaiting`] when `stop` is set while a port is waited for.
+    pub fn open(options: &RecordOptions, clock: RunClock, stop: &AtomicBool) -> Result<Self, OnboardError> {
+        let mut opened = Vec::new();
+        for (device, path, baud) in ports::of_rig(&options.rig) {
+            opened.push(open(options.wait, (device, path, baud), stop)?);
+        }
+        let (over, dropped) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicU64::new(0)));
+        let mut lines = Vec::new();
+        for (link, port) in opened {
+            let link = Arc::new(link);
+            let shared = link::Shared {
+                clock,
+                wake: thread::current(),
+                stop: Arc::clone(&over),
+                dropped: Arc::clone(&dropped),
+                realtime: options.realtime,
+            };
+            let reader = link::spawn(Arc::clone(&link), port, shared)?;
+            lines.push((link, reader));
+        }
+        Ok(Self { lines, stop: over, dropped })
+    }
+
+    /// Reads that were dropped because the loop did not take them in time.
+    pub fn dropped(&self) -> &Arc<AtomicU64> {
+        &self.dropped
+    }
+
+    /// The line whose next read is the earliest.
+    pub fn earliest(&mut self) -> Option<&mut (Arc<Link>, Reader)> {
+        let waiting = self.lines.iter_mut().filter_map(|line| {
+            let time_ns = line.1.chunks.peek().ok()?.time_ns;
+            Some((time_ns, line))
+        });
+        waiting.min_by_key(|(time_ns, _)| *time_ns).map(|(_, line)| line)
+    }
+
+    /// The line of a device.
+    pub fn link(&self, port: Port) -> Option<&Link> {
+        self.lines.iter().map(|(link, _)| link.as_ref()).find(|link| link.device == port)
+    }
+}
+
+/// Also when a run fails before it has begun, the threads end.
+impl Drop for Lines {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        for (_, reader) in self.lines.drain(..) {
+            reader.join();
+        }
+    }
+}
+
+/// Opens one port; with `wait`, as soon as it is there.
+fn open(
+    wait: bool,
+    (device, path, baud): (Port, &str, u32),
+    stop: &AtomicBool,
+) -> Result<(Link, TTYPort), OnboardError> {
+    let mut said = false;
+    loop {
+        match Link::open(device, path, baud) {
+            Err(error) if wait => {
+                if !said {
+                    tracing::warn!("{error}; waiting for it");
+                    said = true;
+                }
+            }
+            opened => {
+                if said && opened.is_ok() {
+                    tracing::info!("{}: {path} is there", device_name(device));
+                }
+                return opened;
+            }
+        }
+        if stop.load(Ordering::Relaxed) {
+            return Err(OnboardError::StoppedWaiting { device: device_name(device), port: path.to_owned() });
+        }
+        biplane_clock::sleep_ns(LOOK_NS);
+    }
+}

@@ -1,0 +1,287 @@
+//! A recording in parts: `RUN_0.mcap`, `RUN_1.mcap`, ..., each whole and readable alone, so that neither the index in memory nor what a
+//! broken disk can take grows with the hours.
+//!
+//! A part repeats attachments, metadata and what is told once for all (`/tf_static`); every other message stands in exactly one part.
+//! Log times and message numbers go on from part to part.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use super::target::{self, active_path};
+use super::{WriteError, WriteReport, Writer, WriterOptions};
+use crate::msg::Message;
+use crate::topics::Topic;
+
+/// When the next part begins. Without any bound there is one file, under the plain name.
+#[derive(Copy, Clone, PartialEq, Eq, Debug, Default)]
+pub struct Rotation {
+    /// A part spans at most so much log time, nanoseconds.
+    pub span_ns: Option<i64>,
+    /// A part ends when it is this large, bytes; it may be larger by one chunk and the index.
+    pub bytes: Option<u64>,
+}
+
+impl Rotation {
+    /// Whether there are parts at all.
+    #[must_use]
+    pub fn is_on(&self) -> bool {
+        self.span_ns.is_some() || self.bytes.is_some()
+    }
+}
+
+/// The name of a part: `RUN.mcap` and 3 give `RUN_3.mcap`.
+#[must_use]
+pub fn part_path(path: &Path, number: u32) -> PathBuf {
+    let mut name = path.file_stem().unwrap_or_default().to_owned();
+    name.push(format!("_{number}"));
+    if let Some(extension) = path.extension() {
+        name.push(".");
+        name.push(extension);
+    }
+    path.with_file_name(name)
+}
+
+/// The number in a part's name, and the name that all parts share.
+pub(crate) fn part_of(path: &Path) -> Option<(PathBuf, u32)> {
+    let (stem, digits) = path.file_stem()?.to_str()?.rsplit_once('_')?;
+    let number: u32 = digits.parse().ok()?;
+    let mut name = stem.to_owned();
+    if let Some(extension) = path.extension() {
+        name.push('.');
+        name.push_str(extension.to_str()?);
+    }
+    let whole = path.with_file_name(name);
+    // `RUN_03` or `RUN_+3` are names of somebody else's.
+    (part_path(&whole, number) == path).then_some((whole, number))
+}
+
+/// The numbers of the parts of `path` in its folder, finished or not, in their order.
+pub(crate) fn parts_on_disk(path: &Path) -> Vec<u32> {
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let number = |name: std::ffi::OsString| {
+        let name = name.to_str()?;
+        let finished = name.strip_suffix(".active").unwrap_or(name);
+        part_of(&path.with_file_name(finished)).filter(|(whole, _)| whole == path).map(|(_, number)| number)
+    };
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let numbers: BTreeSet<_> = entries.filter_map(|entry| number(entry.file_name())).collect();
+    numbers.into_iter().collect()
+}
+
+/// What a finished recording holds.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct PartsReport {
+    /// The files, in order; one without rotation.
+    pub parts: Vec<WriteReport>,
+}
+
+/// Writes a recording, in one file or in parts.
+#[derive(Debug)]
+pub struct PartsWriter {
+    path: PathBuf,
+    options: WriterOptions,
+    rotation: Rotation,
+    /// None after a failure between two parts.
+    writer: Option<Writer>,
+    number: u32,
+    start_ns: Option<i64>,
+    attachments: Vec<(String, String, Vec<u8>)>,
+    metadata: Vec<(String, BTreeMap<String, String>)>,
+    /// The last message of each topic that is told once for all: its stamp and its bytes.
+    latched: BTreeMap<Topic, (i64, Vec<u8>)>,
+    finished: Vec<WriteReport>,
+    scratch: Vec<u8>,
+}
+
+impl PartsWriter {
+    /// Starts the first file.
+    ///
+    /// # Errors
+    /// As [`PartsWriter::check`], or what the system refuses.
+    pub fn create(path: &Path, options: &WriterOptions, rotation: Rotation) -> Result<Self, WriteError> {
+        Self::check(path, options, rotation)?;
+        let first = if rotation.is_on() { part_path(path, 0) } else { path.to_owned() };
+        Ok(Self {
+            path: path.to_owned(),
+            options: options.clone(),
+            rotation,
+            writer: Some(Writer::create(&first, options)?),
+            number: 0,
+            start_ns: None,
+            attachments: Vec::new(),
+            metadata: Vec::new(),
+            latched: BTreeMap::new(),
+            finished: Vec::new(),
+            scratch: Vec::new(),
+        })
+    }
+
+    /// Whether [`PartsWriter::create`] would begin; nothing is created. With rotation, every part of that name that is there already
+    /// counts as an existing output: parts of two runs must not be taken for one recording.
+    ///
+    /// # Errors
+    /// As [`Writer::check`].
+    pub fn check(path: &Path, options: &WriterOptions, rotation: Rotation) -> Result<(), WriteError> {
+        if !rotation.is_on() {
+            return Writer::check(path, options);
+        }
+        Writer::check(&part_path(path, 0), options)?;
+        parts_on_disk(path)
+            .into_iter()
+            .try_for_each(|number| Writer::check(&part_path(path, number), options))
+    }
+
+    /// Removes what a run that failed has begun, so that it does not stand in the way of the next attempt: what is unfinished, and,
+    /// where nothing was to be overwritten, so that every part is of that run, the finished parts.
+    pub fn remove_begun(path: &Path, options: &WriterOptions, rotation: Rotation) {
+        if !rotation.is_on() {
+            let _ = std::fs::remove_file(active_path(path));
+            return;
+        }
+        for part in parts_on_disk(path).into_iter().map(|number| part_path(path, number)) {
+            let _ = std::fs::remove_file(active_path(&part));
+            if !options.overwrite {
+                let _ = std::fs::remove_file(part);
+            }
+        }
+    }
+
+    /// The file that is being written will have this name.
+    #[must_use]
+    pub fn current_path(&self) -> PathBuf {
+        if self.rotation.is_on() { part_path(&self.path, self.number) } else { self.path.clone() }
+    }
+
+    /// Adds a file to the file, and to every later part.
+    ///
+    /// # Errors
+    /// As [`Writer::attach`].
+    pub fn attach(&mut self, name: &str, media_type: &str, data: &[u8]) -> Result<(), WriteError> {
+        self.attachments.push((name.to_owned(), media_type.to_owned(), data.to_vec()));
+        self.writer()?.attach(name, media_type, data)
+    }
+
+    /// Adds named words, here and in every later part.
+    ///
+    /// # Errors
+    /// As [`Writer::metadata`].
+    pub fn metadata(&mut self, name: &str, values: &BTreeMap<String, String>) -> Result<(), WriteError> {
+        self.metadata.push((name.to_owned(), values.clone()));
+        self.writer()?.metadata(name, values)
+    }
+
+    /// Writes a message; times as for [`Writer::write`].
+    ///
+    /// # Errors
+    /// As [`PartsWriter::write_encoded`].
+    pub fn write<M: Message>(
+        &mut self,
+        topic: Topic,
+        log_time_ns: i64,
+        publish_time_ns: i64,
+        message: &M,
+    ) -> Result<(), WriteError> {
+        let mut bytes = std::mem::take(&mut self.scratch);
+        message.encode(&mut bytes);
+        let result = self.write_encoded(topic, log_time_ns, publish_time_ns, &bytes);
+        self.scratch = bytes;
+        result
+    }
+
+    /// Writes a message that is encoded already, into the next part when this one is full.
+    ///
+    /// # Errors
+    /// As [`Writer::write`], and as [`Writer::finish`] and [`Writer::create`] between two parts. After an error nothing more is written.
+    pub fn write_encoded(
+        &mut self,
+        topic: Topic,
+        log_time_ns: i64,
+        publish_time_ns: i64,
+        cdr: &[u8],
+    ) -> Result<(), WriteError> {
+        if self.is_full(log_time_ns)? {
+            self.rotate()?;
+        }
+        if topic.is_latched() {
+            self.latched.insert(topic, (publish_time_ns, cdr.to_vec()));
+        }
+        self.start_ns.get_or_insert(log_time_ns);
+        self.writer()?.write_encoded(topic, log_time_ns, publish_time_ns, cdr)
+    }
+
+    fn is_full(&mut self, log_time_ns: i64) -> Result<bool, WriteError> {
+        let Some(start_ns) = self.start_ns else { return Ok(false) };
+        let rotation = self.rotation;
+        let span_ns = log_time_ns.saturating_sub(start_ns);
+        let bytes = self.writer()?.flushed_bytes();
+        Ok(rotation.span_ns.is_some_and(|limit| span_ns >= limit)
+            || rotation.bytes.is_some_and(|limit| bytes >= limit))
+    }
+
+    /// Ends the part and begins the next one; false where there are no parts, or nothing is in this one yet.
+    ///
+    /// # Errors
+    /// As [`Writer::finish`] and [`Writer::create`].
+    pub fn rotate_now(&mut self) -> Result<bool, WriteError> {
+        if !self.rotation.is_on() || self.start_ns.is_none() {
+            return Ok(false);
+        }
+        self.rotate().map(|()| true)
+    }
+
+    fn rotate(&mut self) -> Result<(), WriteError> {
+        let writer = self.writer.take().ok_or_else(|| WriteError::Failed { path: self.current_path() })?;
+        let resume_point = writer.resume_point();
+        let log_time_ns = resume_point.0;
+        self.finished.push(writer.finish()?);
+        self.number += 1;
+        self.start_ns = None;
+        let mut next = Writer::create(&self.current_path(), &self.options)?;
+        next.resume(resume_point);
+        for (name, media_type, data) in &self.attachments {
+            next.attach(name, media_type, data)?;
+        }
+        for (name, values) in &self.metadata {
+            next.metadata(name, values)?;
+        }
+        for (&topic, (publish_time_ns, cdr)) in &self.latched {
+            next.write_encoded(topic, log_time_ns, *publish_time_ns, cdr)?;
+        }
+        self.writer = Some(next);
+        Ok(())
+    }
+
+    /// Brings everything so far to the file.
+    ///
+    /// # Errors
+    /// As [`Writer::flush`].
+    pub fn flush(&mut self) -> Result<(), WriteError> {
+        self.writer()?.flush()
+    }
+
+    fn writer(&mut self) -> Result<&mut Writer, WriteError> {
+        match &mut self.writer {
+            Some(writer) => Ok(writer),
+            None => Err(WriteError::Failed { path: part_path(&self.path, self.number) }),
+        }
+    }
+
+    /// Ends the last file. Parts of an earlier recording of that name that this one has not replaced are removed: it was told to
+    /// overwrite that recording.
+    ///
+    /// # Errors
+    /// As [`Writer::finish`].
+    pub fn finish(mut self) -> Result<PartsReport, WriteError> {
+        let writer = self.writer.take().ok_or_else(|| WriteError::Failed { path: self.current_path() })?;
+        self.finished.push(writer.finish()?);
+        if self.rotation.is_on() && self.options.overwrite {
+            for number in parts_on_disk(&self.path).into_iter().filter(|&number| number > self.number) {
+                target::remove_replaced(&part_path(&self.path, number), &self.options)?;
+            }
+        }
+        Ok(PartsReport { parts: self.finished })
+    }
+}
