@@ -33,6 +33,8 @@ pub struct BaseParams {
     pub reply_ns: i64,
     /// Silence of the host after which the base stops. Larger forgives slower clients.
     pub watchdog_ns: i64,
+    /// From power-on until it hears anything.
+    pub boot_ns: i64,
 }
 
 impl Default for BaseParams {
@@ -43,6 +45,7 @@ impl Default for BaseParams {
             left_open: false,
             reply_ns: 2 * MS,
             watchdog_ns: 2_000 * MS,
+            boot_ns: 1_000 * MS,
         }
     }
 }
@@ -72,6 +75,7 @@ pub struct BaseDevice {
     /// Last packet of the host; `None` once the watchdog has run out.
     host_heard_ns: Option<i64>,
     ask_ns: i64,
+    boot_until_ns: i64,
     counts: DeviceCounts,
 }
 
@@ -91,6 +95,7 @@ impl BaseDevice {
             motors_enabled: false,
             host_heard_ns: None,
             ask_ns: i64::MIN,
+            boot_until_ns: i64::MIN,
             counts: DeviceCounts::default(),
         }
     }
@@ -180,6 +185,9 @@ impl BaseDevice {
 impl Device for BaseDevice {
     fn handle(&mut self, now_ns: i64, bytes: &[u8]) {
         self.counts.bytes_received += bytes.len() as u64;
+        if now_ns < self.boot_until_ns {
+            return;
+        }
         for &byte in bytes {
             if let Some(command) = self.ear.hear(byte) {
                 self.obey(now_ns, command);
@@ -210,6 +218,18 @@ impl Device for BaseDevice {
         let asks = self.stage == Stage::Open && self.line.is_idle();
         let due_ns = self.line.next_due_ns().or(asks.then_some(self.ask_ns)).unwrap_or(i64::MAX);
         due_ns.clamp(now_ns, now_ns + IDLE_NS)
+    }
+
+    /// Rate and name are in its flash memory; the session is not, and it counts its way from where it stands.
+    fn power_on(&mut self, now_ns: i64) {
+        self.close();
+        self.line.clear(now_ns);
+        self.ear.forget();
+        self.baud = self.params.baud;
+        self.switch_baud = None;
+        self.host_heard_ns = None;
+        self.odometer = Odometer::zero_at_first();
+        self.boot_until_ns = now_ns + self.params.boot_ns;
     }
 
     fn baud(&self) -> u32 {

@@ -1,5 +1,6 @@
 //! Serial captures as files: the reads of all lines in order of time, with the rig that they belong to.
 
+use crate::faults::clock_step::HostClock;
 use crate::line::SerialRead;
 use biplane_recording::read::RIG_ATTACHMENT;
 use biplane_recording::{Direction, Port, Rig, WriteError, WriteReport, Writer, WriterOptions};
@@ -24,16 +25,17 @@ pub struct About {
     pub values: BTreeMap<String, String>,
 }
 
-/// Writes a capture: `zero_ns` is added to all times.
+/// Writes a capture; `clock` stamps the reads, each when it returned, also when it steps back.
 pub fn write_capture(
     path: &Path,
     overwrite: bool,
     rig: &Rig,
     about: &About,
     lines: &[LineReads],
-    zero_ns: i64,
+    clock: &mut HostClock,
 ) -> Result<WriteReport, WriteError> {
-    let mut writer = Writer::create(path, &WriterOptions { overwrite, ..WriterOptions::default() })?;
+    let mut writer =
+        Writer::create(path, &WriterOptions { overwrite, in_order: false, ..WriterOptions::default() })?;
     writer.attach(RIG_ATTACHMENT, "application/toml", rig.to_toml().as_bytes())?;
     writer.metadata(&about.name, &about.values)?;
     let mut next = vec![0_usize; lines.len()];
@@ -43,7 +45,7 @@ pub fn write_capture(
             lines.iter().enumerate().filter_map(|(i, line)| Some((line.reads.get(next[i])?.time_ns, i)));
         let Some((_, i)) = waiting.min() else { break };
         let read = &lines[i].reads[next[i]];
-        writer.write_serial(lines[i].port, Direction::Rx, zero_ns + read.time_ns, &read.bytes)?;
+        writer.write_serial(lines[i].port, Direction::Rx, clock.utc_ns(read.time_ns), &read.bytes)?;
         next[i] += 1;
     }
     writer.finish()

@@ -25,6 +25,8 @@ pub struct DeviceCounts {
     pub noise_bytes: u64,
     /// Times that the host kept silent for longer than the watchdog allows.
     pub watchdog: u64,
+    /// Times that the power went.
+    pub power_cycles: u64,
 }
 
 /// A device at the far end of a serial line.
@@ -38,6 +40,10 @@ pub trait Device: Send {
     /// Appends the bytes that have left by `now_ns` to `out`, all at the rate [`Device::baud`] gives before the call. Returns when
     /// to call again, if nothing arrives before.
     fn poll(&mut self, now_ns: i64, out: &mut Vec<u8>) -> i64;
+
+    /// The power comes back at `now_ns` after it was gone: everything that is not kept without power is as in a device just switched
+    /// on, what waited to be sent is gone, and whatever the device says or does on its own begins after its own boot time.
+    fn power_on(&mut self, now_ns: i64);
 
     /// Rate of the line in Bd.
     fn baud(&self) -> u32;

@@ -8,6 +8,7 @@
 //! Ranges in whole units of the rig; +inf becomes "no echo" (8191), other values that are no range become "read error" (8186).
 
 use crate::capture_file::{About, LineReads, write_capture};
+use crate::faults::clock_step::HostClock;
 use crate::line::ReadParams;
 use crate::same_file::{SameFile, refuse_same_file};
 use base::BaseLine;
@@ -181,7 +182,14 @@ pub fn run(options: &EncodeOptions) -> Result<EncodeReport, EncodeError> {
         LineReads { port: Port::Vertical, reads: vertical.line.adapter.finish() },
         LineReads { port: Port::Base, reads: base.line.adapter.finish() },
     ];
-    write_capture(&options.output, options.overwrite, &rig, &about(options), &lines, 0)?;
+    write_capture(
+        &options.output,
+        options.overwrite,
+        &rig,
+        &about(options),
+        &lines,
+        &mut HostClock::steady(0),
+    )?;
     Ok(report)
 }
 

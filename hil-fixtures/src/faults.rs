@@ -1,13 +1,23 @@
-//! Faults of a serial line, byte by byte: presets that stack on the way between a device and its host.
+//! Faults by name: of the line, of the power, of the measurement, of the start and of the host's clock.
 //!
-//! Every preset draws from a seed. Times are nanoseconds on the device's clock. One file a preset in `faults/`.
+//! Every preset draws from a seed. Nothing here reads a clock or a port: [`Faults`] fits them around devices, lines and clocks that a
+//! caller drives, be it `serve` on pseudo-terminals, `simulate` or a test in simulated time. One file a preset in `faults/`.
 
 pub mod bit_noise;
+pub mod channel;
+pub mod clock_step;
+pub mod dazzle;
+pub mod episodes;
+pub mod left_streaming;
 pub mod loose_connector;
+pub mod power_cycle;
+pub mod scan_fault;
+pub mod set;
 pub mod usb_stall;
+pub mod window_dirty;
 
-use crate::rng::Rng;
-use std::collections::VecDeque;
+pub use channel::{Arrival, Channel, Fault, garble};
+pub use set::{FaultParams, Faults};
 use std::str::FromStr;
 
 /// A fault that can be asked for by name.
@@ -19,6 +29,40 @@ pub enum Preset {
     LooseConnector,
     /// A USB adapter delivers late, and now and then holds everything back for a while.
     UsbStall,
+    /// A device is dark for a while, then starts up as if just switched on.
+    PowerCycle,
+    /// Sunlight dazzles a run of a laser's beams for seconds.
+    Dazzle,
+    /// Dirt on a laser's window: some values short or invalid, and the status byte says so.
+    WindowDirty,
+    /// The host's clock steps by seconds to hours, away and back.
+    ClockStep,
+    /// The devices stream already when the client comes.
+    LeftStreaming,
+}
+
+/// What a fault acts on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ActsOn {
+    /// Bytes on their way, both directions of every line.
+    Line,
+    /// The power of every device.
+    Power,
+    /// What the lasers measure.
+    Measurement,
+    /// How the devices are at the start.
+    Start,
+    /// The host's UTC.
+    HostClock,
+}
+
+/// Where faults are asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// Devices on ports that a client opens.
+    Serve,
+    /// A capture without a client.
+    Simulate,
 }
 
 /// A name that no preset has.
@@ -29,9 +73,28 @@ pub struct UnknownPreset {
     pub name: String,
 }
 
+/// A fault that cannot be had where it was asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("fault `{}`: {why}", preset.name())]
+pub struct Misplaced {
+    /// The fault.
+    pub preset: Preset,
+    /// Why not here, and where.
+    pub why: &'static str,
+}
+
 impl Preset {
     /// All presets.
-    pub const ALL: [Self; 3] = [Self::BitNoise, Self::LooseConnector, Self::UsbStall];
+    pub const ALL: [Self; 8] = [
+        Self::BitNoise,
+        Self::LooseConnector,
+        Self::UsbStall,
+        Self::PowerCycle,
+        Self::Dazzle,
+        Self::WindowDirty,
+        Self::ClockStep,
+        Self::LeftStreaming,
+    ];
 
     /// Name on the command line.
     #[must_use]
@@ -40,6 +103,11 @@ impl Preset {
             Self::BitNoise => "bit-noise",
             Self::LooseConnector => "loose-connector",
             Self::UsbStall => "usb-stall",
+            Self::PowerCycle => "power-cycle",
+            Self::Dazzle => "dazzle",
+            Self::WindowDirty => "window-dirty",
+            Self::ClockStep => "clock-step",
+            Self::LeftStreaming => "left-streaming",
         }
     }
 
@@ -49,15 +117,36 @@ impl Preset {
         Self::ALL.into_iter().map(Self::name).collect()
     }
 
-    fn fault(self, rng: Rng) -> Box<dyn Fault> {
+    /// What it acts on.
+    #[must_use]
+    pub fn acts_on(self) -> ActsOn {
         match self {
-            Self::BitNoise => Box::new(bit_noise::BitNoise::new(bit_noise::BitNoiseParams::default(), rng)),
-            Self::LooseConnector => {
-                let params = loose_connector::LooseConnectorParams::default();
-                Box::new(loose_connector::LooseConnector::new(params, rng))
-            }
-            Self::UsbStall => Box::new(usb_stall::UsbStall::new(usb_stall::UsbStallParams::default(), rng)),
+            Self::BitNoise | Self::LooseConnector | Self::UsbStall => ActsOn::Line,
+            Self::PowerCycle => ActsOn::Power,
+            Self::Dazzle | Self::WindowDirty => ActsOn::Measurement,
+            Self::ClockStep => ActsOn::HostClock,
+            Self::LeftStreaming => ActsOn::Start,
         }
+    }
+
+    /// Refuses a fault that has nothing to act on.
+    ///
+    /// # Errors
+    /// It cannot be had at that place.
+    pub fn check(self, place: Place) -> Result<(), Misplaced> {
+        let why = match (self.acts_on(), place) {
+            (ActsOn::HostClock, Place::Serve) => {
+                "a mock does not step the clock of the machine it runs on; `simulate` steps the clock that stamps its capture"
+            }
+            (ActsOn::Power, Place::Simulate) => {
+                "a simulated capture has no client that would set the devices up again; `serve` has"
+            }
+            (ActsOn::Start, Place::Simulate) => {
+                "a simulated capture begins with devices that stream in any case; `serve` leaves them so for a client"
+            }
+            _ => return Ok(()),
+        };
+        Err(Misplaced { preset: self, why })
     }
 }
 
@@ -70,102 +159,6 @@ impl FromStr for Preset {
     }
 }
 
-/// One fault on one direction of one line.
-pub trait Fault: Send {
-    /// Bytes that left at `now_ns` become bytes that arrive, some later, some changed, some never. Returns how many it touched.
-    fn pass(&mut self, now_ns: i64, bytes: &[u8], arrivals: &mut VecDeque<Arrival>) -> u64;
-}
-
-/// Bytes and when they arrive.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Arrival {
-    /// When.
-    pub at_ns: i64,
-    /// What.
-    pub bytes: Vec<u8>,
-}
-
-/// A direction of a line with its faults, the first of them nearest to the sender.
-#[derive(Default)]
-pub struct Channel {
-    stages: Vec<(Box<dyn Fault>, VecDeque<Arrival>)>,
-    arrived: VecDeque<Arrival>,
-    changed_bytes: u64,
-}
-
-impl Channel {
-    /// The presets in the order given; `stream` tells the directions and devices of one seed apart.
-    #[must_use]
-    pub fn new(presets: &[Preset], seed: u64, stream: u64) -> Self {
-        let stages = presets.iter().zip(0..).map(|(preset, place)| {
-            (preset.fault(Rng::new(seed, 0xFA17_0000 + stream, place)), VecDeque::new())
-        });
-        Self { stages: stages.collect(), ..Self::default() }
-    }
-
-    /// Bytes leave the sender.
-    pub fn push(&mut self, now_ns: i64, bytes: &[u8]) {
-        if !bytes.is_empty() {
-            self.feed(0, now_ns, bytes);
-        }
-    }
-
-    fn feed(&mut self, stage: usize, now_ns: i64, bytes: &[u8]) {
-        match self.stages.get_mut(stage) {
-            Some((fault, waiting)) => self.changed_bytes += fault.pass(now_ns, bytes, waiting),
-            None => self.arrived.push_back(Arrival { at_ns: now_ns, bytes: bytes.to_vec() }),
-        }
-    }
-
-    /// Appends what has arrived by `now_ns`.
-    pub fn take(&mut self, now_ns: i64, out: &mut Vec<u8>) {
-        for stage in 0..self.stages.len() {
-            while self.stages[stage].1.front().is_some_and(|arrival| arrival.at_ns <= now_ns) {
-                if let Some(arrival) = self.stages[stage].1.pop_front() {
-                    self.feed(stage + 1, arrival.at_ns, &arrival.bytes);
-                }
-            }
-        }
-        while let Some(arrival) = self.arrived.pop_front() {
-            out.extend(arrival.bytes);
-        }
-    }
-
-    /// When the next bytes arrive.
-    #[must_use]
-    pub fn next_due_ns(&self) -> Option<i64> {
-        self.stages.iter().filter_map(|(_, waiting)| waiting.front()).map(|arrival| arrival.at_ns).min()
-    }
-
-    /// Whether bytes are on the way.
-    #[must_use]
-    pub fn holds_bytes(&self) -> bool {
-        self.next_due_ns().is_some()
-    }
-
-    /// Bytes changed, dropped or delayed by a fault so far.
-    #[must_use]
-    pub fn changed_bytes(&self) -> u64 {
-        self.changed_bytes
-    }
-}
-
-/// What a host at `client_baud` reads of bytes sent at `baud`: nonsense, more of it when it reads faster.
-#[must_use]
-pub fn garble(bytes: &[u8], baud: u32, client_baud: u32, rng: &mut Rng) -> Vec<u8> {
-    let ratio = (f64::from(client_baud) / f64::from(baud.max(1))).clamp(0.02, 4.0);
-    let mut noise = Vec::new();
-    let mut owed = rng.unit();
-    for _ in bytes {
-        owed += ratio;
-        while owed >= 1.0 {
-            owed -= 1.0;
-            noise.push(rng.bits().to_le_bytes()[0]);
-        }
-    }
-    noise
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -173,41 +166,18 @@ mod tests {
     #[test]
     fn an_unknown_name_is_answered_with_the_known_ones() {
         let error = "rain".parse::<Preset>().unwrap_err().to_string();
-        assert_eq!(error, "unknown fault `rain`; known: bit-noise, loose-connector, usb-stall");
+        let known = "bit-noise, loose-connector, usb-stall, power-cycle, dazzle, window-dirty, clock-step, left-streaming";
+        assert_eq!(error, format!("unknown fault `rain`; known: {known}"));
     }
 
     #[test]
-    fn without_faults_bytes_pass_at_once() {
-        let mut channel = Channel::new(&[], 1, 0);
-        channel.push(5, b"abc");
-        let mut out = Vec::new();
-        channel.take(5, &mut out);
-        assert_eq!(out, b"abc");
-        assert_eq!(channel.changed_bytes(), 0);
-    }
-
-    #[test]
-    fn every_fault_of_a_stack_acts() {
-        let mut channel = Channel::new(&[Preset::UsbStall, Preset::BitNoise], 1, 0);
-        channel.push(0, &vec![0; 1_000_000]);
-        let mut out = Vec::new();
-        channel.take(10_000_000_000, &mut out);
-        let flipped = out.iter().filter(|&&byte| byte != 0).count();
-        assert!((60..140).contains(&flipped), "{flipped}");
-    }
-
-    #[test]
-    fn stacked_faults_repeat_with_their_seed_and_differ_with_another() {
-        let run = |seed| {
-            let mut channel = Channel::new(&Preset::ALL, seed, 3);
-            let mut out = Vec::new();
-            for step in 0..20_000 {
-                channel.push(step * 1_000_000, &[0x55; 4]);
-                channel.take(step * 1_000_000, &mut out);
-            }
-            out
+    fn faults_with_nothing_to_act_on_are_refused_by_name() {
+        let refused = |place| -> Vec<&str> {
+            Preset::ALL.into_iter().filter(|p| p.check(place).is_err()).map(Preset::name).collect()
         };
-        assert_eq!(run(7), run(7));
-        assert_ne!(run(7), run(8));
+        assert_eq!(refused(Place::Serve), ["clock-step"]);
+        assert_eq!(refused(Place::Simulate), ["power-cycle", "left-streaming"]);
+        let error = Preset::ClockStep.check(Place::Serve).unwrap_err().to_string();
+        assert!(error.starts_with("fault `clock-step`: a mock does not step"), "{error}");
     }
 }

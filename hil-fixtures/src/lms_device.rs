@@ -15,7 +15,7 @@ pub mod words;
 
 use crate::device::{Device, DeviceCounts};
 use crate::pacing::{Burst, Kind, Line};
-use feed::{Answer, Ask, Mirror, Offer, STATUS_OK, ScanFeed};
+use feed::{Answer, Ask, Mirror, Offer, ScanFeed};
 use frame::{ACK, NAK, reply};
 pub use params::LmsParams;
 use receive::{Ear, Heard};
@@ -123,7 +123,8 @@ impl LmsDevice {
             Then::Baud(baud) => Kind::ReplyThenBaud(baud),
             Then::Reset => Kind::ReplyThenReset,
         };
-        let bytes = reply(self.state.address, answer.code, &answer.data, STATUS_OK);
+        let status = self.feed.status(now_ns);
+        let bytes = reply(self.state.address, answer.code, &answer.data, status);
         self.line.send(now_ns + answer.after_ns, self.state.baud, kind, bytes, None);
         self.ask_ns = now_ns;
     }
@@ -142,19 +143,22 @@ impl LmsDevice {
     fn follow(&mut self, kind: Kind, now_ns: i64) {
         match kind {
             Kind::ReplyThenBaud(baud) => self.switch = Some((now_ns + self.params.baud_switch_ns, baud)),
-            Kind::ReplyThenReset => {
-                self.line.clear(now_ns);
-                self.state.power_on();
-                self.boot_until_ns = Some(now_ns + self.params.boot_ns);
-            }
+            Kind::ReplyThenReset => self.start_afresh(now_ns),
             Kind::Stream => self.counts.telegrams += 1,
             Kind::Acknowledge | Kind::Reply => {}
         }
     }
 
+    fn start_afresh(&mut self, now_ns: i64) {
+        self.line.clear(now_ns);
+        self.state.power_on();
+        self.boot_until_ns = Some(now_ns + self.params.boot_ns);
+    }
+
     fn finish_boot(&mut self, now_ns: i64) {
         self.boot_until_ns = None;
-        let bytes = reply(self.state.address, 0x90, self.params.type_text.as_bytes(), STATUS_OK);
+        let status = self.feed.status(now_ns);
+        let bytes = reply(self.state.address, 0x90, self.params.type_text.as_bytes(), status);
         self.line.send(now_ns, self.state.baud, Kind::Reply, bytes, None);
     }
 
@@ -278,6 +282,13 @@ impl Device for LmsDevice {
         while self.step(now_ns, out) {}
         self.counts.bytes_sent += (out.len() - before) as u64;
         self.next_due_ns(now_ns)
+    }
+
+    fn power_on(&mut self, now_ns: i64) {
+        self.start_afresh(now_ns);
+        self.switch = None;
+        self.telegram_index = 0;
+        self.ear.forget();
     }
 
     fn baud(&self) -> u32 {

@@ -26,6 +26,12 @@ impl Rng {
         mix(self.state)
     }
 
+    /// A stream of its own that depends on this one's present state: what is drawn from one does not shift the other.
+    #[must_use]
+    pub fn branch(&mut self) -> Self {
+        Self { state: mix(self.bits()), spare_normal: None }
+    }
+
     /// Uniform in [0, 1).
     pub fn unit(&mut self) -> f64 {
         (self.bits() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)

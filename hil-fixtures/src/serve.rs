@@ -13,7 +13,7 @@ pub mod truth;
 
 use crate::base_device::BaseParams;
 use crate::capture_source::Capture;
-use crate::faults::{Channel, Preset};
+use crate::faults::{Faults, Misplaced, Place};
 use crate::lms_device::LmsParams;
 use crate::pty::{Pty, PtyError};
 use crate::rng::Rng;
@@ -99,9 +99,9 @@ pub struct ServeOptions {
     pub speed: f64,
     /// At the end of the drive or capture: fall silent and end.
     pub once: bool,
-    /// Faults on the lines, the first nearest to the device.
-    pub faults: Vec<Preset>,
-    /// Seed of faults and noise.
+    /// What goes wrong.
+    pub faults: Faults,
+    /// Seed of the noise.
     pub seed: u64,
     /// The drive begins this many seconds after the links are there, instead of when all devices stream.
     pub start_after_s: Option<f64>,
@@ -126,7 +126,7 @@ impl ServeOptions {
             links,
             speed: 1.0,
             once: false,
-            faults: Vec::new(),
+            faults: Faults::default(),
             seed: 1,
             start_after_s: None,
             laser: LmsParams::default(),
@@ -158,6 +158,9 @@ pub enum ServeError {
     /// The path cannot be driven.
     #[error(transparent)]
     Path(#[from] PathError),
+    /// A fault that a mock on ports cannot have.
+    #[error(transparent)]
+    Fault(#[from] Misplaced),
     /// A speed that is not above zero.
     #[error("speed {speed}: must be a number above 0")]
     Speed {
@@ -200,6 +203,7 @@ pub fn serve(
     if !(options.speed.is_finite() && options.speed > 0.0) {
         return Err(ServeError::Speed { speed: options.speed });
     }
+    options.faults.check(Place::Serve)?;
     std::fs::create_dir_all(&options.links)
         .map_err(|source| ServeError::Links { path: options.links.clone(), source })?;
     if options.truth.is_some() && matches!(options.source, Source::Capture { .. }) {
@@ -226,8 +230,8 @@ fn open_ports(options: &ServeOptions, devices: &mut Devices) -> Result<Vec<Port>
             place,
             device,
             pty,
-            to_host: Channel::new(&options.faults, options.seed, 2 * stream),
-            from_host: Channel::new(&options.faults, options.seed, 2 * stream + 1),
+            to_host: options.faults.channel(2 * stream),
+            from_host: options.faults.channel(2 * stream + 1),
             noise: Rng::new(options.seed, 0x0015_E000 + stream, 0),
             any_baud: options.any_baud,
         });

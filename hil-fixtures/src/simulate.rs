@@ -5,6 +5,7 @@
 //! moment, drives, and stands again. Only whole telegrams are in the capture.
 
 use crate::capture_file::{About, write_capture};
+use crate::faults::{Faults, Misplaced, Place};
 use crate::line::ReadParams;
 use crate::same_file::{SameFile, refuse_same_file};
 use crate::simulated_rig::{LaserRole, SimulatedRig, SimulationParams, variant_of};
@@ -50,6 +51,8 @@ pub struct SimulateOptions {
     pub params: SimulationParams,
     /// How the bytes reach the computer.
     pub reads: ReadParams,
+    /// What goes wrong: on the lines, in front of the lasers, with the clock that stamps the capture.
+    pub faults: Faults,
 }
 
 impl Default for SimulateOptions {
@@ -68,6 +71,7 @@ impl Default for SimulateOptions {
             start_utc_ns: 1_000_000_000_000_000_000,
             params: SimulationParams::default(),
             reads: ReadParams::default(),
+            faults: Faults::default(),
         }
     }
 }
@@ -123,6 +127,9 @@ pub enum SimulateError {
         /// What is allowed.
         expected: &'static str,
     },
+    /// A fault that a capture without a client cannot have.
+    #[error(transparent)]
+    Fault(#[from] Misplaced),
     /// The output is the world, path or rig.
     #[error(transparent)]
     SameFile(#[from] SameFile),
@@ -149,6 +156,7 @@ const START_UP_NS: i64 = 600_000_000;
 /// Simulates and writes the files.
 pub fn run(options: &SimulateOptions) -> Result<SimulateReport, SimulateError> {
     refuse_inputs(options)?;
+    options.faults.check(Place::Simulate)?;
     let world = World::open(&options.world)?;
     let path = drive_path(&world, options)?;
     let rig = match &options.rig {
@@ -186,7 +194,8 @@ pub fn run(options: &SimulateOptions) -> Result<SimulateReport, SimulateError> {
     report.serial_bytes = lines.iter().flat_map(|line| &line.reads).map(|read| read.bytes.len() as u64).sum();
 
     let about = about(options, &world, &path);
-    write_capture(&options.output, options.overwrite, &rig, &about, &lines, options.start_utc_ns)?;
+    let mut clock = options.faults.host_clock(options.start_utc_ns);
+    write_capture(&options.output, options.overwrite, &rig, &about, &lines, &mut clock)?;
     if let Some(directory) = &options.truth {
         let truth = Truth::new(&simulated, directory, options.start_utc_ns);
         truth.scans(LaserRole::Horizontal, &horizontal.first_beams_ns)?;

@@ -12,9 +12,9 @@ fn unit(mm: bool) -> Unit {
     if mm { Unit::Mm } else { Unit::Cm }
 }
 
-/// A whole scan (B0).
-pub fn scan(words: &ScanWords, mm: bool) -> Result<Vec<u8>, WireError> {
-    let scan = Scan { unit: unit(mm), values: words.clone(), status: Status::OK, ..Scan::default() };
+/// A whole scan (B0) with this status byte.
+pub fn scan(words: &ScanWords, mm: bool, status: u8) -> Result<Vec<u8>, WireError> {
+    let scan = Scan { unit: unit(mm), values: words.clone(), status: Status(status), ..Scan::default() };
     emitted(lms::MAX_REPLY_BYTES, |out| scan.emit(lms::REPLY_ADDRESS, out))
 }
 
@@ -84,7 +84,7 @@ mod tests {
     #[test]
     fn a_scan_of_three_values_comes_out_byte_for_byte() {
         let words = ScanWords::from_slice(&[100, 8191, 250]).expect("three fit");
-        let bytes = scan(&words, true).expect("emits");
+        let bytes = scan(&words, true, 0x10).expect("emits");
         // STX, address, length, B0, count with the millimetre bit, values, status; the checksum is the wire crate's matter.
         let expected = [0x02, 0x80, 0x0A, 0x00, 0xB0, 0x03, 0x40, 100, 0, 0xFF, 0x1F, 250, 0, 0x10];
         assert_eq!(bytes[..bytes.len() - 2], expected);

@@ -47,9 +47,16 @@ pub struct Odometer {
     y: i32,
     zero: (i32, i32, i16),
     was_zeroed: bool,
+    zero_at_next: bool,
 }
 
 impl Odometer {
+    /// One that counts from the pose of its first sample, as after power-on.
+    #[must_use]
+    pub fn zero_at_first() -> Self {
+        Self { zero_at_next: true, ..Self::default() }
+    }
+
     /// Takes in a sample of the source, whose x and y wrap at 15 bits.
     pub fn follow(&mut self, sample: OdometrySample) {
         let step = |now: u16, before: u16| {
@@ -64,6 +71,9 @@ impl Odometer {
             None => (self.x, self.y) = (i32::from(sample.x_raw), i32::from(sample.y_raw)),
         }
         self.last = Some(sample);
+        if std::mem::take(&mut self.zero_at_next) {
+            self.set_zero();
+        }
     }
 
     /// Makes the present pose the zero.

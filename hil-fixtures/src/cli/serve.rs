@@ -1,8 +1,8 @@
 //! `serve`: a mock rig on pseudo-terminals until it is told to stop.
 
-use super::worlds;
+use super::{BadArgument, worlds};
 use biplane_mock::capture_source::Capture;
-use biplane_mock::faults::Preset;
+use biplane_mock::faults::{Faults, Place, Preset};
 use biplane_mock::serve::port::PortReport;
 use biplane_mock::serve::{ServeOptions, Source, serve};
 use biplane_mock::simulated_rig::SimulationParams;
@@ -48,7 +48,7 @@ pub struct Serve {
     /// Run N times as fast as real time.
     #[arg(long, value_name = "N", default_value_t = 1.0, value_parser = super::above_zero)]
     speed: f64,
-    /// Fault on the lines; may be given several times: bit-noise, loose-connector, usb-stall.
+    /// Fault; may be given several times: bit-noise, loose-connector, usb-stall, power-cycle, dazzle, window-dirty, left-streaming.
     #[arg(long = "fault", value_name = "PRESET")]
     faults: Vec<Preset>,
     /// Seed of noise and faults.
@@ -69,6 +69,9 @@ pub struct Serve {
     /// The lasers say that they have just been switched on.
     #[arg(long)]
     power_on_message: bool,
+    /// From power-on or reset until a laser says so, seconds; a real one takes up to 60.
+    #[arg(long, value_name = "S", default_value_t = 2.0, value_parser = super::zero_or_more)]
+    boot: f64,
     /// Type text of the lasers.
     #[arg(long, value_name = "TEXT", default_value = "LMS291;S05;X01.27 ")]
     laser_type: String,
@@ -107,11 +110,13 @@ impl Serve {
     }
 
     fn options(&self) -> anyhow::Result<ServeOptions> {
+        let faults = Faults::new(&self.faults, self.seed);
+        faults.check(Place::Serve).map_err(|error| BadArgument(error.to_string()))?;
         let source = self.source()?;
         let mut options = ServeOptions::new(source, self.links.clone());
         options.speed = self.speed;
         options.once = self.once;
-        options.faults = self.faults.clone();
+        options.faults = faults;
         options.seed = self.seed;
         options.start_after_s = self.start_after;
         options.any_baud = self.any_baud;
@@ -119,6 +124,7 @@ impl Serve {
         options.overwrite = self.force;
         options.laser.baud = self.laser_baud.parse()?;
         options.laser.left_streaming = self.left_streaming;
+        options.laser.boot_ns = (self.boot * 1e9) as i64;
         options.laser.power_on_message = self.power_on_message;
         options.laser.type_text = self.laser_type.clone();
         Ok(options)
@@ -152,7 +158,7 @@ fn print_port(port: &PortReport) {
     let counts = &port.device;
     eprintln!(
         "{}: {} telegrams ({} cut off, {} scans skipped), {} bytes sent ({} lost without a reader, {} touched by faults), \
-         {} requests ({} refused, {} with a wrong checksum), {} bytes of noise",
+         {} requests ({} refused, {} with a wrong checksum), {} bytes of noise, {} power cycles",
         port.name,
         counts.telegrams,
         counts.cut,
@@ -163,6 +169,7 @@ fn print_port(port: &PortReport) {
         counts.requests,
         counts.refused,
         counts.bad_checksums,
-        counts.noise_bytes
+        counts.noise_bytes,
+        counts.power_cycles
     );
 }

@@ -1,6 +1,7 @@
 //! `simulate`: a drive through a known world, as a capture with its truth.
 
 use super::BadArgument;
+use biplane_mock::faults::{Faults, Preset};
 use biplane_mock::line::ReadParams;
 use biplane_mock::simulate::{SimulateError, SimulateOptions, run};
 use biplane_mock::world::WorldError;
@@ -45,6 +46,9 @@ pub struct Simulate {
     /// Standing still before and after the drive, seconds.
     #[arg(long, value_name = "S", default_value_t = 0.5, value_parser = super::zero_or_more)]
     stand: f64,
+    /// Fault; may be given several times: bit-noise, loose-connector, usb-stall, dazzle, window-dirty, clock-step.
+    #[arg(long = "fault", value_name = "PRESET")]
+    faults: Vec<Preset>,
     /// Most bytes that a read returns; more make a smaller file.
     #[arg(long, value_name = "N", default_value_t = 32)]
     read_bytes: usize,
@@ -65,6 +69,7 @@ impl Simulate {
             start_up: self.start_up,
             stand_s: self.stand,
             reads: ReadParams { max_bytes: self.read_bytes.max(1), ..ReadParams::default() },
+            faults: Faults::new(&self.faults, self.seed),
             ..SimulateOptions::default()
         };
         let report = run(&options).map_err(argument)?;
@@ -87,6 +92,7 @@ fn argument(error: SimulateError) -> anyhow::Error {
         SimulateError::World(
             WorldError::Unknown { .. } | WorldError::UnknownPath { .. } | WorldError::NoPath { .. },
         )
+        | SimulateError::Fault(_)
         | SimulateError::BadNumber { .. } => BadArgument(error.to_string()).into(),
         _ => error.into(),
     }

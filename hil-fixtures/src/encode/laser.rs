@@ -3,6 +3,7 @@
 use super::busy_line::BusyLine;
 use super::{EncodeError, EncodeOptions, EncodeReport};
 use crate::line::{laser_byte_ns, transfer_ns};
+use crate::lms_device::feed::STATUS_OK;
 use crate::scanner::{BEYOND_RANGE, LARGEST_VALUE, NO_ECHO, READ_ERROR, Variant};
 use crate::simulated_rig::{counts_mm, variant_of};
 use crate::source::ScanWords;
@@ -41,7 +42,7 @@ impl LaserLine {
             let expected = format!("{} degrees in steps of {}", laser.fov_deg, laser.resolution_deg);
             return Err(self.not_lms(scan, expected));
         }
-        let bytes = telegrams::scan(&words(scan, variant, laser, report), counts_mm(laser))?;
+        let bytes = telegrams::scan(&words(scan, variant, laser, report), counts_mm(laser), STATUS_OK)?;
         let delay_ns = variant.duration_ns() + (laser.delay_ms * 1e6).round() as i64;
         let arrival_ns = |index| laser_byte_ns(index, laser.baud);
         let wait_ns =

@@ -5,7 +5,7 @@ use crate::rng::Rng;
 use std::collections::VecDeque;
 
 /// How noisy the line is.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BitNoiseParams {
     /// Probability that a byte has one bit wrong. At 1e-4 one scan of 372 bytes in 27 is damaged; larger damages more.
     pub byte_error_rate: f64,

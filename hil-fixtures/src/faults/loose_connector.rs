@@ -1,63 +1,46 @@
 //! A loose connector: every few seconds the contact is gone for a moment, and the bytes of that time with it; where it breaks and
 //! comes back a byte arrives damaged.
 
+use super::episodes::{EpisodeParams, Episodes};
 use super::{Arrival, Fault};
 use crate::rng::Rng;
 use std::collections::VecDeque;
 
 /// How loose it is.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LooseConnectorParams {
-    /// Mean time between interruptions, seconds. Shorter interrupts more often.
-    pub mean_interval_s: f64,
-    /// Shortest interruption, seconds.
-    pub shortest_s: f64,
-    /// Longest interruption, seconds. Beyond a second a driver has to notice the silence.
-    pub longest_s: f64,
+    /// The interruptions. Beyond a second a driver has to notice the silence.
+    pub gaps: EpisodeParams,
 }
 
 impl Default for LooseConnectorParams {
     fn default() -> Self {
-        Self { mean_interval_s: 4.0, shortest_s: 0.002, longest_s: 0.4 }
+        let gaps =
+            EpisodeParams { shortest_pause_s: 0.0, mean_pause_s: 4.0, shortest_s: 0.002, longest_s: 0.4 };
+        Self { gaps }
     }
 }
 
 /// The fault.
 #[derive(Debug)]
 pub struct LooseConnector {
-    params: LooseConnectorParams,
     rng: Rng,
-    /// The next interruption: from, to.
-    gap_ns: Option<(i64, i64)>,
+    gaps: Episodes,
     in_gap: bool,
 }
 
 impl LooseConnector {
     /// A connector with its own stream of random numbers.
     #[must_use]
-    pub fn new(params: LooseConnectorParams, rng: Rng) -> Self {
-        Self { params, rng, gap_ns: None, in_gap: false }
-    }
-
-    fn next_gap(&mut self, after_ns: i64) -> (i64, i64) {
-        let wait_s = self.rng.exponential(self.params.mean_interval_s);
-        let length_s = self.rng.between(self.params.shortest_s, self.params.longest_s);
-        let from_ns = after_ns + (wait_s * 1e9) as i64;
-        (from_ns, from_ns + (length_s * 1e9) as i64)
+    pub fn new(params: LooseConnectorParams, mut rng: Rng) -> Self {
+        let gaps = Episodes::by_chance(params.gaps, rng.branch());
+        Self { rng, gaps, in_gap: false }
     }
 }
 
 impl Fault for LooseConnector {
     fn pass(&mut self, now_ns: i64, bytes: &[u8], arrivals: &mut VecDeque<Arrival>) -> u64 {
-        let mut gap_ns = match self.gap_ns {
-            Some(gap_ns) => gap_ns,
-            None => self.next_gap(now_ns),
-        };
-        while gap_ns.1 <= now_ns {
-            gap_ns = self.next_gap(gap_ns.1);
-        }
-        self.gap_ns = Some(gap_ns);
-        let open = now_ns >= gap_ns.0;
+        let open = self.gaps.at(now_ns).is_some();
         let edge = open != self.in_gap;
         self.in_gap = open;
         let mut kept = if open { Vec::new() } else { bytes.to_vec() };

@@ -1,12 +1,13 @@
 //! A USB adapter that delivers late: a little always, some milliseconds now and then, and every few seconds everything of a while
 //! at once. No byte is lost or changed; only the times are.
 
+use super::episodes::{EpisodeParams, Episodes};
 use super::{Arrival, Fault};
 use crate::rng::Rng;
 use std::collections::VecDeque;
 
 /// How late it delivers.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UsbStallParams {
     /// Mean of the usual delay (exponential), milliseconds.
     pub mean_delay_ms: f64,
@@ -14,21 +15,15 @@ pub struct UsbStallParams {
     pub hiccup_rate: f64,
     /// Longest hiccup, milliseconds.
     pub longest_hiccup_ms: f64,
-    /// Mean time between stalls, seconds. Shorter stalls more often.
-    pub mean_interval_s: f64,
-    /// Longest stall, milliseconds. Beyond a driver's patience it takes the device for silent.
-    pub longest_stall_ms: f64,
+    /// The stalls. Beyond a driver's patience it takes the device for silent.
+    pub stalls: EpisodeParams,
 }
 
 impl Default for UsbStallParams {
     fn default() -> Self {
-        Self {
-            mean_delay_ms: 0.3,
-            hiccup_rate: 0.004,
-            longest_hiccup_ms: 8.0,
-            mean_interval_s: 5.0,
-            longest_stall_ms: 300.0,
-        }
+        let stalls =
+            EpisodeParams { shortest_pause_s: 0.0, mean_pause_s: 5.0, shortest_s: 0.0, longest_s: 0.3 };
+        Self { mean_delay_ms: 0.3, hiccup_rate: 0.004, longest_hiccup_ms: 8.0, stalls }
     }
 }
 
@@ -37,45 +32,34 @@ impl Default for UsbStallParams {
 pub struct UsbStall {
     params: UsbStallParams,
     rng: Rng,
-    stall_ns: Option<(i64, i64)>,
+    stalls: Episodes,
     last_arrival_ns: i64,
 }
 
 impl UsbStall {
     /// An adapter with its own stream of random numbers.
     #[must_use]
-    pub fn new(params: UsbStallParams, rng: Rng) -> Self {
-        Self { params, rng, stall_ns: None, last_arrival_ns: i64::MIN }
-    }
-
-    fn next_stall(&mut self, after_ns: i64) -> (i64, i64) {
-        let from_ns = after_ns + (self.rng.exponential(self.params.mean_interval_s) * 1e9) as i64;
-        (from_ns, from_ns + (self.rng.between(0.0, self.params.longest_stall_ms) * 1e6) as i64)
+    pub fn new(params: UsbStallParams, mut rng: Rng) -> Self {
+        let stalls = Episodes::by_chance(params.stalls, rng.branch());
+        Self { params, rng, stalls, last_arrival_ns: i64::MIN }
     }
 }
 
 impl Fault for UsbStall {
     fn pass(&mut self, now_ns: i64, bytes: &[u8], arrivals: &mut VecDeque<Arrival>) -> u64 {
-        let mut stall_ns = match self.stall_ns {
-            Some(stall_ns) => stall_ns,
-            None => self.next_stall(now_ns),
-        };
-        while stall_ns.1 <= now_ns {
-            stall_ns = self.next_stall(stall_ns.1);
-        }
-        self.stall_ns = Some(stall_ns);
+        let stall = self.stalls.at(now_ns);
         let mut delay_ms = self.rng.exponential(self.params.mean_delay_ms);
         if self.rng.unit() < self.params.hiccup_rate {
             delay_ms += self.rng.between(0.0, self.params.longest_hiccup_ms);
         }
         let mut at_ns = now_ns + (delay_ms * 1e6) as i64;
-        if now_ns >= stall_ns.0 {
-            at_ns = at_ns.max(stall_ns.1);
+        if let Some(stall) = stall {
+            at_ns = at_ns.max(stall.to_ns);
         }
         let at_ns = at_ns.max(self.last_arrival_ns);
         self.last_arrival_ns = at_ns;
         arrivals.push_back(Arrival { at_ns, bytes: bytes.to_vec() });
-        if now_ns >= stall_ns.0 { bytes.len() as u64 } else { 0 }
+        if stall.is_some() { bytes.len() as u64 } else { 0 }
     }
 }
 

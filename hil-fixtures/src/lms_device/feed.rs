@@ -78,6 +78,12 @@ pub trait ScanFeed: Send {
 
     /// The next scan for a device that streams or was asked for one.
     fn next(&mut self, ask: &Ask) -> Answer;
+
+    /// Status byte of replies at this time.
+    fn status(&mut self, now_ns: i64) -> u8 {
+        let _ = now_ns;
+        STATUS_OK
+    }
 }
 
 /// Maps a device's clock to the time of what it measures.

@@ -16,7 +16,13 @@ pub struct Scale {
 const CODES: u16 = 8;
 
 /// The code for "beyond the maximum range", counted down from the top.
-const BEYOND: u16 = 8;
+pub const BEYOND: u16 = 8;
+
+/// The code for "dazzled", counted down from the top.
+pub const DAZZLED: u16 = 1;
+
+/// The code for "signal too small against the noise", counted down from the top.
+pub const LOW_SIGNAL: u16 = 4;
 
 /// Bits of a word that are range.
 fn range_bits(mode: u8) -> u32 {
@@ -32,6 +38,13 @@ fn range_bits(mode: u8) -> u32 {
 #[must_use]
 pub fn range_mask(mode: u8) -> u16 {
     u16::MAX >> (16 - range_bits(mode))
+}
+
+/// The word of a code in a measuring mode. Mode 00 has a flag of its own for dazzle, bit 15.
+#[must_use]
+pub fn code(mode: u8, below_top: u16) -> u16 {
+    let flags = if mode == 0 && below_top == DAZZLED { 0x8000 } else { 0 };
+    flags | (range_mask(mode) - below_top)
 }
 
 /// The same measurement in another unit and mode. Codes stay codes; a range that no longer fits becomes "beyond range"; flags are

@@ -69,10 +69,17 @@ impl Devices {
                     return Err(ServeError::Base { found: rig.base.protocol.name() });
                 }
                 let simulated = SimulatedRig::new(world, path, rig, params, options.seed)?;
-                Ok(of_world(&simulated, options))
+                Ok(of_world(&simulated, options).behind_switches(options))
             }
-            Source::Capture { capture } => Ok(of_capture(capture, options)),
+            Source::Capture { capture } => Ok(of_capture(capture, options).behind_switches(options)),
         }
+    }
+
+    /// Every device with the power faults asked for.
+    fn behind_switches(mut self, options: &ServeOptions) -> Self {
+        let list = self.list.into_iter().zip(0..);
+        self.list = list.map(|((name, device), place)| (name, options.faults.power(device, place))).collect();
+        self
     }
 }
 
@@ -89,7 +96,7 @@ fn rules(options: &ServeOptions, lasers: usize, has_base: bool) -> RunRules {
 
 /// Two mirrors are not coupled: each rig has its own phases, by its seed.
 fn laser_params(options: &ServeOptions, place: u64) -> LmsParams {
-    let mut params = options.laser.clone();
+    let mut params = options.faults.laser(options.laser.clone());
     let turn_ns = params.mirror.turn_ns;
     let phase_ns = (Rng::new(options.seed, 0x0EC0_4A5E, place.cast_signed()).unit() * turn_ns as f64) as i64;
     params.mirror = Mirror { phase_ns, turn_ns };
@@ -108,10 +115,12 @@ fn of_world(simulated: &SimulatedRig, options: &ServeOptions) -> Devices {
         let Some(laser) = laser else { continue };
         let feed = MirrorFeed::new(Box::new(AheadSource::new(laser)), Box::new(run.clone()));
         let feed = NotingFeed { feed, sent: sent.clone() };
-        list.push((name, Box::new(LmsDevice::new(laser_params(options, place), Box::new(feed)))));
+        let feed = options.faults.feed(Box::new(feed), place);
+        list.push((name, Box::new(LmsDevice::new(laser_params(options, place), feed))));
     }
     let feed = CycleFeed::new(Box::new(simulated.base()), Box::new(run.clone()), SIP_CYCLE_NS);
-    list.push((LinkName::Base, Box::new(BaseDevice::new(options.base.clone(), Box::new(feed)))));
+    let params = options.faults.base(options.base.clone());
+    list.push((LinkName::Base, Box::new(BaseDevice::new(params, Box::new(feed)))));
     let length_ns = (simulated.drive_duration_s() * NS_PER_S) as i64;
     let [horizontal, vertical] = sent;
     Devices { list, run, length_ns, world: Some(WorldTruth { rig: simulated.clone(), horizontal, vertical }) }
@@ -127,14 +136,15 @@ fn of_capture(capture: &Capture, options: &ServeOptions) -> Devices {
         let Some(track) = track else { continue };
         let params = captured_params(track, laser_params(options, place));
         let feed = CaptureScans::new(Arc::new(track.clone()), origin_ns, run.clone(), options.once);
-        list.push((name, Box::new(LmsDevice::new(params, Box::new(feed) as Box<dyn ScanFeed>))));
+        let feed = options.faults.feed(Box::new(feed) as Box<dyn ScanFeed>, place);
+        list.push((name, Box::new(LmsDevice::new(params, feed))));
     }
     if let Some(track) = &capture.base {
         let identity =
             track.identity.clone().map(|[name, class, subclass]| Identity { name, class, subclass });
         let params = BaseParams {
             identity: identity.unwrap_or_else(|| options.base.identity.clone()),
-            ..options.base.clone()
+            ..options.faults.base(options.base.clone())
         };
         let feed = CapturePackets::new(Arc::new(track.clone()), origin_ns, run.clone(), options.once);
         list.push((LinkName::Base, Box::new(BaseDevice::new(params, Box::new(feed) as Box<dyn SipFeed>))));

@@ -56,6 +56,10 @@ impl<F: ScanFeed> ScanFeed for NotingFeed<F> {
         }
         answer
     }
+
+    fn status(&mut self, now_ns: i64) -> u8 {
+        self.feed.status(now_ns)
+    }
 }
 
 /// Writes the truth of one run.

@@ -2,7 +2,10 @@
 
 use super::{SimulateError, SimulateOptions, Times};
 use crate::capture_file::LineReads;
-use crate::line::{Adapter, laser_byte_ns, scans_per_telegram, transfer_ns};
+use crate::faults::{Channel, Faults};
+use crate::line::{Adapter, SerialRead, laser_byte_ns, scans_per_telegram, transfer_ns};
+use crate::lms_device::feed::STATUS_OK;
+use crate::lms_device::words::Scale;
 use crate::rng::Rng;
 use crate::scanner::{NO_ECHO, TURN_NS, Variant};
 use crate::simulated_rig::{LaserRole, SimulatedLaser, SimulatedRig, counts_mm, variant_of};
@@ -41,7 +44,8 @@ pub(super) fn record_laser(
     };
     let mm = counts_mm(laser);
     let first_beams_ns = schedule(laser, variant, times, options.seed, line);
-    let scans = measure_all(source, variant, mm, &first_beams_ns);
+    let mut scans = measure_all(source, variant, mm, &first_beams_ns);
+    let statuses = spoil(&mut scans, &first_beams_ns, mm, &options.faults, line);
     let byte_ns = transfer_ns(1, laser.baud);
     let mut adapter = Adapter::new(options.reads, options.seed, line);
     if options.start_up {
@@ -49,14 +53,15 @@ pub(super) fn record_laser(
         let replies = telegrams::laser_start_up(laser.fov_deg, resolution_cdeg, mm)?;
         send_replies(&mut adapter, &replies, laser.baud);
     }
-    for (t0_ns, words) in first_beams_ns.iter().zip(&scans) {
+    for ((t0_ns, words), status) in first_beams_ns.iter().zip(&scans).zip(statuses) {
         let start_ns = t0_ns + first_byte_delay_ns(laser, variant);
-        for (index, byte) in telegrams::scan(words, mm)?.into_iter().enumerate() {
+        for (index, byte) in telegrams::scan(words, mm, status)?.into_iter().enumerate() {
             adapter.push(byte, start_ns + laser_byte_ns(index, laser.baud), byte_ns);
         }
     }
     let echoes = scans.iter().flatten().filter(|word| **word < NO_ECHO - 8).count();
-    Ok(LaserRun { line: LineReads { port, reads: adapter.finish() }, first_beams_ns, echoes })
+    let reads = through_faults(adapter.finish(), &options.faults, line);
+    Ok(LaserRun { line: LineReads { port, reads }, first_beams_ns, echoes })
 }
 
 /// From a scan's first beam to its telegram's first byte.
@@ -133,5 +138,40 @@ pub(super) fn record_base(
         packets += 1;
         sample_ns += ODOMETRY_PERIOD_NS.max(end_ns - sample_ns);
     }
-    Ok((LineReads { port: Port::Base, reads: adapter.finish() }, packets))
+    let reads = through_faults(adapter.finish(), &options.faults, 2);
+    Ok((LineReads { port: Port::Base, reads }, packets))
+}
+
+/// What the faults of the measurement make of the scans; the status byte of each.
+fn spoil(scans: &mut [ScanWords], first_beams_ns: &[i64], mm: bool, faults: &Faults, place: u64) -> Vec<u8> {
+    let mut faults = faults.measurement(place);
+    let scale = Scale { mode: 0, mm };
+    let spoilt = scans.iter_mut().zip(first_beams_ns).map(|(words, t0_ns)| {
+        faults.iter_mut().fold(STATUS_OK, |status, fault| status | fault.touch(*t0_ns, scale, words))
+    });
+    spoilt.collect()
+}
+
+/// What the faults of a line make of its reads.
+fn through_faults(reads: Vec<SerialRead>, faults: &Faults, place: u64) -> Vec<SerialRead> {
+    let mut channel = faults.channel(2 * place);
+    if channel.is_faultless() {
+        return reads;
+    }
+    let mut arrived = Vec::with_capacity(reads.len());
+    let mut take = |channel: &mut Channel, until_ns: i64| {
+        while let Some(time_ns) = channel.next_due_ns().filter(|due_ns| *due_ns <= until_ns) {
+            let mut bytes = Vec::new();
+            channel.take(time_ns, &mut bytes);
+            if !bytes.is_empty() {
+                arrived.push(SerialRead { time_ns, bytes });
+            }
+        }
+    };
+    for read in reads {
+        take(&mut channel, read.time_ns);
+        channel.push(read.time_ns, &read.bytes);
+    }
+    take(&mut channel, i64::MAX);
+    arrived
 }

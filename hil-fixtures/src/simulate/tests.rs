@@ -1,6 +1,7 @@
 //! The capture as others see it: deframed with `biplane-wire`, timed by the fact sheet's figures.
 
 use super::{SimulateOptions, SimulateReport, run};
+use crate::faults::{Faults, Preset};
 use biplane_recording::{Port, Reader};
 use biplane_wire::deframe::Item;
 use biplane_wire::{lms, p2os};
@@ -176,4 +177,68 @@ fn a_truth_that_cannot_be_written_or_is_there_already_is_found_before_the_captur
         assert_eq!(begun, 2, "the file and the folder, no capture");
     }
     assert_eq!(std::fs::read_to_string(folder.join("poses.tum")).ok().as_deref(), Some("precious"));
+}
+
+/// The corridor with faults; the reads of the localising laser.
+fn faulty(name: &str, faults: &[Preset]) -> Vec<(i64, Vec<u8>)> {
+    let scratch = Scratch::new(name);
+    let path = scratch.file("path.toml", "waypoints_m = [[0, 0], [9, 0]]\nspeed_m_s = 0.5\n");
+    let options = SimulateOptions {
+        path: Some(path.display().to_string()),
+        output: scratch.0.join("c.mcap"),
+        faults: Faults::new(faults, 5),
+        ..SimulateOptions::default()
+    };
+    run(&options).expect("simulates");
+    let reader = Reader::open(&options.output).expect("a capture");
+    let reads = reader.serial().map(|read| read.expect("serial bytes"));
+    reads.filter(|read| read.port == Port::Horizontal).map(|read| (read.time_ns, read.bytes)).collect()
+}
+
+#[test]
+fn the_hosts_clock_steps_away_and_back_and_the_bytes_stay() {
+    let (plain, stepped) = (faulty("steady", &[]), faulty("clock-step", &[Preset::ClockStep]));
+    assert_eq!(plain.len(), stepped.len());
+    let mut offsets: Vec<i64> = Vec::new();
+    for ((time_ns, bytes), (shown_ns, same)) in plain.iter().zip(&stepped) {
+        assert_eq!(bytes, same);
+        offsets.push(shown_ns - time_ns);
+    }
+    offsets.dedup();
+    assert!(offsets.len() >= 3 && offsets[0] == 0 && offsets[2] == 0, "{offsets:?}");
+    assert!(offsets.len() < 20, "{offsets:?}");
+    assert!(offsets[1].abs() >= 1_000_000_000, "{offsets:?}");
+}
+
+#[test]
+fn faults_of_the_measurement_and_of_the_lines_are_in_a_capture() {
+    let telegrams = |reads: &[(i64, Vec<u8>)]| {
+        let bytes: Vec<u8> = reads.iter().flat_map(|(_, bytes)| bytes.clone()).collect();
+        let (mut deframer, mut whole) = (lms::DeviceDeframer::new(), Vec::new());
+        deframer.feed(&bytes, |item| {
+            if let Item::Frame { bytes, .. } = item {
+                whole.push(bytes.to_vec());
+            }
+        });
+        whole
+    };
+    let plain = telegrams(&faulty("no-faults", &[]));
+    let spoilt = telegrams(&faulty("spoilt", &[Preset::Dazzle, Preset::WindowDirty]));
+    assert_eq!(plain.len(), spoilt.len());
+    let status = |telegram: &Vec<u8>| telegram[telegram.len() - 3];
+    for bit in [0x40, 0x80] {
+        let set = spoilt.iter().filter(|telegram| status(telegram) & bit != 0).count();
+        assert!((1..plain.len()).contains(&set), "{bit:02x}: {set} of {}", plain.len());
+    }
+    assert!(plain.iter().zip(&spoilt).all(|(a, b)| (a == b) == (status(b) == 0x10)));
+    let torn = telegrams(&faulty("torn", &[Preset::LooseConnector, Preset::BitNoise, Preset::UsbStall]));
+    assert!(torn.len() < plain.len() && torn.len() > plain.len() / 2, "{} of {}", torn.len(), plain.len());
+}
+
+#[test]
+fn a_fault_that_needs_a_client_is_refused() {
+    let options =
+        SimulateOptions { faults: Faults::new(&[Preset::PowerCycle], 1), ..SimulateOptions::default() };
+    let error = run(&options).expect_err("refused").to_string();
+    assert!(error.contains("power-cycle") && error.contains("serve"), "{error}");
 }

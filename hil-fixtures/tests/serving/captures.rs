@@ -3,7 +3,7 @@
 use crate::client::{Client, hex};
 use crate::{folder, serving};
 use biplane_mock::capture_source::{Capture, CaptureError};
-use biplane_mock::faults::Preset;
+use biplane_mock::faults::{Faults, Preset};
 use biplane_mock::serve::{ServeOptions, Source};
 use biplane_mock::simulate::{SimulateOptions, run};
 use biplane_recording::{Writer, WriterOptions};
@@ -80,7 +80,7 @@ fn a_capture_is_played_to_its_last_scan_and_the_mock_ends() {
 fn a_fault_damages_scans_and_says_how_many_bytes_it_touched() {
     let folder = folder("faults");
     let file = capture(&folder);
-    let faults = vec![Preset::BitNoise, Preset::UsbStall];
+    let faults = Faults::new(&[Preset::BitNoise, Preset::UsbStall], 3);
     let options = ServeOptions { speed: 10.0, faults, seed: 3, ..options(&file, &folder) };
     let mut heard = [Vec::new(), Vec::new(), Vec::new()];
     let report = serving(&options, |links| {

@@ -41,6 +41,9 @@ pub struct WriterOptions {
     pub chunk_span_ns: i64,
     /// A chunk is closed when its messages take this many bytes.
     pub chunk_bytes: u64,
+    /// Raise a log time before an earlier one to it. Without this a file may step back in time, as one of a recorder that trusts a
+    /// clock that steps: for tests of those who have to read it.
+    pub in_order: bool,
 }
 
 impl Default for WriterOptions {
@@ -51,6 +54,7 @@ impl Default for WriterOptions {
             sync: false,
             chunk_span_ns: 900_000_000,
             chunk_bytes: 1 << 20,
+            in_order: true,
         }
     }
 }
@@ -187,7 +191,8 @@ impl Writer {
 
     /// Writes a message. `publish_time_ns` is its header's stamp (where it has one), `log_time_ns` when it was received or made.
     ///
-    /// A log time before an earlier one is raised to it: readers want a file in order. Times before 1970 become 0.
+    /// A log time before an earlier one is raised to it ([`WriterOptions::in_order`]): readers want a file in order. Times before 1970
+    /// become 0.
     ///
     /// # Errors
     /// [`WriteError::DiskFull`] and the like; after an error nothing more is written.
@@ -234,7 +239,8 @@ impl Writer {
         publish_time_ns: i64,
         cdr: &[u8],
     ) -> Result<(), WriteError> {
-        self.log_time_ns = self.log_time_ns.max(log_time_ns);
+        self.log_time_ns =
+            if self.options.in_order { self.log_time_ns.max(log_time_ns) } else { log_time_ns };
         let channel = match self.channels.get(&topic) {
             Some(channel) => *channel,
             None => self.add_topic(topic)?,

@@ -1,0 +1,155 @@
+//! One direction of a serial line with its faults: bytes leave at one end and arrive at the other, some later, some changed, some never.
+//!
+//! Times are nanoseconds on the device's clock.
+
+use super::Faults;
+use crate::rng::Rng;
+use std::collections::VecDeque;
+
+/// One fault on one direction of one line.
+pub trait Fault: Send {
+    /// Bytes that left at `now_ns` become bytes that arrive, some later, some changed, some never. Returns how many it touched.
+    fn pass(&mut self, now_ns: i64, bytes: &[u8], arrivals: &mut VecDeque<Arrival>) -> u64;
+}
+
+/// Bytes and when they arrive.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Arrival {
+    /// When.
+    pub at_ns: i64,
+    /// What.
+    pub bytes: Vec<u8>,
+}
+
+/// A direction of a line with its faults, the first of them nearest to the sender.
+#[derive(Default)]
+pub struct Channel {
+    stages: Vec<(Box<dyn Fault>, VecDeque<Arrival>)>,
+    arrived: VecDeque<Arrival>,
+    changed_bytes: u64,
+}
+
+impl Channel {
+    /// The presets in the order given; `stream` tells the directions and devices of one seed apart.
+    /// Presets that do not act on a line are passed over.
+    #[must_use]
+    pub fn new(presets: &[super::Preset], seed: u64, stream: u64) -> Self {
+        Faults::new(presets, seed).channel(stream)
+    }
+
+    /// Faults of one's own, the first nearest to the sender.
+    #[must_use]
+    pub fn of(faults: Vec<Box<dyn Fault>>) -> Self {
+        let stages = faults.into_iter().map(|fault| (fault, VecDeque::new()));
+        Self { stages: stages.collect(), ..Self::default() }
+    }
+
+    /// Whether nothing acts on it.
+    #[must_use]
+    pub fn is_faultless(&self) -> bool {
+        self.stages.is_empty()
+    }
+
+    /// Bytes leave the sender.
+    pub fn push(&mut self, now_ns: i64, bytes: &[u8]) {
+        if !bytes.is_empty() {
+            self.feed(0, now_ns, bytes);
+        }
+    }
+
+    fn feed(&mut self, stage: usize, now_ns: i64, bytes: &[u8]) {
+        match self.stages.get_mut(stage) {
+            Some((fault, waiting)) => self.changed_bytes += fault.pass(now_ns, bytes, waiting),
+            None => self.arrived.push_back(Arrival { at_ns: now_ns, bytes: bytes.to_vec() }),
+        }
+    }
+
+    /// Appends what has arrived by `now_ns`.
+    pub fn take(&mut self, now_ns: i64, out: &mut Vec<u8>) {
+        for stage in 0..self.stages.len() {
+            while self.stages[stage].1.front().is_some_and(|arrival| arrival.at_ns <= now_ns) {
+                if let Some(arrival) = self.stages[stage].1.pop_front() {
+                    self.feed(stage + 1, arrival.at_ns, &arrival.bytes);
+                }
+            }
+        }
+        while let Some(arrival) = self.arrived.pop_front() {
+            out.extend(arrival.bytes);
+        }
+    }
+
+    /// When the next bytes arrive.
+    #[must_use]
+    pub fn next_due_ns(&self) -> Option<i64> {
+        self.stages.iter().filter_map(|(_, waiting)| waiting.front()).map(|arrival| arrival.at_ns).min()
+    }
+
+    /// Whether bytes are on the way.
+    #[must_use]
+    pub fn holds_bytes(&self) -> bool {
+        self.next_due_ns().is_some()
+    }
+
+    /// Bytes changed, dropped or delayed by a fault so far.
+    #[must_use]
+    pub fn changed_bytes(&self) -> u64 {
+        self.changed_bytes
+    }
+}
+
+/// What a host at `client_baud` reads of bytes sent at `baud`: nonsense, more of it when it reads faster.
+#[must_use]
+pub fn garble(bytes: &[u8], baud: u32, client_baud: u32, rng: &mut Rng) -> Vec<u8> {
+    let ratio = (f64::from(client_baud) / f64::from(baud.max(1))).clamp(0.02, 4.0);
+    let mut noise = Vec::new();
+    let mut owed = rng.unit();
+    for _ in bytes {
+        owed += ratio;
+        while owed >= 1.0 {
+            owed -= 1.0;
+            noise.push(rng.bits().to_le_bytes()[0]);
+        }
+    }
+    noise
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::faults::Preset;
+
+    #[test]
+    fn without_faults_bytes_pass_at_once() {
+        let mut channel = Channel::new(&[], 1, 0);
+        channel.push(5, b"abc");
+        let mut out = Vec::new();
+        channel.take(5, &mut out);
+        assert_eq!(out, b"abc");
+        assert_eq!(channel.changed_bytes(), 0);
+    }
+
+    #[test]
+    fn every_fault_of_a_stack_acts() {
+        let mut channel = Channel::new(&[Preset::UsbStall, Preset::BitNoise], 1, 0);
+        channel.push(0, &vec![0; 1_000_000]);
+        let mut out = Vec::new();
+        channel.take(10_000_000_000, &mut out);
+        let flipped = out.iter().filter(|&&byte| byte != 0).count();
+        assert!((60..140).contains(&flipped), "{flipped}");
+    }
+
+    #[test]
+    fn stacked_faults_repeat_with_their_seed_and_differ_with_another() {
+        let run = |seed| {
+            let mut channel = Channel::new(&Preset::ALL, seed, 3);
+            let mut out = Vec::new();
+            for step in 0..20_000 {
+                channel.push(step * 1_000_000, &[0x55; 4]);
+                channel.take(step * 1_000_000, &mut out);
+            }
+            out
+        };
+        assert_eq!(run(7), run(7));
+        assert_ne!(run(7), run(8));
+    }
+}

@@ -1,0 +1,150 @@
+//! The faults of one run: which presets, their numbers and the seed, and what they make of a rig's parts.
+
+use super::bit_noise::{BitNoise, BitNoiseParams};
+use super::channel::{Channel, Fault};
+use super::clock_step::{ClockStepParams, HostClock};
+use super::dazzle::{Dazzle, DazzleParams};
+use super::left_streaming::LeftStreamingParams;
+use super::loose_connector::{LooseConnector, LooseConnectorParams};
+use super::power_cycle::{PowerCycle, PowerCycleParams};
+use super::scan_fault::{ScanFault, SpoiltFeed};
+use super::usb_stall::{UsbStall, UsbStallParams};
+use super::window_dirty::{WindowDirty, WindowDirtyParams};
+use super::{ActsOn, Misplaced, Place, Preset};
+use crate::base_device::BaseParams;
+use crate::device::Device;
+use crate::lms_device::LmsParams;
+use crate::lms_device::feed::ScanFeed;
+use crate::rng::Rng;
+
+/// The numbers of all presets.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FaultParams {
+    /// Of `bit-noise`.
+    pub bit_noise: BitNoiseParams,
+    /// Of `loose-connector`.
+    pub loose_connector: LooseConnectorParams,
+    /// Of `usb-stall`.
+    pub usb_stall: UsbStallParams,
+    /// Of `power-cycle`.
+    pub power_cycle: PowerCycleParams,
+    /// Of `dazzle`.
+    pub dazzle: DazzleParams,
+    /// Of `window-dirty`.
+    pub window_dirty: WindowDirtyParams,
+    /// Of `clock-step`.
+    pub clock_step: ClockStepParams,
+    /// Of `left-streaming`.
+    pub left_streaming: LeftStreamingParams,
+}
+
+/// The faults of one run. Every part asks for its own: those that do not concern it are passed over.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Faults {
+    /// In the order asked for; of those on lines the first is nearest to the device.
+    pub presets: Vec<Preset>,
+    /// Of all chance.
+    pub seed: u64,
+    /// How bad they are.
+    pub params: FaultParams,
+}
+
+/// Streams of random numbers of the parts that faults act on.
+const LINE: u64 = 0xFA17_0000;
+const POWER: u64 = 0xFA17_1000;
+const MEASUREMENT: u64 = 0xFA17_2000;
+const CLOCK: u64 = 0xFA17_3000;
+
+impl Faults {
+    /// Presets with their default numbers.
+    #[must_use]
+    pub fn new(presets: &[Preset], seed: u64) -> Self {
+        Self { presets: presets.to_vec(), seed, params: FaultParams::default() }
+    }
+
+    /// Refuses what has nothing to act on.
+    ///
+    /// # Errors
+    /// One of the presets cannot be had at that place.
+    pub fn check(&self, place: Place) -> Result<(), Misplaced> {
+        self.presets.iter().try_for_each(|preset| preset.check(place))
+    }
+
+    fn acting_on(&self, what: ActsOn) -> impl Iterator<Item = (Preset, i64)> + '_ {
+        let presets = self.presets.iter().copied().zip(0..);
+        presets.filter(move |(preset, _)| preset.acts_on() == what)
+    }
+
+    /// One direction of a line; `stream` tells directions and lines apart (2 n from device n, 2 n + 1 to it).
+    #[must_use]
+    pub fn channel(&self, stream: u64) -> Channel {
+        let faults = self.acting_on(ActsOn::Line).filter_map(|(preset, place)| {
+            let rng = Rng::new(self.seed, LINE + stream, place);
+            let fault: Box<dyn Fault> = match preset {
+                Preset::BitNoise => Box::new(BitNoise::new(self.params.bit_noise, rng)),
+                Preset::LooseConnector => Box::new(LooseConnector::new(self.params.loose_connector, rng)),
+                Preset::UsbStall => Box::new(UsbStall::new(self.params.usb_stall, rng)),
+                _ => return None,
+            };
+            Some(fault)
+        });
+        Channel::of(faults.collect())
+    }
+
+    /// The device in place `device` of the rig, behind its switch.
+    #[must_use]
+    pub fn power(&self, device: Box<dyn Device>, place: u64) -> Box<dyn Device> {
+        self.acting_on(ActsOn::Power).fold(device, |device, (_, order)| {
+            let rng = Rng::new(self.seed, POWER + place, order);
+            Box::new(PowerCycle::new(device, self.params.power_cycle, rng))
+        })
+    }
+
+    /// The faults of the measurement of the laser in that place of the rig.
+    #[must_use]
+    pub fn measurement(&self, place: u64) -> Vec<Box<dyn ScanFault>> {
+        let faults = self.acting_on(ActsOn::Measurement).filter_map(|(preset, order)| {
+            let rng = Rng::new(self.seed, MEASUREMENT + place, order);
+            let fault: Box<dyn ScanFault> = match preset {
+                Preset::Dazzle => Box::new(Dazzle::new(self.params.dazzle, rng)),
+                Preset::WindowDirty => Box::new(WindowDirty::new(self.params.window_dirty, rng)),
+                _ => return None,
+            };
+            Some(fault)
+        });
+        faults.collect()
+    }
+
+    /// The scans of the laser in that place, spoilt.
+    #[must_use]
+    pub fn feed(&self, feed: Box<dyn ScanFeed>, place: u64) -> Box<dyn ScanFeed> {
+        let faults = self.measurement(place);
+        if faults.is_empty() { feed } else { Box::new(SpoiltFeed::new(feed, faults)) }
+    }
+
+    /// A laser as it is found.
+    #[must_use]
+    pub fn laser(&self, mut params: LmsParams) -> LmsParams {
+        self.acting_on(ActsOn::Start).for_each(|_| self.params.left_streaming.leave_laser(&mut params));
+        params
+    }
+
+    /// A base as it is found.
+    #[must_use]
+    pub fn base(&self, mut params: BaseParams) -> BaseParams {
+        self.acting_on(ActsOn::Start).for_each(|_| self.params.left_streaming.leave_base(&mut params));
+        params
+    }
+
+    /// The host's clock: `zero_utc_ns` at time 0 of the run.
+    #[must_use]
+    pub fn host_clock(&self, zero_utc_ns: i64) -> HostClock {
+        match self.acting_on(ActsOn::HostClock).next() {
+            Some((_, order)) => {
+                let rng = Rng::new(self.seed, CLOCK, order);
+                HostClock::stepping(zero_utc_ns, self.params.clock_step, rng)
+            }
+            None => HostClock::steady(zero_utc_ns),
+        }
+    }
+}
