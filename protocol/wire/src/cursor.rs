@@ -1,4 +1,4 @@
-//! Reading and writing fields one after the other, without a way to panic.
+//! Reading and writing fields one after the other, without a way to panic. Words are little-endian, those named `be_` big-endian.
 //!
 //! The reader knows where its bytes stand in the telegram, so that its errors say so. The writer counts on past the
 //! end of its buffer, so that one function both measures a telegram and emits it.
@@ -58,6 +58,18 @@ impl<'a> Reader<'a> {
 
     pub fn i32(&mut self) -> Result<i32, WireError> {
         self.array().map(i32::from_le_bytes)
+    }
+
+    pub fn be_u16(&mut self) -> Result<u16, WireError> {
+        self.array().map(u16::from_be_bytes)
+    }
+
+    pub fn be_u32(&mut self) -> Result<u32, WireError> {
+        self.array().map(u32::from_be_bytes)
+    }
+
+    pub fn be_i32(&mut self) -> Result<i32, WireError> {
+        self.array().map(i32::from_be_bytes)
     }
 
     /// Everything that is left.

@@ -3,6 +3,8 @@
 //! - [`deframe`]: cuts a byte stream into frames, and accounts for every byte that is in none.
 //! - [`lms`]: SICK LMS 2xx laser scanners.
 //! - [`p2os`]: Pioneer bases (PSOS, P2OS, AROS, ARCOS).
+//! - [`roboclaw`]: RoboClaw motor controllers, whose replies have no header and are read question by question.
+//! - [`rflex`]: rFLEX bases (B21r, ATRV, Magellan).
 //!
 //! The crate knows no heap, no file, no clock and no geometry. Numbers stay the device's own integers; their names
 //! carry the unit. Both directions are here, so that the same code drives a device and plays one.
@@ -26,6 +28,8 @@ pub mod deframe;
 pub mod error;
 pub mod lms;
 pub mod p2os;
+pub mod rflex;
+pub mod roboclaw;
 pub mod text;
 
 pub use deframe::{Counts, Deframer, Item, SkipReason};

@@ -5,7 +5,7 @@ mod cases;
 
 use biplane_wire::deframe::{Framing, Measure};
 use biplane_wire::lms::{self, DeviceDeframer, HostDeframer, Reply, Scan, Status};
-use biplane_wire::{Deframer, Item, SkipReason, p2os};
+use biplane_wire::{Deframer, Item, SkipReason, p2os, rflex};
 use cases::pieces::{Piece, frames, mode_done, pieces, scan, whole};
 use cases::{Noise, bytes};
 
@@ -88,6 +88,21 @@ fn all_known_packets_come_out_whole_between_the_modem_words_of_a_driver() {
     assert_eq!(frames(&found), packets);
     assert_eq!(counts.skipped_bytes, 6);
     assert_eq!(found[0], Piece::Skipped(0, 6, SkipReason::Noise));
+}
+
+#[test]
+fn all_known_rflex_packets_come_out_whole_behind_a_false_start_and_a_packet_with_a_ghost_byte() {
+    let packets: Vec<_> =
+        cases::RFLEX_COMMANDS.iter().chain(cases::RFLEX_REPORTS).map(|line| bytes(line)).collect();
+    // Packets of port 6 have been seen with a byte too many behind their length.
+    let ghost = bytes("1B 02 06 01 01 02 EE AA BB 17 1B 03");
+    let stream = [vec![0x1B, 0x1B, 0x02], packets.concat(), ghost.clone(), packets.concat()].concat();
+    for size in [1, 5, 64, 1000] {
+        let (found, counts) = pieces(rflex::Deframer::new(), stream.chunks(size));
+        let twice = [packets.clone(), packets.clone()].concat();
+        assert_eq!(frames(&found), twice, "chunks of {size}");
+        assert_eq!(counts.skipped_bytes as usize, 3 + ghost.len());
+    }
 }
 
 #[test]
@@ -252,6 +267,7 @@ fn noise_is_accounted_for_to_the_byte() {
     assert!(by_chunks.1.skipped_bytes > 190_000);
     pieces(HostDeframer::new(), stream.chunks(64));
     pieces(p2os::Deframer::new(), stream.chunks(64));
+    pieces(rflex::Deframer::new(), stream.chunks(64));
 }
 
 #[test]

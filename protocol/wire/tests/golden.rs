@@ -10,6 +10,8 @@ use biplane_wire::lms::{
     ScanKind, Selection, Severity, Span, Status, StatusFields, StatusReport, Telegram, Unit, Value, decode,
 };
 use biplane_wire::p2os::{Argument, Command, MotorState, Packet, Report};
+use biplane_wire::roboclaw::{self, Answer, Motor, Question};
+use biplane_wire::{Text, rflex};
 use cases::bytes;
 
 /// Reads a telegram to the bottom and writes every form of it; all are the bytes again.
@@ -383,4 +385,72 @@ fn a_device_s_own_scan_reads_and_writes_back_unchanged() {
     let far = decode(*scan.values.iter().max().unwrap(), MeasuringMode::FieldsAb);
     assert_eq!(far.flags, Flags::default());
     assert!(matches!(far.value, Value::Range(_)), "{far:?}");
+}
+
+#[test]
+fn every_known_rflex_packet_reads_and_writes_back_unchanged() {
+    let mut out = [0xA5; 300];
+    for line in cases::RFLEX_COMMANDS.iter().chain(cases::RFLEX_REPORTS) {
+        let bytes = bytes(line);
+        let packet = rflex::Packet::parse(&bytes).unwrap_or_else(|error| panic!("{line}: {error}"));
+        let count = packet.command().emit(packet.id, &mut out).unwrap();
+        assert_eq!(out[..count], bytes);
+    }
+}
+
+#[test]
+fn rflex_packets_mean_what_the_sheet_says() {
+    use rflex::{AxisMotion, Command, Report};
+    let command = |line: &str| rflex::Packet::parse(&bytes(line)).unwrap().command();
+    let commands = [
+        Command::MotionReports { period_us: 100_000, axes: 3 },
+        Command::BrakeOff,
+        Command::SetDefaults,
+        Command::DigitalReports { period_us: 100_000 },
+        Command::Status,
+        Command::SetDirection(AxisMotion {
+            axis: 0,
+            speed: 0,
+            acceleration: 1000,
+            torque: 30_000,
+            direction: 1,
+        }),
+    ];
+    for (line, expected) in cases::RFLEX_COMMANDS.iter().zip(commands) {
+        assert_eq!(command(line), expected, "{line}");
+    }
+    let reports = cases::RFLEX_REPORTS.iter().map(|line| bytes(line)).collect::<Vec<_>>();
+    let report = |index: usize| rflex::Packet::parse(&reports[index]).unwrap().report().unwrap();
+    let motion = rflex::MotionReport { time: 250_000, position: -5, velocity: 1200, ..Default::default() };
+    assert_eq!(report(0), Report::Motion(motion));
+    assert_eq!(report(1), Report::Status(rflex::SystemStatus { time: 99, centivolts: 2460, brake: 1 }));
+    assert_eq!(report(2), Report::Digital(rflex::DigitalReport { time: 99, address: 0x40, data: 3 }));
+}
+
+#[test]
+fn a_controllers_answers_mean_what_the_manual_says() {
+    use roboclaw::{EncoderFlags, StatusBits, StatusWidth};
+    let expected = [
+        Answer::Firmware(Text(b"RoboClaw 2x15a v4.1.34\n")),
+        Answer::Encoders { m1_counts: 1000, m2_counts: -1 },
+        Answer::Encoders { m1_counts: 1000, m2_counts: -1 },
+        Answer::Encoder { counts: i32::MAX, flags: EncoderFlags(2) },
+        Answer::Encoder { counts: 0, flags: EncoderFlags(5) },
+        Answer::MainBattery { decivolts: 123 },
+        Answer::Status(StatusBits { width: StatusWidth::Wide, bits: 0x0008_0001 }),
+        Answer::Done,
+    ];
+    for ((asked, answer), expected) in cases::ROBOCLAW.iter().zip(expected) {
+        let request = roboclaw::Request::parse(&bytes(asked)).unwrap();
+        let (answer, mut out) = (bytes(answer), [0xA5; 64]);
+        assert_eq!(request.question.accept(request.address, &answer), Ok(expected), "{asked}");
+        let count = expected.emit(request, &mut out).unwrap();
+        assert_eq!(out[..count], answer, "{asked}");
+        let count = request.emit(&mut out).unwrap();
+        assert_eq!(out[..count], bytes(asked));
+    }
+    assert_eq!(roboclaw::Request::parse(&bytes("80 10")).unwrap().question, Question::Encoder(Motor::M1));
+    let narrow = Question::Status(StatusWidth::Narrow);
+    let bits = StatusBits { width: StatusWidth::Narrow, bits: 0x0804 };
+    assert_eq!(narrow.accept(0x80, &bytes("08 04 8D 1A")), Ok(Answer::Status(bits)));
 }

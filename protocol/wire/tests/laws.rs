@@ -4,19 +4,27 @@ mod cases;
 
 use biplane_wire::lms::{Reply, Request, Status, Telegram, checksum};
 use biplane_wire::p2os::{self, Command, Packet, Report};
-use biplane_wire::{WireError, lms};
+use biplane_wire::roboclaw::{Question, Request as Asked};
+use biplane_wire::{WireError, lms, rflex};
 use cases::Noise;
-use cases::table::{commands, pairs, replies, reports, requests, s14_scans, scans};
+use cases::table::{
+    answers, commands, pairs, questions, replies, reports, requests, rflex_commands, rflex_reports,
+    s14_scans, scans,
+};
 
 type Emit = Box<dyn Fn(&mut [u8]) -> Result<usize, WireError>>;
 type ReadsBack = Box<dyn Fn(&[u8]) -> Result<bool, WireError>>;
+/// Bytes read and written again in every form that they have; `None` when they are no telegram.
+type Rewrite = Box<dyn Fn(&[u8]) -> Option<Vec<Vec<u8>>>>;
 
-/// One telegram under test: how to write it, and whether its bytes read back as the same value.
+/// One telegram under test: how to write it, whether its bytes read back as the same value, and what comes of them when
+/// they are read without knowing the value.
 struct Case {
     name: String,
     len: usize,
     emit: Emit,
     reads_back: ReadsBack,
+    rewrite: Rewrite,
 }
 
 impl Case {
@@ -36,6 +44,7 @@ fn lms_cases() -> Vec<Case> {
             len: request.encoded_len(),
             emit: Box::new(move |out| request.emit(0x05, out)),
             reads_back: Box::new(move |bytes| Ok(Telegram::parse(bytes)?.request()? == copy)),
+            rewrite: Box::new(rewritten),
         });
     }
     for reply in replies() {
@@ -48,6 +57,7 @@ fn lms_cases() -> Vec<Case> {
                 let telegram = Telegram::parse(bytes)?;
                 Ok(telegram.status() == Some(Status(0x50)) && telegram.reply()? == copy)
             }),
+            rewrite: Box::new(rewritten),
         });
     }
     for scan in pairs() {
@@ -61,6 +71,7 @@ fn lms_cases() -> Vec<Case> {
                 let Reply::Pairs(view) = telegram.reply()? else { return Ok(false) };
                 Ok(view.to_owned(telegram.status().unwrap_or_default()) == copy)
             }),
+            rewrite: Box::new(rewritten),
         });
     }
     for scan in s14_scans() {
@@ -74,6 +85,7 @@ fn lms_cases() -> Vec<Case> {
                 let Reply::S14(view) = telegram.reply()? else { return Ok(false) };
                 Ok(view.to_owned(telegram.status().unwrap_or_default()) == copy)
             }),
+            rewrite: Box::new(rewritten),
         });
     }
     for scan in scans() {
@@ -87,6 +99,7 @@ fn lms_cases() -> Vec<Case> {
                 let Reply::Scan(view) = telegram.reply()? else { return Ok(false) };
                 Ok(view.to_owned(telegram.status().unwrap_or_default()) == copy)
             }),
+            rewrite: Box::new(rewritten),
         });
     }
     cases
@@ -101,6 +114,7 @@ fn p2os_cases() -> Vec<Case> {
             len: command.encoded_len(),
             emit: Box::new(move |out| command.emit(out)),
             reads_back: Box::new(move |bytes| Ok(Packet::parse(bytes)?.command() == copy)),
+            rewrite: Box::new(rewritten),
         });
     }
     for report in reports() {
@@ -110,13 +124,74 @@ fn p2os_cases() -> Vec<Case> {
             len: report.encoded_len(),
             emit: Box::new(move |out| report.emit(out)),
             reads_back: Box::new(move |bytes| Ok(Packet::parse(bytes)?.report()? == copy)),
+            rewrite: Box::new(rewritten),
         });
     }
     cases
 }
 
+fn rflex_cases() -> Vec<Case> {
+    let mut cases = Vec::new();
+    for command in rflex_commands() {
+        let copy = command.clone();
+        cases.push(Case {
+            name: format!("{command:?}"),
+            len: command.encoded_len(),
+            emit: Box::new(move |out| command.emit(4, out)),
+            reads_back: Box::new(move |bytes| Ok(rflex::Packet::parse(bytes)?.command() == copy)),
+            rewrite: Box::new(rewritten),
+        });
+    }
+    for report in rflex_reports() {
+        cases.push(Case {
+            name: format!("{report:?}"),
+            len: report.encoded_len(),
+            emit: Box::new(move |out| report.emit(0xFE, out)),
+            reads_back: Box::new(move |bytes| Ok(rflex::Packet::parse(bytes)?.report()? == report)),
+            rewrite: Box::new(rewritten),
+        });
+    }
+    cases
+}
+
+/// Answers of a controller are read as answers to their question only.
+fn roboclaw_cases() -> Vec<Case> {
+    let mut cases = Vec::new();
+    for asked in questions() {
+        cases.push(Case {
+            name: format!("{asked:?}"),
+            len: asked.encoded_len(),
+            emit: Box::new(move |out| asked.emit(out)),
+            reads_back: Box::new(move |bytes| Ok(Asked::parse(bytes)? == asked)),
+            rewrite: Box::new(|bytes| {
+                let mut out = [0xA5; 8];
+                let count = Asked::parse(bytes).ok()?.emit(&mut out).ok()?;
+                Some(vec![out[..count].to_vec()])
+            }),
+        });
+    }
+    for (question, answer) in answers() {
+        cases.push(Case {
+            name: format!("{answer:?}"),
+            len: answer.encoded_len(),
+            emit: Box::new(move |out| answer.emit(Asked { address: 0x82, question }, out)),
+            reads_back: Box::new(move |bytes| Ok(question.accept(0x82, bytes)? == answer)),
+            rewrite: Box::new(move |bytes| answered(question, bytes)),
+        });
+    }
+    cases
+}
+
+/// An answer as bytes again; `None` when it is none to this question.
+fn answered(question: Question, bytes: &[u8]) -> Option<Vec<Vec<u8>>> {
+    let answer = question.accept(0x82, bytes).ok()?;
+    let mut out = [0xA5; 64];
+    let count = answer.emit(Asked { address: 0x82, question }, &mut out).expect("it has been read");
+    Some(vec![out[..count].to_vec()])
+}
+
 fn all_cases() -> Vec<Case> {
-    lms_cases().into_iter().chain(p2os_cases()).collect()
+    lms_cases().into_iter().chain(p2os_cases()).chain(rflex_cases()).chain(roboclaw_cases()).collect()
 }
 
 /// A packet or telegram, whichever the first byte says, as bytes again. `None` when it does not parse.
@@ -134,6 +209,13 @@ fn rewritten(bytes: &[u8]) -> Option<Vec<Vec<u8>>> {
         }
         if let (Ok(reply), Some(status)) = (telegram.reply(), telegram.status()) {
             keep(reply.emit(telegram.address(), status, &mut out), &out);
+        }
+    } else if bytes.first() == Some(&rflex::HEADER[0]) {
+        let packet = rflex::Packet::parse(bytes).ok()?;
+        keep(packet.emit(&mut out), &out);
+        keep(packet.command().emit(packet.id, &mut out), &out);
+        if let Ok(report) = packet.report() {
+            keep(report.emit(packet.id, &mut out), &out);
         }
     } else {
         let packet = Packet::parse(bytes).ok()?;
@@ -160,7 +242,7 @@ fn what_is_written_reads_back_as_the_same_value() {
 fn what_is_read_writes_back_as_the_same_bytes() {
     for case in all_cases() {
         let bytes = case.bytes();
-        for copy in rewritten(&bytes).expect("it is valid") {
+        for copy in (case.rewrite)(&bytes).expect("it is valid") {
             assert_eq!(copy, bytes, "{}", case.name);
         }
     }
@@ -204,12 +286,13 @@ fn every_truncation_and_every_extension_is_an_error() {
 
 #[test]
 fn every_single_bit_error_is_found() {
-    for case in lms_cases() {
+    let answers = roboclaw_cases().into_iter().skip(questions().len());
+    for case in lms_cases().into_iter().chain(rflex_cases()).chain(answers) {
         let good = case.bytes();
         for bit in 0..good.len() * 8 {
             let mut bad = good.clone();
             bad[bit / 8] ^= 1 << (bit % 8);
-            assert!(Telegram::parse(&bad).is_err(), "{} with bit {bit} flipped", case.name);
+            assert!((case.reads_back)(&bad).is_err(), "{} with bit {bit} flipped", case.name);
         }
     }
 }
@@ -221,9 +304,13 @@ fn random_bytes_never_panic() {
         let length = noise.below(64);
         let mut bytes = noise.bytes(length);
         if let Some(first) = bytes.first_mut() {
-            *first = if noise.below(2) == 0 { lms::STX } else { p2os::HEADER[0] };
+            *first = [lms::STX, p2os::HEADER[0], rflex::HEADER[0]][noise.below(3)];
         }
         rewritten(&bytes);
+        let _ = Asked::parse(&bytes);
+        for (question, _) in answers() {
+            answered(question, &bytes);
+        }
     }
 }
 
@@ -272,6 +359,43 @@ fn random_data_behind_every_p2os_number_either_fails_or_comes_back_unchanged() {
             }
         }
     }
+}
+
+#[test]
+fn random_data_behind_every_rflex_place_either_fails_or_comes_back_unchanged() {
+    let mut noise = Noise(4);
+    for port in 0..=7u8 {
+        for opcode in 0..=40u8 {
+            for length in (0..40).chain([254, 255]) {
+                let mut body = vec![port, noise.byte(), opcode, length as u8];
+                body.extend(noise.bytes(length));
+                let mut bytes = [&rflex::HEADER[..], &body].concat();
+                bytes.push(rflex::checksum(&body));
+                bytes.extend(rflex::TRAILER);
+                for copy in rewritten(&bytes).expect("the frame is valid") {
+                    assert_eq!(copy, bytes, "port {port}, opcode {opcode}, {length} bytes");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn an_answer_is_none_to_another_question_or_of_another_address() {
+    for (question, answer) in
+        answers().into_iter().filter(|(question, _)| *question != Question::ResetEncoders)
+    {
+        let mut out = [0; 64];
+        let count = answer.emit(Asked { address: 0x80, question }, &mut out).unwrap();
+        for (other, _) in answers().into_iter().filter(|(other, _)| other.command() != question.command()) {
+            assert!(other.accept(0x80, &out[..count]).is_err(), "{question:?} as {other:?}");
+            let same_form = std::mem::discriminant(&question) == std::mem::discriminant(&other);
+            let written = answer.emit(Asked { address: 0x80, question: other }, &mut [0; 64]);
+            assert_eq!(written.is_ok(), same_form, "{question:?} as {other:?}");
+        }
+        assert!(question.accept(0x81, &out[..count]).is_err(), "{question:?}");
+    }
+    assert!(Asked { address: 0x7F, question: Question::Encoders }.emit(&mut [0; 4]).is_err());
 }
 
 #[test]

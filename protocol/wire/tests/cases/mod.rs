@@ -104,6 +104,35 @@ pub const P2OS_COMMANDS: &[&str] = &[
 pub const P2OS_SIP: &str = "FA FB 22 32 58 7F 00 00 00 00 00 00 00 00 7B 00 00 00 00 00 00 00 00 00 00 00 00 00 7B \
      00 00 00 00 00 00 B2 4E";
 
+/// Commands to an rFLEX base, worked out from its rule; the last sets axis 0 to speed 0.
+pub const RFLEX_COMMANDS: &[&str] = &[
+    "1B 02 02 00 22 08 00 01 86 A0 00 00 00 03 0C 1B 03",
+    "1B 02 02 00 0C 00 0E 1B 03",
+    "1B 02 02 00 0A 00 08 1B 03",
+    "1B 02 05 00 00 04 00 01 86 A0 26 1B 03",
+    "1B 02 01 00 01 00 00 1B 03",
+    "1B 02 02 00 07 0E 00 00 00 00 00 00 00 03 E8 00 00 75 30 01 A4 1B 03",
+];
+
+/// Reports of an rFLEX base: axis 0 at -5 counts, 1200 a second; 24.60 V with the brake on; two bumpers.
+pub const RFLEX_REPORTS: &[&str] = &[
+    "1B 02 02 07 21 19 00 00 00 00 00 03 D0 90 00 FF FF FF FB 00 00 04 B0 00 00 00 00 00 00 00 00 CE 1B 03",
+    "1B 02 01 08 01 09 00 00 00 63 00 00 09 9C 01 F6 1B 03",
+    "1B 02 05 09 01 07 00 00 00 63 40 00 03 2A 1B 03",
+];
+
+/// Requests to a RoboClaw and its answers, the CRCs from another implementation.
+pub const ROBOCLAW: &[(&str, &str)] = &[
+    ("80 15", "52 6F 62 6F 43 6C 61 77 20 32 78 31 35 61 20 76 34 2E 31 2E 33 34 0A 00 6A 6B"),
+    ("80 4E", "00 00 03 E8 FF FF FF FF A6 94"),
+    ("81 4E", "00 00 03 E8 FF FF FF FF C9 D1"),
+    ("80 10", "7F FF FF FF 02 6E 7F"),
+    ("87 11", "00 00 00 00 05 BD 3C"),
+    ("80 18", "00 7B F8 06"),
+    ("80 5A", "00 08 00 01 3E 3C"),
+    ("80 14 49 2D", "FF"),
+];
+
 /// Bytes of a line such as `02 00 # what`.
 pub fn bytes(line: &str) -> Vec<u8> {
     let text = line.split('#').next().unwrap_or("");

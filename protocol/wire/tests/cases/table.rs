@@ -5,6 +5,10 @@ use biplane_wire::lms::{
     Scan, ScanKind, Selection, Span, Status, StatusFields, StatusReport, Text, Unit,
 };
 use biplane_wire::p2os::{self, Command, Identity, MotorState, Report, Sip};
+use biplane_wire::rflex;
+use biplane_wire::roboclaw::{
+    Answer, EncoderFlags, MAX_ANSWER_BYTES, Motor, Question, Request as Asked, StatusBits, StatusWidth,
+};
 use heapless::Vec as FixedVec;
 
 fn leak<T: Clone>(values: &[T]) -> &'static [T] {
@@ -226,5 +230,77 @@ pub fn reports() -> Vec<Report<'static>> {
         Report::Config(b"Pioneer\0p3dx-sh\0"),
         Report::Encoder { left_counts: -5, right_counts: i32::MAX },
         Report::Raw { kind: 0xFF, data: &[] },
+    ]
+}
+
+pub fn rflex_commands() -> Vec<rflex::Command> {
+    use rflex::Command;
+    vec![
+        Command::Status,
+        Command::MotionReports { period_us: 100_000, axes: rflex::BOTH_AXES },
+        Command::MotionReports { period_us: 0, axes: 0 },
+        Command::DigitalReports { period_us: 100_000 },
+        Command::SetDefaults,
+        Command::BrakeOn,
+        Command::BrakeOff,
+        Command::SetDirection(rflex::AxisMotion {
+            axis: 1,
+            speed: 0x1B02_1B03,
+            acceleration: u32::MAX,
+            torque: 30_000,
+            direction: 1,
+        }),
+        Command::Raw(rflex::RawPacket { port: 4, opcode: 0, data: FixedVec::from_array([0x1B, 3, 0x1B, 2]) }),
+        Command::Raw(rflex::RawPacket { port: 1, opcode: 0, data: [7; 255].into_iter().collect() }),
+    ]
+}
+
+pub fn rflex_reports() -> Vec<rflex::Report<'static>> {
+    use rflex::{DigitalReport, MotionReport, Report, SystemStatus};
+    vec![
+        Report::Motion(MotionReport {
+            return_value: 1,
+            time: 2,
+            axis: rflex::ROTATION,
+            position: i32::MIN,
+            velocity: -1,
+            acceleration: i32::MAX,
+            torque: 0x1B03,
+        }),
+        Report::Motion(MotionReport::default()),
+        Report::Status(SystemStatus { time: u32::MAX, centivolts: 2460, brake: 1 }),
+        Report::Digital(DigitalReport { time: 5, address: 0x40, data: 0xFFFE }),
+        Report::Raw { port: 4, opcode: 2, data: &[0x1B, 0x02, 0x1B, 0x03] },
+        Report::Raw { port: 3, opcode: 0, data: &[] },
+    ]
+}
+
+pub fn questions() -> Vec<Asked> {
+    let questions = [
+        Question::Firmware,
+        Question::Encoder(Motor::M1),
+        Question::Encoder(Motor::M2),
+        Question::Encoders,
+        Question::ResetEncoders,
+        Question::MainBattery,
+        Question::Status(StatusWidth::Wide),
+    ];
+    let ask = |address| questions.map(|question| Asked { address, question });
+    [0x80, 0x87].into_iter().flat_map(ask).collect()
+}
+
+pub fn answers() -> Vec<(Question, Answer<'static>)> {
+    let status = |width, bits| (Question::Status(width), Answer::Status(StatusBits { width, bits }));
+    vec![
+        (Question::Firmware, Answer::Firmware(Text(b"RoboClaw 2x15a v4.1.34\n"))),
+        (Question::Firmware, Answer::Firmware(Text(b""))),
+        (Question::Firmware, Answer::Firmware(Text(&[b'x'; MAX_ANSWER_BYTES - 3]))),
+        (Question::Encoder(Motor::M1), Answer::Encoder { counts: -2, flags: EncoderFlags(3) }),
+        (Question::Encoder(Motor::M2), Answer::Encoder { counts: i32::MAX, flags: EncoderFlags(0) }),
+        (Question::Encoders, Answer::Encoders { m1_counts: i32::MIN, m2_counts: 77 }),
+        (Question::ResetEncoders, Answer::Done),
+        (Question::MainBattery, Answer::MainBattery { decivolts: 0x1234 }),
+        status(StatusWidth::Wide, 0xDEAD_BEEF),
+        status(StatusWidth::Narrow, 0xBEEF),
     ]
 }
