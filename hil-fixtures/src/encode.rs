@@ -146,7 +146,7 @@ pub fn run(options: &EncodeOptions) -> Result<EncodeReport, EncodeError> {
         Some(rig) => rig,
         None => reader.rig()?.unwrap_or_default(),
     };
-    if rig.base.protocol != BaseProtocol::P2os {
+    if !matches!(rig.base.protocol, BaseProtocol::P2os { .. }) {
         return Err(EncodeError::Base { found: rig.base.protocol.name() });
     }
     let mut report = EncodeReport::default();

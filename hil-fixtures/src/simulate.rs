@@ -223,7 +223,7 @@ fn drive_path(world: &World, options: &SimulateOptions) -> Result<DrivePath, Sim
 }
 
 fn check(rig: &Rig, options: &SimulateOptions) -> Result<(), SimulateError> {
-    if rig.base.protocol != BaseProtocol::P2os {
+    if !matches!(rig.base.protocol, BaseProtocol::P2os { .. }) {
         let found = rig.base.protocol.name().to_owned();
         return Err(SimulateError::Unsupported { what: "base.protocol", found, expected: "p2os can" });
     }

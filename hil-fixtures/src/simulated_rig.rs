@@ -13,7 +13,7 @@ use crate::source::{OdometrySample, OdometrySource, ScanSource, ScanWords};
 use crate::world::World;
 use crate::world::path::{Path, PathError};
 use crate::world::scene::Scene;
-use biplane_recording::rig::{Laser, Mount, Rig, Units};
+use biplane_recording::rig::{Base, BaseProtocol, Laser, Mount, Rig, Units};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicI64, Ordering};
 
@@ -185,7 +185,16 @@ pub struct SimulatedBase {
 impl OdometrySource for SimulatedBase {
     fn sample(&mut self, t_ns: i64) -> OdometrySample {
         let shared = &self.shared;
-        shared.odometer.sample(&shared.drive, shared.drive_time_s(t_ns), shared.rig.base.metres_per_tick)
+        shared.odometer.sample(&shared.drive, shared.drive_time_s(t_ns), metres_per_tick(&shared.rig.base))
+    }
+}
+
+/// Length of a P2OS base's tick: what the rig says, or that of the subclass which the mock tells.
+#[must_use]
+pub fn metres_per_tick(base: &Base) -> f64 {
+    match base.protocol {
+        BaseProtocol::P2os { metres_per_tick: Some(metres_per_tick) } => metres_per_tick,
+        _ => 0.001,
     }
 }
 

@@ -29,7 +29,7 @@ pub fn of_rig(rig: &Rig) -> Vec<(Port, &str, u32)> {
 /// # Errors
 /// The first thing found.
 pub fn check(rig: &Rig) -> Result<(), OnboardError> {
-    if rig.base.protocol != BaseProtocol::P2os {
+    if !matches!(rig.base.protocol, BaseProtocol::P2os { .. }) {
         return Err(OnboardError::BaseProtocol { protocol: rig.base.protocol.name() });
     }
     let ports = of_rig(rig);

@@ -117,7 +117,7 @@ pub fn replay(options: &ReplayOptions, stop: &AtomicBool) -> Result<RunReport, O
         None => reader.rig()?.ok_or_else(|| OnboardError::NoRig { path: options.input.clone() })?,
     };
     let (content, start_ns) = survey(&reader)?;
-    if content == Content::Serial && rig.base.protocol != BaseProtocol::P2os {
+    if content == Content::Serial && !matches!(rig.base.protocol, BaseProtocol::P2os { .. }) {
         return Err(OnboardError::BaseProtocol { protocol: rig.base.protocol.name() });
     }
     let writer = PartsWriter::create(&options.output, &writer_options, options.rotation)?;

@@ -4,6 +4,7 @@ use super::busy_line::BusyLine;
 use super::{EncodeError, EncodeOptions, EncodeReport};
 use crate::line::transfer_ns;
 use crate::odometry::{OdometryParams, theta_steps, ticks};
+use crate::simulated_rig::metres_per_tick;
 use crate::source::OdometrySample;
 use crate::telegrams;
 use biplane_recording::Rig;
@@ -22,7 +23,7 @@ pub(super) struct BaseLine {
 impl BaseLine {
     pub(super) fn new(options: &EncodeOptions, rig: &Rig) -> Self {
         let line = BusyLine::new(options, 2);
-        Self { line, baud: rig.base.baud, metres_per_tick: rig.base.metres_per_tick }
+        Self { line, baud: rig.base.baud, metres_per_tick: metres_per_tick(&rig.base) }
     }
 
     pub(super) fn send(&mut self, odometry: &Odometry, report: &mut EncodeReport) -> Result<(), EncodeError> {

@@ -65,7 +65,7 @@ impl Devices {
     pub fn new(options: &ServeOptions) -> Result<Self, ServeError> {
         match &options.source {
             Source::World { world, path, rig, params } => {
-                if rig.base.protocol != BaseProtocol::P2os {
+                if !matches!(rig.base.protocol, BaseProtocol::P2os { .. }) {
                     return Err(ServeError::Base { found: rig.base.protocol.name() });
                 }
                 let simulated = SimulatedRig::new(world, path, rig, params, options.seed)?;

@@ -3,6 +3,7 @@
 //! Lengths in metres, angles in degrees (as people measure them); mounts are `base_from_laser`. Everything but ports has a
 //! default; `base_link` lies on the floor (z = 0). The text is read by [`Rig::parse`] and written by [`Rig::to_toml`].
 
+mod base;
 mod error;
 mod mount;
 mod parse;
@@ -12,6 +13,7 @@ mod table;
 mod tests;
 mod time;
 
+pub use base::{Base, BaseProtocol, RflexModel};
 pub use error::RigError;
 pub use mount::Mount;
 pub use time::MIRROR_TURN_NS;
@@ -66,40 +68,6 @@ pub enum Units {
     Mm,
 }
 
-/// The mobile base: its line and its odometry.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Base {
-    /// What it speaks.
-    pub protocol: BaseProtocol,
-    /// The serial port.
-    pub port: String,
-    /// The line's rate, in Bd.
-    pub baud: u32,
-    /// Distance of one odometry unit, in m (`p2os` and `rflex`). Too large makes the robot seem to drive too far. The unit of its
-    /// angle is 2 pi / 4096.
-    pub metres_per_tick: f64,
-}
-
-/// What a base speaks, with what only that protocol needs.
-#[derive(Copy, Clone, PartialEq, Debug)]
-pub enum BaseProtocol {
-    /// P2OS and ARCOS: Pioneer and its kin.
-    P2os,
-    /// RoboClaw packet serial: home-made bases with two driven wheels.
-    RoboClaw {
-        /// The controller's address, 128 to 135.
-        address: u8,
-        /// Between the wheels' tracks, in m. Too large makes the robot seem to turn too little.
-        wheel_base_m: f64,
-        /// Distance of one encoder count of the left wheel, in m; negative when it counts backwards.
-        metres_per_count_left: f64,
-        /// The same of the right wheel.
-        metres_per_count_right: f64,
-    },
-    /// rFLEX: B21r, ATRV, Magellan.
-    Rflex,
-}
-
 impl Units {
     /// The word in `rig.toml`: `cm` or `mm`.
     #[must_use]
@@ -116,28 +84,6 @@ impl Units {
         match self {
             Self::Cm => 0.01,
             Self::Mm => 0.001,
-        }
-    }
-}
-
-impl BaseProtocol {
-    /// The word in `rig.toml`: `p2os`, `roboclaw` or `rflex`.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::P2os => "p2os",
-            Self::RoboClaw { .. } => "roboclaw",
-            Self::Rflex => "rflex",
-        }
-    }
-
-    /// The rate that such a base runs at unless told otherwise, in Bd.
-    #[must_use]
-    pub const fn default_baud(self) -> u32 {
-        match self {
-            Self::P2os => 9600,
-            Self::RoboClaw { .. } => 38400,
-            Self::Rflex => 115_200,
         }
     }
 }
@@ -168,18 +114,6 @@ impl Laser {
             port: "/dev/lms-vertical".to_owned(),
             mount: Mount { x: 0.05, z: 0.45, pitch: -90.0, ..Mount::default() },
             ..Self::horizontal()
-        }
-    }
-}
-
-impl Default for Base {
-    /// A Pioneer.
-    fn default() -> Self {
-        Self {
-            protocol: BaseProtocol::P2os,
-            port: "/dev/base".to_owned(),
-            baud: BaseProtocol::P2os.default_baud(),
-            metres_per_tick: 0.001,
         }
     }
 }

@@ -1,23 +1,16 @@
 //! From text to rig: every key known, every value allowed, every default filled in.
 
 use super::table::{Table, line_at};
-use super::{Base, BaseProtocol, Laser, Mount, Rig, RigError, Units};
+use super::{Base, Laser, Mount, Rig, RigError, Units};
 use std::path::Path;
 use toml::de::DeTable;
 
 /// Rates that a laser of the LMS 2xx family can run at, in Bd.
 const LASER_BAUDS: [f64; 4] = [9600.0, 19200.0, 38400.0, 500_000.0];
-/// Rates that a base may run at, in Bd.
-const BASE_BAUDS: [f64; 9] =
-    [2400.0, 4800.0, 9600.0, 19200.0, 38400.0, 57600.0, 115_200.0, 230_400.0, 460_800.0];
 /// Mounts farther away than this are typing errors, in m.
 const REACH_M: (f64, f64) = (-100.0, 100.0);
 const TURN_DEG: (f64, f64) = (-360.0, 360.0);
 const DELAY_MS: (f64, f64) = (-1000.0, 1000.0);
-/// Lengths of one odometry unit, in m.
-const TICK_M: (f64, f64) = (1e-9, 10.0);
-const COUNT_M: (f64, f64) = (-10.0, 10.0);
-const WHEEL_BASE_M: (f64, f64) = (0.01, 10.0);
 
 const LASER_KEYS: [&str; 11] = [
     "port",
@@ -32,17 +25,6 @@ const LASER_KEYS: [&str; 11] = [
     "mount",
     "delay_ms",
 ];
-const BASE_KEYS: [&str; 4] = ["protocol", "port", "baud", "metres_per_tick"];
-const ROBOCLAW_KEYS: [&str; 7] = [
-    "protocol",
-    "port",
-    "baud",
-    "address",
-    "wheel_base_m",
-    "metres_per_count_left",
-    "metres_per_count_right",
-];
-
 impl Rig {
     /// Reads the text of a `rig.toml`.
     ///
@@ -64,7 +46,7 @@ impl Rig {
         Ok(Self {
             horizontal: laser(&horizontal, &Laser::horizontal())?,
             vertical: vertical.map(|table| laser(&table, &Laser::vertical())).transpose()?,
-            base: parse_base(&base)?,
+            base: Base::parse(&base)?,
         })
     }
 
@@ -145,39 +127,5 @@ fn mount(table: &Table, template: Mount) -> Result<Mount, RigError> {
         roll: table.number("roll", template.roll, TURN_DEG)?,
         pitch: table.number("pitch", template.pitch, TURN_DEG)?,
         yaw: table.number("yaw", template.yaw, TURN_DEG)?,
-    })
-}
-
-fn parse_base(table: &Table) -> Result<Base, RigError> {
-    let template = Base::default();
-    let protocol = match table.word("protocol", template.protocol.name(), &["p2os", "roboclaw", "rflex"])? {
-        "roboclaw" => roboclaw(table)?,
-        "rflex" => BaseProtocol::Rflex,
-        _ => BaseProtocol::P2os,
-    };
-    match protocol {
-        BaseProtocol::RoboClaw { .. } => table.only(&ROBOCLAW_KEYS)?,
-        _ => table.only(&BASE_KEYS)?,
-    }
-    Ok(Base {
-        protocol,
-        port: table.text("port")?,
-        baud: table.one_of("baud", f64::from(protocol.default_baud()), &BASE_BAUDS)? as u32,
-        metres_per_tick: table.number("metres_per_tick", template.metres_per_tick, TICK_M)?,
-    })
-}
-
-fn roboclaw(table: &Table) -> Result<BaseProtocol, RigError> {
-    table.only(&ROBOCLAW_KEYS)?;
-    let addresses = [128.0, 129.0, 130.0, 131.0, 132.0, 133.0, 134.0, 135.0];
-    let metres_per_count = |key| match table.number(key, 0.0001, COUNT_M)? {
-        0.0 => Err(table.refuse(key, "a number that is not 0, negative when the wheel counts backwards")),
-        metres => Ok(metres),
-    };
-    Ok(BaseProtocol::RoboClaw {
-        address: table.one_of("address", 128.0, &addresses)? as u8,
-        wheel_base_m: table.number("wheel_base_m", 0.3, WHEEL_BASE_M)?,
-        metres_per_count_left: metres_per_count("metres_per_count_left")?,
-        metres_per_count_right: metres_per_count("metres_per_count_right")?,
     })
 }

@@ -43,18 +43,25 @@ fn settings(out: &mut String, laser: &Laser) -> std::fmt::Result {
 }
 
 fn base(out: &mut String, base: &Base) -> std::fmt::Result {
-    let Base { protocol, port, baud, metres_per_tick } = base;
+    let Base { protocol, port, baud } = base;
     writeln!(out, "[base]")?;
     writeln!(out, "protocol = {}", quoted(protocol.name()))?;
     writeln!(out, "port = {}", quoted(port))?;
     writeln!(out, "baud = {baud}")?;
     match protocol {
-        BaseProtocol::P2os | BaseProtocol::Rflex => writeln!(out, "metres_per_tick = {metres_per_tick:?}"),
+        BaseProtocol::P2os { metres_per_tick: Some(metres) } => writeln!(out, "metres_per_tick = {metres:?}"),
+        BaseProtocol::P2os { metres_per_tick: None } => {
+            writeln!(out, "# metres_per_tick: by the subclass that the base tells")
+        }
         BaseProtocol::RoboClaw { address, wheel_base_m, metres_per_count_left, metres_per_count_right } => {
             writeln!(out, "address = {address}")?;
             writeln!(out, "wheel_base_m = {wheel_base_m:?}")?;
             writeln!(out, "metres_per_count_left = {metres_per_count_left:?}")?;
             writeln!(out, "metres_per_count_right = {metres_per_count_right:?}")
+        }
+        BaseProtocol::Rflex { counts_per_m, counts_per_rad } => {
+            writeln!(out, "counts_per_m = {counts_per_m:?}")?;
+            writeln!(out, "counts_per_rad = {counts_per_rad:?}")
         }
     }
 }

@@ -34,8 +34,12 @@ fn with(section: &str, line: &str) -> Result<Rig, RigError> {
 
 #[test]
 fn the_template_and_ports_alone_are_the_default() {
-    assert_eq!(Rig::parse(TEMPLATE).unwrap(), Rig::default());
+    let mut template = Rig::default();
+    template.base.protocol = BaseProtocol::P2os { metres_per_tick: Some(0.001) };
+    assert_eq!(Rig::parse(TEMPLATE).unwrap(), template);
+    // Without a word of it, the unit goes by the subclass that the base tells.
     assert_eq!(Rig::parse(PORTS).unwrap(), Rig::default());
+    assert_eq!(Rig::parse(&Rig::default().to_toml()).unwrap(), Rig::default());
 }
 
 #[test]
@@ -99,9 +103,23 @@ fn other_bases_bring_their_own_keys() {
     };
     assert_eq!((rig.base.protocol, rig.base.baud), (expected, 38400));
     assert_eq!(Rig::parse(&rig.to_toml()).unwrap(), rig);
-    let rig = with("base", "protocol = \"rflex\"").unwrap();
-    assert_eq!((rig.base.protocol, rig.base.baud), (BaseProtocol::Rflex, 115_200));
-    assert_eq!(Rig::parse(&rig.to_toml()).unwrap(), rig);
+}
+
+#[test]
+fn an_rflex_base_counts_as_its_model_does_or_as_the_robot_was_measured() {
+    let scale = |lines: &str| {
+        let rig = with("base", &format!("protocol = \"rflex\"\n{lines}")).unwrap();
+        assert_eq!(Rig::parse(&rig.to_toml()).unwrap(), rig);
+        assert_eq!(rig.base.baud, 115_200);
+        match rig.base.protocol {
+            BaseProtocol::Rflex { counts_per_m, counts_per_rad } => (counts_per_m, counts_per_rad),
+            other => panic!("{other:?}"),
+        }
+    };
+    assert_eq!(scale(""), (101_230.0, 35_343.888));
+    assert_eq!(scale("model = \"atrv-jr\""), (87_462.73, 36_277.67));
+    assert_eq!(scale("counts_per_m = 103000\ncounts_per_rad = -35000"), (103_000.0, -35_000.0));
+    assert_eq!(scale("model = \"magellan\"\ncounts_per_m = 44000"), (44_000.0, 5_818.02));
 }
 
 #[test]
@@ -110,7 +128,7 @@ fn what_is_printed_is_the_same_rig_with_every_key() {
     let mut rig = Rig::default();
     rig.horizontal.mount = odd;
     rig.horizontal.port = "/dev/by-id/a \"quoted\" \\ name".into();
-    rig.base.metres_per_tick = 0.000_123_456_789;
+    rig.base.protocol = BaseProtocol::P2os { metres_per_tick: Some(0.000_123_456_789) };
     let text = rig.to_toml();
     assert_eq!(Rig::parse(&text).unwrap(), rig, "{text}");
     for key in ["port", "baud", "fov_deg", "resolution_deg", "units", "mount", "delay_ms"] {
@@ -205,6 +223,26 @@ const MISTAKES: &[(&str, &str, &str)] = &[
         "base",
         "address = 128",
         "line 6: unknown key `base.address`; known here: protocol, port, baud, metres_per_tick",
+    ),
+    (
+        "base",
+        "protocol = \"rflex\"\nmetres_per_tick = 1",
+        "line 7: unknown key `base.metres_per_tick`; known here: protocol, port, baud, model, counts_per_m, counts_per_rad",
+    ),
+    (
+        "base",
+        "protocol = \"rflex\"\nmodel = \"b22\"",
+        "line 7: `base.model` is \"b22\"; allowed: \"atrv\", \"atrv-2\", \"atrv-jr\", \"atrv-mini\", \"b14r\", \"b21r\", \"magellan\", \"magellan-pro\"",
+    ),
+    (
+        "base",
+        "protocol = \"rflex\"\ncounts_per_m = 100000",
+        "missing key `base.counts_per_rad`: it has no default",
+    ),
+    (
+        "base",
+        "protocol = \"rflex\"\nmodel = \"b21r\"\ncounts_per_rad = 0",
+        "line 8: `base.counts_per_rad` is 0; allowed: 1 or more, negative when it counts the other way",
     ),
     (
         "base",

@@ -30,7 +30,11 @@ pub struct BaseSettings {
 
 impl From<&rig::Base> for BaseSettings {
     fn from(base: &rig::Base) -> Self {
-        Self { baud: base.baud, metres_per_tick: base.metres_per_tick }
+        let metres_per_tick = match base.protocol {
+            rig::BaseProtocol::P2os { metres_per_tick: Some(metres_per_tick) } => metres_per_tick,
+            _ => 0.001,
+        };
+        Self { baud: base.baud, metres_per_tick }
     }
 }
 
