@@ -1,15 +1,19 @@
 //! Poses between the matched ones: a vertical scan is posed at its own stamp.
 //!
 //! Between two matched poses the base has moved as its odometry says, up to a small rest that is spread evenly over the
-//! time; without odometry the motion was even. Before the first and after the last matched pose, the odometry alone leads on. Frames:
-//! `map`, `odom`, `base_link`; nanoseconds.
+//! time; without odometry the motion was even. Before the first and after the last matched pose, the odometry alone leads on, and the
+//! covariance grows with what it drove, or with the time where it says nothing. Frames: `map`, `odom`, `base_link`; nanoseconds.
 
-use biplane_matcher::Pose2;
+use biplane_matcher::{MotionParams, Pose2};
 
 use crate::odometry::OdometryBuffer;
 
 /// Matched poses kept: 7 s at the highest rate of scans.
 const CAPACITY: usize = 512;
+/// Without odometry the base is held to have stood still; in truth it may have driven so fast, m/s (standard deviation).
+const UNKNOWN_SPEED_M_S: f64 = 0.5;
+/// The same of its turning, rad/s.
+const UNKNOWN_TURN_RAD_S: f64 = 0.5;
 
 /// A covariance of x, y (m) and theta (rad) in the map's axes.
 pub type Covariance = [[f64; 3]; 3];
@@ -75,13 +79,52 @@ impl PoseTrack {
     }
 }
 
-/// Beyond the known poses: as the odometry says.
+/// Beyond the known poses: as the odometry says, and less sure the further it goes.
 fn led_on(known: &MatchedPose, stamp_ns: i64, odometry: &OdometryBuffer) -> (Pose2, Covariance) {
-    let motion = match (known.odom_from_base, odometry.at(stamp_ns)) {
-        (Some(then), Some(now)) if stamp_ns != known.stamp_ns => then.between(&now),
-        _ => Pose2::IDENTITY,
+    if stamp_ns == known.stamp_ns {
+        return (known.map_from_base, known.covariance);
+    }
+    let (motion, sigma) = match (known.odom_from_base, odometry.at(stamp_ns)) {
+        (Some(then), Some(now)) => {
+            let motion = then.between(&now);
+            (motion, odometry_sigma(&motion))
+        }
+        _ => {
+            let away_s = stamp_ns.saturating_sub(known.stamp_ns).unsigned_abs() as f64 * 1e-9;
+            (Pose2::IDENTITY, [UNKNOWN_SPEED_M_S * away_s, UNKNOWN_TURN_RAD_S * away_s])
+        }
     };
-    (known.map_from_base * motion, known.covariance)
+    (known.map_from_base * motion, grown(known, &motion, sigma))
+}
+
+/// What a motion that only the odometry tells is worth: standard deviations of position (m) and heading (rad), as the matcher has
+/// them, without the floor of a whole step.
+fn odometry_sigma(motion: &Pose2) -> [f64; 2] {
+    let p = MotionParams::default();
+    let (driven_m, turned_rad) = (motion.distance_m(), motion.theta_rad.abs());
+    [
+        p.position_m_per_m * driven_m + p.position_m_per_rad * turned_rad,
+        p.heading_rad_per_rad * turned_rad + p.heading_rad_per_m * driven_m,
+    ]
+}
+
+/// The covariance after a motion in the base's frame with these standard deviations: a heading that is off swings the way
+/// that follows.
+fn grown(known: &MatchedPose, motion: &Pose2, [position_m, heading_rad]: [f64; 2]) -> Covariance {
+    let (sin, cos) = known.map_from_base.theta_rad.sin_cos();
+    let way_m = [cos * motion.x_m - sin * motion.y_m, sin * motion.x_m + cos * motion.y_m];
+    let lever = [-way_m[1], way_m[0], 0.0];
+    let p = &known.covariance;
+    let added = [position_m * position_m, position_m * position_m, heading_rad * heading_rad];
+    std::array::from_fn(|row| {
+        std::array::from_fn(|column| {
+            let swung = p[row][column]
+                + lever[row] * p[2][column]
+                + p[row][2] * lever[column]
+                + lever[row] * p[2][2] * lever[column];
+            swung + if row == column { added[row] } else { 0.0 }
+        })
+    })
 }
 
 fn between(
@@ -162,5 +205,35 @@ mod tests {
         track.push(matched(200, 7.1, Some(0.2)));
         assert!((track.at(50 * MS, &odometry).unwrap().0.x_m - 6.95).abs() < 1e-12);
         assert!((track.at(300 * MS, &odometry).unwrap().0.x_m - 7.2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn led_on_by_the_odometry_a_pose_is_less_sure_the_further_it_is_led() {
+        let odometry = odometry(&[(0, 0.0), (100, 0.1), (200, 1.1), (300, 2.1)]);
+        let mut track = PoseTrack::default();
+        let sure = [[1e-6, 0.0, 0.0], [0.0, 1e-6, 0.0], [0.0, 0.0, 1e-4]];
+        track.push(MatchedPose { covariance: sure, ..matched(100, 7.0, Some(0.1)) });
+        let at = |ms: i64| track.at(ms * MS, &odometry).unwrap().1;
+        assert_eq!(at(100), sure);
+        // 1 m ahead: 10 cm of the way itself; aside also 1 m times 0.01 rad.
+        assert!((at(200)[0][0] - (1e-6 + 0.01)).abs() < 1e-12, "{:?}", at(200));
+        assert!((at(200)[1][1] - (1e-6 + 0.01 + 1e-4)).abs() < 1e-12, "{:?}", at(200));
+        assert!((at(200)[1][2] - 1e-4).abs() < 1e-12 && (at(200)[2][1] - 1e-4).abs() < 1e-12);
+        assert!((at(200)[2][2] - (1e-4 + 0.0025)).abs() < 1e-12);
+        assert!(at(300)[0][0] > 3.9 * at(200)[0][0]);
+    }
+
+    #[test]
+    fn without_odometry_a_pose_grows_unsure_with_the_time() {
+        let nothing = OdometryBuffer::default();
+        let mut track = PoseTrack::default();
+        track.push(MatchedPose { covariance: [[0.0; 3]; 3], ..matched(100, 7.0, None) });
+        for (ms, sigma) in [(100, 0.0), (300, 0.1), (500, 0.2), (0, 0.05)] {
+            let (pose, covariance) = track.at(ms * MS, &nothing).unwrap();
+            assert!((pose.x_m - 7.0).abs() < 1e-12);
+            for axis in 0..3 {
+                assert!((covariance[axis][axis].sqrt() - sigma).abs() < 1e-9, "{ms}: {covariance:?}");
+            }
+        }
     }
 }
