@@ -34,6 +34,14 @@ pub enum OnboardError {
         /// The file.
         path: PathBuf,
     },
+    /// A folder cannot be worked in.
+    #[error("{}: {source}", path.display())]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
     /// A serial port cannot be opened.
     #[error("cannot open {port} ({device}): {reason}")]
     Port {

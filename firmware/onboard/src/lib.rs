@@ -17,6 +17,8 @@ pub mod publish;
 pub mod record;
 pub mod replay;
 pub mod report;
+pub mod run_name;
+pub mod salvage;
 pub mod session;
 pub mod sink;
 pub mod stamping;

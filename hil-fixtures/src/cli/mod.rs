@@ -2,6 +2,7 @@
 
 mod encode;
 mod extract;
+mod papers;
 mod serve;
 mod simulate;
 mod worlds;
@@ -24,6 +25,8 @@ enum Command {
     Simulate(simulate::Simulate),
     Encode(encode::Encode),
     Extract(extract::Extract),
+    Completions(papers::Completions),
+    Man(papers::Man),
 }
 
 impl Cli {
@@ -34,6 +37,8 @@ impl Cli {
             Command::Simulate(simulate) => simulate.run(),
             Command::Encode(encode) => encode.run(),
             Command::Extract(extract) => extract.run(),
+            Command::Completions(completions) => completions.run(),
+            Command::Man(man) => man.run(),
         }
     }
 }

@@ -4,10 +4,12 @@
 //! intact was not kept.
 
 mod check_config;
+mod papers;
 mod probe;
 mod record;
 mod replay;
 mod rotation;
+mod salvage;
 mod summary;
 mod words;
 
@@ -43,6 +45,9 @@ enum Command {
     Record(record::Args),
     Replay(replay::Args),
     CheckConfig(check_config::Args),
+    Salvage(salvage::Args),
+    Completions(papers::Completions),
+    Man(papers::Man),
 }
 
 /// Runs the program and returns its exit code.
@@ -61,6 +66,9 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Record(args) => record::run(args),
         Command::Replay(args) => replay::run(args),
         Command::CheckConfig(args) => check_config::run(args),
+        Command::Salvage(args) => salvage::run(args),
+        Command::Completions(args) => Ok(papers::completions(args)),
+        Command::Man(args) => papers::man(args),
     };
     result.unwrap_or_else(|error| {
         if let OnboardError::StoppedWaiting { .. } = error {

@@ -1,13 +1,12 @@
 //! `record`: the onboard process on a robot.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
 use biplane_matcher::Method;
 use biplane_recording::Rig;
 
 use crate::error::OnboardError;
-use crate::provenance::iso_8601;
 use crate::record::RecordOptions;
 
 /// Sets up lasers and base, streams, matches, and records posed scans until SIGINT, SIGTERM or the duration.
@@ -16,7 +15,7 @@ pub struct Args {
     /// The robot.
     #[arg(long)]
     rig: PathBuf,
-    /// The recording to make; in an existing folder, one that is named after the time (UTC), as 2026-11-21T15-00-00Z.mcap.
+    /// The recording to make. A folder (or a path that ends in `/`): a new name in it, such as run-0007-20261121T150403Z.mcap.
     #[arg(long, short)]
     output: PathBuf,
     /// How long, for example 60s, 1.5m, 2h; without it, until a signal comes.
@@ -45,9 +44,11 @@ pub struct Args {
 }
 
 pub(super) fn run(args: &Args) -> Result<u8, OnboardError> {
+    let output = crate::run_name::output(&args.output, biplane_clock::utc_ns())
+        .map_err(|source| OnboardError::Folder { path: args.output.clone(), source })?;
     let options = RecordOptions {
         rig: Rig::load(&args.rig)?,
-        output: named(&args.output, biplane_clock::utc_ns()),
+        output,
         duration: args.duration,
         raw: args.raw,
         matcher: args.matcher,
@@ -60,25 +61,4 @@ pub(super) fn run(args: &Args) -> Result<u8, OnboardError> {
     let report = crate::record::record(&options, &stop)?;
     super::summary::print(&report, args.json);
     Ok(report.exit_code())
-}
-
-/// The output, named after the time where only its folder is given. Colons are not for every file system.
-fn named(output: &Path, utc_ns: i64) -> PathBuf {
-    if !output.is_dir() {
-        return output.to_owned();
-    }
-    let time = iso_8601(utc_ns).replace(':', "-");
-    output.join(format!("{}Z.mcap", time.split('.').next().unwrap_or_default()))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn in_a_folder_a_recording_is_named_after_the_time() {
-        let folder = std::env::temp_dir();
-        assert_eq!(named(&folder, 951_782_400_123_456_789), folder.join("2000-02-29T00-00-00Z.mcap"));
-        assert_eq!(named(Path::new("run.mcap"), 0), Path::new("run.mcap"));
-    }
 }

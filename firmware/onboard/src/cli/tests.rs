@@ -71,6 +71,35 @@ fn ports_that_are_not_there_give_1_and_leave_no_file() {
 }
 
 #[test]
+fn manual_pages_and_completions_come_from_the_same_definition() {
+    let folder = std::env::temp_dir().join(format!("biplane-cli-man-{}", std::process::id()));
+    assert_eq!(exit_code(&["man", &folder.to_string_lossy()]), 0);
+    for command in Cli::command().get_subcommands() {
+        let page = folder.join(format!("biplane-onboard-{}.1", command.get_name()));
+        let text = fs::read_to_string(&page).unwrap();
+        for option in command.get_opts().filter_map(clap::Arg::get_long) {
+            assert!(text.contains(&option.replace('-', "\\-")), "{}: --{option}", page.display());
+        }
+    }
+    assert!(folder.join("biplane-onboard.1").exists());
+    fs::remove_dir_all(&folder).unwrap();
+    assert_eq!(exit_code(&["completions", "bash"]), 0);
+    assert_eq!(exit_code(&["completions", "tcsh"]), 2);
+}
+
+#[test]
+fn a_folder_with_a_leftover_is_salvaged_and_one_that_is_missing_is_told() {
+    let folder = std::env::temp_dir().join(format!("biplane-cli-salvage-{}", std::process::id()));
+    fs::create_dir(&folder).unwrap();
+    let words = ["salvage", &folder.to_string_lossy()];
+    assert_eq!(exit_code(&words), 0);
+    fs::write(folder.join("run.mcap.active"), "no recording").unwrap();
+    assert_eq!(exit_code(&words), 3);
+    fs::remove_dir_all(&folder).unwrap();
+    assert_eq!(exit_code(&words), 1);
+}
+
+#[test]
 fn the_probes_table_has_aligned_columns_and_says_what_differs() {
     let reports = [
         crate::probe::DeviceReport {

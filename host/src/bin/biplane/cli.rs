@@ -4,7 +4,7 @@ use clap::{Parser, Subcommand};
 
 #[cfg(feature = "demo")]
 use crate::demo;
-use crate::{build, compare, import, info, map, recover, render, traj};
+use crate::{build, compare, import, info, map, papers, recover, render, traj};
 
 /// Compact 3D building models from recordings of a robot with two laser scanners.
 #[derive(Debug, Parser)]
@@ -43,4 +43,8 @@ pub enum Command {
     Render(render::Args),
     /// Salvage a recording that was cut off
     Recover(recover::Args),
+    /// Print the completions of this program for a shell
+    Completions(papers::Completions),
+    /// Write the manual pages of this program, one for each command, into a folder
+    Man(papers::Man),
 }

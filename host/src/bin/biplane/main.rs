@@ -9,6 +9,7 @@ mod demo;
 mod import;
 mod info;
 mod map;
+mod papers;
 mod recover;
 mod render;
 mod traj;
@@ -57,6 +58,8 @@ fn run(command: Command, console: &Console) -> anyhow::Result<Outcome> {
         Command::Compare(args) => compare::run(&args, console),
         Command::Render(args) => render::run(&args, console),
         Command::Recover(args) => recover::run(&args, console),
+        Command::Completions(args) => papers::completions(&args),
+        Command::Man(args) => papers::man(&args),
     }
 }
 

@@ -78,10 +78,13 @@ pub(super) fn create(temporary: &Path, options: &WriterOptions) -> Result<File, 
         }
     }
     let file = File::options().write(true).create_new(true).open(temporary);
-    file.map_err(|source| match source.kind() {
+    let file = file.map_err(|source| match source.kind() {
         io::ErrorKind::AlreadyExists => WriteError::Unfinished { path: temporary.to_owned() },
         _ => WriteError::Io { action: "create", path: temporary.to_owned(), source },
-    })
+    })?;
+    // Tells whoever salvages unfinished recordings that this one is being written; a file system without locks cannot.
+    let _ = file.try_lock();
+    Ok(file)
 }
 
 /// Removes a part of an earlier recording that the output was to replace; one that is not there, or was never finished, is left.

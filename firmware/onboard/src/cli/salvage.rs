@@ -1,0 +1,60 @@
+//! `salvage`: recordings that a power cut left unfinished.
+
+use std::path::PathBuf;
+
+use crate::error::OnboardError;
+use crate::salvage::{Leftover, Salvaged};
+
+/// Makes the unfinished recordings (NAME.mcap.active) in a folder whole, as after a power cut.
+///
+/// Each becomes NAME.mcap with everything that is intact in it. A file that was only cut short is then removed: nothing else was in
+/// it. One that is damaged elsewhere is kept as NAME.mcap.damaged. One that is being written is left alone.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// The folder with the recordings.
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+}
+
+pub(super) fn run(args: &Args) -> Result<u8, OnboardError> {
+    let listed = crate::salvage::salvage(&args.folder);
+    let leftovers = listed.map_err(|source| OnboardError::Folder { path: args.folder.clone(), source })?;
+    let mut code = 0;
+    for leftover in &leftovers {
+        eprintln!("{}", line(leftover));
+        code = code.max(exit_code(&leftover.outcome));
+    }
+    // A failure says more than a loss.
+    Ok(if leftovers.iter().any(|leftover| matches!(leftover.outcome, Salvaged::Failed(_))) {
+        1
+    } else {
+        code
+    })
+}
+
+fn exit_code(outcome: &Salvaged) -> u8 {
+    match outcome {
+        Salvaged::Whole | Salvaged::Empty | Salvaged::BeingWritten => 0,
+        Salvaged::Damaged(_) | Salvaged::NotOurs(_) | Salvaged::NameTaken => 3,
+        Salvaged::Failed(_) => 1,
+    }
+}
+
+fn line(leftover: &Leftover) -> String {
+    let (from, to) = (leftover.unfinished.display(), leftover.recording.display());
+    let kept = leftover.messages;
+    match &leftover.outcome {
+        Salvaged::Whole => format!("{to}: {kept} messages of an unfinished recording, all that was whole"),
+        Salvaged::Damaged(aside) => {
+            format!(
+                "{to}: {kept} messages of an unfinished recording; damaged parts stay in {}",
+                aside.display()
+            )
+        }
+        Salvaged::Empty => format!("{from}: was empty, removed"),
+        Salvaged::NotOurs(aside) => format!("{from}: is no recording, now {}", aside.display()),
+        Salvaged::BeingWritten => format!("{from}: is being written, left alone"),
+        Salvaged::NameTaken => format!("{from}: left alone, because {to} is there already"),
+        Salvaged::Failed(error) => format!("{from}: {error}"),
+    }
+}
