@@ -3,7 +3,7 @@
 use biplane_matcher::Outcome;
 use biplane_recording::msg::{DiagnosticArray, DiagnosticStatus, KeyValue};
 
-use crate::health::{Health, LineHealth, MatcherHealth};
+use crate::health::{Health, LineFault, LineHealth, MatcherHealth};
 
 /// The message of this state.
 #[must_use]
@@ -35,10 +35,12 @@ fn status(name: &str, level: u8, message: &str, values: Vec<KeyValue>) -> Diagno
 }
 
 fn of_line(name: &str, line: &LineHealth) -> DiagnosticStatus {
-    let (level, message) = match (line.streaming, line.rate_hz > 0.0) {
-        (true, true) => (DiagnosticStatus::OK, "streams"),
-        (true, false) => (DiagnosticStatus::WARN, "nothing in the last second"),
-        (false, _) => (DiagnosticStatus::ERROR, "does not stream"),
+    let (level, message) = match (line.fault, line.streaming, line.rate_hz > 0.0) {
+        (LineFault::Lasts(words), ..) => (DiagnosticStatus::ERROR, words.to_owned()),
+        (LineFault::Over(words), ..) => (DiagnosticStatus::WARN, format!("streams again; it was: {words}")),
+        (LineFault::None, true, true) => (DiagnosticStatus::OK, "streams".to_owned()),
+        (LineFault::None, true, false) => (DiagnosticStatus::WARN, "nothing in the last second".to_owned()),
+        (LineFault::None, false, _) => (DiagnosticStatus::ERROR, "does not stream".to_owned()),
     };
     let mut values = vec![
         value("rate_hz", &format_args!("{:.2}", line.rate_hz)),
@@ -57,7 +59,7 @@ fn of_line(name: &str, line: &LineHealth) -> DiagnosticStatus {
             value("bytes", &counts.bytes()),
         ]);
     }
-    status(name, level, message, values)
+    status(name, level, &message, values)
 }
 
 fn of_matcher(matcher: &MatcherHealth) -> DiagnosticStatus {

@@ -3,6 +3,18 @@
 use biplane_matcher::Outcome;
 use biplane_wire::Counts;
 
+/// What is wrong with a line, in two or three words.
+#[derive(Copy, Clone, PartialEq, Eq, Debug, Default)]
+pub enum LineFault {
+    /// Nothing.
+    #[default]
+    None,
+    /// This, still.
+    Lasts(&'static str),
+    /// This, and it is over; said once.
+    Over(&'static str),
+}
+
 /// The state of one serial line and its device.
 #[derive(Copy, Clone, PartialEq, Debug, Default)]
 pub struct LineHealth {
@@ -10,6 +22,8 @@ pub struct LineHealth {
     pub present: bool,
     /// Whether measurements flow.
     pub streaming: bool,
+    /// What is wrong.
+    pub fault: LineFault,
     /// Rate of the line, bits per second.
     pub baud: u32,
     /// Account of its bytes.
@@ -39,6 +53,8 @@ pub struct MatcherHealth {
     pub last_iterations: u32,
     /// From a scan's stamp to its pose, the largest in the last second, seconds.
     pub latency_s: f64,
+    /// The last pose of `base_link` in `map`: x and y in metres, heading in radians.
+    pub last_pose: [f64; 3],
     /// Scans that wait for odometry.
     pub waiting: usize,
     /// Vertical scans that wait for a pose.

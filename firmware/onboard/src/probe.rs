@@ -1,14 +1,14 @@
 //! `probe`: asks each device of a rig what it is and how it is set, and changes nothing but a running output, which it stops.
 
-use std::io::{self, Read, Write};
+use std::io;
+use std::path::Path;
 use std::thread;
 
 use biplane_recording::{Port, Rig};
 use serde::Serialize;
-use serialport::{ClearBuffer, SerialPort, TTYPort};
 
 use crate::error::OnboardError;
-use crate::link;
+use crate::link::Tty;
 use crate::ports::{self, device_name};
 use crate::session::base::{BaseSession, BaseSettings};
 use crate::session::laser::{LaserSession, LaserSettings};
@@ -18,6 +18,8 @@ use crate::session::{Event, Input, MAX_INPUT_BYTES, Output, Session};
 const ROUNDS: u32 = 2;
 /// Whatever happens, a device is left alone after so long, nanoseconds.
 const LIMIT_NS: i64 = 20_000_000_000;
+/// Without bytes, the session is asked again after so long, nanoseconds.
+const READ_TIMEOUT_NS: i64 = 50_000_000;
 
 /// What one device said.
 #[derive(Clone, PartialEq, Debug, Default, Serialize)]
@@ -78,17 +80,17 @@ fn ask(rig: &Rig, device: Port, path: &str, baud: u32) -> DeviceReport {
         baud_configured: baud,
         ..DeviceReport::default()
     };
-    let result = link::open(path, baud).and_then(|mut port| match device {
-        Port::Base => ask_base(rig, &mut port, &nothing),
-        Port::Horizontal => ask_laser(&rig.horizontal, &mut port, &nothing),
-        Port::Vertical => ask_laser(rig.vertical.as_ref().unwrap_or(&rig.horizontal), &mut port, &nothing),
+    let result = Tty::open(Path::new(path), baud).and_then(|port| match device {
+        Port::Base => ask_base(rig, &port, &nothing),
+        Port::Horizontal => ask_laser(&rig.horizontal, &port, &nothing),
+        Port::Vertical => ask_laser(rig.vertical.as_ref().unwrap_or(&rig.horizontal), &port, &nothing),
     });
     result.unwrap_or_else(|error| DeviceReport { problem: Some(error.to_string()), ..nothing })
 }
 
 fn ask_laser(
     laser: &biplane_recording::rig::Laser,
-    port: &mut TTYPort,
+    port: &Tty,
     nothing: &DeviceReport,
 ) -> io::Result<DeviceReport> {
     let mut session = LaserSession::probing(LaserSettings::from(laser), biplane_clock::monotonic_ns());
@@ -115,7 +117,7 @@ fn ask_laser(
     })
 }
 
-fn ask_base(rig: &Rig, port: &mut TTYPort, nothing: &DeviceReport) -> io::Result<DeviceReport> {
+fn ask_base(rig: &Rig, port: &Tty, nothing: &DeviceReport) -> io::Result<DeviceReport> {
     let mut session = BaseSession::probing(BaseSettings::from(&rig.base), biplane_clock::monotonic_ns());
     if !converse(&mut session, port)? {
         return Ok(no_answer(nothing));
@@ -135,7 +137,7 @@ fn no_answer(nothing: &DeviceReport) -> DeviceReport {
 }
 
 /// Lets a session talk until it is done; false when the device does not answer.
-fn converse(session: &mut dyn Session, port: &mut TTYPort) -> io::Result<bool> {
+fn converse(session: &mut dyn Session, port: &Tty) -> io::Result<bool> {
     let start_ns = biplane_clock::monotonic_ns();
     loop {
         if !serve(session, port)? {
@@ -149,29 +151,22 @@ fn converse(session: &mut dyn Session, port: &mut TTYPort) -> io::Result<bool> {
             return Ok(false);
         }
         let mut bytes = [0; MAX_INPUT_BYTES];
-        match port.read(&mut bytes) {
-            Ok(0) => return Err(io::Error::from(io::ErrorKind::UnexpectedEof)),
-            Ok(count) => {
+        match port.read(&mut bytes, READ_TIMEOUT_NS)? {
+            Some(count) => {
                 let read_ns = biplane_clock::monotonic_ns();
                 session.handle(read_ns, Input::Bytes(bytes.get(..count).unwrap_or_default()));
             }
-            Err(error) if matches!(error.kind(), io::ErrorKind::TimedOut | io::ErrorKind::Interrupted) => {
-                session.handle(biplane_clock::monotonic_ns(), Input::Time);
-            }
-            Err(error) => return Err(error),
+            None => session.handle(biplane_clock::monotonic_ns(), Input::Time),
         }
     }
 }
 
 /// Does what the session wants done; false when it has looked everywhere in vain.
-fn serve(session: &mut dyn Session, port: &mut TTYPort) -> io::Result<bool> {
+fn serve(session: &mut dyn Session, port: &Tty) -> io::Result<bool> {
     loop {
         match session.poll() {
             Output::Write(bytes) => port.write_all(&bytes)?,
-            Output::SetBaud(baud) => {
-                port.set_baud_rate(baud)?;
-                port.clear(ClearBuffer::Input)?;
-            }
+            Output::SetBaud(baud) => port.set_baud(baud)?,
             Output::Event(Event::NotFound { rounds }) if rounds >= ROUNDS => return Ok(false),
             Output::Event(_) | Output::Scan(_) | Output::Odometry(_) => {}
             Output::WaitUntil(_) => return Ok(true),

@@ -22,6 +22,7 @@ pub use clock::RunClock;
 
 use crate::engine::{Engine, EngineOptions, Feed};
 use crate::error::OnboardError;
+use crate::link::SERIAL_LINKS;
 use crate::ports;
 use crate::provenance;
 use crate::report::RunReport;
@@ -50,6 +51,8 @@ pub struct RecordOptions {
     pub wait: bool,
     /// Ask for real-time priority and locked memory.
     pub realtime: bool,
+    /// Where links are that follow an adapter, in `by-id` and `by-path`: usually [`SERIAL_LINKS`].
+    pub serial_links: PathBuf,
 }
 
 impl RecordOptions {
@@ -66,6 +69,7 @@ impl RecordOptions {
             rotation: Rotation::default(),
             wait: false,
             realtime: false,
+            serial_links: PathBuf::from(SERIAL_LINKS),
         }
     }
 }

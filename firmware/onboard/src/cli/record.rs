@@ -47,8 +47,6 @@ pub(super) fn run(args: &Args) -> Result<u8, OnboardError> {
     let output = crate::run_name::output(&args.output, biplane_clock::utc_ns())
         .map_err(|source| OnboardError::Folder { path: args.output.clone(), source })?;
     let options = RecordOptions {
-        rig: Rig::load(&args.rig)?,
-        output,
         duration: args.duration,
         raw: args.raw,
         matcher: args.matcher,
@@ -56,6 +54,7 @@ pub(super) fn run(args: &Args) -> Result<u8, OnboardError> {
         rotation: args.rotation.rotation(),
         wait: args.wait,
         realtime: args.realtime,
+        ..RecordOptions::new(Rig::load(&args.rig)?, output)
     };
     let stop = super::stop_on_signals()?;
     let report = crate::record::record(&options, &stop)?;

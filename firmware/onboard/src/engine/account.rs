@@ -39,9 +39,11 @@ impl<S: Sink> Engine<S> {
         let mut matcher = self.localiser.health();
         matcher.waiting_vertical = self.waiting_verticals.len();
         Health {
-            horizontal: with_decoded(horizontal, &decoded[0]),
-            vertical: vertical.map(|line| with_decoded(line, &decoded[1])).unwrap_or_default(),
-            base: with_decoded(base, &decoded[2]),
+            horizontal: self.faults.told(Port::Horizontal, with_decoded(horizontal, &decoded[0])),
+            vertical: vertical
+                .map(|line| self.faults.told(Port::Vertical, with_decoded(line, &decoded[1])))
+                .unwrap_or_default(),
+            base: self.faults.told(Port::Base, with_decoded(base, &decoded[2])),
             matcher,
             dropped: self.publisher.sink().dropped(),
             backward_stamps: self.backward_stamps(),

@@ -87,6 +87,8 @@ impl Localiser {
         self.health.last_outcome = Some(tracked.outcome);
         self.health.last_score = tracked.score;
         self.health.last_iterations = tracked.iterations;
+        let map_from_base = tracked.map_from_base;
+        self.health.last_pose = [map_from_base.x_m, map_from_base.y_m, map_from_base.theta_rad];
         self.latency_ns = self.latency_ns.max(now_ns.saturating_sub(scan.stamp_ns));
         let pose = MatchedPose {
             stamp_ns: scan.stamp_ns,

@@ -12,6 +12,7 @@
 mod account;
 mod beams;
 mod decoded;
+mod faults;
 mod flow;
 mod line;
 mod localise;
@@ -33,6 +34,7 @@ use crate::session::base::{BaseSession, BaseSettings};
 use crate::session::laser::{LaserSession, LaserSettings};
 use crate::session::{Event, Input, MAX_INPUT_BYTES, Output, RequestBytes, Session};
 use crate::sink::Sink;
+use faults::Faults;
 use line::{LaserLine, Line, Meter};
 use localise::Localiser;
 use waiting::WaitingStamps;
@@ -88,6 +90,7 @@ pub struct Engine<S> {
     base: Line<BaseSession>,
     /// Decoded scans and odometry that came without a line.
     decoded: [Meter; 3],
+    faults: Faults,
     odometry: OdometryBuffer,
     odometry_ns: Option<i64>,
     localiser: Localiser,
@@ -135,6 +138,7 @@ impl<S: Sink> Engine<S> {
             vertical: options.rig.vertical.as_ref().map(laser),
             base: Line::new(make_base(BaseSettings::from(&options.rig.base), now_ns)),
             decoded: [Meter::default(); 3],
+            faults: Faults::default(),
             odometry: OdometryBuffer::default(),
             odometry_ns: None,
             localiser: Localiser::new(&options.rig.horizontal.mount, options.matcher),
@@ -197,13 +201,24 @@ impl<S: Sink> Engine<S> {
     /// When something is due without further input; `i64::MAX` for never.
     #[must_use]
     pub fn wake_ns(&self) -> i64 {
-        let lasers = [Some(&self.horizontal), self.vertical.as_ref()];
-        let lasers_ns = lasers.into_iter().flatten().map(|laser| laser.line.wait_ns());
-        lasers_ns
-            .chain([self.base.wait_ns(), self.localiser.deadline_ns(), self.health_ns])
-            .chain([self.waiting_verticals.deadline_ns()])
-            .min()
-            .unwrap_or(i64::MAX)
+        let others_ns = [self.localiser.deadline_ns(), self.health_ns, self.waiting_verticals.deadline_ns()];
+        let lines_ns = Port::ALL.into_iter().map(|port| self.line_wait_ns(port));
+        lines_ns.chain(others_ns).min().unwrap_or(i64::MAX)
+    }
+
+    /// The port of a line has gone. Its session stands still until [`Engine::port_back`]: nobody would hear it.
+    pub fn port_lost(&mut self, now_ns: i64, port: Port) {
+        self.begin(now_ns);
+        self.event(port, Event::PortLost);
+    }
+
+    /// The port of a line is there again, at the rate that was set last. Its session finds out by itself whether the device still
+    /// streams.
+    pub fn port_back(&mut self, now_ns: i64, port: Port) {
+        let now_ns = self.begin(now_ns);
+        self.event(port, Event::PortBack);
+        self.input(now_ns, port, Input::Time);
+        self.settle(now_ns);
     }
 
     /// Leaves the devices idle; [`Engine::is_stopped`] tells when they are.
@@ -220,9 +235,15 @@ impl<S: Sink> Engine<S> {
     /// Whether all sessions are done.
     #[must_use]
     pub fn is_stopped(&self) -> bool {
-        self.horizontal.line.session.is_done()
-            && self.vertical.as_ref().is_none_or(|vertical| vertical.line.session.is_done())
-            && self.base.session.is_done()
+        let is_done = |port| {
+            self.faults.is_lost(port)
+                || match port {
+                    Port::Horizontal => self.horizontal.line.session.is_done(),
+                    Port::Vertical => self.vertical.as_ref().is_none_or(|laser| laser.line.session.is_done()),
+                    Port::Base => self.base.session.is_done(),
+                }
+        };
+        Port::ALL.into_iter().all(is_done)
     }
 
     /// The input ends: everything that waits goes on with what is known. Returns the account and the sink.
@@ -279,18 +300,23 @@ impl<S: Sink> Engine<S> {
     fn tick(&mut self, now_ns: i64) {
         self.now_ns = now_ns;
         for port in Port::ALL {
-            let wait_ns = match port {
-                Port::Horizontal => self.horizontal.line.wait_ns(),
-                Port::Vertical => self.vertical.as_ref().map_or(i64::MAX, |vertical| vertical.line.wait_ns()),
-                Port::Base => self.base.wait_ns(),
-            };
-            if wait_ns <= now_ns {
+            if self.line_wait_ns(port) <= now_ns {
                 self.input(now_ns, port, Input::Time);
             }
         }
         self.settle(now_ns);
         if self.health_ns <= now_ns {
             self.health(now_ns);
+        }
+    }
+
+    /// When a session wants to be asked again; one without a port does not.
+    fn line_wait_ns(&self, port: Port) -> i64 {
+        match port {
+            _ if self.faults.is_lost(port) => i64::MAX,
+            Port::Horizontal => self.horizontal.line.wait_ns(),
+            Port::Vertical => self.vertical.as_ref().map_or(i64::MAX, |vertical| vertical.line.wait_ns()),
+            Port::Base => self.base.wait_ns(),
         }
     }
 
@@ -345,6 +371,7 @@ impl<S: Sink> Engine<S> {
             }
             Port::Base => self.base.meter.note(&event),
         }
+        self.faults.note(port, &event);
         let _ = self.events.push_back((port, event));
     }
 }

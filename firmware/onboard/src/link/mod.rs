@@ -1,7 +1,12 @@
 //! Serial lines: the only place that opens ports. Each has a thread that reads and stamps; writes come from the loop.
 
+mod adapter;
+mod place;
 mod reader;
 mod serial;
+mod tty;
 
-pub use reader::{Chunk, ChunkBytes, Reader, Shared, spawn};
-pub use serial::{Link, open};
+pub use place::{Place, SERIAL_LINKS};
+pub use reader::{Chunk, ChunkBytes, News, Reader, Shared, spawn};
+pub use serial::Link;
+pub use tty::Tty;

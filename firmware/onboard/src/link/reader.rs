@@ -1,38 +1,52 @@
 //! The thread that reads one port: bytes with the time at which the read returned, over a bounded queue.
 
-use std::io::{self, Read};
+use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::{self, JoinHandle, Thread};
 
 use rtrb::{Consumer, Producer, RingBuffer};
-use serialport::TTYPort;
 
-use super::serial::Link;
+use super::{Link, Tty};
 use crate::error::OnboardError;
-use crate::ports::device_name;
 use crate::record::{RunClock, realtime};
 
 /// Bytes that one read returns at most; at 500,000 Bd they take 10 ms.
 const READ_BYTES: usize = 512;
 /// Reads that may wait for the loop: 4 s at one read every 2 ms.
 const QUEUE_READS: usize = 2048;
+/// A read without bytes returns after so long, so that its thread notices a stop, nanoseconds.
+const READ_TIMEOUT_NS: i64 = 50_000_000;
 /// Between two reads the port collects bytes, nanoseconds. That makes no stamp later: it is computed from all
 /// bytes of a read. Larger: fewer reads, an answer is seen later.
 const COLLECT_NS: i64 = 2_000_000;
 /// A lost port is looked for so often, nanoseconds.
 const REOPEN_NS: i64 = 250_000_000;
+/// The loop is behind: the news of a port waits so long before it is told again, nanoseconds.
+const RETRY_NS: i64 = 10_000_000;
 
 /// The bytes of one read.
 pub type ChunkBytes = heapless::Vec<u8, READ_BYTES>;
 
-/// One read.
+/// What a reading thread has to tell.
+#[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant)] // No heap in the acquisition path: bytes are handed on by value.
+pub enum News {
+    /// A read returned these bytes.
+    Bytes(ChunkBytes),
+    /// The port has gone.
+    Lost,
+    /// The port is there again and open.
+    Back,
+}
+
+/// One read, or what became of the port.
 #[derive(Clone, Debug)]
 pub struct Chunk {
     /// When it returned, nanoseconds.
     pub time_ns: i64,
     /// What it returned.
-    pub bytes: ChunkBytes,
+    pub news: News,
 }
 
 /// What all reading threads of a run share.
@@ -70,7 +84,7 @@ impl Reader {
 ///
 /// # Errors
 /// When no thread can be started.
-pub fn spawn(link: Arc<Link>, port: TTYPort, shared: Shared) -> Result<Reader, OnboardError> {
+pub fn spawn(link: Arc<Link>, port: Arc<Tty>, shared: Shared) -> Result<Reader, OnboardError> {
     let (producer, chunks) = RingBuffer::new(QUEUE_READS);
     let name = format!("read {}", link.device.name());
     let worker = Worker { link, shared, producer };
@@ -88,7 +102,7 @@ struct Worker {
 }
 
 impl Worker {
-    fn run(mut self, port: TTYPort) {
+    fn run(mut self, port: Arc<Tty>) {
         if self.shared.realtime {
             realtime::raise_priority(self.link.device.name(), realtime::READER_PRIORITY);
         }
@@ -101,42 +115,55 @@ impl Worker {
         }
     }
 
-    fn read(&mut self, mut port: TTYPort) -> Option<TTYPort> {
+    fn read(&mut self, port: Arc<Tty>) -> Option<Arc<Tty>> {
         let mut buffer = [0; READ_BYTES];
-        match port.read(&mut buffer) {
-            Ok(count) if count > 0 => {
+        match port.read(&mut buffer, READ_TIMEOUT_NS) {
+            Ok(Some(count)) => {
                 self.hand_on(buffer.get(..count).unwrap_or_default());
                 biplane_clock::sleep_ns(COLLECT_NS);
                 Some(port)
             }
-            Ok(_) => self.lost(&io::Error::from(io::ErrorKind::UnexpectedEof)),
-            Err(error) if matches!(error.kind(), io::ErrorKind::TimedOut | io::ErrorKind::Interrupted) => {
-                Some(port)
+            Ok(None) => Some(port),
+            Err(error) => {
+                drop(port);
+                self.lost(&error);
+                None
             }
-            Err(error) => self.lost(&error),
         }
     }
 
     fn hand_on(&mut self, bytes: &[u8]) {
         let time_ns = self.shared.clock.now_ns();
         let bytes = ChunkBytes::from_slice(bytes).unwrap_or_default();
-        if self.producer.push(Chunk { time_ns, bytes }).is_err() {
+        if self.producer.push(Chunk { time_ns, news: News::Bytes(bytes) }).is_err() {
             self.shared.dropped.fetch_add(1, Ordering::Relaxed);
         }
         self.shared.wake.unpark();
     }
 
-    fn lost(&self, error: &io::Error) -> Option<TTYPort> {
-        let device = device_name(self.link.device);
-        tracing::warn!("{device}: lost {}: {error}; looking for it", self.link.path);
+    fn lost(&mut self, error: &io::Error) {
+        // The session says that the port is lost; why is for whoever looks closer.
+        tracing::debug!("{}: {error}", self.link.path().display());
         self.link.close();
-        None
+        self.tell(&News::Lost);
     }
 
-    fn look_for_port(&self) -> Option<TTYPort> {
+    fn look_for_port(&mut self) -> Option<Arc<Tty>> {
         biplane_clock::sleep_ns(REOPEN_NS);
-        let port = self.link.reopen().ok()?;
-        tracing::warn!("{}: {} is back", device_name(self.link.device), self.link.path);
+        let (port, path) = self.link.reopen().ok()?;
+        tracing::debug!("{} is back as {}", self.link.path().display(), path.display());
+        self.tell(&News::Back);
         Some(port)
+    }
+
+    /// News of the port itself are never dropped.
+    fn tell(&mut self, news: &News) {
+        let time_ns = self.shared.clock.now_ns();
+        while self.producer.push(Chunk { time_ns, news: news.clone() }).is_err()
+            && !self.shared.stop.load(Ordering::Relaxed)
+        {
+            biplane_clock::sleep_ns(RETRY_NS);
+        }
+        self.shared.wake.unpark();
     }
 }

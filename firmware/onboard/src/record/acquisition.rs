@@ -9,6 +9,7 @@ use super::lines::Lines;
 use super::queue::QueueSink;
 use super::writing::Writing;
 use crate::engine::{Command, Engine};
+use crate::link::News;
 use crate::ports::device_name;
 use crate::report::RunReport;
 
@@ -56,7 +57,11 @@ impl Acquisition {
         while let Some((link, reader)) = self.lines.earliest() {
             let device = link.device;
             let Ok(chunk) = reader.chunks.pop() else { return };
-            self.engine.bytes(chunk.time_ns, device, &chunk.bytes);
+            match chunk.news {
+                News::Bytes(bytes) => self.engine.bytes(chunk.time_ns, device, &bytes),
+                News::Lost => self.engine.port_lost(chunk.time_ns, device),
+                News::Back => self.engine.port_back(chunk.time_ns, device),
+            }
             self.serve_engine();
         }
     }
@@ -70,7 +75,7 @@ impl Acquisition {
                 Command::SetBaud(baud) => link.set_baud(baud),
             };
             if let Err(error) = result {
-                tracing::debug!("{} ({}): {error}", device_name(port), link.path);
+                tracing::debug!("{} ({}): {error}", device_name(port), link.path().display());
             }
         }
         while let Some((port, event)) = self.engine.next_event() {

@@ -5,11 +5,10 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 
 use biplane_recording::Port;
-use serialport::TTYPort;
 
 use super::{RecordOptions, RunClock};
 use crate::error::OnboardError;
-use crate::link::{self, Link, Reader};
+use crate::link::{self, Link, Reader, Tty};
 use crate::ports::{self, device_name};
 
 /// A port that is waited for is looked for so often, nanoseconds.
@@ -30,7 +29,7 @@ impl Lines {
     pub fn open(options: &RecordOptions, clock: RunClock, stop: &AtomicBool) -> Result<Self, OnboardError> {
         let mut opened = Vec::new();
         for (device, path, baud) in ports::of_rig(&options.rig) {
-            opened.push(open(options.wait, (device, path, baud), stop)?);
+            opened.push(open(options, (device, path, baud), stop)?);
         }
         let (over, dropped) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicU64::new(0)));
         let mut lines = Vec::new();
@@ -81,14 +80,14 @@ impl Drop for Lines {
 
 /// Opens one port; with `wait`, as soon as it is there.
 fn open(
-    wait: bool,
+    options: &RecordOptions,
     (device, path, baud): (Port, &str, u32),
     stop: &AtomicBool,
-) -> Result<(Link, TTYPort), OnboardError> {
+) -> Result<(Link, Arc<Tty>), OnboardError> {
     let mut said = false;
     loop {
-        match Link::open(device, path, baud) {
-            Err(error) if wait => {
+        match Link::open(device, path, baud, &options.serial_links) {
+            Err(error) if options.wait => {
                 if !said {
                     tracing::warn!("{error}; waiting for it");
                     said = true;

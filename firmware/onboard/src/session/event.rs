@@ -132,6 +132,10 @@ pub enum Event {
     OdometryRestarted,
     /// The device was left idle.
     Stopped,
+    /// The port has gone: an adapter was pulled.
+    PortLost,
+    /// The port is there again.
+    PortBack,
 }
 
 impl Event {
@@ -146,8 +150,25 @@ impl Event {
                 | Self::UnitsWritten
                 | Self::Streaming
                 | Self::Stopped
+                | Self::PortBack
                 | Self::Retried { step: Step::FindRate | Step::ConfirmRate, .. }
         )
+    }
+}
+
+impl Event {
+    /// In two or three words what keeps the line from bringing anything, where that is what is said.
+    #[must_use]
+    pub fn fault(&self) -> Option<&'static str> {
+        Some(match self {
+            Self::PortLost => "its port is gone",
+            Self::Silent { .. } => "silent",
+            Self::Garbled { .. } => "no intact telegram",
+            Self::PoweredOn => "switched on or reset",
+            Self::NotFound { .. } => "no answer at any rate",
+            Self::GivenUp { .. } => "does not do what it is asked",
+            _ => return None,
+        })
     }
 }
 
@@ -184,6 +205,8 @@ impl fmt::Display for Event {
             Self::SessionLeftOpen => write!(f, "had a session open, closing it first"),
             Self::OdometryRestarted => write!(f, "counts its odometry from zero again"),
             Self::Stopped => write!(f, "left idle"),
+            Self::PortLost => write!(f, "its port is gone, looking for it"),
+            Self::PortBack => write!(f, "its port is back"),
         }
     }
 }

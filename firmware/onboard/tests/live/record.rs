@@ -1,105 +1,18 @@
 //! The whole onboard process against mock devices on pseudo-terminals: the same serial code as on a robot.
 
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc;
-use std::thread::{self, JoinHandle};
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+use std::thread;
 use std::time::Duration;
 
-use biplane_mock::serve::{ServeOptions, Source, serve};
-use biplane_mock::simulated_rig::SimulationParams;
-use biplane_mock::world::World;
 use biplane_onboard::probe::probe;
-use biplane_onboard::record::{RecordOptions, record};
+use biplane_onboard::record::record;
 use biplane_onboard::replay::{ReplayOptions, replay};
-use biplane_onboard::{OnboardError, RunReport};
-use biplane_recording::msg::{LaserScan, Message, PoseWithCovarianceStamped};
-use biplane_recording::{Direction, Port, Reader, Rig, Topic};
+use biplane_recording::msg::{LaserScan, PoseWithCovarianceStamped};
+use biplane_recording::{Direction, Port, Reader, Topic};
 
-/// A mock rig in a folder of its own.
-struct Mock {
-    folder: PathBuf,
-    stop: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
-}
-
-impl Mock {
-    fn start(name: &str, change: impl FnOnce(&mut ServeOptions)) -> Self {
-        let folder = std::env::temp_dir().join(format!("biplane-record-{name}-{}", std::process::id()));
-        let _ = fs::remove_dir_all(&folder);
-        fs::create_dir_all(&folder).unwrap();
-        let mut mock = Self { folder, stop: Arc::default(), thread: None };
-        mock.serve(change);
-        mock
-    }
-
-    /// Serves the corridor, until [`Mock::end`].
-    fn serve(&mut self, change: impl FnOnce(&mut ServeOptions)) {
-        let world = World::named("corridor").unwrap();
-        let path = world.paths[0].clone();
-        let source = Source::World {
-            world: Box::new(world),
-            path: Box::new(path),
-            rig: Box::new(Rig::default()),
-            params: SimulationParams::default(),
-        };
-        let mut options = ServeOptions::new(source, self.folder.join("links"));
-        options.truth = Some(self.folder.join("truth"));
-        options.overwrite = true;
-        change(&mut options);
-        self.stop = Arc::default();
-        let (ready, is_ready) = mpsc::channel();
-        let stop = Arc::clone(&self.stop);
-        self.thread = Some(thread::spawn(move || {
-            serve(&options, &stop, move || ready.send(()).unwrap()).unwrap();
-        }));
-        is_ready.recv_timeout(Duration::from_secs(30)).expect("the mock is ready");
-    }
-
-    fn rig(&self) -> Rig {
-        let port = |name: &str| self.folder.join("links").join(name).to_string_lossy().into_owned();
-        let mut rig = Rig::default();
-        rig.horizontal.port = port("lms-horizontal");
-        rig.vertical.as_mut().unwrap().port = port("lms-vertical");
-        rig.base.port = port("base");
-        rig
-    }
-
-    fn options(&self, rig: Rig, seconds: f64) -> RecordOptions {
-        RecordOptions {
-            duration: Some(Duration::from_secs_f64(seconds)),
-            raw: true,
-            ..RecordOptions::new(rig, self.folder.join("run.mcap"))
-        }
-    }
-
-    fn record(&self, rig: Rig, seconds: f64) -> Result<RunReport, OnboardError> {
-        record(&self.options(rig, seconds), &AtomicBool::new(false))
-    }
-
-    /// Ends the mock, so that its truth is written.
-    fn end(&mut self) {
-        self.stop.store(true, Ordering::Relaxed);
-        if let Some(thread) = self.thread.take() {
-            thread.join().unwrap();
-        }
-    }
-}
-
-impl Drop for Mock {
-    fn drop(&mut self) {
-        self.end();
-        let _ = fs::remove_dir_all(&self.folder);
-    }
-}
-
-fn all<M: Message>(path: &Path, topic: Topic) -> Vec<M> {
-    let reader = Reader::open(path).unwrap();
-    let entries = reader.messages().map(Result::unwrap).filter(|entry| entry.topic == Some(topic));
-    entries.map(|entry| M::decode(&entry.bytes).unwrap()).collect()
-}
+use crate::mock::{Mock, all};
 
 /// Stamps of the truth, nanoseconds (`seconds.nanoseconds` a line).
 fn true_stamps_ns(path: &Path) -> Vec<i64> {

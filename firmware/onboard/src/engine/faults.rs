@@ -1,0 +1,94 @@
+//! What is wrong with each line, kept until diagnostics have told it: a fault shorter than their interval is told as well, and its
+//! end too.
+
+use biplane_recording::Port;
+
+use crate::health::{LineFault, LineHealth};
+use crate::session::Event;
+
+/// The faults of the lines.
+#[derive(Copy, Clone, Debug, Default)]
+pub struct Faults {
+    lines: [Fault; Port::ALL.len()],
+}
+
+#[derive(Copy, Clone, Debug, Default)]
+struct Fault {
+    port_lost: bool,
+    lasting: Option<&'static str>,
+    /// Not told yet.
+    fresh: Option<&'static str>,
+}
+
+fn index(port: Port) -> usize {
+    Port::ALL.iter().position(|&other| other == port).unwrap_or_default()
+}
+
+impl Faults {
+    /// Something was said of a line.
+    pub fn note(&mut self, port: Port, event: &Event) {
+        let fault = &mut self.lines[index(port)];
+        match event {
+            Event::PortLost => fault.port_lost = true,
+            Event::PortBack => fault.port_lost = false,
+            _ => {}
+        }
+        // A device behind a port that was gone is silent for that reason.
+        let follows = matches!(event, Event::Silent { .. }) && fault.lasting == Event::PortLost.fault();
+        if let Some(words) = event.fault().filter(|_| !follows) {
+            fault.lasting = Some(words);
+            fault.fresh = Some(words);
+        }
+    }
+
+    /// Whether the line's port is gone.
+    #[must_use]
+    pub fn is_lost(&self, port: Port) -> bool {
+        self.lines[index(port)].port_lost
+    }
+
+    /// The state of a line with its fault; what is over is told once.
+    pub fn told(&mut self, port: Port, line: LineHealth) -> LineHealth {
+        let Fault { port_lost, lasting, fresh } = &mut self.lines[index(port)];
+        let streaming = line.streaming && !*port_lost;
+        if streaming && line.rate_hz > 0.0 {
+            *lasting = None;
+        }
+        let fault = match (*lasting, fresh.take()) {
+            (Some(words), _) => LineFault::Lasts(words),
+            (None, Some(words)) => LineFault::Over(words),
+            (None, None) => LineFault::None,
+        };
+        // Its end is told too, once.
+        *fresh = *lasting;
+        LineHealth { streaming, fault, ..line }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fault_is_told_while_it_lasts_and_once_when_it_is_over() {
+        let mut faults = Faults::default();
+        let flows = LineHealth { streaming: true, rate_hz: 9.0, ..LineHealth::default() };
+        let still = LineHealth { streaming: true, rate_hz: 0.0, ..flows };
+        let fault = |faults: &mut Faults, line| faults.told(Port::Base, line).fault;
+        assert_eq!(fault(&mut faults, flows), LineFault::None);
+        faults.note(Port::Base, &Event::PortLost);
+        let words = Event::PortLost.fault().unwrap();
+        assert!(faults.is_lost(Port::Base) && !faults.is_lost(Port::Horizontal));
+        assert_eq!(fault(&mut faults, still), LineFault::Lasts(words));
+        assert!(!faults.told(Port::Base, still).streaming);
+        faults.note(Port::Base, &Event::PortBack);
+        faults.note(Port::Base, &Event::Silent { for_ms: 3000 });
+        assert_eq!(fault(&mut faults, still), LineFault::Lasts(words));
+        assert_eq!(fault(&mut faults, flows), LineFault::Over(words));
+        assert_eq!(fault(&mut faults, flows), LineFault::None);
+        // Over before it could be told.
+        faults.note(Port::Base, &Event::Silent { for_ms: 1000 });
+        assert_eq!(fault(&mut faults, flows), LineFault::Over("silent"));
+        assert_eq!(fault(&mut faults, flows), LineFault::None);
+    }
+}

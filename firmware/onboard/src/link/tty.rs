@@ -1,0 +1,229 @@
+//! A terminal device as the kernel has it: 8 data bits, no parity, one stop bit, any rate, nobody else on it.
+//!
+//! The rate goes through `termios2`, so that 500000 Bd and whatever else a rig asks for are set as they are, and is read back: a
+//! driver writes there what its divisor really gives. A read allocates nothing, and waits in `poll`, which a pulled plug ends at once.
+
+use std::io;
+use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
+use std::path::Path;
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fs::{FlockOperation, Mode, OFlags, flock, open};
+use rustix::io::Errno;
+use rustix::termios::{
+    ControlModes, InputModes, OptionalActions, QueueSelector, ioctl_tiocexcl, ioctl_tiocnxcl, tcflush,
+    tcgetattr, tcsetattr,
+};
+
+const NS_PER_S: i64 = 1_000_000_000;
+/// A request is short; a port that does not take it in this time has a dead adapter, nanoseconds.
+const WRITE_NS: i64 = 20_000_000;
+/// Rates further off than this are no rates of the line: sender and receiver may differ by 5 % in all.
+const RATE_TOLERANCE: f64 = 0.03;
+
+/// An open port.
+#[derive(Debug)]
+pub struct Tty {
+    fd: OwnedFd,
+}
+
+impl Tty {
+    /// Opens a port at a rate in bits per second, for one user alone. Bytes that came before are dropped: at another rate they are
+    /// noise.
+    ///
+    /// # Errors
+    /// What the system says; [`io::ErrorKind::ResourceBusy`] when somebody else has it.
+    pub fn open(path: &Path, baud: u32) -> io::Result<Self> {
+        let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
+        let tty = Self { fd: open(path, flags, Mode::empty())? };
+        flock(&tty.fd, FlockOperation::NonBlockingLockExclusive).map_err(|errno| match errno {
+            Errno::WOULDBLOCK => io::Error::from(io::ErrorKind::ResourceBusy),
+            other => other.into(),
+        })?;
+        tty.make_raw()?;
+        // Keeps out programs that look for no lock; the superuser's are not kept out.
+        let _ = ioctl_tiocexcl(&tty.fd);
+        tty.set_baud(baud)?;
+        Ok(tty)
+    }
+
+    fn make_raw(&self) -> io::Result<()> {
+        let mut settings = tcgetattr(&self.fd)?;
+        settings.make_raw();
+        settings.input_modes -= InputModes::IXOFF | InputModes::IXANY | InputModes::INPCK;
+        settings.input_modes |= InputModes::IGNPAR;
+        settings.control_modes |= ControlModes::CREAD | ControlModes::CLOCAL;
+        // No hang-up at the close: some adapters feed the line from DTR, some boards restart when it falls.
+        settings.control_modes -=
+            ControlModes::CSTOPB | ControlModes::PARENB | ControlModes::CRTSCTS | ControlModes::HUPCL;
+        Ok(tcsetattr(&self.fd, OptionalActions::Now, &settings)?)
+    }
+
+    /// Changes the rate, bits per second, and drops what was received at the old one.
+    ///
+    /// # Errors
+    /// What the system says; [`io::ErrorKind::Unsupported`] when the port runs at another rate than asked for.
+    pub fn set_baud(&self, baud: u32) -> io::Result<()> {
+        let mut settings = tcgetattr(&self.fd)?;
+        settings.set_speed(baud)?;
+        tcsetattr(&self.fd, OptionalActions::Now, &settings)?;
+        let in_force = self.baud()?;
+        if (f64::from(in_force) - f64::from(baud)).abs() > RATE_TOLERANCE * f64::from(baud) {
+            return Err(io::Error::new(
+                io::ErrorKind::Unsupported,
+                format!("the adapter runs at {in_force} Bd when asked for {baud} Bd"),
+            ));
+        }
+        Ok(tcflush(&self.fd, QueueSelector::IFlush)?)
+    }
+
+    /// The rate in force, bits per second, as the driver tells it.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn baud(&self) -> io::Result<u32> {
+        Ok(tcgetattr(&self.fd)?.output_speed())
+    }
+
+    /// Bytes, as soon as there are any; `None` when none come within the time, nanoseconds, or a signal came.
+    ///
+    /// # Errors
+    /// What the system says; [`io::ErrorKind::UnexpectedEof`] when the device has gone.
+    pub fn read(&self, buffer: &mut [u8], timeout_ns: i64) -> io::Result<Option<usize>> {
+        if !self.wait(PollFlags::IN, timeout_ns)? {
+            return Ok(None);
+        }
+        match rustix::io::read(&self.fd, buffer) {
+            Ok(0) => Err(io::ErrorKind::UnexpectedEof.into()),
+            Ok(count) => Ok(Some(count)),
+            Err(Errno::AGAIN | Errno::INTR) => Ok(None),
+            Err(errno) => Err(errno.into()),
+        }
+    }
+
+    /// Sends bytes. It never waits for long, whatever the port does.
+    ///
+    /// # Errors
+    /// What the system says; [`io::ErrorKind::TimedOut`] when the port does not take them all.
+    pub fn write_all(&self, mut bytes: &[u8]) -> io::Result<()> {
+        while !bytes.is_empty() {
+            match rustix::io::write(&self.fd, bytes) {
+                Ok(count) => bytes = bytes.get(count..).unwrap_or_default(),
+                Err(Errno::INTR) => {}
+                Err(Errno::AGAIN) => {
+                    if !self.wait(PollFlags::OUT, WRITE_NS)? {
+                        return Err(io::ErrorKind::TimedOut.into());
+                    }
+                }
+                Err(errno) => return Err(errno.into()),
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether something happened in time: also a hang-up, which the read or write then tells.
+    fn wait(&self, what: PollFlags, timeout_ns: i64) -> io::Result<bool> {
+        let timeout = Timespec { tv_sec: timeout_ns / NS_PER_S, tv_nsec: timeout_ns % NS_PER_S };
+        match poll(&mut [PollFd::new(&self.fd, what)], Some(&timeout)) {
+            Ok(count) => Ok(count > 0),
+            Err(Errno::INTR) => Ok(false),
+            Err(errno) => Err(errno.into()),
+        }
+    }
+}
+
+impl AsFd for Tty {
+    fn as_fd(&self) -> BorrowedFd<'_> {
+        self.fd.as_fd()
+    }
+}
+
+/// The exclusive use belongs to the terminal, not to the file: it would outlive us.
+impl Drop for Tty {
+    fn drop(&mut self) {
+        let _ = ioctl_tiocnxcl(&self.fd);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::os::fd::AsRawFd;
+
+    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+
+    /// The other end of a line, and the path of ours.
+    fn line() -> (OwnedFd, std::path::PathBuf) {
+        let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+        grantpt(&master).unwrap();
+        unlockpt(&master).unwrap();
+        let path = ptsname(&master, Vec::new()).unwrap().into_string().unwrap();
+        (master, path.into())
+    }
+
+    /// What the kernel holds, asked by its own name.
+    fn termios2(tty: &Tty) -> libc::termios2 {
+        // SAFETY: the kernel fills all of the structure, which is plain numbers.
+        unsafe {
+            let mut settings: libc::termios2 = std::mem::zeroed();
+            assert_eq!(libc::ioctl(tty.as_fd().as_raw_fd(), libc::TCGETS2, &raw mut settings), 0);
+            settings
+        }
+    }
+
+    #[test]
+    fn every_rate_is_set_as_it_is_and_the_line_is_raw_8n1_without_hang_up() {
+        let (_master, path) = line();
+        let tty = Tty::open(&path, 9600).unwrap();
+        for baud in [9600, 19200, 38400, 500_000, 123_456] {
+            tty.set_baud(baud).unwrap();
+            let settings = termios2(&tty);
+            assert_eq!((settings.c_ispeed, settings.c_ospeed), (baud, baud));
+            assert_eq!(tty.baud().unwrap(), baud);
+        }
+        let settings = termios2(&tty);
+        assert_eq!(settings.c_cflag & libc::CSIZE, libc::CS8);
+        let off = libc::CSTOPB | libc::PARENB | libc::CRTSCTS | libc::HUPCL;
+        assert_eq!(settings.c_cflag & (off | libc::CLOCAL | libc::CREAD), libc::CLOCAL | libc::CREAD);
+        assert_eq!(settings.c_lflag & (libc::ICANON | libc::ECHO | libc::ISIG), 0);
+        assert_eq!(settings.c_iflag & (libc::IXON | libc::IXOFF | libc::ICRNL | libc::ISTRIP), 0);
+        assert_eq!(settings.c_oflag & libc::OPOST, 0);
+    }
+
+    #[test]
+    fn bytes_go_both_ways_unchanged_and_nothing_is_no_error() {
+        let (master, path) = line();
+        let tty = Tty::open(&path, 500_000).unwrap();
+        let all: Vec<u8> = (0..=255).collect();
+        let mut buffer = [0; 512];
+        assert_eq!(tty.read(&mut buffer, 1_000_000).unwrap(), None);
+        rustix::io::write(&master, &all).unwrap();
+        assert_eq!(tty.read(&mut buffer, 1_000_000_000).unwrap(), Some(256));
+        assert_eq!(&buffer[..256], &all[..]);
+        tty.write_all(&all).unwrap();
+        assert_eq!(rustix::io::read(&master, &mut buffer).unwrap(), 256);
+        assert_eq!(&buffer[..256], &all[..]);
+    }
+
+    #[test]
+    fn a_device_that_goes_is_told_at_once_and_a_port_in_use_is_busy() {
+        let (master, path) = line();
+        let tty = Tty::open(&path, 38400).unwrap();
+        assert_eq!(Tty::open(&path, 38400).unwrap_err().kind(), io::ErrorKind::ResourceBusy);
+        drop(master);
+        let before_ns = biplane_clock::monotonic_ns();
+        assert!(tty.read(&mut [0; 8], 5_000_000_000).is_err());
+        assert!(biplane_clock::monotonic_ns() - before_ns < 1_000_000_000);
+        assert!(Tty::open(Path::new("/dev/null"), 38400).is_err(), "no terminal");
+    }
+
+    #[test]
+    fn a_port_that_takes_nothing_holds_nobody_up() {
+        let (_master, path) = line();
+        let tty = Tty::open(&path, 38400).unwrap();
+        let before_ns = biplane_clock::monotonic_ns();
+        let result = tty.write_all(&[0; 1 << 20]);
+        assert_eq!(result.unwrap_err().kind(), io::ErrorKind::TimedOut);
+        assert!(biplane_clock::monotonic_ns() - before_ns < 1_000_000_000);
+    }
+}

@@ -1,0 +1,5 @@
+//! The onboard process against mock devices on pseudo-terminals: the same serial code as on a robot.
+
+mod mock;
+mod record;
+mod recovery;
