@@ -1,6 +1,11 @@
 //! Tests over the whole chain, as one binary: the tree against its map, and the programs against each other and the truth.
 
 mod accuracy;
+mod allocations;
 mod captures;
+mod faults;
+mod quiet_run;
 mod recorded;
+mod rig;
+mod start_up;
 mod tidy;

@@ -8,7 +8,7 @@ use crate::session::{Event, Step, printable};
 
 const READ: Patience = Patience::new(600, 3);
 /// A mode change takes up to 3 s; most take 80 ms.
-const MODE: Patience = Patience::new(600, 5);
+const MODE: Patience = Patience::new(600, 6);
 /// Writing the EEPROM takes 0.4 s, by the manual up to 15 s; asked twice at most, it must not wear out.
 const WRITE: Patience = Patience::new(15_000, 2);
 const VARIANT: Patience = Patience::new(600, 3);

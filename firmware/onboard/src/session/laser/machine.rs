@@ -64,6 +64,10 @@ pub(super) struct Machine {
     pub(super) variant_said: bool,
     pub(super) refused_rate: bool,
     pub(super) has_streamed: bool,
+    /// The rate at which the laser most likely is: the configured one, then the one at which it was last heard for sure.
+    pub(super) likely_baud: u32,
+    /// Round of the first search, from 0, that found the laser.
+    pub(super) found_in_round: Option<u32>,
     pub(super) not_kept: u64,
 }
 
@@ -84,6 +88,8 @@ impl Machine {
             variant_said: false,
             refused_rate: false,
             has_streamed: false,
+            likely_baud: settings.baud,
+            found_in_round: None,
             not_kept: 0,
         }
     }

@@ -2,6 +2,9 @@
 //!
 //! At each candidate rate a stop request is sent: it is answered also by a device that was left streaming. Then a second, different
 //! question confirms the rate, because an answer may be a late one from the rate tried before.
+//!
+//! A laser that streamed before and was lost is most likely where it was: an adapter was unplugged, a cable was loose. Its rate is
+//! asked before each other one, and with the patience that found it, so that it is back within two seconds.
 
 use biplane_wire::lms::{Baud, Mode, ModeResult, Reply, Request};
 
@@ -14,29 +17,51 @@ const OTHER_RATES: [u32; 4] = [9600, 38400, 19200, 500_000];
 /// A device that is heard at a rate but has not answered is asked so often in all.
 const ATTEMPTS_WHEN_HEARD: u8 = 6;
 const FIND: [Patience; 3] = [Patience::new(250, 2), Patience::new(500, 2), Patience::new(1000, 2)];
-const CONFIRM: Patience = Patience::new(300, 3);
-const SWITCH: Patience = Patience::new(500, 3);
+/// A device that has answered once is there, even if it is still busy with the change of mode.
+const CONFIRM: Patience = Patience::new(300, 11);
+/// A mode change may take 3 s.
+const SWITCH: Patience = Patience::new(500, 7);
 /// The device needs a moment between its answer at the old rate and the new rate (20 ms seen; drivers wait 250 to 1000).
 const SETTLE_NS: i64 = 100_000_000;
 
-/// The so-many-th rate to try, the configured one first.
-fn candidate_rate(configured: u32, candidate: usize) -> Option<u32> {
-    let others = OTHER_RATES.into_iter().filter(|&rate| rate != configured);
-    std::iter::once(configured).chain(others).nth(candidate)
+/// Each so-many-th round of a search for a lost laser is more patient than the one that found it.
+const PATIENT_ROUND: u32 = 4;
+
+/// The so-many-th rate to try, the likely one first; of a laser that was lost (`again`) it is asked before each other one.
+fn candidate_rate(likely: u32, candidate: usize, again: bool) -> Option<u32> {
+    let mut others = OTHER_RATES.into_iter().filter(|&rate| rate != likely);
+    match (candidate, again) {
+        (0, _) => Some(likely),
+        (_, false) => others.nth(candidate - 1),
+        (_, true) => {
+            let other = others.nth(candidate / 2)?;
+            Some(if candidate.is_multiple_of(2) { likely } else { other })
+        }
+    }
 }
 
 impl Machine {
     /// Tries a candidate rate.
     pub(super) fn enter_search(&mut self, candidate: usize, rounds: u32) {
-        let Some(baud) = candidate_rate(self.settings.baud, candidate) else {
-            self.say(Event::NotFound { rounds: rounds + 1 });
+        let Some(baud) = candidate_rate(self.likely_baud, candidate, self.found_in_round.is_some()) else {
+            // Once is enough: who waits for hours need not read it every few seconds.
+            if rounds == 0 {
+                self.say(Event::NotFound { rounds: 1 });
+            }
             self.enter_search(0, rounds + 1);
             return;
         };
         self.set_baud(baud);
-        let patience = FIND[(rounds as usize).min(FIND.len() - 1)];
         let state = State::FindRate { candidate, rounds };
-        self.ask(state, Step::FindRate, Request::Mode(Mode::OnRequest), patience);
+        self.ask(state, Step::FindRate, Request::Mode(Mode::OnRequest), self.patience(rounds));
+    }
+
+    fn patience(&self, rounds: u32) -> Patience {
+        let index = match self.found_in_round {
+            None => rounds,
+            Some(found) => found + u32::from(rounds % PATIENT_ROUND == PATIENT_ROUND - 1),
+        };
+        FIND[(index as usize).min(FIND.len() - 1)]
     }
 
     pub(super) fn next_candidate(&mut self, candidate: usize, rounds: u32) {
@@ -65,6 +90,9 @@ impl Machine {
     pub(super) fn confirm_rate_answered(&mut self, reply: &Reply<'_>) {
         if !matches!(reply, Reply::Type { .. }) {
             return;
+        }
+        if let (None, State::ConfirmRate { rounds, .. }) = (self.found_in_round, self.state) {
+            self.found_in_round = Some(rounds);
         }
         self.info.found_baud = Some(self.baud);
         self.say(Event::Found { baud: self.baud });

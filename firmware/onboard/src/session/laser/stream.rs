@@ -8,7 +8,8 @@ use crate::session::retry::Patience;
 use crate::session::{Event, Output, Step};
 use crate::stamping::byte_time_ns;
 
-const START: Patience = Patience::new(400, 5);
+/// A mode change may take 3 s.
+const START: Patience = Patience::new(400, 8);
 const STOP: Patience = Patience::new(400, 3);
 /// Without an intact telegram for so long, the session starts again; at slow rates for two and a half scan periods.
 const SILENCE_NS: i64 = 1_000_000_000;
@@ -34,6 +35,7 @@ impl Machine {
     fn enter_streaming(&mut self) {
         self.question = None;
         self.has_streamed = true;
+        self.likely_baud = self.baud;
         self.last_frame_ns = self.now_ns;
         self.state = State::Streaming { since_ns: self.now_ns };
         self.say(Event::Streaming);
@@ -93,6 +95,7 @@ impl Machine {
         self.say(Event::PoweredOn);
         self.refused_rate = false;
         self.has_streamed = false;
+        self.likely_baud = self.baud;
         match self.state {
             State::Listening | State::Stopping | State::Done => {}
             State::FindRate { .. } | State::ConfirmRate { .. } => self.heard_while_searching(),

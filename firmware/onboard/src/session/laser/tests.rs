@@ -119,6 +119,25 @@ fn silence_while_streaming_starts_the_search_again() {
 }
 
 #[test]
+fn the_rate_of_a_lost_laser_is_asked_before_each_other_one_and_its_absence_said_once() {
+    let mut script = format!(
+        "0 = 38400\n0 {STOP}\n80 {MODE_DONE}\n80 {ASK_TYPE}\n{}\n200 < scan361\n200 * 361 beams\n\
+         1200 ! silent for 1000 ms, starting again\n",
+        settings_read(90)
+    );
+    let round = [38400, 9600, 38400, 19200, 38400, 500_000];
+    for (index, baud) in round.iter().cycle().take(18).enumerate() {
+        let at = 1200 + 500 * index;
+        if index == 6 {
+            script += &format!("{at} ! no answer (round 1), asking on\n");
+        }
+        script += &format!("{at} = {baud}\n{at} {STOP}\n{} {STOP}\n", at + 250);
+    }
+    script += "10199 end";
+    check(&mut streaming(HALF), &script);
+}
+
+#[test]
 fn a_power_cycle_is_seen_as_garbage_then_the_device_is_found_at_its_power_on_rate() {
     let script = format!(
         "0 = 38400\n0 {STOP}\n80 {MODE_DONE}\n80 {ASK_TYPE}\n{}\n700 < noise20\n\

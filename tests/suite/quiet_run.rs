@@ -1,0 +1,36 @@
+//! A rig without faults, in simulated time: everything comes up, and everything that is sent is recorded.
+
+use biplane_recording::{Port, Rig};
+
+use crate::rig::devices::idle_lines;
+use crate::rig::plan::Plan;
+use crate::rig::truth::{base_account, laser_account, sent_reports, sent_scans};
+use crate::rig::witness::Witness;
+use crate::rig::{S, SimRig};
+
+#[test]
+fn without_faults_every_telegram_that_was_sent_is_recorded() {
+    for baud in [38_400, 500_000] {
+        let mut rig = Rig::default();
+        rig.horizontal.baud = baud;
+        rig.vertical.as_mut().unwrap().baud = baud;
+        let mut sim = SimRig::new(&rig, idle_lines(baud, 1), Plan::default(), Witness::default());
+        sim.run(10 * S, |_| false);
+        let [horizontal, vertical, base] = sim.lines.each_ref().map(|line| line.as_ref().unwrap());
+        let witness = sim.engine.sink();
+        for (port, line, recorded) in
+            [(Port::Horizontal, horizontal, &witness.scans[0]), (Port::Vertical, vertical, &witness.scans[1])]
+        {
+            let telegrams = sent_scans(&line.sent, &line.delivered);
+            let account = laser_account(port, &telegrams, &line.delivered, recorded, &sim.said);
+            assert!(account.sent > 80, "{port:?} {account:?} {:?}", sim.said);
+            // The last one may still be on its way.
+            assert!(account.lost() == 0 && account.damaged <= 1, "{port:?} {account:?}");
+            assert!(account.undetected == 0 && account.wrongly_kept == 0, "{port:?} {account:?}");
+        }
+        let packets = sent_reports(&base.sent, &base.delivered);
+        let account = base_account(&packets, &witness.odometry_ns, &sim.said);
+        assert!(account.intact > 80 && account.lost() == 0 && account.undetected == 0, "{account:?}");
+        assert!(witness.poses > 80);
+    }
+}

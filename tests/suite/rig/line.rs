@@ -1,0 +1,218 @@
+//! A serial line between the engine and a mock device: bytes take their time, two rates make noise, faults and plugs act.
+//!
+//! A byte takes ten bit times (8N1). Where the two ends run at different rates, each reads nonsense of what the other sends.
+//! Nanoseconds.
+
+use std::collections::VecDeque;
+
+use biplane_mock::device::Device;
+use biplane_mock::faults::{Channel, garble};
+use biplane_mock::line::transfer_ns;
+use biplane_mock::rng::Rng;
+
+use super::MS;
+use super::plan::Happening;
+use super::tape::Tape;
+use super::usb::{Usb, UsbParams};
+
+/// From a write to its first bit on the line.
+const WRITE_NS: i64 = 200_000;
+/// Random bytes come in pieces of this length.
+const BABBLE_NS: i64 = 5 * MS;
+
+/// Makes a device: as it is found at the start, or as it is after power-on (`true`).
+pub type MakeDevice = Box<dyn Fn(bool) -> Box<dyn Device>>;
+
+/// A line.
+pub struct SimLine {
+    /// What left the device, as it left.
+    pub sent: Tape,
+    /// What reads returned.
+    pub delivered: Tape,
+    /// Whether the tapes are kept; they grow with time.
+    pub keeps_tapes: bool,
+    /// Share of requests that the device does not hear at all ("at some mirror positions").
+    pub missed_share: f64,
+    make: MakeDevice,
+    /// `None` without power.
+    device: Option<Box<dyn Device>>,
+    device_ns: i64,
+    host_baud: u32,
+    /// Bytes on their way to the device: when, what, at which rate.
+    outbound: VecDeque<(i64, u8, u32)>,
+    free_ns: i64,
+    to_host: Channel,
+    from_host: Channel,
+    usb: Usb,
+    linked: bool,
+    muted: bool,
+    babble_ns: i64,
+    seed: u64,
+    stream: u64,
+    rng: Rng,
+    scratch: Vec<u8>,
+}
+
+impl SimLine {
+    /// A line to the device that `make` makes; `stream` tells the lines of one seed apart.
+    #[must_use]
+    pub fn new(make: MakeDevice, seed: u64, stream: u64) -> Self {
+        Self {
+            sent: Tape::default(),
+            delivered: Tape::default(),
+            keeps_tapes: true,
+            missed_share: 0.0,
+            device: Some(make(false)),
+            make,
+            device_ns: 0,
+            host_baud: 9600,
+            outbound: VecDeque::new(),
+            free_ns: 0,
+            to_host: Channel::default(),
+            from_host: Channel::default(),
+            usb: Usb::new(UsbParams::default(), Rng::new(seed, 0x05B0 + stream, 0)),
+            linked: true,
+            muted: false,
+            babble_ns: i64::MAX,
+            seed,
+            stream,
+            rng: Rng::new(seed, 0x11E0 + stream, 0),
+            scratch: Vec::new(),
+        }
+    }
+
+    /// The host writes.
+    pub fn write(&mut self, now_ns: i64, bytes: &[u8]) {
+        let missed = self.rng.unit() < self.missed_share;
+        if !self.linked || missed {
+            return;
+        }
+        self.free_ns = self.free_ns.max(now_ns + WRITE_NS);
+        for &byte in bytes {
+            self.free_ns += transfer_ns(1, self.host_baud);
+            self.outbound.push_back((self.free_ns, byte, self.host_baud));
+        }
+    }
+
+    /// The host changes its rate; what it has not read is dropped.
+    pub fn set_baud(&mut self, baud: u32) {
+        self.host_baud = baud;
+        self.usb.clear();
+    }
+
+    /// Something happens to the line.
+    pub fn happen(&mut self, now_ns: i64, happening: Happening) {
+        match happening {
+            Happening::Unplug => {
+                self.linked = false;
+                self.usb.clear();
+                self.outbound.clear();
+            }
+            Happening::Plug => self.linked = true,
+            Happening::PowerOff => self.device = None,
+            Happening::PowerOn => {
+                self.device = Some((self.make)(true));
+                self.device_ns = now_ns;
+            }
+            Happening::Mute => self.muted = true,
+            Happening::Unmute => self.muted = false,
+            Happening::Babble => self.babble_ns = now_ns,
+            Happening::Clear => self.babble_ns = i64::MAX,
+            Happening::Faults(presets) => {
+                // What a fault held back comes when the fault ends.
+                let mut held = Vec::new();
+                self.to_host.take(i64::MAX, &mut held);
+                self.usb.push(now_ns, &held);
+                self.to_host = Channel::new(&presets, self.seed, 2 * self.stream);
+                self.from_host = Channel::new(&presets, self.seed, 2 * self.stream + 1);
+            }
+        }
+    }
+
+    /// When something is due.
+    #[must_use]
+    pub fn next_ns(&self) -> i64 {
+        let outbound_ns = self.outbound.front().map_or(i64::MAX, |(at_ns, ..)| *at_ns);
+        let device_ns = if self.device.is_some() { self.device_ns } else { i64::MAX };
+        let held = [self.to_host.next_due_ns(), self.from_host.next_due_ns()];
+        let held_ns = held.into_iter().flatten().min().unwrap_or(i64::MAX);
+        outbound_ns.min(device_ns).min(held_ns).min(self.usb.next_ns()).min(self.babble_ns)
+    }
+
+    /// Everything that is due by `now_ns`.
+    pub fn run(&mut self, now_ns: i64) {
+        while self.outbound.front().is_some_and(|(at_ns, ..)| *at_ns <= now_ns) {
+            if let Some((at_ns, byte, baud)) = self.outbound.pop_front() {
+                self.arrive_at_device(at_ns, byte, baud);
+            }
+        }
+        self.hear(now_ns);
+        self.poll_device(now_ns);
+        if self.babble_ns <= now_ns {
+            self.babble(now_ns);
+        }
+        self.scratch.clear();
+        self.to_host.take(now_ns, &mut self.scratch);
+        if self.linked {
+            self.usb.push(now_ns, &self.scratch);
+        }
+    }
+
+    /// The next read, if one returns by `now_ns`.
+    pub fn read(&mut self, now_ns: i64, out: &mut Vec<u8>) -> bool {
+        out.clear();
+        let Some(bytes) = self.usb.take(now_ns) else { return false };
+        out.extend_from_slice(&bytes);
+        if self.keeps_tapes {
+            self.delivered.push(now_ns, &bytes);
+        }
+        true
+    }
+
+    fn arrive_at_device(&mut self, at_ns: i64, byte: u8, baud: u32) {
+        let Some(device) = &mut self.device else { return };
+        if device.baud() == baud {
+            self.from_host.push(at_ns, &[byte]);
+        } else {
+            device.handle_noise(at_ns, 1);
+        }
+    }
+
+    fn hear(&mut self, now_ns: i64) {
+        self.scratch.clear();
+        self.from_host.take(now_ns, &mut self.scratch);
+        if let (Some(device), false) = (&mut self.device, self.scratch.is_empty()) {
+            device.handle(now_ns, &self.scratch);
+            self.device_ns = now_ns;
+        }
+    }
+
+    fn poll_device(&mut self, now_ns: i64) {
+        let Some(device) = &mut self.device else { return };
+        if self.device_ns > now_ns {
+            return;
+        }
+        let baud = device.baud();
+        self.scratch.clear();
+        self.device_ns = device.poll(now_ns, &mut self.scratch).max(now_ns + 1);
+        if self.keeps_tapes {
+            self.sent.push(now_ns, &self.scratch);
+        }
+        if self.muted || self.babble_ns != i64::MAX || self.scratch.is_empty() {
+            return;
+        }
+        if baud == self.host_baud {
+            self.to_host.push(now_ns, &self.scratch);
+        } else {
+            let noise = garble(&self.scratch, baud, self.host_baud, &mut self.rng);
+            self.to_host.push(now_ns, &noise);
+        }
+    }
+
+    fn babble(&mut self, now_ns: i64) {
+        let count = BABBLE_NS / transfer_ns(1, self.host_baud).max(1);
+        let noise: Vec<u8> = (0..count).map(|_| self.rng.bits().to_le_bytes()[0]).collect();
+        self.to_host.push(now_ns, &noise);
+        self.babble_ns = now_ns + BABBLE_NS;
+    }
+}

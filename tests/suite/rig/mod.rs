@@ -1,0 +1,182 @@
+//! The onboard engine against mock devices in simulated time: no threads, no ports, no clock, the same run for the same seed.
+//!
+//! ```text
+//! Engine (live) -- commands --> line model -- bytes at their times --> mock device (sans I/O)
+//!        ^                                                                  |
+//!        +------- reads, late by the adapter <-- faults <-- line model -----+
+//! ```
+//! One loop takes whatever is due next: a byte's arrival, a device's turn, the engine's own wake-up, something that
+//! happens to a line. Times are nanoseconds since the start.
+
+pub mod before;
+pub mod devices;
+pub mod line;
+pub mod plan;
+pub mod tape;
+pub mod truth;
+pub mod usb;
+pub mod witness;
+pub mod world;
+
+use biplane_matcher::Method;
+use biplane_onboard::engine::{Command, Engine, EngineOptions, Feed};
+use biplane_onboard::session::Event;
+use biplane_onboard::sink::Sink;
+use biplane_recording::{Port, Rig};
+
+use line::SimLine;
+use plan::{Happening, Plan};
+
+/// Nanoseconds of a millisecond.
+pub const MS: i64 = 1_000_000;
+/// Nanoseconds of a second.
+pub const S: i64 = 1_000_000_000;
+
+/// How many seeds a test runs: a few, so that it is quick; `BIPLANE_SEEDS` asks for more (`.ci/run faults`).
+#[must_use]
+pub fn seeds(few: u64) -> u64 {
+    std::env::var("BIPLANE_SEEDS").ok().and_then(|seeds| seeds.parse().ok()).unwrap_or(few)
+}
+
+/// Steps at one and the same time after which the loop is taken to hang.
+const HANG_STEPS: u32 = 100_000;
+
+/// Something that a session said, and when.
+#[derive(Clone, Debug)]
+pub struct Said {
+    /// When.
+    pub at_ns: i64,
+    /// Of which device.
+    pub port: Port,
+    /// What.
+    pub event: Event,
+}
+
+/// The engine, its three lines, and what happens to them.
+pub struct SimRig<K> {
+    /// The engine.
+    pub engine: Engine<K>,
+    /// Lines in the order of [`Port::ALL`]; `None` for a device that the rig does not have.
+    pub lines: [Option<SimLine>; 3],
+    /// What the sessions said.
+    pub said: Vec<Said>,
+    /// Counts what the engine allocates; see `allocations.rs`.
+    pub engine_allocations: u64,
+    plan: Plan,
+    now_ns: i64,
+    chunk: Vec<u8>,
+}
+
+/// Place of a port in [`SimRig::lines`].
+#[must_use]
+pub fn place(port: Port) -> usize {
+    match port {
+        Port::Horizontal => 0,
+        Port::Vertical => 1,
+        Port::Base => 2,
+    }
+}
+
+impl<K: Sink> SimRig<K> {
+    /// A rig at time 0 whose devices have been as they are for a while.
+    pub fn new(rig: &Rig, lines: [Option<SimLine>; 3], plan: Plan, sink: K) -> Self {
+        let options =
+            EngineOptions { rig: rig.clone(), matcher: Method::default(), feed: Feed::Live, raw: false };
+        let engine = Engine::new(&options, sink, 0);
+        let mut sim = Self {
+            engine,
+            lines,
+            said: Vec::new(),
+            engine_allocations: 0,
+            plan,
+            now_ns: 0,
+            chunk: Vec::new(),
+        };
+        sim.serve_engine();
+        sim
+    }
+
+    /// The time that has been reached.
+    #[must_use]
+    pub fn now_ns(&self) -> i64 {
+        self.now_ns
+    }
+
+    /// Runs until `end_ns`, or until `until` says that it is enough. Returns whether it did.
+    pub fn run(&mut self, end_ns: i64, mut until: impl FnMut(&mut Self) -> bool) -> bool {
+        let mut steps = 0;
+        loop {
+            let due_ns = self.next_ns();
+            if due_ns > end_ns {
+                self.now_ns = end_ns;
+                return false;
+            }
+            steps = if due_ns > self.now_ns { 0 } else { steps + 1 };
+            assert!(steps < HANG_STEPS, "the loop hangs at {due_ns} ns");
+            self.now_ns = self.now_ns.max(due_ns);
+            self.step();
+            if until(self) {
+                return true;
+            }
+        }
+    }
+
+    /// What was said, a line each, in milliseconds.
+    #[must_use]
+    pub fn told(&self) -> String {
+        let line = |said: &Said| format!("{:8} ms {:?}: {}\n", said.at_ns / MS, said.port, said.event);
+        self.said.iter().map(line).collect()
+    }
+
+    fn next_ns(&self) -> i64 {
+        let lines = self.lines.iter().flatten().map(SimLine::next_ns);
+        lines.chain([self.engine.wake_ns(), self.plan.next_ns()]).min().unwrap_or(i64::MAX)
+    }
+
+    fn step(&mut self) {
+        let now_ns = self.now_ns;
+        while let Some((port, happening)) = self.plan.take(now_ns) {
+            self.happen(port, happening);
+        }
+        for port in Port::ALL {
+            let Some(line) = &mut self.lines[place(port)] else { continue };
+            if line.next_ns() > now_ns {
+                continue;
+            }
+            line.run(now_ns);
+            while let Some(line) = &mut self.lines[place(port)]
+                && line.read(now_ns, &mut self.chunk)
+            {
+                let before = crate::allocations::so_far();
+                self.engine.bytes(now_ns, port, &self.chunk);
+                self.engine_allocations += crate::allocations::so_far() - before;
+                self.serve_engine();
+            }
+        }
+        if self.engine.wake_ns() <= now_ns {
+            let before = crate::allocations::so_far();
+            self.engine.advance(now_ns);
+            self.engine_allocations += crate::allocations::so_far() - before;
+            self.serve_engine();
+        }
+    }
+
+    fn happen(&mut self, port: Port, happening: Happening) {
+        if let Some(line) = &mut self.lines[place(port)] {
+            line.happen(self.now_ns, happening);
+        }
+    }
+
+    fn serve_engine(&mut self) {
+        while let Some((port, command)) = self.engine.next_command() {
+            let Some(line) = &mut self.lines[place(port)] else { continue };
+            match command {
+                Command::Write(bytes) => line.write(self.now_ns, &bytes),
+                Command::SetBaud(baud) => line.set_baud(baud),
+            }
+        }
+        while let Some((port, event)) = self.engine.next_event() {
+            self.said.push(Said { at_ns: self.now_ns, port, event });
+        }
+    }
+}

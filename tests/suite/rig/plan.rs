@@ -1,0 +1,58 @@
+//! What happens to the lines of a rig, and when.
+
+use biplane_mock::faults::Preset;
+use biplane_recording::Port;
+
+/// Something that happens to one line.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Happening {
+    /// The adapter is pulled out of the computer: what is under way is lost, writes go nowhere.
+    Unplug,
+    /// It is back, at the rate that was set last.
+    Plug,
+    /// The device loses its power.
+    PowerOff,
+    /// It has its power again and has started: it says so, at its power-on rate, with its settings from the EEPROM.
+    PowerOn,
+    /// Nothing comes from the device any more, though it hears and works.
+    Mute,
+    /// It is heard again.
+    Unmute,
+    /// Random bytes come instead of the device's.
+    Babble,
+    /// The device's own bytes come again.
+    Clear,
+    /// The line has these faults from now on, in both directions; none ends them.
+    Faults(Vec<Preset>),
+}
+
+/// Happenings in the order of their times.
+#[derive(Clone, Debug, Default)]
+pub struct Plan {
+    happenings: Vec<(i64, Port, Happening)>,
+    next: usize,
+}
+
+impl Plan {
+    /// A plan; the list may be in any order.
+    #[must_use]
+    pub fn new(mut happenings: Vec<(i64, Port, Happening)>) -> Self {
+        happenings.sort_by_key(|(at_ns, ..)| *at_ns);
+        Self { happenings, next: 0 }
+    }
+
+    /// When the next one is due.
+    #[must_use]
+    pub fn next_ns(&self) -> i64 {
+        self.happenings.get(self.next).map_or(i64::MAX, |(at_ns, ..)| *at_ns)
+    }
+
+    /// The next one that is due by `now_ns`.
+    pub fn take(&mut self, now_ns: i64) -> Option<(Port, Happening)> {
+        let (at_ns, port, happening) = self.happenings.get(self.next)?;
+        (*at_ns <= now_ns).then(|| {
+            self.next += 1;
+            (*port, happening.clone())
+        })
+    }
+}

@@ -1,0 +1,34 @@
+//! All bytes that passed a place, with their times.
+
+/// Bytes and when they passed.
+#[derive(Clone, Debug, Default)]
+pub struct Tape {
+    /// The bytes.
+    pub bytes: Vec<u8>,
+    /// End of a piece (index of the byte behind it), and its time, nanoseconds.
+    marks: Vec<(usize, i64)>,
+}
+
+impl Tape {
+    /// Bytes pass at `now_ns`; times do not step back.
+    pub fn push(&mut self, now_ns: i64, bytes: &[u8]) {
+        if !bytes.is_empty() {
+            self.bytes.extend_from_slice(bytes);
+            self.marks.push((self.bytes.len(), now_ns));
+        }
+    }
+
+    /// When the byte of this index passed.
+    #[must_use]
+    pub fn time_ns(&self, index: usize) -> i64 {
+        let mark = self.marks.partition_point(|(end, _)| *end <= index);
+        self.marks.get(mark).map_or(i64::MAX, |(_, at_ns)| *at_ns)
+    }
+
+    /// Index of the first byte that passed after `at_ns`.
+    #[must_use]
+    pub fn index_after(&self, at_ns: i64) -> usize {
+        let mark = self.marks.partition_point(|(_, passed_ns)| *passed_ns <= at_ns);
+        mark.checked_sub(1).map_or(0, |last| self.marks[last].0)
+    }
+}

@@ -1,0 +1,246 @@
+//! What should have been recorded: telegrams cut out of what a device sent, and which of them arrived untouched.
+//!
+//! The cutting is done on the clean bytes behind the device, with the mock's own checksum, not with the driver's. A telegram has arrived
+//! untouched when all its bytes stand together in what the reads returned.
+
+use std::collections::{HashMap, HashSet};
+
+use biplane_mock::base_device::packet;
+use biplane_mock::lms_device::frame;
+use biplane_onboard::session::Event;
+use biplane_recording::Port;
+
+use super::tape::Tape;
+use super::witness::{INVALID, NOTHING, RecordedScan};
+use super::{S, Said};
+
+/// A telegram that was on the line for longer than this after it was sent is not looked for any more: no fault holds bytes so long.
+const LONGEST_DELAY_NS: i64 = 2 * S;
+
+/// A packet of a base may be recorded so much later than its last byte arrived: two cycles of the base.
+const LONGEST_STUMP_NS: i64 = S / 2;
+
+/// A telegram as it was sent.
+#[derive(Clone, Debug)]
+pub struct Telegram {
+    /// When its last byte left.
+    pub sent_ns: i64,
+    /// All its bytes.
+    pub bytes: Vec<u8>,
+    /// When its last byte arrived, if all arrived untouched and together.
+    pub arrived_ns: Option<i64>,
+}
+
+/// Cuts a clean stream: `measure` gives the length of the whole intact telegram at the front of bytes, if one is there.
+fn cut(tape: &Tape, measure: impl Fn(&[u8]) -> Option<usize>) -> Vec<Telegram> {
+    let mut telegrams = Vec::new();
+    let mut at = 0;
+    while at < tape.bytes.len() {
+        match measure(&tape.bytes[at..]) {
+            Some(length) => {
+                let bytes = tape.bytes[at..at + length].to_vec();
+                at += length;
+                telegrams.push(Telegram { sent_ns: tape.time_ns(at - 1), bytes, arrived_ns: None });
+            }
+            None => at += 1,
+        }
+    }
+    telegrams
+}
+
+/// Length of the intact reply of a laser at the front.
+fn lms_length(bytes: &[u8]) -> Option<usize> {
+    let &[0x02, address, low, high, ..] = bytes else { return None };
+    let length = usize::from(u16::from_le_bytes([low, high])) + 6;
+    let telegram = bytes.get(..length).filter(|_| address >= 0x80 && length <= 820)?;
+    let (covered, sum) = telegram.split_at(length - 2);
+    (frame::checksum(covered).to_le_bytes() == sum).then_some(length)
+}
+
+/// Length of the intact packet of a Pioneer at the front.
+fn p2os_length(bytes: &[u8]) -> Option<usize> {
+    let &[0xFA, 0xFB, count, ..] = bytes else { return None };
+    let length = usize::from(count) + 3;
+    let body = bytes.get(3..length)?;
+    let (body, sum) = body.split_at_checked(body.len().checked_sub(2)?)?;
+    (packet::checksum(body).to_be_bytes() == sum).then_some(length)
+}
+
+/// Scans that a laser sent whole.
+#[must_use]
+pub fn sent_scans(sent: &Tape, delivered: &Tape) -> Vec<Telegram> {
+    let mut telegrams = cut(sent, lms_length);
+    telegrams.retain(|telegram| telegram.bytes[4] == 0xB0);
+    find(&mut telegrams, delivered);
+    telegrams
+}
+
+/// Odometry packets that a base sent whole.
+#[must_use]
+pub fn sent_reports(sent: &Tape, delivered: &Tape) -> Vec<Telegram> {
+    let mut packets = cut(sent, p2os_length);
+    packets.retain(|packet| matches!(packet.bytes[3], 0x32 | 0x33) && packet.bytes.len() > 20);
+    find(&mut packets, delivered);
+    packets
+}
+
+/// Looks each telegram up in what arrived.
+fn find(telegrams: &mut [Telegram], delivered: &Tape) {
+    let mut from = 0;
+    for telegram in telegrams {
+        let until = delivered.index_after(telegram.sent_ns + LONGEST_DELAY_NS);
+        let Some(window) = delivered.bytes.get(from..until) else { continue };
+        // What is near is looked at first: nearly all telegrams stand right where the last one ended.
+        let found = position(window, &telegram.bytes);
+        if let Some(at) = found {
+            let end = from + at + telegram.bytes.len();
+            telegram.arrived_ns = Some(delivered.time_ns(end - 1));
+            from = end;
+        }
+    }
+}
+
+fn position(window: &[u8], wanted: &[u8]) -> Option<usize> {
+    window.windows(wanted.len()).position(|bytes| bytes == wanted)
+}
+
+/// Ranges that a telegram with measuring mode 00 says, in millimetres (SICK telegram listing, B0 reply).
+#[must_use]
+pub fn ranges_mm(telegram: &[u8]) -> Option<Vec<u32>> {
+    let &[low, high] = telegram.get(5..7)? else { return None };
+    let word = u16::from_le_bytes([low, high]);
+    let unit_mm = if word >> 14 == 1 { 1 } else { 10 };
+    let values = telegram.get(7..7 + 2 * usize::from(word & 0x1FF))?;
+    let ranges = values.chunks_exact(2).map(|pair| match u16::from_le_bytes([pair[0], pair[1]]) & 0x1FFF {
+        8191 | 8183 => NOTHING,
+        8183.. => INVALID,
+        range => u32::from(range) * unit_mm,
+    });
+    Some(ranges.collect())
+}
+
+/// Times at which the session of a line had brought its device to stream, up to when the device lost its settings.
+fn wanted_spans(said: &[Said], port: Port) -> Vec<(i64, i64)> {
+    let mut spans: Vec<(i64, i64)> = Vec::new();
+    for said in said.iter().filter(|said| said.port == port) {
+        match (&said.event, spans.last_mut()) {
+            (Event::Streaming, None) => spans.push((said.at_ns, i64::MAX)),
+            (Event::Streaming, Some(last)) if last.1 != i64::MAX => spans.push((said.at_ns, i64::MAX)),
+            (Event::PoweredOn, Some(last)) => last.1 = last.1.min(said.at_ns),
+            _ => {}
+        }
+    }
+    spans
+}
+
+/// What became of a line's telegrams.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Account {
+    /// Sent whole.
+    pub sent: u64,
+    /// Of them, arrived untouched while they were wanted.
+    pub intact: u64,
+    /// Of them, recorded.
+    pub recorded: u64,
+    /// Recorded, though nobody sent them so: damage that nothing can tell.
+    pub undetected: u64,
+    /// Recorded, though it could be told that they are damaged.
+    pub wrongly_kept: u64,
+    /// Sent whole, but damaged, cut or lost on the way.
+    pub damaged: u64,
+}
+
+impl Account {
+    /// Telegrams that should have been recorded and were not.
+    #[must_use]
+    pub fn lost(&self) -> u64 {
+        self.intact - self.recorded
+    }
+
+    /// The sum of two.
+    pub fn add(&mut self, other: &Self) {
+        self.sent += other.sent;
+        self.intact += other.intact;
+        self.recorded += other.recorded;
+        self.undetected += other.undetected;
+        self.wrongly_kept += other.wrongly_kept;
+        self.damaged += other.damaged;
+    }
+}
+
+/// Holds what was recorded of a laser against what it sent.
+#[must_use]
+pub fn laser_account(
+    port: Port,
+    telegrams: &[Telegram],
+    delivered: &Tape,
+    recorded: &[RecordedScan],
+    said: &[Said],
+) -> Account {
+    let spans = wanted_spans(said, port);
+    let is_wanted = |at_ns: i64| spans.iter().any(|&(from, to)| from <= at_ns && at_ns <= to);
+    let sent: HashMap<Vec<u32>, usize> =
+        telegrams.iter().enumerate().filter_map(|(i, t)| Some((ranges_mm(&t.bytes)?, i))).collect();
+    let kept: HashSet<usize> =
+        recorded.iter().filter_map(|scan| sent.get(&scan.ranges_mm).copied()).collect();
+    let mut account = Account { sent: telegrams.len() as u64, ..Account::default() };
+    for (index, telegram) in telegrams.iter().enumerate() {
+        match telegram.arrived_ns {
+            Some(at_ns) if is_wanted(at_ns) => {
+                account.intact += 1;
+                account.recorded += u64::from(kept.contains(&index));
+            }
+            Some(_) => {}
+            None => account.damaged += 1,
+        }
+    }
+    for scan in recorded.iter().filter(|scan| !sent.contains_key(&scan.ranges_mm)) {
+        if passes_all_checks(scan, delivered) {
+            account.undetected += 1;
+        } else {
+            account.wrongly_kept += 1;
+        }
+    }
+    account
+}
+
+/// Whether a telegram with these ranges and a fitting checksum really stands in what arrived.
+fn passes_all_checks(scan: &RecordedScan, delivered: &Tape) -> bool {
+    let until = delivered.index_after(scan.log_ns);
+    let from = until.saturating_sub(4096);
+    let window = &delivered.bytes[from..until];
+    (0..window.len()).any(|at| {
+        lms_length(&window[at..])
+            .and_then(|length| ranges_mm(&window[at..at + length]))
+            .is_some_and(|ranges| ranges == scan.ranges_mm)
+    })
+}
+
+/// Holds what was recorded of a base against what it sent: by order and times, because its poses are continued over restarts.
+#[must_use]
+pub fn base_account(packets: &[Telegram], recorded_ns: &[i64], said: &[Said]) -> Account {
+    let first_ns = said
+        .iter()
+        .find(|said| said.port == Port::Base && said.event == Event::Streaming)
+        .map_or(i64::MAX, |said| said.at_ns);
+    let mut account = Account { sent: packets.len() as u64, ..Account::default() };
+    let mut recorded = recorded_ns.iter().copied().peekable();
+    for packet in packets {
+        let Some(at_ns) = packet.arrived_ns else {
+            account.damaged += 1;
+            continue;
+        };
+        if at_ns < first_ns {
+            continue;
+        }
+        account.intact += 1;
+        while recorded.next_if(|recorded_ns| *recorded_ns < at_ns).is_some() {
+            account.undetected += 1;
+        }
+        // A packet behind a stump may have to wait until the stump is known to be one.
+        let waited = recorded.next_if(|recorded_ns| recorded_ns - at_ns <= LONGEST_STUMP_NS);
+        account.recorded += u64::from(waited.is_some());
+    }
+    account.undetected += recorded.count() as u64;
+    account
+}

@@ -1,0 +1,69 @@
+//! A sink that remembers what was recorded, to be held against what the devices sent.
+
+use biplane_onboard::health::Health;
+use biplane_onboard::sink::Sink;
+use biplane_recording::Topic;
+use biplane_recording::msg::{LaserScan, Message};
+
+/// A range that says "nothing in range"; see [`RecordedScan::ranges_mm`].
+pub const NOTHING: u32 = u32::MAX;
+/// A range that is none; see [`RecordedScan::ranges_mm`].
+pub const INVALID: u32 = u32::MAX - 1;
+
+/// A scan that was recorded.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct RecordedScan {
+    /// When it was recorded.
+    pub log_ns: i64,
+    /// Its stamp.
+    pub stamp_ns: i64,
+    /// Its ranges in millimetres.
+    pub ranges_mm: Vec<u32>,
+}
+
+/// What was recorded.
+#[derive(Debug, Default)]
+pub struct Witness {
+    /// Scans of the horizontal and of the vertical laser.
+    pub scans: [Vec<RecordedScan>; 2],
+    /// When odometry was recorded.
+    pub odometry_ns: Vec<i64>,
+    /// Matched poses.
+    pub poses: u64,
+    /// State, once a second.
+    pub health: Vec<Health>,
+}
+
+impl Sink for Witness {
+    fn message(&mut self, topic: Topic, log_ns: i64, _publish_ns: i64, cdr: &[u8]) {
+        match topic {
+            Topic::ScanHorizontal => self.scans[0].push(scan(log_ns, cdr)),
+            Topic::ScanVertical => self.scans[1].push(scan(log_ns, cdr)),
+            Topic::Odom => self.odometry_ns.push(log_ns),
+            Topic::Pose => self.poses += 1,
+            _ => {}
+        }
+    }
+
+    fn health(&mut self, _now_ns: i64, health: &Health) {
+        self.health.push(*health);
+    }
+
+    fn dropped(&self) -> u64 {
+        0
+    }
+}
+
+fn scan(log_ns: i64, cdr: &[u8]) -> RecordedScan {
+    let scan = LaserScan::decode(cdr).unwrap();
+    let millimetres = |range_m: &f32| match *range_m {
+        range_m if range_m.is_nan() => INVALID,
+        f32::INFINITY => NOTHING,
+        range_m => (range_m * 1000.0).round() as u32,
+    };
+    RecordedScan {
+        log_ns,
+        stamp_ns: scan.stamp_ns,
+        ranges_mm: scan.ranges_m.iter().map(millimetres).collect(),
+    }
+}

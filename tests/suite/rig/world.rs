@@ -1,0 +1,95 @@
+//! A world that costs next to nothing: the walls of a room, computed, and a robot that drives to and fro in it.
+//!
+//! Each scan has its own noise, so that no two telegrams are the same bytes. Metres; nanoseconds on the device's clock.
+
+use biplane_mock::lms_device::feed::Timeline;
+use biplane_mock::rng::Rng;
+use biplane_mock::source::{OdometrySample, OdometrySource, ScanSource, ScanWords};
+
+/// Walls of the room, seen from its middle: ahead, behind, left, right.
+const WALLS_M: [f64; 4] = [6.0, 4.0, 2.2, 1.8];
+/// The robot drives so far from the middle, and back.
+const WAY_M: f64 = 2.0;
+/// Its speed.
+const SPEED_M_S: f64 = 0.4;
+
+/// Time on a device's clock is time in the world.
+pub struct SameTime;
+
+impl Timeline for SameTime {
+    fn world_ns(&self, device_ns: i64) -> i64 {
+        device_ns
+    }
+}
+
+/// How far ahead of the middle the robot is.
+#[must_use]
+pub fn way_m(t_ns: i64) -> f64 {
+    let driven_m = t_ns.max(0) as f64 * 1e-9 * SPEED_M_S;
+    WAY_M - (driven_m.rem_euclid(4.0 * WAY_M) - 2.0 * WAY_M).abs()
+}
+
+/// Sine and cosine of each beam's direction.
+type Fan = Vec<(f64, f64)>;
+
+/// A laser in the room, on the robot's middle.
+pub struct Room {
+    seed: u64,
+    stream: u64,
+    /// Directions of the beams of a variant, computed once.
+    fans: Vec<((u16, u16), Fan)>,
+}
+
+impl Room {
+    /// A laser with its own noise.
+    #[must_use]
+    pub fn new(seed: u64, stream: u64) -> Self {
+        Self { seed, stream, fans: Vec::new() }
+    }
+
+    fn fan(&mut self, fov_deg: u16, resolution_cdeg: u16) -> &[(f64, f64)] {
+        let key = (fov_deg, resolution_cdeg);
+        if !self.fans.iter().any(|(of, _)| *of == key) {
+            let step_deg = f64::from(resolution_cdeg) / 100.0;
+            let count = usize::from(fov_deg) * 100 / usize::from(resolution_cdeg.max(1)) + 1;
+            let beams = (0..count).map(|beam| {
+                let (sin, cos) = (beam as f64 * step_deg - f64::from(fov_deg) / 2.0).to_radians().sin_cos();
+                (sin, cos)
+            });
+            self.fans.push((key, beams.collect()));
+        }
+        self.fans.iter().find(|(of, _)| *of == key).map_or(&[], |(_, beams)| beams)
+    }
+}
+
+impl ScanSource for Room {
+    fn scan(&mut self, t0_ns: i64, fov_deg: u16, resolution_cdeg: u16, mm: bool) -> Option<ScanWords> {
+        let mut rng = Rng::new(self.seed, 0x0C0A + self.stream, t0_ns);
+        let [ahead, behind, left, right] = WALLS_M;
+        let (to_front, to_back) = (ahead - way_m(t0_ns), behind + way_m(t0_ns));
+        let units = if mm { 1000.0 } else { 100.0 };
+        let words = self.fan(fov_deg, resolution_cdeg).iter().map(|&(sin, cos)| {
+            let to_x = if cos > 0.0 { to_front } else { to_back } / cos.abs().max(1e-9);
+            let to_y = if sin > 0.0 { left } else { right } / sin.abs().max(1e-9);
+            // One draw a beam: 1 cm up or down, evenly, is enough to tell scans apart.
+            let range_m = to_x.min(to_y) + 0.02 * (rng.unit() - 0.5);
+            (range_m * units).round().clamp(1.0, 8100.0) as u16
+        });
+        Some(words.collect())
+    }
+}
+
+/// The odometry of the same robot, one tick a millimetre. It also counts time across, so that no two packets are the same.
+pub struct Wheels;
+
+impl OdometrySource for Wheels {
+    fn sample(&mut self, t_ns: i64) -> OdometrySample {
+        let x_mm = (way_m(t_ns) * 1000.0).round() as i32;
+        OdometrySample {
+            x_raw: (x_mm & 0x7FFF) as u16,
+            left_mm_s: (t_ns / 100_000_000 % 300) as i16,
+            moving: true,
+            ..OdometrySample::default()
+        }
+    }
+}
