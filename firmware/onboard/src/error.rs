@@ -68,9 +68,15 @@ pub enum OnboardError {
         /// The devices.
         devices: [&'static str; 2],
     },
-    /// The base speaks something that this version does not.
-    #[error("base protocol `{protocol}` is not supported by this version (supported: p2os)")]
-    BaseProtocol {
+    /// A recording of a base whose answers only mean something with their questions, without the questions.
+    #[error(
+        "{} holds what a {protocol} base answered, but not what it was asked (/serial/base/tx): its answers cannot be read; \
+         record with --raw, which keeps both, or replay a file without /serial/base/rx",
+        path.display()
+    )]
+    NoQuestions {
+        /// The input.
+        path: PathBuf,
         /// The protocol's name.
         protocol: &'static str,
     },

@@ -1,6 +1,5 @@
 //! The serial ports that a rig needs, and what can be said of them before they are opened.
 
-use biplane_recording::rig::BaseProtocol;
 use biplane_recording::{Port, Rig};
 
 use crate::error::OnboardError;
@@ -24,14 +23,11 @@ pub fn of_rig(rig: &Rig) -> Vec<(Port, &str, u32)> {
     ports
 }
 
-/// Checks what the rig's own reader cannot: that no two devices share a port, that the base's protocol is built in.
+/// Checks what the rig's own reader cannot: that no two devices share a port.
 ///
 /// # Errors
 /// The first thing found.
 pub fn check(rig: &Rig) -> Result<(), OnboardError> {
-    if !matches!(rig.base.protocol, BaseProtocol::P2os { .. }) {
-        return Err(OnboardError::BaseProtocol { protocol: rig.base.protocol.name() });
-    }
     let ports = of_rig(rig);
     for (index, &(port, path, _)) in ports.iter().enumerate() {
         if let Some(&(other, ..)) = ports.iter().take(index).find(|(_, other, _)| *other == path) {

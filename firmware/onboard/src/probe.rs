@@ -126,8 +126,9 @@ fn ask_base(rig: &Rig, port: &Tty, nothing: &DeviceReport) -> io::Result<DeviceR
     Ok(DeviceReport {
         answered: true,
         baud_found: Some(rig.base.baud),
-        kind: Some(format!("{} {}", info.class, info.subclass)),
-        firmware: Some(info.name.to_string()),
+        kind: Some(format!("{} {}", info.class, info.subclass).trim_end().to_owned()),
+        firmware: Some(info.name.to_string()).filter(|text| !text.is_empty()),
+        fault: info.has_fault,
         ..nothing.clone()
     })
 }

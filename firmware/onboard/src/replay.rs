@@ -116,10 +116,7 @@ pub fn replay(options: &ReplayOptions, stop: &AtomicBool) -> Result<RunReport, O
         Some(rig) => rig.clone(),
         None => reader.rig()?.ok_or_else(|| OnboardError::NoRig { path: options.input.clone() })?,
     };
-    let (content, start_ns) = survey(&reader)?;
-    if content == Content::Serial && !matches!(rig.base.protocol, BaseProtocol::P2os { .. }) {
-        return Err(OnboardError::BaseProtocol { protocol: rig.base.protocol.name() });
-    }
+    let (content, start_ns) = survey(&reader, &rig)?;
     let writer = PartsWriter::create(&options.output, &writer_options, options.rotation)?;
     let made = run_into(writer, options, rig, (&reader, content, start_ns), stop);
     if made.is_err() {
@@ -160,11 +157,16 @@ fn same_file(input: &Path, output: &Path) -> bool {
 }
 
 /// Whether the file holds serial bytes or decoded scans, and the time of its first message. Serial bytes go first: a recording made with
-/// `--raw` has both.
-fn survey(reader: &Reader) -> Result<(Content, i64), OnboardError> {
+/// `--raw` has both. What a RoboClaw answered is refused without what it was asked: its answers have no header to know them by.
+fn survey(reader: &Reader, rig: &Rig) -> Result<(Content, i64), OnboardError> {
     let (mut serial, mut decoded, mut start_ns) = (false, false, None);
+    let (mut answers, mut questions) = (false, false);
     for entry in reader.messages() {
         let entry = entry?;
+        if let Some(Topic::Serial(Port::Base, direction)) = entry.topic {
+            answers |= direction == Direction::Rx;
+            questions |= direction == Direction::Tx;
+        }
         match entry.topic {
             Some(Topic::Serial(_, Direction::Rx)) => serial = true,
             Some(Topic::ScanHorizontal | Topic::ScanVertical) => decoded = true,
@@ -172,6 +174,10 @@ fn survey(reader: &Reader) -> Result<(Content, i64), OnboardError> {
             _ => continue,
         }
         start_ns.get_or_insert(entry.log_time_ns);
+    }
+    if matches!(rig.base.protocol, BaseProtocol::RoboClaw { .. }) && answers && !questions {
+        let (path, protocol) = (reader.path().to_owned(), rig.base.protocol.name());
+        return Err(OnboardError::NoQuestions { path, protocol });
     }
     let content = match (serial, decoded) {
         (true, _) => Content::Serial,
@@ -210,6 +216,10 @@ impl Run {
             (Content::Serial, Some(Topic::Serial(port, Direction::Rx))) => {
                 let bytes: ByteArray = decode(entry)?;
                 self.engine.bytes(now_ns, port, &bytes.data);
+            }
+            (Content::Serial, Some(Topic::Serial(port @ Port::Base, Direction::Tx))) => {
+                let bytes: ByteArray = decode(entry)?;
+                self.engine.host_sent(now_ns, port, &bytes.data);
             }
             (Content::Decoded, Some(Topic::ScanHorizontal)) => {
                 self.engine.decoded_scan(now_ns, Port::Horizontal, &decode::<LaserScan>(entry)?);

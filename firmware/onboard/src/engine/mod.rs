@@ -181,6 +181,14 @@ impl<S: Sink> Engine<S> {
         self.settle(now_ns);
     }
 
+    /// What a host once sent on a line, in a recording that is replayed: some answers only mean something with their question.
+    pub fn host_sent(&mut self, sent_ns: i64, port: Port, bytes: &[u8]) {
+        let now_ns = self.begin(sent_ns);
+        if port == Port::Base {
+            self.base.session.host_sent(now_ns, bytes);
+        }
+    }
+
     /// Time has come to `now_ns`: whatever was due until then happens, each at its own time.
     pub fn advance(&mut self, now_ns: i64) {
         let now_ns = bounded(now_ns).max(self.now_ns);

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use biplane_wire::roboclaw::StatusBits;
+
 use super::ShortText;
 
 /// What a session was doing.
@@ -130,6 +132,12 @@ pub enum Event {
     SessionLeftOpen,
     /// The base counts its odometry from zero again.
     OdometryRestarted,
+    /// The base's subclass is not known, and the rig does not say how long a unit of its position is.
+    UnitsAssumed,
+    /// What the base reports of its own state has changed.
+    BaseStatus(StatusBits),
+    /// The driver was written after other drivers and has not met the device.
+    Untried,
     /// The device was left idle.
     Stopped,
     /// The port has gone: an adapter was pulled.
@@ -151,6 +159,7 @@ impl Event {
                 | Self::Streaming
                 | Self::Stopped
                 | Self::PortBack
+                | Self::Untried
                 | Self::Retried { step: Step::FindRate | Step::ConfirmRate, .. }
         )
     }
@@ -204,6 +213,12 @@ impl fmt::Display for Event {
             Self::PoweredOn => write!(f, "was switched on or reset, starting again"),
             Self::SessionLeftOpen => write!(f, "had a session open, closing it first"),
             Self::OdometryRestarted => write!(f, "counts its odometry from zero again"),
+            Self::UnitsAssumed => write!(f, "unknown subclass: one unit of its position is taken as 1 mm"),
+            Self::BaseStatus(bits) if bits.words().next().is_none() => {
+                write!(f, "reports no trouble any more")
+            }
+            Self::BaseStatus(bits) => write!(f, "reports {bits}"),
+            Self::Untried => write!(f, "this driver was never tried on hardware"),
             Self::Stopped => write!(f, "left idle"),
             Self::PortLost => write!(f, "its port is gone, looking for it"),
             Self::PortBack => write!(f, "its port is back"),

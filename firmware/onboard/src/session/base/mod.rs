@@ -1,176 +1,183 @@
-//! The session of a Pioneer base (PSOS, P2OS, AROS, ARCOS): synchronise, open, keep it alive, read its odometry.
+//! Sessions with a mobile base: one driver a protocol behind one trait, each from bytes to the base's own odometry.
 //!
-//! ```text
-//! SYNC0 -> SYNC1 -> SYNC2 -> OPEN -> running (PULSE every 0.8 s) -> CLOSE
-//!   ^  CLOSE first, when packets come instead of an echo     |
-//!   +------------------------------ silence -----------------+
-//! ```
-//! The motors are never enabled: the operator drives. Frame of the odometry: the base's own (`odom`). Units: metres, radians.
-//! Source: Pioneer 3 operations manual, and the fact sheet `p2os.md`.
+//! - [`p2os`]: Pioneer bases; they report a pose by themselves.
+//! - [`roboclaw`]: home-made bases; wheel counts are asked for again and again.
+//! - [`rflex`]: B21r, ATRV, Magellan; they report way and bearing by themselves. Never tried on hardware.
+//!
+//! No driver ever enables a motor or commands a speed other than zero: the operator drives. Frame of the odometry: the base's own
+//! (`odom`); it goes on where it was when a base starts to count anew. Units: metres, radians, nanoseconds.
 
-mod machine;
-mod odometer;
+mod counted;
+mod driver;
+pub mod p2os;
+pub mod rflex;
+pub mod roboclaw;
 
 use biplane_matcher::Pose2;
-use biplane_recording::rig;
-use biplane_wire::p2os;
-use biplane_wire::{Counts, Item};
+use biplane_recording::rig::{self, BaseProtocol};
+use biplane_wire::Counts;
 
 use super::{Input, Output, Session, ShortText};
-use machine::{Machine, State};
+pub use driver::BaseDriver;
+use driver::Purpose;
 
 /// What the rig says of the base.
 #[derive(Copy, Clone, PartialEq, Debug)]
 pub struct BaseSettings {
     /// Rate of the line, bits per second.
     pub baud: u32,
-    /// Length of one unit of the base's position, metres.
-    pub metres_per_tick: f64,
+    /// What it speaks, and what its counts are worth.
+    pub protocol: BaseProtocol,
 }
 
 impl From<&rig::Base> for BaseSettings {
     fn from(base: &rig::Base) -> Self {
-        let metres_per_tick = match base.protocol {
-            rig::BaseProtocol::P2os { metres_per_tick: Some(metres_per_tick) } => metres_per_tick,
-            _ => 0.001,
-        };
-        Self { baud: base.baud, metres_per_tick }
+        Self { baud: base.baud, protocol: base.protocol }
     }
 }
 
 /// One odometry report.
 #[derive(Copy, Clone, PartialEq, Debug)]
 pub struct OdometryReading {
-    /// Index of the packet's first byte in the stream.
+    /// Index in the stream of the first byte that says it: the odometry was taken when this byte left the base.
     pub offset: u64,
-    /// Bytes of the packet.
+    /// Bytes of that packet or answer.
     pub length: usize,
     /// Where the base believes to be; unwrapped, and continued over restarts of the base.
     pub odom_from_base: Pose2,
-    /// Battery, volts.
+    /// Battery, volts, as last told; 0 before.
     pub battery_v: f32,
 }
 
-/// What a base says of itself.
+/// What a base says of itself. Empty where its protocol has no such word.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct BaseInfo {
-    /// Name, class and subclass, as it answers SYNC2.
+    /// Name of a Pioneer, firmware version of a RoboClaw.
     pub name: ShortText,
-    /// Class, usually `Pioneer`.
+    /// Kind of base: class of a Pioneer (`Pioneer`), product of a RoboClaw, `rFLEX`.
     pub class: ShortText,
-    /// Subclass, for example `p3dx-sh`: picks the parameters.
+    /// Subclass of a Pioneer, for example `p3dx-sh`: picks the parameters.
     pub subclass: ShortText,
+    /// Whether it reports an error; `None` when it has not told.
+    pub has_fault: Option<bool>,
 }
 
-/// A session with one base.
+/// A session with one base, whatever it speaks.
 #[derive(Debug)]
-pub struct BaseSession {
-    deframer: p2os::Deframer,
-    machine: Machine,
+#[allow(clippy::large_enum_variant)] // one a robot, and no heap in the acquisition path
+pub enum BaseSession {
+    /// P2OS, ARCOS.
+    P2os(p2os::P2os),
+    /// RoboClaw.
+    RoboClaw(roboclaw::RoboClaw),
+    /// rFLEX.
+    Rflex(rflex::Rflex),
 }
 
 impl BaseSession {
     /// A session that opens the base and keeps it reporting.
     #[must_use]
     pub fn streaming(settings: BaseSettings, now_ns: i64) -> Self {
-        let mut session = Self::new(settings, false, now_ns);
-        session.machine.outputs.push(Output::SetBaud(settings.baud));
-        session.machine.enter_sync(0);
-        session
+        Self::new(settings, Purpose::Stream, now_ns)
     }
 
-    /// A session that asks the base who it is, closes, and is done.
+    /// A session that asks the base who it is, leaves it as it was, and is done.
     #[must_use]
     pub fn probing(settings: BaseSettings, now_ns: i64) -> Self {
-        let mut session = Self::streaming(settings, now_ns);
-        session.machine.probe = true;
-        session
+        Self::new(settings, Purpose::Probe, now_ns)
     }
 
-    /// A session that only listens to what once came from a base.
+    /// A session that only listens to what once came from a base, and to what was sent to it.
     #[must_use]
     pub fn listening(settings: BaseSettings, now_ns: i64) -> Self {
-        let mut session = Self::new(settings, false, now_ns);
-        session.machine.state = State::Listening;
-        session
+        Self::new(settings, Purpose::Listen, now_ns)
     }
 
-    fn new(settings: BaseSettings, probe: bool, now_ns: i64) -> Self {
-        let machine = Machine::new(settings, probe, now_ns);
-        Self { deframer: p2os::Deframer::new(), machine }
+    fn new(settings: BaseSettings, purpose: Purpose, now_ns: i64) -> Self {
+        let baud = settings.baud;
+        match settings.protocol {
+            BaseProtocol::P2os { metres_per_tick } => {
+                Self::P2os(p2os::P2os::new(baud, metres_per_tick, purpose, now_ns))
+            }
+            BaseProtocol::RoboClaw {
+                address,
+                wheel_base_m,
+                metres_per_count_left,
+                metres_per_count_right,
+            } => {
+                let wheels = roboclaw::Wheels { wheel_base_m, metres_per_count_left, metres_per_count_right };
+                Self::RoboClaw(roboclaw::RoboClaw::new(baud, address, wheels, purpose, now_ns))
+            }
+            BaseProtocol::Rflex { counts_per_m, counts_per_rad } => {
+                let scale = rflex::Scale { counts_per_m, counts_per_rad };
+                Self::Rflex(rflex::Rflex::new(baud, scale, purpose, now_ns))
+            }
+        }
     }
 
     /// What is known of the base.
     #[must_use]
     pub fn info(&self) -> &BaseInfo {
-        &self.machine.info
+        self.driver().info()
     }
 
-    /// Intact odometry packets that could not be read.
+    /// Intact packets that could not be read.
     #[must_use]
     pub fn not_kept(&self) -> u64 {
-        self.machine.not_kept
+        self.driver().not_kept()
     }
 
     /// Whether odometry flows.
     #[must_use]
     pub fn is_streaming(&self) -> bool {
-        matches!(self.machine.state, State::Running { .. } | State::Listening)
+        self.driver().is_streaming()
     }
 
-    /// The input ends: what the deframer still holds is let go. Drain [`Session::poll`] afterwards.
+    /// A recording's next write to the base, at its time: what the next bytes answer. See [`BaseDriver::host_sent`].
+    pub fn host_sent(&mut self, now_ns: i64, bytes: &[u8]) {
+        self.driver_mut().host_sent(now_ns, bytes);
+    }
+
+    /// The input ends: what is held of an unfinished packet is let go. Drain [`Session::poll`] afterwards.
     pub fn finish(&mut self) {
-        self.deframer.finish();
-        self.drain();
+        self.driver_mut().finish();
     }
 
-    fn drain(&mut self) {
-        while let Some(item) = self.deframer.next() {
-            if let Item::Frame { offset, bytes } = item {
-                self.machine.frame(offset, bytes);
-            }
+    fn driver(&self) -> &dyn BaseDriver {
+        match self {
+            Self::P2os(driver) => driver,
+            Self::RoboClaw(driver) => driver,
+            Self::Rflex(driver) => driver,
         }
     }
 
-    fn take_bytes(&mut self, mut bytes: &[u8]) {
-        while !bytes.is_empty() {
-            let taken = self.deframer.push(bytes);
-            bytes = bytes.get(taken..).unwrap_or_default();
-            self.drain();
-            if taken == 0 {
-                break;
-            }
+    fn driver_mut(&mut self) -> &mut dyn BaseDriver {
+        match self {
+            Self::P2os(driver) => driver,
+            Self::RoboClaw(driver) => driver,
+            Self::Rflex(driver) => driver,
         }
     }
 }
 
 impl Session for BaseSession {
     fn handle(&mut self, now_ns: i64, input: Input<'_>) {
-        self.machine.now_ns = now_ns;
-        match input {
-            Input::Bytes(bytes) => self.take_bytes(bytes),
-            Input::Time => {}
-            Input::Stop => self.machine.stop(),
-        }
-        self.machine.time();
+        self.driver_mut().handle(now_ns, input);
     }
 
     fn poll(&mut self) -> Output {
-        self.machine.outputs.pop().unwrap_or_else(|| Output::WaitUntil(self.machine.deadline_ns()))
+        self.driver_mut().poll()
     }
 
     fn is_done(&self) -> bool {
-        self.machine.state == State::Done && self.machine.outputs.is_empty()
+        self.driver().is_done()
     }
 
     fn baud(&self) -> u32 {
-        self.machine.settings.baud
+        self.driver().baud()
     }
 
     fn counts(&self) -> Counts {
-        self.deframer.counts()
+        self.driver().counts()
     }
 }
-
-#[cfg(test)]
-mod tests;

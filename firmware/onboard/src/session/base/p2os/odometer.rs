@@ -3,10 +3,10 @@
 //! Frame: the base's own (`odom`), as it was when the first report came. Units: metres, radians, nanoseconds. Known drivers
 //! lose a unit at every wrap or throw jumps away; a sign-extended 15-bit difference is exact (`p2os.md`).
 
-use std::f64::consts::TAU;
-
 use biplane_matcher::{Pose2, wrap_angle};
 use biplane_wire::p2os::{self, Sip};
+
+use super::parameters::Parameters;
 
 /// Faster than any of these bases, metres per second: a larger jump is a restart, not motion.
 const MAX_SPEED_M_S: f64 = 3.0;
@@ -37,10 +37,10 @@ impl Odometer {
     }
 
     /// The pose that a report stands for, and whether the base had started to count anew.
-    pub(super) fn pose(&mut self, now_ns: i64, sip: &Sip, metres_per_tick: f64) -> (Pose2, bool) {
-        let heading_rad = wrap_angle(f64::from(sip.theta_raw) * TAU / f64::from(p2os::ANGLE_UNITS_PER_TURN));
+    pub(super) fn pose(&mut self, now_ns: i64, sip: &Sip, units: Parameters) -> (Pose2, bool) {
+        let heading_rad = wrap_angle(f64::from(sip.theta_raw) * units.radians_per_unit);
         let reported = Reported { x_raw: sip.x_raw, y_raw: sip.y_raw, time_ns: now_ns };
-        let metres = |from: u16, to: u16| f64::from(p2os::wrap15(from, to)) * metres_per_tick;
+        let metres = |from: u16, to: u16| f64::from(p2os::wrap15(from, to)) * units.metres_per_tick;
         let previous = self.odom_from_raw * self.raw_from_base;
         let mut restarted = false;
         match self.last {

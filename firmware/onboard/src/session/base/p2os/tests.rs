@@ -1,9 +1,13 @@
 //! Scripted sessions with a base. Packets are the sheet's known-good ones, or by hand with their sums.
 
-use super::*;
-use crate::session::script::{check, play};
+use biplane_recording::rig::BaseProtocol;
 
-const SETTINGS: BaseSettings = BaseSettings { baud: 9600, metres_per_tick: 0.001 };
+use crate::session::base::{BaseSession, BaseSettings};
+use crate::session::script::{check, play};
+use crate::session::{Input, Output, Session};
+
+const SETTINGS: BaseSettings =
+    BaseSettings { baud: 9600, protocol: BaseProtocol::P2os { metres_per_tick: Some(0.001) } };
 
 const SYNC0: &str = "FA FB 03 00 00 00";
 const SYNC1: &str = "FA FB 03 01 00 01";
@@ -73,7 +77,7 @@ fn a_silent_base_is_asked_four_times_then_again_after_a_rest() {
 #[test]
 fn a_base_that_falls_silent_is_synchronised_anew_within_a_second() {
     let script = format!(
-        "{}\n960 > {PULSE}\n1160 ! silent for 1000 ms, starting again\n1160 > {SYNC0}\n1200 end",
+        "{}\n960 > {PULSE}\n1060 ! silent for 900 ms, starting again\n1060 > {SYNC0}\n1200 end",
         opened()
     );
     check(&mut BaseSession::streaming(SETTINGS, 0), &script);
@@ -82,7 +86,7 @@ fn a_base_that_falls_silent_is_synchronised_anew_within_a_second() {
 #[test]
 fn a_session_that_is_still_open_after_a_silence_goes_on() {
     let script = format!(
-        "{}\n960 > {PULSE}\n1160 ! silent for 1000 ms, starting again\n1160 > {SYNC0}\n1300 < {AT_32600}\n\
+        "{}\n960 > {PULSE}\n1060 ! silent for 900 ms, starting again\n1060 > {SYNC0}\n1300 < {AT_32600}\n\
          1300 ! streams\n1300 * -0.168 0.000 0.0000\n1400 end",
         opened()
     );
@@ -114,6 +118,55 @@ fn a_base_that_counts_from_zero_again_goes_on_where_it_was() {
         sip(100, 0, 0),
     );
     check(&mut session, &script);
+}
+
+#[test]
+fn noise_instead_of_packets_is_told_from_silence() {
+    let script = format!(
+        "{}\n400 < noise200\n960 > {PULSE}\n1060 ! no intact telegram for 900 ms, starting again\n1060 > {SYNC0}\n\
+         1200 end",
+        opened()
+    );
+    check(&mut BaseSession::streaming(SETTINGS, 0), &script);
+}
+
+/// `Bob` of `Pioneer` as another subclass; the checksum by the rule.
+fn identity(subclass: &str) -> String {
+    let body = format!("\x02Bob\0Pioneer\0{subclass}\0").into_bytes();
+    let pairs = body.chunks_exact(2);
+    let odd = pairs.remainder().iter().fold(0, |_, &last| u16::from(last));
+    let sum = pairs.fold(0_u16, |sum, pair| sum.wrapping_add(u16::from_be_bytes([pair[0], pair[1]]))) ^ odd;
+    let mut packet = vec![0xFA, 0xFB, body.len() as u8 + 2];
+    packet.extend(body);
+    packet.extend(sum.to_be_bytes());
+    packet.iter().map(|byte| format!("{byte:02X}")).collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn units_go_by_the_subclass_unless_the_rig_says_them() {
+    let by_subclass = BaseSettings { protocol: BaseProtocol::P2os { metres_per_tick: None }, ..SETTINGS };
+    // Subclass, settings, what is said, where 1000 units ahead and 512 of heading are.
+    let table = [
+        ("p3dx-sh", by_subclass, "", "1.000 0.000 0.7854"),
+        ("p3dx", by_subclass, "", "0.485 0.000 0.7854"),
+        ("pion1m", by_subclass, "", "0.051 0.000 3.1416"),
+        (
+            "own-built",
+            by_subclass,
+            "20 ! unknown subclass: one unit of its position is taken as 1 mm\n",
+            "1.000 0.000 0.7854",
+        ),
+        ("p3dx", SETTINGS, "", "1.000 0.000 0.7854"),
+        ("own-built", SETTINGS, "", "1.000 0.000 0.7854"),
+    ];
+    for (subclass, settings, said, pose) in table {
+        let script = format!(
+            "10 < {}\n10 ! is a {subclass}\n20 < {packet}\n{said}20 * {pose}\n30 < {packet}\n30 * {pose}",
+            identity(subclass),
+            packet = sip(1000, 0, 512),
+        );
+        check(&mut BaseSession::listening(settings, 0), &script);
+    }
 }
 
 #[test]

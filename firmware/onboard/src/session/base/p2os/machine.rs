@@ -3,7 +3,9 @@
 use biplane_wire::p2os::{Command, Identity, Packet, Report, Sip};
 
 use super::odometer::Odometer;
-use super::{BaseInfo, BaseSettings, OdometryReading};
+use super::parameters::Parameters;
+use crate::session::base::driver::Purpose;
+use crate::session::base::{BaseInfo, OdometryReading};
 use crate::session::retry::{Due, Patience, Question};
 use crate::session::{Event, Output, Outputs, RequestBytes, Step, printable};
 
@@ -11,8 +13,8 @@ const SYNC: Patience = Patience::new(500, 4);
 const OPEN: Patience = Patience::new(1000, 3);
 /// The base stops answering 2 s after the last command.
 const PULSE_NS: i64 = 800_000_000;
-/// Standard packets come every 100 ms.
-const SILENCE_NS: i64 = 1_000_000_000;
+/// Standard packets come every 100 ms: nine of them missing are said within the second.
+const SILENCE_NS: i64 = 900_000_000;
 /// After a CLOSE, packets that are under way are let pass.
 const CLOSE_NS: i64 = 250_000_000;
 /// Between two rounds of synchronising.
@@ -40,8 +42,13 @@ pub(super) enum State {
 /// Everything but the deframer, so that a packet can be lent to it.
 #[derive(Debug)]
 pub(super) struct Machine {
-    pub(super) settings: BaseSettings,
-    pub(super) probe: bool,
+    pub(super) baud: u32,
+    /// Of the rig, if it says it.
+    metres_per_tick: Option<f64>,
+    /// What the subclass says; `None` before it is known, or when it says nothing.
+    parameters: Option<Parameters>,
+    assumed_said: bool,
+    purpose: Purpose,
     pub(super) state: State,
     pub(super) question: Option<Question>,
     pub(super) info: BaseInfo,
@@ -49,6 +56,7 @@ pub(super) struct Machine {
     pub(super) outputs: Outputs,
     pub(super) now_ns: i64,
     pub(super) last_packet_ns: i64,
+    pub(super) last_byte_ns: i64,
     pub(super) rounds: u32,
     pub(super) close_said: bool,
     pub(super) has_run: bool,
@@ -56,17 +64,21 @@ pub(super) struct Machine {
 }
 
 impl Machine {
-    pub(super) fn new(settings: BaseSettings, probe: bool, now_ns: i64) -> Self {
+    pub(super) fn new(baud: u32, metres_per_tick: Option<f64>, purpose: Purpose, now_ns: i64) -> Self {
         Self {
-            settings,
-            probe,
-            state: State::Done,
+            baud,
+            metres_per_tick,
+            parameters: None,
+            assumed_said: false,
+            purpose,
+            state: if purpose == Purpose::Listen { State::Listening } else { State::Done },
             question: None,
             info: BaseInfo::default(),
             odometer: Odometer::default(),
             outputs: Outputs::default(),
             now_ns,
             last_packet_ns: now_ns,
+            last_byte_ns: now_ns,
             rounds: 0,
             close_said: false,
             has_run: false,
@@ -193,8 +205,10 @@ impl Machine {
             name: printable(identity.name),
             class: printable(identity.class),
             subclass: printable(identity.subclass),
+            has_fault: None,
         };
         if info != self.info {
+            self.parameters = Parameters::of_subclass(&info.subclass);
             self.info = info;
             self.say(Event::Identified(self.info.subclass.clone()));
         }
@@ -202,7 +216,7 @@ impl Machine {
             return;
         }
         self.close_said = false;
-        if self.probe {
+        if self.purpose == Purpose::Probe {
             self.question = None;
             self.send(&Command::Close);
             self.state = State::Done;
@@ -214,7 +228,8 @@ impl Machine {
 
     pub(super) fn report(&mut self, offset: u64, length: usize, sip: &Sip) {
         self.last_packet_ns = self.now_ns;
-        let (odom_from_base, restarted) = self.odometer.pose(self.now_ns, sip, self.settings.metres_per_tick);
+        let units = self.units();
+        let (odom_from_base, restarted) = self.odometer.pose(self.now_ns, sip, units);
         if restarted {
             self.say(Event::OdometryRestarted);
         }
@@ -222,10 +237,27 @@ impl Machine {
         self.outputs.push(Output::Odometry(OdometryReading { offset, length, odom_from_base, battery_v }));
     }
 
+    /// The rig's length of a unit goes before the subclass's; where both are missing that is said, once.
+    fn units(&mut self) -> Parameters {
+        let known = self.parameters.unwrap_or_default();
+        match self.metres_per_tick {
+            Some(metres_per_tick) => Parameters { metres_per_tick, ..known },
+            None => {
+                if self.parameters.is_none() && !self.assumed_said {
+                    self.assumed_said = true;
+                    self.say(Event::UnitsAssumed);
+                }
+                known
+            }
+        }
+    }
+
     pub(super) fn running(&mut self, pulse_ns: i64) {
-        if self.now_ns - self.last_packet_ns >= SILENCE_NS {
-            let for_ms = u32::try_from((self.now_ns - self.last_packet_ns) / 1_000_000).unwrap_or(u32::MAX);
-            self.say(Event::Silent { for_ms });
+        let silent_ns = self.now_ns - self.last_packet_ns;
+        if silent_ns >= SILENCE_NS {
+            let for_ms = u32::try_from(silent_ns / 1_000_000).unwrap_or(u32::MAX);
+            let bytes_came = self.last_byte_ns > self.last_packet_ns;
+            self.say(if bytes_came { Event::Garbled { for_ms } } else { Event::Silent { for_ms } });
             self.odometer.session_restarts();
             self.enter_sync(0);
         } else if self.now_ns >= pulse_ns {

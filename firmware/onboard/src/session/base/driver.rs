@@ -1,0 +1,34 @@
+//! What every kind of base can do beyond a session.
+
+use super::BaseInfo;
+use crate::session::Session;
+
+/// What a driver is made for.
+#[derive(Copy, Clone, PartialEq, Eq, Debug)]
+pub(super) enum Purpose {
+    /// Open the base and keep it reporting.
+    Stream,
+    /// Ask the base who it is, and be done.
+    Probe,
+    /// Only listen to what once came from a base.
+    Listen,
+}
+
+/// The session of one kind of base.
+pub trait BaseDriver: Session {
+    /// What is known of the base.
+    fn info(&self) -> &BaseInfo;
+
+    /// Intact packets that could not be read.
+    fn not_kept(&self) -> u64;
+
+    /// Whether odometry flows.
+    fn is_streaming(&self) -> bool;
+
+    /// A recording's next write to the base, at its time: for answers that only mean something with their question. The bytes
+    /// that a base sends by itself need none.
+    fn host_sent(&mut self, _now_ns: i64, _bytes: &[u8]) {}
+
+    /// The input ends: what is held of an unfinished packet is let go.
+    fn finish(&mut self);
+}

@@ -1,0 +1,131 @@
+//! The session of an rFLEX base (B21r, ATRV, Magellan): ask for its state, ask for reports, read way and bearing.
+//!
+//! ```text
+//! status -> motion reports on, input reports on, defaults, brake off, both axes at speed 0 -> running -> reports off, brake on
+//!   ^                                     silence                                                |
+//!   +--------------------------------------------------------------------------------------------+
+//! ```
+//! Written after the drivers of Player and CARMEN; never tried on hardware, and the log says so. No axis is ever given a speed
+//! other than 0: the operator drives. The base reports path length and bearing in packets of their own; two that belong together
+//! make one pose. Frame of the odometry: the base's own, its pose at the first pair is zero. Units: metres, radians.
+//! Source: the fact sheet `rflex.md`.
+
+mod axes;
+mod machine;
+
+use biplane_wire::rflex::Deframer;
+use biplane_wire::{Counts, Item};
+
+use super::counted::Motion;
+use super::driver::{BaseDriver, Purpose};
+use super::{BaseInfo, Input, Output, Session};
+use machine::{Machine, State};
+
+/// What the counts of a base are worth.
+#[derive(Copy, Clone, PartialEq, Debug)]
+pub struct Scale {
+    /// Counts of a metre of way; negative when it counts backwards.
+    pub counts_per_m: f64,
+    /// Counts of a radian of bearing; negative when it counts clockwise.
+    pub counts_per_rad: f64,
+}
+
+impl Scale {
+    /// What these counts of way and bearing are as a motion.
+    fn motion(&self, [way, bearing]: [i32; 2]) -> Motion {
+        Motion {
+            way_m: f64::from(way) / self.counts_per_m,
+            turn_rad: f64::from(bearing) / self.counts_per_rad,
+        }
+    }
+}
+
+/// A session with an rFLEX base.
+#[derive(Debug)]
+pub struct Rflex {
+    deframer: Deframer,
+    machine: Machine,
+}
+
+impl Rflex {
+    pub(super) fn new(baud: u32, scale: Scale, purpose: Purpose, now_ns: i64) -> Self {
+        let mut machine = Machine::new(baud, scale, purpose, now_ns);
+        if purpose != Purpose::Listen {
+            machine.outputs.push(Output::SetBaud(baud));
+            machine.begin();
+        }
+        Self { deframer: Deframer::new(), machine }
+    }
+
+    fn drain(&mut self) {
+        while let Some(item) = self.deframer.next() {
+            if let Item::Frame { offset, bytes } = item {
+                self.machine.frame(offset, bytes);
+            }
+        }
+    }
+
+    fn take_bytes(&mut self, mut bytes: &[u8]) {
+        while !bytes.is_empty() {
+            let taken = self.deframer.push(bytes);
+            bytes = bytes.get(taken..).unwrap_or_default();
+            self.drain();
+            if taken == 0 {
+                break;
+            }
+        }
+    }
+}
+
+impl BaseDriver for Rflex {
+    fn info(&self) -> &BaseInfo {
+        &self.machine.info
+    }
+
+    fn not_kept(&self) -> u64 {
+        self.machine.not_kept
+    }
+
+    fn is_streaming(&self) -> bool {
+        matches!(self.machine.state, State::Running { .. } | State::Listening)
+    }
+
+    fn finish(&mut self) {
+        self.deframer.finish();
+        self.drain();
+    }
+}
+
+impl Session for Rflex {
+    fn handle(&mut self, now_ns: i64, input: Input<'_>) {
+        self.machine.now_ns = now_ns;
+        match input {
+            Input::Bytes(bytes) => {
+                self.machine.last_byte_ns = now_ns;
+                self.take_bytes(bytes);
+            }
+            Input::Time => {}
+            Input::Stop => self.machine.stop(),
+        }
+        self.machine.time();
+    }
+
+    fn poll(&mut self) -> Output {
+        self.machine.outputs.pop().unwrap_or_else(|| Output::WaitUntil(self.machine.deadline_ns()))
+    }
+
+    fn is_done(&self) -> bool {
+        self.machine.state == State::Done && self.machine.outputs.is_empty()
+    }
+
+    fn baud(&self) -> u32 {
+        self.machine.baud
+    }
+
+    fn counts(&self) -> Counts {
+        self.deframer.counts()
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,329 @@
+//! The state of a controller's session: what is asked when, and what answers mean. Times are nanoseconds.
+
+use biplane_wire::Text;
+use biplane_wire::roboclaw::{Answer, Heard, Question, Request, StatusBits, StatusWidth};
+
+use super::Wheels;
+use crate::session::base::counted::{CountedPose, Reading, Step as Counted};
+use crate::session::base::driver::Purpose;
+use crate::session::base::{BaseInfo, OdometryReading};
+use crate::session::{Event, Output, Outputs, RequestBytes, ShortText, printable};
+use crate::stamping::byte_time_ns;
+
+/// A controller answers within some milliseconds, a USB adapter adds up to 16 (its latency timer) and now and then 8 more.
+const ANSWER_NS: i64 = 60_000_000;
+/// A controller forgets half a request after 10 ms; a line is quiet after a little more.
+const QUIET_NS: i64 = 15_000_000;
+/// Noise without an end is not waited for any longer.
+const LONGEST_QUIET_NS: i64 = 200_000_000;
+/// Counts are asked for no more often than this, and as often as the line allows.
+const SHORTEST_PERIOD_NS: i64 = 20_000_000;
+/// Battery and status, in turn.
+const STATE_PERIOD_NS: i64 = 1_000_000_000;
+/// Without counts for so long, the controller is looked for anew.
+const SILENCE_NS: i64 = 800_000_000;
+/// Between two rounds of looking for it.
+const ROUND_NS: i64 = 400_000_000;
+/// Questions of a round.
+const ATTEMPTS: u32 = 4;
+
+/// Where the session stands.
+#[derive(Copy, Clone, PartialEq, Eq, Debug)]
+pub(super) enum Stage {
+    /// Asking who is there.
+    Identifying { attempts: u32 },
+    /// Nobody answered; the next round comes.
+    Resting { until_ns: i64 },
+    /// A probe's last question.
+    AskingStatus { attempts: u32 },
+    /// Counts flow.
+    Running,
+    /// A recording is read.
+    Listening,
+    /// Nothing left to do.
+    Done,
+}
+
+/// Everything but the collector, so that an answer can be lent to it.
+#[derive(Debug)]
+pub(super) struct Machine {
+    pub(super) baud: u32,
+    pub(super) address: u8,
+    wheels: Wheels,
+    purpose: Purpose,
+    pub(super) stage: Stage,
+    pub(super) info: BaseInfo,
+    pose: CountedPose,
+    pub(super) outputs: Outputs,
+    pub(super) now_ns: i64,
+    /// The open question, and until when its answer is awaited.
+    open: Option<(Question, i64)>,
+    /// No question before this time.
+    ask_ns: i64,
+    /// Until when at most a line that is not quiet is waited for.
+    quiet_limit_ns: Option<i64>,
+    next_counts_ns: i64,
+    next_state_ns: i64,
+    battery_next: bool,
+    width: StatusWidth,
+    status: Option<StatusBits>,
+    battery_v: f32,
+    last_counts_ns: i64,
+    last_byte_ns: i64,
+    rounds: u32,
+}
+
+impl Machine {
+    pub(super) fn new(baud: u32, address: u8, wheels: Wheels, purpose: Purpose, now_ns: i64) -> Self {
+        let listens = purpose == Purpose::Listen;
+        Self {
+            baud,
+            address,
+            wheels,
+            purpose,
+            stage: if listens { Stage::Listening } else { Stage::Identifying { attempts: 0 } },
+            info: BaseInfo::default(),
+            pose: CountedPose::default(),
+            outputs: Outputs::default(),
+            now_ns,
+            open: None,
+            ask_ns: now_ns,
+            quiet_limit_ns: None,
+            next_counts_ns: now_ns,
+            next_state_ns: now_ns,
+            battery_next: true,
+            width: StatusWidth::Wide,
+            status: None,
+            battery_v: 0.0,
+            last_counts_ns: now_ns,
+            last_byte_ns: now_ns,
+            rounds: 0,
+        }
+    }
+
+    fn say(&mut self, event: Event) {
+        self.outputs.push(Output::Event(event));
+    }
+
+    /// How long a question and its answer are on the line at least.
+    fn exchange_ns(&self, question: Question) -> i64 {
+        let answer_bytes = match question {
+            Question::Firmware => biplane_wire::roboclaw::MAX_ANSWER_BYTES,
+            other => other.answer_len(&[]),
+        };
+        byte_time_ns(self.baud).saturating_mul(2 + answer_bytes as i64)
+    }
+
+    /// From one question for counts to the next: half of the line's time at most.
+    fn period_ns(&self) -> i64 {
+        SHORTEST_PERIOD_NS.max(2 * self.exchange_ns(Question::Encoders))
+    }
+
+    pub(super) fn answer_is_late(&self) -> bool {
+        self.open.is_some_and(|(_, until_ns)| self.now_ns >= until_ns)
+    }
+
+    /// What leads from one stage to the next without an answer.
+    pub(super) fn watch(&mut self) {
+        match self.stage {
+            Stage::Resting { until_ns } if self.now_ns >= until_ns => self.identify(),
+            Stage::Running if self.now_ns - self.last_counts_ns >= SILENCE_NS => {
+                let for_ms = u32::try_from((self.now_ns - self.last_counts_ns) / 1_000_000);
+                let for_ms = for_ms.unwrap_or(u32::MAX);
+                let bytes_came = self.last_byte_ns > self.last_counts_ns;
+                self.say(if bytes_came { Event::Garbled { for_ms } } else { Event::Silent { for_ms } });
+                self.identify();
+            }
+            _ => {}
+        }
+    }
+
+    fn identify(&mut self) {
+        self.stage = Stage::Identifying { attempts: 0 };
+    }
+
+    /// What to ask now, if anything.
+    pub(super) fn due_question(&self) -> Option<Question> {
+        if self.open.is_some() || self.now_ns < self.ask_ns {
+            return None;
+        }
+        match self.stage {
+            Stage::Identifying { .. } => Some(Question::Firmware),
+            Stage::AskingStatus { .. } => Some(Question::Status(self.width)),
+            // Once a second, and first: behind a slow adapter counts are always due.
+            Stage::Running if self.now_ns >= self.next_state_ns => Some(match self.battery_next {
+                true => Question::MainBattery,
+                false => Question::Status(self.width),
+            }),
+            Stage::Running if self.now_ns >= self.next_counts_ns => Some(Question::Encoders),
+            _ => None,
+        }
+    }
+
+    /// The question goes out.
+    pub(super) fn asked(&mut self, request: Request) {
+        let mut bytes = [0; biplane_wire::roboclaw::MAX_REQUEST_BYTES];
+        if let Ok(length) = request.emit(&mut bytes)
+            && let Ok(bytes) = RequestBytes::from_slice(&bytes[..length])
+        {
+            self.outputs.push(Output::Write(bytes));
+        }
+        let until_ns = self.now_ns + self.exchange_ns(request.question) + ANSWER_NS;
+        self.open = Some((request.question, until_ns));
+        self.quiet_limit_ns = None;
+        match request.question {
+            Question::Encoders => {
+                // What was missed is not caught up.
+                let next_ns = self.next_counts_ns + self.period_ns();
+                self.next_counts_ns =
+                    if next_ns > self.now_ns { next_ns } else { self.now_ns + self.period_ns() };
+            }
+            Question::MainBattery | Question::Status(_) => {
+                self.battery_next = !self.battery_next;
+                self.next_state_ns = self.now_ns + STATE_PERIOD_NS;
+            }
+            _ => {}
+        }
+    }
+
+    /// Bytes have come; between questions they are the rest of something that failed.
+    pub(super) fn heard_bytes(&mut self) {
+        self.last_byte_ns = self.now_ns;
+        if let Some(limit_ns) = self.quiet_limit_ns {
+            self.ask_ns = (self.now_ns + QUIET_NS).min(limit_ns);
+        }
+    }
+
+    /// The answer was damaged, or did not come; so many bytes of it did.
+    pub(super) fn unanswered(&mut self, held: usize) {
+        let question = self.open.take().map(|(question, _)| question);
+        self.ask_ns = self.now_ns + QUIET_NS;
+        self.quiet_limit_ns = Some(self.now_ns + LONGEST_QUIET_NS);
+        if let Some(Question::Status(width)) = question {
+            self.other_width(width, held);
+        }
+        match &mut self.stage {
+            Stage::Identifying { attempts } => {
+                *attempts += 1;
+                if *attempts >= ATTEMPTS {
+                    self.rounds += 1;
+                    self.say(Event::NotFound { rounds: self.rounds });
+                    self.stage = Stage::Resting { until_ns: self.now_ns + ROUND_NS };
+                }
+            }
+            Stage::AskingStatus { attempts } => {
+                *attempts += 1;
+                if *attempts >= ATTEMPTS {
+                    self.stage = Stage::Done;
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Older firmware answers a wide status with the bytes of a narrow one; newer firmware a narrow one with a sum that does not
+    /// fit.
+    fn other_width(&mut self, asked: StatusWidth, held: usize) {
+        let narrow_len = Question::Status(StatusWidth::Narrow).answer_len(&[]);
+        match asked {
+            StatusWidth::Wide if held == narrow_len => self.width = StatusWidth::Narrow,
+            StatusWidth::Narrow => self.width = StatusWidth::Wide,
+            StatusWidth::Wide => {}
+        }
+    }
+
+    /// A good answer to the open question.
+    pub(super) fn answered(&mut self, heard: Heard<'_>) {
+        self.open = None;
+        self.ask_ns = self.now_ns;
+        match heard.answer {
+            Answer::Firmware(text) => self.identified(text),
+            Answer::Encoders { m1_counts, m2_counts } => self.counted(heard, [m1_counts, m2_counts]),
+            Answer::MainBattery { decivolts } => self.battery_v = f32::from(decivolts) / 10.0,
+            Answer::Status(bits) => self.told_status(bits),
+            Answer::Encoder { .. } | Answer::Done => {}
+        }
+    }
+
+    fn identified(&mut self, text: Text<'_>) {
+        let line = text.0.strip_suffix(b"\n").unwrap_or(text.0);
+        let version_at = line.windows(2).rposition(|pair| pair == b" v").unwrap_or(line.len());
+        let (product, version) = line.split_at(version_at);
+        let (class, name) = (printable(Text(product)), printable(Text(version)));
+        if (&class, &name) != (&self.info.class, &self.info.name) {
+            self.info = BaseInfo { class, name, subclass: ShortText::new(), has_fault: None };
+            self.say(Event::Identified(printable(Text(line))));
+        }
+        match self.stage {
+            Stage::Identifying { .. } if self.purpose == Purpose::Probe => {
+                self.stage = Stage::AskingStatus { attempts: 0 };
+            }
+            Stage::Identifying { .. } => {
+                self.stage = Stage::Running;
+                self.rounds = 0;
+                self.next_counts_ns = self.now_ns;
+                self.last_counts_ns = self.now_ns;
+                self.say(Event::Streaming);
+            }
+            _ => {}
+        }
+    }
+
+    fn counted(&mut self, heard: Heard<'_>, counts: [i32; 2]) {
+        self.last_counts_ns = self.now_ns;
+        let wheels = self.wheels;
+        let reading = Reading { counts, time_ns: self.now_ns };
+        let odom_from_base = match self.pose.take(reading, |counts| wheels.motion(counts)) {
+            Counted::At(pose) => pose,
+            Counted::Restarted(pose) => {
+                self.say(Event::OdometryRestarted);
+                pose
+            }
+            Counted::Doubtful => {
+                self.next_counts_ns = self.now_ns;
+                return;
+            }
+        };
+        let (offset, length, battery_v) = (heard.offset, heard.length, self.battery_v);
+        self.outputs.push(Output::Odometry(OdometryReading { offset, length, odom_from_base, battery_v }));
+    }
+
+    fn told_status(&mut self, bits: StatusBits) {
+        let was_trouble = self.status.is_some_and(|before| before.words().next().is_some());
+        let is_trouble = bits.words().next().is_some();
+        if self.status != Some(bits) && (is_trouble || was_trouble) {
+            self.say(Event::BaseStatus(bits));
+        }
+        self.status = Some(bits);
+        self.info.has_fault = Some(is_trouble);
+        if matches!(self.stage, Stage::AskingStatus { .. }) {
+            self.stage = Stage::Done;
+        }
+    }
+
+    /// Nothing was commanded, so nothing has to be undone.
+    pub(super) fn stop(&mut self) {
+        if self.stage == Stage::Running {
+            self.say(Event::Stopped);
+        }
+        self.open = None;
+        self.stage = Stage::Done;
+    }
+
+    pub(super) fn deadline_ns(&self) -> i64 {
+        let question_ns = match self.open {
+            Some((_, until_ns)) => until_ns,
+            None => self.ask_ns,
+        };
+        match self.stage {
+            Stage::Done | Stage::Listening => i64::MAX,
+            Stage::Resting { until_ns } => until_ns,
+            Stage::Identifying { .. } | Stage::AskingStatus { .. } => question_ns,
+            Stage::Running => {
+                let due_ns = self.next_counts_ns.min(self.next_state_ns);
+                let ask_ns = if self.open.is_some() { question_ns } else { question_ns.max(due_ns) };
+                ask_ns.min(self.last_counts_ns.saturating_add(SILENCE_NS))
+            }
+        }
+    }
+}

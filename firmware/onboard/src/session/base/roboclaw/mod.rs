@@ -1,0 +1,151 @@
+//! The session of a RoboClaw motor controller: the base of a home-made robot with two driven wheels, motor 1 on the left.
+//!
+//! ```text
+//! firmware version -> running: both encoders at up to 50 Hz, once a second battery or status
+//!   ^    bad or missing answer: drop input until the line is quiet, ask again |
+//!   +------------------------------ no counts for 0.8 s ----------------------+
+//! ```
+//! Nothing is ever commanded but answers; the operator drives. An answer is taken only for the question that was asked; a recording
+//! is therefore read together with what was sent ([`super::BaseDriver::host_sent`]). Frame of the odometry: the base's own, its pose at
+//! the first answer is zero. Units: metres, radians. Source: Basicmicro RoboClaw user manual, "packet serial".
+
+mod machine;
+
+use biplane_wire::Counts;
+use biplane_wire::roboclaw::{Collector, Question, Request};
+
+use super::counted::Motion;
+use super::driver::{BaseDriver, Purpose};
+use super::{BaseInfo, Input, Output, Session};
+use machine::{Machine, Stage};
+
+/// The two driven wheels.
+#[derive(Copy, Clone, PartialEq, Debug)]
+pub struct Wheels {
+    /// Between the wheels' tracks, metres. Too large makes the robot seem to turn too little.
+    pub wheel_base_m: f64,
+    /// Way of one count of the left wheel, metres; negative when it counts backwards.
+    pub metres_per_count_left: f64,
+    /// The same of the right wheel.
+    pub metres_per_count_right: f64,
+}
+
+impl Wheels {
+    /// What these counts of the left and the right wheel are as a motion.
+    fn motion(&self, [left, right]: [i32; 2]) -> Motion {
+        let left_m = f64::from(left) * self.metres_per_count_left;
+        let right_m = f64::from(right) * self.metres_per_count_right;
+        Motion { way_m: 0.5 * (left_m + right_m), turn_rad: (right_m - left_m) / self.wheel_base_m }
+    }
+}
+
+/// A session with a RoboClaw.
+#[derive(Debug)]
+pub struct RoboClaw {
+    collector: Collector,
+    machine: Machine,
+}
+
+impl RoboClaw {
+    pub(super) fn new(baud: u32, address: u8, wheels: Wheels, purpose: Purpose, now_ns: i64) -> Self {
+        let mut session = Self {
+            collector: Collector::new(),
+            machine: Machine::new(baud, address, wheels, purpose, now_ns),
+        };
+        if purpose != Purpose::Listen {
+            session.machine.outputs.push(Output::SetBaud(baud));
+            session.step();
+        }
+        session
+    }
+
+    /// Lets time pass: gives up an answer that is late, asks what is due.
+    fn step(&mut self) {
+        if self.machine.answer_is_late() {
+            let held = self.collector.buffered();
+            self.collector.abandon();
+            self.machine.unanswered(held);
+        }
+        self.machine.watch();
+        if let Some(question) = self.machine.due_question() {
+            let request = Request { address: self.machine.address, question };
+            self.collector.ask(request);
+            self.machine.asked(request);
+        }
+    }
+
+    fn take_bytes(&mut self, bytes: &[u8]) {
+        self.machine.heard_bytes();
+        match self.collector.take(bytes) {
+            Some(Ok(heard)) => self.machine.answered(heard),
+            Some(Err(_)) => self.machine.unanswered(0),
+            None => {}
+        }
+    }
+}
+
+impl BaseDriver for RoboClaw {
+    fn info(&self) -> &BaseInfo {
+        &self.machine.info
+    }
+
+    fn not_kept(&self) -> u64 {
+        0
+    }
+
+    fn is_streaming(&self) -> bool {
+        matches!(self.machine.stage, Stage::Running | Stage::Listening)
+    }
+
+    fn host_sent(&mut self, now_ns: i64, bytes: &[u8]) {
+        self.machine.now_ns = now_ns;
+        match Request::parse(bytes) {
+            // How wide the status was asked for, its question does not tell; and the odometry does not need it.
+            Ok(request)
+                if request.address == self.machine.address
+                    && !matches!(request.question, Question::Status(_)) =>
+            {
+                self.collector.ask(request);
+            }
+            _ => self.collector.abandon(),
+        }
+    }
+
+    fn finish(&mut self) {
+        self.collector.abandon();
+    }
+}
+
+impl Session for RoboClaw {
+    fn handle(&mut self, now_ns: i64, input: Input<'_>) {
+        self.machine.now_ns = now_ns;
+        match input {
+            Input::Bytes(bytes) => self.take_bytes(bytes),
+            Input::Time => {}
+            Input::Stop => {
+                self.collector.abandon();
+                self.machine.stop();
+            }
+        }
+        self.step();
+    }
+
+    fn poll(&mut self) -> Output {
+        self.machine.outputs.pop().unwrap_or_else(|| Output::WaitUntil(self.machine.deadline_ns()))
+    }
+
+    fn is_done(&self) -> bool {
+        self.machine.stage == Stage::Done && self.machine.outputs.is_empty()
+    }
+
+    fn baud(&self) -> u32 {
+        self.machine.baud
+    }
+
+    fn counts(&self) -> Counts {
+        self.collector.counts()
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,216 @@
+//! Scripted sessions with a RoboClaw. Requests and the firmware's answer are the wire's golden bytes; other answers are put together
+//! here with the manual's own loop for the CRC.
+
+use biplane_recording::rig::BaseProtocol;
+
+use crate::session::base::{BaseSession, BaseSettings};
+use crate::session::script::{check, play};
+use crate::session::{Input, Output, Session};
+
+/// A tenth of a millimetre a count, wheels 0.4 m apart.
+const SETTINGS: BaseSettings = BaseSettings {
+    baud: 38400,
+    protocol: BaseProtocol::RoboClaw {
+        address: 0x80,
+        wheel_base_m: 0.4,
+        metres_per_count_left: 1e-4,
+        metres_per_count_right: 1e-4,
+    },
+};
+
+const FIRMWARE: &str = "80 15";
+const ENCODERS: &str = "80 4E";
+const BATTERY: &str = "80 18";
+const STATUS: &str = "80 5A";
+const VERSION: &str = "52 6F 62 6F 43 6C 61 77 20 32 78 31 35 61 20 76 34 2E 31 2E 33 34 0A 00 6A 6B";
+const VOLTS_12_3: &str = "00 7B F8 06";
+
+fn crc(bytes: &[u8]) -> u16 {
+    bytes.iter().fold(0, |crc: u16, &byte| {
+        (0..8).fold(crc ^ u16::from(byte) << 8, |crc, _| {
+            (crc << 1) ^ if crc & 0x8000 != 0 { 0x1021 } else { 0 }
+        })
+    })
+}
+
+fn answer(command: u8, data: &[u8]) -> String {
+    let sum = crc(&[&[0x80, command], data].concat()).to_be_bytes();
+    [data, &sum].concat().iter().map(|byte| format!("{byte:02X}")).collect::<Vec<_>>().join(" ")
+}
+
+fn counts(left: i32, right: i32) -> String {
+    answer(78, &[left.to_be_bytes(), right.to_be_bytes()].concat())
+}
+
+/// Found at 10 ms, battery asked and told at once, first counts at 20 ms.
+fn found(left: i32, right: i32) -> String {
+    format!(
+        "0 = 38400\n0 > {FIRMWARE}\n10 < {VERSION}\n10 ! is a RoboClaw 2x15a v4.1.34\n10 ! streams\n10 > {BATTERY}\n\
+         14 < {VOLTS_12_3}\n14 > {ENCODERS}\n20 < {}\n20 * 0.000 0.000 0.0000",
+        counts(left, right)
+    )
+}
+
+#[test]
+fn counts_are_asked_for_every_20_ms_and_become_arcs() {
+    // 10 mm with both wheels; then the right wheel alone 40 mm: a tenth of a radian about the left one.
+    let script = format!(
+        "{}\n30 > {ENCODERS}\n36 < {}\n36 * 0.010 0.000 0.0000\n50 > {ENCODERS}\n56 < {}\n56 * 0.030 0.001 0.1000\n\
+         60 stop\n60 ! left idle\n70 end",
+        found(500, -300),
+        counts(600, -200),
+        counts(600, 200),
+    );
+    let mut session = BaseSession::streaming(SETTINGS, 0);
+    check(&mut session, &script);
+    assert!(session.is_done());
+    assert_eq!((session.info().class.as_str(), session.info().name.as_str()), ("RoboClaw 2x15a", "v4.1.34"));
+}
+
+#[test]
+fn a_line_of_2400_bd_is_asked_no_more_often_than_it_can_carry() {
+    let slow = BaseSettings { baud: 2400, ..SETTINGS };
+    let mut session = BaseSession::streaming(slow, 0);
+    let mut lines = vec![format!("100 < {VERSION}"), format!("150 < {VOLTS_12_3}")];
+    lines.extend((2..10).map(|k| format!("{} < {}", 100 * k, counts(0, 0))));
+    lines.push("900 end".to_owned());
+    let transcript = play(&mut session, &lines);
+    let asked = transcript.iter().filter(|line| line.ends_with(&format!("> {ENCODERS}"))).count();
+    assert!((7..=9).contains(&asked), "{transcript:#?}");
+}
+
+#[test]
+fn a_damaged_answer_is_asked_for_again_when_the_line_is_quiet() {
+    let good = counts(1500, 1500);
+    let bad = good.replacen("05", "04", 1);
+    let script = format!(
+        "{}\n30 > {ENCODERS}\n36 < {bad}\n51 > {ENCODERS}\n57 < {good}\n57 * 0.100 0.000 0.0000\n58 end",
+        found(500, 500)
+    );
+    check(&mut BaseSession::streaming(SETTINGS, 0), &script);
+}
+
+#[test]
+fn an_answer_that_comes_too_late_is_not_taken_for_the_next_one() {
+    let script = format!(
+        "{}\n30 > {ENCODERS}\n93 end\n95 < {}\n110 > {ENCODERS}\n116 < {}\n116 * 0.100 0.000 0.0000\n117 end",
+        found(500, 500),
+        counts(9999, 9999),
+        counts(1500, 1500),
+    );
+    check(&mut BaseSession::streaming(SETTINGS, 0), &script);
+}
+
+#[test]
+fn a_silent_controller_is_said_within_a_second_and_asked_who_it_is() {
+    let mut session = BaseSession::streaming(SETTINGS, 0);
+    let lines: Vec<String> = format!("{}\n1700 end", found(0, 0)).lines().map(str::to_owned).collect();
+    let transcript = play(&mut session, &lines);
+    let said: Vec<&String> = transcript.iter().filter(|line| line.contains('!')).skip(2).collect();
+    assert_eq!(said.len(), 2, "{transcript:#?}");
+    assert_eq!(said[0], "820 ! silent for 800 ms, starting again");
+    assert!(said[1].ends_with("! no answer (round 1), asking on"), "{said:?}");
+    assert!(!session.is_streaming());
+}
+
+#[test]
+fn a_controller_that_was_switched_off_and_on_goes_on_where_it_was() {
+    // 0.1 m, off for half a second, then near zero, then 0.01 m more.
+    let lines = [
+        found(500, 500),
+        format!("120 < {}", counts(1500, 1500)),
+        format!("700 < {}", counts(2, 1)),
+        format!("760 < {}", counts(102, 101)),
+        "770 end".to_owned(),
+    ];
+    let lines: Vec<String> = lines.join("\n").lines().map(str::to_owned).collect();
+    let mut session = BaseSession::streaming(SETTINGS, 0);
+    let transcript = play(&mut session, &lines);
+    let odometry: Vec<&String> = transcript.iter().filter(|line| line.contains('*')).collect();
+    let poses = ["20 * 0.000", "120 * 0.100", "700 * 0.100", "760 * 0.110"];
+    assert_eq!(odometry.len(), poses.len(), "{transcript:#?}");
+    assert!(odometry.iter().zip(poses).all(|(line, pose)| line.starts_with(pose)), "{transcript:#?}");
+    assert!(transcript.contains(&"700 ! counts its odometry from zero again".to_owned()), "{transcript:#?}");
+}
+
+#[test]
+fn one_wild_reading_with_a_good_sum_moves_nothing() {
+    let script = format!(
+        "{}\n30 > {ENCODERS}\n36 < {}\n36 > {ENCODERS}\n42 < {}\n42 * 0.001 0.000 0.0000\n43 end",
+        found(500, 500),
+        counts(1_234_567, -7),
+        counts(510, 510),
+    );
+    check(&mut BaseSession::streaming(SETTINGS, 0), &script);
+}
+
+#[test]
+fn trouble_is_said_in_words_when_it_comes_and_when_it_goes() {
+    let status = |bits: u32| answer(90, &bits.to_be_bytes());
+    let mut session = BaseSession::probing(SETTINGS, 0);
+    let script = format!(
+        "0 = 38400\n0 > {FIRMWARE}\n10 < {VERSION}\n10 ! is a RoboClaw 2x15a v4.1.34\n10 > {STATUS}\n\
+         14 < {}\n14 ! reports emergency stop, main battery low\n15 end",
+        status(0x0008_0001)
+    );
+    check(&mut session, &script);
+    assert!(session.is_done());
+    assert_eq!(session.info().has_fault, Some(true));
+}
+
+#[test]
+fn the_two_bytes_of_an_older_firmware_are_asked_for_as_such() {
+    let mut session = BaseSession::probing(SETTINGS, 0);
+    let script = format!(
+        "0 = 38400\n0 > {FIRMWARE}\n10 < {VERSION}\n10 ! is a RoboClaw 2x15a v4.1.34\n10 > {STATUS}\n\
+         14 < 08 04 8D 1A\n87 > {STATUS}\n90 < 08 04 8D 1A\n90 ! reports emergency stop, main battery low\n91 end"
+    );
+    check(&mut session, &script);
+    assert!(session.is_done());
+}
+
+#[test]
+fn a_recording_is_read_question_by_question() {
+    let mut session = BaseSession::listening(SETTINGS, 0);
+    let bytes = |text: &str| -> Vec<u8> {
+        text.split(' ').map(|byte| u8::from_str_radix(byte, 16).unwrap()).collect()
+    };
+    let mut odometry = 0;
+    let mut hear = |session: &mut BaseSession, ms: i64, text: &str| {
+        session.handle(ms * 1_000_000, Input::Bytes(&bytes(text)));
+        loop {
+            match session.poll() {
+                Output::Odometry(_) => odometry += 1,
+                Output::WaitUntil(_) => return odometry,
+                _ => {}
+            }
+        }
+    };
+    // Without its question an answer is nothing, and an answer to another address's question is nothing.
+    assert_eq!(hear(&mut session, 0, &counts(1, 1)), 0);
+    session.host_sent(10_000_000, &bytes("81 4E"));
+    assert_eq!(hear(&mut session, 12, &counts(1, 1)), 0);
+    session.host_sent(20_000_000, &bytes(ENCODERS));
+    assert_eq!(hear(&mut session, 22, &counts(1, 1)), 1);
+    session.host_sent(40_000_000, &bytes(STATUS));
+    assert_eq!(hear(&mut session, 42, &counts(1, 1)), 1);
+}
+
+#[test]
+fn random_bytes_never_panic_and_no_question_is_asked_faster_than_the_line_gets_quiet() {
+    let mut state = 7_u64;
+    let mut random = move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as u32
+    };
+    for _ in 0..10 {
+        let mut session = BaseSession::streaming(SETTINGS, 0);
+        let mut now_ns = 0;
+        for _ in 0..500 {
+            now_ns += i64::from(random() % 40_000_000);
+            let bytes: Vec<u8> = (0..random() % 256).map(|_| random() as u8).collect();
+            session.handle(now_ns, Input::Bytes(&bytes));
+            while !matches!(session.poll(), Output::WaitUntil(_)) {}
+        }
+    }
+}
