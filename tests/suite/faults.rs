@@ -3,7 +3,9 @@
 //! A run lasts some 20 s of simulated time: three seconds undisturbed, the fault, and ten seconds in which everything must be as before.
 //! `BIPLANE_SEEDS=100 cargo test --release -p biplane-tests --test suite faults -- --nocapture` prints the full table.
 
-use biplane_mock::faults::Preset;
+use biplane_mock::base_device::BaseParams;
+use biplane_mock::faults::{Faults, Preset};
+use biplane_mock::lms_device::LmsParams;
 use biplane_mock::rng::Rng;
 use biplane_onboard::session::Event;
 use biplane_recording::{Port, Rig};
@@ -25,6 +27,8 @@ const BACK_SEARCHED_NS: i64 = 9 * S;
 /// How long is looked on after the fault.
 const AFTER_NS: i64 = 10 * S;
 
+const LASERS: [Port; 2] = [Port::Horizontal, Port::Vertical];
+
 /// What is done to a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Fault {
@@ -32,13 +36,13 @@ enum Fault {
     Unplug,
     /// The same, for less than a driver need notice.
     Jerk,
-    /// The device loses its power; a laser then takes some seconds to start, a base none.
+    /// The device loses its power, gets it back and starts.
     PowerCycle,
     /// Nothing comes from the device.
     Silence,
     /// Random bytes come instead.
     Garbage,
-    /// Presets on the line, for eight seconds.
+    /// Presets: those of the line for eight seconds, those of the device or its measurements from the start.
     Noise(&'static [Preset]),
 }
 
@@ -58,10 +62,10 @@ impl Fault {
         let (length_ns, begins, ends, back_within_ns) = match self {
             Self::Unplug => (lasts(1.3, 9.0), Happening::Unplug, Happening::Plug, BACK_KNOWN_NS),
             Self::Jerk => (lasts(0.05, 0.8), Happening::Unplug, Happening::Plug, BACK_KNOWN_NS),
-            Self::PowerCycle if port == Port::Base => {
-                (lasts(0.3, 3.0), Happening::PowerOff, Happening::PowerOn, BACK_KNOWN_NS)
+            Self::PowerCycle => {
+                let within_ns = if port == Port::Base { BACK_KNOWN_NS } else { BACK_SEARCHED_NS };
+                (lasts(0.3, 10.0), Happening::PowerOff, Happening::PowerOn, within_ns)
             }
-            Self::PowerCycle => (lasts(2.0, 20.0), Happening::PowerOff, Happening::PowerOn, BACK_SEARCHED_NS),
             Self::Silence => (lasts(1.3, 9.0), Happening::Mute, Happening::Unmute, BACK_KNOWN_NS),
             Self::Garbage => (lasts(1.3, 9.0), Happening::Babble, Happening::Clear, BACK_KNOWN_NS),
             Self::Noise(presets) => {
@@ -69,9 +73,22 @@ impl Fault {
                 (8 * S, begins, Happening::Faults(Vec::new()), BACK_KNOWN_NS)
             }
         };
-        let answering_ns = begin_ns + length_ns;
-        let happenings = vec![(begin_ns, begins), (answering_ns, ends)];
+        let ends_ns = begin_ns + length_ns;
+        let happenings = vec![(begin_ns, begins), (ends_ns, ends)];
+        let boot_ns = match (self, port) {
+            (Self::PowerCycle, Port::Base) => BaseParams::default().boot_ns,
+            (Self::PowerCycle, _) => LmsParams::default().boot_ns,
+            _ => 0,
+        };
+        let answering_ns = ends_ns + boot_ns;
         Outage { begin_ns, answering_ns, happenings, back_within_ns }
+    }
+
+    fn presets(self) -> &'static [Preset] {
+        match self {
+            Self::Noise(presets) => presets,
+            _ => &[],
+        }
     }
 
     fn name(self) -> String {
@@ -153,7 +170,10 @@ fn run(faults: &[(Port, Fault)], baud: u32, seed: u64) -> Outcome {
         outage.happenings.iter().map(|(at_ns, happening)| (*at_ns, *port, happening.clone()))
     });
     let plan = Plan::new(happenings.collect());
-    let mut sim = SimRig::new(&rig_at(baud), idle_lines(baud, seed), plan, Witness::default());
+    let presets: Vec<Preset> = faults.iter().flat_map(|(_, fault)| fault.presets()).copied().collect();
+    let places: Vec<u64> = faults.iter().map(|(port, _)| place(*port) as u64).collect();
+    let lines = idle_lines(baud, seed, &Faults::new(&presets, seed), &places);
+    let mut sim = SimRig::new(&rig_at(baud), lines, plan, Witness::default());
     let last_ns = outages.iter().map(|(_, _, outage)| outage.answering_ns).max().unwrap_or(0);
     sim.run(last_ns + AFTER_NS, |_| false);
     let mut outcome = Outcome { runs: 1, ..Outcome::default() };
@@ -317,6 +337,33 @@ fn a_loose_connector() {
 #[test]
 fn a_usb_stall() {
     check(Fault::Noise(&[Preset::UsbStall]));
+}
+
+#[test]
+fn a_dazzled_laser() {
+    check_at(
+        Fault::Noise(&[Preset::Dazzle]),
+        &LASERS,
+        &[(38_400, seeds(2)), (500_000, seeds(2).div_ceil(5))],
+    );
+}
+
+#[test]
+fn a_dirty_window() {
+    check_at(
+        Fault::Noise(&[Preset::WindowDirty]),
+        &LASERS,
+        &[(38_400, seeds(2)), (500_000, seeds(2).div_ceil(5))],
+    );
+}
+
+#[test]
+fn devices_left_streaming() {
+    check_at(
+        Fault::Noise(&[Preset::LeftStreaming]),
+        &Port::ALL,
+        &[(38_400, seeds(2)), (500_000, seeds(2).div_ceil(5))],
+    );
 }
 
 #[test]
