@@ -16,6 +16,8 @@ use crate::rig::truth::{Account, base_account, laser_account, sent_reports, sent
 use crate::rig::witness::Witness;
 use crate::rig::{MS, S, SimRig, place, seeds};
 
+/// Every device is found at the rig's rate, so that its first measurement comes within this time.
+const UP_NS: i64 = 3 * S;
 /// An outage is noticed within this time.
 const NOTICED_NS: i64 = S;
 /// Shorter ones need not be.
@@ -269,6 +271,9 @@ fn judge(sim: &mut SimRig<Witness>, port: Port, fault: Fault, outage: &Outage, o
         }
         None => outcome.wrong.push(format!("{port:?} not back")),
     }
+    if recorded_ns.first().is_none_or(|first_ns| *first_ns > UP_NS) {
+        outcome.wrong.push(format!("{port:?} did not come up in time"));
+    }
     let end_ns = sim.now_ns();
     if recorded_ns.last().is_none_or(|last_ns| end_ns - last_ns > S) {
         outcome.wrong.push(format!("{port:?} silent at the end"));
@@ -296,7 +301,7 @@ fn check_at(fault: Fault, ports: &[Port], bauds: &[(u32, u64)]) {
 /// At 38400 Bd and, for fewer seeds, at 500000.
 #[track_caller]
 fn check(fault: Fault) {
-    check_at(fault, &Port::ALL, &[(38_400, seeds(4)), (500_000, seeds(2).div_ceil(5))]);
+    check_at(fault, &Port::ALL, &[(38_400, seeds(2)), (500_000, seeds(2).div_ceil(5))]);
 }
 
 #[test]
@@ -382,7 +387,7 @@ fn two_faults_at_once() {
     let (mut table, mut wrong) = (HEAD.to_owned(), Vec::new());
     for pair in pairs {
         let mut all = Outcome::default();
-        for seed in 1..=seeds(3) {
+        for seed in 1..=seeds(2) {
             all.add(run(pair, 38_400, seed));
         }
         let names: Vec<String> =

@@ -5,7 +5,7 @@
 
 use std::collections::VecDeque;
 
-use biplane_mock::device::Device;
+use biplane_mock::device::{Device, DeviceCounts};
 use biplane_mock::faults::{Channel, Faults, garble};
 use biplane_mock::line::transfer_ns;
 use biplane_mock::rng::Rng;
@@ -75,6 +75,12 @@ impl SimLine {
             rng: Rng::new(seed, 0x11E0 + stream, 0),
             scratch: Vec::new(),
         }
+    }
+
+    /// What the device counted.
+    #[must_use]
+    pub fn device_counts(&self) -> DeviceCounts {
+        self.device.counts()
     }
 
     /// The host writes.
