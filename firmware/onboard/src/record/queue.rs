@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use biplane_recording::Topic;
 use rtrb::{Consumer, Producer, RingBuffer};
 
+use super::telling::States;
 use crate::health::Health;
 use crate::sink::Sink;
 
@@ -22,7 +23,7 @@ const HEAD_BYTES: usize = 1 + 8 + 8 + 4;
 pub struct QueueSink {
     messages: Producer<u8>,
     healths: Producer<(i64, Health)>,
-    told: Producer<(i64, Health)>,
+    told: States,
     dropped: u64,
     reads_dropped: Arc<AtomicU64>,
 }
@@ -48,7 +49,7 @@ pub struct Head {
 /// Both ends. `reads_dropped` counts reads of the ports that were lost before they came to the loop; they are told with the messages.
 /// States go to `told` as well.
 #[must_use]
-pub fn queue(reads_dropped: Arc<AtomicU64>, told: Producer<(i64, Health)>) -> (QueueSink, QueueSource) {
+pub fn queue(reads_dropped: Arc<AtomicU64>, told: States) -> (QueueSink, QueueSource) {
     let (message_in, messages) = RingBuffer::new(QUEUE_BYTES);
     let (health_in, healths) = RingBuffer::new(QUEUE_HEALTHS);
     let sink = QueueSink { messages: message_in, healths: health_in, told, dropped: 0, reads_dropped };

@@ -43,6 +43,9 @@ pub enum StatusMode {
     Json,
 }
 
+/// Where the states of a run go in, with their times.
+pub type States = Producer<(i64, Health)>;
+
 /// What the loop tells with.
 #[derive(Debug)]
 pub struct Voice {
@@ -90,7 +93,7 @@ impl Telling {
     ///
     /// # Errors
     /// When no thread can be started.
-    pub fn start(audience: Audience) -> Result<(Self, Voice, Producer<(i64, Health)>), OnboardError> {
+    pub fn start(audience: Audience) -> Result<(Self, Voice, States), OnboardError> {
         let (event_in, events) = RingBuffer::new(QUEUE_EVENTS);
         let (health_in, healths) = RingBuffer::new(QUEUE_HEALTHS);
         let (over, closing) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
