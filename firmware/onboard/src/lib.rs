@@ -22,6 +22,7 @@ pub mod salvage;
 pub mod session;
 pub mod sink;
 pub mod stamping;
+pub mod udev_rule;
 
 pub use error::OnboardError;
 pub use report::RunReport;

@@ -52,13 +52,14 @@ pub struct DeviceReport {
     pub fault: Option<bool>,
 }
 
-/// Asks all devices of a rig at once; in the rig's order.
+/// Asks devices of a rig, all at once; in the rig's order. Those that are `wanted`, or every one when none is named.
 ///
 /// # Errors
 /// When the rig names one port twice, or a base that cannot be talked to.
-pub fn probe(rig: &Rig) -> Result<Vec<DeviceReport>, OnboardError> {
+pub fn probe(rig: &Rig, wanted: &[Port]) -> Result<Vec<DeviceReport>, OnboardError> {
     ports::check(rig)?;
-    let devices = ports::of_rig(rig);
+    let mut devices = ports::of_rig(rig);
+    devices.retain(|(device, ..)| wanted.is_empty() || wanted.contains(device));
     Ok(thread::scope(|scope| {
         let asked: Vec<_> = devices
             .iter()

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use biplane_recording::Rig;
+use biplane_recording::{Port, Rig};
 
 use crate::error::OnboardError;
 use crate::probe::DeviceReport;
@@ -15,20 +15,32 @@ pub struct Args {
     /// The robot.
     #[arg(long)]
     rig: PathBuf,
+    /// Only this device: horizontal, vertical or base. May be given several times; without it, every device of the rig.
+    #[arg(long, value_name = "DEVICE", value_parser = device)]
+    only: Vec<Port>,
     /// As JSON on stdout.
     #[arg(long)]
     json: bool,
 }
 
 pub(super) fn run(args: &Args) -> Result<u8, OnboardError> {
-    let reports = crate::probe::probe(&Rig::load(&args.rig)?)?;
+    let reports = crate::probe::probe(&Rig::load(&args.rig)?, &args.only)?;
     if args.json {
         let text = serde_json::to_string_pretty(&reports).unwrap_or_default();
         super::print_result(&(text + "\n"));
     } else {
         super::print_result(&table(&reports));
     }
-    Ok(u8::from(reports.iter().any(|report| !report.answered)))
+    Ok(u8::from(reports.is_empty() || reports.iter().any(|report| !report.answered)))
+}
+
+fn device(word: &str) -> Result<Port, String> {
+    match word {
+        "horizontal" => Ok(Port::Horizontal),
+        "vertical" => Ok(Port::Vertical),
+        "base" => Ok(Port::Base),
+        _ => Err("expected horizontal, vertical or base".to_owned()),
+    }
 }
 
 /// Columns as wide as their widest word.

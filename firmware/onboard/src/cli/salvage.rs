@@ -18,7 +18,7 @@ pub struct Args {
 
 pub(super) fn run(args: &Args) -> Result<u8, OnboardError> {
     let listed = crate::salvage::salvage(&args.folder);
-    let leftovers = listed.map_err(|source| OnboardError::Folder { path: args.folder.clone(), source })?;
+    let leftovers = listed.map_err(|source| OnboardError::Place { path: args.folder.clone(), source })?;
     let mut code = 0;
     for leftover in &leftovers {
         eprintln!("{}", line(leftover));

@@ -67,6 +67,8 @@ fn ports_that_are_not_there_give_1_and_leave_no_file() {
     assert_eq!(exit_code(&["record", "--rig", &rig, "-o", &output.to_string_lossy()]), 1);
     assert!(!output.exists() && !output.with_extension("mcap.active").exists());
     assert_eq!(exit_code(&["probe", "--rig", &rig]), 1);
+    assert_eq!(exit_code(&["probe", "--rig", &rig, "--only", "base"]), 1);
+    assert_eq!(exit_code(&["probe", "--rig", &rig, "--only", "sonar"]), 2);
     fs::remove_file(rig).unwrap();
 }
 

@@ -79,7 +79,7 @@ fn devices_left_streaming_at_another_rate_are_taken_over_and_left_idle_at_the_en
     let scans = all::<LaserScan>(&mock.folder.join("run.mcap"), Topic::ScanHorizontal);
     assert!(scans.iter().all(|scan| scan.ranges_m.len() == 361));
     // Found at once at its rate, and silent until it is asked.
-    let reports = probe(&rig).unwrap();
+    let reports = probe(&rig, &[]).unwrap();
     assert!(reports.iter().all(|report| report.answered), "{reports:?}");
     assert_eq!(reports[0].baud_found, Some(500_000));
 }
