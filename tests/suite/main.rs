@@ -3,9 +3,11 @@
 mod accuracy;
 mod allocations;
 mod captures;
+mod checksum;
 mod faults;
 mod quiet_run;
 mod recorded;
 mod rig;
+mod soak;
 mod start_up;
 mod tidy;

@@ -1,5 +1,6 @@
 //! A rig without faults, in simulated time: everything comes up, and everything that is sent is recorded.
 
+use biplane_mock::faults::Faults;
 use biplane_recording::{Port, Rig};
 
 use crate::rig::devices::idle_lines;
@@ -14,7 +15,12 @@ fn without_faults_every_telegram_that_was_sent_is_recorded() {
         let mut rig = Rig::default();
         rig.horizontal.baud = baud;
         rig.vertical.as_mut().unwrap().baud = baud;
-        let mut sim = SimRig::new(&rig, idle_lines(baud, 1), Plan::default(), Witness::default());
+        let mut sim = SimRig::new(
+            &rig,
+            idle_lines(baud, 1, &Faults::default(), &[]),
+            Plan::default(),
+            Witness::default(),
+        );
         sim.run(10 * S, |_| false);
         let [horizontal, vertical, base] = sim.lines.each_ref().map(|line| line.as_ref().unwrap());
         let witness = sim.engine.sink();

@@ -3,6 +3,9 @@
 //! Targets: 3 s at the rig's rate, 9 s when the rate must be searched. States after other programs are made by playing their
 //! requests (transcripts of sicktoolbox, MRPT, CARMEN, AriaCoda and Player) to the mock device before the engine starts.
 
+use biplane_mock::base_device::BaseParams;
+use biplane_mock::device::Device;
+use biplane_mock::faults::Faults;
 use biplane_mock::lms_device::LmsParams;
 use biplane_mock::lms_device::request::Latency;
 use biplane_mock::lms_device::settings::{ConfigBlock, Variant};
@@ -10,7 +13,7 @@ use biplane_recording::Rig;
 
 use crate::rig::before::{CLIENTS, Client, after_client};
 use crate::rig::devices::{base, idle_laser, laser};
-use crate::rig::line::{MakeDevice, SimLine};
+use crate::rig::line::SimLine;
 use crate::rig::plan::Plan;
 use crate::rig::seeds;
 use crate::rig::witness::Witness;
@@ -31,7 +34,7 @@ struct Case {
     /// Rate that the rig asks for.
     rig_baud: u32,
     /// The device for a seed.
-    make: Box<dyn Fn(u64) -> MakeDevice>,
+    make: Box<dyn Fn(u64) -> Box<dyn Device>>,
     /// Requests that the device misses.
     missed_share: f64,
     /// First good scan by then, milliseconds.
@@ -44,7 +47,7 @@ impl Case {
         Self {
             name: name.to_owned(),
             rig_baud,
-            make: Box::new(move |seed| laser(params.clone(), seed, 0)),
+            make: Box::new(move |seed| laser(params.clone(), &Faults::default(), seed, 0)),
             missed_share: 0.0,
             limit_ms,
         }
@@ -67,7 +70,7 @@ impl Case {
         rig.horizontal.baud = self.rig_baud;
         let mut line = SimLine::new((self.make)(seed), seed, 0);
         line.missed_share = self.missed_share;
-        let base = SimLine::new(base(biplane_mock::base_device::BaseParams::default()), seed, 2);
+        let base = SimLine::new(base(BaseParams::default(), &Faults::default()), seed, 2);
         let mut sim = SimRig::new(&rig, [Some(line), None, Some(base)], Plan::default(), Witness::default());
         let beams = rig.horizontal.beam_count();
         let came = sim.run(LONGEST_NS, |sim| {

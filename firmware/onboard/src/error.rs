@@ -60,6 +60,21 @@ pub enum OnboardError {
         /// Which device it belongs to.
         device: &'static str,
     },
+    /// Too little room to begin.
+    #[error(
+        "only {} MB are left on the disk of {}: a recording ends at {} MB",
+        free_bytes / 1_000_000,
+        folder.display(),
+        needed_bytes / 1_000_000
+    )]
+    DiskLow {
+        /// Where the recording would lie.
+        folder: PathBuf,
+        /// What is free there.
+        free_bytes: u64,
+        /// With less, a recording ends.
+        needed_bytes: u64,
+    },
     /// Two devices on one port.
     #[error("{port} is the port of {} and of {}: each device needs its own", devices[0], devices[1])]
     SharedPort {

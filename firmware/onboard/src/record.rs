@@ -1,13 +1,17 @@
 //! `record`: the onboard process on a robot.
 //!
-//! Threads: one a port reads and stamps; this one runs the engine (sessions, matcher); one writes the file. Between them
+//! Threads: one a port reads and stamps; this one runs the engine (sessions, matcher); one writes the file; one talks. Between them
 //! are bounded queues that count what they must drop. The engine's thread takes the reads of all ports in the order of their times.
 
 mod acquisition;
 mod clock;
+pub mod disk;
 mod lines;
 mod queue;
 pub mod realtime;
+pub mod service;
+pub mod status;
+mod telling;
 mod writing;
 
 use std::path::{Path, PathBuf};
@@ -18,7 +22,9 @@ use std::time::Duration;
 use biplane_matcher::Method;
 use biplane_recording::{PartsWriter, Rig, Rotation, WriterOptions};
 
+pub use acquisition::Controls;
 pub use clock::RunClock;
+pub use telling::StatusMode;
 
 use crate::engine::{Engine, EngineOptions, Feed};
 use crate::error::OnboardError;
@@ -28,6 +34,8 @@ use crate::provenance;
 use crate::report::RunReport;
 use acquisition::Acquisition;
 use lines::Lines;
+use service::Service;
+use telling::{Audience, Telling};
 use writing::Writing;
 
 /// What to record.
@@ -53,6 +61,10 @@ pub struct RecordOptions {
     pub realtime: bool,
     /// Where links are that follow an adapter, in `by-id` and `by-path`: usually [`SERIAL_LINKS`].
     pub serial_links: PathBuf,
+    /// How the state is shown while it records.
+    pub status: StatusMode,
+    /// With less room on the disk than this, bytes, the run ends while it can still be closed; usually [`disk::STOP_BYTES`].
+    pub stop_free_bytes: u64,
 }
 
 impl RecordOptions {
@@ -70,6 +82,8 @@ impl RecordOptions {
             wait: false,
             realtime: false,
             serial_links: PathBuf::from(SERIAL_LINKS),
+            status: StatusMode::Silent,
+            stop_free_bytes: disk::STOP_BYTES,
         }
     }
 }
@@ -77,19 +91,40 @@ impl RecordOptions {
 /// Records until the duration is over or `stop` is set, then leaves the devices idle and closes the file.
 ///
 /// # Errors
-/// What is wrong with rig, ports or output; also when the whole run brought no scan to localise with.
+/// As [`record_with`].
 pub fn record(options: &RecordOptions, stop: &AtomicBool) -> Result<RunReport, OnboardError> {
+    record_with(options, Controls { stop, rotate: &AtomicBool::new(false) })
+}
+
+/// The same, with all that can be told to a run.
+///
+/// # Errors
+/// What is wrong with rig, ports, disk or output; also when the whole run brought no scan to localise with.
+pub fn record_with(options: &RecordOptions, controls: Controls<'_>) -> Result<RunReport, OnboardError> {
     ports::check(&options.rig)?;
     let writer_options =
         WriterOptions { overwrite: options.overwrite, sync: true, ..WriterOptions::default() };
     PartsWriter::check(&options.output, &writer_options, options.rotation)?;
+    let folder = folder_of(&options.output);
+    check_room(&folder, options.stop_free_bytes)?;
+    let service = Service::find();
+    let opened = lines::open_ports(options, service, controls.stop)?;
+    // Not before: a machine that waits for its devices may not have had its time set.
     let clock = RunClock::start();
-    let lines = Lines::open(options, clock, stop)?;
-    let mut writer = PartsWriter::create(&options.output, &writer_options, options.rotation)?;
     let start_ns = clock.now_ns();
+    let mut writer = PartsWriter::create(&options.output, &writer_options, options.rotation)?;
     provenance::write(&mut writer, &options.rig, options.matcher, "biplane-onboard record", start_ns)?;
-    let (sink, source) = queue::queue(Arc::clone(lines.dropped()));
-    let writing = Writing::start(writer, source, folder_of(&options.output))?;
+    let audience = Audience {
+        mode: options.status,
+        service,
+        output: options.output.clone(),
+        folder: folder.clone(),
+        start_ns,
+    };
+    let (telling, voice, told) = Telling::start(audience)?;
+    let lines = Lines::start(opened, clock, options.realtime)?;
+    let (sink, source) = queue::queue(Arc::clone(lines.dropped()), told);
+    let writing = Writing::start(writer, source, folder, options.stop_free_bytes)?;
     let engine_options = EngineOptions {
         rig: options.rig.clone(),
         matcher: options.matcher,
@@ -101,18 +136,32 @@ pub fn record(options: &RecordOptions, stop: &AtomicBool) -> Result<RunReport, O
         realtime::lock_memory();
         realtime::raise_priority("loop", realtime::LOOP_PRIORITY);
     }
+    service.ready();
     let end_ns = options.duration.map_or(i64::MAX, |duration| {
         start_ns.saturating_add(i64::try_from(duration.as_nanos()).unwrap_or(i64::MAX))
     });
-    let mut acquisition = Acquisition { engine, lines, clock };
-    acquisition.run(end_ns, stop, &writing);
+    let mut acquisition = Acquisition { engine, lines, clock, voice };
+    let end = acquisition.run(end_ns, controls, &writing);
+    service.stopping();
+    telling.closing();
     let report = acquisition.finish();
-    let report = report.with_files(&writing.finish()?);
+    let written = writing.finish();
+    telling.finish();
+    let report = RunReport { end, ..report.with_files(&written?) };
     if report.scans_horizontal == 0 {
         let port = options.rig.horizontal.port.clone();
         return Err(OnboardError::NoScans { port, output: report.output });
     }
     Ok(report)
+}
+
+fn check_room(folder: &Path, needed_bytes: u64) -> Result<(), OnboardError> {
+    match disk::free_bytes(folder) {
+        Some(free_bytes) if free_bytes < needed_bytes => {
+            Err(OnboardError::DiskLow { folder: folder.to_owned(), free_bytes, needed_bytes })
+        }
+        _ => Ok(()),
+    }
 }
 
 fn folder_of(path: &Path) -> PathBuf {

@@ -17,7 +17,7 @@ use biplane_recording::{
 use crate::engine::{Engine, EngineOptions, Feed};
 use crate::error::OnboardError;
 use crate::provenance;
-use crate::report::RunReport;
+use crate::report::{RunEnd, RunReport};
 use crate::sink::DirectSink;
 
 /// While waiting for simulated time, a request to stop is noticed so often, nanoseconds.
@@ -96,7 +96,8 @@ enum Content {
     Decoded,
 }
 
-/// Replays until the input ends, or `stop` is set.
+/// Replays until the input ends, or `stop` is set: then the file is closed with what was replayed, and the report says
+/// [`RunEnd::Interrupted`], with poses or without.
 ///
 /// # Errors
 /// What is wrong with input, output or rig. The input is read through once before the output is begun, so that nothing is made from a
@@ -124,7 +125,7 @@ pub fn replay(options: &ReplayOptions, stop: &AtomicBool) -> Result<RunReport, O
         PartsWriter::remove_begun(&options.output, &writer_options, options.rotation);
     }
     let report = made?;
-    if report.poses == 0 && !stop.load(Ordering::Relaxed) {
+    if report.poses == 0 && report.end == RunEnd::InputOver {
         return Err(OnboardError::NoPoses { input: options.input.clone(), output: report.output });
     }
     Ok(report)
@@ -142,11 +143,11 @@ fn run_into(
     let engine_options = EngineOptions { rig, matcher: options.matcher, feed: Feed::Recorded, raw: false };
     let engine = Engine::new(&engine_options, DirectSink::new(writer), start_ns);
     let mut run = Run { engine, content, end_ns: start_ns };
-    run.feed(reader, &Pace::new(options.speed, start_ns), stop)?;
+    let end = run.feed(reader, &Pace::new(options.speed, start_ns), stop)?;
     let (report, mut sink) = run.engine.finish(run.end_ns);
     sink.check()?;
     let written = sink.into_writer().finish()?;
-    Ok(report.with_files(&written))
+    Ok(RunReport { end, ..report.with_files(&written) })
 }
 
 fn same_file(input: &Path, output: &Path) -> bool {
@@ -196,18 +197,18 @@ struct Run {
 }
 
 impl Run {
-    fn feed(&mut self, reader: &Reader, pace: &Pace, stop: &AtomicBool) -> Result<(), OnboardError> {
+    fn feed(&mut self, reader: &Reader, pace: &Pace, stop: &AtomicBool) -> Result<RunEnd, OnboardError> {
         for entry in reader.messages() {
             let entry = entry?;
             pace.wait_for(entry.log_time_ns, stop);
             if stop.load(Ordering::Relaxed) {
-                break;
+                return Ok(RunEnd::Interrupted);
             }
             self.take(&entry).map_err(|error| error.in_file(reader.path()))?;
             self.say_events();
             self.check()?;
         }
-        Ok(())
+        Ok(RunEnd::InputOver)
     }
 
     fn take(&mut self, entry: &Entry) -> Result<(), ReadError> {

@@ -5,6 +5,25 @@ use std::path::PathBuf;
 use biplane_recording::PartsReport;
 use serde::Serialize;
 
+/// Why a run ended.
+#[derive(Copy, Clone, PartialEq, Eq, Debug, Default, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RunEnd {
+    /// The input was over.
+    #[default]
+    InputOver,
+    /// The time asked for was over.
+    DurationOver,
+    /// A live run was told to stop.
+    Stopped,
+    /// A replay was told to stop before its input was over: the rest of it is not in the output.
+    Interrupted,
+    /// The disk was nearly full.
+    DiskLow,
+    /// The file could not be written any more.
+    WriteFailed,
+}
+
 /// The account of one `record` or `replay`.
 #[derive(Clone, PartialEq, Debug, Default, Serialize)]
 pub struct RunReport {
@@ -12,6 +31,8 @@ pub struct RunReport {
     pub output: PathBuf,
     /// All its files, in order.
     pub parts: Vec<PathBuf>,
+    /// Why it ended.
+    pub end: RunEnd,
     /// From its first to its last input, seconds (simulated time in a replay).
     pub duration_s: f64,
     /// Scans of the laser that localises.
@@ -52,10 +73,11 @@ impl RunReport {
         Self { output: parts.first().cloned().unwrap_or_default(), parts, ..self }
     }
 
-    /// The process's exit code: 0, or 3 when something intact was not kept.
+    /// The process's exit code: 0, or 3 when something intact was not kept, or was not recorded as long as it was asked for.
     #[must_use]
     pub fn exit_code(&self) -> u8 {
-        if self.lost > 0 { 3 } else { 0 }
+        let cut_short = matches!(self.end, RunEnd::Interrupted | RunEnd::DiskLow);
+        if self.lost > 0 || cut_short { 3 } else { 0 }
     }
 }
 
@@ -67,6 +89,10 @@ mod tests {
     fn only_a_loss_of_something_intact_makes_the_exit_code_3() {
         let harmless = RunReport { damaged: 5, skipped_bytes: 9, backward_stamps: 3, ..RunReport::default() };
         assert_eq!(harmless.exit_code(), 0);
-        assert_eq!(RunReport { lost: 1, ..harmless }.exit_code(), 3);
+        assert_eq!(RunReport { lost: 1, ..harmless.clone() }.exit_code(), 3);
+        let ends =
+            [RunEnd::InputOver, RunEnd::DurationOver, RunEnd::Stopped, RunEnd::Interrupted, RunEnd::DiskLow];
+        let codes = ends.map(|end| RunReport { end, ..harmless.clone() }.exit_code());
+        assert_eq!(codes, [0, 0, 0, 3, 3]);
     }
 }

@@ -8,7 +8,6 @@ use biplane_mock::lms_device::feed::MirrorFeed;
 use biplane_mock::lms_device::{LmsDevice, LmsParams};
 
 use super::devices::mirror;
-use super::line::MakeDevice;
 use super::world::{Room, SameTime};
 use super::{MS, S};
 
@@ -174,27 +173,25 @@ pub const CLIENTS: &[Client] = &[
 
 /// A laser to which a program has spoken until it ended, or until it was killed; then half a second passed.
 #[must_use]
-pub fn after_client(client: &'static Client, cut_s: Option<f64>, seed: u64) -> MakeDevice {
-    Box::new(move |_| {
-        let params = LmsParams { baud: client.baud, mirror: mirror(seed, 0), ..LmsParams::default() };
-        let feed = MirrorFeed::new(Box::new(Room::new(seed, 0)), Box::new(SameTime));
-        let mut device = LmsDevice::new(params, Box::new(feed));
-        let last_s = client.requests.last().map_or(0.0, |request| request.0);
-        let end_s = cut_s.unwrap_or(last_s) + 0.5;
-        let mut now_ns = (-end_s * S as f64) as i64;
-        let start_ns = now_ns;
-        for &(at_s, baud, request) in client.requests {
-            if cut_s.is_some_and(|cut_s| at_s > cut_s) {
-                break;
-            }
-            let at_ns = start_ns + (at_s * S as f64) as i64;
-            live(&mut device, &mut now_ns, at_ns);
-            assert_eq!(device.baud(), baud, "{} at {at_s} s", client.name);
-            device.handle(now_ns, request);
+pub fn after_client(client: &Client, cut_s: Option<f64>, seed: u64) -> Box<dyn Device> {
+    let params = LmsParams { baud: client.baud, mirror: mirror(seed, 0), ..LmsParams::default() };
+    let feed = MirrorFeed::new(Box::new(Room::new(seed, 0)), Box::new(SameTime));
+    let mut device = LmsDevice::new(params, Box::new(feed));
+    let last_s = client.requests.last().map_or(0.0, |request| request.0);
+    let end_s = cut_s.unwrap_or(last_s) + 0.5;
+    let mut now_ns = (-end_s * S as f64) as i64;
+    let start_ns = now_ns;
+    for &(at_s, baud, request) in client.requests {
+        if cut_s.is_some_and(|cut_s| at_s > cut_s) {
+            break;
         }
-        live(&mut device, &mut now_ns, -MS);
-        Box::new(device)
-    })
+        let at_ns = start_ns + (at_s * S as f64) as i64;
+        live(&mut device, &mut now_ns, at_ns);
+        assert_eq!(device.baud(), baud, "{} at {at_s} s", client.name);
+        device.handle(now_ns, request);
+    }
+    live(&mut device, &mut now_ns, -MS);
+    Box::new(device)
 }
 
 /// The device goes on until then; what it sends was for somebody else.

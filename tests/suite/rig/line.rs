@@ -5,8 +5,8 @@
 
 use std::collections::VecDeque;
 
-use biplane_mock::device::Device;
-use biplane_mock::faults::{Channel, garble};
+use biplane_mock::device::{Device, DeviceCounts};
+use biplane_mock::faults::{Channel, Faults, garble};
 use biplane_mock::line::transfer_ns;
 use biplane_mock::rng::Rng;
 
@@ -20,9 +20,6 @@ const WRITE_NS: i64 = 200_000;
 /// Random bytes come in pieces of this length.
 const BABBLE_NS: i64 = 5 * MS;
 
-/// Makes a device: as it is found at the start, or as it is after power-on (`true`).
-pub type MakeDevice = Box<dyn Fn(bool) -> Box<dyn Device>>;
-
 /// A line.
 pub struct SimLine {
     /// What left the device, as it left.
@@ -33,9 +30,8 @@ pub struct SimLine {
     pub keeps_tapes: bool,
     /// Share of requests that the device does not hear at all ("at some mirror positions").
     pub missed_share: f64,
-    make: MakeDevice,
-    /// `None` without power.
-    device: Option<Box<dyn Device>>,
+    device: Box<dyn Device>,
+    dark: bool,
     device_ns: i64,
     host_baud: u32,
     /// Bytes on their way to the device: when, what, at which rate.
@@ -54,16 +50,16 @@ pub struct SimLine {
 }
 
 impl SimLine {
-    /// A line to the device that `make` makes; `stream` tells the lines of one seed apart.
+    /// A line to a device; `stream` tells the lines of one seed apart.
     #[must_use]
-    pub fn new(make: MakeDevice, seed: u64, stream: u64) -> Self {
+    pub fn new(device: Box<dyn Device>, seed: u64, stream: u64) -> Self {
         Self {
             sent: Tape::default(),
             delivered: Tape::default(),
             keeps_tapes: true,
             missed_share: 0.0,
-            device: Some(make(false)),
-            make,
+            device,
+            dark: false,
             device_ns: 0,
             host_baud: 9600,
             outbound: VecDeque::new(),
@@ -79,6 +75,12 @@ impl SimLine {
             rng: Rng::new(seed, 0x11E0 + stream, 0),
             scratch: Vec::new(),
         }
+    }
+
+    /// What the device counted.
+    #[must_use]
+    pub fn device_counts(&self) -> DeviceCounts {
+        self.device.counts()
     }
 
     /// The host writes.
@@ -109,9 +111,10 @@ impl SimLine {
                 self.outbound.clear();
             }
             Happening::Plug => self.linked = true,
-            Happening::PowerOff => self.device = None,
+            Happening::PowerOff => self.dark = true,
             Happening::PowerOn => {
-                self.device = Some((self.make)(true));
+                self.dark = false;
+                self.device.power_on(now_ns);
                 self.device_ns = now_ns;
             }
             Happening::Mute => self.muted = true,
@@ -123,8 +126,9 @@ impl SimLine {
                 let mut held = Vec::new();
                 self.to_host.take(i64::MAX, &mut held);
                 self.usb.push(now_ns, &held);
-                self.to_host = Channel::new(&presets, self.seed, 2 * self.stream);
-                self.from_host = Channel::new(&presets, self.seed, 2 * self.stream + 1);
+                let faults = Faults::new(&presets, self.seed);
+                self.to_host = faults.channel(2 * self.stream);
+                self.from_host = faults.channel(2 * self.stream + 1);
             }
         }
     }
@@ -133,7 +137,7 @@ impl SimLine {
     #[must_use]
     pub fn next_ns(&self) -> i64 {
         let outbound_ns = self.outbound.front().map_or(i64::MAX, |(at_ns, ..)| *at_ns);
-        let device_ns = if self.device.is_some() { self.device_ns } else { i64::MAX };
+        let device_ns = if self.dark { i64::MAX } else { self.device_ns };
         let held = [self.to_host.next_due_ns(), self.from_host.next_due_ns()];
         let held_ns = held.into_iter().flatten().min().unwrap_or(i64::MAX);
         outbound_ns.min(device_ns).min(held_ns).min(self.usb.next_ns()).min(self.babble_ns)
@@ -170,31 +174,32 @@ impl SimLine {
     }
 
     fn arrive_at_device(&mut self, at_ns: i64, byte: u8, baud: u32) {
-        let Some(device) = &mut self.device else { return };
-        if device.baud() == baud {
+        if self.dark {
+            return;
+        }
+        if self.device.baud() == baud {
             self.from_host.push(at_ns, &[byte]);
         } else {
-            device.handle_noise(at_ns, 1);
+            self.device.handle_noise(at_ns, 1);
         }
     }
 
     fn hear(&mut self, now_ns: i64) {
         self.scratch.clear();
         self.from_host.take(now_ns, &mut self.scratch);
-        if let (Some(device), false) = (&mut self.device, self.scratch.is_empty()) {
-            device.handle(now_ns, &self.scratch);
+        if !self.dark && !self.scratch.is_empty() {
+            self.device.handle(now_ns, &self.scratch);
             self.device_ns = now_ns;
         }
     }
 
     fn poll_device(&mut self, now_ns: i64) {
-        let Some(device) = &mut self.device else { return };
-        if self.device_ns > now_ns {
+        if self.dark || self.device_ns > now_ns {
             return;
         }
-        let baud = device.baud();
+        let baud = self.device.baud();
         self.scratch.clear();
-        self.device_ns = device.poll(now_ns, &mut self.scratch).max(now_ns + 1);
+        self.device_ns = self.device.poll(now_ns, &mut self.scratch).max(now_ns + 1);
         if self.keeps_tapes {
             self.sent.push(now_ns, &self.scratch);
         }

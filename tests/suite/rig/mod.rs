@@ -62,10 +62,15 @@ pub struct SimRig<K> {
     pub said: Vec<Said>,
     /// Counts what the engine allocates; see `allocations.rs`.
     pub engine_allocations: u64,
+    /// Is told of every read.
+    pub tap: Option<Tap>,
     plan: Plan,
     now_ns: i64,
     chunk: Vec<u8>,
 }
+
+/// Takes a line's reads with their times, nanoseconds.
+pub type Tap = Box<dyn FnMut(Port, i64, &[u8])>;
 
 /// Place of a port in [`SimRig::lines`].
 #[must_use]
@@ -88,6 +93,7 @@ impl<K: Sink> SimRig<K> {
             lines,
             said: Vec::new(),
             engine_allocations: 0,
+            tap: None,
             plan,
             now_ns: 0,
             chunk: Vec::new(),
@@ -147,6 +153,9 @@ impl<K: Sink> SimRig<K> {
             while let Some(line) = &mut self.lines[place(port)]
                 && line.read(now_ns, &mut self.chunk)
             {
+                if let Some(tap) = &mut self.tap {
+                    tap(port, now_ns, &self.chunk);
+                }
                 let before = crate::allocations::so_far();
                 self.engine.bytes(now_ns, port, &self.chunk);
                 self.engine_allocations += crate::allocations::so_far() - before;

@@ -12,7 +12,7 @@ pub enum Happening {
     Plug,
     /// The device loses its power.
     PowerOff,
-    /// It has its power again and has started: it says so, at its power-on rate, with its settings from the EEPROM.
+    /// It has its power again: it starts, and is then as any device just switched on.
     PowerOn,
     /// Nothing comes from the device any more, though it hears and works.
     Mute,
@@ -22,7 +22,7 @@ pub enum Happening {
     Babble,
     /// The device's own bytes come again.
     Clear,
-    /// The line has these faults from now on, in both directions; none ends them.
+    /// The line has these presets from now on, in both directions; none ends them.
     Faults(Vec<Preset>),
 }
 

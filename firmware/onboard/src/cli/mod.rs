@@ -10,18 +10,16 @@ mod record;
 mod replay;
 mod rotation;
 mod salvage;
+mod signals;
 mod summary;
 mod udev_rule;
 mod words;
 
 use std::ffi::OsString;
 use std::io::{IsTerminal, Write};
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use biplane_recording::WriteError;
 use clap::{Parser, Subcommand};
-use signal_hook::consts::{SIGINT, SIGTERM};
 use tracing_subscriber::EnvFilter;
 
 use crate::error::OnboardError;
@@ -65,7 +63,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
     start_log(cli.verbose, cli.quiet);
     let result = match &cli.command {
         Command::Probe(args) => probe::run(args),
-        Command::Record(args) => record::run(args),
+        Command::Record(args) => record::run(args, cli.quiet),
         Command::Replay(args) => replay::run(args),
         Command::CheckConfig(args) => check_config::run(args),
         Command::Salvage(args) => salvage::run(args),
@@ -79,7 +77,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
             tracing::info!("{error}");
             return 0;
         }
-        eprintln!("biplane-onboard: {}", sentence(&error));
+        say(&format!("biplane-onboard: {}", sentence(&error)));
         1
     })
 }
@@ -104,24 +102,20 @@ fn start_log(verbose: bool, quiet: bool) {
     let log =
         tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).with_target(false);
     let log = log.with_ansi(std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none());
+    // A terminal that has gone is no reason to fail.
+    let log = log.log_internal_errors(false);
     // Whoever runs this twice in one process (a test) keeps the first log.
     let _ = log.try_init();
+}
+
+/// Writes a line to stderr, whoever reads it or not.
+fn say(line: &str) {
+    let _ = writeln!(std::io::stderr().lock(), "{line}");
 }
 
 /// Writes a result to stdout. A reader that has gone is no failure of ours.
 fn print_result(text: &str) {
     let _ = std::io::stdout().lock().write_all(text.as_bytes());
-}
-
-/// A flag that SIGINT and SIGTERM set; the second signal ends the process at once.
-fn stop_on_signals() -> Result<Arc<AtomicBool>, OnboardError> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let refused = |source| OnboardError::System { what: "catch SIGINT and SIGTERM", source };
-    for signal in [SIGINT, SIGTERM] {
-        signal_hook::flag::register_conditional_default(signal, Arc::clone(&stop)).map_err(refused)?;
-        signal_hook::flag::register(signal, Arc::clone(&stop)).map_err(refused)?;
-    }
-    Ok(stop)
 }
 
 #[cfg(test)]

@@ -7,9 +7,12 @@ use biplane_matcher::Method;
 use biplane_recording::Rig;
 
 use crate::error::OnboardError;
-use crate::record::RecordOptions;
+use crate::record::{Controls, RecordOptions, StatusMode, record_with};
 
 /// Sets up lasers and base, streams, matches, and records posed scans until SIGINT, SIGTERM or the duration.
+///
+/// A second signal ends the process at once. SIGUSR1 begins the next part of a recording in parts. A terminal that goes away does not end
+/// the run.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// The robot.
@@ -41,9 +44,12 @@ pub struct Args {
     /// The account as JSON on stdout.
     #[arg(long)]
     json: bool,
+    /// The state as one JSON object a line and second on stdout, then the account; instead of the status line.
+    #[arg(long)]
+    json_status: bool,
 }
 
-pub(super) fn run(args: &Args) -> Result<u8, OnboardError> {
+pub(super) fn run(args: &Args, quiet: bool) -> Result<u8, OnboardError> {
     let output = crate::run_name::output(&args.output, biplane_clock::utc_ns())
         .map_err(|source| OnboardError::Place { path: args.output.clone(), source })?;
     let options = RecordOptions {
@@ -54,10 +60,20 @@ pub(super) fn run(args: &Args) -> Result<u8, OnboardError> {
         rotation: args.rotation.rotation(),
         wait: args.wait,
         realtime: args.realtime,
+        status: match (args.json_status, quiet) {
+            (true, _) => StatusMode::Json,
+            (false, false) => StatusMode::Line,
+            (false, true) => StatusMode::Silent,
+        },
         ..RecordOptions::new(Rig::load(&args.rig)?, output)
     };
-    let stop = super::stop_on_signals()?;
-    let report = crate::record::record(&options, &stop)?;
-    super::summary::print(&report, args.json);
+    let stop = super::signals::stop()?;
+    let rotate = super::signals::rotate()?;
+    super::signals::outlive_terminal()?;
+    let report = record_with(&options, Controls { stop: &stop, rotate: &rotate })?;
+    match (args.json_status, args.json) {
+        (true, _) => super::summary::print_line(&report),
+        (false, json) => super::summary::print(&report, json),
+    }
     Ok(report.exit_code())
 }

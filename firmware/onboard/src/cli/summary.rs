@@ -1,23 +1,41 @@
 //! The account of a run in words or as JSON.
 
-use crate::report::RunReport;
+use crate::report::{RunEnd, RunReport};
 
 /// JSON on stdout, or a few lines on stderr.
 pub fn print(report: &RunReport, json: bool) {
     if json {
         match serde_json::to_string_pretty(report) {
             Ok(text) => super::print_result(&(text + "\n")),
-            Err(error) => eprintln!("biplane-onboard: the report cannot be written as JSON: {error}"),
+            Err(error) => {
+                super::say(&format!("biplane-onboard: the report cannot be written as JSON: {error}"));
+            }
         }
     } else {
-        eprintln!("{}", text(report));
+        super::say(&text(report));
+    }
+}
+
+/// JSON in one line on stdout, after the states that came there: `kind` tells it from them.
+pub fn print_line(report: &RunReport) {
+    #[derive(serde::Serialize)]
+    struct Line<'a> {
+        kind: &'static str,
+        #[serde(flatten)]
+        report: &'a RunReport,
+    }
+    if let Ok(text) = serde_json::to_string(&Line { kind: "report", report }) {
+        super::print_result(&(text + "\n"));
     }
 }
 
 fn text(report: &RunReport) -> String {
+    let output = match &report.parts[..] {
+        [first, .., last] => format!("{} to {}", first.display(), last.display()),
+        _ => report.output.display().to_string(),
+    };
     let mut text = format!(
-        "{}: {:.1} s, {} horizontal scans ({} posed, {} not matched), {} vertical scans ({} posed), {} odometry reports",
-        report.output.display(),
+        "{output}: {:.1} s, {} horizontal scans ({} posed, {} not matched), {} vertical scans ({} posed), {} odometry reports",
         report.duration_s,
         report.scans_horizontal,
         report.poses,
@@ -40,6 +58,11 @@ fn text(report: &RunReport) -> String {
     ];
     for (count, what) in remarks.into_iter().filter(|(count, _)| *count > 0) {
         text += &format!("\n  {count} {what}");
+    }
+    match report.end {
+        RunEnd::DiskLow => text += "\n  ended before the disk was full: CUT SHORT",
+        RunEnd::Interrupted => text += "\n  stopped before the input was over: the rest was NOT KEPT",
+        RunEnd::InputOver | RunEnd::DurationOver | RunEnd::Stopped | RunEnd::WriteFailed => {}
     }
     text
 }

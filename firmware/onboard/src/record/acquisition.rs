@@ -7,11 +7,12 @@ use std::time::Duration;
 use super::RunClock;
 use super::lines::Lines;
 use super::queue::QueueSink;
+use super::telling::Voice;
 use super::writing::Writing;
 use crate::engine::{Command, Engine};
 use crate::link::News;
 use crate::ports::device_name;
-use crate::report::RunReport;
+use crate::report::{RunEnd, RunReport};
 
 /// The loop looks around at least so often, nanoseconds.
 const LONGEST_PARK_NS: i64 = 20_000_000;
@@ -28,26 +29,45 @@ pub struct Acquisition {
     pub lines: Lines,
     /// The run's time.
     pub clock: RunClock,
+    /// What is told.
+    pub voice: Voice,
+}
+
+/// What a run is told while it goes on.
+#[derive(Copy, Clone, Debug)]
+pub struct Controls<'a> {
+    /// Set: the run shall end.
+    pub stop: &'a AtomicBool,
+    /// Set: the next part of the recording shall begin. It is taken back.
+    pub rotate: &'a AtomicBool,
 }
 
 impl Acquisition {
-    /// Runs until it is told to stop, then until the devices are idle.
-    pub fn run(&mut self, end_ns: i64, stop: &AtomicBool, writing: &Writing) {
+    /// Runs until it is told to stop, then until the devices are idle; returns why.
+    pub fn run(&mut self, end_ns: i64, controls: Controls<'_>, writing: &Writing) -> RunEnd {
         self.serve_engine();
-        let mut give_up_ns = i64::MAX;
+        let mut ending: Option<(RunEnd, i64)> = None;
         loop {
+            self.voice.beat();
             self.take_reads();
             let now_ns = self.clock.now_ns();
             self.engine.advance(now_ns - READ_UNDER_WAY_NS);
             self.serve_engine();
-            let is_over = stop.load(Ordering::Relaxed) || now_ns >= end_ns || writing.has_failed();
-            if is_over && give_up_ns == i64::MAX {
-                give_up_ns = now_ns.saturating_add(STOP_NS);
-                self.engine.stop(now_ns);
-                self.serve_engine();
+            if controls.rotate.swap(false, Ordering::Relaxed) {
+                writing.rotate();
             }
-            if give_up_ns != i64::MAX && (self.engine.is_stopped() || now_ns >= give_up_ns) {
-                return;
+            match ending {
+                Some((end, give_up_ns)) if self.engine.is_stopped() || now_ns >= give_up_ns => return end,
+                Some(_) => {}
+                None => {
+                    ending = why_end(now_ns, end_ns, controls, writing)
+                        .map(|end| (end, now_ns.saturating_add(STOP_NS)));
+                    if ending.is_some() {
+                        self.engine.stop(now_ns);
+                        self.serve_engine();
+                        continue;
+                    }
+                }
             }
             self.wait();
         }
@@ -79,12 +99,7 @@ impl Acquisition {
             }
         }
         while let Some((port, event)) = self.engine.next_event() {
-            let device = device_name(port);
-            if event.is_warning() {
-                tracing::warn!("{device}: {event}");
-            } else {
-                tracing::info!("{device}: {event}");
-            }
+            self.voice.say(port, event);
         }
     }
 
@@ -100,5 +115,17 @@ impl Acquisition {
         let (report, _) = self.engine.finish(self.clock.now_ns());
         // The sink is gone now: the writing thread sees that nothing more comes.
         report
+    }
+}
+
+fn why_end(now_ns: i64, end_ns: i64, controls: Controls<'_>, writing: &Writing) -> Option<RunEnd> {
+    if writing.has_failed() {
+        Some(RunEnd::WriteFailed)
+    } else if writing.is_disk_low() {
+        Some(RunEnd::DiskLow)
+    } else if controls.stop.load(Ordering::Relaxed) {
+        Some(RunEnd::Stopped)
+    } else {
+        (now_ns >= end_ns).then_some(RunEnd::DurationOver)
     }
 }

@@ -6,6 +6,7 @@ use std::thread;
 
 use biplane_recording::Port;
 
+use super::service::Service;
 use super::{RecordOptions, RunClock};
 use crate::error::OnboardError;
 use crate::link::{self, Link, Reader, Tty};
@@ -21,31 +22,44 @@ pub struct Lines {
     dropped: Arc<AtomicU64>,
 }
 
+/// Opens all ports of a rig before anything is read: a missing one is told, or waited for, before a file is begun.
+///
+/// # Errors
+/// [`OnboardError::Port`]; [`OnboardError::StoppedWaiting`] when `stop` is set while a port is waited for.
+pub fn open_ports(
+    options: &RecordOptions,
+    service: Service,
+    stop: &AtomicBool,
+) -> Result<Vec<(Link, Arc<Tty>)>, OnboardError> {
+    let ports = ports::of_rig(&options.rig);
+    ports.into_iter().map(|port| open(options, port, service, stop)).collect()
+}
+
 impl Lines {
-    /// Opens all ports of a rig before anything is read: a missing one is told, or waited for, before a file is begun.
+    /// Starts to read the ports.
     ///
     /// # Errors
-    /// [`OnboardError::Port`]; [`OnboardError::StoppedWaiting`] when `stop` is set while a port is waited for.
-    pub fn open(options: &RecordOptions, clock: RunClock, stop: &AtomicBool) -> Result<Self, OnboardError> {
-        let mut opened = Vec::new();
-        for (device, path, baud) in ports::of_rig(&options.rig) {
-            opened.push(open(options, (device, path, baud), stop)?);
-        }
-        let (over, dropped) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicU64::new(0)));
-        let mut lines = Vec::new();
+    /// When no thread can be started.
+    pub fn start(
+        opened: Vec<(Link, Arc<Tty>)>,
+        clock: RunClock,
+        realtime: bool,
+    ) -> Result<Self, OnboardError> {
+        let (stop, dropped) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicU64::new(0)));
+        let mut lines = Self { lines: Vec::new(), stop, dropped };
         for (link, port) in opened {
             let link = Arc::new(link);
             let shared = link::Shared {
                 clock,
                 wake: thread::current(),
-                stop: Arc::clone(&over),
-                dropped: Arc::clone(&dropped),
-                realtime: options.realtime,
+                stop: Arc::clone(&lines.stop),
+                dropped: Arc::clone(&lines.dropped),
+                realtime,
             };
             let reader = link::spawn(Arc::clone(&link), port, shared)?;
-            lines.push((link, reader));
+            lines.lines.push((link, reader));
         }
-        Ok(Self { lines, stop: over, dropped })
+        Ok(lines)
     }
 
     /// Reads that were dropped because the loop did not take them in time.
@@ -82,6 +96,7 @@ impl Drop for Lines {
 fn open(
     options: &RecordOptions,
     (device, path, baud): (Port, &str, u32),
+    service: Service,
     stop: &AtomicBool,
 ) -> Result<(Link, Arc<Tty>), OnboardError> {
     let mut said = false;
@@ -90,8 +105,12 @@ fn open(
             Err(error) if options.wait => {
                 if !said {
                     tracing::warn!("{error}; waiting for it");
+                    service.status(&format!("waiting for {path} ({})", device_name(device)));
+                    // Up as far as it can be: the rest is for whoever plugs the device in.
+                    service.ready();
                     said = true;
                 }
+                service.alive();
             }
             opened => {
                 if said && opened.is_ok() {

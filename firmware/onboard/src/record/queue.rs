@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use biplane_recording::Topic;
 use rtrb::{Consumer, Producer, RingBuffer};
 
+use super::telling::States;
 use crate::health::Health;
 use crate::sink::Sink;
 
@@ -22,6 +23,7 @@ const HEAD_BYTES: usize = 1 + 8 + 8 + 4;
 pub struct QueueSink {
     messages: Producer<u8>,
     healths: Producer<(i64, Health)>,
+    told: States,
     dropped: u64,
     reads_dropped: Arc<AtomicU64>,
 }
@@ -45,11 +47,12 @@ pub struct Head {
 }
 
 /// Both ends. `reads_dropped` counts reads of the ports that were lost before they came to the loop; they are told with the messages.
+/// States go to `told` as well.
 #[must_use]
-pub fn queue(reads_dropped: Arc<AtomicU64>) -> (QueueSink, QueueSource) {
+pub fn queue(reads_dropped: Arc<AtomicU64>, told: States) -> (QueueSink, QueueSource) {
     let (message_in, messages) = RingBuffer::new(QUEUE_BYTES);
     let (health_in, healths) = RingBuffer::new(QUEUE_HEALTHS);
-    let sink = QueueSink { messages: message_in, healths: health_in, dropped: 0, reads_dropped };
+    let sink = QueueSink { messages: message_in, healths: health_in, told, dropped: 0, reads_dropped };
     (sink, QueueSource { messages, healths })
 }
 
@@ -85,6 +88,7 @@ impl Sink for QueueSink {
     fn health(&mut self, now_ns: i64, health: &Health) {
         // A state that does not fit is replaced by the next one.
         let _ = self.healths.push((now_ns, *health));
+        let _ = self.told.push((now_ns, *health));
     }
 
     fn dropped(&self) -> u64 {
@@ -127,7 +131,7 @@ mod tests {
 
     #[test]
     fn messages_come_out_as_they_went_in_also_over_the_end_of_the_ring() {
-        let (mut sink, mut source) = queue(Arc::new(AtomicU64::new(0)));
+        let (mut sink, mut source) = queue(Arc::new(AtomicU64::new(0)), RingBuffer::new(1).0);
         let mut cdr = Vec::new();
         // 400 messages of 200 kB go twice round the ring.
         for round in 0..400_i64 {
@@ -147,7 +151,7 @@ mod tests {
     #[test]
     fn what_does_not_fit_is_dropped_whole_and_counted() {
         let reads_dropped = Arc::new(AtomicU64::new(3));
-        let (mut sink, mut source) = queue(reads_dropped);
+        let (mut sink, mut source) = queue(reads_dropped, RingBuffer::new(1).0);
         let bytes = vec![7; 20 << 20];
         sink.message(Topic::Odom, 1, 1, &bytes);
         sink.message(Topic::Odom, 2, 2, &bytes);

@@ -8,30 +8,45 @@ use std::thread::{self, JoinHandle};
 use biplane_recording::msg::{DiagnosticStatus, KeyValue};
 use biplane_recording::{PartsReport, PartsWriter, Topic, WriteError};
 
+use super::disk;
 use super::queue::QueueSource;
 use crate::diagnostics;
 use crate::error::OnboardError;
 
 /// How long the thread sleeps when there is nothing to write, nanoseconds.
 const IDLE_NS: i64 = 5_000_000;
-/// With less room left on the disk, diagnostics warn, bytes: 3 hours of a usual run.
-const LOW_DISK_BYTES: u64 = 500 << 20;
 
 /// The writing thread, seen from the loop.
 #[derive(Debug)]
 pub struct Writing {
     failed: Arc<AtomicBool>,
+    disk_low: Arc<AtomicBool>,
+    rotate: Arc<AtomicBool>,
     thread: JoinHandle<Result<PartsReport, WriteError>>,
 }
 
 impl Writing {
-    /// Starts to write what comes out of the queue; `folder` is where the file lies.
+    /// Starts to write what comes out of the queue; `folder` is where the file lies. With less than `stop_bytes` of room left there,
+    /// [`Writing::is_disk_low`] says so.
     ///
     /// # Errors
     /// When no thread can be started.
-    pub fn start(writer: PartsWriter, source: QueueSource, folder: PathBuf) -> Result<Self, OnboardError> {
-        let failed = Arc::new(AtomicBool::new(false));
-        let worker = Worker { writer, source, folder, cdr: Vec::new() };
+    pub fn start(
+        writer: PartsWriter,
+        source: QueueSource,
+        folder: PathBuf,
+        stop_bytes: u64,
+    ) -> Result<Self, OnboardError> {
+        let [failed, disk_low, rotate] = std::array::from_fn(|_| Arc::new(AtomicBool::new(false)));
+        let worker = Worker {
+            writer,
+            source,
+            folder,
+            stop_bytes,
+            disk_low: Arc::clone(&disk_low),
+            rotate: Arc::clone(&rotate),
+            cdr: Vec::new(),
+        };
         let flag = Arc::clone(&failed);
         let thread = thread::Builder::new()
             .name("write".to_owned())
@@ -41,13 +56,24 @@ impl Writing {
                 result
             })
             .map_err(|source| OnboardError::System { what: "start the writing thread", source })?;
-        Ok(Self { failed, thread })
+        Ok(Self { failed, disk_low, rotate, thread })
     }
 
     /// Whether writing has failed: nothing more is recorded.
     #[must_use]
     pub fn has_failed(&self) -> bool {
         self.failed.load(Ordering::Relaxed)
+    }
+
+    /// Whether the disk has so little room that the run must end.
+    #[must_use]
+    pub fn is_disk_low(&self) -> bool {
+        self.disk_low.load(Ordering::Relaxed)
+    }
+
+    /// Asks for the next part, where there are parts.
+    pub fn rotate(&self) {
+        self.rotate.store(true, Ordering::Relaxed);
     }
 
     /// Waits until everything is written and the file has its name.
@@ -69,6 +95,9 @@ struct Worker {
     writer: PartsWriter,
     source: QueueSource,
     folder: PathBuf,
+    stop_bytes: u64,
+    disk_low: Arc<AtomicBool>,
+    rotate: Arc<AtomicBool>,
     cdr: Vec<u8>,
 }
 
@@ -83,9 +112,18 @@ impl Worker {
                 self.writer.write_encoded(head.topic, head.log_time_ns, head.publish_time_ns, &self.cdr)?;
             }
             while let Some((now_ns, health)) = self.source.next_health() {
+                let free_bytes = disk::free_bytes(&self.folder);
+                if free_bytes.is_some_and(|free| free < self.stop_bytes) {
+                    self.disk_low.store(true, Ordering::Relaxed);
+                }
                 let mut message = diagnostics::message(now_ns, &health);
-                message.status.push(disk(&self.folder));
+                message.status.push(disk_status(free_bytes));
                 self.writer.write(Topic::Diagnostics, now_ns, now_ns, &message)?;
+            }
+            if self.rotate.swap(false, Ordering::Relaxed) && !self.writer.rotate_now()? {
+                tracing::warn!(
+                    "asked for the next part of the recording, but it has none (--rotate-minutes, --rotate-mb)"
+                );
             }
             if is_over {
                 return self.writer.finish();
@@ -98,10 +136,9 @@ impl Worker {
 }
 
 /// Room on the recording's disk.
-fn disk(folder: &std::path::Path) -> DiagnosticStatus {
-    let free = rustix::fs::statvfs(folder).ok().map(|stat| stat.f_bavail.saturating_mul(stat.f_frsize));
+fn disk_status(free: Option<u64>) -> DiagnosticStatus {
     let (level, message) = match free {
-        Some(free) if free < LOW_DISK_BYTES => (DiagnosticStatus::WARN, "little room left"),
+        Some(free) if free < disk::LOW_BYTES => (DiagnosticStatus::WARN, "little room left"),
         Some(_) => (DiagnosticStatus::OK, "room left"),
         None => (DiagnosticStatus::STALE, "room not known"),
     };

@@ -233,6 +233,7 @@ fn a_stop_ends_the_replay_with_a_whole_file() {
     write_capture(&folder.file("capture.mcap"), 1, true);
     let options = options(folder.file("capture.mcap"), folder.file("out.mcap"));
     let report = replay(&options, &AtomicBool::new(true)).unwrap();
-    assert_eq!(report.scans_horizontal, 0);
+    assert_eq!((report.scans_horizontal, report.poses), (0, 0));
+    assert_eq!((report.end, report.exit_code()), (RunEnd::Interrupted, 3));
     assert!(Reader::open(&folder.file("out.mcap")).is_ok());
 }

@@ -1,0 +1,255 @@
+//! The thread that talks: log, status, service manager. A terminal that is held up holds up nobody but this thread, and the loop
+//! allocates nothing for words.
+
+use std::io::{self, IsTerminal, Write};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread::{self, JoinHandle};
+
+use biplane_recording::Port;
+use rtrb::{Consumer, Producer, RingBuffer};
+
+use super::disk;
+use super::service::Service;
+use super::status::Status;
+use crate::error::OnboardError;
+use crate::health::Health;
+use crate::ports::device_name;
+use crate::session::Event;
+
+/// Events that may wait to be told.
+const QUEUE_EVENTS: usize = 256;
+/// States that may wait to be told; the latest counts.
+const QUEUE_HEALTHS: usize = 16;
+/// The thread looks for news so often, nanoseconds.
+const LOOK_NS: i64 = 50_000_000;
+/// Where nobody watches, a line of state is written so often, nanoseconds.
+const PLAIN_NS: i64 = 60_000_000_000;
+/// The service manager hears that the loop is alive so often, nanoseconds.
+const ALIVE_NS: i64 = 1_000_000_000;
+/// Width of a terminal that does not tell its own.
+const COLUMNS: usize = 80;
+
+/// How the state of a run is shown.
+#[derive(Copy, Clone, PartialEq, Eq, Debug, Default)]
+pub enum StatusMode {
+    /// Not at all.
+    #[default]
+    Silent,
+    /// On stderr: one line that is rewritten every second on a terminal, elsewhere a line a minute.
+    Line,
+    /// On stdout: one JSON object a second.
+    Json,
+}
+
+/// Where the states of a run go in, with their times.
+pub type States = Producer<(i64, Health)>;
+
+/// What the loop tells with.
+#[derive(Debug)]
+pub struct Voice {
+    events: Producer<(Port, Event)>,
+    beat: Arc<AtomicU64>,
+}
+
+impl Voice {
+    /// Tells of an event. One that does not fit is not told: the log has enough to say then.
+    pub fn say(&mut self, port: Port, event: Event) {
+        let _ = self.events.push((port, event));
+    }
+
+    /// The loop is alive.
+    pub fn beat(&self) {
+        self.beat.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+/// What is told of, and to whom.
+#[derive(Clone, Debug)]
+pub struct Audience {
+    /// How the state is shown.
+    pub mode: StatusMode,
+    /// The service manager.
+    pub service: Service,
+    /// The recording's name.
+    pub output: PathBuf,
+    /// Its folder.
+    pub folder: PathBuf,
+    /// When the run began, nanoseconds UTC.
+    pub start_ns: i64,
+}
+
+/// The thread, seen from the run.
+#[derive(Debug)]
+pub struct Telling {
+    over: Arc<AtomicBool>,
+    closing: Arc<AtomicBool>,
+    thread: JoinHandle<()>,
+}
+
+impl Telling {
+    /// Starts to tell. Returns the loop's end, and where the states go in.
+    ///
+    /// # Errors
+    /// When no thread can be started.
+    pub fn start(audience: Audience) -> Result<(Self, Voice, States), OnboardError> {
+        let (event_in, events) = RingBuffer::new(QUEUE_EVENTS);
+        let (health_in, healths) = RingBuffer::new(QUEUE_HEALTHS);
+        let (over, closing) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
+        let beat = Arc::new(AtomicU64::new(0));
+        let is_terminal = io::stderr().is_terminal();
+        let worker = Worker {
+            audience,
+            events,
+            healths,
+            over: Arc::clone(&over),
+            closing: Arc::clone(&closing),
+            beat: Arc::clone(&beat),
+            heard_beat: 0,
+            alive_ns: i64::MIN,
+            plain_ns: i64::MIN,
+            is_terminal,
+            shown: String::new(),
+        };
+        let thread = thread::Builder::new()
+            .name("tell".to_owned())
+            .spawn(move || worker.run())
+            .map_err(|source| OnboardError::System { what: "start the telling thread", source })?;
+        Ok((Self { over, closing, thread }, Voice { events: event_in, beat }, health_in))
+    }
+
+    /// The loop has ended, and the file is being closed.
+    pub fn closing(&self) {
+        self.closing.store(true, Ordering::Relaxed);
+    }
+
+    /// Tells the rest, and ends.
+    pub fn finish(self) {
+        self.over.store(true, Ordering::Relaxed);
+        let _ = self.thread.join();
+    }
+}
+
+struct Worker {
+    audience: Audience,
+    events: Consumer<(Port, Event)>,
+    healths: Consumer<(i64, Health)>,
+    over: Arc<AtomicBool>,
+    closing: Arc<AtomicBool>,
+    beat: Arc<AtomicU64>,
+    heard_beat: u64,
+    alive_ns: i64,
+    plain_ns: i64,
+    is_terminal: bool,
+    /// The line that stands on the terminal.
+    shown: String,
+}
+
+impl Worker {
+    fn run(mut self) {
+        loop {
+            // Asked first: what was said before the end is still told.
+            let is_over = self.over.load(Ordering::Relaxed);
+            self.tell_events();
+            self.tell_state();
+            self.tell_alive();
+            if is_over {
+                self.clear();
+                return;
+            }
+            biplane_clock::sleep_ns(LOOK_NS);
+        }
+    }
+
+    fn tell_events(&mut self) {
+        if self.events.is_empty() {
+            return;
+        }
+        self.clear();
+        while let Ok((port, event)) = self.events.pop() {
+            let device = device_name(port);
+            if event.is_warning() {
+                tracing::warn!("{device}: {event}");
+            } else {
+                tracing::info!("{device}: {event}");
+            }
+        }
+        self.draw();
+    }
+
+    fn tell_state(&mut self) {
+        let mut latest = None;
+        while let Ok(state) = self.healths.pop() {
+            latest = Some(state);
+        }
+        let Some((time_ns, health)) = latest else { return };
+        let Audience { mode, output, folder, start_ns, service } = &self.audience;
+        let status = Status::new((*start_ns, time_ns), &health, output, disk::free_bytes(folder));
+        service.status(&status.line(usize::MAX));
+        match mode {
+            StatusMode::Silent => {}
+            StatusMode::Json => print_json(&status),
+            StatusMode::Line if self.is_terminal => {
+                self.clear();
+                self.shown = status.line(columns().saturating_sub(1));
+                self.draw();
+            }
+            StatusMode::Line => self.tell_plain(&status),
+        }
+    }
+
+    fn tell_plain(&mut self, status: &Status) {
+        if status.time_ns >= self.plain_ns {
+            // The first one after a minute too: at its start a run has events to tell.
+            if self.plain_ns != i64::MIN {
+                write_stderr(&format!("{}\n", status.line(usize::MAX)));
+            }
+            self.plain_ns = status.time_ns.saturating_add(PLAIN_NS);
+        }
+    }
+
+    fn tell_alive(&mut self) {
+        let now_ns = biplane_clock::monotonic_ns();
+        let beat = self.beat.load(Ordering::Relaxed);
+        let is_alive = beat != self.heard_beat || self.closing.load(Ordering::Relaxed);
+        if is_alive && now_ns.saturating_sub(self.alive_ns) >= ALIVE_NS {
+            self.audience.service.alive();
+            self.heard_beat = beat;
+            self.alive_ns = now_ns;
+        }
+    }
+
+    /// Takes the line away, so that a line of the log does not run into it.
+    fn clear(&self) {
+        if !self.shown.is_empty() {
+            write_stderr("\r\x1b[K");
+        }
+    }
+
+    fn draw(&self) {
+        if !self.shown.is_empty() {
+            write_stderr(&self.shown);
+        }
+    }
+}
+
+/// A terminal that has gone is no failure of the run.
+fn write_stderr(text: &str) {
+    let mut stderr = io::stderr().lock();
+    let _ = stderr.write_all(text.as_bytes()).and_then(|()| stderr.flush());
+}
+
+fn print_json(status: &Status) {
+    if let Ok(text) = serde_json::to_string(status) {
+        let mut stdout = io::stdout().lock();
+        let _ = stdout.write_all(format!("{text}\n").as_bytes()).and_then(|()| stdout.flush());
+    }
+}
+
+fn columns() -> usize {
+    match rustix::termios::tcgetwinsize(rustix::stdio::stderr()) {
+        Ok(size) if size.ws_col > 0 => usize::from(size.ws_col),
+        _ => COLUMNS,
+    }
+}
