@@ -5,6 +5,7 @@ use std::fmt;
 use biplane_wire::roboclaw::StatusBits;
 
 use super::ShortText;
+use super::laser::{ConfigChange, FaultList, Trouble, Unpublished};
 
 /// What a session was doing.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
@@ -19,6 +20,10 @@ pub enum Step {
     ReadConfiguration,
     /// Reading the status.
     ReadStatus,
+    /// Reading the list of faults.
+    ReadFaults,
+    /// Reading a configuration back that was written.
+    ReadBack,
     /// Entering the installation mode, in which the configuration may be written.
     EnterInstallation,
     /// Writing the configuration.
@@ -45,6 +50,8 @@ impl Step {
             Self::SwitchRate => "changing the rate",
             Self::ReadConfiguration => "reading the configuration",
             Self::ReadStatus => "reading the status",
+            Self::ReadFaults => "reading the list of faults",
+            Self::ReadBack => "reading back the configuration",
             Self::EnterInstallation => "entering installation mode",
             Self::WriteConfiguration => "writing the configuration",
             Self::LeaveInstallation => "leaving installation mode",
@@ -101,10 +108,28 @@ pub enum Event {
         /// The question.
         step: Step,
     },
-    /// The configuration was written, because the measuring units differed.
-    UnitsWritten,
-    /// The device keeps other measuring units than configured; its ranges are read in the units it says.
-    UnitsKept,
+    /// The configuration was written and read back, because it differed from what the rig asks.
+    ConfigurationWritten(ConfigChange),
+    /// The device is set otherwise than the rig asks, and does not take it; its ranges are read in the units and the measuring mode that
+    /// it says.
+    ConfigurationKept(ConfigChange),
+    /// The device does not send remission; ranges alone are recorded.
+    RemissionRefused,
+    /// The device has these faults in its list.
+    Faults(FaultList),
+    /// The status report says that the device has a fault.
+    HasFault,
+    /// The status byte of scans begins or ceases to complain.
+    Trouble {
+        /// What of.
+        trouble: Trouble,
+        /// Whether it begins.
+        begins: bool,
+    },
+    /// Intact telegrams come that cannot be published as scans, for this reason.
+    Unpublished(Unpublished),
+    /// A telegram came whose checksum is right and whose form is not the device's: it was damaged, and is left out.
+    Implausible,
     /// The device keeps another field of view or resolution than configured; its scans are recorded as they are.
     VariantKept {
         /// In force, degrees.
@@ -144,6 +169,11 @@ pub enum Event {
     PortLost,
     /// The port is there again.
     PortBack,
+    /// The laser was left idle at this rate.
+    Idle {
+        /// Bits per second.
+        baud: u32,
+    },
 }
 
 impl Event {
@@ -155,7 +185,9 @@ impl Event {
             Self::Found { .. }
                 | Self::RateSet { .. }
                 | Self::Identified(_)
-                | Self::UnitsWritten
+                | Self::ConfigurationWritten(_)
+                | Self::Trouble { begins: false, .. }
+                | Self::Idle { .. }
                 | Self::Streaming
                 | Self::Stopped
                 | Self::PortBack
@@ -196,8 +228,20 @@ impl fmt::Display for Event {
             }
             Self::Refused { step } => write!(f, "refused while {}", step.words()),
             Self::GivenUp { step } => write!(f, "gave up {}", step.words()),
-            Self::UnitsWritten => write!(f, "measuring units written to its configuration"),
-            Self::UnitsKept => write!(f, "keeps other measuring units than configured"),
+            Self::ConfigurationWritten(change) => write!(f, "configuration written: {change}"),
+            Self::ConfigurationKept(change) => write!(f, "does not take what the rig asks: {change}"),
+            Self::RemissionRefused => write!(f, "does not send remission, ranges alone are recorded"),
+            Self::Faults(faults) => write!(f, "reports {faults}"),
+            Self::HasFault => write!(f, "says in its status report that it has a fault"),
+            Self::Trouble { trouble, begins: true } => write!(f, "complains of {trouble}"),
+            Self::Trouble { trouble, begins: false } => write!(f, "no longer complains of {trouble}"),
+            Self::Unpublished(why) => write!(f, "sends {why}: not recorded as scans, only counted"),
+            Self::Implausible => {
+                write!(
+                    f,
+                    "a telegram was damaged in a way that its checksum does not show; such are left out and counted"
+                )
+            }
             Self::VariantKept { fov_deg, resolution_cdeg } => write!(
                 f,
                 "keeps {fov_deg} degrees in steps of {}.{:02}, not what is configured",
@@ -222,6 +266,7 @@ impl fmt::Display for Event {
             Self::Stopped => write!(f, "left idle"),
             Self::PortLost => write!(f, "its port is gone, looking for it"),
             Self::PortBack => write!(f, "its port is back"),
+            Self::Idle { baud } => write!(f, "left idle at {baud} Bd"),
         }
     }
 }

@@ -8,6 +8,9 @@
 pub struct Patience {
     /// Wait for an answer, nanoseconds. Smaller: a slow device is asked twice and answers twice.
     pub timeout_ns: i64,
+    /// The same once the device has acknowledged the question, nanoseconds, from when it was asked. Smaller: a device that works on it is
+    /// asked again for nothing.
+    pub acknowledged_ns: i64,
     /// Times the question is asked in all. Larger: more time is spent before something else is tried.
     pub attempts: u8,
 }
@@ -16,7 +19,25 @@ impl Patience {
     /// So many attempts of so many milliseconds each.
     #[must_use]
     pub const fn new(timeout_ms: i64, attempts: u8) -> Self {
-        Self { timeout_ns: timeout_ms * 1_000_000, attempts }
+        let timeout_ns = timeout_ms * 1_000_000;
+        Self { timeout_ns, acknowledged_ns: timeout_ns, attempts }
+    }
+
+    /// So many milliseconds for a question that the device has acknowledged.
+    #[must_use]
+    pub const fn acknowledged(self, timeout_ms: i64) -> Self {
+        Self { acknowledged_ns: timeout_ms * 1_000_000, ..self }
+    }
+
+    /// So much longer for each answer: the time that it is on the line.
+    #[must_use]
+    pub const fn longer_by(self, transfer_ns: i64) -> Self {
+        let Self { timeout_ns, acknowledged_ns, attempts } = self;
+        Self {
+            timeout_ns: timeout_ns.saturating_add(transfer_ns),
+            acknowledged_ns: acknowledged_ns.saturating_add(transfer_ns),
+            attempts,
+        }
     }
 }
 
@@ -36,14 +57,16 @@ pub enum Due {
 pub struct Question {
     patience: Patience,
     asked: u8,
+    asked_ns: i64,
     deadline_ns: i64,
+    is_acknowledged: bool,
 }
 
 impl Question {
     /// A question that is due at `from_ns`.
     #[must_use]
     pub fn new(patience: Patience, from_ns: i64) -> Self {
-        Self { patience, asked: 0, deadline_ns: from_ns }
+        Self { patience, asked: 0, asked_ns: from_ns, deadline_ns: from_ns, is_acknowledged: false }
     }
 
     /// What to do now. [`Due::Ask`] counts as asked.
@@ -55,6 +78,8 @@ impl Question {
             return Due::GivenUp;
         }
         self.asked += 1;
+        self.asked_ns = now_ns;
+        self.is_acknowledged = false;
         self.deadline_ns = now_ns.saturating_add(self.patience.timeout_ns);
         Due::Ask(self.asked)
     }
@@ -62,6 +87,38 @@ impl Question {
     /// The device said no: ask again after a pause, if any attempt is left.
     pub fn refused(&mut self, now_ns: i64, pause_ns: i64) {
         self.deadline_ns = self.deadline_ns.min(now_ns.saturating_add(pause_ns));
+    }
+
+    /// The device has said that it got the question: give it the time that it may take.
+    pub fn acknowledge(&mut self) {
+        if self.asked > 0 {
+            self.is_acknowledged = true;
+            let until_ns = self.asked_ns.saturating_add(self.patience.acknowledged_ns);
+            self.deadline_ns = self.deadline_ns.max(until_ns);
+        }
+    }
+
+    /// Whether the device has said so since it was asked last.
+    #[must_use]
+    pub fn is_acknowledged(&self) -> bool {
+        self.is_acknowledged
+    }
+
+    /// Until when the attempt under way would last without an acknowledge.
+    #[must_use]
+    pub fn unacknowledged_deadline_ns(&self) -> i64 {
+        self.asked_ns.saturating_add(self.patience.timeout_ns)
+    }
+
+    /// Do not ask again: the attempt under way is the last.
+    pub fn last_attempt(&mut self) {
+        self.patience.attempts = self.asked;
+    }
+
+    /// It is of no use: the attempt under way ends now, and is the last.
+    pub fn expire(&mut self, now_ns: i64) {
+        self.last_attempt();
+        self.deadline_ns = now_ns;
     }
 
     /// The device is there, but has not answered: allow some attempts more, up to a bound.
@@ -94,6 +151,20 @@ mod tests {
         assert_eq!(question.poll(100_000_004), Due::Nothing);
         assert_eq!(question.poll(100_000_005), Due::Ask(2));
         assert_eq!(question.poll(200_000_005), Due::GivenUp);
+    }
+
+    #[test]
+    fn an_acknowledged_question_has_its_own_time_from_when_it_was_asked() {
+        let mut question = Question::new(Patience::new(100, 2).acknowledged(500).longer_by(1_000_000), 0);
+        assert_eq!(question.poll(0), Due::Ask(1));
+        question.acknowledge();
+        assert!(question.is_acknowledged());
+        assert_eq!(question.deadline_ns(), 501_000_000);
+        assert_eq!(question.poll(501_000_000), Due::Ask(2));
+        assert!(!question.is_acknowledged());
+        assert_eq!(question.deadline_ns(), 602_000_000);
+        question.last_attempt();
+        assert_eq!(question.poll(602_000_000), Due::GivenUp);
     }
 
     #[test]

@@ -1,17 +1,16 @@
-//! Reading what the laser is set to, and changing only what differs: each written configuration wears its EEPROM.
+//! Reading what the laser is and how it is set, and setting its field of view.
 
-use biplane_wire::lms::{Mode, ModeResult, PASSWORD, Reply, Request, StatusReport, Text};
+use biplane_wire::lms::{Reply, Request, StatusReport, Text};
 
 use super::machine::{Goal, Machine, State};
 use crate::session::retry::Patience;
 use crate::session::{Event, Step, printable};
 
-const READ: Patience = Patience::new(600, 3);
-/// A mode change takes up to 3 s; most take 80 ms.
-const MODE: Patience = Patience::new(600, 6);
-/// Writing the EEPROM takes 0.4 s, by the manual up to 15 s; asked twice at most, it must not wear out.
-const WRITE: Patience = Patience::new(15_000, 2);
-const VARIANT: Patience = Patience::new(600, 3);
+/// Most answers take 80 to 110 ms and their transfer.
+const READ: Patience = Patience::new(250, 3).acknowledged(600);
+const VARIANT: Patience = Patience::new(300, 3).acknowledged(3000);
+/// Bytes of a status report, the longest of these answers.
+const REPLY_BYTES: usize = 160;
 
 impl Machine {
     pub(super) fn learn_type(&mut self, text: Text<'_>) {
@@ -26,11 +25,17 @@ impl Machine {
         self.info.firmware = printable(status.version());
         self.info.has_fault = Some(status.has_fault());
         self.info.variant = Some((status.angle_deg(), status.resolution_cdeg()));
+        self.info.report = status.data().first_chunk().copied();
+    }
+
+    /// A question that is answered by one of these reports.
+    pub(super) fn read(&mut self, state: State, step: Step, request: Request) {
+        let patience = READ.longer_by(self.transfer_ns(REPLY_BYTES));
+        self.ask(state, step, request, patience);
     }
 
     pub(super) fn enter_read_configuration(&mut self) {
-        self.info.config = None;
-        self.ask(State::ReadConfiguration, Step::ReadConfiguration, Request::ReadConfig, READ);
+        self.read(State::ReadConfiguration, Step::ReadConfiguration, Request::ReadConfig);
     }
 
     pub(super) fn read_configuration_answered(&mut self, reply: &Reply<'_>) {
@@ -39,97 +44,77 @@ impl Machine {
         }
     }
 
-    pub(super) fn configuration_unknown(&mut self) {
-        self.enter_read_status();
-    }
-
-    fn enter_read_status(&mut self) {
+    pub(super) fn enter_read_status(&mut self) {
         self.info.variant = None;
-        self.ask(State::ReadStatus, Step::ReadStatus, Request::Status, READ);
+        self.read(State::ReadStatus, Step::ReadStatus, Request::Status);
     }
 
     pub(super) fn read_status_answered(&mut self, reply: &Reply<'_>) {
         if matches!(reply, Reply::Status(_)) {
-            self.compare_units();
+            self.enter_read_faults();
         }
     }
 
-    /// Without a status the variant is set in any case: that costs no EEPROM.
-    pub(super) fn status_unknown(&mut self) {
-        self.compare_units();
+    pub(super) fn enter_read_faults(&mut self) {
+        self.info.faults = None;
+        self.read(State::ReadFaults, Step::ReadFaults, Request::Errors);
     }
 
-    fn compare_units(&mut self) {
+    pub(super) fn read_faults_answered(&mut self, reply: &Reply<'_>) {
+        if matches!(reply, Reply::Errors(_)) {
+            self.compare_configuration();
+        }
+    }
+
+    /// Says faults where there are some, and again only when they have changed.
+    pub(super) fn say_faults(&mut self) {
+        let faults = self.info.faults.clone().unwrap_or_default();
+        if faults.count > 0 && faults != self.said.faults {
+            self.say(Event::Faults(faults.clone()));
+        }
+        self.said.faults.clone_from(&faults);
+        self.health.faults = faults;
+        let has_fault = self.info.has_fault == Some(true);
+        if has_fault && !self.said.has_fault {
+            self.say(Event::HasFault);
+        }
+        self.said.has_fault = has_fault;
+    }
+
+    /// All is read: a probe ends here. Otherwise the configuration is written when it differs, then the variant set.
+    pub(super) fn compare_configuration(&mut self) {
+        self.say_faults();
         if self.goal == Goal::Probe {
             self.question = None;
             self.state = State::Done;
             return;
         }
-        match &self.info.config {
-            Some(config) if config.unit().is_some_and(|unit| unit != self.settings.unit) => {
-                let request = Request::Mode(Mode::Install { password: PASSWORD });
-                self.ask(State::EnterInstallation, Step::EnterInstallation, request, MODE);
-            }
-            _ => self.compare_variant(),
-        }
+        self.enter_write();
     }
 
-    pub(super) fn enter_installation_answered(&mut self, reply: &Reply<'_>) {
-        let Reply::Mode(result) = reply else { return };
-        if *result != ModeResult::Done {
-            self.refused();
-            return;
-        }
-        let Some(mut config) = self.info.config.clone() else {
-            self.enter_leave_installation();
-            return;
-        };
-        config.set_unit(self.settings.unit);
-        let request = Request::WriteConfig(config);
-        self.ask(State::WriteConfiguration, Step::WriteConfiguration, request, WRITE);
-    }
-
-    pub(super) fn write_configuration_answered(&mut self, reply: &Reply<'_>) {
-        let Reply::ConfigWritten { accepted, config } = reply else { return };
-        if *accepted && config.unit() == Some(self.settings.unit) {
-            self.say(Event::UnitsWritten);
-            self.enter_leave_installation();
-        } else {
-            self.say(Event::Refused { step: Step::WriteConfiguration });
-            self.keep_units();
-        }
-    }
-
-    pub(super) fn keep_units(&mut self) {
-        self.say(Event::UnitsKept);
-        self.enter_leave_installation();
-    }
-
-    fn enter_leave_installation(&mut self) {
-        let request = Request::Mode(Mode::OnRequest);
-        self.ask(State::LeaveInstallation, Step::LeaveInstallation, request, MODE);
-    }
-
-    pub(super) fn leave_installation_answered(&mut self, reply: &Reply<'_>) {
-        if matches!(reply, Reply::Mode(_)) {
-            self.compare_variant();
-        }
-    }
-
-    fn compare_variant(&mut self) {
+    /// An S14 has but one variant, and no command for it.
+    pub(super) fn compare_variant(&mut self) {
         let wanted = (self.settings.fov_deg, self.settings.resolution_cdeg);
-        if self.info.variant == Some(wanted) {
-            self.enter_start_stream();
-            return;
+        if self.info.is_s14(&self.settings) {
+            self.info.variant = Some((90, 50));
         }
-        let request = Request::Variant { angle_deg: wanted.0, resolution_cdeg: wanted.1 };
-        self.ask(State::SetVariant, Step::SetVariant, request, VARIANT);
+        let has_choice = !self.info.is_s14(&self.settings) && wanted.0 != 90;
+        if self.info.variant == Some(wanted) {
+            self.said.variant = None;
+            self.enter_start_stream();
+        } else if has_choice {
+            let request = Request::Variant { angle_deg: wanted.0, resolution_cdeg: wanted.1 };
+            self.ask(State::SetVariant, Step::SetVariant, request, VARIANT);
+        } else {
+            self.keep_variant();
+        }
     }
 
     pub(super) fn set_variant_answered(&mut self, reply: &Reply<'_>) {
         let Reply::Variant { accepted, angle_deg, resolution_cdeg } = reply else { return };
         let wanted = (self.settings.fov_deg, self.settings.resolution_cdeg);
         if *accepted && (*angle_deg, *resolution_cdeg) == wanted {
+            self.said.variant = None;
             self.enter_start_stream();
         } else {
             self.refused();
@@ -137,7 +122,10 @@ impl Machine {
     }
 
     pub(super) fn keep_variant(&mut self) {
-        if let Some((fov_deg, resolution_cdeg)) = self.info.variant {
+        if let Some((fov_deg, resolution_cdeg)) = self.info.variant
+            && self.said.variant != self.info.variant
+        {
+            self.said.variant = self.info.variant;
             self.say(Event::VariantKept { fov_deg, resolution_cdeg });
         }
         self.enter_start_stream();

@@ -1,12 +1,19 @@
 //! The state of a laser's session and what leads from one state to the next.
 //!
 //! Each state asks one question; the answer, or its absence, goes to that state's own small function in `search.rs`,
-//! `configure.rs` or `stream.rs`. Times are nanoseconds.
+//! `configure.rs`, `write.rs` or `stream.rs`. Times are nanoseconds.
 
 use biplane_wire::Item;
-use biplane_wire::lms::{BROADCAST, NAK, Reply, Request, Telegram};
+use biplane_wire::lms::{ACK, BROADCAST, NAK, Reply, Request, Telegram};
 
+use super::condition::Condition;
+use super::health::{FaultList, LaserHealth};
+use super::index_watch::IndexWatch;
+use super::plausible::Plausibility;
+use super::reading::{Measured, Unpublished};
 use super::settings::{LaserInfo, LaserSettings};
+use super::stream::Source;
+use super::wanted::ConfigChange;
 use crate::session::retry::{Due, Patience, Question};
 use crate::session::{Event, Output, Outputs, RequestBytes, Step};
 use crate::stamping::byte_time_ns;
@@ -29,19 +36,21 @@ pub(super) enum Goal {
 /// Where the session stands.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
 pub(super) enum State {
-    FindRate { candidate: usize, rounds: u32 },
-    ConfirmRate { candidate: usize, rounds: u32 },
+    FindRate { poll: u32 },
+    ConfirmRate { poll: u32 },
     SwitchRate,
     Settle { until_ns: i64 },
     ConfirmSwitch,
     ReadConfiguration,
     ReadStatus,
+    ReadFaults,
     EnterInstallation,
     WriteConfiguration,
     LeaveInstallation,
+    ReadBack,
     SetVariant,
     StartStream,
-    Streaming { since_ns: i64 },
+    Streaming,
     Stopping,
     Listening,
     Done,
@@ -55,20 +64,52 @@ pub(super) struct Machine {
     pub(super) state: State,
     pub(super) question: Option<(Question, Request, Step)>,
     pub(super) baud: u32,
+    /// Where the laser most likely is: the configured rate, then the one at which it was last heard for sure.
+    pub(super) likely_baud: u32,
+    /// The round of a search.
+    pub(super) round: Option<u32>,
     pub(super) info: LaserInfo,
+    pub(super) health: LaserHealth,
     pub(super) outputs: Outputs,
     pub(super) now_ns: i64,
     pub(super) last_byte_ns: i64,
+    /// When the last intact telegram came.
     pub(super) last_frame_ns: i64,
-    pub(super) mode_said: bool,
-    pub(super) variant_said: bool,
+    /// When the last telegram came that was one, intact or not.
+    pub(super) last_sign_ns: i64,
+    /// Telegrams with a wrong checksum so far.
+    pub(super) bad_checksums: u64,
+    /// Bytes since the last question that belong to no telegram.
+    pub(super) noise_bytes: usize,
+    /// When a line that was silent and now is noisy is listened to at the rate of power-on.
+    pub(super) wake_ns: Option<i64>,
+    pub(super) plausibility: Plausibility,
+    pub(super) condition: Condition,
+    pub(super) index_watch: IndexWatch,
+    /// Bytes of the last scan's telegram.
+    pub(super) telegram_bytes: Option<usize>,
+    pub(super) said: Said,
     pub(super) refused_rate: bool,
+    pub(super) failed_switches: u8,
+    /// What the last configuration was written for.
+    pub(super) written: ConfigChange,
+    /// The device did not take a configuration: it is not offered one again.
+    pub(super) refused_write: bool,
+    pub(super) refused_remission: bool,
     pub(super) has_streamed: bool,
-    /// The rate at which the laser most likely is: the configured one, then the one at which it was last heard for sure.
-    pub(super) likely_baud: u32,
-    /// Round of the first search, from 0, that found the laser.
-    pub(super) found_in_round: Option<u32>,
-    pub(super) not_kept: u64,
+}
+
+/// What is said once.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub(super) struct Said {
+    pub(super) mode: bool,
+    pub(super) variant: Option<(u16, u16)>,
+    pub(super) faults: FaultList,
+    pub(super) has_fault: bool,
+    pub(super) unpublished: heapless::Vec<Unpublished, 8>,
+    pub(super) rejected: bool,
+    pub(super) not_found: bool,
+    pub(super) kept: Option<ConfigChange>,
 }
 
 impl Machine {
@@ -79,18 +120,29 @@ impl Machine {
             state: State::Done,
             question: None,
             baud: settings.baud,
+            likely_baud: settings.baud,
+            round: None,
             info: LaserInfo::default(),
+            health: LaserHealth::default(),
             outputs: Outputs::default(),
             now_ns,
             last_byte_ns: now_ns,
             last_frame_ns: now_ns,
-            mode_said: false,
-            variant_said: false,
+            last_sign_ns: now_ns,
+            bad_checksums: 0,
+            noise_bytes: 0,
+            wake_ns: None,
+            plausibility: Plausibility::default(),
+            condition: Condition::default(),
+            index_watch: IndexWatch::default(),
+            telegram_bytes: None,
+            said: Said::default(),
             refused_rate: false,
+            failed_switches: 0,
+            written: ConfigChange::default(),
+            refused_write: false,
+            refused_remission: false,
             has_streamed: false,
-            likely_baud: settings.baud,
-            found_in_round: None,
-            not_kept: 0,
         }
     }
 
@@ -101,8 +153,14 @@ impl Machine {
     /// Opens a question and sends it at once.
     pub(super) fn ask(&mut self, state: State, step: Step, request: Request, patience: Patience) {
         self.state = state;
+        self.noise_bytes = 0;
         self.question = Some((Question::new(patience, self.now_ns), request, step));
         self.time();
+    }
+
+    /// How long bytes take on the line at its rate.
+    pub(super) fn transfer_ns(&self, bytes: usize) -> i64 {
+        byte_time_ns(self.baud).saturating_mul(i64::try_from(bytes).unwrap_or(i64::MAX))
     }
 
     /// Sends what is due, gives up what was asked too often, looks for silence.
@@ -112,11 +170,13 @@ impl Machine {
         {
             self.settled();
         }
+        self.look_for_another_rate();
         if let Some((question, request, step)) = &mut self.question {
             match question.poll(self.now_ns) {
                 Due::Nothing => {}
                 Due::Ask(attempt) => {
                     let (request, step) = (request.clone(), *step);
+                    self.noise_bytes = 0;
                     self.send(&request);
                     if attempt > 1 && !matches!(self.state, State::FindRate { .. }) {
                         self.say(Event::Retried { step, attempt });
@@ -145,71 +205,102 @@ impl Machine {
         match item {
             Item::Frame { offset, bytes } => self.frame(offset, bytes),
             Item::Control { byte: NAK, .. } => self.ask_again(),
-            Item::Control { .. } | Item::Skipped { .. } => {}
+            Item::Control { byte: ACK, .. } => {
+                if let Some((question, ..)) = &mut self.question {
+                    question.acknowledge();
+                    if self.state == State::WriteConfiguration {
+                        // It may be at work for long, and must not do it twice.
+                        question.last_attempt();
+                    }
+                }
+            }
+            Item::Control { .. } => {}
+            Item::Skipped { count, .. } => self.noise_bytes = self.noise_bytes.saturating_add(count),
+        }
+    }
+
+    /// The deframer's account: a telegram that failed its checksum is a sign of a device at the right rate.
+    pub(super) fn note_bad_checksums(&mut self, bad_checksums: u64) {
+        if bad_checksums != self.bad_checksums {
+            self.bad_checksums = bad_checksums;
+            self.last_sign_ns = self.now_ns;
         }
     }
 
     pub(super) fn frame(&mut self, offset: u64, bytes: &[u8]) {
         self.last_frame_ns = self.now_ns;
-        let Ok(reply) = Telegram::parse(bytes).and_then(|telegram| telegram.reply()) else {
-            self.not_kept += 1;
+        self.last_sign_ns = self.now_ns;
+        let Ok(telegram) = Telegram::parse(bytes) else { return };
+        let Ok(reply) = telegram.reply() else {
+            self.health.not_kept += 1;
             return;
         };
-        match reply {
-            Reply::Scan(scan) => self.scan(offset, bytes.len(), &scan),
-            Reply::Refused => self.refused(),
-            Reply::PowerOn { .. } => self.powered_on(),
-            other => {
-                self.learn(&other);
-                self.answered(&other);
+        let status = telegram.status().unwrap_or_default();
+        let measured = match reply {
+            Reply::Scan(scan) => Measured::Scan(scan),
+            Reply::Pairs(pairs) => Measured::Pairs(pairs),
+            Reply::S14(scan) => Measured::S14(scan),
+            Reply::FieldValues { .. } | Reply::Cartesian { .. } => {
+                self.unpublished(Unpublished::Form(telegram.code()));
+                return;
             }
-        }
+            Reply::Refused => return self.refused(),
+            Reply::PowerOn { .. } => return self.powered_on(),
+            other => {
+                self.info.status = Some(status);
+                self.learn(&other);
+                return self.answered(&other);
+            }
+        };
+        let (address, code) = (telegram.address(), telegram.code());
+        self.measured(&Source { offset, length: bytes.len(), address, code, status }, &measured);
     }
 
     /// An answer to whatever the state has asked; answers to other questions change nothing.
     pub(super) fn answered(&mut self, reply: &Reply<'_>) {
         match self.state {
-            State::FindRate { candidate, rounds } => self.find_rate_answered(candidate, rounds, reply),
+            State::FindRate { poll } => self.find_rate_answered(poll, reply),
             State::ConfirmRate { .. } => self.confirm_rate_answered(reply),
             State::SwitchRate => self.switch_rate_answered(reply),
             State::ConfirmSwitch => self.confirm_switch_answered(reply),
             State::ReadConfiguration => self.read_configuration_answered(reply),
             State::ReadStatus => self.read_status_answered(reply),
+            State::ReadFaults => self.read_faults_answered(reply),
             State::EnterInstallation => self.enter_installation_answered(reply),
             State::WriteConfiguration => self.write_configuration_answered(reply),
             State::LeaveInstallation => self.leave_installation_answered(reply),
+            State::ReadBack => self.read_back_answered(reply),
             State::SetVariant => self.set_variant_answered(reply),
             State::StartStream => self.start_stream_answered(reply),
             State::Stopping => self.stopping_answered(reply),
-            State::Settle { .. } | State::Streaming { .. } | State::Listening | State::Done => {}
+            State::Settle { .. } | State::Streaming | State::Listening | State::Done => {}
         }
     }
 
     /// No good answer in all attempts: what the state does without it.
     pub(super) fn given_up(&mut self, step: Step) {
         match self.state {
-            State::FindRate { candidate, rounds } | State::ConfirmRate { candidate, rounds } => {
-                self.next_candidate(candidate, rounds);
-            }
+            State::FindRate { poll } | State::ConfirmRate { poll } => self.enter_search(poll + 1),
             _ => {
                 self.say(Event::GivenUp { step });
-                self.go_on_without(step);
+                self.go_on_without();
             }
         }
     }
 
-    pub(super) fn go_on_without(&mut self, step: Step) {
+    fn go_on_without(&mut self) {
         match self.state {
             State::SwitchRate => self.keep_rate(),
-            State::ReadConfiguration => self.configuration_unknown(),
-            State::ReadStatus => self.status_unknown(),
-            State::EnterInstallation | State::WriteConfiguration => self.keep_units(),
+            State::ConfirmSwitch => self.switch_failed(),
+            State::ReadConfiguration => self.enter_read_status(),
+            State::ReadStatus => self.enter_read_faults(),
+            State::ReadFaults => self.compare_configuration(),
+            State::EnterInstallation | State::WriteConfiguration => self.write_failed(),
+            State::ReadBack => self.read_back_failed(),
             State::SetVariant => self.keep_variant(),
+            State::StartStream => self.start_failed(),
             State::Stopping => self.finish_stop(),
-            _ => {
-                let _ = step;
-                self.enter_search(0, 0);
-            }
+            _ => self.restart_search(),
         }
     }
 
@@ -221,12 +312,19 @@ impl Machine {
     }
 
     pub(super) fn refused(&mut self) {
-        if let Some((_, _, step)) = &self.question {
-            let step = *step;
-            if step != Step::FindRate {
+        let Some((_, _, step)) = &self.question else { return };
+        let step = *step;
+        match self.state {
+            State::FindRate { .. } => self.ask_again(),
+            State::WriteConfiguration => self.write_refused(),
+            State::StartStream => {
                 self.say(Event::Refused { step });
+                self.start_refused();
             }
-            self.ask_again();
+            _ => {
+                self.say(Event::Refused { step });
+                self.ask_again();
+            }
         }
     }
 
@@ -234,25 +332,29 @@ impl Machine {
     pub(super) fn learn(&mut self, reply: &Reply<'_>) {
         match reply {
             Reply::Type { text } => self.learn_type(*text),
-            Reply::Config(config) => self.info.config = Some(config.clone()),
-            Reply::ConfigWritten { config, .. } => self.info.config = Some(config.clone()),
+            Reply::Config(config) | Reply::ConfigWritten { config, .. } => {
+                self.info.config = Some(config.clone());
+                self.plausibility.restart(self.info.config.as_ref());
+            }
             Reply::Variant { angle_deg, resolution_cdeg, .. } => {
                 self.info.variant = Some((*angle_deg, *resolution_cdeg));
+                self.plausibility.restart(self.info.config.as_ref());
             }
+            Reply::Mode(_) => self.plausibility.restart(self.info.config.as_ref()),
             Reply::Status(status) => self.learn_status(status),
+            Reply::Errors(list) => self.info.faults = Some(FaultList::of(list.faults())),
             _ => {}
         }
     }
 
     pub(super) fn gap_before(&self, bytes: usize) -> bool {
-        let on_the_line_ns = byte_time_ns(self.baud).saturating_mul(i64::try_from(bytes).unwrap_or(i64::MAX));
-        let pause_ns = self.now_ns.saturating_sub(on_the_line_ns).saturating_sub(self.last_byte_ns);
+        let pause_ns = self.now_ns.saturating_sub(self.transfer_ns(bytes)).saturating_sub(self.last_byte_ns);
         pause_ns > self.gap_ns()
     }
 
     pub(super) fn gap_ns(&self) -> i64 {
         match self.state {
-            State::Listening | State::Streaming { .. } => STREAM_GAP_NS,
+            State::Listening | State::Streaming => STREAM_GAP_NS,
             _ => ANSWER_GAP_NS,
         }
     }
@@ -269,7 +371,8 @@ impl Machine {
         let question_ns = self.question.as_ref().map_or(i64::MAX, |(question, ..)| question.deadline_ns());
         let state_ns = match self.state {
             State::Settle { until_ns } => until_ns,
-            State::Streaming { .. } => self.silence_deadline_ns(),
+            State::Streaming => self.silence_deadline_ns(),
+            State::FindRate { .. } => self.wake_ns.unwrap_or(i64::MAX),
             _ => i64::MAX,
         };
         question_ns.min(state_ns)

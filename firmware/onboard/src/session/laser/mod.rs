@@ -1,25 +1,37 @@
 //! The session of a SICK LMS 2xx: find its rate, set it up, let it stream, notice when it stops, start again.
 //!
 //! ```text
-//! find rate -> confirm -> switch rate -> configuration -> status -> (installation -> write -> leave)? -> (variant)? -> stream
-//!      ^                                                                                                           |
-//!      +---------------------------- silence, garbage, switched on anew, a step given up -------------------------+
+//! find rate -> confirm -> switch rate -> configuration -> status -> faults -> (installation -> write -> leave -> read back)? -> (variant)? -> stream
+//!      ^                                                                                                                              |
+//!      +------------------------------------ silence, garbage, switched on anew, a step given up ------------------------------------+
 //! ```
-//! One small function a state: `search.rs` up to the rate, `configure.rs` up to the variant, `stream.rs` for the rest.
+//! One small function a state: `search.rs` up to the rate, `configure.rs` and `write.rs` up to the variant, `stream.rs` for the rest.
 //! Sources: SICK telegram listing 8007954 chapters 6 and 7; what other drivers get wrong is in the fact sheet, section 11.
 
+mod condition;
 mod configure;
+mod fan;
+mod health;
+mod index_watch;
 mod machine;
+mod plausible;
 mod reading;
 mod search;
 mod settings;
 mod stream;
+mod wanted;
+mod write;
 
 use biplane_wire::Counts;
 use biplane_wire::lms::DeviceDeframer;
 
-pub use reading::{Fan, MAX_LMS_BEAMS, ScanIndex, ScanReading};
+pub use condition::Trouble;
+pub use fan::Fan;
+pub use health::{FaultList, LaserHealth, MAX_FAULTS};
+pub use index_watch::IndexWatch;
+pub use reading::{MAX_LMS_BEAMS, ScanIndex, ScanReading, Unpublished};
 pub use settings::{LaserInfo, LaserSettings};
+pub use wanted::ConfigChange;
 
 use super::{Input, Output, Session};
 use machine::{Goal, Machine, State};
@@ -36,7 +48,7 @@ impl LaserSession {
     #[must_use]
     pub fn streaming(settings: LaserSettings, now_ns: i64) -> Self {
         let mut session = Self::new(settings, Goal::Stream, now_ns);
-        session.machine.enter_search(0, 0);
+        session.machine.enter_search(0);
         session
     }
 
@@ -44,7 +56,7 @@ impl LaserSession {
     #[must_use]
     pub fn probing(settings: LaserSettings, now_ns: i64) -> Self {
         let mut session = Self::new(settings, Goal::Probe, now_ns);
-        session.machine.enter_search(0, 0);
+        session.machine.enter_search(0);
         session
     }
 
@@ -71,13 +83,19 @@ impl LaserSession {
     /// Intact scan telegrams that could not be read as a scan of this laser.
     #[must_use]
     pub fn not_kept(&self) -> u64 {
-        self.machine.not_kept
+        self.machine.health.not_kept
+    }
+
+    /// What it has seen of its device.
+    #[must_use]
+    pub fn health(&self) -> &LaserHealth {
+        &self.machine.health
     }
 
     /// Whether scans flow.
     #[must_use]
     pub fn is_streaming(&self) -> bool {
-        matches!(self.machine.state, State::Streaming { .. } | State::Listening)
+        matches!(self.machine.state, State::Streaming | State::Listening)
     }
 
     /// The input ends: what the deframer still holds is let go. Drain [`Session::poll`] afterwards.
@@ -90,6 +108,7 @@ impl LaserSession {
         while let Some(item) = self.deframer.next() {
             self.machine.item(item);
         }
+        self.machine.note_bad_checksums(self.deframer.counts().bad_checksums);
     }
 
     fn take_bytes(&mut self, mut bytes: &[u8]) {
@@ -97,6 +116,8 @@ impl LaserSession {
             self.deframer.abandon();
             self.drain();
         }
+        let silence_ns = self.machine.now_ns.saturating_sub(self.machine.last_byte_ns);
+        self.machine.heard_after(silence_ns);
         self.machine.last_byte_ns = self.machine.now_ns;
         while !bytes.is_empty() {
             let taken = self.deframer.push(bytes);

@@ -1,58 +1,19 @@
 //! A scan telegram as ranges in metres, in the laser's own frame (x along the middle beam, y to the left).
 //!
 //! What is no range stays told apart as REP 117 wants it: no echo and beyond range are `+inf`, everything else that is
-//! not valid (dazzled, overflow, read error) is NaN. Source: SICK telegram listing, B0 reply; `lms2xx.md` sections 6 and 7.
+//! not valid (dazzled, overflow, read error) is NaN. Source: SICK telegram listing, replies B0, C4, F5; `lms2xx.md` sections 6
+//! and 7.
 
-use biplane_wire::lms::{MeasuringMode, ScanView, Selection, Value, decode as decode_value};
+use std::fmt;
+
+use biplane_wire::lms::{
+    MeasuringMode, PairsView, S14View, ScanView, Selection, Unit, Value, decode as decode_value,
+};
+
+use super::fan::Fan;
 
 /// Most beams of an LMS: 100 degrees in steps of a quarter.
 pub const MAX_LMS_BEAMS: usize = 401;
-
-/// Directions and turns of a scan's beams.
-#[derive(Copy, Clone, PartialEq, Eq, Debug)]
-pub struct Fan {
-    /// Direction of the first beam, hundredths of a degree from the middle, counter-clockwise.
-    pub first_cdeg: i32,
-    /// From beam to beam, hundredths of a degree.
-    pub step_cdeg: u16,
-    /// Number of beams.
-    pub beams: u16,
-    /// Mirror turns that the scan took: beam i belongs to turn `i % turns`.
-    pub turns: u8,
-}
-
-impl Fan {
-    /// The fan of a full scan of so many values; `None` for a count that no variant has. Every variant has its own count, but
-    /// for an S14 (90 degrees in steps of a half, in one turn) beside 180 degrees in whole ones.
-    #[must_use]
-    pub fn of_count(count: usize, is_s14: bool) -> Option<Self> {
-        let (fov_deg, step_cdeg, turns) = match count {
-            181 if is_s14 => (90, 50, 1),
-            101 => (100, 100, 1),
-            201 => (100, 50, 2),
-            401 => (100, 25, 4),
-            181 => (180, 100, 1),
-            361 => (180, 50, 2),
-            _ => return None,
-        };
-        Some(Self { first_cdeg: -fov_deg * 50, step_cdeg, beams: count as u16, turns })
-    }
-
-    /// The fan of one turn of an interlaced scan (20 2A): always 180 degrees in whole steps, from an offset in quarters of a
-    /// degree; 181 values from 0.00, 180 from the others.
-    #[must_use]
-    pub fn of_partial(count: usize, quarter: u8) -> Option<Self> {
-        let expected = if quarter == 0 { 181 } else { 180 };
-        let first_cdeg = -9000 + 25 * i32::from(quarter);
-        (count == expected).then_some(Self { first_cdeg, step_cdeg: 100, beams: count as u16, turns: 1 })
-    }
-
-    /// Field of view, degrees.
-    #[must_use]
-    pub fn fov_deg(&self) -> u16 {
-        (self.beams.saturating_sub(1)).saturating_mul(self.step_cdeg) / 100
-    }
-}
 
 /// The two index bytes of a scan telegram, sent when bit 1 of the configuration's availability byte is set.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
@@ -80,41 +41,165 @@ pub struct ScanReading {
     pub intensities: heapless::Vec<u16, MAX_LMS_BEAMS>,
     /// Where the scan and its telegram stand in the device's count, when the device says so.
     pub index: Option<ScanIndex>,
+    /// Values whose receiver was dazzled.
+    pub dazzled: u16,
 }
 
-/// Decodes a scan's values; `None` when the number of values fits no variant of the device.
-#[must_use]
-pub fn decode(
-    offset: u64,
-    length: usize,
-    view: &ScanView<'_>,
-    mode: MeasuringMode,
-    is_s14: bool,
-) -> Option<ScanReading> {
-    if view.selection() != Selection::All {
-        return None;
+/// Any telegram with measured values.
+#[derive(Copy, Clone, Debug)]
+pub(super) enum Measured<'a> {
+    /// B0, B6, B7, BF.
+    Scan(ScanView<'a>),
+    /// F5.
+    Pairs(PairsView<'a>),
+    /// C4.
+    S14(S14View<'a>),
+}
+
+/// Why measured values cannot be published as a scan.
+#[derive(Copy, Clone, PartialEq, Eq, Debug)]
+pub enum Unpublished {
+    /// B6, BF: means of several scans, taken at no one time.
+    MeanValues,
+    /// B7, or F5 whose parts leave gaps: a part of a scan.
+    PartOfScan,
+    /// So many values, which no variant of the device has.
+    Count(u16),
+    /// The measuring mode's words are no ranges.
+    NoRanges(MeasuringMode),
+    /// BE, F6: values in a form that is not understood.
+    Form(u8),
+}
+
+impl fmt::Display for Unpublished {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::MeanValues => f.write_str("means of several scans"),
+            Self::PartOfScan => f.write_str("parts of a scan"),
+            Self::Count(count) => write!(f, "scans of {count} values, which no LMS has"),
+            Self::NoRanges(mode) => write!(f, "values in {mode}"),
+            Self::Form(code) => write!(f, "values in telegrams {code:02X}h"),
+        }
     }
-    let fan = match view.partial_offset_quarters() {
-        None => Fan::of_count(view.count(), is_s14)?,
-        Some(quarter) => Fan::of_partial(view.count(), quarter)?,
-    };
-    let metres = |units: u16| (f64::from(units) * view.unit().metres()) as f32;
-    let mut ranges_m = heapless::Vec::new();
-    for raw in view.values() {
-        let range_m = match decode_value(raw, mode).value {
-            Value::Range(units) => metres(units),
+}
+
+impl Measured<'_> {
+    /// The two index bytes.
+    pub(super) fn index(&self) -> Option<ScanIndex> {
+        let index = match self {
+            Self::Scan(scan) => scan.index(),
+            Self::Pairs(pairs) => pairs.index(),
+            Self::S14(scan) => scan.index(),
+        };
+        index.map(|(scan, telegram)| ScanIndex { scan, telegram })
+    }
+
+    /// Number of values.
+    pub(super) fn count(&self) -> usize {
+        match self {
+            Self::Scan(scan) => scan.count(),
+            Self::Pairs(pairs) => pairs.parts().map(|part| part.count()).sum(),
+            Self::S14(scan) => scan.values().len(),
+        }
+    }
+
+    /// Unit of the ranges; that of the first part where there are several.
+    pub(super) fn unit(&self) -> Unit {
+        match self {
+            Self::Scan(scan) => scan.unit(),
+            Self::Pairs(pairs) => pairs.parts().next().map_or(Unit::Cm, |part| part.unit),
+            Self::S14(scan) => scan.unit,
+        }
+    }
+
+    /// Decodes the values; an error when they cannot be published as a scan.
+    pub(super) fn decode(
+        &self,
+        offset: u64,
+        length: usize,
+        mode: MeasuringMode,
+        is_s14: bool,
+    ) -> Result<ScanReading, Unpublished> {
+        let max_range = mode.max_range().ok_or(Unpublished::NoRanges(mode))?;
+        let metres = self.unit().metres();
+        let mut reading = ScanReading {
+            offset,
+            length,
+            fan: self.fan(is_s14)?,
+            range_max_m: (f64::from(max_range) * metres) as f32,
+            ranges_m: heapless::Vec::new(),
+            intensities: heapless::Vec::new(),
+            index: self.index(),
+            dazzled: 0,
+        };
+        match self {
+            Self::Scan(scan) => scan.values().for_each(|raw| reading.push(raw, mode, metres)),
+            Self::S14(scan) => {
+                scan.values().for_each(|raw| reading.push(raw, mode, metres));
+                // Remissions of a part of the fan have no place in a message that has one a beam or none.
+                if scan.span.first == 1 && scan.remissions().len() == reading.ranges_m.len() {
+                    reading.intensities.extend(scan.remissions().iter().copied().map(u16::from));
+                }
+            }
+            Self::Pairs(pairs) => {
+                for (raw, remission) in pairs.parts().flat_map(|part| part.pairs()) {
+                    reading.push(raw, mode, metres);
+                    let _ = reading.intensities.push(remission);
+                }
+            }
+        }
+        Ok(reading)
+    }
+
+    fn fan(&self, is_s14: bool) -> Result<Fan, Unpublished> {
+        let count = self.count();
+        let fan = match self {
+            Self::Scan(scan) => match scan.selection() {
+                Selection::All => match scan.partial_offset_quarters() {
+                    None => Fan::of_count(count, is_s14),
+                    Some(quarter) => Fan::of_partial(count, quarter),
+                },
+                Selection::Mean { .. } | Selection::MeanSubRange { .. } => {
+                    return Err(Unpublished::MeanValues);
+                }
+                Selection::SubRange { .. } => return Err(Unpublished::PartOfScan),
+            },
+            Self::Pairs(pairs) => {
+                return whole(pairs)
+                    .and_then(|count| Fan::of_count(count, is_s14))
+                    .ok_or(Unpublished::PartOfScan);
+            }
+            Self::S14(_) => Fan::of_count(count, true),
+        };
+        fan.ok_or(Unpublished::Count(count as u16))
+    }
+}
+
+/// Number of values when the parts cover the fan from its first value on, one behind the other, in one unit.
+fn whole(pairs: &PairsView<'_>) -> Option<usize> {
+    let unit = pairs.parts().next()?.unit;
+    let mut next = 1;
+    for part in pairs.parts() {
+        let count = part.count();
+        let ends = usize::from(part.span.last) + 1 == next + count;
+        if usize::from(part.span.first) != next || !ends || part.unit != unit {
+            return None;
+        }
+        next += count;
+    }
+    Some(next - 1)
+}
+
+impl ScanReading {
+    fn push(&mut self, raw: u16, mode: MeasuringMode, metres: f64) {
+        let measurement = decode_value(raw, mode);
+        self.dazzled += u16::from(measurement.value == Value::Dazzled || measurement.flags.dazzle);
+        let range_m = match measurement.value {
+            Value::Range(units) => (f64::from(units) * metres) as f32,
             Value::NoEcho | Value::BeyondRange => f32::INFINITY,
             _ => f32::NAN,
         };
-        ranges_m.push(range_m).ok()?;
+        // A telegram cannot hold more values than fit here.
+        let _ = self.ranges_m.push(range_m);
     }
-    Some(ScanReading {
-        offset,
-        length,
-        fan,
-        range_max_m: metres(mode.max_range()?),
-        ranges_m,
-        intensities: heapless::Vec::new(),
-        index: view.index().map(|(scan, telegram)| ScanIndex { scan, telegram }),
-    })
 }

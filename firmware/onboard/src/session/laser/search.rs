@@ -3,8 +3,11 @@
 //! At each candidate rate a stop request is sent: it is answered also by a device that was left streaming. Then a second, different
 //! question confirms the rate, because an answer may be a late one from the rate tried before.
 //!
-//! A laser that streamed before and was lost is most likely where it was: an adapter was unplugged, a cable was loose. Its rate is
-//! asked before each other one, and with the patience that found it, so that it is back within two seconds.
+//! What costs time is waiting for nothing. A device acknowledges within 60 ms, so that a rate without an acknowledge is left soon, and one
+//! with it is given the 3 s that a change of mode may take. A device that streams at another rate shows as noise that goes on
+//! after the stop request: asking again is of no use. Once all rates were tried, and of a laser that was lost at once, every third poll is
+//! at the rate where it likely is (its cable was loose), and every third at 9600 (it is switched on anew); a line that was silent and
+//! turns noisy is a device that says so, and is asked there at once.
 
 use biplane_wire::lms::{Baud, Mode, ModeResult, Reply, Request};
 
@@ -12,60 +15,84 @@ use super::machine::{Goal, Machine, State};
 use crate::session::retry::Patience;
 use crate::session::{Event, Output, Step};
 
-/// After the configured rate these are tried in turn; 9600 is what a device has at power-on.
-const OTHER_RATES: [u32; 4] = [9600, 38400, 19200, 500_000];
+/// The rate after power-on.
+const POWER_ON_RATE: u32 = 9600;
+/// All rates, the likelier first.
+const RATES: [u32; 4] = [POWER_ON_RATE, 38400, 500_000, 19200];
+/// Polls of the first round: every rate once.
+const FIRST_ROUND: u32 = RATES.len() as u32;
+/// Polls of a later round: each rate, the likely one and 9600 more often.
+const LATER_ROUND: u32 = 6;
 /// A device that is heard at a rate but has not answered is asked so often in all.
 const ATTEMPTS_WHEN_HEARD: u8 = 6;
-const FIND: [Patience; 3] = [Patience::new(250, 2), Patience::new(500, 2), Patience::new(1000, 2)];
-/// A device that has answered once is there, even if it is still busy with the change of mode.
-const CONFIRM: Patience = Patience::new(300, 11);
-/// A mode change may take 3 s.
-const SWITCH: Patience = Patience::new(500, 7);
+/// Without an acknowledge a rate is left, milliseconds: in the first round, and later, when adapters that hold bytes back get more.
+const FIND_MS: [i64; 2] = [150, 200];
+/// Attempts at a rate, by the same.
+const FIND_ATTEMPTS: [u8; 2] = [2, 1];
+/// A device that has acknowledged a change of mode may take 3 s for it; most take 80 ms.
+const MODE_MS: i64 = 3200;
+const CONFIRM: Patience = Patience::new(250, 4).acknowledged(600);
+const SWITCH: Patience = Patience::new(250, 4).acknowledged(MODE_MS);
 /// The device needs a moment between its answer at the old rate and the new rate (20 ms seen; drivers wait 250 to 1000).
 const SETTLE_NS: i64 = 100_000_000;
+/// A device that says it changes its rate, and is found at the old one so often, keeps it.
+const FAILED_SWITCHES: u8 = 2;
+/// So many bytes that belong to no telegram are more than a stump or a disturbance ...
+const NOISE_BYTES: usize = 20;
+/// ... when the last of them came so short a time ago, nanoseconds.
+const NOISY_NS: i64 = 60_000_000;
+/// A line was silent when nothing came for so long, nanoseconds.
+const SILENT_NS: i64 = 500_000_000;
+/// The power-on message takes 30 ms at 9600; after so long the device listens, nanoseconds.
+const MESSAGE_NS: i64 = 60_000_000;
+/// Bytes of the longest type reply.
+const TYPE_BYTES: usize = 64;
 
-/// Each so-many-th round of a search for a lost laser is more patient than the one that found it.
-const PATIENT_ROUND: u32 = 4;
-
-/// The so-many-th rate to try, the likely one first; of a laser that was lost (`again`) it is asked before each other one.
-fn candidate_rate(likely: u32, candidate: usize, again: bool) -> Option<u32> {
-    let mut others = OTHER_RATES.into_iter().filter(|&rate| rate != likely);
-    match (candidate, again) {
-        (0, _) => Some(likely),
-        (_, false) => others.nth(candidate - 1),
-        (_, true) => {
-            let other = others.nth(candidate / 2)?;
-            Some(if candidate.is_multiple_of(2) { likely } else { other })
-        }
+/// The round that a poll belongs to, and the rate that is tried.
+fn candidate(likely: u32, poll: u32) -> (u32, u32) {
+    let mut others = RATES.into_iter().filter(|&rate| rate != likely);
+    if poll < FIRST_ROUND {
+        return (0, std::iter::once(likely).chain(others).nth(poll as usize).unwrap_or(likely));
     }
+    let (round, place) = ((poll - FIRST_ROUND) / LATER_ROUND, (poll - FIRST_ROUND) % LATER_ROUND);
+    let mut rest = others.clone().filter(|&rate| rate != POWER_ON_RATE);
+    let rate = match (place, likely == POWER_ON_RATE) {
+        (0 | 2 | 4, true) => Some(likely),
+        (_, true) => others.nth(place as usize / 2),
+        (0 | 3, false) => Some(likely),
+        (1 | 4, false) => Some(POWER_ON_RATE),
+        (_, false) => rest.nth(place as usize / 3),
+    };
+    (round + 1, rate.unwrap_or(likely))
 }
 
 impl Machine {
-    /// Tries a candidate rate.
-    pub(super) fn enter_search(&mut self, candidate: usize, rounds: u32) {
-        let Some(baud) = candidate_rate(self.likely_baud, candidate, self.found_in_round.is_some()) else {
-            // Once is enough: who waits for hours need not read it every few seconds.
-            if rounds == 0 {
-                self.say(Event::NotFound { rounds: 1 });
-            }
-            self.enter_search(0, rounds + 1);
-            return;
-        };
+    /// Looks for the device: all rates alike at first, and where it likely is when it was there before.
+    pub(super) fn restart_search(&mut self) {
+        self.said.not_found = false;
+        self.round = None;
+        self.enter_search(if self.info.found_baud.is_some() { FIRST_ROUND } else { 0 });
+    }
+
+    /// Tries the rate of a poll.
+    pub(super) fn enter_search(&mut self, poll: u32) {
+        let (round, baud) = candidate(self.likely_baud, poll);
+        if self.round.replace(round).is_some_and(|before| before != round) {
+            // A device that was there before is not looked for in round 0.
+            self.not_found(round - u32::from(self.info.found_baud.is_some()));
+        }
+        self.wake_ns = None;
         self.set_baud(baud);
-        let state = State::FindRate { candidate, rounds };
-        self.ask(state, Step::FindRate, Request::Mode(Mode::OnRequest), self.patience(rounds));
+        let later = usize::from(round > 0);
+        let patience = Patience::new(FIND_MS[later], FIND_ATTEMPTS[later]).acknowledged(MODE_MS);
+        self.ask(State::FindRate { poll }, Step::FindRate, Request::Mode(Mode::OnRequest), patience);
     }
 
-    fn patience(&self, rounds: u32) -> Patience {
-        let index = match self.found_in_round {
-            None => rounds,
-            Some(found) => found + u32::from(rounds % PATIENT_ROUND == PATIENT_ROUND - 1),
-        };
-        FIND[(index as usize).min(FIND.len() - 1)]
-    }
-
-    pub(super) fn next_candidate(&mut self, candidate: usize, rounds: u32) {
-        self.enter_search(candidate + 1, rounds);
+    /// So many rounds over all rates were in vain: said once until the device is back.
+    fn not_found(&mut self, rounds: u32) {
+        if !std::mem::replace(&mut self.said.not_found, true) || self.goal == Goal::Probe {
+            self.say(Event::NotFound { rounds });
+        }
     }
 
     fn set_baud(&mut self, baud: u32) {
@@ -80,10 +107,40 @@ impl Machine {
         }
     }
 
-    pub(super) fn find_rate_answered(&mut self, candidate: usize, rounds: u32, reply: &Reply<'_>) {
+    /// Bytes have come before which the line was silent: while a device is looked for, that is one being switched on.
+    pub(super) fn heard_after(&mut self, silence_ns: i64) {
+        if matches!(self.state, State::FindRate { .. })
+            && self.baud != POWER_ON_RATE
+            && silence_ns >= SILENT_NS
+        {
+            self.wake_ns = Some(self.now_ns.saturating_add(MESSAGE_NS));
+        }
+    }
+
+    /// Leaves a rate at which noise shows that the device has another one.
+    pub(super) fn look_for_another_rate(&mut self) {
+        let State::FindRate { poll } = self.state else { return };
+        let Some((question, ..)) = &mut self.question else { return };
+        if self.wake_ns.is_some_and(|wake_ns| wake_ns <= self.now_ns) {
+            self.wake_ns = None;
+            let at_power_on = |&poll: &u32| candidate(self.likely_baud, poll).1 == POWER_ON_RATE;
+            if !question.is_acknowledged()
+                && let Some(next) = (poll.max(FIRST_ROUND) + 1..).take(LATER_ROUND as usize).find(at_power_on)
+            {
+                return self.enter_search(next);
+            }
+        }
+        // An acknowledge in the midst of noise is part of it.
+        let is_noisy = self.noise_bytes >= NOISE_BYTES && self.now_ns - self.last_byte_ns <= NOISY_NS;
+        if is_noisy && question.asked() > 0 && question.unacknowledged_deadline_ns() <= self.now_ns {
+            question.expire(self.now_ns);
+        }
+    }
+
+    pub(super) fn find_rate_answered(&mut self, poll: u32, reply: &Reply<'_>) {
         if matches!(reply, Reply::Mode(_)) {
-            let state = State::ConfirmRate { candidate, rounds };
-            self.ask(state, Step::ConfirmRate, Request::Type, CONFIRM);
+            let patience = CONFIRM.longer_by(self.transfer_ns(TYPE_BYTES));
+            self.ask(State::ConfirmRate { poll }, Step::ConfirmRate, Request::Type, patience);
         }
     }
 
@@ -91,10 +148,8 @@ impl Machine {
         if !matches!(reply, Reply::Type { .. }) {
             return;
         }
-        if let (None, State::ConfirmRate { rounds, .. }) = (self.found_in_round, self.state) {
-            self.found_in_round = Some(rounds);
-        }
         self.info.found_baud = Some(self.baud);
+        self.said.not_found = false;
         self.say(Event::Found { baud: self.baud });
         if self.baud == self.settings.baud || self.goal == Goal::Probe || self.refused_rate {
             self.enter_read_configuration();
@@ -104,11 +159,13 @@ impl Machine {
     }
 
     fn enter_switch_rate(&mut self) {
-        let Some(rate) = Baud::from_bits_per_second(self.settings.baud) else {
-            self.keep_rate();
-            return;
-        };
-        self.ask(State::SwitchRate, Step::SwitchRate, Request::Mode(Mode::Baud(rate)), SWITCH);
+        let rate = Baud::from_bits_per_second(self.settings.baud);
+        match rate.filter(|_| self.failed_switches < FAILED_SWITCHES) {
+            Some(rate) => {
+                self.ask(State::SwitchRate, Step::SwitchRate, Request::Mode(Mode::Baud(rate)), SWITCH);
+            }
+            None => self.keep_rate(),
+        }
     }
 
     /// The answer still comes at the old rate.
@@ -124,14 +181,22 @@ impl Machine {
     }
 
     pub(super) fn settled(&mut self) {
-        self.ask(State::ConfirmSwitch, Step::ConfirmRate, Request::Type, CONFIRM);
+        let patience = CONFIRM.longer_by(self.transfer_ns(TYPE_BYTES));
+        self.ask(State::ConfirmSwitch, Step::ConfirmRate, Request::Type, patience);
     }
 
     pub(super) fn confirm_switch_answered(&mut self, reply: &Reply<'_>) {
         if matches!(reply, Reply::Type { .. }) {
+            self.failed_switches = 0;
             self.say(Event::RateSet { baud: self.baud });
             self.enter_read_configuration();
         }
+    }
+
+    /// It said that it would change, and does not answer at the new rate: it may be at either.
+    pub(super) fn switch_failed(&mut self) {
+        self.failed_switches = self.failed_switches.saturating_add(1);
+        self.restart_search();
     }
 
     /// The device does not change its rate: better slow than not at all.
@@ -139,5 +204,27 @@ impl Machine {
         self.refused_rate = true;
         self.say(Event::RateKept { wanted: self.settings.baud, kept: self.baud });
         self.enter_read_configuration();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{FIRST_ROUND, LATER_ROUND, candidate};
+
+    #[test]
+    fn after_every_rate_once_the_likely_one_and_that_of_power_on_come_again_soon() {
+        let rates = |likely, from, count| -> Vec<u32> {
+            (from..from + count).map(|poll| candidate(likely, poll).1).collect()
+        };
+        assert_eq!(rates(38400, 0, FIRST_ROUND), [38400, 9600, 500_000, 19200]);
+        assert_eq!(rates(9600, 0, FIRST_ROUND), [9600, 38400, 500_000, 19200]);
+        for round in 0..3 {
+            let from = FIRST_ROUND + round * LATER_ROUND;
+            assert_eq!(rates(38400, from, LATER_ROUND), [38400, 9600, 500_000, 38400, 9600, 19200]);
+            assert_eq!(rates(9600, from, LATER_ROUND), [9600, 38400, 9600, 500_000, 9600, 19200]);
+            assert_eq!(candidate(38400, from).0, round + 1);
+        }
+        let fast = rates(500_000, FIRST_ROUND, LATER_ROUND);
+        assert_eq!(fast, [500_000, 9600, 38400, 500_000, 9600, 19200]);
     }
 }

@@ -1,12 +1,21 @@
 //! Scripted sessions with a laser. Telegrams are those of the listing and of logs of real devices, by hand.
 
-use biplane_wire::lms::{Reply, Unit};
+use biplane_wire::lms::{Config, Reply, Scan, Status, Unit};
 
 use super::*;
 use crate::session::script::{check, play, scan_telegram};
 use crate::session::{Event, MAX_INPUT_BYTES};
 
-const HALF: LaserSettings = LaserSettings { baud: 38400, fov_deg: 180, resolution_cdeg: 50, unit: Unit::Cm };
+const HALF: LaserSettings = LaserSettings {
+    baud: 38400,
+    fov_deg: 180,
+    resolution_cdeg: 50,
+    unit: Unit::Cm,
+    range_max_m: None,
+    index_bytes: None,
+    remission: false,
+    dazzle_tolerant: None,
+};
 
 const STOP: &str = "> 02 00 02 00 20 25 35 08";
 const MODE_DONE: &str = "< 02 80 03 00 A0 00 10 16 0A";
@@ -18,6 +27,8 @@ const CONFIG: &str = "< 02 80 24 00 F4 00 00 46 00 00 00 00 00 00 02 02 02 00 00
 const ASK_STATUS: &str = "> 02 00 01 00 31 15 12";
 /// 180 degrees in steps of a half, 38400 Bd.
 const STATUS: &str = "< 02 80 9A 00 B1 58 30 31 2E 32 37 20 25 00 00 00 40 00 00 00 00 00 00 64 00 65 00 66 00 67 00 68 00 69 00 6A 00 6B 00 6C 00 6D 00 6E 00 6F 00 70 00 71 00 72 00 73 00 74 00 75 00 76 00 77 00 78 00 79 00 7A 00 7B 00 94 00 00 00 50 00 50 00 50 00 50 00 50 00 50 00 50 00 50 00 50 00 50 00 50 00 50 00 50 00 50 00 50 00 00 00 00 00 00 00 B4 00 32 00 02 02 00 00 00 19 80 02 00 00 01 00 01 56 30 32 2E 31 30 20 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 10 43 FF";
+const ASK_FAULTS: &str = "> 02 00 01 00 32 16 12";
+const NO_FAULTS: &str = "< 02 80 02 00 B2 10 3F 13";
 const STREAM: &str = "> 02 00 02 00 20 24 34 08";
 
 fn streaming(settings: LaserSettings) -> LaserSession {
@@ -26,15 +37,16 @@ fn streaming(settings: LaserSettings) -> LaserSession {
 
 /// What follows when the rate is found, from a time on, 10 ms a step.
 fn settings_read(from_ms: i64) -> String {
-    let [a, b, c, d] = [0, 10, 20, 30].map(|step| from_ms + step);
+    let [a, b, c, d, e] = [0, 10, 20, 30, 40].map(|step| from_ms + step);
     format!(
         "{a} {TYPE}\n{a} ! is a LMS291;S05;X01.27\n{a} ! answers at 38400 Bd\n{a} {ASK_CONFIG}\n\
-         {b} {CONFIG}\n{b} {ASK_STATUS}\n{c} {STATUS}\n{c} {STREAM}\n{d} {MODE_DONE}\n{d} ! streams"
+         {b} {CONFIG}\n{b} {ASK_STATUS}\n{c} {STATUS}\n{c} {ASK_FAULTS}\n{d} {NO_FAULTS}\n{d} {STREAM}\n\
+         {e} {MODE_DONE}\n{e} ! streams"
     )
 }
 
 #[test]
-fn a_device_at_the_configured_rate_streams_after_five_questions() {
+fn a_device_at_the_configured_rate_streams_after_six_questions() {
     let script = format!(
         "0 = 38400\n0 {STOP}\n80 < 06\n80 {MODE_DONE}\n80 {ASK_TYPE}\n{}\n200 < scan361\n200 * 361 beams",
         settings_read(90)
@@ -45,11 +57,11 @@ fn a_device_at_the_configured_rate_streams_after_five_questions() {
 #[test]
 fn a_device_at_its_power_on_rate_is_found_and_taken_to_the_configured_one() {
     let script = format!(
-        "0 = 38400\n0 {STOP}\n250 {STOP}\n500 = 9600\n500 {STOP}\n580 {MODE_DONE}\n580 {ASK_TYPE}\n\
-         600 {TYPE}\n600 ! is a LMS291;S05;X01.27\n600 ! answers at 9600 Bd\n600 > 02 00 02 00 20 40 50 08\n\
-         680 < 06\n680 {MODE_DONE}\n680 = 38400\n780 {ASK_TYPE}\n800 {TYPE}\n800 ! runs at 38400 Bd\n\
-         800 {ASK_CONFIG}\n810 {CONFIG}\n810 {ASK_STATUS}\n820 {STATUS}\n820 {STREAM}\n830 {MODE_DONE}\n\
-         830 ! streams\n1000 end"
+        "0 = 38400\n0 {STOP}\n150 {STOP}\n300 = 9600\n300 {STOP}\n380 {MODE_DONE}\n380 {ASK_TYPE}\n\
+         400 {TYPE}\n400 ! is a LMS291;S05;X01.27\n400 ! answers at 9600 Bd\n400 > 02 00 02 00 20 40 50 08\n\
+         480 < 06\n480 {MODE_DONE}\n480 = 38400\n580 {ASK_TYPE}\n600 {TYPE}\n600 ! runs at 38400 Bd\n\
+         600 {ASK_CONFIG}\n610 {CONFIG}\n610 {ASK_STATUS}\n620 {STATUS}\n620 {ASK_FAULTS}\n630 {NO_FAULTS}\n\
+         630 {STREAM}\n640 {MODE_DONE}\n640 ! streams\n1000 end"
     );
     check(&mut streaming(HALF), &script);
 }
@@ -66,13 +78,19 @@ fn a_device_left_streaming_is_stopped_and_its_answer_found_behind_the_cut_scan()
 }
 
 #[test]
-fn a_silent_device_is_looked_for_at_every_rate_again_and_again_with_growing_patience() {
+fn a_silent_device_is_looked_for_at_every_rate_again_and_again_and_that_is_said_once() {
     let mut script = String::new();
-    for (at, baud) in [(0, 38400), (500, 9600), (1000, 19200), (1500, 500_000)] {
-        script += &format!("{at} = {baud}\n{at} {STOP}\n{} {STOP}\n", at + 250);
+    for (at, baud) in [(0, 38400), (300, 9600), (600, 500_000), (900, 19200)] {
+        script += &format!("{at} = {baud}\n{at} {STOP}\n{} {STOP}\n", at + 150);
     }
-    script +=
-        &format!("2000 ! no answer (round 1), asking on\n2000 = 38400\n2000 {STOP}\n2500 {STOP}\n2900 end");
+    script += "1200 ! no answer (round 1), asking on\n";
+    // Not said again.
+    let round = [38400, 9600, 500_000, 38400, 9600, 19200];
+    for (index, baud) in round.into_iter().cycle().take(18).enumerate() {
+        let at = 1200 + 200 * index;
+        script += &format!("{at} = {baud}\n{at} {STOP}\n");
+    }
+    script += "4799 end";
     check(&mut streaming(HALF), &script);
 }
 
@@ -85,7 +103,7 @@ fn a_refused_variant_is_tried_three_times_then_the_device_keeps_its_own() {
     let again = "! no answer while setting field of view and resolution, attempt";
     let script = format!(
         "0 = 38400\n0 {STOP}\n80 {MODE_DONE}\n80 {ASK_TYPE}\n90 {TYPE}\n90 ! is a LMS291;S05;X01.27\n\
-         90 ! answers at 38400 Bd\n90 {ASK_CONFIG}\n100 {CONFIG}\n100 {ASK_STATUS}\n110 {STATUS}\n110 {set}\n\
+         90 ! answers at 38400 Bd\n90 {ASK_CONFIG}\n100 {CONFIG}\n100 {ASK_STATUS}\n105 {STATUS}\n105 {ASK_FAULTS}\n110 {NO_FAULTS}\n110 {set}\n\
          120 {refused}\n120 {said}\n180 {set}\n180 {again} 2\n190 {refused}\n190 {said}\n250 {set}\n250 {again} 3\n\
          260 {refused}\n260 {said}\n320 ! gave up setting field of view and resolution\n\
          320 ! keeps 180 degrees in steps of 0.50, not what is configured\n320 {STREAM}\n330 {MODE_DONE}\n\
@@ -94,46 +112,147 @@ fn a_refused_variant_is_tried_three_times_then_the_device_keeps_its_own() {
     check(&mut streaming(settings), &script);
 }
 
+/// The configuration as read, but for byte 6: millimetres (checksum by hand).
+const WRITE_MM: &str = "> 02 00 23 00 77 00 00 46 00 00 00 01 00 00 02 02 02 00 00 0A 0A 50 64 00 0A 0A 50 64 00 0A 0A 50 64 00 00 00 00 02 00 0A E2";
+const INSTALL: &str = "> 02 00 0A 00 20 00 53 49 43 4B 5F 4C 4D 53 BE C5";
+
+/// A reply with a configuration: 34 bytes, unit as given; the checksum is computed.
+fn config_reply(unit: Unit, written: Option<bool>) -> String {
+    let mut config = Config::from_bytes(&Config::FACTORY).expect("it fits");
+    config.set_unit(unit);
+    let reply = match written {
+        None => Reply::Config(config),
+        Some(accepted) => Reply::ConfigWritten { accepted, config },
+    };
+    let mut bytes = [0; 64];
+    let length = reply.emit(0x80, Status::OK, &mut bytes).expect("it fits");
+    let words: Vec<String> = bytes[..length].iter().map(|byte| format!("{byte:02X}")).collect();
+    format!("< {}", words.join(" "))
+}
+
+/// From the start to the moment when the configuration may be written, at 120 ms.
+fn until_compared() -> String {
+    format!(
+        "0 = 38400\n0 {STOP}\n80 {MODE_DONE}\n80 {ASK_TYPE}\n90 {TYPE}\n90 ! is a LMS291;S05;X01.27\n\
+         90 ! answers at 38400 Bd\n90 {ASK_CONFIG}\n100 {CONFIG}\n100 {ASK_STATUS}\n110 {STATUS}\n110 {ASK_FAULTS}\n\
+         120 {NO_FAULTS}"
+    )
+}
+
+const MM: LaserSettings = LaserSettings { unit: Unit::Mm, ..HALF };
+
 #[test]
-fn other_units_are_written_once_in_installation_mode() {
-    let settings = LaserSettings { unit: Unit::Mm, ..HALF };
-    let mut session = streaming(settings);
-    let start = format!("80 {MODE_DONE}\n90 {TYPE}\n100 {CONFIG}\n110 {STATUS}\n120 {MODE_DONE}\n500 end");
-    let lines: Vec<String> = start.lines().map(str::to_owned).collect();
+fn other_units_are_written_once_in_installation_mode_and_read_back() {
+    let script = format!(
+        "{}\n120 {INSTALL}\n200 {MODE_DONE}\n200 {WRITE_MM}\n210 < 06\n600 {}\n600 {STOP}\n680 {MODE_DONE}\n\
+         680 {ASK_CONFIG}\n770 {}\n770 ! configuration written: units mm instead of cm\n770 {STREAM}\n\
+         850 {MODE_DONE}\n850 ! streams\n900 end",
+        until_compared(),
+        config_reply(Unit::Mm, Some(true)),
+        config_reply(Unit::Mm, None),
+    );
+    let mut session = streaming(MM);
+    check(&mut session, &script);
+    assert_eq!((session.health().writes, session.health().differs), (1, false));
+}
+
+#[test]
+fn a_device_that_does_not_take_a_configuration_is_not_offered_it_again() {
+    let kept = "! does not take what the rig asks: units mm instead of cm";
+    for answer in [config_reply(Unit::Cm, Some(true)), config_reply(Unit::Cm, Some(false))] {
+        let lines = format!(
+            "80 {MODE_DONE}\n90 {TYPE}\n100 {CONFIG}\n110 {STATUS}\n120 {NO_FAULTS}\n200 {MODE_DONE}\n210 < 06\n\
+             600 {answer}\n680 {MODE_DONE}\n770 {CONFIG}\n850 {MODE_DONE}\n900 < scan361\n2000 {MODE_DONE}\n\
+             2010 {TYPE}\n2020 {CONFIG}\n2030 {STATUS}\n2040 {NO_FAULTS}\n2050 {MODE_DONE}\n2100 < scan361\n2101 end"
+        );
+        let lines: Vec<String> = lines.lines().map(str::to_owned).collect();
+        let mut session = streaming(MM);
+        let transcript = play(&mut session, &lines).join("\n");
+        assert_eq!(transcript.matches("> 02 00 23 00 77").count(), 1, "{transcript}");
+        assert_eq!(transcript.matches(kept).count(), 1, "{transcript}");
+        assert_eq!(transcript.matches("! streams").count(), 2, "{transcript}");
+        // Centimetres where millimetres were asked for: the telegram says what it is in.
+        assert_eq!(transcript.matches("* 361 beams").count(), 2, "{transcript}");
+        assert!(session.health().differs);
+    }
+}
+
+#[test]
+fn a_write_that_was_acknowledged_is_waited_for_and_never_sent_twice() {
+    let lines = format!(
+        "80 {MODE_DONE}\n90 {TYPE}\n100 {CONFIG}\n110 {STATUS}\n120 {NO_FAULTS}\n200 {MODE_DONE}\n210 < 06\n15199 end"
+    );
+    let lines: Vec<String> = lines.lines().map(str::to_owned).collect();
+    let mut session = streaming(MM);
     let transcript = play(&mut session, &lines).join("\n");
-    assert!(transcript.contains("110 > 02 00 0A 00 20 00 53 49 43 4B 5F 4C 4D 53 BE C5"), "{transcript}");
-    // The configuration as read, but for byte 6: millimetres (checksum as in the transcripts of real clients).
-    let write = "120 > 02 00 23 00 77 00 00 46 00 00 00 01 00 00 02 02 02 00 00 0A 0A 50 64 00 0A 0A 50 64 00 0A 0A 50 64 00 00 00 00 02 00";
-    assert!(transcript.contains(write), "{transcript}");
-    assert_eq!(transcript.matches("> 02 00 23 00 77").count(), 1, "{transcript}");
+    assert!(transcript.ends_with(&format!("200 {WRITE_MM}\n210 < 06\n15199 end")), "{transcript}");
+    let after = play(&mut session, &["15201 end".to_owned()]).join("\n");
+    assert_eq!(after, format!("15200 ! gave up writing the configuration\n15200 {STOP}\n15201 end"));
+}
+
+#[test]
+fn a_write_that_was_not_heard_is_sent_once_more() {
+    let lines = format!(
+        "80 {MODE_DONE}\n90 {TYPE}\n100 {CONFIG}\n110 {STATUS}\n120 {NO_FAULTS}\n200 {MODE_DONE}\n9000 end"
+    );
+    let lines: Vec<String> = lines.lines().map(str::to_owned).collect();
+    let transcript = play(&mut streaming(MM), &lines).join("\n");
+    assert_eq!(transcript.matches("> 02 00 23 00 77").count(), 2, "{transcript}");
 }
 
 #[test]
 fn silence_while_streaming_starts_the_search_again() {
     let script = format!(
         "0 = 38400\n0 {STOP}\n80 {MODE_DONE}\n80 {ASK_TYPE}\n{}\n200 < scan361\n200 * 361 beams\n\
-         1200 ! silent for 1000 ms, starting again\n1200 = 38400\n1200 {STOP}\n1300 end",
+         1100 ! silent for 900 ms, starting again\n1100 = 38400\n1100 {STOP}\n1200 end",
         settings_read(90)
     );
     check(&mut streaming(HALF), &script);
 }
 
 #[test]
-fn the_rate_of_a_lost_laser_is_asked_before_each_other_one_and_its_absence_said_once() {
+fn the_rate_of_a_lost_laser_and_that_of_power_on_are_asked_often_and_its_absence_said_once() {
     let mut script = format!(
         "0 = 38400\n0 {STOP}\n80 {MODE_DONE}\n80 {ASK_TYPE}\n{}\n200 < scan361\n200 * 361 beams\n\
-         1200 ! silent for 1000 ms, starting again\n",
+         1100 ! silent for 900 ms, starting again\n",
         settings_read(90)
     );
-    let round = [38400, 9600, 38400, 19200, 38400, 500_000];
+    let round = [38400, 9600, 500_000, 38400, 9600, 19200];
     for (index, baud) in round.iter().cycle().take(18).enumerate() {
-        let at = 1200 + 500 * index;
+        let at = 1100 + 200 * index;
         if index == 6 {
             script += &format!("{at} ! no answer (round 1), asking on\n");
         }
-        script += &format!("{at} = {baud}\n{at} {STOP}\n{} {STOP}\n", at + 250);
+        script += &format!("{at} = {baud}\n{at} {STOP}\n");
     }
-    script += "10199 end";
+    script += "4699 end";
+    check(&mut streaming(HALF), &script);
+}
+
+#[test]
+fn a_silent_line_that_turns_noisy_is_a_device_switched_on_and_asked_at_its_rate_at_once() {
+    let script = format!(
+        "0 = 38400\n0 {STOP}\n80 {MODE_DONE}\n80 {ASK_TYPE}\n{}\n200 < scan361\n200 * 361 beams\n\
+         1100 ! silent for 900 ms, starting again\n1100 = 38400\n1100 {STOP}\n1300 = 9600\n1300 {STOP}\n\
+         1500 = 500000\n1500 {STOP}\n1510 < noise29\n1570 = 9600\n1570 {STOP}\n1650 < 06\n1660 {MODE_DONE}\n\
+         1660 {ASK_TYPE}\n1700 end",
+        settings_read(90)
+    );
+    check(&mut streaming(HALF), &script);
+}
+
+#[test]
+fn noise_that_goes_on_after_the_stop_request_is_a_device_at_another_rate() {
+    let script = format!(
+        "0 = 38400\n0 {STOP}\n100 < noise30\n150 = 9600\n150 {STOP}\n250 < noise30\n300 = 500000\n300 {STOP}\n\
+         304 < 06\n380 {MODE_DONE}\n380 {ASK_TYPE}\n400 end"
+    );
+    check(&mut streaming(HALF), &script);
+}
+
+#[test]
+fn a_change_of_mode_that_is_acknowledged_has_three_seconds() {
+    let script = format!("0 = 38400\n0 {STOP}\n10 < 06\n3000 {MODE_DONE}\n3000 {ASK_TYPE}\n3010 end");
     check(&mut streaming(HALF), &script);
 }
 
@@ -141,9 +260,9 @@ fn the_rate_of_a_lost_laser_is_asked_before_each_other_one_and_its_absence_said_
 fn a_power_cycle_is_seen_as_garbage_then_the_device_is_found_at_its_power_on_rate() {
     let script = format!(
         "0 = 38400\n0 {STOP}\n80 {MODE_DONE}\n80 {ASK_TYPE}\n{}\n700 < noise20\n\
-         1120 ! no intact telegram for 1000 ms, starting again\n1120 = 38400\n1120 {STOP}\n1370 {STOP}\n\
-         1620 = 9600\n1620 {STOP}\n1700 {MODE_DONE}\n1700 {ASK_TYPE}\n1720 {TYPE}\n1720 ! answers at 9600 Bd\n\
-         1720 > 02 00 02 00 20 40 50 08\n1730 end",
+         1130 ! no intact telegram for 1000 ms, starting again\n1130 = 38400\n1130 {STOP}\n\
+         1330 = 9600\n1330 {STOP}\n1410 {MODE_DONE}\n1410 {ASK_TYPE}\n1430 {TYPE}\n1430 ! answers at 9600 Bd\n\
+         1430 > 02 00 02 00 20 40 50 08\n1440 end",
         settings_read(90)
     );
     check(&mut streaming(HALF), &script);
@@ -155,7 +274,7 @@ fn a_power_on_telegram_while_streaming_starts_again_at_once() {
     let power_on = "< 02 80 17 00 90 4C 4D 53 32 30 30 3B 33 30 31 30 36 33 3B 56 30 32 2E 31 30 20 10 63 5E";
     let mut session = streaming(settings);
     let script = format!(
-        "80 {MODE_DONE}\n90 {TYPE}\n100 {CONFIG}\n110 {STATUS}\n120 {MODE_DONE}\n500 {power_on}\n501 end"
+        "80 {MODE_DONE}\n90 {TYPE}\n100 {CONFIG}\n110 {STATUS}\n115 {NO_FAULTS}\n120 {MODE_DONE}\n500 {power_on}\n501 end"
     );
     let lines: Vec<String> = script.lines().map(str::to_owned).collect();
     let transcript = play(&mut session, &lines).join("\n");
@@ -170,10 +289,10 @@ fn a_refused_acknowledge_is_answered_by_the_same_question_after_a_pause() {
 }
 
 #[test]
-fn a_stop_leaves_the_device_idle_and_a_lost_answer_is_asked_for_three_times() {
+fn a_stop_leaves_the_device_idle_and_a_lost_answer_is_asked_for_again() {
     let script = format!(
-        "0 = 38400\n0 {STOP}\n80 {MODE_DONE}\n80 {ASK_TYPE}\n{}\n200 stop\n200 {STOP}\n600 {STOP}\n\
-         600 ! no answer while stopping continuous output, attempt 2\n620 {MODE_DONE}\n620 ! left idle\n700 end",
+        "0 = 38400\n0 {STOP}\n80 {MODE_DONE}\n80 {ASK_TYPE}\n{}\n200 stop\n200 {STOP}\n450 {STOP}\n\
+         450 ! no answer while stopping continuous output, attempt 2\n620 {MODE_DONE}\n620 ! left idle at 38400 Bd\n700 end",
         settings_read(90)
     );
     let mut session = streaming(HALF);
@@ -185,39 +304,55 @@ fn a_stop_leaves_the_device_idle_and_a_lost_answer_is_asked_for_three_times() {
 fn a_scan_that_was_held_back_until_after_the_stop_is_kept() {
     let script = format!(
         "0 = 38400\n0 {STOP}\n80 {MODE_DONE}\n80 {ASK_TYPE}\n{}\n200 stop\n200 {STOP}\n210 < scan361\n210 * 361 beams\n\
-         260 {MODE_DONE}\n260 ! left idle\n700 end",
+         260 {MODE_DONE}\n260 ! left idle at 38400 Bd\n700 end",
         settings_read(90)
     );
     check(&mut streaming(HALF), &script);
 }
 
+/// Three times in vain, from `at` on: 250 ms and 160 bytes' time each.
+fn asked_in_vain(at_ns: i64, question: &str, words: &str) -> String {
+    let after = |times: i64| (at_ns + times * (250_000_000 + 160 * 260_416)) / 1_000_000;
+    let mut script = format!("{} {question}\n", after(0));
+    for attempt in [2, 3] {
+        let time = after(attempt - 1);
+        script += &format!("{time} {question}\n{time} ! no answer while {words}, attempt {attempt}\n");
+    }
+    script + &format!("{} ! gave up {words}\n", after(3))
+}
+
 #[test]
 fn a_configuration_that_cannot_be_read_leaves_13_bits_and_is_said() {
-    let mut script = format!(
+    let script = format!(
         "0 = 38400\n0 {STOP}\n80 {MODE_DONE}\n80 {ASK_TYPE}\n90 {TYPE}\n90 ! is a LMS291;S05;X01.27\n\
-         90 ! answers at 38400 Bd\n90 {ASK_CONFIG}\n"
-    );
-    for (at, attempt) in [(690, 2), (1290, 3)] {
-        script += &format!(
-            "{at} {ASK_CONFIG}\n{at} ! no answer while reading the configuration, attempt {attempt}\n"
-        );
-    }
-    script += &format!(
-        "1890 ! gave up reading the configuration\n1890 {ASK_STATUS}\n1900 {STATUS}\n1900 {STREAM}\n\
+         90 ! answers at 38400 Bd\n{}{}1839 {ASK_FAULTS}\n1850 {NO_FAULTS}\n\
+         1850 > 02 00 05 00 3B B4 00 32 00 3B 1F\n1900 < 02 80 07 00 BB 01 B4 00 32 00 10 03 9D\n1900 {STREAM}\n\
          1910 {MODE_DONE}\n1910 ! streams\n2000 < scan361\n\
-         2000 ! configuration not known, ranges read with measuring mode 00 (13 bits)\n2000 * 361 beams"
+         2000 ! configuration not known, ranges read with measuring mode 00 (13 bits)\n2000 * 361 beams",
+        asked_in_vain(90_000_000, ASK_CONFIG, "reading the configuration"),
+        asked_in_vain(964_999_680, ASK_STATUS, "reading the status"),
     );
     check(&mut streaming(HALF), &script);
 }
 
 #[test]
+fn without_a_configuration_the_status_report_tells_the_measuring_mode() {
+    let lines = format!(
+        "80 {MODE_DONE}\n90 {TYPE}\n1000 {STATUS}\n1010 {NO_FAULTS}\n1020 {MODE_DONE}\n1100 < scan361\n1101 end"
+    );
+    let lines: Vec<String> = lines.lines().map(str::to_owned).collect();
+    let transcript = play(&mut streaming(HALF), &lines).join("\n");
+    assert!(transcript.contains("1100 * 361 beams") && !transcript.contains("not known"), "{transcript}");
+}
+
+#[test]
 fn probing_changes_nothing_and_ends() {
-    let settings = LaserSettings { baud: 9600, resolution_cdeg: 100, unit: Unit::Mm, fov_deg: 100 };
+    let settings = LaserSettings { baud: 9600, resolution_cdeg: 100, unit: Unit::Mm, fov_deg: 100, ..HALF };
     let mut session = LaserSession::probing(settings, 0);
     let script = format!(
-        "0 = 9600\n0 {STOP}\n250 {STOP}\n500 = 38400\n500 {STOP}\n580 {MODE_DONE}\n580 {ASK_TYPE}\n600 {TYPE}\n\
-         600 ! is a LMS291;S05;X01.27\n600 ! answers at 38400 Bd\n600 {ASK_CONFIG}\n610 {CONFIG}\n\
-         610 {ASK_STATUS}\n620 {STATUS}\n700 end"
+        "0 = 9600\n0 {STOP}\n150 {STOP}\n300 = 38400\n300 {STOP}\n380 {MODE_DONE}\n380 {ASK_TYPE}\n400 {TYPE}\n\
+         400 ! is a LMS291;S05;X01.27\n400 ! answers at 38400 Bd\n400 {ASK_CONFIG}\n610 {CONFIG}\n\
+         610 {ASK_STATUS}\n620 {STATUS}\n620 {ASK_FAULTS}\n640 < 02 80 04 00 B2 03 0C 13 7B 26\n640 ! reports error 12\n700 end"
     );
     check(&mut session, &script);
     assert!(session.is_done());
@@ -262,15 +397,14 @@ fn listening_may_begin_inside_a_telegram_and_asks_nothing() {
 #[test]
 fn listening_takes_the_measuring_mode_from_a_configuration_in_the_stream() {
     // A real LMS 200's block: measuring mode 06 (15 bits), millimetres; its checksum is in no log, so it is computed.
-    let mut config = biplane_wire::lms::Config::factory();
+    let mut config = Config::factory();
     config.set_measuring_mode(biplane_wire::lms::MeasuringMode::FieldA);
     let mut reply = [0; 64];
-    let length =
-        Reply::Config(config).emit(0x80, biplane_wire::lms::Status::OK, &mut reply).expect("it fits");
+    let length = Reply::Config(config).emit(0x80, Status::OK, &mut reply).expect("it fits");
     let mut session = LaserSession::listening(HALF, 0);
     session.handle(0, Input::Bytes(&reply[..length]));
     let values = [20_000, 32767, 32759, 32766].into_iter().cycle().take(361).collect();
-    let scan = biplane_wire::lms::Scan { unit: Unit::Mm, values, ..Default::default() };
+    let scan = Scan { unit: Unit::Mm, values, ..Default::default() };
     let mut bytes = vec![0; scan.encoded_len()];
     scan.emit(0x80, &mut bytes).expect("it fits");
     for chunk in bytes.chunks(MAX_INPUT_BYTES) {
@@ -281,26 +415,31 @@ fn listening_takes_the_measuring_mode_from_a_configuration_in_the_stream() {
     assert!(scan.ranges_m[3].is_nan());
 }
 
-#[test]
-fn index_bytes_are_read_where_the_device_sends_them() {
-    let mut session = LaserSession::listening(HALF, 0);
-    let values = [100; 361].into_iter().collect();
-    let scan =
-        biplane_wire::lms::Scan { unit: Unit::Cm, values, index: Some((254, 7)), ..Default::default() };
-    let mut bytes = vec![0; scan.encoded_len()];
-    scan.emit(0x80, &mut bytes).expect("it fits");
-    bytes.extend(scan_telegram(361));
-    let mut indices = Vec::new();
+/// What a session that listens makes of a telegram: its scan, or nothing.
+fn heard(session: &mut LaserSession, bytes: &[u8]) -> Option<ScanReading> {
+    let mut scan = None;
     for chunk in bytes.chunks(MAX_INPUT_BYTES) {
         session.handle(0, Input::Bytes(chunk));
         while let output @ (Output::Scan(_) | Output::Event(_)) = session.poll() {
-            if let Output::Scan(scan) = output {
-                assert!(scan.intensities.is_empty());
-                indices.push(scan.index);
+            if let Output::Scan(reading) = output {
+                scan = Some(reading);
             }
         }
     }
-    assert_eq!(indices, [Some(ScanIndex { scan: 254, telegram: 7 }), None]);
+    scan
+}
+
+#[test]
+fn index_bytes_are_read_where_the_device_sends_them() {
+    let values = [100; 361].into_iter().collect();
+    let scan = Scan { unit: Unit::Cm, values, index: Some((254, 7)), ..Default::default() };
+    let mut bytes = vec![0; scan.encoded_len()];
+    scan.emit(0x80, &mut bytes).expect("it fits");
+    let reading = heard(&mut LaserSession::listening(HALF, 0), &bytes).expect("a scan");
+    assert_eq!(reading.index, Some(ScanIndex { scan: 254, telegram: 7 }));
+    assert!(reading.intensities.is_empty());
+    let without = heard(&mut LaserSession::listening(HALF, 0), &scan_telegram(361)).expect("a scan");
+    assert_eq!(without.index, None);
 }
 
 #[test]

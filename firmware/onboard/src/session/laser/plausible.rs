@@ -1,0 +1,186 @@
+//! The second line behind the checksum, which misses some errors of two neighbouring bytes.
+//!
+//! While a device streams as it was asked, the form of its telegrams does not change: kind, address, count word with unit and
+//! flags, index bytes, source of the status byte, and the turn of the mirror in which scans begin. A telegram of another form than the
+//! device's replies and its last scan promise is one that was damaged, and is left out and counted. Should the device
+//! have changed after all, the second telegram of the new form is believed, and all that follow.
+
+use biplane_wire::lms::{Config, Severity, Status, Unit};
+
+use super::reading::Measured;
+
+/// What stays the same from telegram to telegram.
+#[derive(Copy, Clone, PartialEq, Eq, Debug)]
+pub(super) struct Form {
+    address: u8,
+    code: u8,
+    /// Number of values, unit and flags; of an interlaced turn without number and offset, which alternate.
+    count_word: u16,
+    has_index: bool,
+    /// Turn in which scans begin, modulo the turns of a scan.
+    phase: u8,
+    source: u8,
+    /// Whether the listing names the status byte's severity.
+    is_severity_named: bool,
+}
+
+/// Set in the count word of one turn of an interlaced scan.
+const PARTIAL: u16 = 0x2000;
+/// Unit and partial flag.
+const KIND: u16 = 0xE000;
+
+impl Form {
+    /// The form of a telegram of a scan that took so many turns.
+    pub(super) fn of(address: u8, code: u8, status: Status, measured: &Measured<'_>, turns: u8) -> Self {
+        let word = match measured {
+            Measured::Scan(scan) => scan.count_word(),
+            Measured::Pairs(pairs) => pairs.parts().next().map_or(0, |part| part.count_word()),
+            Measured::S14(scan) => scan.count_word(),
+        };
+        let index = measured.index();
+        Self {
+            address,
+            code,
+            count_word: if word & PARTIAL == 0 { word } else { word & KIND },
+            has_index: index.is_some(),
+            phase: index.map_or(0, |index| index.scan % turns.max(1)),
+            source: status.source(),
+            is_severity_named: !matches!(status.severity(), Severity::Unknown(_)),
+        }
+    }
+
+    fn unit(self) -> Option<Unit> {
+        Unit::from_byte((self.count_word >> 14) as u8)
+    }
+}
+
+/// Judges the forms of telegrams.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub(super) struct Plausibility {
+    accepted: Option<Form>,
+    suspect: Option<Form>,
+    unit: Option<Unit>,
+    has_index: Option<bool>,
+}
+
+impl Plausibility {
+    /// The device may send another form from here on: as its configuration says, where that is known.
+    pub(super) fn restart(&mut self, config: Option<&Config>) {
+        *self = Self {
+            accepted: None,
+            suspect: None,
+            unit: config.and_then(Config::unit),
+            has_index: config.and_then(Config::availability).map(|availability| availability.index_bytes()),
+        };
+    }
+
+    /// Whether a telegram of this form can be one that the device sent.
+    pub(super) fn accepts(&mut self, form: Form) -> bool {
+        let fits = match self.accepted {
+            Some(accepted) => form == accepted,
+            None => self.fits_configuration(form),
+        };
+        if fits || self.suspect == Some(form) {
+            self.accepted = Some(form);
+            self.suspect = None;
+            return true;
+        }
+        self.suspect = Some(form);
+        false
+    }
+
+    fn fits_configuration(&self, form: Form) -> bool {
+        let same_unit = self.unit.is_none_or(|unit| form.unit() == Some(unit));
+        let same_index = self.has_index.is_none_or(|has_index| form.has_index == has_index);
+        same_unit && same_index && form.is_severity_named
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use biplane_wire::lms::{Reply, Scan, Telegram};
+
+    /// Parses a telegram and judges it; `None` when it is no scan at all.
+    fn judged(plausibility: &mut Plausibility, bytes: &[u8]) -> Option<bool> {
+        let telegram = Telegram::parse(bytes).ok()?;
+        let Reply::Scan(view) = telegram.reply().ok()? else { return None };
+        let measured = Measured::Scan(view);
+        let turns = super::super::fan::Fan::of_count(measured.count(), false)?.turns;
+        let form = Form::of(telegram.address(), telegram.code(), telegram.status()?, &measured, turns);
+        Some(plausibility.accepts(form))
+    }
+
+    fn telegram(count: u16, unit: Unit, index: Option<(u8, u8)>, status: u8) -> Vec<u8> {
+        let values = (0..count).map(|i| 300 + i).collect();
+        let scan = Scan { unit, values, index, status: Status(status), ..Scan::default() };
+        let mut bytes = vec![0; scan.encoded_len()];
+        scan.emit(0x80, &mut bytes).unwrap();
+        bytes
+    }
+
+    #[test]
+    fn another_form_is_left_out_once_and_believed_the_second_time() {
+        let mut plausibility = Plausibility::default();
+        let usual = telegram(361, Unit::Cm, Some((4, 1)), 0x10);
+        for other in [
+            telegram(361, Unit::Mm, Some((4, 2)), 0x10),
+            telegram(361, Unit::Cm, None, 0x10),
+            telegram(361, Unit::Cm, Some((5, 2)), 0x10),
+            telegram(361, Unit::Cm, Some((4, 2)), 0x18),
+            telegram(361, Unit::Cm, Some((4, 2)), 0x17),
+            telegram(181, Unit::Cm, Some((4, 2)), 0x10),
+        ] {
+            assert_eq!(judged(&mut plausibility, &usual), Some(true));
+            assert_eq!(judged(&mut plausibility, &other), Some(false));
+            assert_eq!(judged(&mut plausibility, &usual), Some(true), "the usual one is never left out");
+            assert_eq!(judged(&mut plausibility, &other), Some(false));
+            assert_eq!(judged(&mut plausibility, &other), Some(true));
+            plausibility.restart(None);
+        }
+    }
+
+    #[test]
+    fn what_a_device_says_of_its_state_is_no_other_form() {
+        let mut plausibility = Plausibility::default();
+        for (index, status) in [(0, 0x10), (16, 0x90), (254, 0x50), (14, 0x33), (30, 0x14)] {
+            let telegram = telegram(361, Unit::Cm, Some((index, 3)), status);
+            assert_eq!(judged(&mut plausibility, &telegram), Some(true), "{status:02X}");
+        }
+    }
+
+    #[test]
+    fn the_first_telegram_is_held_against_the_configuration() {
+        let mut plausibility = Plausibility::default();
+        plausibility.restart(Some(&Config::factory()));
+        assert_eq!(judged(&mut plausibility, &telegram(361, Unit::Cm, None, 0x10)), Some(false));
+        assert_eq!(judged(&mut plausibility, &telegram(361, Unit::Mm, Some((1, 1)), 0x10)), Some(false));
+        assert_eq!(judged(&mut plausibility, &telegram(361, Unit::Mm, None, 0x10)), Some(true));
+    }
+
+    #[test]
+    fn of_the_errors_that_the_checksum_misses_all_outside_the_values_but_state_and_count_are_caught() {
+        // Bit j of a byte and bit j + 1 of the next: the checksum never sees it (fact sheet, section 3).
+        let good = telegram(361, Unit::Cm, Some((4, 1)), 0x10);
+        let mut missed_places = Vec::new();
+        let mut total = 0;
+        for byte in 0..good.len() - 3 {
+            for bit in 0..7 {
+                let mut bad = good.clone();
+                bad[byte] ^= 1 << bit;
+                bad[byte + 1] ^= 1 << (bit + 1);
+                let mut plausibility = Plausibility::default();
+                assert_eq!(judged(&mut plausibility, &good), Some(true));
+                let taken = judged(&mut plausibility, &bad) == Some(true);
+                total += 1;
+                if taken {
+                    missed_places.push(byte);
+                }
+            }
+        }
+        let values = 7..7 + 2 * 361;
+        let outside = missed_places.iter().filter(|&byte| !values.contains(byte)).count();
+        // A value's range may be any; so may the telegram index, and of the status byte fault, pollution and restart input.
+        assert_eq!((total, missed_places.len()), (5117, 5060), "{outside} outside the values");
+    }
+}
