@@ -6,28 +6,30 @@
 
 pub mod feed;
 pub mod frame;
+pub mod mean;
+pub mod model;
 pub mod params;
 pub mod receive;
+pub mod remission;
 pub mod request;
 pub mod settings;
 pub mod stream;
+pub mod telegram;
 pub mod words;
 
 use crate::device::{Device, DeviceCounts};
 use crate::pacing::{Burst, Kind, Line};
-use feed::{Answer, Ask, Mirror, Offer, ScanFeed};
+use feed::{Answer, Ask, Offer, ScanFeed, Wanted};
 use frame::{ACK, NAK, reply};
 pub use params::LmsParams;
 use receive::{Ear, Heard};
 use request::{MODE_ON_REQUEST, State, Then};
 use settings::{ConfigBlock, Variant};
-use stream::{Numbers, Output, telegram};
+use stream::{Content, Output};
+use telegram::{Numbers, telegram};
 use words::Scale;
 
 const MS: i64 = 1_000_000;
-
-/// Bytes of a scan that go out in one mirror turn at most.
-const BYTES_A_TURN: usize = 508;
 
 /// A caller that is late by less than this finds the scans that have left meanwhile; what is older is passed over.
 const LATEST_NS: i64 = 500 * MS;
@@ -62,10 +64,13 @@ impl LmsDevice {
             baud: params.baud,
             power_on_baud: 9600,
             installation: false,
-            output: if params.left_streaming { Output::All } else { Output::OnRequest },
+            output: if params.left_streaming { Output::Stream(Content::All) } else { Output::OnRequest },
             mode: if params.left_streaming { 0x24 } else { MODE_ON_REQUEST },
             variant: params.variant,
             config: params.config,
+            config_bytes: params.config_bytes,
+            second_config: [0; settings::SECOND_CONFIG_BYTES],
+            errors: params.errors.clone(),
             eeprom_writes: 0,
         };
         let boot_until_ns = params.power_on_message.then_some(i64::MIN);
@@ -123,7 +128,7 @@ impl LmsDevice {
             Then::Baud(baud) => Kind::ReplyThenBaud(baud),
             Then::Reset => Kind::ReplyThenReset,
         };
-        let status = self.feed.status(now_ns);
+        let status = self.status(now_ns);
         let bytes = reply(self.state.address, answer.code, &answer.data, status);
         self.line.send(now_ns + answer.after_ns, self.state.baud, kind, bytes, None);
         self.ask_ns = now_ns;
@@ -157,9 +162,14 @@ impl LmsDevice {
 
     fn finish_boot(&mut self, now_ns: i64) {
         self.boot_until_ns = None;
-        let status = self.feed.status(now_ns);
+        let status = self.status(now_ns);
         let bytes = reply(self.state.address, 0x90, self.params.type_text.as_bytes(), status);
         self.line.send(now_ns, self.state.baud, Kind::Reply, bytes, None);
+    }
+
+    /// Status byte of a reply.
+    fn status(&mut self, now_ns: i64) -> u8 {
+        self.feed.status(now_ns) | self.state.severity()
     }
 
     fn wants_scan(&self) -> bool {
@@ -171,17 +181,22 @@ impl LmsDevice {
         if !self.wants_scan() || now_ns < self.ask_ns {
             return false;
         }
-        let output = self.state.output;
+        let Some(content) = self.state.output.content() else { return false };
         let scale = Scale { mode: self.state.config.measuring_mode(), mm: self.state.config.is_mm() };
+        let wanted = match (content, content.scans()) {
+            (Content::Partial, _) => Wanted::Turn,
+            (_, 1) => Wanted::Scan,
+            (_, count) => Wanted::Mean(count),
+        };
         let ask = Ask {
             earliest_ns: self.line.free_ns().max(self.ask_ns).max(now_ns - LATEST_NS),
-            turns: output.turns(self.state.variant),
+            wanted,
             mirror: self.params.mirror,
-            variant: output.source_variant(self.state.variant),
+            variant: self.state.variant,
             scale,
         };
         match self.feed.next(&ask) {
-            Answer::Scan(offer) => self.send_scan(&offer, scale),
+            Answer::Scan(offer) => self.send_scan(content, &offer, scale),
             Answer::Later(at_ns) => {
                 self.ask_ns = at_ns.max(now_ns + MS);
                 return false;
@@ -194,25 +209,23 @@ impl LmsDevice {
         true
     }
 
-    fn send_scan(&mut self, offer: &Offer, scale: Scale) {
-        let output = self.state.output;
-        let Mirror { phase_ns, turn_ns } = self.params.mirror;
-        let turn = (offer.start_ns - phase_ns).div_euclid(turn_ns) - 1;
-        let turns = self.state.variant.turns();
-        let quarter = turn.rem_euclid(turns) * 4 / turns;
+    fn send_scan(&mut self, content: Content, offer: &Offer, scale: Scale) {
+        let mirror = self.params.mirror;
         self.telegram_index = self.telegram_index.wrapping_add(1);
+        let turn = mirror.turn_before(offer.start_ns);
         let scan_index = u8::try_from(turn.rem_euclid(256)).unwrap_or(0);
         let numbers = Numbers {
             address: self.state.address,
             scale,
             indices: self.state.config.sends_indices().then_some((scan_index, self.telegram_index)),
-            quarter: u8::try_from(quarter).unwrap_or(0),
+            quarter: mirror.quarter_before(offer.start_ns, self.state.variant.turns()),
+            status: offer.status | self.state.severity(),
         };
-        let bytes = telegram(output, offer, &numbers);
-        let burst = Burst { bytes: BYTES_A_TURN, period_ns: turn_ns };
+        let bytes = telegram(content, offer, &numbers);
+        let burst = Burst { bytes: self.state.model().bytes_a_turn(), period_ns: mirror.turn_ns };
         self.line.send(offer.start_ns, self.state.baud, Kind::Stream, bytes, Some(burst));
         self.counts.skipped += offer.skipped;
-        self.state.output = output.after_telegram();
+        self.state.output = self.state.output.after_telegram();
     }
 
     /// Carries out what is due; `true` when something changed and more may be due.

@@ -74,12 +74,30 @@ impl Scanner<'_> {
     /// The value words of the scan whose first beam is at `t0_ns`.
     #[must_use]
     pub fn scan(&self, t0_ns: i64, variant: Variant, mm: bool, rng: &mut Rng) -> ScanWords {
+        let beams = 0..variant.beam_count();
+        let beams = beams.map(|beam| (t0_ns + variant.beam_delay_ns(beam), variant.beam_angle_rad(beam)));
+        self.beams(beams, mm, rng)
+    }
+
+    /// The value words of one turn that begins at `t0_ns`, over 180 degrees, `quarter` quarters of a degree behind the whole ones.
+    #[must_use]
+    pub fn turn(&self, t0_ns: i64, quarter: u8, mm: bool, rng: &mut Rng) -> ScanWords {
+        let count = if quarter == 0 { 181 } else { 180 };
+        let quarters = (0..count).map(|beam: i64| 4 * beam + i64::from(quarter));
+        let beams = quarters.map(|quarters| {
+            let angle_rad = (quarters as f64 / 4.0 - 90.0).to_radians();
+            (t0_ns + quarters * TURN_NS / (4 * 360), angle_rad)
+        });
+        self.beams(beams, mm, rng)
+    }
+
+    /// Beams by their times and angles.
+    fn beams(&self, beams: impl Iterator<Item = (i64, f64)>, mm: bool, rng: &mut Rng) -> ScanWords {
         let unit_m = if mm { 0.001 } else { 0.01 };
         let mut words = ScanWords::new();
-        for beam in 0..variant.beam_count() {
-            let time_ns = t0_ns + variant.beam_delay_ns(beam);
+        for (time_ns, angle_rad) in beams {
             let map_from_laser = (self.map_from_base)(time_ns).then(&self.base_from_laser);
-            let range_m = self.echo(&map_from_laser, variant.beam_angle_rad(beam), rng);
+            let range_m = self.echo(&map_from_laser, angle_rad, rng);
             // A word for each beam of a variant fits: 401 is the largest count.
             let _ = words.push(self.word(range_m, unit_m, rng));
         }
@@ -263,6 +281,30 @@ mod tests {
         // up to cos^3 >= (3 / 40)^2, which is 79.8 degrees off its normal.
         let sideways = still(&scene, EXACT).scan(0, variant(180, 100), false, &mut Rng::new(1, 0, 0));
         assert_eq!((sideways[90], sideways[90 + 79], sideways[90 + 80]), (300, 1572, NO_ECHO));
+    }
+
+    #[test]
+    fn the_turns_of_a_scan_are_its_beams_taken_at_their_own_times() {
+        let scene = wall();
+        // Drives along x at 10 m/s: a turn later everything is 13 cm nearer.
+        let drives = |t_ns: i64| Pose::from_angles([t_ns as f64 * 1e-8, 0.0, 0.0], [0.0; 3]);
+        let scanner = Scanner {
+            scene: &scene,
+            map_from_base: &drives,
+            base_from_laser: Pose::default(),
+            params: EXACT,
+        };
+        let whole = scanner.scan(0, variant(180, 50), true, &mut Rng::new(1, 0, 0));
+        for (turn, quarter) in [(0, 0_u8), (1, 2)] {
+            let words = scanner.turn(turn * super::TURN_NS, quarter, true, &mut Rng::new(1, 0, 0));
+            let expected: Vec<u16> = whole.iter().skip(turn as usize).step_by(2).copied().collect();
+            assert_eq!(words[..], expected[..]);
+        }
+        let quarter = scanner.turn(0, 1, true, &mut Rng::new(1, 0, 0));
+        assert_eq!(quarter.len(), 180);
+        let angle = 30.25_f64.to_radians();
+        let expected = (3.0 - 10.0 * 120.25 * 37e-6) / angle.cos();
+        assert!((f64::from(quarter[120]) * 0.001 - expected).abs() < 1e-3, "{} {expected}", quarter[120]);
     }
 
     #[test]

@@ -156,6 +156,10 @@ impl SimulatedLaser {
     /// The scan whose first beam is at `t0_ns`. Needs no `&mut`: scans may be taken in any order, on any thread.
     #[must_use]
     pub fn measure(&self, t0_ns: i64, variant: Variant, mm: bool) -> ScanWords {
+        self.with_scanner(t0_ns, |scanner, rng| scanner.scan(t0_ns, variant, mm, rng))
+    }
+
+    fn with_scanner<T>(&self, t0_ns: i64, take: impl FnOnce(&Scanner<'_>, &mut Rng) -> T) -> T {
         let scanner = Scanner {
             scene: &self.shared.scene,
             map_from_base: &|t_ns| self.shared.drive.pose(self.shared.drive_time_s(t_ns)),
@@ -166,13 +170,17 @@ impl SimulatedLaser {
             LaserRole::Horizontal => 1,
             LaserRole::Vertical => 2,
         };
-        scanner.scan(t0_ns, variant, mm, &mut Rng::new(self.shared.seed, stream, t0_ns.div_euclid(TURN_NS)))
+        take(&scanner, &mut Rng::new(self.shared.seed, stream, t0_ns.div_euclid(TURN_NS)))
     }
 }
 
 impl ScanSource for SimulatedLaser {
     fn scan(&mut self, t0_ns: i64, fov_deg: u16, resolution_cdeg: u16, mm: bool) -> Option<ScanWords> {
         Some(self.measure(t0_ns, Variant::new(fov_deg, resolution_cdeg)?, mm))
+    }
+
+    fn turn(&mut self, t0_ns: i64, quarter: u8, mm: bool) -> Option<ScanWords> {
+        Some(self.with_scanner(t0_ns, |scanner, rng| scanner.turn(t0_ns, quarter, mm, rng)))
     }
 }
 

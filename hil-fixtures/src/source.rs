@@ -13,9 +13,16 @@ pub type ScanWords = heapless::Vec<u16, MAX_SCAN_VALUES>;
 pub trait ScanSource: Send {
     /// Value words of the scan whose first beam is at `t0_ns`.
     ///
-    /// `fov_deg` is 100 or 180, `resolution_cdeg` the step in hundredths of a degree (100, 50 or 25), `mm` the unit of the
+    /// `fov_deg` is 100 or 180 (90 on an S14), `resolution_cdeg` the step in hundredths of a degree (100, 50 or 25), `mm` the unit of the
     /// values (else centimetres). `None` when this variant cannot be had from the source, or when it has ended.
     fn scan(&mut self, t0_ns: i64, fov_deg: u16, resolution_cdeg: u16, mm: bool) -> Option<ScanWords>;
+
+    /// Value words of one mirror turn over 180 degrees that begins at `t0_ns`, its beams `quarter` quarters of a degree behind the
+    /// whole ones: 181 of them at 0, else 180. `None` when the source has no single turns.
+    fn turn(&mut self, t0_ns: i64, quarter: u8, mm: bool) -> Option<ScanWords> {
+        let _ = (t0_ns, quarter, mm);
+        None
+    }
 }
 
 /// What a base reports in one packet, in its own units.

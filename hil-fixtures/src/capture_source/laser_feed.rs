@@ -3,12 +3,14 @@
 //! As long as the line keeps up no scan is passed over; when it does not, the newest whole scan goes out next, as from a real device.
 //! Where a capture pauses (imported logs do while their robot stands) the last scan is sent again: a laser never falls silent.
 
-use super::laser_track::LaserTrack;
+use super::laser_track::{LaserTrack, RecordedScan};
 use super::slots::{Slots, onto_turns};
-use crate::lms_device::feed::{Answer, Ask, Mirror, Offer, ScanFeed};
+use crate::lms_device::feed::{Answer, Ask, Mirror, Offer, ScanFeed, Wanted};
+use crate::lms_device::mean::Mean;
 use crate::lms_device::settings::Variant;
 use crate::lms_device::words::{Scale, recode};
 use crate::serve::run::Run;
+use crate::source::ScanWords;
 use std::sync::Arc;
 
 const MS: i64 = 1_000_000;
@@ -108,10 +110,32 @@ impl CaptureScans {
         (start_ns + CLEAR_NS <= next_ns).then_some(Choice { index, start_ns, skipped: 0 })
     }
 
-    fn offer(&self, choice: Choice, start_ns: i64, scale: Scale) -> Answer {
-        let Some(scan) = self.track.scans.get(choice.index) else { return Answer::Ended };
+    fn words(&self, scan: &RecordedScan, scale: Scale) -> ScanWords {
         let from = Scale { mode: self.mode, mm: scan.mm };
-        let words = scan.words.iter().map(|&word| recode(word, from, scale)).collect();
+        scan.words.iter().map(|&word| recode(word, from, scale)).collect()
+    }
+
+    /// The scan chosen; a mean of it and the ones before it, or one of its turns, if that is wanted.
+    fn offer(&self, choice: Choice, start_ns: i64, ask: &Ask) -> Answer {
+        let Some(scan) = self.track.scans.get(choice.index) else { return Answer::Ended };
+        let mut words = self.words(scan, ask.scale);
+        match ask.wanted {
+            Wanted::Scan => {}
+            Wanted::Mean(count) => {
+                let first = (choice.index + 1).saturating_sub(usize::from(count));
+                let mut mean = Mean::default();
+                for scan in &self.track.scans[first..=choice.index] {
+                    mean.add(&self.words(scan, ask.scale), ask.scale.mode);
+                }
+                words = mean.words();
+            }
+            Wanted::Turn => {
+                let turns = ask.variant.turns();
+                let quarter = ask.mirror.quarter_before(start_ns, turns);
+                let first = usize::from(quarter) * usize::try_from(turns).unwrap_or(1) / 4;
+                words = words.into_iter().skip(first).step_by(usize::try_from(turns).unwrap_or(1)).collect();
+            }
+        }
         Answer::Scan(Box::new(Offer { start_ns, words, status: scan.status, skipped: choice.skipped as u64 }))
     }
 }
@@ -136,14 +160,13 @@ impl ScanFeed for CaptureScans {
         }
         self.next = choice.index + 1;
         self.last_ns = choice.start_ns;
-        self.offer(choice, start_ns, ask.scale)
+        self.offer(choice, start_ns, ask)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::capture_source::laser_track::RecordedScan;
     use crate::serve::run::RunRules;
 
     const TURN_NS: i64 = Mirror::TURN_NS;
@@ -165,7 +188,7 @@ mod tests {
     fn play(feed: &mut CaptureScans, busy_ns: i64, most: usize) -> Vec<(i64, u16)> {
         let mut ask = Ask {
             earliest_ns: 7_000,
-            turns: 1,
+            wanted: Wanted::Scan,
             mirror: Mirror { phase_ns: 0, turn_ns: TURN_NS },
             variant: Variant::of(180, 100),
             scale: Scale { mode: 0, mm: false },

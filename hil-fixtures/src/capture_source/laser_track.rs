@@ -1,6 +1,7 @@
 //! A laser's side of a capture: its whole scans, and what it said about itself. Words as on the wire, nanoseconds on the capture's clock.
 
 use super::byte_times::ByteTimes;
+use crate::lms_device::model::Model;
 use crate::lms_device::settings::{CONFIG_BYTES, ConfigBlock, Variant};
 use crate::source::ScanWords;
 use biplane_wire::deframe::Item;
@@ -39,7 +40,14 @@ impl LaserTrack {
     #[must_use]
     pub fn variant(&self) -> Option<Variant> {
         let count = self.scans.first()?.words.len();
+        if self.is_s14() && count == Variant::S14.beam_count() {
+            return Some(Variant::S14);
+        }
         Some(Variant::of_count(count).unwrap_or(Variant::of(180, 100)))
+    }
+
+    fn is_s14(&self) -> bool {
+        self.type_text.as_deref().is_some_and(|text| Model::of_text(text) == Model::S14)
     }
 
     /// The configuration to begin with: as reported, in the unit of the scans.

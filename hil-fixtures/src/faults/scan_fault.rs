@@ -36,7 +36,7 @@ impl ScanFeed for SpoiltFeed {
     fn next(&mut self, ask: &Ask) -> Answer {
         let mut answer = self.feed.next(ask);
         if let Answer::Scan(offer) = &mut answer {
-            let t0_ns = offer.start_ns - ask.variant.turns() * ask.mirror.turn_ns;
+            let t0_ns = ask.t0_ns(offer.start_ns);
             for fault in &mut self.faults {
                 offer.status |= fault.touch(t0_ns, ask.scale, &mut offer.words);
             }

@@ -1,8 +1,9 @@
 //! How a mock laser is made: its name, what an earlier client left, its mirror and its patience.
 
 use super::feed::Mirror;
+use super::model::Model;
 use super::request::Latency;
-use super::settings::{ConfigBlock, Variant};
+use super::settings::{CONFIG_BYTES, ConfigBlock, Variant};
 
 const MS: i64 = 1_000_000;
 
@@ -23,6 +24,11 @@ pub struct LmsParams {
     pub variant: Variant,
     /// Configuration in the EEPROM.
     pub config: ConfigBlock,
+    /// Bytes of it that this firmware has: 34, or 32 in an old one.
+    pub config_bytes: usize,
+    /// The list of faults (32h): type and number of each. Type 1 info, 2 warning, 3 error, 4 fatal, + 80h for one that is over. A reset
+    /// clears it.
+    pub errors: Vec<(u8, u8)>,
     /// The mirror; two lasers turn independently.
     pub mirror: Mirror,
     /// Delays of replies.
@@ -46,11 +52,23 @@ impl Default for LmsParams {
             power_on_message: false,
             variant: Variant::of(180, 50),
             config: ConfigBlock::default(),
+            config_bytes: CONFIG_BYTES,
+            errors: Vec::new(),
             mirror: Mirror { phase_ns: 0, turn_ns: Mirror::TURN_NS },
             latency: Latency::default(),
             request_gap_ns: 6 * MS,
             baud_switch_ns: 20 * MS,
             boot_ns: 2_000 * MS,
         }
+    }
+}
+
+impl LmsParams {
+    /// A laser of the type that a text names, as it leaves the factory.
+    #[must_use]
+    pub fn of_type(type_text: &str) -> Self {
+        let model = Model::of_text(type_text);
+        let (variant, config) = (model.variant(), model.config());
+        Self { type_text: type_text.to_owned(), variant, config, ..Self::default() }
     }
 }

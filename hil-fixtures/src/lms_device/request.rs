@@ -3,8 +3,9 @@
 //! Source: SICK telegram listing sections 6 and 7; latencies are medians of a real LMS 200 (18 logs of a Python driver: mode change
 //! 68..81 ms, type 79, configuration 93, status 114, configuration write 391, each from request to reply, transfer included).
 
-use super::settings::{ConfigBlock, StatusFacts, Variant, status_report};
-use super::stream::Output;
+use super::model::Model;
+use super::settings::{ConfigBlock, SECOND_CONFIG_BYTES, StatusFacts, Variant, status_report};
+use super::stream::{Content, Output};
 
 const MS: i64 = 1_000_000;
 
@@ -71,6 +72,12 @@ pub struct State {
     pub variant: Variant,
     /// Configuration in force.
     pub config: ConfigBlock,
+    /// Bytes of it that this firmware has.
+    pub config_bytes: usize,
+    /// The second block. What its bytes mean no source tells: they are kept.
+    pub second_config: [u8; SECOND_CONFIG_BYTES],
+    /// Faults: type and number.
+    pub errors: Vec<(u8, u8)>,
     /// Writes to the EEPROM so far; it wears out after some thousands.
     pub eeprom_writes: u64,
 }
@@ -110,6 +117,18 @@ impl Reply {
 }
 
 impl State {
+    /// The type.
+    #[must_use]
+    pub fn model(&self) -> Model {
+        Model::of_text(&self.type_text)
+    }
+
+    /// How bad the worst current fault is: bits 0 to 2 of the status byte.
+    #[must_use]
+    pub fn severity(&self) -> u8 {
+        self.errors.iter().filter(|(kind, _)| kind & 0x80 == 0).map(|(kind, _)| kind & 7).max().unwrap_or(0)
+    }
+
     /// Carries a request out. `holds` tells which variants can be had. `None`: the answer is the scan that was asked for.
     pub fn carry_out(
         &mut self,
@@ -118,32 +137,48 @@ impl State {
         holds: &dyn Fn(Variant) -> bool,
     ) -> Option<Reply> {
         let Some((&code, data)) = body.split_first() else { return Some(Reply::refused(latency)) };
+        let model = self.model();
+        if !self.installation
+            && let Some(content) = Content::of_request(code, data, model, self.variant)
+        {
+            self.output = Output::once(content, self.output);
+            return None;
+        }
         let reply = match (code, data) {
             (0x10, []) => Reply { then: Then::Reset, ..Reply::new(0x91, &[], latency.reset_ns) },
             (0x20, [sub, arguments @ ..]) => self.change_mode(*sub, arguments, latency),
-            (0x30, [1]) if !self.installation => {
-                self.output = Output::once(self.output);
-                return None;
-            }
             (0x31, []) => Reply::new(0xB1, &self.status(), latency.status_ns),
-            (0x32, []) => Reply::new(0xB2, &[], latency.type_ns),
-            (0x35, [0, 0]) => Reply::new(0xB5, &[0x10, 0x27, 0x2A, 0x00], latency.type_ns),
+            (0x32, []) => {
+                let pairs: Vec<u8> = self.errors.iter().flat_map(|&(kind, number)| [kind, number]).collect();
+                Reply::new(0xB2, &pairs, latency.type_ns)
+            }
+            (0x35, data) if model.asks_hours_with(data) => {
+                Reply::new(0xB5, &[0x10, 0x27, 0x2A, 0x00], latency.type_ns)
+            }
             (0x3A, []) => Reply::new(0xBA, self.type_text.as_bytes(), latency.type_ns),
-            (0x3B, &[a, b, c, d]) => self.change_variant([a, b, c, d], latency, holds),
+            (0x3B, &[a, b, c, d]) if model != Model::S14 => self.change_variant([a, b, c, d], latency, holds),
             (0x66, [choice @ 0..=2]) => self.keep_baud(*choice, latency),
-            (0x74, []) => Reply::new(0xF4, &self.config.0, latency.config_ns),
+            (0x74, []) => Reply::new(0xF4, self.config_block(), latency.config_ns),
             (0x77, block) if self.installation => self.write_config(block, latency),
+            (0x7B, []) => Reply::new(0xFB, &self.second_config, latency.config_ns),
+            (0x7C, block) if self.installation => self.write_second_config(block, latency),
             _ => Reply::refused(latency),
         };
         Some(reply)
     }
 
-    /// Back to the state after power-on; what the EEPROM holds stays.
+    /// Back to the state after power-on; what the EEPROM holds stays, the list of faults does not.
     pub fn power_on(&mut self) {
         self.baud = self.power_on_baud;
         self.installation = false;
         self.output = Output::OnRequest;
         self.mode = MODE_ON_REQUEST;
+        self.errors.clear();
+    }
+
+    /// The configuration as this firmware sends it.
+    fn config_block(&self) -> &[u8] {
+        &self.config.0[..self.config_bytes.min(self.config.0.len())]
     }
 
     fn change_mode(&mut self, sub: u8, arguments: &[u8], latency: &Latency) -> Reply {
@@ -165,15 +200,14 @@ impl State {
             }
             _ => {}
         }
-        match Output::of_mode(sub, arguments, self.variant) {
-            Some(output) => {
-                self.installation = false;
-                self.output = output;
-                self.mode = sub;
-                done(0)
-            }
-            None => Reply::refused(latency),
+        let content = Content::of_mode(sub, arguments, self.model(), self.variant);
+        if content.is_none() && (sub, arguments) != (MODE_ON_REQUEST, &[]) {
+            return Reply::refused(latency);
         }
+        self.installation = false;
+        self.output = content.map_or(Output::OnRequest, Output::Stream);
+        self.mode = sub;
+        done(0)
     }
 
     fn change_variant(&mut self, data: [u8; 4], latency: &Latency, holds: &dyn Fn(Variant) -> bool) -> Reply {
@@ -194,18 +228,30 @@ impl State {
             1 => self.power_on_baud = self.baud,
             _ => {}
         }
-        Reply::new(0xE6, &[0], latency.mode_ns)
+        Reply::new(0xE6, &[1], latency.mode_ns)
     }
 
     fn write_config(&mut self, block: &[u8], latency: &Latency) -> Reply {
-        let written = self.config.written(block);
+        let written = self.config.written(block, self.config_bytes);
         if let Some(config) = written {
             self.config = config;
             self.eeprom_writes += 1;
         }
         let mut data = vec![u8::from(written.is_some())];
-        data.extend_from_slice(&self.config.0);
+        data.extend_from_slice(self.config_block());
         Reply::new(0xF7, &data, latency.config_write_ns)
+    }
+
+    /// Shorter writes leave the rest alone, as with the first block.
+    fn write_second_config(&mut self, block: &[u8], latency: &Latency) -> Reply {
+        let fits = !block.is_empty() && block.len() <= SECOND_CONFIG_BYTES;
+        if fits {
+            self.second_config[..block.len()].copy_from_slice(block);
+            self.eeprom_writes += 1;
+        }
+        let mut data = vec![u8::from(fits)];
+        data.extend_from_slice(&self.second_config);
+        Reply::new(0xFC, &data, latency.config_write_ns)
     }
 
     fn status(&self) -> [u8; super::settings::STATUS_BYTES] {
@@ -213,6 +259,7 @@ impl State {
         status_report(&StatusFacts {
             firmware,
             mode: self.mode,
+            faulty: self.severity() > 0,
             variant: self.variant,
             config: &self.config,
             baud: self.baud,

@@ -17,6 +17,9 @@ impl Variant {
     pub const ALL: [Self; 5] =
         [Self::of(180, 100), Self::of(180, 50), Self::of(100, 100), Self::of(100, 50), Self::of(100, 25)];
 
+    /// The only one of an S14, whose laser fires at each half degree.
+    pub const S14: Self = Self::of(90, 50);
+
     /// A variant from its two numbers, checked by nobody.
     #[must_use]
     pub const fn of(fov_deg: u16, resolution_cdeg: u16) -> Self {
@@ -27,6 +30,7 @@ impl Variant {
     #[must_use]
     pub fn turns(self) -> i64 {
         match self.resolution_cdeg {
+            _ if self == Self::S14 => 1,
             25 => 4,
             50 => 2,
             _ => 1,
@@ -46,8 +50,14 @@ impl Variant {
     }
 }
 
-/// Length of the configuration block in this firmware.
+/// Length of the configuration block in current firmware.
 pub const CONFIG_BYTES: usize = 34;
+
+/// Length of the block in old firmware.
+pub const OLD_CONFIG_BYTES: usize = 32;
+
+/// Length of the second block (7Bh, 7Ch).
+pub const SECOND_CONFIG_BYTES: usize = 84;
 
 /// The configuration block, as on the wire (offsets of the telegram listing, code byte not counted).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,7 +85,7 @@ impl ConfigBlock {
         self.0[4] & 2 != 0
     }
 
-    /// Measuring mode 00..0F: how many bits of a value are range.
+    /// Measuring mode: how many bits of a value are range.
     #[must_use]
     pub fn measuring_mode(&self) -> u8 {
         self.0[5]
@@ -95,15 +105,15 @@ impl ConfigBlock {
         self
     }
 
-    /// The block after a write of `data`: shorter writes leave the rest alone, as old drivers expect. `None` when the device would
-    /// refuse the values.
+    /// The block after a write of `data`: shorter writes leave the rest alone, as old drivers expect. `None` when a device with a
+    /// block of `length` bytes would refuse the values.
     #[must_use]
-    pub fn written(mut self, data: &[u8]) -> Option<Self> {
-        if data.is_empty() || data.len() > CONFIG_BYTES {
+    pub fn written(mut self, data: &[u8], length: usize) -> Option<Self> {
+        if data.is_empty() || data.len() > length.min(CONFIG_BYTES) {
             return None;
         }
         self.0[..data.len()].copy_from_slice(data);
-        let mode_known = matches!(self.measuring_mode(), 0..=6 | 0x0F);
+        let mode_known = matches!(self.measuring_mode(), 0..=6 | 0x0D..=0x0F | 0x3F);
         (mode_known && self.0[6] <= 1).then_some(self)
     }
 }
@@ -118,6 +128,8 @@ pub struct StatusFacts<'a> {
     pub firmware: &'a str,
     /// Operating mode: sub-command of 20h in force.
     pub mode: u8,
+    /// Whether a fault is current.
+    pub faulty: bool,
     /// Variant in force.
     pub variant: Variant,
     /// Configuration in force.
@@ -138,7 +150,7 @@ pub fn status_report(facts: &StatusFacts<'_>) -> [u8; STATUS_BYTES] {
         |offset: usize, bytes: &[u8]| report[offset - 1..offset - 1 + bytes.len()].copy_from_slice(bytes);
     let version: Vec<u8> = facts.firmware.bytes().chain(std::iter::repeat(b' ')).take(7).collect();
     put(1, &version);
-    put(8, &[facts.mode]);
+    put(8, &[facts.mode, u8::from(facts.faulty)]);
     put(12, &[0x40]);
     for word in 0..24u16 {
         put(19 + 2 * usize::from(word), &(100 + word).to_le_bytes());
@@ -150,9 +162,10 @@ pub fn status_report(facts: &StatusFacts<'_>) -> [u8; STATUS_BYTES] {
     put(102, &[facts.config.measuring_mode()]);
     put(107, &facts.variant.fov_deg.to_le_bytes());
     put(109, &facts.variant.resolution_cdeg.to_le_bytes());
-    put(111, &[2, 2]);
+    // Restart mode and time, number of evaluations: as configured (block, offsets 10, 11 and 9).
+    put(111, &facts.config.0[10..12]);
     put(116, &baud_code(facts.baud).to_le_bytes());
-    put(118, &[2]);
+    put(118, &[facts.config.0[9]]);
     put(119, &[u8::from(facts.baud_is_permanent)]);
     put(120, &[facts.address]);
     put(121, &[1]);

@@ -1,68 +1,189 @@
-//! What a mock laser sends unasked: whole scans, means, sub-ranges, single turns; and the telegrams that carry them.
+//! What a mock laser sends: which values, unasked or once.
 //!
-//! Source: SICK telegram listing, 20h sub-commands 24, 26, 27, 2A, and replies B0, B6, B7.
+//! Source: SICK telegram listing, 20h sub-commands and the commands that ask for one scan. Requests whose reply's layout no source
+//! tells (20 20..23, 29, 2C, 2E; 30 02, 03; 3E; 76; the parts of 37 at once) are not among them: the device refuses those.
 
-use super::feed::Offer;
-use super::frame::reply;
+use super::model::Model;
 use super::settings::Variant;
-use super::words::{Scale, range_mask};
-use crate::source::ScanWords;
 
-/// What is sent.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Output {
-    /// Nothing unasked (20 25).
-    OnRequest,
-    /// One whole scan, then what was sent before (30 01).
-    Once {
-        /// Whether whole scans go on afterwards.
-        then_all: bool,
-    },
-    /// Whole scans (20 24).
-    All,
-    /// Each turn by itself, always over 180 degrees (20 2A).
-    Partial,
-    /// Mean of n scans (20 26 n).
-    Mean(u8),
-    /// Values first..=last, counted from 1 (20 27).
-    SubRange {
-        /// First value.
-        first: u16,
-        /// Last value.
-        last: u16,
-    },
+/// Values from one position to another, counted from 1, both included.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Span {
+    /// First value.
+    pub first: u16,
+    /// Last value.
+    pub last: u16,
 }
 
-impl Output {
-    /// The output that a sub-command of 20h asks for; `None` when the device does not know it or the arguments are out of range.
+impl Span {
+    /// From two words, if it lies in a scan.
+    fn of(words: &[u8], variant: Variant) -> Option<Self> {
+        let &[a, b, c, d] = words else { return None };
+        let (first, last) = (u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d]));
+        let inside = first >= 1 && first <= last && usize::from(last) <= variant.beam_count();
+        inside.then_some(Self { first, last })
+    }
+
+    /// These of a scan's values.
+    pub fn of_values<T>(self, values: &[T]) -> &[T] {
+        values.get(usize::from(self.first.max(1)) - 1..usize::from(self.last)).unwrap_or_default()
+    }
+}
+
+/// Up to five parts of a scan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Parts {
+    count: usize,
+    spans: [Span; 5],
+}
+
+impl Parts {
+    /// From the number of parts (word) and their words. Drivers send a word, as the listing's example; its table says byte.
+    fn of(data: &[u8], variant: Variant) -> Option<Self> {
+        let &[low, high, ref spans @ ..] = data else { return None };
+        let count = usize::from(u16::from_le_bytes([low, high]));
+        let mut parts = Self { count, spans: [Span::default(); 5] };
+        if spans.len() != 4 * count || !(1..=5).contains(&count) {
+            return None;
+        }
+        for (span, words) in parts.spans.iter_mut().zip(spans.chunks(4)) {
+            *span = Span::of(words, variant)?;
+        }
+        let values: usize = parts.spans().iter().map(|span| usize::from(span.last - span.first) + 1).sum();
+        // More than a telegram of this family holds.
+        (values <= variant.beam_count()).then_some(parts)
+    }
+
+    /// The parts.
     #[must_use]
-    pub fn of_mode(sub: u8, arguments: &[u8], variant: Variant) -> Option<Self> {
+    pub fn spans(&self) -> &[Span] {
+        &self.spans[..self.count]
+    }
+}
+
+/// What a telegram holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Content {
+    /// A whole scan (20 24, 30 01).
+    All,
+    /// One turn by itself, always over 180 degrees (20 2A, 30 08).
+    Partial,
+    /// Every n-th value of a scan, from the first on (30 06: 2, 30 07: 20).
+    Every(u8),
+    /// Mean of n scans (20 26 n, 36 n).
+    Mean(u8),
+    /// Part of a scan (20 27, 37).
+    SubRange(Span),
+    /// Part of the mean of n scans (20 28, 3F).
+    MeanSubRange {
+        /// Scans.
+        count: u8,
+        /// Part.
+        span: Span,
+    },
+    /// Ranges with remission in parts of a scan (20 2B, 75).
+    Pairs(Parts),
+    /// All ranges, and the remission of a part (20 50, 44; S14).
+    S14(Span),
+}
+
+impl Content {
+    /// What a sub-command of 20h asks for; `None` when the device does not know it or the arguments are out of range.
+    #[must_use]
+    pub fn of_mode(sub: u8, arguments: &[u8], model: Model, variant: Variant) -> Option<Self> {
         match (sub, arguments) {
             (0x24, []) => Some(Self::All),
-            (0x25, []) => Some(Self::OnRequest),
-            (0x26, [n @ 2..=250]) => Some(Self::Mean(*n)),
-            (0x27, &[a, b, c, d]) => {
-                let (first, last) = (u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d]));
-                let inside = first >= 1 && first <= last && usize::from(last) <= variant.beam_count();
-                inside.then_some(Self::SubRange { first, last })
+            (0x26, [n]) => Self::mean(*n),
+            (0x27, words) => Span::of(words, variant).map(Self::SubRange),
+            // The count is a byte for drivers, a word in the listing's table: the length tells which was meant.
+            (0x28, [count, words @ ..] | [count, 0, words @ ..]) if words.len() == 4 => {
+                Self::mean_part(*count, words, variant)
             }
-            (0x2A, []) => Some(Self::Partial),
+            (0x2A, []) if model != Model::S14 => Some(Self::Partial),
+            (0x2B, parts) => Parts::of(parts, variant).map(Self::Pairs),
+            (0x50, words) if model == Model::S14 => Span::of(words, variant).map(Self::S14),
             _ => None,
         }
     }
 
-    /// One scan now, and afterwards what was sent before.
+    /// What a command asks for once.
     #[must_use]
-    pub fn once(before: Self) -> Self {
-        Self::Once { then_all: before == Self::All }
+    pub fn of_request(code: u8, data: &[u8], model: Model, variant: Variant) -> Option<Self> {
+        match (code, data) {
+            (0x30, [1]) => Some(Self::All),
+            (0x30, [6]) => Some(Self::Every(2)),
+            (0x30, [7]) => Some(Self::Every(20)),
+            (0x30, [8]) if model != Model::S14 => Some(Self::Partial),
+            (0x36, [n]) => Self::mean(*n),
+            (0x37, words) => Span::of(words, variant).map(Self::SubRange),
+            (0x3F, [count, words @ ..]) => Self::mean_part(*count, words, variant),
+            (0x44, words) if model == Model::S14 => Span::of(words, variant).map(Self::S14),
+            (0x75, parts) => Parts::of(parts, variant).map(Self::Pairs),
+            _ => None,
+        }
+    }
+
+    fn mean(n: u8) -> Option<Self> {
+        (2..=250).contains(&n).then_some(Self::Mean(n))
+    }
+
+    fn mean_part(count: u8, words: &[u8], variant: Variant) -> Option<Self> {
+        let span = Span::of(words, variant)?;
+        (2..=250).contains(&count).then_some(Self::MeanSubRange { count, span })
+    }
+
+    /// Scans that go into one telegram.
+    #[must_use]
+    pub fn scans(self) -> u8 {
+        match self {
+            Self::Mean(n) | Self::MeanSubRange { count: n, .. } => n,
+            _ => 1,
+        }
+    }
+}
+
+/// What is sent, and when.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Output {
+    /// Nothing unasked (20 25).
+    OnRequest,
+    /// One telegram after the other.
+    Stream(Content),
+    /// One telegram, then what was streamed before.
+    Once {
+        /// The one.
+        content: Content,
+        /// What goes on afterwards.
+        then: Option<Content>,
+    },
+}
+
+impl Output {
+    /// One telegram now, and afterwards what was sent before.
+    #[must_use]
+    pub fn once(content: Content, before: Self) -> Self {
+        let then = match before {
+            Self::Stream(content) => Some(content),
+            Self::Once { then, .. } => then,
+            Self::OnRequest => None,
+        };
+        Self::Once { content, then }
+    }
+
+    /// What the next telegram holds, if there is one.
+    #[must_use]
+    pub fn content(self) -> Option<Content> {
+        match self {
+            Self::OnRequest => None,
+            Self::Stream(content) | Self::Once { content, .. } => Some(content),
+        }
     }
 
     /// What goes on after a telegram.
     #[must_use]
     pub fn after_telegram(self) -> Self {
         match self {
-            Self::Once { then_all: true } => Self::All,
-            Self::Once { then_all: false } => Self::OnRequest,
+            Self::Once { then, .. } => then.map_or(Self::OnRequest, Self::Stream),
             other => other,
         }
     }
@@ -70,92 +191,6 @@ impl Output {
     /// Whether scans come without being asked for.
     #[must_use]
     pub fn is_streaming(self) -> bool {
-        !matches!(self, Self::OnRequest | Self::Once { .. })
+        matches!(self, Self::Stream(_))
     }
-
-    /// Turns from one possible telegram to the next.
-    #[must_use]
-    pub fn turns(self, variant: Variant) -> i64 {
-        match self {
-            Self::Partial => 1,
-            Self::Mean(n) => i64::from(n) * variant.turns(),
-            _ => variant.turns(),
-        }
-    }
-
-    /// The variant whose scans the telegrams are made of.
-    #[must_use]
-    pub fn source_variant(self, variant: Variant) -> Variant {
-        match self {
-            Self::Partial if variant.turns() > 1 => Variant::of(180, 50),
-            Self::Partial => Variant::of(180, 100),
-            _ => variant,
-        }
-    }
-}
-
-/// Numbers that go with a telegram.
-#[derive(Clone, Copy, Debug)]
-pub struct Numbers {
-    /// Own address.
-    pub address: u8,
-    /// Unit and measuring mode in force.
-    pub scale: Scale,
-    /// Scan index and telegram index, when the configuration asks for them.
-    pub indices: Option<(u8, u8)>,
-    /// Quarter degrees by which a partial scan is offset: 0..3.
-    pub quarter: u8,
-}
-
-/// The telegram for a scan.
-#[must_use]
-pub fn telegram(output: Output, offer: &Offer, numbers: &Numbers) -> Vec<u8> {
-    let words = &offer.words;
-    let unit = u16::from(numbers.scale.mm) << 14;
-    let count = |count: usize| (u16::try_from(count).unwrap_or(0) | unit).to_le_bytes();
-    let mut data = Vec::with_capacity(2 * words.len() + 12);
-    let code = match output {
-        Output::Mean(n) => {
-            data.push(n);
-            data.extend(count(words.len()));
-            let ranges = range_mask(numbers.scale.mode);
-            push(&mut data, words.iter().map(|word| word & ranges));
-            0xB6
-        }
-        Output::SubRange { first, last } => {
-            let chosen = words.iter().take(usize::from(last)).skip(usize::from(first.max(1)) - 1);
-            data.extend([first.to_le_bytes(), last.to_le_bytes()].concat());
-            data.extend(count(chosen.len()));
-            push(&mut data, chosen.copied());
-            0xB7
-        }
-        Output::Partial => {
-            let turn = one_turn(words, numbers.quarter);
-            let flags = 0x2000 | (u16::from(numbers.quarter) << 11);
-            data.extend((u16::from_le_bytes(count(turn.len())) | flags).to_le_bytes());
-            push(&mut data, turn.into_iter());
-            0xB0
-        }
-        _ => {
-            data.extend(count(words.len()));
-            push(&mut data, words.iter().copied());
-            0xB0
-        }
-    };
-    data.extend(numbers.indices.into_iter().flat_map(|(scan, telegram)| [scan, telegram]));
-    reply(numbers.address, code, &data, offer.status)
-}
-
-fn push(data: &mut Vec<u8>, words: impl Iterator<Item = u16>) {
-    words.for_each(|word| data.extend(word.to_le_bytes()));
-}
-
-/// The values of one mirror turn: whole degrees have 181, the turns between them 180. A source has half degrees at best, so the
-/// turns at a quarter and three quarters show the half degree before them.
-fn one_turn(words: &ScanWords, quarter: u8) -> Vec<u16> {
-    let whole_degrees_only = words.len() <= 181;
-    let step = if whole_degrees_only { 1 } else { 2 };
-    let first = usize::from(quarter >= 2 && !whole_degrees_only);
-    let count = if quarter == 0 { 181 } else { 180 };
-    words.iter().skip(first).step_by(step).take(count).copied().collect()
 }

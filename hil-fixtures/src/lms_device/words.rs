@@ -6,14 +6,17 @@
 /// How the words of a scan are to be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Scale {
-    /// Measuring mode 00..0F.
+    /// Measuring mode of the configuration: 00..06, 0D, 0E, 0F, 3F.
     pub mode: u8,
     /// Millimetres, else centimetres.
     pub mm: bool,
 }
 
 /// Numbers at the top of the range that are codes.
-const CODES: u16 = 8;
+pub const CODES: u16 = 8;
+
+/// Measuring mode whose words are energies instead of ranges.
+pub const ENERGY: u8 = 0x3F;
 
 /// The code for "beyond the maximum range", counted down from the top.
 pub const BEYOND: u16 = 8;
@@ -25,7 +28,8 @@ pub const DAZZLED: u16 = 1;
 pub const LOW_SIGNAL: u16 = 4;
 
 /// Bits of a word that are range.
-fn range_bits(mode: u8) -> u32 {
+#[must_use]
+pub fn range_bits(mode: u8) -> u32 {
     match mode {
         3 | 4 => 14,
         5 | 6 => 15,

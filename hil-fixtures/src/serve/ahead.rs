@@ -7,8 +7,42 @@
 use crate::source::{ScanSource, ScanWords};
 use std::sync::mpsc::{Receiver, Sender, channel};
 
-/// What was asked: t0, field of view, step, millimetres.
-type Asked = (i64, u16, u16, bool);
+/// What was asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Asked {
+    t0_ns: i64,
+    what: What,
+    mm: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum What {
+    /// A scan: field of view and step.
+    Scan(u16, u16),
+    /// A turn: its quarter.
+    Turn(u8),
+}
+
+impl Asked {
+    fn of(self, source: &mut impl ScanSource) -> Option<ScanWords> {
+        match self.what {
+            What::Scan(fov_deg, resolution_cdeg) => {
+                source.scan(self.t0_ns, fov_deg, resolution_cdeg, self.mm)
+            }
+            What::Turn(quarter) => source.turn(self.t0_ns, quarter, self.mm),
+        }
+    }
+
+    /// The one as far behind this as this is behind the one before.
+    fn next_after(self, before: Self) -> Option<Self> {
+        let step_ns = Some(self.t0_ns - before.t0_ns).filter(|step_ns| *step_ns > 0)?;
+        let what = match (self.what, before.what) {
+            (What::Turn(now), What::Turn(before)) => What::Turn((2 * now + 4 - before) % 4),
+            (what, _) => what,
+        };
+        Some(Self { t0_ns: self.t0_ns.saturating_add(step_ns), what, ..self })
+    }
+}
 
 /// A source behind a thread that measures the scan that will probably be asked for next.
 pub struct AheadSource {
@@ -26,8 +60,8 @@ impl AheadSource {
         let (asks, asked) = channel::<Asked>();
         let (answer, scans) = channel();
         std::thread::spawn(move || {
-            for (t0_ns, fov_deg, resolution_cdeg, mm) in asked {
-                if answer.send(source.scan(t0_ns, fov_deg, resolution_cdeg, mm)).is_err() {
+            for asked in asked {
+                if answer.send(asked.of(&mut source)).is_err() {
                     break;
                 }
             }
@@ -40,9 +74,8 @@ impl AheadSource {
     }
 }
 
-impl ScanSource for AheadSource {
-    fn scan(&mut self, t0_ns: i64, fov_deg: u16, resolution_cdeg: u16, mm: bool) -> Option<ScanWords> {
-        let asked = (t0_ns, fov_deg, resolution_cdeg, mm);
+impl AheadSource {
+    fn get(&mut self, asked: Asked) -> Option<ScanWords> {
         if self.pending.is_some_and(|pending| pending != asked) {
             let _ = self.scans.recv();
             self.pending = None;
@@ -51,13 +84,22 @@ impl ScanSource for AheadSource {
             self.ask(asked);
         }
         let scan = self.scans.recv().ok().flatten();
-        let step_ns = self.last.map(|(last_ns, ..)| t0_ns - last_ns).filter(|step_ns| *step_ns > 0);
-        self.last = Some(asked);
         self.pending = None;
-        if let Some(step_ns) = step_ns {
-            self.ask((t0_ns.saturating_add(step_ns), fov_deg, resolution_cdeg, mm));
+        if let Some(next) = self.last.and_then(|last| asked.next_after(last)) {
+            self.ask(next);
         }
+        self.last = Some(asked);
         scan
+    }
+}
+
+impl ScanSource for AheadSource {
+    fn scan(&mut self, t0_ns: i64, fov_deg: u16, resolution_cdeg: u16, mm: bool) -> Option<ScanWords> {
+        self.get(Asked { t0_ns, what: What::Scan(fov_deg, resolution_cdeg), mm })
+    }
+
+    fn turn(&mut self, t0_ns: i64, quarter: u8, mm: bool) -> Option<ScanWords> {
+        self.get(Asked { t0_ns, what: What::Turn(quarter), mm })
     }
 }
 
@@ -72,6 +114,10 @@ mod tests {
         fn scan(&mut self, t0_ns: i64, fov_deg: u16, resolution_cdeg: u16, mm: bool) -> Option<ScanWords> {
             let words = [u16::try_from(t0_ns).ok()?, fov_deg, resolution_cdeg, u16::from(mm)];
             Some(words.into_iter().collect())
+        }
+
+        fn turn(&mut self, t0_ns: i64, quarter: u8, _: bool) -> Option<ScanWords> {
+            Some([u16::try_from(t0_ns).ok()?, u16::from(quarter)].into_iter().collect())
         }
     }
 
@@ -90,6 +136,9 @@ mod tests {
         for (t0_ns, fov_deg, resolution_cdeg) in asks {
             let expected = Echo.scan(t0_ns, fov_deg, resolution_cdeg, true);
             assert_eq!(source.scan(t0_ns, fov_deg, resolution_cdeg, true), expected);
+        }
+        for (t0_ns, quarter) in [(20, 0), (30, 2), (40, 0), (50, 2), (60, 0), (61, 1), (62, 2)] {
+            assert_eq!(source.turn(t0_ns, quarter, true), Echo.turn(t0_ns, quarter, true));
         }
         assert_eq!(source.scan(-1, 180, 50, true), None);
     }

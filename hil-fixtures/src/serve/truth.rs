@@ -52,7 +52,7 @@ impl<F: ScanFeed> ScanFeed for NotingFeed<F> {
     fn next(&mut self, ask: &Ask) -> Answer {
         let answer = self.feed.next(ask);
         if let Answer::Scan(offer) = &answer {
-            self.sent.note(offer.start_ns - ask.variant.turns() * ask.mirror.turn_ns);
+            self.sent.note(ask.t0_ns(offer.start_ns));
         }
         answer
     }

@@ -134,7 +134,7 @@ fn a_rate_made_permanent_is_there_after_a_reset() {
     request.extend(checksum(&request).to_le_bytes());
     bench.device.handle(bench.now_ns, &request);
     bench.run_ms(300);
-    assert_eq!(bench.bytes()[5..7], [0xE6, 0]);
+    assert_eq!(bench.bytes()[5..7], [0xE6, 1]);
     bench.ask("02 00 01 00 10 34 12");
     bench.run_ms(2500);
     assert_eq!(bench.device.baud(), 38_400);

@@ -2,6 +2,7 @@
 
 mod behaviour;
 mod cadence;
+mod contents;
 mod sessions;
 
 use super::feed::{Mirror, MirrorFeed, Timeline};
@@ -18,6 +19,11 @@ impl ScanSource for Round {
     fn scan(&mut self, _t0_ns: i64, fov_deg: u16, resolution_cdeg: u16, mm: bool) -> Option<ScanWords> {
         let beams = usize::from(fov_deg) * 100 / usize::from(resolution_cdeg) + 1;
         (beams <= 401).then(|| std::iter::repeat_n(if mm { 3000 } else { 300 }, beams).collect())
+    }
+
+    fn turn(&mut self, _t0_ns: i64, quarter: u8, mm: bool) -> Option<ScanWords> {
+        let beams = if quarter == 0 { 181 } else { 180 };
+        Some(std::iter::repeat_n(if mm { 3000 } else { 300 }, beams).collect())
     }
 }
 
