@@ -8,6 +8,7 @@ pub mod channel;
 pub mod clock_step;
 pub mod dazzle;
 pub mod episodes;
+pub mod latency_timer;
 pub mod left_streaming;
 pub mod loose_connector;
 pub mod power_cycle;

@@ -4,8 +4,11 @@
 //! while its line is busy (SICK telegram listing, figures on data output). A USB adapter hands bytes over in packets, a little late
 //! and now and then very late. Nanoseconds.
 
+use crate::faults::latency_timer::{LatencyTimer, LatencyTimerParams};
+use crate::faults::{Arrival, Fault};
 use crate::rng::Rng;
 use crate::scanner::TURN_NS;
+use std::collections::VecDeque;
 
 /// Bytes that an LMS sends in a mirror turn at most.
 const BYTES_A_TURN: usize = 508;
@@ -37,7 +40,7 @@ pub fn scans_per_telegram(telegram_bytes: usize, baud: u32, scan_ns: i64) -> i64
 /// How bytes reach the program that reads.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReadParams {
-    /// Most bytes that one read returns. Larger: fewer, longer reads.
+    /// Most bytes that one read returns, without a latency timer. Larger: fewer, longer reads.
     pub max_bytes: usize,
     /// Mean lateness of a read after its last byte (exponential). Larger: noisier arrival times.
     pub lateness_mean_ms: f64,
@@ -45,13 +48,13 @@ pub struct ReadParams {
     pub hiccup_share: f64,
     /// A very late read comes up to this much later.
     pub hiccup_max_ms: f64,
-    /// The adapter passes bytes on only at multiples of this (latency timer). 0: at once.
+    /// Latency timer of the adapter: bytes wait until a packet of 62 is full or the timer has run out. 0: none.
     pub timer_ms: f64,
 }
 
 impl Default for ReadParams {
     fn default() -> Self {
-        Self { max_bytes: 32, lateness_mean_ms: 0.3, hiccup_share: 0.002, hiccup_max_ms: 8.0, timer_ms: 0.0 }
+        Self { max_bytes: 32, lateness_mean_ms: 0.3, hiccup_share: 0.004, hiccup_max_ms: 8.0, timer_ms: 0.0 }
     }
 }
 
@@ -69,8 +72,9 @@ pub struct SerialRead {
 pub struct Adapter {
     params: ReadParams,
     rng: Rng,
-    pending: Vec<u8>,
-    last_byte_ns: i64,
+    timer: Option<LatencyTimer>,
+    /// Packets on their way to a read; without a timer only the one that is being filled.
+    packets: VecDeque<Arrival>,
     wanted: usize,
     reads: Vec<SerialRead>,
 }
@@ -81,44 +85,61 @@ impl Adapter {
     pub fn new(params: ReadParams, seed: u64, line: u64) -> Self {
         let mut rng = Rng::new(seed, 0xADA, line.cast_signed());
         let wanted = wanted(&params, &mut rng);
-        Self { params, rng, pending: Vec::new(), last_byte_ns: 0, wanted, reads: Vec::new() }
+        let timer = LatencyTimerParams { timer_ms: params.timer_ms, ..LatencyTimerParams::default() };
+        let timer = (params.timer_ms > 0.0).then(|| LatencyTimer::new(timer));
+        Self { params, rng, timer, packets: VecDeque::new(), wanted, reads: Vec::new() }
     }
 
     /// A byte that has arrived at `time_ns`; `byte_ns` is the time of one byte. Times do not step back.
     pub fn push(&mut self, byte: u8, time_ns: i64, byte_ns: i64) {
-        let silence = time_ns - self.last_byte_ns > 2 * byte_ns;
-        if !self.pending.is_empty() && (silence || self.pending.len() >= self.wanted) {
-            self.close();
+        match &mut self.timer {
+            Some(timer) => {
+                timer.pass(time_ns, &[byte], &mut self.packets);
+                while self.packets.len() > 1 {
+                    self.read();
+                }
+            }
+            None => self.gather(byte, time_ns, byte_ns),
         }
-        self.pending.push(byte);
-        self.last_byte_ns = time_ns;
     }
 
-    /// Ends the current read.
-    fn close(&mut self) {
+    /// Bytes that follow each other without a pause come in one read, as many as it wants.
+    fn gather(&mut self, byte: u8, time_ns: i64, byte_ns: i64) {
+        if let Some(packet) = self.packets.front()
+            && (time_ns - packet.at_ns > 2 * byte_ns || packet.bytes.len() >= self.wanted)
+        {
+            self.read();
+        }
+        match self.packets.front_mut() {
+            Some(packet) => {
+                packet.at_ns = time_ns;
+                packet.bytes.push(byte);
+            }
+            None => self.packets.push_back(Arrival { at_ns: time_ns, bytes: vec![byte] }),
+        }
+    }
+
+    /// The first packet is read, late.
+    fn read(&mut self) {
+        let Some(Arrival { at_ns, bytes }) = self.packets.pop_front() else { return };
         let params = &self.params;
         let mut late_ms = self.rng.exponential(params.lateness_mean_ms);
         if self.rng.unit() < params.hiccup_share {
             late_ms += self.rng.between(0.0, params.hiccup_max_ms);
         }
-        let mut time_ns = self.last_byte_ns;
-        let timer_ns = (params.timer_ms * 1e6) as i64;
-        if timer_ns > 0 {
-            time_ns = (time_ns + timer_ns - 1).div_euclid(timer_ns) * timer_ns;
-        }
-        time_ns += (late_ms * 1e6) as i64;
+        let mut time_ns = at_ns + (late_ms * 1e6) as i64;
         if let Some(before) = self.reads.last() {
             time_ns = time_ns.max(before.time_ns);
         }
-        self.reads.push(SerialRead { time_ns, bytes: std::mem::take(&mut self.pending) });
+        self.reads.push(SerialRead { time_ns, bytes });
         self.wanted = wanted(&self.params, &mut self.rng);
     }
 
     /// All reads.
     #[must_use]
     pub fn finish(mut self) -> Vec<SerialRead> {
-        if !self.pending.is_empty() {
-            self.close();
+        while !self.packets.is_empty() {
+            self.read();
         }
         self.reads
     }
@@ -133,6 +154,43 @@ fn wanted(params: &ReadParams, rng: &mut Rng) -> usize {
 mod tests {
     use super::{Adapter, ReadParams, laser_byte_ns, scans_per_telegram, transfer_ns};
     use crate::scanner::TURN_NS;
+
+    #[test]
+    fn every_nth_scan_is_sent_with_the_n_of_the_listings_table() {
+        // Fact sheet section 7: 401 values (100/0.25), 361 (180/0.5), 181 (180/1), 181 with remission (S14): bytes, turns of a scan.
+        let columns = [(812, 4), (732, 2), (372, 1), (559, 1)];
+        let table = [(9600, [16, 29, 30, 44]), (19_200, [8, 15, 15, 22]), (38_400, [4, 8, 8, 11])];
+        for (baud, expected) in table {
+            let found = columns.map(|(bytes, turns)| scans_per_telegram(bytes, baud, turns * TURN_NS));
+            assert_eq!(found, expected, "{baud} Bd");
+        }
+    }
+
+    #[test]
+    fn with_a_latency_timer_reads_come_in_packets_up_to_16_ms_late_and_nothing_is_lost() {
+        let byte_ns = transfer_ns(1, 38_400);
+        let params = ReadParams { timer_ms: 16.0, hiccup_share: 0.0, ..ReadParams::default() };
+        let mut adapter = Adapter::new(params, 1, 0);
+        let due: Vec<i64> = (0..20_000_i64).map(|n| n * byte_ns + n / 372 * 9_700_000).collect();
+        for (n, time_ns) in due.iter().enumerate() {
+            adapter.push((n % 251) as u8, *time_ns, byte_ns);
+        }
+        let reads = adapter.finish();
+        let bytes: Vec<u8> = reads.iter().flat_map(|read| read.bytes.clone()).collect();
+        assert!(bytes.iter().enumerate().all(|(n, byte)| *byte == (n % 251) as u8) && bytes.len() == 20_000);
+        let mut next = 0;
+        let (mut latest_ns, mut waited_ms) = (0, 0.0);
+        for read in &reads {
+            assert!(read.bytes.len() <= 62);
+            latest_ns = latest_ns.max(read.time_ns - due[next]);
+            next += read.bytes.len();
+            assert!(read.time_ns >= due[next - 1]);
+            waited_ms += (read.time_ns - due[next - 1]) as f64 * 1e-6 / reads.len() as f64;
+        }
+        // The first byte of a packet waits up to the whole timer, and then for the read.
+        assert!((15_000_000..19_500_000).contains(&latest_ns), "{latest_ns}");
+        assert!((0.3..8.0).contains(&waited_ms), "{waited_ms}");
+    }
 
     #[test]
     fn output_periods_are_those_of_the_listing_and_of_a_real_device() {
