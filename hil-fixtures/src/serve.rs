@@ -107,6 +107,8 @@ pub struct ServeOptions {
     pub start_after_s: Option<f64>,
     /// How the lasers are at the start.
     pub laser: LmsParams,
+    /// Millionths by which the mirrors of the horizontal and the vertical laser turn too slowly.
+    pub mirror_ppm: [f64; 2],
     /// How the base is at the start.
     pub base: BaseParams,
     /// Folder for the truth of a world; made when it is missing.
@@ -130,6 +132,7 @@ impl ServeOptions {
             seed: 1,
             start_after_s: None,
             laser: LmsParams::default(),
+            mirror_ppm: [0.0; 2],
             base: BaseParams::default(),
             truth: None,
             overwrite: false,

@@ -51,6 +51,8 @@ pub struct SimulateOptions {
     pub params: SimulationParams,
     /// How the bytes reach the computer.
     pub reads: ReadParams,
+    /// Millionths by which the mirrors of the horizontal and the vertical laser turn too slowly.
+    pub mirror_ppm: [f64; 2],
     /// What goes wrong: on the lines, in front of the lasers, with the clock that stamps the capture.
     pub faults: Faults,
 }
@@ -71,6 +73,7 @@ impl Default for SimulateOptions {
             start_utc_ns: 1_000_000_000_000_000_000,
             params: SimulationParams::default(),
             reads: ReadParams::default(),
+            mirror_ppm: [0.0; 2],
             faults: Faults::default(),
         }
     }

@@ -224,6 +224,17 @@ pub fn counts_mm(laser: &Laser) -> bool {
     laser.units == Units::Mm
 }
 
+/// The measuring mode in which a rig's laser reaches as far as it is asked to: 13 bits of range, or 14 (04) or 15 (06).
+#[must_use]
+pub fn measuring_mode(laser: &Laser) -> u8 {
+    let counts = f64::from(laser.range_max_m.unwrap_or(0)) / laser.units.metres();
+    match counts {
+        counts if counts < 8192.0 => 0,
+        counts if counts < 16_384.0 => 4,
+        _ => 6,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::{SimulatedRig, SimulationParams};

@@ -2,8 +2,11 @@
 //!
 //! Emitted by `biplane-wire`; buffers are larger than the longest telegram.
 
+use crate::scanner::Variant;
+use crate::simulated_rig::{counts_mm, measuring_mode};
 use crate::source::{OdometrySample, ScanWords};
-use biplane_wire::lms::{self, Config, MeasuringMode, ModeResult, Reply, Scan, Status, Unit};
+use biplane_recording::rig::Laser;
+use biplane_wire::lms::{self, Availability, Config, MeasuringMode, ModeResult, Reply, Scan, Status, Unit};
 use biplane_wire::p2os::{Command, MAX_PACKET_BYTES, MotorState, Sip};
 use biplane_wire::{WireError, p2os};
 
@@ -34,19 +37,24 @@ pub fn odometry(sample: &OdometrySample) -> Result<Vec<u8>, WireError> {
     emitted(MAX_PACKET_BYTES, |out| sip.emit(out))
 }
 
-/// What a laser answers while it is set up: type, installation mode, configuration, variant, continuous output; each
-/// behind its acknowledgement.
-pub fn laser_start_up(fov_deg: u16, resolution_cdeg: u16, mm: bool) -> Result<Vec<Vec<u8>>, WireError> {
+/// What a laser answers while it is set up: type, installation mode, configuration, variant (an S14 has one only), continuous
+/// output; each behind its acknowledgement.
+pub fn laser_start_up(laser: &Laser, variant: Variant) -> Result<Vec<Vec<u8>>, WireError> {
+    let is_s14 = variant.fov_deg() == 90;
     let mut config = Config::factory();
-    config.set_unit(unit(mm));
-    config.set_measuring_mode(MeasuringMode::from_byte(0));
-    let replies = [
-        Reply::Type { text: lms::Text(b"LMS200;S18063;V02.19 ") },
+    config.set_unit(unit(counts_mm(laser)));
+    config.set_measuring_mode(MeasuringMode::from_byte(measuring_mode(laser)));
+    config.set_availability(Availability(u8::from(laser.index_bytes == Some(true)) << 1));
+    let text: &[u8] = if is_s14 { b"LMS291;S14;X01.27 " } else { b"LMS200;S18063;V02.19 " };
+    let (angle_deg, resolution_cdeg) = (variant.fov_deg(), variant.resolution_cdeg());
+    let mut replies = vec![
+        Reply::Type { text: lms::Text(text) },
         Reply::Mode(ModeResult::Done),
         Reply::Config(config),
-        Reply::Variant { accepted: true, angle_deg: fov_deg, resolution_cdeg },
+        Reply::Variant { accepted: true, angle_deg, resolution_cdeg },
         Reply::Mode(ModeResult::Done),
     ];
+    replies.retain(|reply| !(is_s14 && matches!(reply, Reply::Variant { .. })));
     let emit = |reply: &Reply<'_>| {
         let reply = emitted(lms::MAX_REPLY_BYTES, |out| reply.emit(lms::REPLY_ADDRESS, Status::OK, out))?;
         Ok([&[lms::ACK], reply.as_slice()].concat())
@@ -79,7 +87,9 @@ fn emitted(
 #[cfg(test)]
 mod tests {
     use super::{laser_start_up, odometry, scan};
+    use crate::scanner::Variant;
     use crate::source::{OdometrySample, ScanWords};
+    use biplane_recording::rig::{Laser, Units};
 
     #[test]
     fn a_scan_of_three_values_comes_out_byte_for_byte() {
@@ -100,9 +110,11 @@ mod tests {
 
     #[test]
     fn the_start_up_tells_unit_and_variant() {
-        let replies = laser_start_up(180, 50, true).expect("emits");
+        let laser = Laser { units: Units::Mm, index_bytes: Some(true), ..Laser::horizontal() };
+        let variant = Variant::new(180, 50).expect("a variant");
+        let replies = laser_start_up(&laser, variant).expect("emits");
         // Configuration F4: unit at offset 6 behind the code byte; ACK and 4 bytes of head stand before.
-        assert_eq!((replies[2][5], replies[2][6 + 5], replies[2][6 + 6]), (0xF4, 0, 1));
+        assert_eq!((replies[2][5], &replies[2][6 + 4..=6 + 6]), (0xF4, &[2, 0, 1][..]));
         assert_eq!(
             replies[3][1..],
             [0x02, 0x80, 0x07, 0x00, 0xBB, 0x01, 0xB4, 0x00, 0x32, 0x00, 0x10, 0x03, 0x9D]

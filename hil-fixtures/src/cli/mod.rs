@@ -58,6 +58,23 @@ fn number(text: &str, allowed: impl Fn(f64) -> bool, expected: &str) -> Result<f
     value.ok_or_else(|| format!("expected {expected}"))
 }
 
+/// Of the horizontal and of the vertical laser. (A name of its own: clap would take an array for a repeated argument.)
+pub type MirrorPpm = [f64; 2];
+
+/// Millionths by which the mirrors turn too slowly: one number for both lasers, or two with a comma.
+fn mirror_ppm(text: &str) -> Result<MirrorPpm, String> {
+    let one = |text| number(text, |ppm: f64| ppm.abs() <= 10_000.0, "P or H,V, each within 10000 of 0");
+    match text.split_once(',') {
+        Some((horizontal, vertical)) => Ok([one(horizontal)?, one(vertical)?]),
+        None => one(text).map(|ppm| [ppm; 2]),
+    }
+}
+
+/// A share of one.
+fn share(text: &str) -> Result<f64, String> {
+    number(text, |value| (0.0..=1.0).contains(&value), "a number from 0 to 1")
+}
+
 /// An argument that is well formed but cannot be used; the program ends with code 2.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
@@ -76,6 +93,11 @@ mod tests {
             ("m simulate --world corridor -o c.mcap --stand=", vec!["-1", "nan"]),
             ("m serve --world corridor --links l --speed=", vec!["0", "nan", "-2"]),
             ("m serve --world corridor --links l --start-after=", vec!["-1", "nan", "inf"]),
+            ("m simulate --world corridor -o c.mcap --mirror-ppm=", vec!["x", "nan", "20000", "1,2,3", "1,"]),
+            ("m simulate --world corridor -o c.mcap --latency-timer-ms=", vec!["-1", "nan"]),
+            ("m simulate --world corridor -o c.mcap --hiccup-share=", vec!["-1", "1.5"]),
+            ("m serve --world corridor --links l --mirror-ppm=", vec!["", "-20000"]),
+            ("m serve --world corridor --links l --boot=", vec!["-1"]),
             ("m extract r.mcap -o c.mcap --from=", vec!["nan", "-1"]),
             ("m extract r.mcap -o c.mcap --to=", vec!["nan", "-1"]),
         ] {

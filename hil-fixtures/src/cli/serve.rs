@@ -1,8 +1,11 @@
 //! `serve`: a mock rig on pseudo-terminals until it is told to stop.
 
-use super::{BadArgument, worlds};
+use super::{BadArgument, MirrorPpm, worlds};
 use biplane_mock::capture_source::Capture;
 use biplane_mock::faults::{Faults, Place, Preset};
+use biplane_mock::lms_device::LmsParams;
+use biplane_mock::lms_device::model::Model;
+use biplane_mock::lms_device::settings::OLD_CONFIG_BYTES;
 use biplane_mock::serve::port::PortReport;
 use biplane_mock::serve::{ServeOptions, Source, serve};
 use biplane_mock::simulated_rig::SimulationParams;
@@ -72,9 +75,18 @@ pub struct Serve {
     /// From power-on or reset until a laser says so, seconds; a real one takes up to 60.
     #[arg(long, value_name = "S", default_value_t = 2.0, value_parser = super::zero_or_more)]
     boot: f64,
-    /// Type text of the lasers.
-    #[arg(long, value_name = "TEXT", default_value = "LMS291;S05;X01.27 ")]
+    /// Type of the lasers, as they leave the factory: LMS200, LMS211, LMS220, LMS221, LMS291, S14, or a whole type text.
+    #[arg(long, value_name = "TYPE", default_value = "LMS291;S05;X01.27 ")]
     laser_type: String,
+    /// A fault in the lasers' list of faults (32h), until a reset: TYPE 1 info, 2 warning, 3 error, 4 fatal. May be given several times.
+    #[arg(long = "laser-error", value_name = "TYPE:NUMBER", value_parser = laser_error)]
+    laser_errors: Vec<(u8, u8)>,
+    /// The lasers have an old firmware, with 32 bytes of configuration.
+    #[arg(long)]
+    old_firmware: bool,
+    /// Millionths by which the mirrors turn too slowly: P for both lasers or H,V.
+    #[arg(long, value_name = "P|H,V", default_value = "0", value_parser = super::mirror_ppm, allow_hyphen_values = true, conflicts_with = "capture")]
+    mirror_ppm: MirrorPpm,
     /// Understand clients whatever line speed they have set (for those that set theirs by a custom divisor).
     #[arg(long)]
     any_baud: bool,
@@ -122,13 +134,26 @@ impl Serve {
         options.any_baud = self.any_baud;
         options.truth = self.truth.clone();
         options.overwrite = self.force;
+        options.mirror_ppm = self.mirror_ppm;
+        options.laser = LmsParams::of_type(Model::text_of_name(&self.laser_type));
+        options.laser.errors = self.laser_errors.clone();
+        if self.old_firmware {
+            options.laser.config_bytes = OLD_CONFIG_BYTES;
+        }
         options.laser.baud = self.laser_baud.parse()?;
         options.laser.left_streaming = self.left_streaming;
         options.laser.boot_ns = (self.boot * 1e9) as i64;
         options.laser.power_on_message = self.power_on_message;
-        options.laser.type_text = self.laser_type.clone();
         Ok(options)
     }
+}
+
+fn laser_error(text: &str) -> Result<(u8, u8), String> {
+    let parts =
+        text.split_once(':').and_then(|(kind, number)| Some((kind.parse().ok()?, number.parse().ok()?)));
+    parts
+        .filter(|(kind, _)| (1..=4).contains(kind))
+        .ok_or_else(|| "expected TYPE:NUMBER, TYPE 1 to 4".to_owned())
 }
 
 fn read_capture(path: &Path) -> anyhow::Result<Capture> {

@@ -1,6 +1,6 @@
 //! `simulate`: a drive through a known world, as a capture with its truth.
 
-use super::BadArgument;
+use super::{BadArgument, MirrorPpm};
 use biplane_mock::faults::{Faults, Preset};
 use biplane_mock::line::ReadParams;
 use biplane_mock::simulate::{SimulateError, SimulateOptions, run};
@@ -52,6 +52,15 @@ pub struct Simulate {
     /// Most bytes that a read returns; more make a smaller file.
     #[arg(long, value_name = "N", default_value_t = 32)]
     read_bytes: usize,
+    /// Latency timer of the USB adapters in milliseconds (16 on an FTDI as delivered): bytes wait until 62 have come or the timer has run.
+    #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = super::zero_or_more)]
+    latency_timer_ms: f64,
+    /// Share of the reads that come up to 8 ms late.
+    #[arg(long, value_name = "P", default_value_t = ReadParams::default().hiccup_share, value_parser = super::share)]
+    hiccup_share: f64,
+    /// Millionths by which the mirrors turn too slowly: P for both lasers or H,V.
+    #[arg(long, value_name = "P|H,V", default_value = "0", value_parser = super::mirror_ppm, allow_hyphen_values = true)]
+    mirror_ppm: MirrorPpm,
 }
 
 impl Simulate {
@@ -68,7 +77,13 @@ impl Simulate {
             overwrite: self.force,
             start_up: self.start_up,
             stand_s: self.stand,
-            reads: ReadParams { max_bytes: self.read_bytes.max(1), ..ReadParams::default() },
+            reads: ReadParams {
+                max_bytes: self.read_bytes.max(1),
+                timer_ms: self.latency_timer_ms,
+                hiccup_share: self.hiccup_share,
+                ..ReadParams::default()
+            },
+            mirror_ppm: self.mirror_ppm,
             faults: Faults::new(&self.faults, self.seed),
             ..SimulateOptions::default()
         };

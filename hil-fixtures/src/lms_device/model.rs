@@ -40,6 +40,23 @@ impl Model {
         }
     }
 
+    /// Names that stand for a type text on the command line.
+    pub const NAMES: [&'static str; 6] = ["LMS200", "LMS211", "LMS220", "LMS221", "LMS291", "S14"];
+
+    /// The type text that a name of [`Model::NAMES`] stands for; any other text is one already.
+    #[must_use]
+    pub fn text_of_name(name: &str) -> &str {
+        match name {
+            "LMS200" => "LMS200;30106;V02.10 ",
+            "LMS211" => "LMS211;30206;V02.30 ",
+            "LMS220" => "LMS220;30106;V02.30 ",
+            "LMS221" => "LMS221;30206;V02.30 ",
+            "LMS291" => "LMS291;S05;X01.27 ",
+            "S14" => "LMS291;S14;X01.27 ",
+            text => text,
+        }
+    }
+
     /// Whether the question for the operating hours (35h) has this data: a zero word for the outdoor types, none for the others.
     #[must_use]
     pub fn asks_hours_with(self, data: &[u8]) -> bool {
@@ -92,6 +109,10 @@ mod tests {
             assert_eq!(model.variant(), Variant::of(fov_deg, resolution_cdeg), "{text}");
             assert_eq!(model.config().is_mm(), mm, "{text}");
         }
+        let models = Model::NAMES.map(|name| Model::of_text(Model::text_of_name(name)));
+        let expected =
+            [Model::Lms200, Model::Lms211, Model::Lms220, Model::Lms221, Model::Lms291, Model::S14];
+        assert_eq!(models, expected);
         assert_eq!((Variant::S14.turns(), Variant::S14.beam_count()), (1, 181));
     }
 }

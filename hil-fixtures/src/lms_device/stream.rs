@@ -24,6 +24,12 @@ impl Span {
         inside.then_some(Self { first, last })
     }
 
+    /// All values of a scan.
+    #[must_use]
+    pub fn whole(variant: Variant) -> Self {
+        Self { first: 1, last: u16::try_from(variant.beam_count()).unwrap_or(u16::MAX) }
+    }
+
     /// These of a scan's values.
     pub fn of_values<T>(self, values: &[T]) -> &[T] {
         values.get(usize::from(self.first.max(1)) - 1..usize::from(self.last)).unwrap_or_default()
@@ -52,6 +58,12 @@ impl Parts {
         let values: usize = parts.spans().iter().map(|span| usize::from(span.last - span.first) + 1).sum();
         // More than a telegram of this family holds.
         (values <= variant.beam_count()).then_some(parts)
+    }
+
+    /// One part: all values.
+    #[must_use]
+    pub fn whole(variant: Variant) -> Self {
+        Self { count: 1, spans: [Span::whole(variant); 5] }
     }
 
     /// The parts.
@@ -130,6 +142,16 @@ impl Content {
     fn mean_part(count: u8, words: &[u8], variant: Variant) -> Option<Self> {
         let span = Span::of(words, variant)?;
         (2..=250).contains(&count).then_some(Self::MeanSubRange { count, span })
+    }
+
+    /// Whole scans as a driver asks for them: alone, or with their remission in the way of the type.
+    #[must_use]
+    pub fn whole(remission: bool, variant: Variant) -> Self {
+        match remission {
+            true if variant == Variant::S14 => Self::S14(Span::whole(variant)),
+            true => Self::Pairs(Parts::whole(variant)),
+            false => Self::All,
+        }
     }
 
     /// Scans that go into one telegram.

@@ -97,9 +97,10 @@ fn rules(options: &ServeOptions, lasers: usize, has_base: bool) -> RunRules {
 /// Two mirrors are not coupled: each rig has its own phases, by its seed.
 fn laser_params(options: &ServeOptions, place: u64) -> LmsParams {
     let mut params = options.faults.laser(options.laser.clone());
-    let turn_ns = params.mirror.turn_ns;
+    let turn_ns = Mirror::TURN_NS;
     let phase_ns = (Rng::new(options.seed, 0x0EC0_4A5E, place.cast_signed()).unit() * turn_ns as f64) as i64;
-    params.mirror = Mirror { phase_ns, turn_ns };
+    let ppm = usize::try_from(place).ok().and_then(|place| options.mirror_ppm.get(place));
+    params.mirror = Mirror::of_ppm(phase_ns, ppm.copied().unwrap_or(0.0));
     params.request_gap_ns =
         params.request_gap_ns.max((REQUEST_GAP_NS as f64 * options.speed.max(1.0)) as i64);
     params

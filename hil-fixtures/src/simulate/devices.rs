@@ -4,11 +4,14 @@ use super::{SimulateError, SimulateOptions, Times};
 use crate::capture_file::LineReads;
 use crate::faults::{Channel, Faults};
 use crate::line::{Adapter, SerialRead, laser_byte_ns, scans_per_telegram, transfer_ns};
-use crate::lms_device::feed::STATUS_OK;
-use crate::lms_device::words::Scale;
+use crate::lms_device::feed::{Mirror, Offer, STATUS_OK, source_scale};
+use crate::lms_device::settings;
+use crate::lms_device::stream::Content;
+use crate::lms_device::telegram::{Numbers, telegram};
+use crate::lms_device::words::{Scale, recode};
 use crate::rng::Rng;
 use crate::scanner::{NO_ECHO, TURN_NS, Variant};
-use crate::simulated_rig::{LaserRole, SimulatedLaser, SimulatedRig, counts_mm, variant_of};
+use crate::simulated_rig::{LaserRole, SimulatedLaser, SimulatedRig, counts_mm, measuring_mode, variant_of};
 use crate::source::{OdometrySource, ScanWords};
 use crate::telegrams;
 use biplane_recording::Port;
@@ -42,41 +45,92 @@ pub(super) fn record_laser(
         LaserRole::Horizontal => (Port::Horizontal, 0),
         LaserRole::Vertical => (Port::Vertical, 1),
     };
-    let mm = counts_mm(laser);
-    let first_beams_ns = schedule(laser, variant, times, options.seed, line);
-    let mut scans = measure_all(source, variant, mm, &first_beams_ns);
-    let statuses = spoil(&mut scans, &first_beams_ns, mm, &options.faults, line);
+    let output = LaserOutput::new(laser, variant, times, options, line);
+    let first_beams_ns = output.first_beams_ns(times);
+    let measured = source_scale(output.scale);
+    let mut scans = measure_all(source, variant, measured.mm, &first_beams_ns);
+    let echoes = scans.iter().flatten().filter(|word| **word < NO_ECHO - 8).count();
+    scans.iter_mut().flatten().for_each(|word| *word = recode(*word, measured, output.scale));
+    let statuses = spoil(&mut scans, &first_beams_ns, output.scale, &options.faults, line);
     let byte_ns = transfer_ns(1, laser.baud);
     let mut adapter = Adapter::new(options.reads, options.seed, line);
     if options.start_up {
-        let resolution_cdeg = (laser.resolution_deg * 100.0).round() as u16;
-        let replies = telegrams::laser_start_up(laser.fov_deg, resolution_cdeg, mm)?;
-        send_replies(&mut adapter, &replies, laser.baud);
+        send_replies(&mut adapter, &telegrams::laser_start_up(laser, variant)?, laser.baud);
     }
-    for ((t0_ns, words), status) in first_beams_ns.iter().zip(&scans).zip(statuses) {
-        let start_ns = t0_ns + first_byte_delay_ns(laser, variant);
-        for (index, byte) in telegrams::scan(words, mm, status)?.into_iter().enumerate() {
+    for (number, (t0_ns, words)) in first_beams_ns.iter().zip(&scans).enumerate() {
+        let start_ns = t0_ns + output.delay_ns;
+        let telegram = output.telegram(number, *t0_ns, words, statuses[number]);
+        for (index, byte) in telegram.into_iter().enumerate() {
             adapter.push(byte, start_ns + laser_byte_ns(index, laser.baud), byte_ns);
         }
     }
-    let echoes = scans.iter().flatten().filter(|word| **word < NO_ECHO - 8).count();
     let reads = through_faults(adapter.finish(), &options.faults, line);
     Ok(LaserRun { line: LineReads { port, reads }, first_beams_ns, echoes })
 }
 
-/// From a scan's first beam to its telegram's first byte.
-fn first_byte_delay_ns(laser: &Laser, variant: Variant) -> i64 {
-    variant.duration_ns() + (laser.delay_ms * 1e6).round() as i64
+/// What a laser of the rig sends, and when.
+struct LaserOutput {
+    content: Content,
+    scale: Scale,
+    indices: bool,
+    mirror: Mirror,
+    scan_ns: i64,
+    /// From one telegram's first beam to the next one's.
+    period_ns: i64,
+    /// From a scan's first beam to its telegram's first byte.
+    delay_ns: i64,
+    /// From a scan's first beam to its telegram's last byte.
+    whole_ns: i64,
 }
 
-/// First beams of the scans that are sent.
-fn schedule(laser: &Laser, variant: Variant, times: &Times, seed: u64, line: u64) -> Vec<i64> {
-    let bytes = 2 * usize::from(variant.beam_count()) + 10;
-    let period_ns = scans_per_telegram(bytes, laser.baud, variant.duration_ns()) * variant.duration_ns();
-    let phase_ns = (Rng::new(seed, 0x9A5E, line.cast_signed()).unit() * TURN_NS as f64) as i64;
-    let last_byte_ns = first_byte_delay_ns(laser, variant) + laser_byte_ns(bytes - 1, laser.baud);
-    let first_ns = times.stream_ns + phase_ns;
-    (0..).map(|n| first_ns + n * period_ns).take_while(|t0_ns| t0_ns + last_byte_ns <= times.end_ns).collect()
+impl LaserOutput {
+    fn new(laser: &Laser, variant: Variant, times: &Times, options: &SimulateOptions, line: u64) -> Self {
+        let phase_ns = (Rng::new(options.seed, 0x9A5E, line.cast_signed()).unit() * TURN_NS as f64) as i64;
+        let ppm = if line == 0 { options.mirror_ppm[0] } else { options.mirror_ppm[1] };
+        let mirror = Mirror::of_ppm(times.stream_ns + phase_ns, ppm);
+        let device_variant = settings::Variant::of(variant.fov_deg(), variant.resolution_cdeg());
+        let scan_ns = device_variant.turns() * mirror.turn_ns;
+        let mut output = Self {
+            content: Content::whole(laser.remission, device_variant),
+            // Without the start-up nobody tells the mode, and 00 is what is taken for granted.
+            scale: Scale {
+                mode: if options.start_up { measuring_mode(laser) } else { 0 },
+                mm: counts_mm(laser),
+            },
+            indices: laser.index_bytes == Some(true),
+            mirror,
+            scan_ns,
+            period_ns: 0,
+            delay_ns: scan_ns + (laser.delay_ms * 1e6).round() as i64,
+            whole_ns: 0,
+        };
+        let blank = std::iter::repeat_n(0, usize::from(variant.beam_count())).collect();
+        let bytes = output.telegram(0, 0, &blank, STATUS_OK).len();
+        output.period_ns = scans_per_telegram(bytes, laser.baud, scan_ns) * scan_ns;
+        output.whole_ns = output.delay_ns + laser_byte_ns(bytes - 1, laser.baud);
+        output
+    }
+
+    /// First beams of the scans that are sent.
+    fn first_beams_ns(&self, times: &Times) -> Vec<i64> {
+        let first_beams_ns = (0..).map(|n| self.mirror.phase_ns + n * self.period_ns);
+        first_beams_ns.take_while(|t0_ns| t0_ns + self.whole_ns <= times.end_ns).collect()
+    }
+
+    fn telegram(&self, number: usize, t0_ns: i64, words: &ScanWords, status: u8) -> Vec<u8> {
+        let start_ns = t0_ns + self.scan_ns;
+        let turn = self.mirror.turn_before(start_ns).rem_euclid(256);
+        let indices = (u8::try_from(turn).unwrap_or(0), (number % 256) as u8);
+        let numbers = Numbers {
+            address: 0,
+            scale: self.scale,
+            indices: self.indices.then_some(indices),
+            quarter: 0,
+            status,
+        };
+        let offer = Offer { start_ns, words: words.clone(), status, skipped: 0 };
+        telegram(self.content, &offer, &numbers)
+    }
 }
 
 /// Takes all scans, on all processors; the result does not depend on how many there are.
@@ -143,9 +197,14 @@ pub(super) fn record_base(
 }
 
 /// What the faults of the measurement make of the scans; the status byte of each.
-fn spoil(scans: &mut [ScanWords], first_beams_ns: &[i64], mm: bool, faults: &Faults, place: u64) -> Vec<u8> {
+fn spoil(
+    scans: &mut [ScanWords],
+    first_beams_ns: &[i64],
+    scale: Scale,
+    faults: &Faults,
+    place: u64,
+) -> Vec<u8> {
     let mut faults = faults.measurement(place);
-    let scale = Scale { mode: 0, mm };
     let spoilt = scans.iter_mut().zip(first_beams_ns).map(|(words, t0_ns)| {
         faults.iter_mut().fold(STATUS_OK, |status, fault| status | fault.touch(*t0_ns, scale, words))
     });

@@ -60,6 +60,7 @@ fn frames(capture: &Path, port: Port) -> Vec<(i64, Vec<u8>)> {
     for read in reader.serial().map(|read| read.expect("serial bytes")).filter(|read| read.port == port) {
         deframer.feed(&read.bytes, |item| match item {
             Item::Frame { bytes, .. } => frames.push((read.time_ns, bytes.to_vec())),
+            Item::Control { byte: lms::ACK, .. } => {}
             other => panic!("only whole telegrams expected: {other:?}"),
         });
     }
@@ -241,4 +242,73 @@ fn a_fault_that_needs_a_client_is_refused() {
         SimulateOptions { faults: Faults::new(&[Preset::PowerCycle], 1), ..SimulateOptions::default() };
     let error = run(&options).expect_err("refused").to_string();
     assert!(error.contains("power-cycle") && error.contains("serve"), "{error}");
+}
+
+/// Whole telegrams of the localising laser on a rig with these keys; the truth's first beams.
+fn of_rig(name: &str, keys: &str, change: impl FnOnce(&mut SimulateOptions)) -> (Vec<Vec<u8>>, Vec<i64>) {
+    let scratch = Scratch::new(name);
+    let rig = format!("[horizontal]\nport = \"a\"\n{keys}\n[base]\nport = \"c\"\n");
+    let path = scratch.file("path.toml", "waypoints_m = [[0, 0], [1, 0]]\nspeed_m_s = 0.5\n");
+    let mut options = SimulateOptions {
+        path: Some(path.display().to_string()),
+        rig: Some(scratch.file("rig.toml", &rig)),
+        output: scratch.0.join("c.mcap"),
+        truth: Some(scratch.0.join("truth")),
+        ..SimulateOptions::default()
+    };
+    change(&mut options);
+    run(&options).expect("simulates");
+    let frames = frames(&options.output, Port::Horizontal).into_iter().map(|(_, frame)| frame).collect();
+    (frames, truth_times_ns(&scratch, "scans_horizontal.txt"))
+}
+
+#[test]
+fn an_s14_sends_181_values_a_turn() {
+    let (frames, t0_ns) = of_rig("s14", "fov_deg = 90\nbaud = 500000", |_| {});
+    assert!(frames.len() > 200 && frames.iter().all(|frame| frame[2..7] == [0x6E, 0x01, 0xB0, 0xB5, 0x00]));
+    assert!(t0_ns.windows(2).all(|pair| pair[1] - pair[0] == 13_320_000));
+}
+
+#[test]
+fn index_bytes_count_turns_and_telegrams() {
+    let keys = "index_bytes = true\nresolution_deg = 0.5\nbaud = 38400";
+    let (frames, _) = of_rig("indices", keys, |_| {});
+    assert!(frames.len() > 5);
+    let index = |frame: &Vec<u8>| (frame[frame.len() - 5], frame[frame.len() - 4]);
+    for pair in frames.windows(2) {
+        let (before, after) = (index(&pair[0]), index(&pair[1]));
+        assert_eq!(
+            (pair[0].len(), after.0.wrapping_sub(before.0), after.1.wrapping_sub(before.1)),
+            (734, 16, 1)
+        );
+    }
+}
+
+#[test]
+fn remission_comes_in_pairs_or_in_the_s14s_own_telegram() {
+    for (keys, code, bytes) in [("", 0xF5, 740), ("fov_deg = 90", 0xC4, 559)] {
+        let (frames, _) = of_rig("remission", &format!("remission = true\n{keys}"), |_| {});
+        assert!(frames.len() > 5 && frames.iter().all(|frame| (frame[4], frame.len()) == (code, bytes)));
+    }
+}
+
+#[test]
+fn a_longer_range_has_more_bits_and_the_start_up_says_so() {
+    let keys = "units = \"mm\"\nrange_max_m = 32";
+    let (frames, _) = of_rig("far", keys, |options| options.start_up = true);
+    let config = frames.iter().find(|frame| frame[4] == 0xF4).expect("a configuration");
+    assert_eq!(config[5 + 5..5 + 7], [6, 1]);
+    let scan = frames.iter().find(|frame| frame[4] == 0xB0).expect("a scan");
+    // The corridor's end, 12.3 m away straight ahead: more than 13 bits hold.
+    let ahead = u16::from_le_bytes([scan[7 + 180], scan[8 + 180]]);
+    assert!((12_000..12_600).contains(&ahead), "{ahead}");
+}
+
+#[test]
+fn a_mirror_that_drifts_takes_the_truth_along() {
+    let (_, steady) = of_rig("steady-mirror", "baud = 500000", |_| {});
+    let (_, slow) = of_rig("slow-mirror", "baud = 500000", |options| options.mirror_ppm = [100.0, 0.0]);
+    let turn = |t0_ns: &[i64]| (t0_ns[t0_ns.len() - 1] - t0_ns[0]) as f64 / (t0_ns.len() - 1) as f64;
+    assert!((turn(&steady) - 13_320_000.0).abs() < 1e-6);
+    assert!((turn(&slow) - 13_321_332.0).abs() < 1e-6, "{}", turn(&slow));
 }
