@@ -5,9 +5,13 @@
 //!
 //! It drives where its world drives it: speed commands are taken and not obeyed.
 
+pub mod counters;
 pub mod feed;
 pub mod packet;
 pub mod report;
+pub mod rflex;
+pub mod roboclaw;
+pub mod speech;
 
 use crate::device::{Device, DeviceCounts};
 use crate::pacing::{Kind, Line};

@@ -7,13 +7,29 @@ use biplane_recording::{Direction, Port, Rig, WriteError, WriteReport, Writer, W
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// The reads of one line.
+/// The reads of one line in one direction; of what a host sends, the writes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LineReads {
     /// Whose line.
     pub port: Port,
+    /// From the device or to it.
+    pub direction: Direction,
     /// In order of time.
     pub reads: Vec<SerialRead>,
+}
+
+impl LineReads {
+    /// What a device sends.
+    #[must_use]
+    pub fn received(port: Port, reads: Vec<SerialRead>) -> Self {
+        Self { port, direction: Direction::Rx, reads }
+    }
+
+    /// What the host sends to a device.
+    #[must_use]
+    pub fn sent(port: Port, writes: Vec<SerialRead>) -> Self {
+        Self { port, direction: Direction::Tx, reads: writes }
+    }
 }
 
 /// What the file says about itself.
@@ -45,7 +61,7 @@ pub fn write_capture(
             lines.iter().enumerate().filter_map(|(i, line)| Some((line.reads.get(next[i])?.time_ns, i)));
         let Some((_, i)) = waiting.min() else { break };
         let read = &lines[i].reads[next[i]];
-        writer.write_serial(lines[i].port, Direction::Rx, clock.utc_ns(read.time_ns), &read.bytes)?;
+        writer.write_serial(lines[i].port, lines[i].direction, clock.utc_ns(read.time_ns), &read.bytes)?;
         next[i] += 1;
     }
     writer.finish()

@@ -3,6 +3,7 @@
 //! Capture format: `/serial/<port>/rx` of the contract, section 3. It may begin anywhere and hold faults: what does not deframe is
 //! passed over and counted. Times are nanoseconds on the capture's clock.
 
+pub mod base_counts;
 pub mod base_feed;
 pub mod base_track;
 pub mod byte_times;
@@ -11,6 +12,7 @@ pub mod laser_track;
 pub mod slots;
 
 use base_track::{BaseReading, BaseTrack};
+use biplane_recording::rig::Base;
 use biplane_recording::{Direction, Port, ReadError, Reader, Rig};
 use laser_track::{LaserReading, LaserTrack};
 use std::path::{Path, PathBuf};
@@ -58,10 +60,14 @@ impl Capture {
         let baud = |port| rig_baud(rig.as_ref(), port);
         let mut horizontal = LaserReading::new(baud(Port::Horizontal));
         let mut vertical = LaserReading::new(baud(Port::Vertical));
-        let mut base = BaseReading::new(baud(Port::Base));
+        let protocol = rig.as_ref().map_or_else(|| Base::default().protocol, |rig| rig.base.protocol);
+        let mut base = BaseReading::new(baud(Port::Base), &protocol);
         for message in reader.serial() {
             let message = message?;
             if message.direction == Direction::Tx {
+                if message.port == Port::Base {
+                    base.asked(&message.bytes);
+                }
                 continue;
             }
             match message.port {
@@ -83,7 +89,7 @@ impl Capture {
     fn times_ns(&self) -> impl Iterator<Item = i64> + '_ {
         let lasers = [&self.horizontal, &self.vertical].into_iter().flatten();
         let scans = lasers.flat_map(|track| track.scans.iter().map(|scan| scan.time_ns));
-        let packets = self.base.iter().flat_map(|track| track.packets.iter().map(|packet| packet.time_ns));
+        let packets = self.base.iter().flat_map(BaseTrack::times_ns);
         scans.chain(packets)
     }
 

@@ -12,7 +12,7 @@ use crate::faults::clock_step::HostClock;
 use crate::line::ReadParams;
 use crate::same_file::{SameFile, refuse_same_file};
 use base::BaseLine;
-use biplane_recording::rig::{BaseProtocol, Laser};
+use biplane_recording::rig::Laser;
 use biplane_recording::{AnyMessage, Port, ReadError, Reader, Rig, RigError, Topic, WriteError};
 use biplane_wire::WireError;
 use laser::LaserLine;
@@ -117,12 +117,6 @@ pub enum EncodeError {
         /// What an LMS, or the rig, has.
         expected: String,
     },
-    /// A base whose packets are not known here.
-    #[error("base.protocol = {found} of the rig cannot be encoded: p2os can")]
-    Base {
-        /// The protocol.
-        found: &'static str,
-    },
     /// A telegram.
     #[error("a telegram could not be put together: {0:?}")]
     Telegram(WireError),
@@ -146,9 +140,6 @@ pub fn run(options: &EncodeOptions) -> Result<EncodeReport, EncodeError> {
         Some(rig) => rig,
         None => reader.rig()?.unwrap_or_default(),
     };
-    if !matches!(rig.base.protocol, BaseProtocol::P2os { .. }) {
-        return Err(EncodeError::Base { found: rig.base.protocol.name() });
-    }
     let mut report = EncodeReport::default();
     if !fixed {
         report.raised = rates::raise(&reader, &mut rig)?;
@@ -178,9 +169,10 @@ pub fn run(options: &EncodeOptions) -> Result<EncodeReport, EncodeError> {
         rig.vertical = None;
     }
     let lines = [
-        LineReads { port: Port::Horizontal, reads: horizontal.line.adapter.finish() },
-        LineReads { port: Port::Vertical, reads: vertical.line.adapter.finish() },
-        LineReads { port: Port::Base, reads: base.line.adapter.finish() },
+        LineReads::received(Port::Horizontal, horizontal.line.adapter.finish()),
+        LineReads::received(Port::Vertical, vertical.line.adapter.finish()),
+        LineReads::sent(Port::Base, base.asked),
+        LineReads::received(Port::Base, base.line.adapter.finish()),
     ];
     write_capture(
         &options.output,

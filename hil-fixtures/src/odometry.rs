@@ -44,8 +44,8 @@ const STEP_S: f64 = 0.02;
 /// A drive as its base counts it.
 #[derive(Clone, Debug)]
 pub struct Odometer {
-    /// x, y in metres and heading in radians, one a step.
-    believed: Vec<[f64; 3]>,
+    /// x, y in metres, heading in radians, way in metres, one a step.
+    believed: Vec<[f64; 4]>,
     params: OdometryParams,
 }
 
@@ -55,7 +55,7 @@ impl Odometer {
     pub fn new(drive: &Drive, params: OdometryParams, seed: u64) -> Self {
         let steps = (drive.duration_s() / STEP_S).ceil() as usize + 1;
         let mut rng = Rng::new(seed, 0x0D0, 0);
-        let mut at = [0.0_f64; 3];
+        let mut at = [0.0_f64; 4];
         let mut believed = vec![at];
         let mut before = drive.motion(0.0);
         for step in 1..=steps {
@@ -66,7 +66,12 @@ impl Odometer {
             let turned =
                 (now.heading_rad - before.heading_rad) * (1.0 + params.turn_error) + wander.to_radians();
             let middle = at[2] + 0.5 * turned;
-            at = [at[0] + counted * middle.cos(), at[1] + counted * middle.sin(), at[2] + turned];
+            at = [
+                at[0] + counted * middle.cos(),
+                at[1] + counted * middle.sin(),
+                at[2] + turned,
+                at[3] + counted,
+            ];
             believed.push(at);
             before = now;
         }
@@ -76,18 +81,23 @@ impl Odometer {
     /// Where the base believes to be `time_s` after the start: x, y in metres, heading in radians (not wrapped).
     #[must_use]
     pub fn believed(&self, time_s: f64) -> [f64; 3] {
+        let [x_m, y_m, heading_rad, _] = self.state(time_s);
+        [x_m, y_m, heading_rad]
+    }
+
+    fn state(&self, time_s: f64) -> [f64; 4] {
         let last = self.believed.len() - 1;
         let steps = (time_s / STEP_S).clamp(0.0, last as f64);
         let index = (steps as usize).min(last - 1);
         let (a, b) = (self.believed[index], self.believed[index + 1]);
         let u = steps - index as f64;
-        [0, 1, 2].map(|i| a[i] + u * (b[i] - a[i]))
+        [0, 1, 2, 3].map(|i| a[i] + u * (b[i] - a[i]))
     }
 
     /// What the base reports `time_s` after the start.
     #[must_use]
     pub fn sample(&self, drive: &Drive, time_s: f64, metres_per_tick: f64) -> OdometrySample {
-        let [x_m, y_m, heading_rad] = self.believed(time_s);
+        let [x_m, y_m, heading_rad, way_m] = self.state(time_s);
         let motion = drive.motion(time_s);
         let aside = 0.5 * self.params.track_m * motion.turn_rad_s;
         let mm_s = |speed_m_s: f64| (speed_m_s * 1000.0).round().clamp(-32768.0, 32767.0) as i16;
@@ -98,6 +108,8 @@ impl Odometer {
             left_mm_s: mm_s(motion.speed_m_s - aside),
             right_mm_s: mm_s(motion.speed_m_s + aside),
             moving: motion.speed_m_s > 0.001,
+            way_um: (way_m * 1e6).round() as i64,
+            heading_urad: (heading_rad * 1e6).round() as i64,
         }
     }
 }

@@ -21,6 +21,7 @@ mod tests {
     use super::{RIGS, text};
     use crate::simulated_rig::variant_of;
     use biplane_recording::Rig;
+    use biplane_recording::rig::BaseProtocol;
 
     #[test]
     fn every_rig_parses_and_has_variants_that_exist() {
@@ -33,7 +34,9 @@ mod tests {
 
     #[test]
     fn the_papers_rig_is_the_template() {
-        assert_eq!(text("paper").map(|text| Rig::parse(text).ok()), Some(Some(Rig::default())));
+        let mut template = Rig::default();
+        template.base.protocol = BaseProtocol::P2os { metres_per_tick: Some(0.001) };
+        assert_eq!(text("paper").map(|text| Rig::parse(text).ok()), Some(Some(template)));
         assert_eq!(text("castle"), None);
     }
 }

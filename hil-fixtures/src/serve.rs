@@ -179,12 +179,6 @@ pub enum ServeError {
     /// The truth could not be written.
     #[error(transparent)]
     Truth(#[from] TruthError),
-    /// A rig whose base is none that the mock can be.
-    #[error("base.protocol = {found} of the rig cannot be served: p2os can")]
-    Base {
-        /// The protocol.
-        found: &'static str,
-    },
     /// A truth was asked for, but a capture has none.
     #[error("a capture has no truth: leave the folder for it out, or serve a world")]
     NoTruth,

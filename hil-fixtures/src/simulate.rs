@@ -13,7 +13,6 @@ use crate::truth::Truth;
 use crate::truth_folder::{TruthError, prepare};
 use crate::world::path::{Path as DrivePath, PathError};
 use crate::world::{World, WorldError};
-use biplane_recording::rig::BaseProtocol;
 use biplane_recording::{Rig, RigError, WriteError};
 use biplane_wire::WireError;
 use devices::{record_base, record_laser};
@@ -185,15 +184,15 @@ pub fn run(options: &SimulateOptions) -> Result<SimulateReport, SimulateError> {
         (Some(laser), Some(settings)) => Some(record_laser(&laser, settings, &times, options)?),
         _ => None,
     };
-    let (base, packets) = record_base(&simulated, &times, options)?;
-    report.odometry = packets;
+    let base = record_base(&simulated, &times, options)?;
+    report.odometry = base.reports;
     let mut lines = vec![horizontal.line];
     if let Some(vertical) = &vertical {
         report.scans_vertical = vertical.first_beams_ns.len();
         report.echoes_vertical = vertical.echoes;
         lines.push(vertical.line.clone());
     }
-    lines.push(base);
+    lines.extend(base.lines);
     report.serial_bytes = lines.iter().flat_map(|line| &line.reads).map(|read| read.bytes.len() as u64).sum();
 
     let about = about(options, &world, &path);
@@ -226,10 +225,6 @@ fn drive_path(world: &World, options: &SimulateOptions) -> Result<DrivePath, Sim
 }
 
 fn check(rig: &Rig, options: &SimulateOptions) -> Result<(), SimulateError> {
-    if !matches!(rig.base.protocol, BaseProtocol::P2os { .. }) {
-        let found = rig.base.protocol.name().to_owned();
-        return Err(SimulateError::Unsupported { what: "base.protocol", found, expected: "p2os can" });
-    }
     for laser in [Some(&rig.horizontal), rig.vertical.as_ref()].into_iter().flatten() {
         if variant_of(laser).is_none() {
             let found = format!("{} ({} degrees)", laser.resolution_deg, laser.fov_deg);

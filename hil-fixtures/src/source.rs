@@ -25,7 +25,7 @@ pub trait ScanSource: Send {
     }
 }
 
-/// What a base reports in one packet, in its own units.
+/// What a base has counted: in the units of a P2OS packet, and as way and turn for bases that report counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct OdometrySample {
     /// Position along the base's own x axis in ticks, 15 bits, wrapping.
@@ -40,6 +40,10 @@ pub struct OdometrySample {
     pub right_mm_s: i16,
     /// Whether the motors turn.
     pub moving: bool,
+    /// Way driven since the start, micrometres, forward positive.
+    pub way_um: i64,
+    /// Turned since the start, microradians, counter-clockwise, not wrapped.
+    pub heading_urad: i64,
 }
 
 /// Gives a mock base its odometry.

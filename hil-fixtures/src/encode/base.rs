@@ -1,53 +1,113 @@
-//! Odometry as packets of the base: ticks and angle steps, and when they are sent.
+//! Odometry as packets of the base, and when they are sent: ticks and angle steps, or counts of way and turn.
 
 use super::busy_line::BusyLine;
 use super::{EncodeError, EncodeOptions, EncodeReport};
-use crate::line::transfer_ns;
+use crate::base_device::speech::BaseSpeech;
+use crate::line::{SerialRead, transfer_ns};
 use crate::odometry::{OdometryParams, theta_steps, ticks};
 use crate::simulated_rig::metres_per_tick;
 use crate::source::OdometrySample;
-use crate::telegrams;
 use biplane_recording::Rig;
 use biplane_recording::msg::Odometry;
+use std::f64::consts::{PI, TAU};
 
 /// A base's line that is behind by more than this cannot keep up.
 const MOST_LATE_NS: i64 = 50_000_000;
 
-/// A base's packets on their line.
+/// From a question to its answer.
+const THINKING_NS: i64 = 1_000_000;
+
+/// A base's packets on their line, and what it was asked where it has to be.
 pub(super) struct BaseLine {
     pub(super) line: BusyLine,
+    pub(super) asked: Vec<SerialRead>,
+    speech: BaseSpeech,
     baud: u32,
     metres_per_tick: f64,
+    way: Way,
 }
 
 impl BaseLine {
     pub(super) fn new(options: &EncodeOptions, rig: &Rig) -> Self {
-        let line = BusyLine::new(options, 2);
-        Self { line, baud: rig.base.baud, metres_per_tick: metres_per_tick(&rig.base) }
+        Self {
+            line: BusyLine::new(options, 2),
+            asked: Vec::new(),
+            speech: BaseSpeech::new(rig.base.protocol),
+            baud: rig.base.baud,
+            metres_per_tick: metres_per_tick(&rig.base),
+            way: Way::default(),
+        }
     }
 
     pub(super) fn send(&mut self, odometry: &Odometry, report: &mut EncodeReport) -> Result<(), EncodeError> {
-        let packet = telegrams::odometry(&sample(odometry, self.metres_per_tick))?;
+        let sample = self.sample(odometry);
+        let said = self.speech.odometry(&sample, odometry.stamp_ns)?;
+        let asking_ns = match said.asked.len() {
+            0 => 0,
+            count => THINKING_NS + transfer_ns(count, self.baud),
+        };
         // On a line that cannot keep up, waiting would only make all later packets late. One that is late because its stamp
         // stepped back is sent: the line has time for it.
         let latest_ns = self.line.latest_stamp_ns.max(odometry.stamp_ns);
-        let patience_ns = MOST_LATE_NS.max(2 * transfer_ns(packet.len(), self.baud));
-        if self.line.free_ns > latest_ns.saturating_add(patience_ns) {
+        let patience_ns = MOST_LATE_NS.max(2 * transfer_ns(said.answer.len(), self.baud));
+        if self.line.free_ns.saturating_add(asking_ns) > latest_ns.saturating_add(patience_ns) {
             report.odometry_skipped += 1;
             return Ok(());
         }
+        let due_ns = odometry.stamp_ns.max(self.line.free_ns.saturating_add(asking_ns));
+        if asking_ns > 0 {
+            self.asked.push(SerialRead { time_ns: due_ns - asking_ns, bytes: said.asked });
+        }
         let arrival_ns = |index| transfer_ns(index + 1, self.baud);
-        let wait_ns = self.line.send(&packet, odometry.stamp_ns, transfer_ns(1, self.baud), arrival_ns);
-        self.line.count(odometry.stamp_ns, wait_ns, report);
+        let wait_ns = self.line.send(&said.answer, due_ns, transfer_ns(1, self.baud), arrival_ns);
+        self.line.count(odometry.stamp_ns, due_ns - odometry.stamp_ns + wait_ns, report);
         report.odometry += 1;
         Ok(())
     }
+
+    /// What the base would have reported.
+    fn sample(&mut self, odometry: &Odometry) -> OdometrySample {
+        let heading_rad = heading_rad(odometry);
+        let [x_m, y_m, _] = odometry.position_m;
+        self.way.go([x_m, y_m], heading_rad);
+        let plain = sample(odometry, heading_rad, self.metres_per_tick);
+        OdometrySample {
+            way_um: (self.way.way_m * 1e6).round() as i64,
+            heading_urad: (self.way.turned_rad * 1e6).round() as i64,
+            ..plain
+        }
+    }
 }
 
-/// What the base would have reported.
-fn sample(odometry: &Odometry, metres_per_tick: f64) -> OdometrySample {
+/// Way and turn of a base whose poses are known: what its wheels would have counted.
+#[derive(Clone, Copy, Debug, Default)]
+struct Way {
+    last: Option<([f64; 2], f64)>,
+    way_m: f64,
+    turned_rad: f64,
+}
+
+impl Way {
+    fn go(&mut self, position_m: [f64; 2], heading_rad: f64) {
+        if let Some((before_m, before_rad)) = self.last {
+            let turn_rad = (heading_rad - before_rad + PI).rem_euclid(TAU) - PI;
+            let (half, middle) = (turn_rad / 2.0, before_rad + turn_rad / 2.0);
+            let step = [position_m[0] - before_m[0], position_m[1] - before_m[1]];
+            let chord_m = step[0] * middle.cos() + step[1] * middle.sin();
+            self.way_m += if half.abs() < 1e-6 { chord_m } else { chord_m * half / half.sin() };
+            self.turned_rad += turn_rad;
+        }
+        self.last = Some((position_m, heading_rad));
+    }
+}
+
+fn heading_rad(odometry: &Odometry) -> f64 {
     let [x, y, z, w] = odometry.orientation_xyzw;
-    let heading_rad = (2.0 * (w * z + x * y)).atan2(1.0 - 2.0 * (y * y + z * z));
+    (2.0 * (w * z + x * y)).atan2(1.0 - 2.0 * (y * y + z * z))
+}
+
+/// Pose and speeds as a packet has them.
+fn sample(odometry: &Odometry, heading_rad: f64, metres_per_tick: f64) -> OdometrySample {
     let (forward, turn) = (odometry.linear_m_s[0], odometry.angular_rad_s[2]);
     let aside = 0.5 * OdometryParams::default().track_m * turn;
     let mm_s = |speed_m_s: f64| (speed_m_s * 1000.0).round().clamp(-32768.0, 32767.0) as i16;
@@ -58,5 +118,6 @@ fn sample(odometry: &Odometry, metres_per_tick: f64) -> OdometrySample {
         left_mm_s: mm_s(forward - aside),
         right_mm_s: mm_s(forward + aside),
         moving: forward != 0.0 || turn != 0.0,
+        ..OdometrySample::default()
     }
 }

@@ -3,16 +3,15 @@
 //! Logs of lasers hold stamps that no line could keep, because the computer wrote them when it came to it: two scans a millisecond
 //! apart, then half a second of nothing. On a fast line each telegram still begins near its stamp.
 
+use crate::base_device::speech::BaseSpeech;
 use crate::line::transfer_ns;
 use biplane_recording::{AnyMessage, Port, ReadError, Reader, Rig, Topic};
 
 /// A line is crowded when more than this share of its telegrams has to wait.
 const CROWDED: f64 = 0.01;
-/// The fastest rates of an LMS 2xx and of a P2OS base, Bd.
+/// The fastest rates of an LMS 2xx and of a base, Bd.
 const FASTEST_LASER: u32 = 500_000;
 const FASTEST_BASE: u32 = 115_200;
-/// A P2OS packet without sonar readings.
-const PACKET_BYTES: usize = 25;
 
 /// What one line carries.
 #[derive(Default)]
@@ -38,6 +37,7 @@ impl Load {
 /// Raises the lines of the rig that its recording would crowd; which ones, and to what.
 pub(super) fn raise(reader: &Reader, rig: &mut Rig) -> Result<Vec<(Port, u32)>, ReadError> {
     let mut loads = [Load::default(), Load::default(), Load::default()];
+    let base_bytes = BaseSpeech::new(rig.base.protocol).exchange_bytes();
     let vertical_baud = rig.vertical.as_ref().map_or(rig.horizontal.baud, |laser| laser.baud);
     for entry in reader.messages() {
         let entry = entry?;
@@ -51,7 +51,7 @@ pub(super) fn raise(reader: &Reader, rig: &mut Rig) -> Result<Vec<(Port, u32)>, 
                 loads[1].add(scan.stamp_ns, transfer_ns(scan_bytes(scan.ranges_m.len()), vertical_baud));
             }
             (Some(Topic::Odom), AnyMessage::Odometry(odometry)) => {
-                loads[2].add(odometry.stamp_ns, transfer_ns(PACKET_BYTES, rig.base.baud));
+                loads[2].add(odometry.stamp_ns, transfer_ns(base_bytes, rig.base.baud));
             }
             _ => {}
         }

@@ -4,11 +4,16 @@ use super::ahead::AheadSource;
 use super::run::{Run, RunRules};
 use super::truth::{NotingFeed, SentScans};
 use super::{LinkName, ServeError, ServeOptions, Source};
+use crate::base_device::counters::{CountScale, CountsFeed, SourceCounts};
 use crate::base_device::feed::{CycleFeed, SipFeed};
 use crate::base_device::report::Identity;
+use crate::base_device::rflex::{RflexDevice, RflexParams};
+use crate::base_device::roboclaw::{RoboClawDevice, RoboClawParams};
 use crate::base_device::{BaseDevice, BaseParams};
 use crate::capture_source::Capture;
+use crate::capture_source::base_counts::CaptureCounts;
 use crate::capture_source::base_feed::CapturePackets;
+use crate::capture_source::base_track::BaseTrack;
 use crate::capture_source::laser_feed::CaptureScans;
 use crate::capture_source::laser_track::LaserTrack;
 use crate::device::Device;
@@ -17,7 +22,7 @@ use crate::lms_device::settings::Variant;
 use crate::lms_device::{LmsDevice, LmsParams};
 use crate::rng::Rng;
 use crate::simulated_rig::SimulatedRig;
-use biplane_recording::rig::BaseProtocol;
+use biplane_recording::rig::{Base, BaseProtocol};
 use std::sync::Arc;
 
 const MS: i64 = 1_000_000;
@@ -65,9 +70,6 @@ impl Devices {
     pub fn new(options: &ServeOptions) -> Result<Self, ServeError> {
         match &options.source {
             Source::World { world, path, rig, params } => {
-                if !matches!(rig.base.protocol, BaseProtocol::P2os { .. }) {
-                    return Err(ServeError::Base { found: rig.base.protocol.name() });
-                }
                 let simulated = SimulatedRig::new(world, path, rig, params, options.seed)?;
                 Ok(of_world(&simulated, options).behind_switches(options))
             }
@@ -119,12 +121,42 @@ fn of_world(simulated: &SimulatedRig, options: &ServeOptions) -> Devices {
         let feed = options.faults.feed(Box::new(feed), place);
         list.push((name, Box::new(LmsDevice::new(laser_params(options, place), feed))));
     }
-    let feed = CycleFeed::new(Box::new(simulated.base()), Box::new(run.clone()), SIP_CYCLE_NS);
-    let params = options.faults.base(options.base.clone());
-    list.push((LinkName::Base, Box::new(BaseDevice::new(params, Box::new(feed)))));
+    list.push((LinkName::Base, base_of_world(simulated, &run, options)));
     let length_ns = (simulated.drive_duration_s() * NS_PER_S) as i64;
     let [horizontal, vertical] = sent;
     Devices { list, run, length_ns, world: Some(WorldTruth { rig: simulated.clone(), horizontal, vertical }) }
+}
+
+/// The base that the rig's protocol asks for.
+fn base_of_world(simulated: &SimulatedRig, run: &Run, options: &ServeOptions) -> Box<dyn Device> {
+    let base = &simulated.rig().base;
+    let (source, timeline) = (Box::new(simulated.base()), Box::new(run.clone()));
+    match CountScale::of(&base.protocol) {
+        Some(scale) => counting_base(base, Box::new(SourceCounts::new(source, timeline, scale)), options),
+        None => {
+            let feed = CycleFeed::new(source, timeline, SIP_CYCLE_NS);
+            Box::new(BaseDevice::new(options.faults.base(options.base.clone()), Box::new(feed)))
+        }
+    }
+}
+
+/// A base that reports counts.
+fn counting_base(base: &Base, feed: Box<dyn CountsFeed>, options: &ServeOptions) -> Box<dyn Device> {
+    let boot_ns = options.base.boot_ns;
+    match base.protocol {
+        BaseProtocol::RoboClaw { address, .. } => {
+            let params = RoboClawParams { address, baud: base.baud, boot_ns, ..RoboClawParams::default() };
+            Box::new(RoboClawDevice::new(params, feed))
+        }
+        _ => {
+            let left_open = options.faults.base(options.base.clone()).left_open;
+            // The scheduler of a busy machine may deliver two commands at once.
+            let silence_ns = 0;
+            let params =
+                RflexParams { baud: base.baud, boot_ns, left_open, silence_ns, ..RflexParams::default() };
+            Box::new(RflexDevice::new(params, feed))
+        }
+    }
 }
 
 fn of_capture(capture: &Capture, options: &ServeOptions) -> Devices {
@@ -141,16 +173,32 @@ fn of_capture(capture: &Capture, options: &ServeOptions) -> Devices {
         list.push((name, Box::new(LmsDevice::new(params, feed))));
     }
     if let Some(track) = &capture.base {
-        let identity =
-            track.identity.clone().map(|[name, class, subclass]| Identity { name, class, subclass });
-        let params = BaseParams {
-            identity: identity.unwrap_or_else(|| options.base.identity.clone()),
-            ..options.faults.base(options.base.clone())
-        };
-        let feed = CapturePackets::new(Arc::new(track.clone()), origin_ns, run.clone(), options.once);
-        list.push((LinkName::Base, Box::new(BaseDevice::new(params, Box::new(feed) as Box<dyn SipFeed>))));
+        list.push((LinkName::Base, base_of_capture(capture, track, origin_ns, &run, options)));
     }
     Devices { list, run, length_ns: capture.duration_ns(), world: None }
+}
+
+/// The base that was recorded.
+fn base_of_capture(
+    capture: &Capture,
+    track: &BaseTrack,
+    origin_ns: i64,
+    run: &Run,
+    options: &ServeOptions,
+) -> Box<dyn Device> {
+    let track = Arc::new(track.clone());
+    let base = capture.rig.as_ref().map_or_else(Base::default, |rig| rig.base.clone());
+    if CountScale::of(&base.protocol).is_some() {
+        let feed = CaptureCounts::new(track, origin_ns, run.clone(), options.once);
+        return counting_base(&base, Box::new(feed), options);
+    }
+    let identity = track.identity.clone().map(|[name, class, subclass]| Identity { name, class, subclass });
+    let params = BaseParams {
+        identity: identity.unwrap_or_else(|| options.base.identity.clone()),
+        ..options.faults.base(options.base.clone())
+    };
+    let feed = CapturePackets::new(track, origin_ns, run.clone(), options.once);
+    Box::new(BaseDevice::new(params, Box::new(feed) as Box<dyn SipFeed>))
 }
 
 /// A laser that was recorded comes up as it was: its variant, its units, its name.

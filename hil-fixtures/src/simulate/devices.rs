@@ -1,6 +1,7 @@
 //! What each device of a simulated rig puts on its line during the capture.
 
 use super::{SimulateError, SimulateOptions, Times};
+use crate::base_device::speech::{BaseSpeech, Said};
 use crate::capture_file::LineReads;
 use crate::faults::{Channel, Faults};
 use crate::line::{Adapter, SerialRead, laser_byte_ns, scans_per_telegram, transfer_ns};
@@ -19,6 +20,10 @@ use biplane_recording::rig::Laser;
 
 /// Time between two packets of the base.
 const ODOMETRY_PERIOD_NS: i64 = 100_000_000;
+/// Time between two questions to a base that has to be asked.
+const ASKING_PERIOD_NS: i64 = 50_000_000;
+/// From a question to its answer.
+const THINKING_NS: i64 = 1_000_000;
 /// Time between two replies of a start-up.
 const REPLY_PERIOD_NS: i64 = 100_000_000;
 /// A laser's part of the capture.
@@ -65,7 +70,7 @@ pub(super) fn record_laser(
         }
     }
     let reads = through_faults(adapter.finish(), &options.faults, line);
-    Ok(LaserRun { line: LineReads { port, reads }, first_beams_ns, echoes })
+    Ok(LaserRun { line: LineReads::received(port, reads), first_beams_ns, echoes })
 }
 
 /// What a laser of the rig sends, and when.
@@ -165,35 +170,73 @@ fn send_replies(adapter: &mut Adapter, replies: &[Vec<u8>], baud: u32) {
     }
 }
 
+/// A base's part of the capture.
+pub(super) struct BaseRun {
+    /// Its bytes, and what it was asked where it has to be.
+    pub(super) lines: Vec<LineReads>,
+    /// Odometry reports.
+    pub(super) reports: usize,
+}
+
+/// A base on its line, with the host that asks it where it has to be asked.
+struct BaseLine {
+    speech: BaseSpeech,
+    adapter: Adapter,
+    asked: Vec<SerialRead>,
+    baud: u32,
+}
+
+impl BaseLine {
+    /// The first byte of what the base says leaves at `start_ns`; the question has arrived a moment before.
+    fn say(&mut self, said: Said, start_ns: i64) {
+        if !said.asked.is_empty() {
+            let time_ns = start_ns - THINKING_NS - transfer_ns(said.asked.len(), self.baud);
+            self.asked.push(SerialRead { time_ns, bytes: said.asked });
+        }
+        let byte_ns = transfer_ns(1, self.baud);
+        for (index, byte) in said.answer.into_iter().enumerate() {
+            self.adapter.push(byte, start_ns + transfer_ns(index + 1, self.baud), byte_ns);
+        }
+    }
+}
+
 pub(super) fn record_base(
     rig: &SimulatedRig,
     times: &Times,
     options: &SimulateOptions,
-) -> Result<(LineReads, usize), SimulateError> {
-    let baud = rig.rig().base.baud;
-    let byte_ns = transfer_ns(1, baud);
-    let mut source = rig.base();
-    let mut adapter = Adapter::new(options.reads, options.seed, 2);
+) -> Result<BaseRun, SimulateError> {
+    let base = &rig.rig().base;
+    let adapter = Adapter::new(options.reads, options.seed, 2);
+    let speech = BaseSpeech::new(base.protocol);
+    let exchange_ns = transfer_ns(speech.exchange_bytes(), base.baud);
+    let mut line = BaseLine { speech, adapter, asked: Vec::new(), baud: base.baud };
     if options.start_up {
-        send_replies(&mut adapter, &telegrams::base_start_up()?, baud);
+        for (said, n) in line.speech.start_up()?.into_iter().zip(0..) {
+            line.say(said, (n + 1) * REPLY_PERIOD_NS);
+        }
     }
+    let mut source = rig.base();
     let phase_ns = (Rng::new(options.seed, 0x9A5E, 2).unit() * ODOMETRY_PERIOD_NS as f64) as i64;
     let mut sample_ns = times.stream_ns + phase_ns;
-    let mut packets = 0;
+    let mut reports = 0;
     loop {
-        let packet = telegrams::odometry(&source.sample(sample_ns))?;
-        let end_ns = sample_ns + transfer_ns(packet.len(), baud);
+        let said = line.speech.odometry(&source.sample(sample_ns), sample_ns)?;
+        let end_ns = sample_ns + transfer_ns(said.answer.len(), base.baud);
         if end_ns > times.end_ns {
             break;
         }
-        for (index, byte) in packet.into_iter().enumerate() {
-            adapter.push(byte, sample_ns + transfer_ns(index + 1, baud), byte_ns);
-        }
-        packets += 1;
-        sample_ns += ODOMETRY_PERIOD_NS.max(end_ns - sample_ns);
+        let was_asked = !said.asked.is_empty();
+        line.say(said, sample_ns);
+        reports += 1;
+        let period_ns = if was_asked { ASKING_PERIOD_NS.max(2 * exchange_ns) } else { ODOMETRY_PERIOD_NS };
+        sample_ns += period_ns.max(end_ns - sample_ns);
     }
-    let reads = through_faults(adapter.finish(), &options.faults, 2);
-    Ok((LineReads { port: Port::Base, reads }, packets))
+    let reads = through_faults(line.adapter.finish(), &options.faults, 2);
+    let mut lines = vec![LineReads::received(Port::Base, reads)];
+    if !line.asked.is_empty() {
+        lines.insert(0, LineReads::sent(Port::Base, line.asked));
+    }
+    Ok(BaseRun { lines, reports })
 }
 
 /// What the faults of the measurement make of the scans; the status byte of each.

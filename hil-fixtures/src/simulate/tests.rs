@@ -1,6 +1,7 @@
 //! The capture as others see it: deframed with `biplane-wire`, timed by the fact sheet's figures.
 
 use super::{SimulateOptions, SimulateReport, run};
+use crate::capture_source::Capture;
 use crate::faults::{Faults, Preset};
 use biplane_recording::{Port, Reader};
 use biplane_wire::deframe::Item;
@@ -143,13 +144,41 @@ fn the_same_seed_gives_the_same_bytes_and_another_seed_others() {
 }
 
 #[test]
+fn bases_that_count_are_captured_together_with_what_they_were_asked() {
+    let scratch = Scratch::new("counting");
+    let path = scratch.file("path.toml", "waypoints_m = [[0, 0], [4, 0]]\nspeed_m_s = 0.5\n");
+    // Counts of a metre of way of the first counter, which the mock base believes to be 1 % longer.
+    let bases = [
+        (
+            "protocol = \"roboclaw\"\nmetres_per_count_left = 0.0001\nmetres_per_count_right = 0.0001",
+            10_000.0,
+        ),
+        ("protocol = \"rflex\"\nmodel = \"b21r\"", 101_230.0),
+    ];
+    for (base, per_m) in bases {
+        let rig = format!("[horizontal]\nport = \"a\"\n[base]\nport = \"c\"\n{base}\n");
+        let options = SimulateOptions {
+            path: Some(path.display().to_string()),
+            rig: Some(scratch.file("r.toml", &rig)),
+            output: scratch.0.join("c.mcap"),
+            overwrite: true,
+            start_up: true,
+            ..SimulateOptions::default()
+        };
+        let report = run(&options).expect("simulates");
+        let track = Capture::read(&options.output).expect("reads").base.expect("a base");
+        assert_eq!(track.counts.len(), report.odometry, "{base}");
+        let driven_m = f64::from(track.counts.last().expect("counts").1[0]) / per_m;
+        assert!((driven_m / report.driven_m - 1.01).abs() < 0.03, "{base}: {driven_m} m");
+        assert!(track.skipped_bytes == 0, "{base}: {}", track.skipped_bytes);
+    }
+}
+
+#[test]
 fn a_rig_or_option_that_cannot_be_simulated_is_refused_by_name() {
     let scratch = Scratch::new("refuse");
-    let roboclaw = "[horizontal]\nport = \"a\"\n[base]\nport = \"c\"\nprotocol = \"roboclaw\"\naddress = 128\nwheel_base_m = 0.3\n\
-                    metres_per_count_left = 0.001\nmetres_per_count_right = 0.001\n";
     let base = SimulateOptions { output: scratch.0.join("x.mcap"), ..SimulateOptions::default() };
     let cases = [
-        (SimulateOptions { rig: Some(scratch.file("r.toml", roboclaw)), ..base.clone() }, "base.protocol"),
         (SimulateOptions { world: "castle".to_owned(), ..base.clone() }, "castle"),
         (SimulateOptions { path: Some("moat".to_owned()), ..base.clone() }, "moat"),
         (SimulateOptions { path: Some("nowhere.toml".to_owned()), ..base.clone() }, "nowhere.toml"),

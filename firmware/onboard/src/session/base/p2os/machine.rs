@@ -256,7 +256,7 @@ impl Machine {
         let silent_ns = self.now_ns - self.last_packet_ns;
         if silent_ns >= SILENCE_NS {
             let for_ms = u32::try_from(silent_ns / 1_000_000).unwrap_or(u32::MAX);
-            let bytes_came = self.last_byte_ns > self.last_packet_ns;
+            let bytes_came = self.last_byte_ns - self.last_packet_ns > SILENCE_NS / 2;
             self.say(if bytes_came { Event::Garbled { for_ms } } else { Event::Silent { for_ms } });
             self.odometer.session_restarts();
             self.enter_sync(0);

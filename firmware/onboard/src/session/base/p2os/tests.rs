@@ -123,7 +123,7 @@ fn a_base_that_counts_from_zero_again_goes_on_where_it_was() {
 #[test]
 fn noise_instead_of_packets_is_told_from_silence() {
     let script = format!(
-        "{}\n400 < noise200\n960 > {PULSE}\n1060 ! no intact telegram for 900 ms, starting again\n1060 > {SYNC0}\n\
+        "{}\n700 < noise200\n960 > {PULSE}\n1060 ! no intact telegram for 900 ms, starting again\n1060 > {SYNC0}\n\
          1200 end",
         opened()
     );

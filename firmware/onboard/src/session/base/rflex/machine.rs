@@ -184,7 +184,7 @@ impl Machine {
         let silent_ns = self.now_ns - self.last_pair_ns;
         if silent_ns >= SILENCE_NS {
             let for_ms = u32::try_from(silent_ns / 1_000_000).unwrap_or(u32::MAX);
-            let bytes_came = self.last_byte_ns > self.last_pair_ns;
+            let bytes_came = self.last_byte_ns - self.last_pair_ns > SILENCE_NS / 2;
             self.say(if bytes_came { Event::Garbled { for_ms } } else { Event::Silent { for_ms } });
             self.has_reported = false;
             self.ask();

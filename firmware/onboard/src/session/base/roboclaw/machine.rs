@@ -130,7 +130,7 @@ impl Machine {
             Stage::Running if self.now_ns - self.last_counts_ns >= SILENCE_NS => {
                 let for_ms = u32::try_from((self.now_ns - self.last_counts_ns) / 1_000_000);
                 let for_ms = for_ms.unwrap_or(u32::MAX);
-                let bytes_came = self.last_byte_ns > self.last_counts_ns;
+                let bytes_came = self.last_byte_ns - self.last_counts_ns > SILENCE_NS / 2;
                 self.say(if bytes_came { Event::Garbled { for_ms } } else { Event::Silent { for_ms } });
                 self.identify();
             }
