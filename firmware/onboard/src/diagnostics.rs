@@ -4,6 +4,7 @@ use biplane_matcher::Outcome;
 use biplane_recording::msg::{DiagnosticArray, DiagnosticStatus, KeyValue};
 
 use crate::health::{Health, LineFault, LineHealth, MatcherHealth};
+use crate::session::laser::LaserHealth;
 
 /// The message of this state.
 #[must_use]
@@ -35,7 +36,7 @@ fn status(name: &str, level: u8, message: &str, values: Vec<KeyValue>) -> Diagno
 }
 
 fn of_line(name: &str, line: &LineHealth) -> DiagnosticStatus {
-    let (level, message) = match (line.fault, line.streaming, line.rate_hz > 0.0) {
+    let (mut level, mut message) = match (line.fault, line.streaming, line.rate_hz > 0.0) {
         (LineFault::Lasts(words), ..) => (DiagnosticStatus::ERROR, words.to_owned()),
         (LineFault::Over(words), ..) => (DiagnosticStatus::WARN, format!("streams again; it was: {words}")),
         (LineFault::None, true, true) => (DiagnosticStatus::OK, "streams".to_owned()),
@@ -59,7 +60,31 @@ fn of_line(name: &str, line: &LineHealth) -> DiagnosticStatus {
             value("bytes", &counts.bytes()),
         ]);
     }
+    if let Some(laser) = &line.laser {
+        if !laser.troubles.is_empty() {
+            level = level.max(DiagnosticStatus::WARN);
+            message = format!("{message}; complains of {}", laser.troubles);
+        }
+        values.extend(of_laser(laser));
+    }
     status(name, level, &message, values)
+}
+
+fn of_laser(laser: &LaserHealth) -> [KeyValue; 11] {
+    let status = laser.status.map_or_else(|| "-".to_owned(), |status| status.to_string());
+    [
+        value("status", &status),
+        value("faults", &laser.faults),
+        value("polluted_scans", &laser.polluted_scans),
+        value("implausible_scans", &laser.implausible_scans),
+        value("dazzled_values", &laser.dazzled_values),
+        value("lost_telegrams", &laser.lost_telegrams),
+        value("left_out_scans", &laser.left_out_scans),
+        value("rejected_telegrams", &laser.rejected),
+        value("not_kept", &laser.not_kept),
+        value("configuration_writes", &laser.writes),
+        value("set_as_asked", &!laser.differs),
+    ]
 }
 
 fn of_matcher(matcher: &MatcherHealth) -> DiagnosticStatus {

@@ -3,6 +3,8 @@
 use biplane_matcher::Outcome;
 use biplane_wire::Counts;
 
+use crate::session::laser::LaserHealth;
+
 /// What is wrong with a line, in two or three words.
 #[derive(Copy, Clone, PartialEq, Eq, Debug, Default)]
 pub enum LineFault {
@@ -36,6 +38,8 @@ pub struct LineHealth {
     pub restarts: u64,
     /// From a measurement's stamp to its arrival, the largest in the last second, seconds.
     pub latency_s: f64,
+    /// What a laser's telegrams say of it; `None` for a base.
+    pub laser: Option<LaserHealth>,
 }
 
 /// The state of the matcher.

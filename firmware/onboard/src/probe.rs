@@ -1,5 +1,7 @@
 //! `probe`: asks each device of a rig what it is and how it is set, and changes nothing but a running output, which it stops.
 
+mod laser;
+
 use std::io;
 use std::path::Path;
 use std::thread;
@@ -48,8 +50,10 @@ pub struct DeviceReport {
     pub units: Option<&'static str>,
     /// Measuring mode in force.
     pub measuring_mode: Option<u8>,
-    /// Status: whether the device reports a fault.
+    /// Whether the device reports a fault.
     pub fault: Option<bool>,
+    /// What else it told, a line each: state, faults, configuration, what `record` would change.
+    pub remarks: Vec<String>,
 }
 
 /// Asks devices of a rig, all at once; in the rig's order. Those that are `wanted`, or every one when none is named.
@@ -94,28 +98,12 @@ fn ask_laser(
     port: &Tty,
     nothing: &DeviceReport,
 ) -> io::Result<DeviceReport> {
-    let mut session = LaserSession::probing(LaserSettings::from(laser), biplane_clock::monotonic_ns());
+    let settings = LaserSettings::from(laser);
+    let mut session = LaserSession::probing(settings, biplane_clock::monotonic_ns());
     if !converse(&mut session, port)? {
         return Ok(no_answer(nothing));
     }
-    let info = session.info();
-    let config = info.config.as_ref();
-    Ok(DeviceReport {
-        answered: true,
-        baud_found: info.found_baud,
-        kind: Some(info.type_text.to_string()),
-        firmware: Some(info.firmware.to_string()).filter(|text| !text.is_empty()),
-        fov_deg: info.variant.map(|(fov_deg, _)| fov_deg),
-        resolution_deg: info.variant.map(|(_, resolution_cdeg)| f64::from(resolution_cdeg) / 100.0),
-        units: config.and_then(|config| config.unit()).map(|unit| match unit {
-            biplane_wire::lms::Unit::Cm => "cm",
-            biplane_wire::lms::Unit::Mm => "mm",
-            biplane_wire::lms::Unit::TenCm => "10 cm",
-        }),
-        measuring_mode: config.and_then(|config| config.measuring_mode()).map(|mode| mode.byte()),
-        fault: info.has_fault,
-        ..nothing.clone()
-    })
+    Ok(laser::report(session.info(), &settings, nothing))
 }
 
 fn ask_base(rig: &Rig, port: &Tty, nothing: &DeviceReport) -> io::Result<DeviceReport> {

@@ -77,8 +77,8 @@ impl<S: Sink> Publisher<S> {
         self.sink.message(Topic::TfStatic, now_ns, now_ns, &self.bytes);
     }
 
-    /// A scan from a device.
-    pub fn scan(&mut self, now_ns: i64, topic: Topic, data: &ScanData) {
+    /// A scan from a device, with its remissions if it sends them.
+    pub fn scan(&mut self, now_ns: i64, topic: Topic, data: &ScanData, remissions: &[u16]) {
         let frame = if topic == Topic::ScanVertical { FRAME_LASER_VERTICAL } else { FRAME_LASER_HORIZONTAL };
         let scan = &mut self.scan;
         scan.stamp_ns = data.stamp_ns;
@@ -93,6 +93,8 @@ impl<S: Sink> Publisher<S> {
         scan.range_max_m = data.range_max_m;
         scan.ranges_m.clear();
         scan.ranges_m.extend_from_slice(&data.ranges_m);
+        scan.intensities.clear();
+        scan.intensities.extend(remissions.iter().copied().map(f32::from));
         scan.encode(&mut self.bytes);
         self.sink.message(topic, now_ns, data.stamp_ns, &self.bytes);
     }

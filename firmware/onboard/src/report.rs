@@ -47,8 +47,18 @@ pub struct RunReport {
     pub poses_vertical: u64,
     /// Scans whose match failed, so that their pose follows the odometry.
     pub unmatched: u64,
-    /// Telegrams that arrived damaged: checksum or length wrong, or cut.
+    /// Telegrams that arrived damaged: checksum or length wrong, cut, or of a form that the device does not send.
     pub damaged: u64,
+    /// Of these, laser telegrams with a good checksum.
+    pub rejected: u64,
+    /// Laser telegrams that were sent and did not arrive whole, by their index bytes; damaged ones are among them.
+    pub lost_telegrams: u64,
+    /// Scans that lasers measured and did not send because the line was busy, by their index bytes: no loss on the way.
+    pub left_out_scans: u64,
+    /// Values that lasers could not measure because they were dazzled.
+    pub dazzled_values: u64,
+    /// Scans taken through a polluted window.
+    pub polluted_scans: u64,
     /// Bytes that belong to no intact telegram.
     pub skipped_bytes: u64,
     /// Scans whose stamp is earlier than that of the one before.

@@ -51,10 +51,15 @@ pub(super) fn table(reports: &[DeviceReport]) -> String {
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
     let widths: [usize; 10] = std::array::from_fn(width);
     let mut text = String::new();
-    for row in &rows {
+    // The head has no remarks.
+    let remarks = std::iter::once(&[][..]).chain(reports.iter().map(|report| &report.remarks[..]));
+    for (row, remarks) in rows.iter().zip(remarks) {
         let cells: Vec<_> = row.iter().zip(widths).map(|(cell, width)| format!("{cell:width$}")).collect();
         text += cells.join("  ").trim_end();
         text.push('\n');
+        for remark in remarks {
+            text += &format!("  {remark}\n");
+        }
     }
     text
 }

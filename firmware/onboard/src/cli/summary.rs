@@ -46,6 +46,10 @@ fn text(report: &RunReport) -> String {
     );
     let remarks = [
         (report.damaged, "telegrams arrived damaged or cut"),
+        (report.rejected, "of them had a good checksum, but not the form of the device's telegrams"),
+        (report.lost_telegrams, "laser telegrams did not arrive whole, by their index bytes"),
+        (report.dazzled_values, "values are missing because a laser was dazzled"),
+        (report.polluted_scans, "scans were taken through a polluted window"),
         (report.skipped_bytes, "bytes belong to no telegram"),
         (report.backward_stamps, "stamps step back"),
         (report.not_understood, "intact telegrams were not understood: NOT KEPT"),

@@ -118,6 +118,7 @@ fn the_probes_table_has_aligned_columns_and_says_what_differs() {
             measuring_mode: Some(6),
             fault: Some(true),
             problem: None,
+            remarks: vec!["faults: error 12".to_owned(), "record would change the rate".to_owned()],
         },
         crate::probe::DeviceReport {
             device: "base",
@@ -129,6 +130,8 @@ fn the_probes_table_has_aligned_columns_and_says_what_differs() {
     let table = "\
 device            port       baud               type               firmware  field  step  units  mode  status
 horizontal laser  /dev/a     9600 (rig: 38400)  LMS291;S05;X01.27  X01.27    180    0.5   cm     06    FAULT
+  faults: error 12
+  record would change the rate
 base              /dev/base  -                  -                  -         -      -     -      -     no answer
 ";
     assert_eq!(probe::table(&reports), table);

@@ -6,6 +6,7 @@ use super::{Engine, HEALTH_NS};
 use crate::health::{Health, LineHealth};
 use crate::report::RunReport;
 use crate::session::Session;
+use crate::session::laser::LaserHealth;
 use crate::sink::Sink;
 
 impl<S: Sink> Engine<S> {
@@ -28,10 +29,12 @@ impl<S: Sink> Engine<S> {
 
     fn state(&mut self, interval_s: f64) -> Health {
         let streaming = self.horizontal.line.session.is_streaming();
-        let horizontal = self.horizontal.line.health(interval_s, streaming);
+        let mut horizontal = self.horizontal.line.health(interval_s, streaming);
+        horizontal.laser = Some(*self.horizontal.line.session.health());
         let vertical = self.vertical.as_mut().map(|vertical| {
             let streaming = vertical.line.session.is_streaming();
-            vertical.line.health(interval_s, streaming)
+            let laser = Some(*vertical.line.session.health());
+            LineHealth { laser, ..vertical.line.health(interval_s, streaming) }
         });
         let streaming = self.base.session.is_streaming();
         let base = self.base.health(interval_s, streaming);
@@ -87,11 +90,13 @@ impl<S: Sink> Engine<S> {
             (Port::Horizontal, _) => {
                 let line = &self.horizontal.line;
                 report.scans_horizontal += line.meter.measurements;
+                add_laser(line.session.health(), report);
                 (line.session.counts(), line.session.not_kept())
             }
             (Port::Vertical, Some(vertical)) => {
                 let line = &vertical.line;
                 report.scans_vertical += line.meter.measurements;
+                add_laser(line.session.health(), report);
                 (line.session.counts(), line.session.not_kept())
             }
             (Port::Vertical, None) => return,
@@ -104,6 +109,15 @@ impl<S: Sink> Engine<S> {
         report.skipped_bytes += counts.skipped_bytes;
         report.not_understood += not_kept;
     }
+}
+
+fn add_laser(laser: &LaserHealth, report: &mut RunReport) {
+    report.damaged += laser.rejected;
+    report.rejected += laser.rejected;
+    report.lost_telegrams += laser.lost_telegrams;
+    report.left_out_scans += laser.left_out_scans;
+    report.dazzled_values += laser.dazzled_values;
+    report.polluted_scans += laser.polluted_scans;
 }
 
 /// A line's state with that of decoded measurements, which come instead of bytes.

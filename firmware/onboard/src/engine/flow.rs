@@ -15,7 +15,7 @@ impl<S: Sink> Engine<S> {
             (Port::Vertical, Some(vertical)) => (Topic::ScanVertical, vertical.stamped(now_ns, reading)),
             _ => (Topic::ScanHorizontal, self.horizontal.stamped(now_ns, reading)),
         };
-        self.publisher.scan(now_ns, topic, &data);
+        self.publisher.scan(now_ns, topic, &data, &reading.intensities);
         self.take_scan(now_ns, topic, data);
     }
 

@@ -100,6 +100,40 @@ fn a_recorded_scan_is_as_the_interface_says() {
 }
 
 #[test]
+fn an_s14_s_scan_is_recorded_with_its_fan_its_one_turn_and_its_remissions() {
+    let mut rig = rig();
+    rig.horizontal.fov_deg = 90;
+    rig.horizontal.resolution_deg = 0.5;
+    let options = EngineOptions { rig, matcher: Method::default(), feed: Feed::Recorded, raw: false };
+    let mut engine = Engine::new(&options, MemorySink::default(), START_NS);
+    let scan = biplane_wire::lms::S14Scan {
+        unit: biplane_wire::lms::Unit::Cm,
+        values: (0..181).map(|i| 200 + i).collect(),
+        span: biplane_wire::lms::Span { first: 1, last: 181 },
+        remissions: (0..181).map(|i| 255 - i as u8).collect(),
+        index: None,
+        status: biplane_wire::lms::Status(0x90),
+    };
+    let mut bytes = vec![0; scan.encoded_len()];
+    scan.emit(0x80, &mut bytes).unwrap();
+    engine.bytes(START_NS, Port::Horizontal, &bytes);
+    let (report, mut sink) = engine.finish(START_NS + MS);
+    assert_eq!((report.scans_horizontal, report.lost, report.polluted_scans), (1, 0, 1));
+    let scan = sink.all::<LaserScan>(Topic::ScanHorizontal).remove(0);
+    assert!((scan.angle_min_rad + std::f32::consts::FRAC_PI_4).abs() < 1e-6);
+    assert!((scan.angle_max_rad - std::f32::consts::FRAC_PI_4).abs() < 1e-6);
+    assert!((scan.time_increment_s - 18.5e-6).abs() < 1e-9 && (scan.scan_time_s - 0.01332).abs() < 1e-7);
+    assert_eq!((scan.ranges_m.len(), scan.ranges_m[180]), (181, 3.8));
+    assert_eq!((scan.intensities.len(), scan.intensities[0], scan.intensities[180]), (181, 255.0, 75.0));
+    let (_, health) = sink.healths.pop().unwrap();
+    let diagnostics = crate::diagnostics::message(0, &health);
+    let laser = &diagnostics.status[0];
+    assert!(laser.message.ends_with("; complains of front window polluted"), "{}", laser.message);
+    let value = |key: &str| laser.values.iter().find(|value| value.key == key).unwrap().value.as_str();
+    assert_eq!((value("status"), value("polluted_scans")), ("ok, front window polluted", "1"));
+}
+
+#[test]
 fn the_two_moving_frames_compose_to_the_pose() {
     let (_, sink) = run(&drive(6, 100));
     let poses: Vec<PoseWithCovarianceStamped> = sink.all(Topic::Pose);

@@ -45,6 +45,36 @@ impl fmt::Display for Trouble {
     }
 }
 
+/// The troubles that are on, in the order of [`Trouble::ALL`].
+#[derive(Copy, Clone, PartialEq, Eq, Debug, Default)]
+pub struct Troubles([bool; 4]);
+
+impl Troubles {
+    /// Those that are on.
+    pub fn iter(self) -> impl Iterator<Item = Trouble> {
+        Trouble::ALL.into_iter().zip(self.0).filter_map(|(trouble, is_on)| is_on.then_some(trouble))
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub fn is_empty(self) -> bool {
+        self == Self::default()
+    }
+}
+
+impl fmt::Display for Troubles {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.is_empty() {
+            return f.write_str("none");
+        }
+        for (index, trouble) in self.iter().enumerate() {
+            let gap = if index == 0 { "" } else { ", " };
+            write!(f, "{gap}{trouble}")?;
+        }
+        Ok(())
+    }
+}
+
 /// Follows the status bytes of a device.
 #[derive(Copy, Clone, PartialEq, Eq, Debug, Default)]
 pub(super) struct Condition {
@@ -68,8 +98,8 @@ impl Condition {
     }
 
     /// The troubles that are on.
-    pub(super) fn troubles(&self) -> impl Iterator<Item = Trouble> {
-        Trouble::ALL.into_iter().zip(self.seen_ns).filter_map(|(trouble, seen_ns)| seen_ns.map(|_| trouble))
+    pub(super) fn troubles(&self) -> Troubles {
+        Troubles(self.seen_ns.map(|seen_ns| seen_ns.is_some()))
     }
 }
 
@@ -107,6 +137,9 @@ mod tests {
                 (2_500, Trouble::Error, true),
             ]
         );
-        assert_eq!(condition.troubles().count(), 3);
+        assert_eq!(
+            condition.troubles().to_string(),
+            "front window polluted, implausible measured values, an error"
+        );
     }
 }

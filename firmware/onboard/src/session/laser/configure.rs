@@ -25,7 +25,7 @@ impl Machine {
         self.info.firmware = printable(status.version());
         self.info.has_fault = Some(status.has_fault());
         self.info.variant = Some((status.angle_deg(), status.resolution_cdeg()));
-        self.info.report = status.data().first_chunk().copied();
+        self.info.status_data = status.data().first_chunk().copied();
     }
 
     /// A question that is answered by one of these reports.
@@ -68,11 +68,11 @@ impl Machine {
 
     /// Says faults where there are some, and again only when they have changed.
     pub(super) fn say_faults(&mut self) {
-        let faults = self.info.faults.clone().unwrap_or_default();
+        let faults = self.info.faults.unwrap_or_default();
         if faults.count > 0 && faults != self.said.faults {
-            self.say(Event::Faults(faults.clone()));
+            self.say(Event::Faults(faults));
         }
-        self.said.faults.clone_from(&faults);
+        self.said.faults = faults;
         self.health.faults = faults;
         let has_fault = self.info.has_fault == Some(true);
         if has_fault && !self.said.has_fault {
@@ -84,6 +84,10 @@ impl Machine {
     /// All is read: a probe ends here. Otherwise the configuration is written when it differs, then the variant set.
     pub(super) fn compare_configuration(&mut self) {
         self.say_faults();
+        if self.info.is_s14(&self.settings) {
+            // Whatever its status report says: it has but one.
+            self.info.variant = Some((90, 50));
+        }
         if self.goal == Goal::Probe {
             self.question = None;
             self.state = State::Done;
@@ -95,9 +99,6 @@ impl Machine {
     /// An S14 has but one variant, and no command for it.
     pub(super) fn compare_variant(&mut self) {
         let wanted = (self.settings.fov_deg, self.settings.resolution_cdeg);
-        if self.info.is_s14(&self.settings) {
-            self.info.variant = Some((90, 50));
-        }
         let has_choice = !self.info.is_s14(&self.settings) && wanted.0 != 90;
         if self.info.variant == Some(wanted) {
             self.said.variant = None;

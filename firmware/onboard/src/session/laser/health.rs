@@ -2,18 +2,18 @@
 
 use biplane_wire::lms::{Fault, Status};
 
-use super::condition::Trouble;
+use super::condition::Troubles;
 
 /// Faults of a device's list that are kept; more are counted only.
 pub const MAX_FAULTS: usize = 8;
 
 /// The state of a laser beside that of its line.
-#[derive(Clone, PartialEq, Eq, Debug, Default)]
+#[derive(Copy, Clone, PartialEq, Eq, Debug, Default)]
 pub struct LaserHealth {
     /// Status byte of the last scan.
     pub status: Option<Status>,
     /// What it has complained of lately.
-    pub troubles: heapless::Vec<Trouble, 4>,
+    pub troubles: Troubles,
     /// Faults that the device had at the last start.
     pub faults: FaultList,
     /// Scans with a polluted window.
@@ -37,10 +37,10 @@ pub struct LaserHealth {
 }
 
 /// Faults that a device has told.
-#[derive(Clone, PartialEq, Eq, Debug, Default)]
+#[derive(Copy, Clone, PartialEq, Eq, Debug, Default)]
 pub struct FaultList {
     /// The first of them.
-    pub first: heapless::Vec<Fault, MAX_FAULTS>,
+    pub first: [Option<Fault>; MAX_FAULTS],
     /// All of them.
     pub count: u16,
 }
@@ -50,8 +50,10 @@ impl FaultList {
     pub(super) fn of(faults: impl Iterator<Item = Fault>) -> Self {
         let mut list = Self::default();
         for fault in faults {
+            if let Some(place) = list.first.get_mut(usize::from(list.count)) {
+                *place = Some(fault);
+            }
             list.count = list.count.saturating_add(1);
-            let _ = list.first.push(fault);
         }
         list
     }
@@ -62,11 +64,11 @@ impl std::fmt::Display for FaultList {
         if self.count == 0 {
             return f.write_str("no faults");
         }
-        for (index, fault) in self.first.iter().enumerate() {
+        for (index, fault) in self.first.iter().flatten().enumerate() {
             let gap = if index == 0 { "" } else { ", " };
             write!(f, "{gap}{fault}")?;
         }
-        match usize::from(self.count) - self.first.len() {
+        match usize::from(self.count).saturating_sub(MAX_FAULTS) {
             0 => Ok(()),
             more => write!(f, " and {more} more"),
         }

@@ -25,7 +25,7 @@ mod write;
 use biplane_wire::Counts;
 use biplane_wire::lms::DeviceDeframer;
 
-pub use condition::Trouble;
+pub use condition::{Trouble, Troubles};
 pub use fan::Fan;
 pub use health::{FaultList, LaserHealth, MAX_FAULTS};
 pub use index_watch::IndexWatch;

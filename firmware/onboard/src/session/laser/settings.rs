@@ -65,14 +65,14 @@ pub struct LaserInfo {
     /// Its list of faults.
     pub faults: Option<FaultList>,
     /// Data of its status report.
-    pub(super) report: Option<[u8; STATUS_REPORT_BYTES]>,
+    pub status_data: Option<[u8; STATUS_REPORT_BYTES]>,
 }
 
 impl LaserInfo {
     /// Its status report.
     #[must_use]
     pub fn report(&self) -> Option<StatusReport<'_>> {
-        self.report.as_ref().and_then(|data| StatusReport::new(data).ok())
+        self.status_data.as_ref().and_then(|data| StatusReport::new(data).ok())
     }
 
     /// How its values are to be read: as its configuration says, or its status report; `None` when neither is known.

@@ -170,7 +170,7 @@ impl Machine {
         condition.see(self.now_ns, status, |trouble, begins| {
             outputs.push(Output::Event(Event::Trouble { trouble, begins }));
         });
-        self.health.troubles = self.condition.troubles().collect();
+        self.health.troubles = self.condition.troubles();
     }
 
     /// From a telegram to the next, at most.
