@@ -3,10 +3,10 @@
 //! Times in nanoseconds. A topic's times are its messages' own stamps (`publish_time`), for serial bytes the time of the read.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::PathBuf;
 
 use biplane_recording::msg::{ByteArray, DiagnosticArray, Message};
-use biplane_recording::{Entry, ReadError, Reader, Rig, Topic};
+use biplane_recording::{Entry, ReadError, Recording, Rig, Topic};
 use serde::Serialize;
 
 /// An interval this many times the usual one is a gap.
@@ -59,8 +59,14 @@ pub struct Health {
 /// What a file holds.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FileInfo {
-    /// Its name.
+    /// Its name; the first part's of a recording in parts.
     pub file: String,
+    /// All parts of a recording in parts, in order.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub parts: Vec<String>,
+    /// Numbers of parts that are not among these.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub parts_missing: Vec<u32>,
     /// Its size, bytes.
     pub bytes: u64,
     /// The MCAP profile, `ros2` for what ROS 2 opens.
@@ -146,16 +152,16 @@ fn seconds(span_ns: i64) -> f64 {
     span_ns as f64 / 1e9
 }
 
-/// Reads a whole file and sums up what it holds.
+/// Reads a whole file, or all parts of a recording, and sums up what it holds.
 ///
 /// # Errors
 /// When the file is missing, no MCAP file, cut off or damaged.
-pub fn read(path: &Path) -> Result<FileInfo, ReadError> {
-    let reader = Reader::open(path)?;
+pub fn read(paths: &[PathBuf]) -> Result<FileInfo, ReadError> {
+    let recording = Recording::open(paths)?;
     let mut tallies: BTreeMap<String, Tally> = BTreeMap::new();
     let mut times_ns: Option<[i64; 2]> = None;
     let mut health = Vec::new();
-    for entry in reader.messages() {
+    for entry in recording.messages() {
         let entry = entry?;
         let [first_ns, last_ns] = times_ns.unwrap_or([entry.log_time_ns; 2]);
         times_ns = Some([first_ns.min(entry.log_time_ns), last_ns.max(entry.log_time_ns)]);
@@ -173,9 +179,13 @@ pub fn read(path: &Path) -> Result<FileInfo, ReadError> {
     }
     let [start_ns, end_ns] = times_ns.unwrap_or_default();
     let topics: Vec<TopicInfo> = tallies.into_values().map(Tally::finish).collect();
+    let reader = recording.first();
+    let names: Vec<_> = recording.paths().map(|path| path.display().to_string()).collect();
     Ok(FileInfo {
-        file: path.display().to_string(),
-        bytes: reader.size(),
+        file: names[0].clone(),
+        parts: if names.len() > 1 { names } else { Vec::new() },
+        parts_missing: recording.missing(),
+        bytes: recording.size(),
         profile: reader.profile().to_owned(),
         library: reader.library().to_owned(),
         start_ns,
@@ -224,7 +234,7 @@ mod tests {
         writer.write_serial(Port::Base, Direction::Rx, 4_000_000_000, &[4]).unwrap();
         writer.finish().unwrap();
 
-        let info = read(&path).unwrap();
+        let info = read(std::slice::from_ref(&path)).unwrap();
         assert_eq!((info.messages, info.start_ns, info.end_ns, info.duration_s), (25, 0, 4_000_000_000, 4.0));
         let [scans, serial] = &info.topics[..] else { panic!("{:?}", info.topics) };
         assert_eq!(

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use biplane_recording::msg::{LaserScan, PoseWithCovarianceStamped};
 use biplane_recording::rig::Laser;
-use biplane_recording::{AnyMessage, ReadError, Reader, Rig, Topic};
+use biplane_recording::{AnyMessage, ReadError, Recording, Rig, Topic};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 use crate::cloud::{Fan, FanBeam, Sweep};
@@ -62,7 +62,7 @@ fn hint(serial: bool) -> &'static str {
 /// An open recording.
 #[derive(Debug)]
 pub struct Run {
-    reader: Reader,
+    recording: Recording,
 }
 
 /// The poses of a recording and the stamps that they belong to, in file order.
@@ -116,17 +116,22 @@ pub struct VerticalScans {
 }
 
 impl Run {
-    /// Opens a finished recording.
+    /// Opens a finished recording: one file, or its parts (see [`Recording`]).
     ///
     /// # Errors
-    /// When the file is missing, no MCAP file, or cut off.
-    pub fn open(path: &Path) -> Result<Self, RunError> {
-        Ok(Self { reader: Reader::open(path)? })
+    /// When a file is missing, no MCAP file, or cut off, or when several are no parts of one recording.
+    pub fn open(paths: &[PathBuf]) -> Result<Self, RunError> {
+        Ok(Self { recording: Recording::open(paths)? })
     }
 
-    /// The file's name.
+    /// The file's name; the first one's of several.
     pub fn path(&self) -> &Path {
-        self.reader.path()
+        self.recording.path()
+    }
+
+    /// The files, in order.
+    pub fn recording(&self) -> &Recording {
+        &self.recording
     }
 
     /// The robot that it was recorded with.
@@ -134,7 +139,7 @@ impl Run {
     /// # Errors
     /// When the file does not tell.
     pub fn rig(&self) -> Result<Rig, RunError> {
-        self.reader.rig()?.ok_or_else(|| RunError::NoRig { path: self.path().to_owned() })
+        self.recording.rig()?.ok_or_else(|| RunError::NoRig { path: self.path().to_owned() })
     }
 
     /// Reads all poses.
@@ -159,7 +164,7 @@ impl Run {
     pub fn stamps_and_poses(&self) -> Result<RunPoses, RunError> {
         let mut found = RunPoses::default();
         let mut serial = false;
-        for entry in self.reader.messages() {
+        for entry in self.recording.messages() {
             let entry = entry?;
             match entry.topic {
                 Some(Topic::ScanVertical) => found.vertical_scans += 1,
@@ -186,7 +191,7 @@ impl Run {
     /// # Errors
     /// When the file is damaged.
     pub fn for_each_scan(&self, topic: Topic, mut visit: impl FnMut(LaserScan)) -> Result<(), RunError> {
-        for entry in self.reader.messages() {
+        for entry in self.recording.messages() {
             let entry = entry?;
             if entry.topic == Some(topic)
                 && let AnyMessage::Scan(scan) = entry.decode()?

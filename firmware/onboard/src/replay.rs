@@ -11,7 +11,8 @@ use biplane_matcher::Method;
 use biplane_recording::msg::{ByteArray, LaserScan, Message, Odometry};
 use biplane_recording::rig::BaseProtocol;
 use biplane_recording::{
-    Direction, Entry, PartsWriter, Port, ReadError, Reader, Rig, Rotation, Topic, WriteError, WriterOptions,
+    Direction, Entry, PartsWriter, Port, ReadError, Recording, Rig, Rotation, Topic, WriteError,
+    WriterOptions,
 };
 
 use crate::engine::{Engine, EngineOptions, Feed};
@@ -57,8 +58,8 @@ impl FromStr for Speed {
 /// What to replay.
 #[derive(Clone, PartialEq, Debug)]
 pub struct ReplayOptions {
-    /// A capture, or a recording with scans and odometry.
-    pub input: PathBuf,
+    /// A capture, or a recording with scans and odometry: one file, or its parts (see [`Recording`]).
+    pub inputs: Vec<PathBuf>,
     /// The recording to make.
     pub output: PathBuf,
     /// The rig; the input's own when `None`.
@@ -78,7 +79,7 @@ impl ReplayOptions {
     #[must_use]
     pub fn new(input: impl Into<PathBuf>, output: impl Into<PathBuf>) -> Self {
         Self {
-            input: input.into(),
+            inputs: vec![input.into()],
             output: output.into(),
             rig: None,
             speed: Speed::Max,
@@ -103,30 +104,30 @@ enum Content {
 /// What is wrong with input, output or rig. The input is read through once before the output is begun, so that nothing is made from a
 /// file that is damaged.
 pub fn replay(options: &ReplayOptions, stop: &AtomicBool) -> Result<RunReport, OnboardError> {
-    if same_file(&options.input, &options.output) {
-        return Err(OnboardError::OutputIsInput { path: options.input.clone() });
+    let input = Recording::open(&options.inputs)?;
+    if let Some(path) = input.paths().find(|path| same_file(path, &options.output)) {
+        return Err(OnboardError::OutputIsInput { path: path.to_owned() });
     }
     let writer_options = WriterOptions {
         overwrite: options.overwrite,
-        inputs: vec![options.input.clone()],
+        inputs: input.paths().map(Path::to_owned).collect(),
         ..WriterOptions::default()
     };
-    let reader = Reader::open(&options.input)?;
     PartsWriter::check(&options.output, &writer_options, options.rotation)?;
     let rig = match &options.rig {
         Some(rig) => rig.clone(),
-        None => reader.rig()?.ok_or_else(|| OnboardError::NoRig { path: options.input.clone() })?,
+        None => input.rig()?.ok_or_else(|| OnboardError::NoRig { path: input.path().to_owned() })?,
     };
-    let (content, start_ns) = survey(&reader, &rig)?;
+    let (content, start_ns) = survey(&input, &rig)?;
     let writer = PartsWriter::create(&options.output, &writer_options, options.rotation)?;
-    let made = run_into(writer, options, rig, (&reader, content, start_ns), stop);
+    let made = run_into(writer, options, rig, (&input, content, start_ns), stop);
     if made.is_err() {
         // What this run itself began: left there, it would only stand in the way of the next attempt.
         PartsWriter::remove_begun(&options.output, &writer_options, options.rotation);
     }
     let report = made?;
     if report.poses == 0 && report.end == RunEnd::InputOver {
-        return Err(OnboardError::NoPoses { input: options.input.clone(), output: report.output });
+        return Err(OnboardError::NoPoses { input: input.path().to_owned(), output: report.output });
     }
     Ok(report)
 }
@@ -136,14 +137,14 @@ fn run_into(
     mut writer: PartsWriter,
     options: &ReplayOptions,
     rig: Rig,
-    (reader, content, start_ns): (&Reader, Content, i64),
+    (input, content, start_ns): (&Recording, Content, i64),
     stop: &AtomicBool,
 ) -> Result<RunReport, OnboardError> {
     provenance::write(&mut writer, &rig, options.matcher, "biplane-onboard replay", start_ns)?;
     let engine_options = EngineOptions { rig, matcher: options.matcher, feed: Feed::Recorded, raw: false };
     let engine = Engine::new(&engine_options, DirectSink::new(writer), start_ns);
     let mut run = Run { engine, content, end_ns: start_ns };
-    let end = run.feed(reader, &Pace::new(options.speed, start_ns), stop)?;
+    let end = run.feed(input, &Pace::new(options.speed, start_ns), stop)?;
     let (report, mut sink) = run.engine.finish(run.end_ns);
     sink.check()?;
     let written = sink.into_writer().finish()?;
@@ -159,10 +160,10 @@ fn same_file(input: &Path, output: &Path) -> bool {
 
 /// Whether the file holds serial bytes or decoded scans, and the time of its first message. Serial bytes go first: a recording made with
 /// `--raw` has both. What a RoboClaw answered is refused without what it was asked: its answers have no header to know them by.
-fn survey(reader: &Reader, rig: &Rig) -> Result<(Content, i64), OnboardError> {
+fn survey(input: &Recording, rig: &Rig) -> Result<(Content, i64), OnboardError> {
     let (mut serial, mut decoded, mut start_ns) = (false, false, None);
     let (mut answers, mut questions) = (false, false);
-    for entry in reader.messages() {
+    for entry in input.messages() {
         let entry = entry?;
         if let Some(Topic::Serial(Port::Base, direction)) = entry.topic {
             answers |= direction == Direction::Rx;
@@ -177,14 +178,14 @@ fn survey(reader: &Reader, rig: &Rig) -> Result<(Content, i64), OnboardError> {
         start_ns.get_or_insert(entry.log_time_ns);
     }
     if matches!(rig.base.protocol, BaseProtocol::RoboClaw { .. }) && answers && !questions {
-        let (path, protocol) = (reader.path().to_owned(), rig.base.protocol.name());
+        let (path, protocol) = (input.path().to_owned(), rig.base.protocol.name());
         return Err(OnboardError::NoQuestions { path, protocol });
     }
     let content = match (serial, decoded) {
         (true, _) => Content::Serial,
         (false, true) => Content::Decoded,
         (false, false) => {
-            return Err(OnboardError::NothingToReplay { path: reader.path().to_owned() });
+            return Err(OnboardError::NothingToReplay { path: input.path().to_owned() });
         }
     };
     Ok((content, start_ns.unwrap_or_default()))
@@ -197,14 +198,14 @@ struct Run {
 }
 
 impl Run {
-    fn feed(&mut self, reader: &Reader, pace: &Pace, stop: &AtomicBool) -> Result<RunEnd, OnboardError> {
-        for entry in reader.messages() {
+    fn feed(&mut self, input: &Recording, pace: &Pace, stop: &AtomicBool) -> Result<RunEnd, OnboardError> {
+        for entry in input.messages() {
             let entry = entry?;
             pace.wait_for(entry.log_time_ns, stop);
             if stop.load(Ordering::Relaxed) {
                 return Ok(RunEnd::Interrupted);
             }
-            self.take(&entry).map_err(|error| error.in_file(reader.path()))?;
+            self.take(&entry).map_err(|error| error.in_file(input.path()))?;
             self.say_events();
             self.check()?;
         }

@@ -105,7 +105,7 @@ fn what_is_not_supported_yet_is_said() {
     folder.expect(
         "build run.mcap run.mcap -o x",
         1,
-        &["several recordings in one model are not supported yet"],
+        &["no parts of one recording", "several recordings are not taken together"],
     );
     assert_eq!(folder.names(), ["run.mcap"]);
 }

@@ -6,6 +6,7 @@ mod careful;
 mod demo;
 mod floor;
 mod import;
+mod parts;
 mod room;
 mod run;
 mod salvage;

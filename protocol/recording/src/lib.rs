@@ -25,7 +25,7 @@ pub mod write;
 
 pub use cdr::CdrError;
 pub use msg::{AnyMessage, Message};
-pub use read::{Entry, ReadError, Reader};
+pub use read::{Entry, ReadError, Reader, Recording};
 pub use recover::{RecoverError, RecoverReport, recover};
 pub use rig::{Rig, RigError};
 pub use topics::{Direction, Port, Topic};

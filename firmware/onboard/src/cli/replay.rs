@@ -13,8 +13,10 @@ use crate::replay::{ReplayOptions, Speed};
 /// Deterministic: the same input gives the same bytes.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// A capture (serial bytes), an import, or a recording whose poses shall be found anew.
-    input: PathBuf,
+    /// A capture (serial bytes), an import, or a recording whose poses shall be found anew; of one in parts all of them, in any order, or
+    /// its name without the number.
+    #[arg(required = true, value_name = "INPUT.mcap")]
+    inputs: Vec<PathBuf>,
     /// The recording to make.
     #[arg(long, short)]
     output: PathBuf,
@@ -40,7 +42,7 @@ pub struct Args {
 pub(super) fn run(args: &Args) -> Result<u8, OnboardError> {
     let rig = args.rig.as_deref().map(Rig::load).transpose()?;
     let options = ReplayOptions {
-        input: args.input.clone(),
+        inputs: args.inputs.clone(),
         output: args.output.clone(),
         rig,
         speed: args.speed,

@@ -2,8 +2,8 @@
 
 use std::fs;
 
-use biplane_recording::Writer;
 use biplane_recording::msg::PoseWithCovarianceStamped;
+use biplane_recording::{Reader, Writer};
 
 use super::*;
 use crate::engine::synthetic;
@@ -236,4 +236,27 @@ fn a_stop_ends_the_replay_with_a_whole_file() {
     assert_eq!((report.scans_horizontal, report.poses), (0, 0));
     assert_eq!((report.end, report.exit_code()), (RunEnd::Interrupted, 3));
     assert!(Reader::open(&folder.file("out.mcap")).is_ok());
+}
+
+#[test]
+fn a_replay_into_parts_and_out_of_parts_has_the_poses_of_the_whole() {
+    let folder = Folder::new("parts");
+    write_capture(&folder.file("capture.mcap"), 4, true);
+    let rotation = Rotation { span_ns: Some(900_000_000), bytes: None };
+    let whole = run(&options(folder.file("capture.mcap"), folder.file("whole.mcap"))).unwrap();
+    let in_parts = options(folder.file("capture.mcap"), folder.file("run.mcap"));
+    let parted = run(&ReplayOptions { rotation, ..in_parts }).unwrap();
+    assert_eq!((parted.parts.len(), parted.poses, parted.lost), (5, whole.poses, 0));
+    assert_eq!(parted.output, folder.file("run_0.mcap"));
+    let poses = |paths: &[PathBuf]| -> Vec<Vec<u8>> {
+        let entries = Recording::open(paths).unwrap();
+        let entries = entries.messages().map(Result::unwrap);
+        entries.filter(|entry| entry.topic == Some(Topic::Pose)).map(|entry| entry.bytes).collect()
+    };
+    assert!(poses(&parted.parts) == poses(&[folder.file("whole.mcap")]));
+    // Out of parts: the scans and odometry of all of them, under the name of the whole.
+    let again = run(&options(folder.file("whole.mcap"), folder.file("again.mcap"))).unwrap();
+    let joined = run(&options(folder.file("run.mcap"), folder.file("joined.mcap"))).unwrap();
+    assert_eq!((joined.scans_horizontal, joined.odometry), (again.scans_horizontal, again.odometry));
+    assert!(poses(&[folder.file("joined.mcap")]) == poses(&[folder.file("again.mcap")]));
 }

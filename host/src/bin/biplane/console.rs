@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::io::IsTerminal;
 
+use biplane_recording::Recording;
 use indicatif::{ProgressBar, ProgressStyle};
 
 /// Where notes go.
@@ -22,6 +23,18 @@ impl Console {
     pub fn note(&self, text: impl AsRef<str>) {
         if !self.quiet {
             eprintln!("{}", text.as_ref());
+        }
+    }
+
+    /// Says which parts of a recording were not given.
+    pub fn tell_missing(&self, recording: &Recording) {
+        let missing: Vec<String> = recording.missing().iter().map(u32::to_string).collect();
+        if !missing.is_empty() {
+            self.note(format!(
+                "{}: part {} is not among the parts",
+                recording.path().display(),
+                missing.join(", ")
+            ));
         }
     }
 

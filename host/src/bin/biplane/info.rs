@@ -11,8 +11,9 @@ use crate::Outcome;
 /// Words of the command.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// A recording or capture
-    file: PathBuf,
+    /// A recording or capture; of one in parts all of them, in any order, or its name without the number
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -20,7 +21,7 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args) -> anyhow::Result<Outcome> {
-    let info = info::read(&args.file)?;
+    let info = info::read(&args.files)?;
     let mut out = io::stdout().lock();
     if args.json {
         serde_json::to_writer_pretty(&mut out, &info).map_err(io::Error::from)?;
@@ -32,7 +33,13 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
 }
 
 fn print(out: &mut impl Write, info: &FileInfo) -> io::Result<()> {
-    writeln!(out, "{}", info.file)?;
+    match &info.parts[..] {
+        [first, .., last] => writeln!(out, "{first} to {last}: {} parts", info.parts.len())?,
+        _ => writeln!(out, "{}", info.file)?,
+    }
+    for number in &info.parts_missing {
+        writeln!(out, "  part {number} is not among them")?;
+    }
     writeln!(out, "  {} bytes, profile {}, written by {}", info.bytes, info.profile, info.library)?;
     writeln!(
         out,

@@ -15,8 +15,9 @@ use crate::console::Console;
 /// Words of the command.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// A posed recording
-    recording: PathBuf,
+    /// A posed recording; of one in parts all of them, in any order, or its name without the number
+    #[arg(required = true, value_name = "RUN.mcap")]
+    recordings: Vec<PathBuf>,
     /// Name of the map: NAME.pgm and NAME.yaml for map_server, NAME.png to look at
     #[arg(long, short, value_name = "NAME")]
     output: PathBuf,
@@ -37,12 +38,15 @@ fn resolution(text: &str) -> Result<f64, String> {
 
 /// Runs the command.
 pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
+    let run = Run::open(&args.recordings)?;
     for path in map_paths(&args.output) {
-        check_not_input(&path, ".part", &args.recording)?;
+        for recording in run.recording().paths() {
+            check_not_input(&path, ".part", recording)?;
+        }
         check_free(&path, args.force)?;
     }
-    let run = Run::open(&args.recording)?;
-    let _spinner = console.spinner(format!("drawing {}", args.recording.display()));
+    console.tell_missing(run.recording());
+    let _spinner = console.spinner(format!("drawing {}", run.path().display()));
     let poses = run.poses()?;
     let at_scans = poses.at_scans();
     let mut params = FloorMapParams::default();

@@ -15,8 +15,9 @@ use crate::console::Console;
 /// Words of the command.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// A posed recording
-    recording: PathBuf,
+    /// A posed recording; of one in parts all of them, in any order, or its name without the number
+    #[arg(required = true, value_name = "RUN.mcap")]
+    recordings: Vec<PathBuf>,
     /// The file to write, `-` for stdout
     #[arg(long, short, value_name = "T.tum")]
     output: PathBuf,
@@ -38,7 +39,9 @@ enum Format {
 
 /// Runs the command.
 pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
-    let poses = Run::open(&args.recording)?.poses()?;
+    let run = Run::open(&args.recordings)?;
+    console.tell_missing(run.recording());
+    let poses = run.poses()?;
     let at_scans = poses.at_scans();
     let known: Vec<StampedPose> = at_scans.iter().flatten().copied().collect();
     let format = match args.format {
@@ -50,16 +53,15 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         write_poses(&mut out, &known, format)?;
         out.flush()?;
     } else {
-        check_not_input(&args.output, ".part", &args.recording)?;
+        for recording in run.recording().paths() {
+            check_not_input(&args.output, ".part", recording)?;
+        }
         write_file(&args.output, args.force, |out| write_poses(out, &known, format))?;
         console.note(format!("{}: {} poses", args.output.display(), known.len()));
     }
     let unposed = at_scans.len() - known.len();
     if unposed > 0 {
-        console.note(format!(
-            "{}: {unposed} scans have no pose near them and no line",
-            args.recording.display()
-        ));
+        console.note(format!("{}: {unposed} scans have no pose near them and no line", run.path().display()));
     }
     Ok(Outcome::Done)
 }

@@ -14,6 +14,18 @@ pub enum ReadError {
         /// The file.
         path: PathBuf,
     },
+    /// Several files were given that are no parts of one recording.
+    #[error(
+        "{} and {} are no parts of one recording (NAME_0.mcap, NAME_1.mcap, ...); several recordings are not taken together",
+        other.display(),
+        path.display()
+    )]
+    NotOneRecording {
+        /// The file that does not fit.
+        path: PathBuf,
+        /// One of the others.
+        other: PathBuf,
+    },
     /// It is a folder.
     #[error("{} is a folder, not an MCAP file", path.display())]
     Directory {

@@ -6,11 +6,13 @@
 mod definitions;
 mod error;
 mod messages;
+mod recording;
 mod source;
 
 pub use definitions::ChannelInfo;
 pub use error::ReadError;
 pub use messages::Messages;
+pub use recording::Recording;
 
 pub(crate) use definitions::{Definitions, Problem};
 pub(crate) use source::Source;

@@ -11,6 +11,7 @@ mod target;
 pub(crate) use copy::recovering_path;
 pub use error::WriteError;
 pub use parts::{PartsReport, PartsWriter, Rotation, part_path};
+pub(crate) use parts::{part_of, parts_on_disk};
 pub use target::active_path;
 
 use crate::msg::{ByteArray, Message};

@@ -2,7 +2,7 @@
 
 use biplane_recording::write::part_path;
 use biplane_recording::{
-    Entry, PartsWriter, Reader, Rig, Rotation, Topic, WriteError, Writer, WriterOptions,
+    Entry, PartsWriter, ReadError, Reader, Recording, Rig, Rotation, Topic, WriteError, Writer, WriterOptions,
 };
 use std::collections::BTreeMap;
 use std::fs;
@@ -127,4 +127,37 @@ fn a_part_ends_when_asked() {
     writer.finish().unwrap();
     let last = entries(&part_path(&path, 1)).remove(0);
     assert_eq!((last.sequence, last.log_time_ns), (1, 5), "numbers and times go on");
+}
+
+#[test]
+fn parts_are_read_as_one_recording_in_the_order_of_their_numbers() {
+    let folder = Folder::new("parts-read");
+    let whole = write(&folder.file("whole.mcap"), &WriterOptions::default(), Rotation::default());
+    let path = folder.file("run.mcap");
+    let rotation = Rotation { span_ns: Some(800_000_000), bytes: None };
+    let mut parts = write(&path, &WriterOptions::default(), rotation);
+    assert!(parts.len() > 10);
+    // As a shell sorts names: 10 before 2.
+    parts.sort();
+    assert!(parts[2].ends_with("run_10.mcap"));
+    let read = |paths: &[PathBuf]| -> Vec<_> {
+        let entries: Vec<_> = Recording::open(paths).unwrap().messages().map(Result::unwrap).collect();
+        assert_eq!(entries.iter().filter(|entry| entry.topic == Some(Topic::TfStatic)).count(), 1);
+        moving(entries)
+    };
+    let expected = moving(entries(&whole[0]));
+    assert!(read(&parts) == expected, "a list");
+    assert!(read(std::slice::from_ref(&path)) == expected, "the name of the whole");
+    assert!(read(&whole) == expected, "one file");
+    let one = Recording::open(&parts[2..3]).unwrap();
+    assert_eq!((one.parts().len(), one.path(), one.missing()), (1, parts[2].as_path(), vec![]));
+    let holes = Recording::open(&[part_path(&path, 4), part_path(&path, 1)]).unwrap();
+    assert_eq!((holes.missing(), holes.path()), (vec![2, 3], part_path(&path, 1).as_path()));
+    assert_eq!(holes.rig().unwrap(), Some(Rig::default()));
+    for odd in [&whole[0], &folder.file("other_1.mcap")] {
+        let refused = Recording::open(&[parts[0].clone(), odd.clone()]).unwrap_err();
+        assert!(matches!(refused, ReadError::NotOneRecording { .. }), "{refused}");
+    }
+    let missing = Recording::open(&[folder.file("nothing.mcap")]).unwrap_err();
+    assert!(matches!(missing, ReadError::Missing { .. }), "{missing}");
 }

@@ -38,8 +38,8 @@ const LONGEST_GAP_NS: i64 = 1_000_000_000;
     map.png, trajectory.tum, summary.json.\nNot made yet: report.html, model.dxf, model.ifc, points.laz."
 )]
 pub struct Args {
-    /// A posed recording
-    #[arg(required = true)]
+    /// A posed recording; of one in parts all of them, in any order, or its name without the number
+    #[arg(required = true, value_name = "RUN.mcap")]
     recordings: Vec<PathBuf>,
     /// The folder to write
     #[arg(long, short, value_name = "DIR")]
@@ -86,17 +86,13 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     if let Some(threads) = args.threads {
         rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global()?;
     }
-    let [recording] = &args.recordings[..] else {
-        bail!(
-            "{} recordings given: several recordings in one model are not supported yet",
-            args.recordings.len()
-        )
-    };
+    let run = Run::open(&args.recordings)?;
+    console.tell_missing(run.recording());
     if args.force {
-        let inputs: Vec<PathBuf> = args.recordings.iter().chain(&args.poses).cloned().collect();
+        let inputs: Vec<PathBuf> =
+            run.recording().paths().map(Path::to_owned).chain(args.poses.clone()).collect();
         files::check_replaceable(&args.output, &inputs)?;
     }
-    let run = Run::open(recording)?;
     let posed = Posed::load(&run, args.poses.as_deref())?;
     let mut stages = Stages::new(console);
     let vertical = stages.time("read", || {
@@ -124,10 +120,11 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     if let (Some(vertical), Some(built)) = (&vertical, &built)
         && built.counts.scans_unposed == vertical.sweeps.len()
     {
-        let source = args.poses.as_ref().unwrap_or(recording).display();
+        let source = args.poses.as_deref().unwrap_or(run.path()).display();
         bail!("none of the {} vertical scans lies within the poses of {source}", vertical.sweeps.len());
     }
     let mut summary = write_all(args, &folder, built, (&grid, &posed), &mut stages)?;
+    summary.recordings = run.recording().paths().map(|path| path.display().to_string()).collect();
     summary.parameters = parameters;
     summary.scans.horizontal = posed.at_scans.len();
     summary.scans.horizontal_unposed = posed.at_scans.iter().filter(|pose| pose.is_none()).count();
@@ -218,7 +215,6 @@ fn write_all(
         anyhow::Ok(((), written))
     })?;
     let mut summary = Summary::new(&output.counts, &output.model, shapes.triangles());
-    summary.recordings = args.recordings.iter().map(|path| path.display().to_string()).collect();
     summary.poses = args.poses.as_ref().map(|path| path.display().to_string());
     summary.scans = ScanFigures {
         vertical_still: output.counts.scans_still,

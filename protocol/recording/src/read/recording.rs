@@ -1,0 +1,121 @@
+//! A recording that may lie in several files: parts of one run, read as if they were one file.
+//!
+//! One rule for every program: files that are given together are the parts of one recording, in the order of their numbers, whatever
+//! order a shell gave them; a single file is itself; and a name that no file has, but parts have (`RUN.mcap` for `RUN_0.mcap`,
+//! `RUN_1.mcap`, ...), means all of these.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use super::{Entry, ReadError, Reader};
+use crate::rig::Rig;
+use crate::topics::Topic;
+use crate::write::{part_of, part_path, parts_on_disk};
+
+/// An open recording, in one file or in parts.
+#[derive(Debug)]
+pub struct Recording {
+    /// Never empty.
+    parts: Vec<Reader>,
+    numbers: Vec<u32>,
+}
+
+impl Recording {
+    /// Opens the files that are meant.
+    ///
+    /// # Errors
+    /// As [`Reader::open`]; [`ReadError::NotOneRecording`] for several files that are no parts of one recording.
+    pub fn open(paths: &[PathBuf]) -> Result<Self, ReadError> {
+        let named = meant(paths)?;
+        let parts: Vec<_> = named.iter().map(|(_, path)| Reader::open(path)).collect::<Result<_, _>>()?;
+        let numbers = named.into_iter().filter_map(|(number, _)| number).collect();
+        Ok(Self { parts, numbers })
+    }
+
+    /// The files, in order.
+    #[must_use]
+    pub fn parts(&self) -> &[Reader] {
+        &self.parts
+    }
+
+    /// The first file's name.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        self.first().path()
+    }
+
+    /// The first file; the others are like it in everything but their messages.
+    #[must_use]
+    pub fn first(&self) -> &Reader {
+        &self.parts[0]
+    }
+
+    /// The names of all files, in order.
+    pub fn paths(&self) -> impl Iterator<Item = &Path> {
+        self.parts.iter().map(Reader::path)
+    }
+
+    /// The size of all files together, bytes.
+    #[must_use]
+    pub fn size(&self) -> u64 {
+        self.parts.iter().map(Reader::size).sum()
+    }
+
+    /// Numbers of parts that should be between the first and the last one here, and are not.
+    #[must_use]
+    pub fn missing(&self) -> Vec<u32> {
+        let here: BTreeSet<_> = self.numbers.iter().copied().collect();
+        let (Some(&first), Some(&last)) = (here.first(), here.last()) else { return Vec::new() };
+        (first..last).filter(|number| !here.contains(number)).collect()
+    }
+
+    /// The rig that the recording was made with; `None` when it carries none.
+    ///
+    /// # Errors
+    /// As [`Reader::rig`].
+    pub fn rig(&self) -> Result<Option<Rig>, ReadError> {
+        self.first().rig()
+    }
+
+    /// All messages, part after part, each in file order. What a part repeats of the one before (`/tf_static`) comes once. May be
+    /// called several times.
+    pub fn messages(&self) -> impl Iterator<Item = Result<Entry, ReadError>> + '_ {
+        let mut latched: BTreeMap<Topic, Vec<u8>> = BTreeMap::new();
+        let mut is_new = move |entry: &Entry| match entry.topic.filter(|topic| topic.is_latched()) {
+            Some(topic) => latched.insert(topic, entry.bytes.clone()).as_ref() != Some(&entry.bytes),
+            None => true,
+        };
+        let one = self.parts.len() < 2;
+        let entries = self.parts.iter().flat_map(Reader::messages);
+        entries.filter(move |entry| one || entry.as_ref().map_or(true, &mut is_new))
+    }
+}
+
+/// The files that are meant, with their numbers as parts.
+fn meant(paths: &[PathBuf]) -> Result<Vec<(Option<u32>, PathBuf)>, ReadError> {
+    if let [path] = paths {
+        let numbers = if path.exists() { Vec::new() } else { parts_on_disk(path) };
+        let parts = numbers.into_iter().map(|number| (Some(number), part_path(path, number)));
+        // One that is still being written is none yet.
+        let parts: Vec<_> = parts.filter(|(_, part)| part.exists()).collect();
+        return Ok(if parts.is_empty() { vec![(None, path.clone())] } else { parts });
+    }
+    if paths.is_empty() {
+        return Err(ReadError::Missing { path: PathBuf::new() });
+    }
+    let mut parts = BTreeMap::new();
+    let mut whole = None;
+    for path in paths {
+        let Some((name, number)) = part_of(path) else { return Err(not_one(paths, path)) };
+        if *whole.get_or_insert_with(|| name.clone()) != name {
+            return Err(not_one(paths, path));
+        }
+        parts.insert(number, path.clone());
+    }
+    Ok(parts.into_iter().map(|(number, path)| (Some(number), path)).collect())
+}
+
+fn not_one(paths: &[PathBuf], odd: &Path) -> ReadError {
+    let other = paths.iter().find(|path| *path != odd).map_or_else(|| odd.to_owned(), PathBuf::clone);
+    ReadError::NotOneRecording { path: odd.to_owned(), other }
+}
