@@ -10,6 +10,8 @@ use crate::session::retry::{Due, Patience, Question};
 use crate::session::{Event, Output, Outputs, RequestBytes, Step, printable};
 
 const SYNC: Patience = Patience::new(500, 4);
+/// A base that has answered once answers the next question at once, unless it was reset between.
+const SYNC_ON: Patience = Patience::new(300, 3);
 const OPEN: Patience = Patience::new(1000, 3);
 /// The base stops answering 2 s after the last command.
 const PULSE_NS: i64 = 800_000_000;
@@ -19,6 +21,9 @@ const SILENCE_NS: i64 = 900_000_000;
 const CLOSE_NS: i64 = 250_000_000;
 /// Between two rounds of synchronising.
 const ROUND_NS: i64 = 500_000_000;
+/// While an answer is awaited, a pause of this length ends a packet: longer than any adapter's usual delay.
+const ANSWER_GAP_NS: i64 = 60_000_000;
+
 /// Where the session stands.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
 pub(super) enum State {
@@ -106,7 +111,7 @@ impl Machine {
     }
 
     pub(super) fn enter_sync(&mut self, number: u8) {
-        self.ask(State::Sync(number), SYNC);
+        self.ask(State::Sync(number), if number == 0 { SYNC } else { SYNC_ON });
     }
 
     pub(super) fn time(&mut self) {
@@ -145,6 +150,8 @@ impl Machine {
         self.question = None;
         self.rounds += 1;
         match self.state {
+            // Once is enough: who waits for hours need not read it every few seconds.
+            _ if self.rounds > 1 => {}
             State::Sync(0) => self.say(Event::NotFound { rounds: self.rounds }),
             State::Sync(_) => self.say(Event::GivenUp { step: Step::Synchronise }),
             _ => self.say(Event::GivenUp { step: Step::Open }),
@@ -166,7 +173,7 @@ impl Machine {
         match self.state {
             State::Sync(0) if !self.has_run => self.session_is_open(),
             // After a silence the session may still be open: then it was the line that was silent.
-            State::Sync(0) | State::Opening => {
+            State::Sync(0) | State::Resting { .. } | State::Opening if self.has_run || self.is_opening() => {
                 self.question = None;
                 self.rounds = 0;
                 self.has_run = true;
@@ -175,10 +182,16 @@ impl Machine {
                 self.report(offset, length, sip);
             }
             State::Running { .. } | State::Listening => self.report(offset, length, sip),
-            // Under way when the session was closed.
-            State::Done if self.has_run => self.report(offset, length, sip),
+            // Under way when the session was closed, or when the base began to answer.
+            State::Done | State::Sync(_) | State::Draining { .. } if self.has_run => {
+                self.report(offset, length, sip);
+            }
             _ => {}
         }
+    }
+
+    fn is_opening(&self) -> bool {
+        self.state == State::Opening
     }
 
     /// Reports instead of an echo: somebody left a session open, or a pulled cable was put back.
@@ -278,6 +291,13 @@ impl Machine {
         }
         self.question = None;
         self.state = State::Done;
+    }
+
+    /// Whether the line paused before bytes that came now for longer than a packet may: then it was cut, and an answer must not wait for
+    /// its rest. While reports flow none is given up so: an adapter may hold its bytes back.
+    pub(super) fn gap_before(&self) -> bool {
+        let flows = matches!(self.state, State::Running { .. } | State::Listening);
+        !flows && self.now_ns.saturating_sub(self.last_byte_ns) > ANSWER_GAP_NS
     }
 
     pub(super) fn deadline_ns(&self) -> i64 {

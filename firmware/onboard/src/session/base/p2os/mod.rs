@@ -81,6 +81,10 @@ impl Session for P2os {
         self.machine.now_ns = now_ns;
         match input {
             Input::Bytes(bytes) => {
+                if self.machine.gap_before() {
+                    self.deframer.abandon();
+                    self.drain();
+                }
                 self.machine.last_byte_ns = now_ns;
                 self.take_bytes(bytes);
             }

@@ -160,7 +160,10 @@ impl Machine {
             Some(Due::GivenUp) => {
                 self.question = None;
                 self.rounds += 1;
-                self.say(Event::NotFound { rounds: self.rounds });
+                // Once is enough: who waits for hours need not read it every few seconds.
+                if self.rounds == 1 {
+                    self.say(Event::NotFound { rounds: self.rounds });
+                }
                 self.state = State::Resting { until_ns: self.now_ns + ROUND_NS };
             }
             _ => {}

@@ -207,7 +207,10 @@ impl Machine {
                 *attempts += 1;
                 if *attempts >= ATTEMPTS {
                     self.rounds += 1;
-                    self.say(Event::NotFound { rounds: self.rounds });
+                    // Once is enough: who waits for hours need not read it every few seconds.
+                    if self.rounds == 1 {
+                        self.say(Event::NotFound { rounds: self.rounds });
+                    }
                     self.stage = Stage::Resting { until_ns: self.now_ns + ROUND_NS };
                 }
             }
