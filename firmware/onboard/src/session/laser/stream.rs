@@ -15,9 +15,9 @@ const STOP: Patience = Patience::new(250, 4).acknowledged(3200);
 /// Without a byte for so long, the device is silent: also a slow line pauses for two mirror turns at most, and adapters
 /// stall for 0.3 s.
 const SILENT_NS: i64 = 900_000_000;
-/// Without a telegram for so long, the line is garbled; at slow rates a little more than the time of one, and two and a half of
-/// it without an intact one.
-const GARBLED_NS: i64 = 1_000_000_000;
+/// Without a telegram for so long, the line is garbled, which is said within a second; at slow rates a little more than the time of
+/// one, and two and a half of it without an intact one.
+const GARBLED_NS: i64 = 950_000_000;
 /// Everything of a scan telegram that is not a value: frame, count, index bytes, and what parts of a fan add.
 const OVERHEAD_BYTES: usize = 24;
 /// A device that refuses to send remission so often does not have it.

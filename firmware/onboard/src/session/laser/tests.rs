@@ -260,8 +260,8 @@ fn a_change_of_mode_that_is_acknowledged_has_three_seconds() {
 fn a_power_cycle_is_seen_as_garbage_then_the_device_is_found_at_its_power_on_rate() {
     let script = format!(
         "0 = 38400\n0 {STOP}\n80 {MODE_DONE}\n80 {ASK_TYPE}\n{}\n700 < noise20\n\
-         1130 ! no intact telegram for 1000 ms, starting again\n1130 = 38400\n1130 {STOP}\n\
-         1330 = 9600\n1330 {STOP}\n1410 {MODE_DONE}\n1410 {ASK_TYPE}\n1430 {TYPE}\n1430 ! answers at 9600 Bd\n\
+         1080 ! no intact telegram for 950 ms, starting again\n1080 = 38400\n1080 {STOP}\n\
+         1280 = 9600\n1280 {STOP}\n1410 {MODE_DONE}\n1410 {ASK_TYPE}\n1430 {TYPE}\n1430 ! answers at 9600 Bd\n\
          1430 > 02 00 02 00 20 40 50 08\n1440 end",
         settings_read(90)
     );
