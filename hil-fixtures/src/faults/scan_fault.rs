@@ -49,3 +49,56 @@ impl ScanFeed for SpoiltFeed {
         self.faults.iter_mut().fold(own, |status, fault| status | fault.status_bits(now_ns))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::device::Device;
+    use crate::faults::{Faults, Preset};
+    use crate::lms_device::feed::{MirrorFeed, Timeline};
+    use crate::lms_device::{LmsDevice, LmsParams};
+    use crate::source::{ScanSource, ScanWords};
+
+    struct World;
+
+    impl ScanSource for World {
+        fn scan(&mut self, _: i64, _: u16, _: u16, _: bool) -> Option<ScanWords> {
+            Some(std::iter::repeat_n(300, 361).collect())
+        }
+    }
+
+    impl Timeline for World {
+        fn world_ns(&self, device_ns: i64) -> i64 {
+            device_ns
+        }
+    }
+
+    /// A streaming laser that is asked for its faults each half second; all it says in a minute.
+    fn minute(faults: &Faults) -> Vec<u8> {
+        let feed = faults.feed(Box::new(MirrorFeed::new(Box::new(World), Box::new(World))), 0);
+        let params = LmsParams { baud: 500_000, left_streaming: true, ..LmsParams::default() };
+        let mut laser = LmsDevice::new(params, feed);
+        let mut out = Vec::new();
+        for ms in 0..60_000_i64 {
+            if ms % 500 == 0 {
+                laser.handle(ms * 1_000_000, &[0x02, 0x00, 0x01, 0x00, 0x32, 0x16, 0x12]);
+            }
+            laser.poll(ms * 1_000_000, &mut out);
+        }
+        out
+    }
+
+    #[test]
+    fn scans_and_replies_of_a_device_tell_of_dirt_and_dazzle_and_repeat_with_the_seed() {
+        let faults = Faults::new(&[Preset::WindowDirty, Preset::Dazzle], 3);
+        let said = minute(&faults);
+        let ends = |marks: &[u8]| said.windows(marks.len()).filter(|window| *window == marks).count();
+        // The head of a reply to 32h with its status byte: undisturbed, dirty, dazzled, both.
+        for status in [0x10, 0x90, 0x50, 0xD0] {
+            let replies = ends(&[0x02, 0x80, 0x02, 0x00, 0xB2, status]);
+            assert!(replies > 0, "{status:02x}");
+        }
+        assert!(ends(&(0x8000_u16 | 8190).to_le_bytes()) > 1000);
+        assert_eq!(said, minute(&faults));
+        assert_ne!(said, minute(&Faults { seed: 4, ..faults }));
+    }
+}

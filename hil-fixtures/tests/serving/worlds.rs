@@ -2,6 +2,9 @@
 
 use crate::client::{Client, hex};
 use crate::{folder, serving};
+use biplane_mock::faults::episodes::EpisodeParams;
+use biplane_mock::faults::power_cycle::PowerCycleParams;
+use biplane_mock::faults::{Faults, Preset};
 use biplane_mock::serve::{ServeOptions, Source};
 use biplane_mock::simulated_rig::SimulationParams;
 use biplane_mock::world::World;
@@ -120,4 +123,40 @@ fn the_links_of_a_living_mock_are_left_alone_and_those_of_a_dead_one_replaced() 
     })
     .expect("served");
     assert_eq!(std::fs::read_dir(&options.links).expect("a folder").count(), 0, "links and lock are gone");
+}
+
+#[test]
+fn devices_left_streaming_are_heard_unasked_and_a_power_cycle_ends_that() {
+    let folder = folder("power");
+    let mut options = corridor(&folder);
+    options.faults = Faults::new(&[Preset::LeftStreaming, Preset::PowerCycle], 1);
+    let dark = EpisodeParams { shortest_pause_s: 2.5, mean_pause_s: 0.0, shortest_s: 0.3, longest_s: 0.3 };
+    options.faults.params.power_cycle = PowerCycleParams { dark };
+    options.laser.boot_ns = 100_000_000;
+    let report = serving(&options, |links| {
+        let laser = Client::open(&links.join("lms-horizontal"), 38_400);
+        let scan = hex("02 80 d6 02 b0 69 01");
+        let heard = laser.read_until(2000, |heard| heard.windows(7).any(|window| window == scan));
+        assert!(heard.windows(7).any(|window| window == scan), "{} bytes", heard.len());
+        let base = Client::open(&links.join("base"), 9600);
+        assert!(!base.read_until(500, |heard| heard.len() > 40).is_empty());
+        // At the wrong rate the power-on telegram would be noise.
+        laser.set_baud(9600);
+        let power_on = hex("02 80 14 00 90 4c 4d 53");
+        let heard = laser.read_until(6000, |heard| heard.windows(8).any(|window| window == power_on));
+        assert!(heard.windows(8).any(|window| window == power_on), "{heard:02x?}");
+    })
+    .expect("served");
+    assert!(report.ports.iter().all(|port| port.device.power_cycles >= 1));
+}
+
+#[test]
+fn a_fault_that_a_mock_on_ports_cannot_have_is_refused_before_anything_is_made() {
+    let folder = folder("refused");
+    let mut options = corridor(&folder);
+    options.faults = Faults::new(&[Preset::ClockStep], 1);
+    let stop = std::sync::atomic::AtomicBool::new(true);
+    let error = biplane_mock::serve::serve(&options, &stop, || ()).expect_err("refused").to_string();
+    assert!(error.contains("clock-step") && error.contains("simulate"), "{error}");
+    assert!(!options.links.exists());
 }

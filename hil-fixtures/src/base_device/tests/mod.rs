@@ -1,5 +1,7 @@
 //! A mock base in simulated time, spoken to as AriaCoda and Player do.
 
+mod sessions;
+
 use super::feed::{CycleFeed, Sip, SipAnswer, SipFeed};
 use super::{BaseDevice, BaseParams};
 use crate::device::Device;
