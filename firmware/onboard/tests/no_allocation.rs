@@ -1,14 +1,24 @@
-//! After start-up, the loop (sessions, stamps, matcher, publishing into the queue) allocates nothing: a counting allocator watches its thread.
+//! After start-up, the loop (sessions, stamps, matcher, publishing into the queue) allocates nothing, nor do the threads that read the
+//! ports: a counting allocator watches them, in a run of the engine alone and in a live run on pseudo-terminals.
+
+#[allow(dead_code)] // The tests in `live` use the rest.
+#[path = "live/mock.rs"]
+mod mock;
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread;
+use std::time::Duration;
 
 use biplane_matcher::Method;
 use biplane_onboard::engine::{Engine, EngineOptions, Feed};
 use biplane_onboard::health::Health;
+use biplane_onboard::record::{RecordOptions, record};
 use biplane_onboard::sink::Sink;
 use biplane_recording::rig::Mount;
-use biplane_recording::{Port, Rig, Topic};
+use biplane_recording::{Port, Rig, Rotation, Topic};
 use biplane_wire::lms::{MIRROR_TURN_NS, Scan, Status, Unit};
 use biplane_wire::p2os::Sip;
 
@@ -18,8 +28,26 @@ thread_local! {
     static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
 }
 
+/// Whether the threads of a live run are watched now.
+static WATCHING: AtomicBool = AtomicBool::new(false);
+/// Allocations of the watched threads: the loop, and those that read ports.
+static LIVE: [AtomicU64; 2] = [AtomicU64::new(0), AtomicU64::new(0)];
+
 fn count() {
     ALLOCATIONS.with(|count| count.set(count.get() + 1));
+    if WATCHING.load(Ordering::Relaxed) {
+        count_live();
+    }
+}
+
+/// Asks the kernel for the thread's name: that allocates nothing.
+fn count_live() {
+    let mut name = [0_u8; 16];
+    // SAFETY: PR_GET_NAME writes at most 16 bytes with a zero at the end; `name` has room for them.
+    unsafe { libc::prctl(libc::PR_GET_NAME, name.as_mut_ptr()) };
+    for (begin, count) in [b"loop".as_slice(), b"read "].into_iter().zip(&LIVE) {
+        count.fetch_add(u64::from(name.starts_with(begin)), Ordering::Relaxed);
+    }
 }
 
 // SAFETY: everything is handed to the system's allocator; only a counter is added.
@@ -114,4 +142,29 @@ fn two_thousand_scans_of_both_lasers_are_matched_and_published_without_an_alloca
     let (account, sink) = engine.finish(2200 * period_ns);
     assert_eq!((account.poses, account.poses_vertical, account.lost), (2200, 2200, 0));
     assert!(sink.0 > 10_000);
+}
+
+#[test]
+fn a_live_run_allocates_nothing_in_its_loop_and_in_the_threads_that_read_once_it_streams() {
+    let mock = mock::Mock::start("alloc", |_| {});
+    let options = RecordOptions {
+        // The writing thread begins new parts meanwhile, and may allocate for them.
+        rotation: Rotation { span_ns: Some(1_000_000_000), bytes: None },
+        duration: None,
+        ..mock.options(mock.rig(), 60.0)
+    };
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    let run = thread::Builder::new().name("loop".to_owned()).spawn(move || record(&options, &flag)).unwrap();
+    thread::sleep(Duration::from_millis(3500));
+    WATCHING.store(true, Ordering::Relaxed);
+    thread::sleep(Duration::from_secs(4));
+    WATCHING.store(false, Ordering::Relaxed);
+    let counts = LIVE.each_ref().map(|count| count.load(Ordering::Relaxed));
+    WATCHING.store(true, Ordering::Relaxed);
+    stop.store(true, Ordering::Relaxed);
+    let report = run.join().unwrap().unwrap();
+    assert_eq!(counts, [0, 0], "allocations of the loop and of the reading threads");
+    assert!(LIVE[0].load(Ordering::Relaxed) > 0, "the watch watches: the end of a run allocates");
+    assert!(report.scans_horizontal > 40 && report.parts.len() > 3 && report.lost == 0, "{report:?}");
 }

@@ -174,6 +174,12 @@ mod tests {
     #[test]
     fn every_rate_is_set_as_it_is_and_the_line_is_raw_8n1_without_hang_up() {
         let (_master, path) = line();
+        // As another program may have left it.
+        let before = open(&path, OFlags::RDWR | OFlags::NOCTTY, Mode::empty()).unwrap();
+        let mut settings = tcgetattr(&before).unwrap();
+        settings.control_modes |= ControlModes::HUPCL | ControlModes::CSTOPB | ControlModes::CRTSCTS;
+        settings.input_modes |= InputModes::IXON | InputModes::IXOFF;
+        tcsetattr(&before, OptionalActions::Now, &settings).unwrap();
         let tty = Tty::open(&path, 9600).unwrap();
         for baud in [9600, 19200, 38400, 500_000, 123_456] {
             tty.set_baud(baud).unwrap();

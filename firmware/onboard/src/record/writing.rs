@@ -151,3 +151,34 @@ fn disk_status(free: Option<u64>) -> DiagnosticStatus {
         values: values.into_iter().collect(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::health::Health;
+    use crate::record::queue::queue;
+    use crate::sink::Sink;
+    use biplane_recording::{Rotation, WriterOptions};
+    use rtrb::RingBuffer;
+    use std::sync::atomic::AtomicU64;
+
+    #[test]
+    fn a_disk_with_too_little_room_is_told_and_the_file_is_closed() {
+        for (stop_bytes, is_low) in [(u64::MAX, true), (0, false)] {
+            let folder = std::env::temp_dir().join(format!("biplane-low-{is_low}-{}", std::process::id()));
+            let _ = std::fs::remove_dir_all(&folder);
+            std::fs::create_dir_all(&folder).unwrap();
+            let path = folder.join("run.mcap");
+            let writer = PartsWriter::create(&path, &WriterOptions::default(), Rotation::default()).unwrap();
+            let (mut sink, source) = queue(Arc::new(AtomicU64::new(0)), RingBuffer::new(4).0);
+            let writing = Writing::start(writer, source, folder.clone(), stop_bytes).unwrap();
+            assert!(!writing.is_disk_low());
+            sink.health(1, &Health::default());
+            drop(sink);
+            let disk_low = Arc::clone(&writing.disk_low);
+            assert_eq!(writing.finish().unwrap().parts[0].messages, 1);
+            assert_eq!(disk_low.load(Ordering::Relaxed), is_low);
+            std::fs::remove_dir_all(folder).unwrap();
+        }
+    }
+}

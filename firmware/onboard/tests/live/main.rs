@@ -3,3 +3,4 @@
 mod mock;
 mod record;
 mod recovery;
+mod service;
