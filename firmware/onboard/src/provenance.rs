@@ -6,7 +6,7 @@ use biplane_matcher::{Method, TrackerParams};
 use biplane_recording::read::RIG_ATTACHMENT;
 use biplane_recording::{PartsWriter, Rig, WriteError};
 
-use crate::stamping::TurnClockParams;
+use crate::stamping::CycleClockParams;
 
 const NS_PER_S: i64 = 1_000_000_000;
 const S_PER_DAY: i64 = 86_400;
@@ -37,17 +37,11 @@ pub fn write(
 
 /// All parameters in force, as JSON.
 fn parameters(matcher: Method) -> String {
-    let clock = TurnClockParams::default();
+    let clock = CycleClockParams::default();
     let value = serde_json::json!({
         "matcher": matcher.name(),
         "tracker": format!("{:?}", TrackerParams::for_method(matcher)),
-        "stamping": {
-            "rise_ppm": clock.rise_ppm,
-            "gap_ns": clock.gap_ns,
-            "window_ns": clock.window_ns,
-            "window_scans": clock.window_scans,
-            "lift_ns": clock.lift_ns,
-        },
+        "stamping": format!("{clock:?}"),
     });
     format!("{value:#}\n")
 }

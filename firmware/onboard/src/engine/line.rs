@@ -1,6 +1,6 @@
 //! One serial line: its session, the times of its reads, and the stamps that follow from both.
 
-use biplane_recording::rig;
+use biplane_recording::rig::{self, BaseProtocol};
 use biplane_wire::lms::MIRROR_TURN_NS;
 
 use super::scan_data::ScanData;
@@ -8,7 +8,7 @@ use crate::health::LineHealth;
 use crate::session::base::{BaseSession, OdometryReading};
 use crate::session::laser::{LaserSession, ScanReading};
 use crate::session::{Event, Output, Session};
-use crate::stamping::{Arrivals, Departure, TurnClock, TurnClockParams, byte_time_ns};
+use crate::stamping::{Arrivals, Bound, CycleClock, CycleClockParams, Departure, Extent, Pace, byte_time_ns};
 
 /// Counts what a line brings, and how fast.
 #[derive(Copy, Clone, Debug, Default)]
@@ -63,15 +63,38 @@ pub struct Line<D> {
     /// What it has brought.
     pub meter: Meter,
     arrivals: Arrivals,
+    /// The device's cycles, where it works in such.
+    cycles: Option<CycleClock>,
     bytes: u64,
+    /// Where the last measurement's telegram ended in the stream.
+    end_offset: u64,
     wait_ns: i64,
 }
 
+/// What is known of a measurement's telegram beside its extent.
+#[derive(Copy, Clone, Debug)]
+struct Cycles {
+    /// Cycles of one measurement.
+    unit: i64,
+    /// Cycles from one telegram to the next when only the line keeps them apart.
+    step: i64,
+    /// The device's own count of cycles, modulo 256.
+    index: Option<u8>,
+}
+
 impl<D: Session> Line<D> {
-    /// A line with this session.
+    /// A line with this session, and the cycles of its device if it has such.
     #[must_use]
-    pub fn new(session: D) -> Self {
-        Self { session, meter: Meter::default(), arrivals: Arrivals::default(), bytes: 0, wait_ns: i64::MIN }
+    pub fn new(session: D, cycles: Option<CycleClock>) -> Self {
+        Self {
+            session,
+            meter: Meter::default(),
+            arrivals: Arrivals::default(),
+            cycles,
+            bytes: 0,
+            end_offset: 0,
+            wait_ns: i64::MIN,
+        }
     }
 
     /// A read has returned; the bytes themselves go to the session in pieces.
@@ -95,9 +118,33 @@ impl<D: Session> Line<D> {
         self.wait_ns
     }
 
-    fn departure_ns(&self, offset: u64, length: usize, now_ns: i64) -> i64 {
-        let byte_ns = byte_time_ns(self.session.baud());
-        self.arrivals.departure_ns(offset, length, byte_ns).unwrap_or(now_ns)
+    /// When a telegram left, by its reads and the device's cycles; as late as now when none of its reads is remembered.
+    fn departure_ns(&mut self, now_ns: i64, telegram: &Extent, cycles: Cycles) -> i64 {
+        let unknown = Bound { time_ns: now_ns, pace: Pace::AtOnce };
+        let bound = self.arrivals.departure(telegram).unwrap_or(unknown);
+        let between = telegram.offset.saturating_sub(self.end_offset);
+        self.end_offset = telegram.offset.saturating_add(telegram.length as u64);
+        let Some(clock) = &mut self.cycles else { return bound.time_ns };
+        // What is between was telegrams that arrived damaged.
+        let missing = i64::try_from(between.div_ceil(telegram.length.max(1) as u64)).unwrap_or(i64::MAX);
+        clock.smooth(&Departure {
+            time_ns: bound.time_ns,
+            pace: bound.pace,
+            unit: cycles.unit,
+            least_cycles: cycles.step.saturating_mul(missing.saturating_add(1)),
+            is_next: between == 0,
+            index: cycles.index,
+        })
+    }
+
+    /// The session has said something; a device that was switched on has a new phase, one that was only stopped keeps it.
+    pub fn note(&mut self, event: &Event) {
+        self.meter.note(event);
+        match (event, &mut self.cycles) {
+            (Event::PoweredOn, Some(cycles)) => cycles.reset(),
+            (Event::Streaming, Some(cycles)) => cycles.resume(),
+            _ => {}
+        }
     }
 
     /// State of the line, for diagnostics.
@@ -111,14 +158,15 @@ impl<D: Session> Line<D> {
     }
 }
 
+/// Bytes that an LMS sends in a turn of its mirror at most (SICK telegram listing, figures on data output): at 500000 Bd it
+/// pauses after them.
+const BYTES_A_TURN: usize = 508;
+
 /// A laser's line.
 #[derive(Debug)]
 pub struct LaserLine {
     /// The line.
     pub line: Line<LaserSession>,
-    turn_clock: TurnClock,
-    /// Where the last scan's telegram ended in the stream.
-    end_offset: u64,
     delay_ns: i64,
 }
 
@@ -127,39 +175,59 @@ impl LaserLine {
     #[must_use]
     pub fn new(session: LaserSession, laser: &rig::Laser) -> Self {
         let delay_ns = (laser.delay_ms * 1e6).round() as i64;
-        let turn_clock = TurnClock::new(TurnClockParams::default());
-        Self { line: Line::new(session), turn_clock, end_offset: 0, delay_ns }
+        let turns = CycleClock::new(CycleClockParams::default(), MIRROR_TURN_NS);
+        Self { line: Line::new(session, Some(turns)), delay_ns }
     }
 
-    /// The scan with its stamp: its first byte left the device after all its turns.
+    /// The scan with its stamp: its first byte left the device after all its turns. A laser sends every n-th scan, n being as small as
+    /// its line allows.
     pub fn stamped(&mut self, now_ns: i64, reading: &ScanReading) -> ScanData {
-        let departure_ns = self.line.departure_ns(reading.offset, reading.length, now_ns);
-        let turns = reading.fan.turns;
-        let is_next = reading.offset == self.end_offset;
-        self.end_offset = reading.offset.saturating_add(reading.length as u64);
-        let turns_ns = i64::from(turns.max(1)) * MIRROR_TURN_NS;
-        let transfer_ns = byte_time_ns(self.line.session.baud()) * reading.length as i64;
-        let step_scans = (transfer_ns + turns_ns - 1) / turns_ns;
-        let departure = Departure { time_ns: departure_ns, turns, is_next, step_scans };
-        let smooth_ns = self.turn_clock.smooth(departure);
-        let stamp_ns = smooth_ns.saturating_sub(turns_ns).saturating_sub(self.delay_ns);
+        let turns = i64::from(reading.fan.turns.max(1));
+        let scan_ns = turns * MIRROR_TURN_NS;
+        let byte_ns = byte_time_ns(self.line.session.baud());
+        let transfer_ns = byte_ns * reading.length as i64;
+        let scans = (transfer_ns + scan_ns - 1) / scan_ns;
+        let pauses = byte_ns * BYTES_A_TURN as i64 <= MIRROR_TURN_NS;
+        let telegram = Extent {
+            offset: reading.offset,
+            length: reading.length,
+            byte_ns,
+            burst: if pauses { BYTES_A_TURN } else { usize::MAX },
+            spacing_ns: scans * scan_ns,
+        };
+        let index = reading.index.map(|index| index.scan);
+        let cycles = Cycles { unit: turns, step: scans * turns, index };
+        let departure_ns = self.line.departure_ns(now_ns, &telegram, cycles);
+        let stamp_ns = departure_ns.saturating_sub(scan_ns).saturating_sub(self.delay_ns);
         self.line.meter.count(now_ns, stamp_ns);
         ScanData::of_reading(reading, stamp_ns)
     }
-
-    /// The session has said something; a device that was started anew has a new phase.
-    pub fn note(&mut self, event: &Event) {
-        self.line.meter.note(event);
-        if matches!(event, Event::Streaming) {
-            self.turn_clock.reset();
-        }
-    }
 }
 
+/// From one packet of a Pioneer to the next, nanoseconds (its default; one that is set otherwise is stamped packet by packet).
+const REPORT_NS: i64 = 100_000_000;
+
 impl Line<BaseSession> {
+    /// The line of the rig's base. A Pioneer reports at fixed times by itself; answers come when they were asked for.
+    #[must_use]
+    pub fn of_base(session: BaseSession, base: &rig::Base) -> Self {
+        let reports = matches!(base.protocol, BaseProtocol::P2os { .. });
+        // Of a cycle of a tenth of a second, the times that matter are smaller shares than of a mirror's turn.
+        let params =
+            CycleClockParams { bearing_share: 0.02, regular_share: 0.08, ..CycleClockParams::default() };
+        Self::new(session, reports.then(|| CycleClock::new(params, REPORT_NS)))
+    }
+
     /// The stamp of an odometry report: it was taken when the packet's first byte left the base.
     pub fn stamp_ns(&mut self, now_ns: i64, reading: &OdometryReading) -> i64 {
-        let stamp_ns = self.departure_ns(reading.offset, reading.length, now_ns);
+        let telegram = Extent {
+            offset: reading.offset,
+            length: reading.length,
+            byte_ns: byte_time_ns(self.session.baud()),
+            burst: usize::MAX,
+            spacing_ns: 0,
+        };
+        let stamp_ns = self.departure_ns(now_ns, &telegram, Cycles { unit: 1, step: 1, index: None });
         self.meter.count(now_ns, stamp_ns);
         stamp_ns
     }

@@ -29,6 +29,16 @@ enum Adapter {
     Timer(f64),
 }
 
+const TURN_NS: i64 = 13_320_000;
+
+fn turn_clock() -> CycleClock {
+    CycleClock::new(CycleClockParams::default(), TURN_NS)
+}
+
+fn extent(offset: u64, length: usize, byte_ns: i64) -> Extent {
+    Extent { offset, length, byte_ns, burst: usize::MAX, spacing_ns: TURN_NS }
+}
+
 struct Line {
     baud: u32,
     bytes: usize,
@@ -41,7 +51,7 @@ struct Line {
 /// Errors in seconds of the stamps of `scans` scans, in order.
 fn errors_s(line: &Line, scans: u32, seed: u64) -> Vec<f64> {
     let mut random = Random(seed);
-    let (mut arrivals, mut clock) = (Arrivals::default(), TurnClock::new(TurnClockParams::default()));
+    let (mut arrivals, mut clock) = (Arrivals::default(), turn_clock());
     let byte_s = 10.0 / f64::from(line.baud);
     let turn_s = 0.013_32 * (1.0 + line.drift_ppm * 1e-6);
     let (mut errors, mut last_read_s) = (Vec::new(), 0.0_f64);
@@ -52,14 +62,17 @@ fn errors_s(line: &Line, scans: u32, seed: u64) -> Vec<f64> {
             last_read_s = read_s.max(last_read_s);
             arrivals.push(offset + bytes as u64, (last_read_s * 1e9).round() as i64);
         }
-        let estimate = arrivals.departure_ns(offset, line.bytes, byte_time_ns(line.baud)).unwrap();
+        let telegram = extent(offset, line.bytes, byte_time_ns(line.baud));
+        let bound = arrivals.departure(&telegram).unwrap();
         let departure = Departure {
-            time_ns: estimate,
-            turns: line.turns,
+            time_ns: bound.time_ns,
+            pace: bound.pace,
+            unit: i64::from(line.turns),
             is_next: scan > 0,
-            step_scans: i64::from(line.period_turns) / i64::from(line.turns),
+            least_cycles: i64::from(line.period_turns),
+            index: None,
         };
-        errors.push(clock.smooth(departure) as f64 * 1e-9 - departure_s);
+        errors.push(clock.smooth(&departure) as f64 * 1e-9 - departure_s);
     }
     errors
 }
@@ -142,45 +155,46 @@ fn a_latency_timer_of_16_ms_leaves_less_than_a_millisecond() {
 }
 
 fn departure(time_ns: i64) -> Departure {
-    Departure { time_ns, turns: 1, is_next: true, step_scans: 1 }
+    Departure { time_ns, pace: Pace::Line, unit: 1, is_next: true, least_cycles: 1, index: None }
 }
 
 #[test]
 fn a_stamp_is_never_later_than_the_departure_that_the_reads_allow() {
     let mut random = Random(9);
-    let mut clock = TurnClock::new(TurnClockParams::default());
+    let mut clock = turn_clock();
     for scan in 0..2000_i64 {
         let time_ns = scan * 13_320_000 + (random.late_s() * 1e9) as i64;
-        let smooth_ns = clock.smooth(departure(time_ns));
+        let smooth_ns = clock.smooth(&departure(time_ns));
         assert!(smooth_ns <= time_ns && time_ns - smooth_ns < 13_320_000);
     }
 }
 
 #[test]
 fn the_phase_is_forgotten_after_a_gap_and_lifted_after_a_change() {
-    let mut clock = TurnClock::new(TurnClockParams::default());
-    assert_eq!(clock.smooth(departure(0)), 0);
-    assert_eq!(clock.smooth(departure(6_000_000_000)), 6_000_000_000, "a gap of six seconds");
+    let mut clock = turn_clock();
+    assert_eq!(clock.smooth(&departure(0)), 0);
+    assert_eq!(clock.smooth(&departure(6_000_000_000)), 6_000_000_000, "a gap of six seconds");
     let moved_ns = 6_000_000_000 + 5_000_000;
     let errors =
-        (1..=100).map(|n| clock.smooth(departure(moved_ns + n * 13_320_000)) - moved_ns - n * 13_320_000);
+        (1..=100).map(|n| clock.smooth(&departure(moved_ns + n * 13_320_000)) - moved_ns - n * 13_320_000);
     let last = errors.last().unwrap();
     assert!(last.abs() < 200_000, "the phase moved by 5 ms and is followed: {last}");
-    assert_eq!(clock.smooth(departure(1_000)), 1_000, "a clock that stepped back starts anew");
+    assert_eq!(clock.smooth(&departure(1_000)), 1_000, "a clock that stepped back starts anew");
 }
 
 #[test]
 fn a_stall_of_the_adapter_moves_no_stamp_once_the_grid_is_trusted() {
     for (step_turns, stall_ns) in [(1_i64, 120_000_000), (8, 250_000_000)] {
         let step_ns = step_turns * 13_320_000;
-        let mut clock = TurnClock::new(TurnClockParams::default());
+        let mut clock = turn_clock();
         let stall_at_ns = 10 * step_ns;
         for scan in 0..80 {
             let true_ns = scan * step_ns;
             let is_held_back = (stall_at_ns..stall_at_ns + stall_ns).contains(&true_ns);
             let read_ns = if is_held_back { stall_at_ns + stall_ns } else { true_ns + 20_000 };
-            let held = Departure { step_scans: step_turns, ..departure(read_ns) };
-            let error_ns = clock.smooth(held) - true_ns;
+            let pace = if is_held_back { Pace::AtOnce } else { Pace::Line };
+            let held = Departure { least_cycles: step_turns, pace, ..departure(read_ns) };
+            let error_ns = clock.smooth(&held) - true_ns;
             assert!(error_ns.abs() < 200_000, "scan {scan} of {step_turns} turns: {error_ns} ns");
         }
     }
@@ -189,10 +203,10 @@ fn a_stall_of_the_adapter_moves_no_stamp_once_the_grid_is_trusted() {
 #[test]
 fn another_cadence_than_the_lines_is_believed_when_it_repeats_itself() {
     for assumed in [1, 7, 9, 30] {
-        let mut clock = TurnClock::new(TurnClockParams::default());
+        let mut clock = turn_clock();
         for scan in 0..40_i64 {
             let true_ns = scan * 8 * 13_320_000;
-            let error_ns = clock.smooth(Departure { step_scans: assumed, ..departure(true_ns) }) - true_ns;
+            let error_ns = clock.smooth(&Departure { least_cycles: assumed, ..departure(true_ns) }) - true_ns;
             assert!(scan < 8 || error_ns.abs() < 100_000, "assumed {assumed}, scan {scan}: {error_ns} ns");
         }
     }
@@ -201,26 +215,26 @@ fn another_cadence_than_the_lines_is_believed_when_it_repeats_itself() {
 #[test]
 fn telegrams_that_keep_to_no_grid_keep_their_own_times() {
     let mut random = Random(4);
-    for step_scans in [1, 8, 15] {
-        let mut clock = TurnClock::new(TurnClockParams::default());
+    for least_cycles in [1, 8, 15] {
+        let mut clock = turn_clock();
         let mut time_ns = 0;
         for _ in 0..3000 {
             // About 5 a second, as a log's stamps have it; now and then two close together.
             let interval_s = if random.unit() < 0.02 { 0.0075 } else { 0.155 + 0.05 * random.unit() };
             time_ns += (interval_s * 1e9) as i64;
-            let early_ns = time_ns - clock.smooth(Departure { step_scans, ..departure(time_ns) });
-            assert!((0..=2_000_000).contains(&early_ns), "step {step_scans}: {early_ns} ns early");
+            let early_ns = time_ns - clock.smooth(&Departure { least_cycles, ..departure(time_ns) });
+            assert!((0..=2_000_000).contains(&early_ns), "step {least_cycles}: {early_ns} ns early");
         }
     }
 }
 
 #[test]
 fn a_device_that_skips_a_scan_now_and_then_is_followed_after_a_moment() {
-    let mut clock = TurnClock::new(TurnClockParams::default());
+    let mut clock = turn_clock();
     for scan in 0..200_i64 {
         let skipped = i64::from(scan >= 100);
         let true_ns = (scan + skipped) * 13_320_000;
-        let error_ns = clock.smooth(departure(true_ns)) - true_ns;
+        let error_ns = clock.smooth(&departure(true_ns)) - true_ns;
         let is_settled = !(100..170).contains(&scan);
         assert!(!is_settled || error_ns.abs() < 200_000, "scan {scan}: {error_ns} ns");
     }
@@ -228,23 +242,155 @@ fn a_device_that_skips_a_scan_now_and_then_is_followed_after_a_moment() {
 
 #[test]
 fn lost_telegrams_leave_the_grid_alone() {
-    let mut clock = TurnClock::new(TurnClockParams::default());
+    let mut clock = turn_clock();
     for scan in (0..200_i64).filter(|scan| scan % 7 != 3) {
         let true_ns = scan * 8 * 13_320_000;
         let late_ns = if scan % 11 == 9 { 60_000_000 } else { 50_000 };
-        let is_next = scan % 7 != 4;
+        let (is_next, least_cycles) = if scan % 7 == 4 { (false, 16) } else { (true, 8) };
+        let pace = if late_ns > 1_000_000 { Pace::AtOnce } else { Pace::Line };
         let error_ns =
-            clock.smooth(Departure { is_next, step_scans: 8, ..departure(true_ns + late_ns) }) - true_ns;
+            clock.smooth(&Departure { is_next, least_cycles, pace, ..departure(true_ns + late_ns) })
+                - true_ns;
         assert!(error_ns.abs() < 300_000, "scan {scan}: {error_ns} ns");
     }
 }
 
 #[test]
 fn without_a_read_of_the_telegram_there_is_no_departure() {
+    let at = |arrivals: &Arrivals, offset, length| {
+        arrivals.departure(&extent(offset, length, 1000)).map(|bound| bound.time_ns)
+    };
     let mut arrivals = Arrivals::default();
-    assert_eq!(arrivals.departure_ns(0, 10, 1000), None);
+    assert_eq!(at(&arrivals, 0, 10), None);
     arrivals.push(10, 5_000_000);
-    assert_eq!(arrivals.departure_ns(10, 4, 1000), None);
-    assert_eq!(arrivals.departure_ns(8, 4, 1000), Some(5_000_000 - 2 * 1000));
-    assert_eq!(arrivals.departure_ns(0, 8, 1000), Some(5_000_000 - 8 * 1000));
+    assert_eq!(at(&arrivals, 10, 4), None);
+    assert_eq!(at(&arrivals, 8, 2), Some(5_000_000 - 2 * 1000));
+    assert_eq!(at(&arrivals, 8, 4), Some(5_000_000 - 2 * 1000));
+}
+
+#[test]
+fn what_came_in_the_same_read_behind_a_telegram_tells_when_it_left() {
+    let mut arrivals = Arrivals::default();
+    // Three telegrams of 10 bytes and 4 bytes of a fourth, all in one read at 100 ms; a telegram leaves every 13.32 ms at the soonest.
+    arrivals.push(34, 100_000_000);
+    let fourth_ns = 100_000_000 - 4 * 1000;
+    for number in 0..3_i64 {
+        let bound = arrivals.departure(&extent(number as u64 * 10, 10, 1000)).unwrap();
+        assert_eq!(bound, Bound { time_ns: fourth_ns - (3 - number) * TURN_NS, pace: Pace::AtOnce });
+    }
+}
+
+/// Reads of a telegram of 360 bytes whose byte takes 20 us: (bytes so far, ms).
+fn pace(reads: &[(u64, f64)]) -> Pace {
+    let mut arrivals = Arrivals::default();
+    for &(bytes, ms) in reads {
+        arrivals.push(bytes, (ms * 1e6) as i64);
+    }
+    arrivals.departure(&extent(0, 360, 20_000)).unwrap().pace
+}
+
+#[test]
+fn bytes_that_came_at_the_lines_pace_were_not_held_back() {
+    assert_eq!(pace(&[(62, 1.3), (124, 2.6), (186, 3.8), (248, 5.0), (310, 6.5), (360, 7.3)]), Pace::Line);
+    assert_eq!(pace(&[(62, 9.0), (124, 9.0), (186, 9.1), (248, 9.2), (310, 9.2), (360, 9.2)]), Pace::AtOnce);
+    assert_eq!(pace(&[(360, 7.3)]), Pace::AtOnce);
+    // Two reads 4 ms apart: perhaps the line, perhaps two hiccups.
+    assert_eq!(pace(&[(100, 5.0), (360, 9.2)]), Pace::Spread);
+    // A latency timer ran out after 100 bytes, and again 16 ms later.
+    assert_eq!(pace(&[(100, 2.1), (360, 18.1)]), Pace::Line);
+}
+
+#[test]
+fn the_first_bytes_of_a_device_that_sends_a_little_too_fast_decide() {
+    // 38461.5 Bd instead of 38400: 732 bytes take 0.3 ms less than they should.
+    let byte_ns = byte_time_ns(38_400);
+    let mut arrivals = Arrivals::default();
+    for bytes in (24..=732_u64).step_by(12) {
+        arrivals.push(bytes, (bytes as f64 * 10e9 / 38_461.5) as i64);
+    }
+    let bound = arrivals.departure(&extent(0, 732, byte_ns)).unwrap();
+    assert!(bound.pace == Pace::Line && bound.time_ns.abs() < 90_000, "{bound:?}");
+}
+
+/// Departures of a device that lets scans out, with its index or without, and the error of each stamp.
+fn skip_errors_ns(with_index: bool, skips: &[(i64, i64)], pace: Pace) -> Vec<(i64, i64)> {
+    let mut clock = turn_clock();
+    let (mut cycle, mut errors) = (0, Vec::new());
+    for scan in 0..300_i64 {
+        cycle += 8 + skips.iter().filter(|(at, _)| *at == scan).map(|(_, cycles)| cycles).sum::<i64>();
+        let true_ns = cycle * TURN_NS;
+        let index = with_index.then_some((cycle & 255) as u8);
+        let smooth_ns =
+            clock.smooth(&Departure { least_cycles: 8, index, pace, ..departure(true_ns + 30_000) });
+        errors.push((scan, smooth_ns - true_ns));
+    }
+    errors
+}
+
+#[test]
+fn scans_left_out_move_no_stamp_when_their_telegrams_came_at_pace_or_carry_an_index() {
+    let skips = [(40, 1), (90, 13), (140, 300), (200, 2)];
+    for (with_index, pace) in [(false, Pace::Line), (true, Pace::Line), (true, Pace::AtOnce)] {
+        for (scan, error_ns) in skip_errors_ns(with_index, &skips, pace) {
+            assert!(error_ns.abs() < 200_000, "index {with_index}, {pace:?}, scan {scan}: {error_ns} ns");
+        }
+    }
+}
+
+#[test]
+fn scans_left_out_by_a_device_whose_telegrams_come_in_one_read_are_noticed_by_the_third_telegram_after() {
+    for (scan, error_ns) in skip_errors_ns(false, &[(140, 13)], Pace::AtOnce) {
+        assert!((140..142).contains(&scan) || error_ns.abs() < 200_000, "scan {scan}: {error_ns} ns");
+    }
+}
+
+#[test]
+fn an_index_that_counts_something_else_is_left_out_of_account() {
+    let mut clock = turn_clock();
+    for scan in 0..100_i64 {
+        let true_ns = scan * 8 * TURN_NS;
+        let departure = Departure { least_cycles: 8, index: Some(scan as u8), ..departure(true_ns) };
+        let error_ns = clock.smooth(&departure) - true_ns;
+        assert!(error_ns.abs() < 100_000, "scan {scan}: {error_ns} ns");
+    }
+}
+
+#[test]
+fn a_stream_that_was_stopped_for_a_while_goes_on_with_the_mirrors_phase() {
+    let mut clock = turn_clock();
+    let mut random = Random(5);
+    for (begin, turns) in [(0_i64, 600_i64), (631, 600)] {
+        if begin > 0 {
+            clock.resume();
+        }
+        for turn in begin..begin + turns {
+            let true_ns = (turn as f64 * 13_318_668.0) as i64;
+            let late_ns = (random.late_s() * 1e9) as i64;
+            let error_ns = clock.smooth(&departure(true_ns + late_ns)) - true_ns;
+            let is_settled = turn % 631 > 100;
+            assert!(!is_settled || error_ns.abs() < 200_000, "turn {turn}: {error_ns} ns");
+        }
+    }
+}
+
+#[test]
+fn the_envelope_learns_the_rate_and_keeps_the_phase() {
+    for ppm in [-300.0, -100.0, 0.0, 40.0, 300.0] {
+        let mut random = Random(17);
+        let mut envelope = Envelope::new(EnvelopeParams::default(), TURN_NS, 0);
+        let turn_ns = TURN_NS as f64 * (1.0 + ppm * 1e-6);
+        let mut worst_ns = 0;
+        for event in (8..8 * 600_i64).step_by(8) {
+            let true_ns = (event as f64 * turn_ns) as i64;
+            envelope.add(event, true_ns + (random.late_s() * 1e9) as i64);
+            if event > 8 * 300 {
+                worst_ns = worst_ns.max((envelope.at_ns(event) - true_ns).abs());
+            }
+        }
+        let learnt_ppm = (envelope.period_ns() / TURN_NS as f64 - 1.0) * 1e6;
+        assert!(
+            (learnt_ppm - ppm).abs() < 10.0 && worst_ns < 200_000,
+            "{ppm}: {learnt_ppm} ppm, {worst_ns} ns"
+        );
+    }
 }
