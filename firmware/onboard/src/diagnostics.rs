@@ -113,6 +113,10 @@ fn of_recorder(health: &Health) -> DiagnosticStatus {
         0 => (DiagnosticStatus::OK, "records"),
         _ => (DiagnosticStatus::ERROR, "messages were dropped"),
     };
-    let values = vec![value("dropped", &health.dropped), value("backward_stamps", &health.backward_stamps)];
+    let values = vec![
+        value("dropped", &health.dropped),
+        value("backward_stamps", &health.backward_stamps),
+        value("clock_steps", &health.clock_steps),
+    ];
     status("recorder", level, message, values)
 }

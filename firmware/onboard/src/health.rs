@@ -80,4 +80,6 @@ pub struct Health {
     pub dropped: u64,
     /// Stamps that stepped back so far.
     pub backward_stamps: u64,
+    /// Times that the clock of the input went back, so far.
+    pub clock_steps: u64,
 }

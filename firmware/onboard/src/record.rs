@@ -124,7 +124,7 @@ pub fn record_with(options: &RecordOptions, controls: Controls<'_>) -> Result<Ru
     let (telling, voice, told) = Telling::start(audience)?;
     let lines = Lines::start(opened, clock, options.realtime)?;
     let (sink, source) = queue::queue(Arc::clone(lines.dropped()), told);
-    let writing = Writing::start(writer, source, folder, options.stop_free_bytes)?;
+    let writing = Writing::start(writer, source, folder, options.stop_free_bytes, clock)?;
     let engine_options = EngineOptions {
         rig: options.rig.clone(),
         matcher: options.matcher,

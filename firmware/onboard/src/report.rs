@@ -63,6 +63,8 @@ pub struct RunReport {
     pub skipped_bytes: u64,
     /// Scans whose stamp is earlier than that of the one before.
     pub backward_stamps: u64,
+    /// Times that the clock went back with which the input was recorded: from there on, times are later than its `log_time`.
+    pub clock_steps: u64,
     /// Intact telegrams and messages that were not kept, for whatever reason: see the fields below and the warnings.
     pub lost: u64,
     /// Of these, intact telegrams that are no scan of the laser or no report of the base.
@@ -97,7 +99,13 @@ mod tests {
 
     #[test]
     fn only_a_loss_of_something_intact_makes_the_exit_code_3() {
-        let harmless = RunReport { damaged: 5, skipped_bytes: 9, backward_stamps: 3, ..RunReport::default() };
+        let harmless = RunReport {
+            damaged: 5,
+            skipped_bytes: 9,
+            backward_stamps: 3,
+            clock_steps: 1,
+            ..RunReport::default()
+        };
         assert_eq!(harmless.exit_code(), 0);
         assert_eq!(RunReport { lost: 1, ..harmless.clone() }.exit_code(), 3);
         let ends =

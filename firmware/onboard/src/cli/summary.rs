@@ -52,6 +52,10 @@ fn text(report: &RunReport) -> String {
         (report.polluted_scans, "scans were taken through a polluted window"),
         (report.skipped_bytes, "bytes belong to no telegram"),
         (report.backward_stamps, "stamps step back"),
+        (
+            report.clock_steps,
+            "steps back of the clock that wrote the input: the run's time goes on from there",
+        ),
         (report.not_understood, "intact telegrams were not understood: NOT KEPT"),
         (
             report.reads_without_laser,

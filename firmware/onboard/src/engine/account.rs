@@ -50,6 +50,7 @@ impl<S: Sink> Engine<S> {
             matcher,
             dropped: self.publisher.sink().dropped(),
             backward_stamps: self.backward_stamps(),
+            clock_steps: self.time_line.steps(),
         }
     }
 
@@ -69,6 +70,7 @@ impl<S: Sink> Engine<S> {
             unmatched: matcher.unmatched,
             poses_vertical: self.poses_vertical,
             backward_stamps: self.backward_stamps(),
+            clock_steps: self.time_line.steps(),
             scans_horizontal: self.decoded[0].measurements,
             scans_vertical: self.decoded[1].measurements,
             odometry: self.decoded[2].measurements,

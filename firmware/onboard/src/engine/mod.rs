@@ -20,6 +20,7 @@ mod poses;
 mod scan_data;
 #[cfg(test)]
 pub(crate) mod synthetic;
+mod time_line;
 mod waiting;
 
 use biplane_matcher::Method;
@@ -37,6 +38,7 @@ use crate::sink::Sink;
 use faults::Faults;
 use line::{LaserLine, Line, Meter};
 use localise::Localiser;
+use time_line::TimeLine;
 use waiting::WaitingStamps;
 
 /// Commands and events that may wait for the driver; more than one input leads to.
@@ -102,6 +104,7 @@ pub struct Engine<S> {
     unknown_scans: u64,
     commands: heapless::Deque<(Port, Command), QUEUE_CAPACITY>,
     events: heapless::Deque<(Port, Event), QUEUE_CAPACITY>,
+    time_line: TimeLine,
     first_ns: i64,
     now_ns: i64,
     health_ns: i64,
@@ -136,7 +139,7 @@ impl<S: Sink> Engine<S> {
             publisher: Publisher::new(sink),
             horizontal: laser(&options.rig.horizontal),
             vertical: options.rig.vertical.as_ref().map(laser),
-            base: Line::new(make_base(BaseSettings::from(&options.rig.base), now_ns)),
+            base: Line::of_base(make_base(BaseSettings::from(&options.rig.base), now_ns), &options.rig.base),
             decoded: [Meter::default(); 3],
             faults: Faults::default(),
             odometry: OdometryBuffer::default(),
@@ -148,6 +151,7 @@ impl<S: Sink> Engine<S> {
             unknown_scans: 0,
             commands: heapless::Deque::new(),
             events: heapless::Deque::new(),
+            time_line: TimeLine::new(now_ns),
             first_ns: now_ns,
             now_ns,
             health_ns: now_ns.saturating_add(HEALTH_NS),
@@ -157,10 +161,11 @@ impl<S: Sink> Engine<S> {
     }
 
     /// Bytes that a read of a line returned at `read_ns`. Reads of different lines may overtake each other by a little: stamps follow
-    /// from the read's own time, everything else from the engine's.
+    /// from the read's own time, everything else from the engine's. A time that steps back further is that of a clock that was
+    /// set: the run's time goes on.
     pub fn bytes(&mut self, read_ns: i64, port: Port, bytes: &[u8]) {
+        let read_ns = self.time_line.run_ns(bounded(read_ns));
         let now_ns = self.begin(read_ns);
-        let read_ns = bounded(read_ns);
         if self.raw {
             self.publisher.serial(read_ns, port, Direction::Rx, bytes);
         }
@@ -183,6 +188,7 @@ impl<S: Sink> Engine<S> {
 
     /// What a host once sent on a line, in a recording that is replayed: some answers only mean something with their question.
     pub fn host_sent(&mut self, sent_ns: i64, port: Port, bytes: &[u8]) {
+        let sent_ns = self.time_line.run_ns(bounded(sent_ns));
         let now_ns = self.begin(sent_ns);
         if port == Port::Base {
             self.base.session.host_sent(now_ns, bytes);
@@ -371,13 +377,13 @@ impl<S: Sink> Engine<S> {
 
     fn event(&mut self, port: Port, event: Event) {
         match port {
-            Port::Horizontal => self.horizontal.note(&event),
+            Port::Horizontal => self.horizontal.line.note(&event),
             Port::Vertical => {
                 if let Some(vertical) = &mut self.vertical {
-                    vertical.note(&event);
+                    vertical.line.note(&event);
                 }
             }
-            Port::Base => self.base.meter.note(&event),
+            Port::Base => self.base.note(&event),
         }
         self.faults.note(port, &event);
         let _ = self.events.push_back((port, event));

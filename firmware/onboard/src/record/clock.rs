@@ -3,6 +3,11 @@
 //! Everything inside a run (reads, stamps, `log_time`) lies on this one line. The system's clock is read again only to be compared with it,
 //! once a second, for the diagnostics.
 
+use biplane_recording::msg::{DiagnosticStatus, KeyValue};
+
+/// A difference of the system's clock beyond this is told as a warning, nanoseconds.
+const TELLING_OFFSET_NS: i64 = 100_000_000;
+
 /// The two clocks of the machine. A test puts its own in.
 pub trait Clocks {
     /// Nanoseconds that never step.
@@ -61,6 +66,28 @@ impl<C: Clocks> RunClock<C> {
     }
 }
 
+/// The state of the system's clock, for the diagnostics: what times of other programs must be corrected by.
+#[must_use]
+pub fn clock_status(utc_offset_ns: i64) -> DiagnosticStatus {
+    let is_far = utc_offset_ns.saturating_abs() > TELLING_OFFSET_NS;
+    let (level, message) = if is_far {
+        (
+            DiagnosticStatus::WARN,
+            "the system's clock was set since the start; the recording keeps to the start's",
+        )
+    } else {
+        (DiagnosticStatus::OK, "the system's clock runs with the recording's")
+    };
+    let value = format!("{:.3}", utc_offset_ns as f64 * 1e-9);
+    DiagnosticStatus {
+        level,
+        name: "biplane: clock".to_owned(),
+        message: message.to_owned(),
+        hardware_id: "clock".to_owned(),
+        values: vec![KeyValue { key: "utc_offset_s".to_owned(), value }],
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -104,5 +131,16 @@ mod tests {
         assert_eq!((clock.now_ns(), clock.utc_offset_ns()), (1_700_000_003 * S, -3600 * S));
         hand.pass(S, 3600 * S);
         assert_eq!((clock.now_ns(), clock.utc_offset_ns()), (1_700_000_004 * S, 0));
+    }
+
+    #[test]
+    fn a_tenth_of_a_second_between_the_clocks_is_told_as_a_warning() {
+        let told = |utc_offset_ns| {
+            let status = clock_status(utc_offset_ns);
+            (status.level, status.values[0].value.clone())
+        };
+        assert_eq!(told(99_000_000), (DiagnosticStatus::OK, "0.099".to_owned()));
+        assert_eq!(told(101_000_000), (DiagnosticStatus::WARN, "0.101".to_owned()));
+        assert_eq!(told(-7_200_000_000_000), (DiagnosticStatus::WARN, "-7200.000".to_owned()));
     }
 }

@@ -8,6 +8,8 @@ use std::thread::{self, JoinHandle};
 use biplane_recording::msg::{DiagnosticStatus, KeyValue};
 use biplane_recording::{PartsReport, PartsWriter, Topic, WriteError};
 
+use super::RunClock;
+use super::clock::clock_status;
 use super::disk;
 use super::queue::QueueSource;
 use crate::diagnostics;
@@ -36,6 +38,7 @@ impl Writing {
         source: QueueSource,
         folder: PathBuf,
         stop_bytes: u64,
+        clock: RunClock,
     ) -> Result<Self, OnboardError> {
         let [failed, disk_low, rotate] = std::array::from_fn(|_| Arc::new(AtomicBool::new(false)));
         let worker = Worker {
@@ -43,6 +46,7 @@ impl Writing {
             source,
             folder,
             stop_bytes,
+            clock,
             disk_low: Arc::clone(&disk_low),
             rotate: Arc::clone(&rotate),
             cdr: Vec::new(),
@@ -96,6 +100,7 @@ struct Worker {
     source: QueueSource,
     folder: PathBuf,
     stop_bytes: u64,
+    clock: RunClock,
     disk_low: Arc<AtomicBool>,
     rotate: Arc<AtomicBool>,
     cdr: Vec<u8>,
@@ -118,6 +123,7 @@ impl Worker {
                 }
                 let mut message = diagnostics::message(now_ns, &health);
                 message.status.push(disk_status(free_bytes));
+                message.status.push(clock_status(self.clock.utc_offset_ns()));
                 self.writer.write(Topic::Diagnostics, now_ns, now_ns, &message)?;
             }
             if self.rotate.swap(false, Ordering::Relaxed) && !self.writer.rotate_now()? {
