@@ -8,6 +8,7 @@
 //! the host's time; byte offsets since the port was opened. Model: `interfaces.md` section 2; figures: `docs/time.md`.
 
 mod arrivals;
+mod conduct;
 mod cycle_clock;
 mod envelope;
 

@@ -177,7 +177,8 @@ mod tests {
             let path = folder.join("run.mcap");
             let writer = PartsWriter::create(&path, &WriterOptions::default(), Rotation::default()).unwrap();
             let (mut sink, source) = queue(Arc::new(AtomicU64::new(0)), RingBuffer::new(4).0);
-            let writing = Writing::start(writer, source, folder.clone(), stop_bytes).unwrap();
+            let writing =
+                Writing::start(writer, source, folder.clone(), stop_bytes, RunClock::start()).unwrap();
             assert!(!writing.is_disk_low());
             sink.health(1, &Health::default());
             drop(sink);

@@ -13,10 +13,9 @@
 //! while the departures bear it out. All is causal. Units: nanoseconds.
 
 use super::arrivals::Pace;
+use super::conduct::{Habit, LateRun, Trust, Verdict};
 use super::envelope::{Envelope, EnvelopeParams};
 
-/// Judgements that are remembered.
-const REMEMBERED: u32 = 16;
 /// The device's index counts modulo this.
 const INDEX_CYCLES: i64 = 256;
 /// An index that was contradicted so often in a row is none of cycles.
@@ -130,41 +129,6 @@ struct State {
     late: LateRun,
 }
 
-/// The distance in time of telegrams that follow each other, in cycles.
-#[derive(Copy, Clone, Debug, Default)]
-struct Habit {
-    least_cycles: i64,
-    before_ns: i64,
-    interval: i64,
-    repeats: u32,
-    /// What it has come to be; 0 for nothing.
-    cycles: i64,
-}
-
-/// Which of the latest departures were near their cycles: a bit each.
-#[derive(Copy, Clone, Debug, Default)]
-struct Trust {
-    near: u32,
-    judged: u32,
-}
-
-#[derive(Copy, Clone, Debug, PartialEq, Eq)]
-enum Verdict {
-    Unknown,
-    Kept,
-    Broken,
-}
-
-/// Departures in a row that were late.
-#[derive(Copy, Clone, Debug, Default)]
-struct LateRun {
-    scans: u32,
-    alike: u32,
-    before_ns: i64,
-    since_ns: i64,
-    least_ns: i64,
-}
-
 impl Departure {
     fn is_paced(&self) -> bool {
         self.pace == Pace::Line
@@ -247,9 +211,6 @@ impl CycleClock {
         if let Some(cycles) = self.count_by_index(state, departure, elapsed_ns) {
             return Some(cycles);
         }
-        if elapsed_ns > self.params.pause_ns {
-            state.begin_anew();
-        }
         let expected = state.habit.expected(departure);
         let late_ns =
             |cycles: i64| departure.time_ns.saturating_sub(state.envelope.at_ns(state.cycle + cycles));
@@ -286,7 +247,7 @@ impl CycleClock {
             return None;
         }
         let apart = i64::from(now.wrapping_sub(before));
-        let over_ns = elapsed_ns + self.cycle_ns - apart * self.cycle_ns;
+        let over_ns = elapsed_ns.saturating_add(self.cycle_ns).saturating_sub(apart * self.cycle_ns);
         let cycles = apart + INDEX_CYCLES * (over_ns / (INDEX_CYCLES * self.cycle_ns)).max(0);
         let late_ns = departure.time_ns.saturating_sub(state.envelope.at_ns(state.cycle + cycles));
         let is_possible = late_ns > -self.cycle_ns / 2 && (late_ns < self.cycle_ns || !departure.is_paced());
@@ -345,73 +306,5 @@ impl State {
     fn begin_anew(&mut self) {
         (self.trust, self.habit, self.late) = (Trust::default(), Habit::default(), LateRun::default());
         self.is_resumed = true;
-    }
-}
-
-impl Habit {
-    /// Cycles to this telegram when it is as it has been; the least that the line allows when there is no habit.
-    fn expected(&self, departure: &Departure) -> i64 {
-        let is_known = departure.is_next && self.cycles > 0 && self.least_cycles == departure.least_cycles;
-        if is_known { self.cycles } else { departure.least_cycles.max(1) }
-    }
-
-    fn note(&mut self, departure: &Departure, cycle_ns: i64, params: &CycleClockParams) {
-        let interval_ns = departure.time_ns.saturating_sub(self.before_ns);
-        let interval = (interval_ns + cycle_ns / 2).div_euclid(cycle_ns);
-        let is_whole = (interval_ns - interval * cycle_ns).abs() <= params.near_ns;
-        if self.least_cycles != departure.least_cycles {
-            *self = Self { least_cycles: departure.least_cycles, ..Self::default() };
-        }
-        let is_same = departure.is_next && is_whole && interval == self.interval;
-        self.repeats = if is_same { self.repeats.saturating_add(1) } else { 1 };
-        (self.before_ns, self.interval) = (departure.time_ns, interval);
-        if self.repeats >= params.habit && interval > 0 {
-            self.cycles = interval;
-        }
-    }
-}
-
-impl Trust {
-    #[must_use]
-    fn with(self, is_near: bool) -> Self {
-        Self {
-            near: (self.near << 1 | u32::from(is_near)) & ((1 << REMEMBERED) - 1),
-            judged: (self.judged + 1).min(REMEMBERED),
-        }
-    }
-
-    fn verdict(self, params: &CycleClockParams) -> Verdict {
-        let strays = self.judged - self.near.count_ones().min(self.judged);
-        if self.judged < params.trust_after {
-            Verdict::Unknown
-        } else if strays <= params.trust_strays {
-            Verdict::Kept
-        } else if strays * 2 > self.judged {
-            Verdict::Broken
-        } else {
-            Verdict::Unknown
-        }
-    }
-}
-
-impl LateRun {
-    /// The least lateness of a run that is long enough, which then begins anew.
-    fn note(&mut self, time_ns: i64, late_ns: i64, params: &CycleClockParams) -> Option<i64> {
-        if late_ns <= params.raise_ns {
-            *self = Self::default();
-            return None;
-        }
-        if self.scans == 0 {
-            *self = Self { since_ns: time_ns, least_ns: late_ns, before_ns: late_ns, ..Self::default() };
-        }
-        self.scans += 1;
-        self.least_ns = self.least_ns.min(late_ns);
-        let is_alike =
-            (late_ns - self.before_ns).abs() <= params.near_ns && late_ns > params.longest_timer_ns / 2;
-        self.alike = if is_alike { self.alike + 1 } else { 1 };
-        self.before_ns = late_ns;
-        let is_long = time_ns.saturating_sub(self.since_ns) >= params.raise_after_ns;
-        let is_over = (self.scans >= params.raise_scans && is_long) || self.alike >= params.alike_scans;
-        is_over.then(|| std::mem::take(self).least_ns)
     }
 }

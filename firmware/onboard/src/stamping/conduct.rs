@@ -1,0 +1,116 @@
+//! How a stream has behaved of late: the distances it keeps, how often it kept to the cycles, how long it has been late.
+
+use super::cycle_clock::{CycleClockParams, Departure};
+
+/// Judgements that are remembered.
+const REMEMBERED: u32 = 16;
+
+/// The distance in time of telegrams that follow each other, in cycles.
+#[derive(Copy, Clone, Debug, Default)]
+pub(super) struct Habit {
+    least_cycles: i64,
+    before_ns: i64,
+    interval: i64,
+    repeats: u32,
+    /// What it has come to be; 0 for nothing.
+    cycles: i64,
+}
+
+/// Which of the latest departures were near their cycles: a bit each.
+#[derive(Copy, Clone, Debug, Default)]
+pub(super) struct Trust {
+    near: u32,
+    judged: u32,
+}
+
+/// Whether a stream keeps to the cycles.
+#[derive(Copy, Clone, Debug, PartialEq, Eq)]
+pub(super) enum Verdict {
+    /// Too little has been seen, or now and then.
+    Unknown,
+    /// It does.
+    Kept,
+    /// It does not.
+    Broken,
+}
+
+/// Departures in a row that were late.
+#[derive(Copy, Clone, Debug, Default)]
+pub(super) struct LateRun {
+    scans: u32,
+    alike: u32,
+    before_ns: i64,
+    since_ns: i64,
+    least_ns: i64,
+}
+
+impl Habit {
+    /// Cycles to this telegram when it is as it has been; the least that the line allows when there is no habit.
+    pub(super) fn expected(&self, departure: &Departure) -> i64 {
+        let is_known = departure.is_next && self.cycles > 0 && self.least_cycles == departure.least_cycles;
+        if is_known { self.cycles } else { departure.least_cycles.max(1) }
+    }
+
+    /// Another departure has come.
+    pub(super) fn note(&mut self, departure: &Departure, cycle_ns: i64, params: &CycleClockParams) {
+        let interval_ns = departure.time_ns.saturating_sub(self.before_ns);
+        let interval = interval_ns.saturating_add(cycle_ns / 2).div_euclid(cycle_ns);
+        let is_whole = (interval_ns - interval * cycle_ns).abs() <= params.near_ns;
+        if self.least_cycles != departure.least_cycles {
+            *self = Self { least_cycles: departure.least_cycles, ..Self::default() };
+        }
+        let is_same = departure.is_next && is_whole && interval == self.interval;
+        self.repeats = if is_same { self.repeats.saturating_add(1) } else { 1 };
+        (self.before_ns, self.interval) = (departure.time_ns, interval);
+        if self.repeats >= params.habit && interval > 0 {
+            self.cycles = interval;
+        }
+    }
+}
+
+impl Trust {
+    /// With another judgement.
+    #[must_use]
+    pub(super) fn with(self, is_near: bool) -> Self {
+        Self {
+            near: (self.near << 1 | u32::from(is_near)) & ((1 << REMEMBERED) - 1),
+            judged: (self.judged + 1).min(REMEMBERED),
+        }
+    }
+
+    /// What the judgements come to.
+    pub(super) fn verdict(self, params: &CycleClockParams) -> Verdict {
+        let strays = self.judged - self.near.count_ones().min(self.judged);
+        if self.judged < params.trust_after {
+            Verdict::Unknown
+        } else if strays <= params.trust_strays {
+            Verdict::Kept
+        } else if strays * 2 > self.judged {
+            Verdict::Broken
+        } else {
+            Verdict::Unknown
+        }
+    }
+}
+
+impl LateRun {
+    /// The least lateness of a run that is long enough, which then begins anew.
+    pub(super) fn note(&mut self, time_ns: i64, late_ns: i64, params: &CycleClockParams) -> Option<i64> {
+        if late_ns <= params.raise_ns {
+            *self = Self::default();
+            return None;
+        }
+        if self.scans == 0 {
+            *self = Self { since_ns: time_ns, least_ns: late_ns, before_ns: late_ns, ..Self::default() };
+        }
+        self.scans += 1;
+        self.least_ns = self.least_ns.min(late_ns);
+        let is_alike =
+            (late_ns - self.before_ns).abs() <= params.near_ns && late_ns > params.longest_timer_ns / 2;
+        self.alike = if is_alike { self.alike + 1 } else { 1 };
+        self.before_ns = late_ns;
+        let is_long = time_ns.saturating_sub(self.since_ns) >= params.raise_after_ns;
+        let is_over = (self.scans >= params.raise_scans && is_long) || self.alike >= params.alike_scans;
+        is_over.then(|| std::mem::take(self).least_ns)
+    }
+}
