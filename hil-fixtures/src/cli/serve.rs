@@ -171,8 +171,8 @@ fn read_capture(path: &Path) -> anyhow::Result<Capture> {
     }
     if let Some(track) = &capture.base {
         eprintln!(
-            "base: {} odometry packets ({} bytes in no packet)",
-            track.packets.len(),
+            "base: {} odometry reports ({} bytes in no packet)",
+            track.packets.len() + track.counts.len(),
             track.skipped_bytes
         );
     }

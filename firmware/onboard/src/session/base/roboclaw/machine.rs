@@ -62,6 +62,9 @@ pub(super) struct Machine {
     ask_ns: i64,
     /// Until when at most a line that is not quiet is waited for.
     quiet_limit_ns: Option<i64>,
+    /// Counts that were asked for may still come, too late. An answer says nothing of when it was asked for, but it is none to
+    /// another question: such a one is asked next.
+    out_of_step: bool,
     next_counts_ns: i64,
     next_state_ns: i64,
     battery_next: bool,
@@ -89,6 +92,7 @@ impl Machine {
             open: None,
             ask_ns: now_ns,
             quiet_limit_ns: None,
+            out_of_step: false,
             next_counts_ns: now_ns,
             next_state_ns: now_ns,
             battery_next: true,
@@ -150,6 +154,7 @@ impl Machine {
         match self.stage {
             Stage::Identifying { .. } => Some(Question::Firmware),
             Stage::AskingStatus { .. } => Some(Question::Status(self.width)),
+            Stage::Running if self.out_of_step => Some(Question::MainBattery),
             // Once a second, and first: behind a slow adapter counts are always due.
             Stage::Running if self.now_ns >= self.next_state_ns => Some(match self.battery_next {
                 true => Question::MainBattery,
@@ -199,6 +204,7 @@ impl Machine {
         let question = self.open.take().map(|(question, _)| question);
         self.ask_ns = self.now_ns + QUIET_NS;
         self.quiet_limit_ns = Some(self.now_ns + LONGEST_QUIET_NS);
+        self.out_of_step = question == Some(Question::Encoders);
         if let Some(Question::Status(width)) = question {
             self.other_width(width, held);
         }
@@ -239,6 +245,7 @@ impl Machine {
     pub(super) fn answered(&mut self, heard: Heard<'_>) {
         self.open = None;
         self.ask_ns = self.now_ns;
+        self.out_of_step = false;
         match heard.answer {
             Answer::Firmware(text) => self.identified(text),
             Answer::Encoders { m1_counts, m2_counts } => self.counted(heard, [m1_counts, m2_counts]),

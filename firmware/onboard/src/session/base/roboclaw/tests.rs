@@ -84,7 +84,7 @@ fn a_damaged_answer_is_asked_for_again_when_the_line_is_quiet() {
     let good = counts(1500, 1500);
     let bad = good.replacen("05", "04", 1);
     let script = format!(
-        "{}\n30 > {ENCODERS}\n36 < {bad}\n51 > {ENCODERS}\n57 < {good}\n57 * 0.100 0.000 0.0000\n58 end",
+        "{}\n30 > {ENCODERS}\n36 < {bad}\n51 > {BATTERY}\n54 < {VOLTS_12_3}\n54 > {ENCODERS}\n57 < {good}\n57 * 0.100 0.000 0.0000\n58 end",
         found(500, 500)
     );
     check(&mut BaseSession::streaming(SETTINGS, 0), &script);
@@ -93,9 +93,9 @@ fn a_damaged_answer_is_asked_for_again_when_the_line_is_quiet() {
 #[test]
 fn an_answer_that_comes_too_late_is_not_taken_for_the_next_one() {
     let script = format!(
-        "{}\n30 > {ENCODERS}\n93 end\n95 < {}\n110 > {ENCODERS}\n116 < {}\n116 * 0.100 0.000 0.0000\n117 end",
+        "{}\n30 > {ENCODERS}\n108 > {BATTERY}\n110 < {}\n125 > {ENCODERS}\n131 < {}\n131 * 0.100 0.000 0.0000\n132 end",
         found(500, 500),
-        counts(9999, 9999),
+        counts(600, 600),
         counts(1500, 1500),
     );
     check(&mut BaseSession::streaming(SETTINGS, 0), &script);
@@ -115,22 +115,23 @@ fn a_silent_controller_is_said_within_a_second_and_asked_who_it_is() {
 
 #[test]
 fn a_controller_that_was_switched_off_and_on_goes_on_where_it_was() {
-    // 0.1 m, off for half a second, then near zero, then 0.01 m more.
+    // 90 mm, then off for a second; back and near zero, then 10 mm more.
     let lines = [
         found(500, 500),
-        format!("120 < {}", counts(1500, 1500)),
-        format!("700 < {}", counts(2, 1)),
-        format!("760 < {}", counts(102, 101)),
-        "770 end".to_owned(),
+        format!("36 < {}", counts(1400, 1400)),
+        format!("1000 < {VERSION}"),
+        format!("1010 < {}", counts(2, 1)),
+        format!("1030 < {}", counts(102, 101)),
+        "1031 end".to_owned(),
     ];
     let lines: Vec<String> = lines.join("\n").lines().map(str::to_owned).collect();
     let mut session = BaseSession::streaming(SETTINGS, 0);
     let transcript = play(&mut session, &lines);
     let odometry: Vec<&String> = transcript.iter().filter(|line| line.contains('*')).collect();
-    let poses = ["20 * 0.000", "120 * 0.100", "700 * 0.100", "760 * 0.110"];
+    let poses = ["20 * 0.000", "36 * 0.090", "1010 * 0.090", "1030 * 0.100"];
     assert_eq!(odometry.len(), poses.len(), "{transcript:#?}");
     assert!(odometry.iter().zip(poses).all(|(line, pose)| line.starts_with(pose)), "{transcript:#?}");
-    assert!(transcript.contains(&"700 ! counts its odometry from zero again".to_owned()), "{transcript:#?}");
+    assert!(transcript.contains(&"1010 ! counts its odometry from zero again".to_owned()), "{transcript:#?}");
 }
 
 #[test]
