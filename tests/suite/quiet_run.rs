@@ -1,9 +1,9 @@
 //! A rig without faults, in simulated time: everything comes up, and everything that is sent is recorded.
 
 use biplane_mock::faults::Faults;
-use biplane_recording::{Port, Rig};
+use biplane_recording::Port;
 
-use crate::rig::devices::idle_lines;
+use crate::rig::devices::{idle_lines, rig_at};
 use crate::rig::plan::Plan;
 use crate::rig::truth::{base_account, laser_account, sent_reports, sent_scans};
 use crate::rig::witness::Witness;
@@ -12,12 +12,10 @@ use crate::rig::{S, SimRig};
 #[test]
 fn without_faults_every_telegram_that_was_sent_is_recorded() {
     for baud in [38_400, 500_000] {
-        let mut rig = Rig::default();
-        rig.horizontal.baud = baud;
-        rig.vertical.as_mut().unwrap().baud = baud;
+        let rig = rig_at(baud);
         let mut sim = SimRig::new(
             &rig,
-            idle_lines(baud, 1, &Faults::default(), &[]),
+            idle_lines(&rig, 1, &Faults::default(), &[]),
             Plan::default(),
             Witness::default(),
         );

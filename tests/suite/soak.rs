@@ -15,10 +15,10 @@ use biplane_onboard::health::Health;
 use biplane_onboard::replay::{ReplayOptions, replay};
 use biplane_onboard::sink::Sink;
 use biplane_recording::read::RIG_ATTACHMENT;
-use biplane_recording::{Direction, Rig, Rotation, Topic, Writer, WriterOptions};
+use biplane_recording::{Direction, Rotation, Topic, Writer, WriterOptions};
 
 use crate::recorded::folder;
-use crate::rig::devices::idle_lines;
+use crate::rig::devices::{idle_lines, rig_at};
 use crate::rig::plan::Plan;
 use crate::rig::{S, SimRig};
 
@@ -65,15 +65,6 @@ fn length_s() -> i64 {
     std::env::var("BIPLANE_SOAK_S").ok().and_then(|seconds| seconds.parse().ok()).unwrap_or(30)
 }
 
-fn fast_rig() -> Rig {
-    let mut rig = Rig::default();
-    rig.horizontal.baud = BAUD;
-    if let Some(vertical) = &mut rig.vertical {
-        vertical.baud = BAUD;
-    }
-    rig
-}
-
 /// Memory that this process has in use now, bytes.
 fn memory_bytes() -> i64 {
     let text = std::fs::read_to_string("/proc/self/statm").unwrap();
@@ -98,11 +89,11 @@ struct Live {
 }
 
 fn live(capture: &Path, length_ns: i64) -> Live {
-    let rig = fast_rig();
+    let rig = rig_at(BAUD);
     let mut writer =
         Writer::create(capture, &WriterOptions { overwrite: true, ..WriterOptions::default() }).unwrap();
     writer.attach(RIG_ATTACHMENT, "application/toml", rig.to_toml().as_bytes()).unwrap();
-    let mut lines = idle_lines(BAUD, 1, &Faults::default(), &[]);
+    let mut lines = idle_lines(&rig, 1, &Faults::default(), &[]);
     lines.iter_mut().flatten().for_each(|line| line.keeps_tapes = false);
     let mut sim = SimRig::new(&rig, lines, Plan::default(), Counter::default());
     let writer = Rc::new(RefCell::new(writer));

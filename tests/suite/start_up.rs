@@ -3,7 +3,6 @@
 //! Targets: 3 s at the rig's rate, 9 s when the rate must be searched. States after other programs are made by playing their
 //! requests (transcripts of sicktoolbox, MRPT, CARMEN, AriaCoda and Player) to the mock device before the engine starts.
 
-use biplane_mock::base_device::BaseParams;
 use biplane_mock::device::Device;
 use biplane_mock::faults::Faults;
 use biplane_mock::lms_device::LmsParams;
@@ -70,7 +69,7 @@ impl Case {
         rig.horizontal.baud = self.rig_baud;
         let mut line = SimLine::new((self.make)(seed), seed, 0);
         line.missed_share = self.missed_share;
-        let base = SimLine::new(base(BaseParams::default(), &Faults::default()), seed, 2);
+        let base = SimLine::new(base(&rig.base, &Faults::default()), seed, 2);
         let mut sim = SimRig::new(&rig, [Some(line), None, Some(base)], Plan::default(), Witness::default());
         let beams = rig.horizontal.beam_count();
         let came = sim.run(LONGEST_NS, |sim| {

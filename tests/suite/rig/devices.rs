@@ -1,6 +1,9 @@
 //! The devices of a simulated rig, and their lines.
 
+use biplane_mock::base_device::counters::{CountScale, SourceCounts};
 use biplane_mock::base_device::feed::CycleFeed;
+use biplane_mock::base_device::rflex::{RflexDevice, RflexParams};
+use biplane_mock::base_device::roboclaw::{RoboClawDevice, RoboClawParams};
 use biplane_mock::base_device::{BaseDevice, BaseParams};
 use biplane_mock::device::Device;
 use biplane_mock::faults::Faults;
@@ -8,6 +11,7 @@ use biplane_mock::lms_device::feed::{Mirror, MirrorFeed};
 use biplane_mock::lms_device::settings::Variant;
 use biplane_mock::lms_device::{LmsDevice, LmsParams};
 use biplane_mock::rng::Rng;
+use biplane_recording::rig::{self, BaseProtocol, Rig};
 
 use super::MS;
 use super::line::SimLine;
@@ -31,11 +35,44 @@ pub fn laser(params: LmsParams, faults: &Faults, seed: u64, stream: u64) -> Box<
     Box::new(LmsDevice::new(params, faults.feed(Box::new(feed), stream)))
 }
 
-/// A Pioneer in the room.
+/// The base of a rig, in the room.
 #[must_use]
-pub fn base(params: BaseParams, faults: &Faults) -> Box<dyn Device> {
-    let feed = CycleFeed::new(Box::new(Wheels), Box::new(SameTime), SIP_CYCLE_NS);
-    Box::new(BaseDevice::new(faults.base(params), Box::new(feed)))
+pub fn base(base: &rig::Base, faults: &Faults) -> Box<dyn Device> {
+    let (source, timeline, baud) = (Box::new(Wheels), Box::new(SameTime), base.baud);
+    let left_open = faults.base(BaseParams::default()).left_open;
+    let Some(scale) = CountScale::of(&base.protocol) else {
+        let feed = CycleFeed::new(source, timeline, SIP_CYCLE_NS);
+        return Box::new(BaseDevice::new(
+            BaseParams { baud, left_open, ..BaseParams::default() },
+            Box::new(feed),
+        ));
+    };
+    let feed = Box::new(SourceCounts::new(source, timeline, scale));
+    match base.protocol {
+        BaseProtocol::RoboClaw { address, .. } => {
+            Box::new(RoboClawDevice::new(RoboClawParams { address, baud, ..RoboClawParams::default() }, feed))
+        }
+        _ => Box::new(RflexDevice::new(RflexParams { baud, left_open, ..RflexParams::default() }, feed)),
+    }
+}
+
+/// A home-made base with a RoboClaw.
+#[must_use]
+pub fn roboclaw_base() -> rig::Base {
+    let protocol = BaseProtocol::RoboClaw {
+        address: 0x80,
+        wheel_base_m: 0.4,
+        metres_per_count_left: 0.0001,
+        metres_per_count_right: 0.0001,
+    };
+    rig::Base { protocol, baud: protocol.default_baud(), ..rig::Base::default() }
+}
+
+/// A base that speaks rFLEX.
+#[must_use]
+pub fn rflex_base() -> rig::Base {
+    let protocol = BaseProtocol::Rflex { counts_per_m: 100_000.0, counts_per_rad: 30_000.0 };
+    rig::Base { protocol, baud: protocol.default_baud(), ..rig::Base::default() }
 }
 
 /// A laser that an earlier run of ours left idle at this rate, in one-degree steps.
@@ -44,13 +81,28 @@ pub fn idle_laser(baud: u32) -> LmsParams {
     LmsParams { baud, variant: Variant::of(180, 100), ..LmsParams::default() }
 }
 
-/// Lines of two lasers and a Pioneer, all idle at the rates of the rig; those faults that act on devices act on the devices in `places`.
+/// Lines of the rig's lasers and base, all idle at the rates of the rig; those faults that act on devices act on the devices in `places`.
 #[must_use]
-pub fn idle_lines(baud: u32, seed: u64, faults: &Faults, places: &[u64]) -> [Option<SimLine>; 3] {
+pub fn idle_lines(rig: &Rig, seed: u64, faults: &Faults, places: &[u64]) -> [Option<SimLine>; 3] {
     let of = |stream| if places.contains(&stream) { faults.clone() } else { Faults::default() };
-    let laser = |stream| {
+    let laser = |stream, baud| {
         let device = laser(idle_laser(baud), &of(stream), seed, stream);
-        Some(SimLine::new(device, seed, stream))
+        SimLine::new(device, seed, stream)
     };
-    [laser(0), laser(1), Some(SimLine::new(base(BaseParams::default(), &of(2)), seed, 2))]
+    [
+        Some(laser(0, rig.horizontal.baud)),
+        rig.vertical.as_ref().map(|vertical| laser(1, vertical.baud)),
+        Some(SimLine::new(base(&rig.base, &of(2)), seed, 2)),
+    ]
+}
+
+/// The template rig with both lasers at this rate.
+#[must_use]
+pub fn rig_at(baud: u32) -> Rig {
+    let mut rig = Rig::default();
+    rig.horizontal.baud = baud;
+    if let Some(vertical) = &mut rig.vertical {
+        vertical.baud = baud;
+    }
+    rig
 }

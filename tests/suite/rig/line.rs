@@ -110,7 +110,8 @@ impl SimLine {
                 self.usb.clear();
                 self.outbound.clear();
             }
-            Happening::Plug => self.linked = true,
+            Happening::Part => self.linked = false,
+            Happening::Plug | Happening::Join => self.linked = true,
             Happening::PowerOff => self.dark = true,
             Happening::PowerOn => {
                 self.dark = false;

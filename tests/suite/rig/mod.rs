@@ -171,9 +171,16 @@ impl<K: Sink> SimRig<K> {
     }
 
     fn happen(&mut self, port: Port, happening: Happening) {
+        // As `record` does it: the port's reading thread tells that it is gone, and that it is back.
+        match happening {
+            Happening::Unplug => self.engine.port_lost(self.now_ns, port),
+            Happening::Plug => self.engine.port_back(self.now_ns, port),
+            _ => {}
+        }
         if let Some(line) = &mut self.lines[place(port)] {
             line.happen(self.now_ns, happening);
         }
+        self.serve_engine();
     }
 
     fn serve_engine(&mut self) {

@@ -6,10 +6,14 @@ use biplane_recording::Port;
 /// Something that happens to one line.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Happening {
-    /// The adapter is pulled out of the computer: what is under way is lost, writes go nowhere.
+    /// The adapter is pulled out of the computer, which notices: what is under way is lost, writes go nowhere.
     Unplug,
-    /// It is back, at the rate that was set last.
+    /// Its port has been opened again, at the rate that was set last.
     Plug,
+    /// The cable behind the adapter is pulled: nothing passes either way, and nobody says so.
+    Part,
+    /// It is put back.
+    Join,
     /// The device loses its power.
     PowerOff,
     /// It has its power again: it starts, and is then as any device just switched on.

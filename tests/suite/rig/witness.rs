@@ -30,8 +30,8 @@ pub struct Witness {
     pub odometry_ns: Vec<i64>,
     /// Matched poses.
     pub poses: u64,
-    /// State, once a second.
-    pub health: Vec<Health>,
+    /// State, once a second, and when.
+    pub health: Vec<(i64, Health)>,
 }
 
 impl Sink for Witness {
@@ -45,8 +45,8 @@ impl Sink for Witness {
         }
     }
 
-    fn health(&mut self, _now_ns: i64, health: &Health) {
-        self.health.push(*health);
+    fn health(&mut self, now_ns: i64, health: &Health) {
+        self.health.push((now_ns, *health));
     }
 
     fn dropped(&self) -> u64 {

@@ -1,0 +1,97 @@
+//! What is done to a line, and from when to when.
+
+use biplane_mock::faults::Preset;
+use biplane_mock::rng::Rng;
+use biplane_recording::Port;
+
+use crate::rig::S;
+use crate::rig::plan::Happening;
+
+/// Streaming again, after the device answers at the rate that the session last used.
+const BACK_KNOWN_NS: i64 = 2 * S;
+/// Streaming again, when its rate must be searched.
+const BACK_SEARCHED_NS: i64 = 9 * S;
+
+/// What is done to a line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// The adapter is pulled out of the computer and put back.
+    Unplug,
+    /// The cable behind it is.
+    Cable,
+    /// The same, for less than a driver need notice.
+    Jerk,
+    /// The device loses its power, gets it back and starts.
+    PowerCycle,
+    /// Nothing comes from the device.
+    Silence,
+    /// Random bytes come instead.
+    Garbage,
+    /// Presets: those of the line for eight seconds, those of the device or its measurements from the start.
+    Noise(&'static [Preset]),
+}
+
+/// A fault in time.
+pub struct Outage {
+    /// From then on.
+    pub begin_ns: i64,
+    /// From then on the device would answer.
+    pub answering_ns: i64,
+    /// What happens to the line.
+    pub happenings: Vec<(i64, Happening)>,
+    /// Its measurements are recorded again by then.
+    pub back_within_ns: i64,
+}
+
+impl Fault {
+    /// The fault in a run with these random numbers, at a device that takes so long to start.
+    pub fn outage(self, port: Port, boot_ns: i64, rng: &mut Rng) -> Outage {
+        let begin_ns = 3 * S + (rng.unit() * 1e9) as i64;
+        let mut lasts = |from_s: f64, to_s: f64| (rng.between(from_s, to_s) * 1e9) as i64;
+        let (length_ns, begins, ends, back_within_ns) = match self {
+            Self::Unplug => (lasts(0.1, 9.0), Happening::Unplug, Happening::Plug, BACK_KNOWN_NS),
+            Self::Cable => (lasts(1.3, 9.0), Happening::Part, Happening::Join, BACK_KNOWN_NS),
+            Self::Jerk => (lasts(0.05, 0.8), Happening::Part, Happening::Join, BACK_KNOWN_NS),
+            Self::PowerCycle => {
+                let within_ns = if port == Port::Base { BACK_KNOWN_NS } else { BACK_SEARCHED_NS };
+                (lasts(0.3, 10.0), Happening::PowerOff, Happening::PowerOn, within_ns)
+            }
+            Self::Silence => (lasts(1.3, 9.0), Happening::Mute, Happening::Unmute, BACK_KNOWN_NS),
+            Self::Garbage => (lasts(1.3, 9.0), Happening::Babble, Happening::Clear, BACK_KNOWN_NS),
+            Self::Noise(presets) => {
+                let begins = Happening::Faults(presets.to_vec());
+                (8 * S, begins, Happening::Faults(Vec::new()), BACK_KNOWN_NS)
+            }
+        };
+        let ends_ns = begin_ns + length_ns;
+        // A lost port is looked for every quarter of a second.
+        let seen_ns = if self == Self::Unplug { lasts(0.0, 0.25) } else { 0 };
+        let happenings = vec![(begin_ns, begins), (ends_ns + seen_ns, ends)];
+        let boot_ns = if self == Self::PowerCycle { boot_ns } else { 0 };
+        let answering_ns = ends_ns + boot_ns;
+        Outage { begin_ns, answering_ns, happenings, back_within_ns }
+    }
+
+    /// The mock's presets in it.
+    pub fn presets(self) -> &'static [Preset] {
+        match self {
+            Self::Noise(presets) => presets,
+            _ => &[],
+        }
+    }
+
+    /// What it is called.
+    pub fn name(self) -> String {
+        match self {
+            Self::Unplug => "adapter unplugged, 0.1 to 9 s".to_owned(),
+            Self::Cable => "cable pulled, 1.3 to 9 s".to_owned(),
+            Self::Jerk => "cable pulled, under 0.8 s".to_owned(),
+            Self::PowerCycle => "power-cycle".to_owned(),
+            Self::Silence => "silence, 1.3 to 9 s".to_owned(),
+            Self::Garbage => "garbage, 1.3 to 9 s".to_owned(),
+            Self::Noise(presets) => {
+                presets.iter().map(|preset| preset.name()).collect::<Vec<_>>().join(" + ")
+            }
+        }
+    }
+}

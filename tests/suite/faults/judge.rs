@@ -1,0 +1,205 @@
+//! One run with faults, and whether everything was as it should be.
+
+use biplane_mock::base_device::BaseParams;
+use biplane_mock::base_device::rflex::RflexParams;
+use biplane_mock::base_device::roboclaw::RoboClawParams;
+use biplane_mock::faults::{Faults, Preset};
+use biplane_mock::lms_device::LmsParams;
+use biplane_mock::rng::Rng;
+use biplane_onboard::health::{Health, LineFault, LineHealth};
+use biplane_onboard::session::Event;
+use biplane_recording::rig::BaseProtocol;
+use biplane_recording::{Port, Rig};
+
+use super::fault::{Fault, Outage};
+use super::outcome::Outcome;
+use crate::rig::devices::idle_lines;
+use crate::rig::plan::Plan;
+use crate::rig::truth::{Account, base_account, laser_account, sent_reports, sent_scans};
+use crate::rig::witness::Witness;
+use crate::rig::{MS, S, SimRig, place};
+
+/// Every device is found at the rig's rate, so that its first measurement comes within this time.
+const UP_NS: i64 = 3 * S;
+/// An outage is noticed within this time.
+const NOTICED_NS: i64 = S;
+/// Shorter ones need not be.
+const SURELY_NOTICED_NS: i64 = 12 * S / 10;
+/// An outage of this length stands in the diagnostics, which come once a second.
+const SURELY_TOLD_NS: i64 = 22 * S / 10;
+/// How long is looked on after the fault.
+const AFTER_NS: i64 = 10 * S;
+
+/// One run with these faults.
+pub fn run(faults: &[(Port, Fault)], rig: &Rig, seed: u64) -> Outcome {
+    let mut rng = Rng::new(seed, 0xFA_0175, faults.len() as i64);
+    let outages: Vec<(Port, Fault, Outage)> = faults
+        .iter()
+        .map(|&(port, fault)| (port, fault, fault.outage(port, boot_ns(rig, port), &mut rng)))
+        .collect();
+    let happenings = outages.iter().flat_map(|(port, _, outage)| {
+        outage.happenings.iter().map(|(at_ns, happening)| (*at_ns, *port, happening.clone()))
+    });
+    let plan = Plan::new(happenings.collect());
+    let presets: Vec<Preset> = faults.iter().flat_map(|(_, fault)| fault.presets()).copied().collect();
+    let places: Vec<u64> = faults.iter().map(|(port, _)| place(*port) as u64).collect();
+    let lines = idle_lines(rig, seed, &Faults::new(&presets, seed), &places);
+    let mut sim = SimRig::new(rig, lines, plan, Witness::default());
+    let last_ns = outages.iter().map(|(_, _, outage)| outage.answering_ns).max().unwrap_or(0);
+    sim.run(last_ns + AFTER_NS, |_| false);
+    let mut outcome = Outcome { runs: 1, ..Outcome::default() };
+    for (port, fault, outage) in &outages {
+        judge(&mut sim, *port, *fault, outage, &mut outcome);
+    }
+    for port in Port::ALL {
+        let is_hit = faults.iter().any(|(hit, _)| *hit == port);
+        judge_telegrams(&mut sim, rig, port, is_hit, &mut outcome);
+    }
+    if !outcome.wrong.is_empty() {
+        let what = outcome.wrong.join("; ");
+        let told: String = sim.told();
+        let times: Vec<String> = outages
+            .iter()
+            .map(|(port, fault, o)| {
+                format!("{port:?} {fault:?} from {} to {} ms", o.begin_ns / MS, o.answering_ns / MS)
+            })
+            .collect();
+        outcome.wrong = vec![format!("seed {seed}, {} Bd, {times:?}: {what}\n{told}", rig.horizontal.baud)];
+    }
+    outcome
+}
+
+/// From power-on until the device answers.
+fn boot_ns(rig: &Rig, port: Port) -> i64 {
+    match (port, rig.base.protocol) {
+        (Port::Base, BaseProtocol::P2os { .. }) => BaseParams::default().boot_ns,
+        (Port::Base, BaseProtocol::RoboClaw { .. }) => RoboClawParams::default().boot_ns,
+        (Port::Base, BaseProtocol::Rflex { .. }) => RflexParams::default().boot_ns,
+        _ => LmsParams::default().boot_ns,
+    }
+}
+
+fn account(sim: &mut SimRig<Witness>, rig: &Rig, port: Port) -> Account {
+    let Some(line) = &sim.lines[place(port)] else { return Account::default() };
+    let witness = sim.engine.sink();
+    match (port, rig.base.protocol) {
+        (Port::Base, BaseProtocol::P2os { .. }) => {
+            let packets = sent_reports(&line.sent, &line.delivered);
+            base_account(&packets, &witness.odometry_ns, &sim.said)
+        }
+        // Answers of a RoboClaw mean nothing without their questions, and a report of rFLEX has two packets: counted, not compared.
+        (Port::Base, _) => {
+            let count = witness.odometry_ns.len() as u64;
+            Account { sent: count, intact: count, recorded: count, ..Account::default() }
+        }
+        (laser, _) => {
+            let telegrams = sent_scans(&line.sent, &line.delivered);
+            laser_account(laser, &telegrams, &line.delivered, &witness.scans[place(laser)], &sim.said)
+        }
+    }
+}
+
+/// Nothing that arrived intact is lost, nothing that is damaged is kept; a line without a fault says nothing and is told of as well.
+fn judge_telegrams(sim: &mut SimRig<Witness>, rig: &Rig, port: Port, is_hit: bool, outcome: &mut Outcome) {
+    let account = account(sim, rig, port);
+    if account.lost() > 0 || account.wrongly_kept > 0 || (!is_hit && account.undetected > 0) {
+        outcome.wrong.push(format!("{port:?}: {account:?}"));
+    }
+    if is_hit {
+        outcome.hit.add(&account);
+        return;
+    }
+    outcome.others.add(&account);
+    let said = sim.said.iter().any(|said| said.port == port && said.event.is_warning());
+    let told = states(sim, port).iter().any(|(at_ns, line)| *at_ns > UP_NS && !is_well(line));
+    if said || told {
+        outcome.wrong.push(format!("{port:?} was disturbed"));
+    }
+}
+
+fn is_well(line: &LineHealth) -> bool {
+    line.streaming && line.fault == LineFault::None
+}
+
+/// What the diagnostics told of a line, and when.
+fn states(sim: &mut SimRig<Witness>, port: Port) -> Vec<(i64, LineHealth)> {
+    let line = |health: &Health| match port {
+        Port::Horizontal => health.horizontal,
+        Port::Vertical => health.vertical,
+        Port::Base => health.base,
+    };
+    sim.engine.sink().health.iter().map(|(at_ns, health)| (*at_ns, line(health))).collect()
+}
+
+/// When measurements of a line were recorded.
+fn recorded_ns(sim: &mut SimRig<Witness>, port: Port) -> Vec<i64> {
+    let witness = sim.engine.sink();
+    match port {
+        Port::Base => witness.odometry_ns.clone(),
+        laser => witness.scans[place(laser)].iter().map(|scan| scan.log_ns).collect(),
+    }
+}
+
+fn judge(sim: &mut SimRig<Witness>, port: Port, fault: Fault, outage: &Outage, outcome: &mut Outcome) {
+    if !matches!(fault, Fault::Noise(_)) {
+        judge_notice(sim, port, outage, outcome);
+    }
+    let recorded_ns = recorded_ns(sim, port);
+    match recorded_ns.iter().find(|at_ns| **at_ns > outage.answering_ns) {
+        Some(at_ns) => {
+            let back_ns = at_ns - outage.answering_ns;
+            outcome.back_ns = outcome.back_ns.max(back_ns);
+            if back_ns > outage.back_within_ns {
+                outcome.wrong.push(format!("{port:?} back after {} ms", back_ns / MS));
+            }
+        }
+        None => outcome.wrong.push(format!("{port:?} not back")),
+    }
+    if recorded_ns.first().is_none_or(|first_ns| *first_ns > UP_NS) {
+        outcome.wrong.push(format!("{port:?} did not come up in time"));
+    }
+    let end_ns = sim.now_ns();
+    if recorded_ns.last().is_none_or(|last_ns| end_ns - last_ns > S) {
+        outcome.wrong.push(format!("{port:?} silent at the end"));
+    }
+    if states(sim, port).last().is_none_or(|(_, line)| !is_well(line)) {
+        outcome.wrong.push(format!("{port:?} is told of as out of order at the end"));
+    }
+}
+
+/// An outage is noticed in time, stands in the diagnostics while it lasts, and each thing is said of it once.
+fn judge_notice(sim: &mut SimRig<Witness>, port: Port, outage: &Outage, outcome: &mut Outcome) {
+    let kinds = [
+        |event: &Event| matches!(event, Event::PortLost),
+        |event: &Event| matches!(event, Event::Silent { .. } | Event::Garbled { .. }),
+        |event: &Event| matches!(event, Event::PoweredOn),
+        |event: &Event| matches!(event, Event::NotFound { .. }),
+    ];
+    let said = |is_kind: fn(&Event) -> bool| {
+        let of_kind = sim.said.iter().filter(move |said| said.port == port && is_kind(&said.event));
+        of_kind.map(|said| said.at_ns)
+    };
+    outcome.said = kinds.iter().map(|kind| said(*kind).count() as u64).max().unwrap_or(0);
+    if outcome.said > 1 {
+        outcome.wrong.push(format!("{port:?}: said {} times", outcome.said));
+    }
+    let length_ns = outage.answering_ns - outage.begin_ns;
+    match kinds[..3].iter().filter_map(|kind| said(*kind).next()).min() {
+        Some(at_ns) => {
+            let noticed_ns = at_ns - outage.begin_ns;
+            outcome.noticed_ns = outcome.noticed_ns.max(noticed_ns);
+            if noticed_ns > NOTICED_NS {
+                outcome.wrong.push(format!("{port:?} noticed after {} ms", noticed_ns / MS));
+            }
+        }
+        None if length_ns >= SURELY_NOTICED_NS => outcome.wrong.push(format!("{port:?} not noticed")),
+        None => {}
+    }
+    let lasts = outage.begin_ns..outage.answering_ns;
+    let told = states(sim, port).iter().any(|(at_ns, line)| {
+        lasts.contains(at_ns) && !line.streaming && matches!(line.fault, LineFault::Lasts(_))
+    });
+    if length_ns >= SURELY_TOLD_NS && !told {
+        outcome.wrong.push(format!("{port:?} not told in the diagnostics"));
+    }
+}
