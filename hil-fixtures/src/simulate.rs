@@ -50,7 +50,8 @@ pub struct SimulateOptions {
     pub params: SimulationParams,
     /// How the bytes reach the computer.
     pub reads: ReadParams,
-    /// Millionths by which the mirrors of the horizontal and the vertical laser turn too slowly.
+    /// Millionths by which the mirrors of the horizontal and the vertical laser turn too slowly. Scans, index bytes and truth follow; the
+    /// beams inside a scan keep the nominal turn (at 100 millionths 4 us in a scan of four turns).
     pub mirror_ppm: [f64; 2],
     /// What goes wrong: on the lines, in front of the lasers, with the clock that stamps the capture.
     pub faults: Faults,

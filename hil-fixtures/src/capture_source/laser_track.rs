@@ -5,7 +5,7 @@ use crate::lms_device::model::Model;
 use crate::lms_device::settings::{CONFIG_BYTES, ConfigBlock, Variant};
 use crate::source::ScanWords;
 use biplane_wire::deframe::Item;
-use biplane_wire::lms::{DeviceDeframer, Reply, ScanView, Selection, Status, Telegram, Unit};
+use biplane_wire::lms::{DeviceDeframer, Reply, Selection, Status, Telegram, Unit};
 
 /// One scan of a capture.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -101,7 +101,24 @@ impl LaserTrack {
     fn keep(&mut self, time_ns: i64, frame: &[u8]) {
         let Ok(telegram) = Telegram::parse(frame) else { return };
         match telegram.reply() {
-            Ok(Reply::Scan(scan)) => self.keep_scan(time_ns, &scan, telegram.status().unwrap_or(Status::OK)),
+            Ok(Reply::Scan(scan)) => {
+                let whole = scan.selection() == Selection::All && scan.partial_offset_quarters().is_none();
+                let words = whole.then(|| scan.values().collect());
+                self.keep_scan(time_ns, words, scan.unit(), &telegram);
+            }
+            // Of scans with remission the ranges.
+            Ok(Reply::Pairs(pairs)) => {
+                let mut parts = pairs.parts();
+                let (first, alone) = (parts.next(), parts.next().is_none());
+                let unit = first.map_or(Unit::Cm, |part| part.unit);
+                let whole = first.filter(|part| alone && part.span.first == 1);
+                let words = whole.map(|part| part.pairs().map(|(range, _)| range).collect());
+                self.keep_scan(time_ns, words, unit, &telegram);
+            }
+            Ok(Reply::S14(scan)) => {
+                self.type_text.get_or_insert_with(|| Model::text_of_name("S14").to_owned());
+                self.keep_scan(time_ns, Some(scan.values().collect()), scan.unit, &telegram);
+            }
             Ok(Reply::Config(config) | Reply::ConfigWritten { config, .. }) if self.scans.is_empty() => {
                 let mut block = ConfigBlock::default();
                 let known = config.as_bytes().iter().take(CONFIG_BYTES);
@@ -115,14 +132,15 @@ impl LaserTrack {
         }
     }
 
-    fn keep_scan(&mut self, time_ns: i64, scan: &ScanView<'_>, status: Status) {
-        let whole = scan.selection() == Selection::All && scan.partial_offset_quarters().is_none();
-        if !whole || scan.unit() == Unit::TenCm {
-            self.other_scans += 1;
-            return;
+    /// Keeps a scan; `None` of words is one that is not whole.
+    fn keep_scan(&mut self, time_ns: i64, words: Option<ScanWords>, unit: Unit, telegram: &Telegram<'_>) {
+        match words.filter(|_| unit != Unit::TenCm) {
+            Some(words) => {
+                let status = telegram.status().unwrap_or(Status::OK).0;
+                self.scans.push(RecordedScan { time_ns, words, mm: unit == Unit::Mm, status });
+            }
+            None => self.other_scans += 1,
         }
-        let (words, mm) = (scan.values().collect(), scan.unit() == Unit::Mm);
-        self.scans.push(RecordedScan { time_ns, words, mm, status: status.0 });
     }
 
     /// A device has one variant at a time: the most frequent one stays.

@@ -27,6 +27,8 @@ impl Default for PowerCycleParams {
 pub struct PowerCycle {
     device: Box<dyn Device>,
     episodes: Episodes,
+    /// The next dark time; it comes to pass also when nobody calls while it lasts.
+    next: Option<Episode>,
     /// The dark time that the device is in.
     dark: Option<Episode>,
     cycles: u64,
@@ -36,17 +38,23 @@ impl PowerCycle {
     /// Dark by chance.
     #[must_use]
     pub fn new(device: Box<dyn Device>, params: PowerCycleParams, rng: Rng) -> Self {
-        Self { device, episodes: Episodes::by_chance(params.dark, rng), dark: None, cycles: 0 }
+        Self { device, episodes: Episodes::by_chance(params.dark, rng), next: None, dark: None, cycles: 0 }
     }
 
     /// Dark at the times told.
     #[must_use]
     pub fn told(device: Box<dyn Device>, dark: &[Episode]) -> Self {
-        Self { device, episodes: Episodes::told(dark), dark: None, cycles: 0 }
+        Self { device, episodes: Episodes::told(dark), next: None, dark: None, cycles: 0 }
+    }
+
+    /// When the power goes next, at this time or before it if nobody has called since.
+    fn next(&mut self, now_ns: i64) -> Option<Episode> {
+        self.next = self.next.or_else(|| self.episodes.current_or_next(now_ns));
+        self.next
     }
 
     fn is_dark(&mut self, now_ns: i64) -> bool {
-        self.dark.is_some() || self.episodes.at(now_ns).is_some()
+        self.dark.is_some() || self.next(now_ns).is_some_and(|next| next.from_ns <= now_ns)
     }
 }
 
@@ -71,16 +79,15 @@ impl Device for PowerCycle {
             self.dark = None;
             self.device.power_on(dark.to_ns);
         }
-        // A caller that is late finds what left before the power went, and is asked to come again.
-        let next = self.episodes.current_or_next(now_ns);
-        match next {
-            Some(episode) if episode.from_ns <= now_ns => {
-                self.device.poll(episode.from_ns, out);
-                self.dark = Some(episode);
+        match self.next(now_ns) {
+            // A caller that is late finds what left before the power went, and is asked to come again.
+            Some(next) if next.from_ns <= now_ns => {
+                self.device.poll(next.from_ns, out);
+                (self.next, self.dark) = (None, Some(next));
                 self.cycles += 1;
-                episode.to_ns
+                next.to_ns.max(now_ns)
             }
-            Some(episode) => self.device.poll(now_ns, out).min(episode.from_ns),
+            Some(next) => self.device.poll(now_ns, out).min(next.from_ns),
             None => self.device.poll(now_ns, out),
         }
     }
@@ -166,6 +173,19 @@ mod tests {
         assert!(after[0].0 >= 9 * S && after[0].0 < 9 * S + 10_000_000);
         assert_eq!((after.len(), after[4].1), (26, 0x90));
         assert_eq!((laser.baud(), laser.is_streaming(), laser.counts().power_cycles), (9600, false, 1));
+    }
+
+    #[test]
+    fn a_dark_time_that_nobody_called_in_comes_to_pass_all_the_same() {
+        let params = LmsParams { left_streaming: true, boot_ns: S, ..LmsParams::default() };
+        let feed = MirrorFeed::new(Box::new(World), Box::new(World));
+        let mut laser = PowerCycle::told(Box::new(LmsDevice::new(params, Box::new(feed))), &[DARK]);
+        let mut out = Vec::new();
+        laser.poll(2 * S, &mut out);
+        assert!(laser.is_streaming());
+        laser.poll(20 * S, &mut out);
+        laser.poll(20 * S, &mut out);
+        assert_eq!((laser.is_streaming(), laser.counts().power_cycles), (false, 1));
     }
 
     #[test]

@@ -316,8 +316,19 @@ fn index_bytes_count_turns_and_telegrams() {
 #[test]
 fn remission_comes_in_pairs_or_in_the_s14s_own_telegram() {
     for (keys, code, bytes) in [("", 0xF5, 740), ("fov_deg = 90", 0xC4, 559)] {
-        let (frames, _) = of_rig("remission", &format!("remission = true\n{keys}"), |_| {});
+        let mut kept = None;
+        let scratch = Scratch::new("remission-capture");
+        let (frames, _) = of_rig("remission", &format!("remission = true\n{keys}"), |options| {
+            options.output = scratch.0.join("c.mcap");
+            kept = Some(options.output.clone());
+        });
         assert!(frames.len() > 5 && frames.iter().all(|frame| (frame[4], frame.len()) == (code, bytes)));
+        // And the capture can be served: its ranges are scans like others.
+        let capture = Capture::read(&kept.expect("changed")).expect("a capture");
+        let track = capture.horizontal.expect("a laser");
+        assert_eq!((track.scans.len(), track.other_scans), (frames.len(), 0));
+        let fov_deg = if code == 0xC4 { 90 } else { 180 };
+        assert_eq!(track.variant().map(|variant| variant.fov_deg), Some(fov_deg));
     }
 }
 
