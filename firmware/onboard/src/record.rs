@@ -34,6 +34,7 @@ use crate::provenance;
 use crate::report::RunReport;
 use acquisition::Acquisition;
 use lines::Lines;
+use queue::QueueSink;
 use service::Service;
 use telling::{Audience, Telling};
 use writing::Writing;
@@ -122,24 +123,19 @@ pub fn record_with(options: &RecordOptions, controls: Controls<'_>) -> Result<Ru
         start_ns,
     };
     let (telling, voice, told) = Telling::start(audience)?;
-    let lines = Lines::start(opened, clock, options.realtime)?;
+    let has_priority = options.realtime && realtime::is_allowed();
+    let lines = Lines::start(opened, clock, has_priority)?;
     let (sink, source) = queue::queue(Arc::clone(lines.dropped()), told);
     let writing = Writing::start(writer, source, folder, options.stop_free_bytes, clock)?;
-    let engine_options = EngineOptions {
-        rig: options.rig.clone(),
-        matcher: options.matcher,
-        feed: Feed::Live,
-        raw: options.raw,
-    };
-    let engine = Engine::new(&engine_options, sink, start_ns);
+    let engine = engine(options, sink, start_ns);
     if options.realtime {
         realtime::lock_memory();
+    }
+    if has_priority {
         realtime::raise_priority("loop", realtime::LOOP_PRIORITY);
     }
     service.ready();
-    let end_ns = options.duration.map_or(i64::MAX, |duration| {
-        start_ns.saturating_add(i64::try_from(duration.as_nanos()).unwrap_or(i64::MAX))
-    });
+    let end_ns = end_ns(options, start_ns);
     let mut acquisition = Acquisition { engine, lines, clock, voice };
     let end = acquisition.run(end_ns, controls, &writing);
     service.stopping();
@@ -155,6 +151,22 @@ pub fn record_with(options: &RecordOptions, controls: Controls<'_>) -> Result<Ru
     Ok(report)
 }
 
+fn engine(options: &RecordOptions, sink: QueueSink, start_ns: i64) -> Engine<QueueSink> {
+    let engine_options = EngineOptions {
+        rig: options.rig.clone(),
+        matcher: options.matcher,
+        feed: Feed::Live,
+        raw: options.raw,
+    };
+    Engine::new(&engine_options, sink, start_ns)
+}
+
+fn end_ns(options: &RecordOptions, start_ns: i64) -> i64 {
+    options.duration.map_or(i64::MAX, |duration| {
+        start_ns.saturating_add(i64::try_from(duration.as_nanos()).unwrap_or(i64::MAX))
+    })
+}
+
 fn check_room(folder: &Path, needed_bytes: u64) -> Result<(), OnboardError> {
     match disk::free_bytes(folder) {
         Some(free_bytes) if free_bytes < needed_bytes => {
@@ -168,5 +180,19 @@ fn folder_of(path: &Path) -> PathBuf {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
         _ => PathBuf::from("."),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_room_for_a_recording_none_is_begun() {
+        let mut options =
+            RecordOptions::new(Rig::default(), std::env::temp_dir().join("biplane-no-room.mcap"));
+        options.stop_free_bytes = u64::MAX;
+        let refused = record(&options, &AtomicBool::new(false)).unwrap_err();
+        assert!(matches!(refused, OnboardError::DiskLow { .. }), "{refused}");
     }
 }

@@ -11,20 +11,31 @@ pub const READER_PRIORITY: i32 = 20;
 /// The loop: it must wait for nobody but the readers.
 pub const LOOP_PRIORITY: i32 = 10;
 
-/// Gives the calling thread a fixed priority before all usual threads (`SCHED_FIFO`), or says why not.
+/// Whether threads of this process may have such priorities; says why not, once for all of them.
+#[must_use]
+pub fn is_allowed() -> bool {
+    // Tried on this thread, which is given back as it was: threads that it starts would inherit it.
+    let tried = schedule(libc::SCHED_FIFO, READER_PRIORITY).and_then(|()| schedule(libc::SCHED_OTHER, 0));
+    if let Err(error) = &tried {
+        tracing::warn!(
+            "no real-time priority: {error} (it needs CAP_SYS_NICE, or LimitRTPRIO= of at least {READER_PRIORITY})"
+        );
+    }
+    tried.is_ok()
+}
+
+/// Gives the calling thread a fixed priority before all usual threads (`SCHED_FIFO`).
 pub fn raise_priority(thread: &str, priority: i32) {
-    match set_fifo(priority) {
+    match schedule(libc::SCHED_FIFO, priority) {
         Ok(()) => tracing::debug!("thread `{thread}` has real-time priority {priority}"),
-        Err(error) => tracing::warn!(
-            "thread `{thread}` has no real-time priority: {error} (it needs CAP_SYS_NICE, or LimitRTPRIO= of at least {priority})"
-        ),
+        Err(error) => tracing::warn!("thread `{thread}` has no real-time priority: {error}"),
     }
 }
 
-fn set_fifo(priority: i32) -> io::Result<()> {
+fn schedule(policy: libc::c_int, priority: i32) -> io::Result<()> {
     let param = libc::sched_param { sched_priority: priority };
     // SAFETY: `param` lives through the call, which only reads it. 0 is the calling thread.
-    let result = unsafe { libc::sched_setscheduler(0, libc::SCHED_FIFO, &raw const param) };
+    let result = unsafe { libc::sched_setscheduler(0, policy, &raw const param) };
     if result == 0 { Ok(()) } else { Err(io::Error::last_os_error()) }
 }
 

@@ -161,7 +161,9 @@ fn a_laser_that_falls_silent_streams_again_and_the_other_lines_are_not_disturbed
     let odometry = gaps_ms(all::<Odometry>(&output, Topic::Odom).into_iter().map(|odom| odom.stamp_ns));
     assert!(horizontal.is_empty() && odometry.is_empty(), "{horizontal:?} {odometry:?}");
     let said = said(&output, "laser_vertical");
-    assert!(said.iter().any(|message| message == "silent"), "{said:?}");
+    // A telegram that was cut may make it garbled rather than silent.
+    let faults = ["silent", "no intact telegram"];
+    assert!(said.iter().any(|message| faults.contains(&message.as_str())), "{said:?}");
     assert_eq!(said.last().unwrap(), "streams", "{said:?}");
 }
 
