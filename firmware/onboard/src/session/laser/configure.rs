@@ -74,7 +74,8 @@ impl Machine {
         }
         self.said.faults = faults;
         self.health.faults = faults;
-        let has_fault = self.info.has_fault == Some(true);
+        // Where the list says which, that says more.
+        let has_fault = self.info.has_fault == Some(true) && faults.count == 0;
         if has_fault && !self.said.has_fault {
             self.say(Event::HasFault);
         }

@@ -77,6 +77,8 @@ pub(super) struct Machine {
     pub(super) last_frame_ns: i64,
     /// When the last telegram came that was one, intact or not.
     pub(super) last_sign_ns: i64,
+    /// When bytes came after a pause.
+    pub(super) resumed_ns: i64,
     /// Telegrams with a wrong checksum so far.
     pub(super) bad_checksums: u64,
     /// Bytes since the last question that belong to no telegram.
@@ -129,6 +131,7 @@ impl Machine {
             last_byte_ns: now_ns,
             last_frame_ns: now_ns,
             last_sign_ns: now_ns,
+            resumed_ns: now_ns,
             bad_checksums: 0,
             noise_bytes: 0,
             wake_ns: None,

@@ -177,4 +177,8 @@ impl Session for LaserSession {
 }
 
 #[cfg(test)]
+mod bench;
+#[cfg(test)]
+mod bench_tests;
+#[cfg(test)]
 mod tests;

@@ -41,6 +41,8 @@ const FAILED_SWITCHES: u8 = 2;
 const NOISE_BYTES: usize = 20;
 /// ... when the last of them came so short a time ago, nanoseconds.
 const NOISY_NS: i64 = 60_000_000;
+/// No line of a device that streams pauses for so long, nanoseconds.
+pub(super) const PAUSE_NS: i64 = 250_000_000;
 /// A line was silent when nothing came for so long, nanoseconds.
 const SILENT_NS: i64 = 500_000_000;
 /// The power-on message takes 30 ms at 9600; after so long the device listens, nanoseconds.
@@ -107,8 +109,11 @@ impl Machine {
         }
     }
 
-    /// Bytes have come before which the line was silent: while a device is looked for, that is one being switched on.
+    /// Bytes have come before which the line paused; while a device is looked for, that is one being switched on.
     pub(super) fn heard_after(&mut self, silence_ns: i64) {
+        if silence_ns >= PAUSE_NS {
+            self.resumed_ns = self.now_ns;
+        }
         if matches!(self.state, State::FindRate { .. })
             && self.baud != POWER_ON_RATE
             && silence_ns >= SILENT_NS

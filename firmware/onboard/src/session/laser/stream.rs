@@ -2,10 +2,10 @@
 
 use biplane_wire::lms::{MIRROR_TURN_NS, Mode, ModeResult, Reply, Request, Span, Status};
 
-use super::fan::Fan;
 use super::machine::{Machine, State};
 use super::plausible::Form;
 use super::reading::{Measured, ScanReading, Unpublished};
+use super::search::PAUSE_NS;
 use crate::session::retry::Patience;
 use crate::session::{Event, Output, Step};
 
@@ -15,6 +15,8 @@ const STOP: Patience = Patience::new(250, 4).acknowledged(3200);
 /// Without a byte for so long, the device is silent: also a slow line pauses for two mirror turns at most, and adapters
 /// stall for 0.3 s.
 const SILENT_NS: i64 = 900_000_000;
+/// With a byte in the last so many nanoseconds the line is called garbled, not silent.
+const RECENT_NS: i64 = 500_000_000;
 /// Without a telegram for so long, the line is garbled, which is said within a second; at slow rates a little more than the time of
 /// one, and two and a half of it without an intact one.
 const GARBLED_NS: i64 = 950_000_000;
@@ -117,8 +119,7 @@ impl Machine {
 
     fn keep(&mut self, source: &Source, measured: &Measured<'_>) {
         let is_s14 = self.info.is_s14(&self.settings);
-        let turns = Fan::of_count(measured.count(), is_s14).map_or(1, |fan| fan.turns);
-        let form = Form::of(source.address, source.code, source.status, measured, turns);
+        let form = Form::of(source.address, source.code, source.status, measured);
         if !self.plausibility.accepts(form) {
             self.health.rejected += 1;
             if !std::mem::replace(&mut self.said.rejected, true) {
@@ -180,11 +181,20 @@ impl Machine {
         self.transfer_ns(bytes) + 4 * MIRROR_TURN_NS
     }
 
+    /// After a pause a line on which bytes flow again gets as long again for a whole telegram, but not for ever.
     fn garbled_deadline_ns(&self) -> i64 {
         let period_ns = self.period_ns();
-        let without_sign_ns = self.last_sign_ns.saturating_add(GARBLED_NS.max(period_ns / 10 * 11));
-        let without_frame_ns = self.last_frame_ns.saturating_add(GARBLED_NS.max(period_ns / 2 * 5));
-        without_sign_ns.min(without_frame_ns)
+        let (without_sign_ns, without_frame_ns) =
+            (GARBLED_NS.max(period_ns / 10 * 11), GARBLED_NS.max(period_ns / 2 * 5));
+        let deadline_ns = |sign_ns: i64, frame_ns: i64| {
+            sign_ns.saturating_add(without_sign_ns).min(frame_ns.saturating_add(without_frame_ns))
+        };
+        let plain_ns = deadline_ns(self.last_sign_ns, self.last_frame_ns);
+        let resumed_ns =
+            deadline_ns(self.last_sign_ns.max(self.resumed_ns), self.last_frame_ns.max(self.resumed_ns));
+        let latest_ns = self.last_frame_ns.saturating_add(2 * without_frame_ns);
+        let while_flowing_ns = self.last_byte_ns.saturating_add(PAUSE_NS);
+        resumed_ns.min(plain_ns.max(while_flowing_ns)).min(latest_ns)
     }
 
     pub(super) fn silence_deadline_ns(&self) -> i64 {
@@ -196,7 +206,7 @@ impl Machine {
             return;
         }
         let for_ms = |since_ns: i64| u32::try_from((self.now_ns - since_ns) / 1_000_000).unwrap_or(u32::MAX);
-        let event = if self.now_ns >= self.last_byte_ns.saturating_add(SILENT_NS) {
+        let event = if self.now_ns >= self.last_byte_ns.saturating_add(RECENT_NS) {
             Event::Silent { for_ms: for_ms(self.last_byte_ns) }
         } else {
             Event::Garbled { for_ms: for_ms(self.last_frame_ns) }
