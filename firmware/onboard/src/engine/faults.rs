@@ -33,8 +33,9 @@ impl Faults {
             Event::PortBack => fault.port_lost = false,
             _ => {}
         }
-        // A device behind a port that was gone is silent for that reason.
-        let follows = matches!(event, Event::Silent { .. }) && fault.lasting == Event::PortLost.fault();
+        // A device behind a port that was gone is silent, or its telegram is cut, for that reason.
+        let follows = matches!(event, Event::Silent { .. } | Event::Garbled { .. })
+            && fault.lasting == Event::PortLost.fault();
         if let Some(words) = event.fault().filter(|_| !follows) {
             fault.lasting = Some(words);
             fault.fresh = Some(words);
