@@ -17,7 +17,7 @@ use crate::device::{Device, DeviceCounts};
 use crate::pacing::{Kind, Line};
 use feed::{Sip, SipAnswer, SipFeed};
 use packet::{Command, PacketEar, packet};
-use report::{Identity, Odometer, config_body, identity_body, sip_body};
+use report::{Identity, Odometer, config_body, encoder_body, identity_body, sip_body};
 
 const MS: i64 = 1_000_000;
 
@@ -65,6 +65,14 @@ enum Stage {
     Open,
 }
 
+/// Whether encoder packets follow the standard ones (ENCODER 0, 1, 2).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Encoders {
+    Off,
+    Once,
+    Stream,
+}
+
 /// A mock base.
 pub struct BaseDevice {
     params: BaseParams,
@@ -76,6 +84,7 @@ pub struct BaseDevice {
     switch_baud: Option<u32>,
     odometer: Odometer,
     motors_enabled: bool,
+    encoders: Encoders,
     /// Last packet of the host; `None` once the watchdog has run out.
     host_heard_ns: Option<i64>,
     ask_ns: i64,
@@ -97,6 +106,7 @@ impl BaseDevice {
             switch_baud: None,
             odometer: Odometer::default(),
             motors_enabled: false,
+            encoders: Encoders::Off,
             host_heard_ns: None,
             ask_ns: i64::MIN,
             boot_until_ns: i64::MIN,
@@ -131,6 +141,13 @@ impl BaseDevice {
             2 => self.close(),
             4 => self.motors_enabled = argument == Some(1),
             7 => self.odometer.set_zero(),
+            19 => {
+                self.encoders = match argument {
+                    Some(1) => Encoders::Once,
+                    Some(2..) => Encoders::Stream,
+                    _ => Encoders::Off,
+                }
+            }
             18 => self.reply(now_ns, &config_body(&self.params.identity)),
             50 => {
                 let rates = [9600, 19_200, 38_400, 57_600, 115_200];
@@ -143,6 +160,7 @@ impl BaseDevice {
 
     fn close(&mut self) {
         self.stage = Stage::Sync(0);
+        self.encoders = Encoders::Off;
         self.motors_enabled = false;
     }
 
@@ -174,14 +192,20 @@ impl BaseDevice {
                 return false;
             }
         };
-        let body = match sip {
-            Sip::Recorded(body) => body,
+        let (body, sample) = match sip {
+            Sip::Recorded(body) => (body, None),
             Sip::Odometry(sample) => {
                 self.odometer.follow(sample);
-                sip_body(self.odometer.reported(), &sample, self.motors_enabled)
+                (sip_body(self.odometer.reported(), &sample, self.motors_enabled), Some(sample))
             }
         };
         self.line.send(now_ns, self.baud, Kind::Stream, packet(&body), None);
+        if let Some(sample) = sample.filter(|_| self.encoders != Encoders::Off) {
+            self.line.send(now_ns, self.baud, Kind::Reply, packet(&encoder_body(&sample)), None);
+            if self.encoders == Encoders::Once {
+                self.encoders = Encoders::Off;
+            }
+        }
         true
     }
 }

@@ -4,6 +4,7 @@
 //! 0 or when [`SimulatedRig::start_drive_at`] says. Every scan is a function of seed, laser and mirror turn, whatever was asked
 //! before.
 
+use crate::base_device::report;
 use crate::drive::Drive;
 use crate::odometry::{Odometer, OdometryParams};
 use crate::pose::Pose;
@@ -202,7 +203,7 @@ impl OdometrySource for SimulatedBase {
 pub fn metres_per_tick(base: &Base) -> f64 {
     match base.protocol {
         BaseProtocol::P2os { metres_per_tick: Some(metres_per_tick) } => metres_per_tick,
-        _ => 0.001,
+        _ => report::metres_per_tick(&report::Identity::default().subclass),
     }
 }
 

@@ -3,6 +3,7 @@
 //! Sources: Pioneer 3 manual (standard server information packet), AriaCoda's reader of the configuration packet; the bytes that
 //! no source explains are those of transcripts that AriaCoda and Player accepted.
 
+use super::counters::CountScale;
 use crate::source::OdometrySample;
 
 const X_MASK: i32 = 0x7FFF;
@@ -112,6 +113,39 @@ pub fn sip_body(pose: (u16, u16, i16), sample: &OdometrySample, motors_enabled: 
     body.extend([0; 5]);
     body.extend([123, 0, 0, 0, 0, 0, 0]);
     body
+}
+
+/// A Pioneer 3's wheels: 128 counts a millimetre, 0.33 m apart.
+const WHEELS: CountScale = CountScale::Wheels {
+    wheel_base_m: 0.33,
+    metres_per_count_left: 1e-3 / 128.0,
+    metres_per_count_right: 1e-3 / 128.0,
+};
+
+/// The encoder packet, type 90h: both wheels' counts, low word first.
+#[must_use]
+pub fn encoder_body(sample: &OdometrySample) -> Vec<u8> {
+    let [left, right] = WHEELS.counts(sample).map(i32::to_le_bytes);
+    [&[0x90][..], &left, &right].concat()
+}
+
+/// Length of a unit of position of a subclass, metres, as clients' parameter files have it; 1 mm where they end in `-sh`, and for
+/// subclasses that are not known here.
+#[must_use]
+pub fn metres_per_tick(subclass: &str) -> f64 {
+    let millimetres = match subclass {
+        "p3dx" | "p2d8" | "p2d8+" | "p2df" | "p2pp" => 0.485,
+        "p3at" | "p2at8+" => 0.465,
+        "p2at" | "p2at8" => 1.32,
+        "p2dx" => 0.84,
+        "p2de" => 0.969,
+        "p2ce" => 0.826,
+        "p2it" => 1.136,
+        "p2pb" => 0.424,
+        "amigo" => 0.5083,
+        _ => 1.0,
+    };
+    millimetres * 1e-3
 }
 
 /// The configuration packet, type 20h: limits as of a Pioneer 3-DX, 100 ms cycle, 2 s watchdog.

@@ -1,6 +1,7 @@
 //! `serve`: a mock rig on pseudo-terminals until it is told to stop.
 
 use super::{BadArgument, MirrorPpm, worlds};
+use biplane_mock::base_device::report::metres_per_tick;
 use biplane_mock::capture_source::Capture;
 use biplane_mock::faults::{Faults, Place, Preset};
 use biplane_mock::lms_device::LmsParams;
@@ -9,11 +10,12 @@ use biplane_mock::lms_device::settings::OLD_CONFIG_BYTES;
 use biplane_mock::serve::port::PortReport;
 use biplane_mock::serve::{ServeOptions, Source, serve};
 use biplane_mock::simulated_rig::SimulationParams;
+use biplane_recording::rig::BaseProtocol;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// Serve a mock rig: two SICK LMS 2xx and a P2OS base on pseudo-terminals.
+/// Serve a mock rig: two SICK LMS 2xx and a base (P2OS, RoboClaw or rFLEX, as the rig says) on pseudo-terminals.
 ///
 /// DIR/lms-horizontal, DIR/lms-vertical and DIR/base appear when their devices are ready; open them as you would open a serial
 /// port. The devices answer their protocols (rate, mode, variant, configuration, status), then stream: a world, whose drive begins one
@@ -87,6 +89,9 @@ pub struct Serve {
     /// Millionths by which the mirrors turn too slowly: P for both lasers or H,V.
     #[arg(long, value_name = "P|H,V", default_value = "0", value_parser = super::mirror_ppm, allow_hyphen_values = true, conflicts_with = "capture")]
     mirror_ppm: MirrorPpm,
+    /// Subclass of a P2OS base: its packets count in that subclass's units unless the rig says otherwise.
+    #[arg(long, value_name = "NAME", default_value = "p3dx-sh")]
+    base_subclass: String,
     /// Understand clients whatever line speed they have set (for those that set theirs by a custom divisor).
     #[arg(long)]
     any_baud: bool,
@@ -110,7 +115,10 @@ impl Serve {
             (Some(capture), _) => Ok(Source::Capture { capture: Box::new(read_capture(capture)?) }),
             (None, world) => {
                 let (world, path) = worlds::load(world.as_deref().unwrap_or(""), self.path.as_deref())?;
-                let rig = Box::new(worlds::rig(self.rig.as_deref())?);
+                let mut rig = Box::new(worlds::rig(self.rig.as_deref())?);
+                if let BaseProtocol::P2os { metres_per_tick: unit @ None } = &mut rig.base.protocol {
+                    *unit = Some(metres_per_tick(&self.base_subclass));
+                }
                 Ok(Source::World {
                     world: Box::new(world),
                     path: Box::new(path),
@@ -144,6 +152,7 @@ impl Serve {
         options.laser.left_streaming = self.left_streaming;
         options.laser.boot_ns = (self.boot * 1e9) as i64;
         options.laser.power_on_message = self.power_on_message;
+        options.base.identity.subclass.clone_from(&self.base_subclass);
         Ok(options)
     }
 }

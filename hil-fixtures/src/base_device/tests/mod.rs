@@ -197,6 +197,19 @@ fn hostbaud_changes_the_rate_behind_what_is_being_sent() {
 }
 
 #[test]
+fn encoder_packets_follow_the_standard_ones_once_or_until_they_are_stopped() {
+    let mut bench = Bench::new();
+    bench.open();
+    // ENCODER 1, then 2, then 0; a packet is FA FB 0B 90, two counts of four bytes, sum.
+    let packets = |heard: &[u8]| heard.windows(4).filter(|head| *head == [0xFA, 0xFB, 11, 0x90]).count();
+    assert_eq!(packets(&bench.ask(&hex("fa fb 06 13 3b 01 00 14 3b"), 500)), 1);
+    assert!(packets(&bench.ask(&hex("fa fb 06 13 3b 02 00 15 3b"), 500)) >= 4);
+    // One may have been on its way.
+    bench.ask(&hex("fa fb 06 13 3b 00 00 13 3b"), 100);
+    assert_eq!(packets(&bench.ask(&[], 500)), 0);
+}
+
+#[test]
 fn a_close_between_the_syncs_begins_anew() {
     let mut bench = Bench::new();
     bench.ask(&hex(SYNC_0), 70);
