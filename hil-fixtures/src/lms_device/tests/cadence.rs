@@ -7,6 +7,8 @@ use crate::lms_device::LmsParams;
 use crate::lms_device::feed::Mirror;
 use crate::lms_device::settings::{ConfigBlock, Variant};
 
+const ALL: &str = "02 00 02 00 20 24 34 08";
+
 fn streaming(baud: u32, variant: Variant) -> LmsParams {
     let mirror = Mirror { phase_ns: 4 * MS, ..Bench::mirror() };
     LmsParams { baud, variant, mirror, left_streaming: true, ..LmsParams::default() }
@@ -113,5 +115,39 @@ fn a_caller_that_is_held_up_gets_bytes_late_but_the_schedule_stays() {
     bench.run_ms(1000);
     for (at_ns, _) in bench.telegrams() {
         assert_eq!((at_ns - first_ns).rem_euclid(8 * Mirror::TURN_NS), 0);
+    }
+}
+
+#[test]
+fn every_nth_scan_is_sent_with_the_n_of_the_listings_table() {
+    // Fact sheet section 7: 100/0.25, 180/0.5, 180/1 and the S14's ranges with remission; scans of 4, 2, 1 and 1 turns.
+    let table = [(9600, [16, 29, 30, 44]), (19_200, [8, 15, 15, 22]), (38_400, [4, 8, 8, 11])];
+    let s14 = LmsParams::of_type("LMS291;S14;X01.27 ");
+    for (baud, every) in table {
+        let whole = [(100, 25), (180, 50), (180, 100)].map(|(fov_deg, step)| Variant::of(fov_deg, step));
+        let whole =
+            whole.map(|variant| (LmsParams { variant, ..LmsParams::default() }, variant.turns(), ALL));
+        let remission = (s14.clone(), 1, "02 00 06 00 20 50 01 00 b5 00 68 b6");
+        for ((params, turns, stream), every) in whole.into_iter().chain([remission]).zip(every) {
+            let mut bench = Bench::new(LmsParams { baud, ..params });
+            bench.say(stream);
+            bench.run_ms(6000);
+            let starts: Vec<i64> = bench.telegrams()[1..].iter().map(|(at_ns, _)| *at_ns).collect();
+            assert!(starts.len() >= 5, "{baud} Bd, {turns} turns: {}", starts.len());
+            for pair in starts.windows(2) {
+                assert_eq!(pair[1] - pair[0], every * turns * Mirror::TURN_NS, "{baud} Bd, {turns} turns");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_mirror_that_drifts_takes_its_scans_along() {
+    for (ppm, turn_ns) in [(100.0, 13_321_332), (-100.0, 13_318_668)] {
+        let mirror = Mirror::of_ppm(4 * MS, ppm);
+        let mut bench = Bench::new(LmsParams { mirror, ..streaming(500_000, Variant::of(180, 100)) });
+        bench.run_ms(2000);
+        let starts: Vec<i64> = bench.telegrams().iter().map(|(at_ns, _)| *at_ns).collect();
+        assert!(starts.len() > 140 && starts.windows(2).all(|pair| pair[1] - pair[0] == turn_ns), "{ppm}");
     }
 }
