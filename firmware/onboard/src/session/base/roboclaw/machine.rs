@@ -173,8 +173,7 @@ impl Machine {
         {
             self.outputs.push(Output::Write(bytes));
         }
-        let until_ns = self.now_ns + self.exchange_ns(request.question) + ANSWER_NS;
-        self.open = Some((request.question, until_ns));
+        self.was_asked(request.question);
         self.quiet_limit_ns = None;
         match request.question {
             Question::Encoders => {
@@ -189,6 +188,11 @@ impl Machine {
             }
             _ => {}
         }
+    }
+
+    /// The question is on its way, or was in a recording: its answer is awaited for as long in both.
+    pub(super) fn was_asked(&mut self, question: Question) {
+        self.open = Some((question, self.now_ns + self.exchange_ns(question) + ANSWER_NS));
     }
 
     /// Bytes have come; between questions they are the rest of something that failed.

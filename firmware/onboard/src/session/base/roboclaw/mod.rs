@@ -59,13 +59,17 @@ impl RoboClaw {
         session
     }
 
-    /// Lets time pass: gives up an answer that is late, asks what is due.
-    fn step(&mut self) {
+    /// An answer that is late is given up: what comes of it now is none.
+    fn give_up_late(&mut self) {
         if self.machine.answer_is_late() {
             let held = self.collector.buffered();
             self.collector.abandon();
             self.machine.unanswered(held);
         }
+    }
+
+    /// Lets time pass: asks what is due.
+    fn step(&mut self) {
         self.machine.watch();
         if let Some(question) = self.machine.due_question() {
             let request = Request { address: self.machine.address, question };
@@ -106,6 +110,7 @@ impl BaseDriver for RoboClaw {
                     && !matches!(request.question, Question::Status(_)) =>
             {
                 self.collector.ask(request);
+                self.machine.was_asked(request.question);
             }
             _ => self.collector.abandon(),
         }
@@ -119,6 +124,7 @@ impl BaseDriver for RoboClaw {
 impl Session for RoboClaw {
     fn handle(&mut self, now_ns: i64, input: Input<'_>) {
         self.machine.now_ns = now_ns;
+        self.give_up_late();
         match input {
             Input::Bytes(bytes) => self.take_bytes(bytes),
             Input::Time => {}
