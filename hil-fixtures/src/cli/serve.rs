@@ -3,6 +3,7 @@
 use super::{BadArgument, MirrorPpm, worlds};
 use biplane_mock::base_device::report::metres_per_tick;
 use biplane_mock::capture_source::Capture;
+use biplane_mock::faults::latency_timer::LatencyTimerParams;
 use biplane_mock::faults::{Faults, Place, Preset};
 use biplane_mock::lms_device::LmsParams;
 use biplane_mock::lms_device::model::Model;
@@ -56,6 +57,9 @@ pub struct Serve {
     /// Fault; may be given several times: bit-noise, loose-connector, usb-stall, power-cycle, dazzle, window-dirty, left-streaming.
     #[arg(long = "fault", value_name = "PRESET")]
     faults: Vec<Preset>,
+    /// Latency timer of the USB adapters in milliseconds (16 on an FTDI as delivered): bytes wait until 62 have come or the timer has run.
+    #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = super::zero_or_more)]
+    latency_timer_ms: f64,
     /// Seed of noise and faults.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -130,7 +134,9 @@ impl Serve {
     }
 
     fn options(&self) -> anyhow::Result<ServeOptions> {
-        let faults = Faults::new(&self.faults, self.seed);
+        let mut faults = Faults::new(&self.faults, self.seed);
+        let timer = LatencyTimerParams { timer_ms: self.latency_timer_ms, ..LatencyTimerParams::default() };
+        faults.latency_timer = (self.latency_timer_ms > 0.0).then_some(timer);
         faults.check(Place::Serve).map_err(|error| BadArgument(error.to_string()))?;
         let source = self.source()?;
         let mut options = ServeOptions::new(source, self.links.clone());

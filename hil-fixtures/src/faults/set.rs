@@ -4,6 +4,7 @@ use super::bit_noise::{BitNoise, BitNoiseParams};
 use super::channel::{Channel, Fault};
 use super::clock_step::{ClockStepParams, HostClock};
 use super::dazzle::{Dazzle, DazzleParams};
+use super::latency_timer::{LatencyTimer, LatencyTimerParams};
 use super::left_streaming::LeftStreamingParams;
 use super::loose_connector::{LooseConnector, LooseConnectorParams};
 use super::power_cycle::{PowerCycle, PowerCycleParams};
@@ -47,6 +48,8 @@ pub struct Faults {
     pub seed: u64,
     /// How bad they are.
     pub params: FaultParams,
+    /// The latency timer of the USB adapters, in what they hand to the host: behind all faults of the line.
+    pub latency_timer: Option<LatencyTimerParams>,
 }
 
 /// Streams of random numbers of the parts that faults act on.
@@ -59,7 +62,7 @@ impl Faults {
     /// Presets with their default numbers.
     #[must_use]
     pub fn new(presets: &[Preset], seed: u64) -> Self {
-        Self { presets: presets.to_vec(), seed, params: FaultParams::default() }
+        Self { presets: presets.to_vec(), seed, ..Self::default() }
     }
 
     /// Refuses what has nothing to act on.
@@ -88,7 +91,9 @@ impl Faults {
             };
             Some(fault)
         });
-        Channel::of(faults.collect())
+        let timer = self.latency_timer.filter(|_| stream % 2 == 0).map(LatencyTimer::new);
+        let timer = timer.map(|timer| Box::new(timer) as Box<dyn Fault>);
+        Channel::of(faults.chain(timer).collect())
     }
 
     /// The device in place `device` of the rig, behind its switch.
@@ -146,5 +151,34 @@ impl Faults {
             }
             None => HostClock::steady(zero_utc_ns),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_latency_timer_holds_what_the_device_says_and_not_what_it_hears() {
+        let faults = Faults {
+            latency_timer: Some(LatencyTimerParams::default()),
+            ..Faults::new(&[Preset::BitNoise], 1)
+        };
+        let arrivals = |stream| {
+            let mut channel = faults.channel(stream);
+            let mut out = Vec::new();
+            let mut arrived = Vec::new();
+            for ms in 0..100_i64 {
+                if ms < 40 {
+                    channel.push(ms * 1_000_000, &[0x55]);
+                }
+                channel.take(ms * 1_000_000, &mut out);
+                arrived.extend((!out.is_empty()).then_some((ms, out.len())));
+                out.clear();
+            }
+            arrived
+        };
+        assert_eq!(arrivals(0), [(16, 16), (32, 16), (48, 8)]);
+        assert_eq!(arrivals(1).len(), 40);
     }
 }
