@@ -209,25 +209,23 @@ fn a_slow_line_with_damaged_telegrams_is_not_taken_for_a_lost_one() {
 }
 
 #[test]
-fn a_device_left_streaming_at_any_rate_and_in_any_variant_is_up_within_three_seconds() {
-    let mut worst = [(0, String::new()), (0, String::new())];
+fn a_device_idle_or_left_streaming_at_any_rate_and_in_any_variant_is_up_within_three_seconds() {
+    println!("| rig's rate | worst ms where the device has it | where it has another |");
     for rig_baud in [9600, 38400, 500_000] {
+        let mut worst_ms = [0, 0];
         for baud in [9600, 19_200, 38_400, 500_000] {
             for left_streaming in [false, true] {
                 for variant in Variant::ALL {
                     let params = LmsParams { baud, left_streaming, variant, ..of_type("LMS291") };
                     let mut bench = Bench::new(params, LaserSettings { baud: rig_baud, ..SETTINGS });
-                    let took_ms = bench.first_scan_ms(3500);
-                    let known = usize::from(baud != rig_baud);
-                    if took_ms > worst[known].0 {
-                        worst[known] = (took_ms, format!("{baud} -> {rig_baud}, streaming {left_streaming}"));
-                    }
+                    let worst_ms = &mut worst_ms[usize::from(baud != rig_baud)];
+                    *worst_ms = bench.first_scan_ms(3000).max(*worst_ms);
                 }
             }
         }
+        println!("| {rig_baud} | {} | {} |", worst_ms[0], worst_ms[1]);
+        assert!(worst_ms[0] <= 2000);
     }
-    assert!(worst[0].0 <= 2500 && worst[1].0 <= 3500, "{worst:?}");
-    println!("worst, ms: at the rig's rate {:?}, at another {:?}", worst[0], worst[1]);
 }
 
 #[test]

@@ -188,4 +188,31 @@ mod tests {
         // A value's range may be any; so may the telegram index, and of the status byte fault, pollution and restart input.
         assert_eq!((total, missed_places.len()), (5117, 5061), "{outside} outside the values");
     }
+
+    #[test]
+    fn so_many_telegrams_that_bit_noise_has_damaged_pass_both_lines() {
+        // One bit in ten thousand, as the mock's preset: nearly every second telegram is hit.
+        const FLIPS_PER_10_000_BITS: f64 = 1.0;
+        const TELEGRAMS: u32 = 100_000;
+        let good = telegram(361, Unit::Cm, Some((4, 1)), 0x10);
+        let mut rng = biplane_mock::rng::Rng::new(7, 7, 7);
+        let (mut damaged, mut past_checksum, mut past_both) = (0, 0, 0);
+        for _ in 0..TELEGRAMS {
+            let mut bad = good.clone();
+            let mut bit = rng.exponential(10_000.0 / FLIPS_PER_10_000_BITS);
+            while bit < (good.len() * 8) as f64 {
+                bad[bit as usize / 8] ^= 1 << (bit as usize % 8);
+                bit += 1.0 + rng.exponential(10_000.0 / FLIPS_PER_10_000_BITS);
+            }
+            if bad == good {
+                continue;
+            }
+            damaged += 1;
+            let mut plausibility = Plausibility::default();
+            assert_eq!(judged(&mut plausibility, &good), Some(true));
+            past_checksum += u32::from(Telegram::parse(&bad).is_ok());
+            past_both += u32::from(judged(&mut plausibility, &bad) == Some(true));
+        }
+        assert_eq!((damaged, past_checksum, past_both), (44_253, 10, 10));
+    }
 }
