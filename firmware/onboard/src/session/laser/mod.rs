@@ -177,8 +177,4 @@ impl Session for LaserSession {
 }
 
 #[cfg(test)]
-mod bench;
-#[cfg(test)]
-mod bench_tests;
-#[cfg(test)]
 mod tests;

@@ -1,5 +1,10 @@
 //! Scripted sessions with a laser. Telegrams are those of the listing and of logs of real devices, by hand.
 
+mod bench;
+mod search;
+mod types;
+mod write;
+
 use biplane_wire::lms::{Config, Reply, Scan, Status, Unit};
 
 use super::*;
@@ -55,46 +60,6 @@ fn a_device_at_the_configured_rate_streams_after_six_questions() {
 }
 
 #[test]
-fn a_device_at_its_power_on_rate_is_found_and_taken_to_the_configured_one() {
-    let script = format!(
-        "0 = 38400\n0 {STOP}\n150 {STOP}\n300 = 9600\n300 {STOP}\n380 {MODE_DONE}\n380 {ASK_TYPE}\n\
-         400 {TYPE}\n400 ! is a LMS291;S05;X01.27\n400 ! answers at 9600 Bd\n400 > 02 00 02 00 20 40 50 08\n\
-         480 < 06\n480 {MODE_DONE}\n480 = 38400\n580 {ASK_TYPE}\n600 {TYPE}\n600 ! runs at 38400 Bd\n\
-         600 {ASK_CONFIG}\n610 {CONFIG}\n610 {ASK_STATUS}\n620 {STATUS}\n620 {ASK_FAULTS}\n630 {NO_FAULTS}\n\
-         630 {STREAM}\n640 {MODE_DONE}\n640 ! streams\n1000 end"
-    );
-    check(&mut streaming(HALF), &script);
-}
-
-#[test]
-fn a_device_left_streaming_is_stopped_and_its_answer_found_behind_the_cut_scan() {
-    let script = format!(
-        "0 = 38400\n0 {STOP}\n3 < stump150\n30 {MODE_DONE}\n70 {ASK_TYPE}\n{}\n200 end",
-        settings_read(140)
-    );
-    check(&mut streaming(HALF), &script);
-    let later = format!("0 = 38400\n0 {STOP}\n3 < stump150\n80 {MODE_DONE}\n80 {ASK_TYPE}\n81 end");
-    check(&mut streaming(HALF), &later);
-}
-
-#[test]
-fn a_silent_device_is_looked_for_at_every_rate_again_and_again_and_that_is_said_once() {
-    let mut script = String::new();
-    for (at, baud) in [(0, 38400), (300, 9600), (600, 500_000), (900, 19200)] {
-        script += &format!("{at} = {baud}\n{at} {STOP}\n{} {STOP}\n", at + 150);
-    }
-    script += "1200 ! no answer (round 1), asking on\n";
-    // Not said again.
-    let round = [38400, 9600, 500_000, 38400, 9600, 19200];
-    for (index, baud) in round.into_iter().cycle().take(18).enumerate() {
-        let at = 1200 + 200 * index;
-        script += &format!("{at} = {baud}\n{at} {STOP}\n");
-    }
-    script += "4799 end";
-    check(&mut streaming(HALF), &script);
-}
-
-#[test]
 fn a_refused_variant_is_tried_three_times_then_the_device_keeps_its_own() {
     let settings = LaserSettings { resolution_cdeg: 100, ..HALF };
     let set = "> 02 00 05 00 3B B4 00 64 00 97 49";
@@ -112,94 +77,6 @@ fn a_refused_variant_is_tried_three_times_then_the_device_keeps_its_own() {
     check(&mut streaming(settings), &script);
 }
 
-/// The configuration as read, but for byte 6: millimetres (checksum by hand).
-const WRITE_MM: &str = "> 02 00 23 00 77 00 00 46 00 00 00 01 00 00 02 02 02 00 00 0A 0A 50 64 00 0A 0A 50 64 00 0A 0A 50 64 00 00 00 00 02 00 0A E2";
-const INSTALL: &str = "> 02 00 0A 00 20 00 53 49 43 4B 5F 4C 4D 53 BE C5";
-
-/// A reply with a configuration: 34 bytes, unit as given; the checksum is computed.
-fn config_reply(unit: Unit, written: Option<bool>) -> String {
-    let mut config = Config::from_bytes(&Config::FACTORY).expect("it fits");
-    config.set_unit(unit);
-    let reply = match written {
-        None => Reply::Config(config),
-        Some(accepted) => Reply::ConfigWritten { accepted, config },
-    };
-    let mut bytes = [0; 64];
-    let length = reply.emit(0x80, Status::OK, &mut bytes).expect("it fits");
-    let words: Vec<String> = bytes[..length].iter().map(|byte| format!("{byte:02X}")).collect();
-    format!("< {}", words.join(" "))
-}
-
-/// From the start to the moment when the configuration may be written, at 120 ms.
-fn until_compared() -> String {
-    format!(
-        "0 = 38400\n0 {STOP}\n80 {MODE_DONE}\n80 {ASK_TYPE}\n90 {TYPE}\n90 ! is a LMS291;S05;X01.27\n\
-         90 ! answers at 38400 Bd\n90 {ASK_CONFIG}\n100 {CONFIG}\n100 {ASK_STATUS}\n110 {STATUS}\n110 {ASK_FAULTS}\n\
-         120 {NO_FAULTS}"
-    )
-}
-
-const MM: LaserSettings = LaserSettings { unit: Unit::Mm, ..HALF };
-
-#[test]
-fn other_units_are_written_once_in_installation_mode_and_read_back() {
-    let script = format!(
-        "{}\n120 {INSTALL}\n200 {MODE_DONE}\n200 {WRITE_MM}\n210 < 06\n600 {}\n600 {STOP}\n680 {MODE_DONE}\n\
-         680 {ASK_CONFIG}\n770 {}\n770 ! configuration written: units mm instead of cm\n770 {STREAM}\n\
-         850 {MODE_DONE}\n850 ! streams\n900 end",
-        until_compared(),
-        config_reply(Unit::Mm, Some(true)),
-        config_reply(Unit::Mm, None),
-    );
-    let mut session = streaming(MM);
-    check(&mut session, &script);
-    assert_eq!((session.health().writes, session.health().differs), (1, false));
-}
-
-#[test]
-fn a_device_that_does_not_take_a_configuration_is_not_offered_it_again() {
-    let kept = "! does not take what the rig asks: units mm instead of cm";
-    for answer in [config_reply(Unit::Cm, Some(true)), config_reply(Unit::Cm, Some(false))] {
-        let lines = format!(
-            "80 {MODE_DONE}\n90 {TYPE}\n100 {CONFIG}\n110 {STATUS}\n120 {NO_FAULTS}\n200 {MODE_DONE}\n210 < 06\n\
-             600 {answer}\n680 {MODE_DONE}\n770 {CONFIG}\n850 {MODE_DONE}\n900 < scan361\n2000 {MODE_DONE}\n\
-             2010 {TYPE}\n2020 {CONFIG}\n2030 {STATUS}\n2040 {NO_FAULTS}\n2050 {MODE_DONE}\n2100 < scan361\n2101 end"
-        );
-        let lines: Vec<String> = lines.lines().map(str::to_owned).collect();
-        let mut session = streaming(MM);
-        let transcript = play(&mut session, &lines).join("\n");
-        assert_eq!(transcript.matches("> 02 00 23 00 77").count(), 1, "{transcript}");
-        assert_eq!(transcript.matches(kept).count(), 1, "{transcript}");
-        assert_eq!(transcript.matches("! streams").count(), 2, "{transcript}");
-        // Centimetres where millimetres were asked for: the telegram says what it is in.
-        assert_eq!(transcript.matches("* 361 beams").count(), 2, "{transcript}");
-        assert!(session.health().differs);
-    }
-}
-
-#[test]
-fn a_write_that_was_acknowledged_is_waited_for_and_never_sent_twice() {
-    let lines = format!(
-        "80 {MODE_DONE}\n90 {TYPE}\n100 {CONFIG}\n110 {STATUS}\n120 {NO_FAULTS}\n200 {MODE_DONE}\n210 < 06\n15199 end"
-    );
-    let lines: Vec<String> = lines.lines().map(str::to_owned).collect();
-    let mut session = streaming(MM);
-    let transcript = play(&mut session, &lines).join("\n");
-    assert!(transcript.ends_with(&format!("200 {WRITE_MM}\n210 < 06\n15199 end")), "{transcript}");
-    let after = play(&mut session, &["15201 end".to_owned()]).join("\n");
-    assert_eq!(after, format!("15200 ! gave up writing the configuration\n15200 {STOP}\n15201 end"));
-}
-
-#[test]
-fn a_write_that_was_not_heard_is_sent_once_more() {
-    let lines = format!(
-        "80 {MODE_DONE}\n90 {TYPE}\n100 {CONFIG}\n110 {STATUS}\n120 {NO_FAULTS}\n200 {MODE_DONE}\n9000 end"
-    );
-    let lines: Vec<String> = lines.lines().map(str::to_owned).collect();
-    let transcript = play(&mut streaming(MM), &lines).join("\n");
-    assert_eq!(transcript.matches("> 02 00 23 00 77").count(), 2, "{transcript}");
-}
-
 #[test]
 fn silence_while_streaming_starts_the_search_again() {
     let script = format!(
@@ -207,84 +84,6 @@ fn silence_while_streaming_starts_the_search_again() {
          1100 ! silent for 900 ms, starting again\n1100 = 38400\n1100 {STOP}\n1200 end",
         settings_read(90)
     );
-    check(&mut streaming(HALF), &script);
-}
-
-#[test]
-fn the_rate_of_a_lost_laser_and_that_of_power_on_are_asked_often_and_its_absence_said_once() {
-    let mut script = format!(
-        "0 = 38400\n0 {STOP}\n80 {MODE_DONE}\n80 {ASK_TYPE}\n{}\n200 < scan361\n200 * 361 beams\n\
-         1100 ! silent for 900 ms, starting again\n",
-        settings_read(90)
-    );
-    let round = [38400, 9600, 500_000, 38400, 9600, 19200];
-    for (index, baud) in round.iter().cycle().take(18).enumerate() {
-        let at = 1100 + 200 * index;
-        if index == 6 {
-            script += &format!("{at} ! no answer (round 1), asking on\n");
-        }
-        script += &format!("{at} = {baud}\n{at} {STOP}\n");
-    }
-    script += "4699 end";
-    check(&mut streaming(HALF), &script);
-}
-
-#[test]
-fn a_silent_line_that_turns_noisy_is_a_device_switched_on_and_asked_at_its_rate_at_once() {
-    let script = format!(
-        "0 = 38400\n0 {STOP}\n80 {MODE_DONE}\n80 {ASK_TYPE}\n{}\n200 < scan361\n200 * 361 beams\n\
-         1100 ! silent for 900 ms, starting again\n1100 = 38400\n1100 {STOP}\n1300 = 9600\n1300 {STOP}\n\
-         1500 = 500000\n1500 {STOP}\n1510 < noise29\n1570 = 9600\n1570 {STOP}\n1650 < 06\n1660 {MODE_DONE}\n\
-         1660 {ASK_TYPE}\n1700 end",
-        settings_read(90)
-    );
-    check(&mut streaming(HALF), &script);
-}
-
-#[test]
-fn noise_that_goes_on_after_the_stop_request_is_a_device_at_another_rate() {
-    let script = format!(
-        "0 = 38400\n0 {STOP}\n100 < noise30\n150 = 9600\n150 {STOP}\n250 < noise30\n300 = 500000\n300 {STOP}\n\
-         304 < 06\n380 {MODE_DONE}\n380 {ASK_TYPE}\n400 end"
-    );
-    check(&mut streaming(HALF), &script);
-}
-
-#[test]
-fn a_change_of_mode_that_is_acknowledged_has_three_seconds() {
-    let script = format!("0 = 38400\n0 {STOP}\n10 < 06\n3000 {MODE_DONE}\n3000 {ASK_TYPE}\n3010 end");
-    check(&mut streaming(HALF), &script);
-}
-
-#[test]
-fn a_power_cycle_is_seen_as_garbage_then_the_device_is_found_at_its_power_on_rate() {
-    let script = format!(
-        "0 = 38400\n0 {STOP}\n80 {MODE_DONE}\n80 {ASK_TYPE}\n{}\n700 < noise20\n\
-         1080 ! no intact telegram for 950 ms, starting again\n1080 = 38400\n1080 {STOP}\n\
-         1280 = 9600\n1280 {STOP}\n1410 {MODE_DONE}\n1410 {ASK_TYPE}\n1430 {TYPE}\n1430 ! answers at 9600 Bd\n\
-         1430 > 02 00 02 00 20 40 50 08\n1440 end",
-        settings_read(90)
-    );
-    check(&mut streaming(HALF), &script);
-}
-
-#[test]
-fn a_power_on_telegram_while_streaming_starts_again_at_once() {
-    let settings = LaserSettings { baud: 9600, ..HALF };
-    let power_on = "< 02 80 17 00 90 4C 4D 53 32 30 30 3B 33 30 31 30 36 33 3B 56 30 32 2E 31 30 20 10 63 5E";
-    let mut session = streaming(settings);
-    let script = format!(
-        "80 {MODE_DONE}\n90 {TYPE}\n100 {CONFIG}\n110 {STATUS}\n115 {NO_FAULTS}\n120 {MODE_DONE}\n500 {power_on}\n501 end"
-    );
-    let lines: Vec<String> = script.lines().map(str::to_owned).collect();
-    let transcript = play(&mut session, &lines).join("\n");
-    let tail = format!("500 ! was switched on or reset, starting again\n500 = 9600\n500 {STOP}\n501 end");
-    assert!(transcript.ends_with(&tail), "{transcript}");
-}
-
-#[test]
-fn a_refused_acknowledge_is_answered_by_the_same_question_after_a_pause() {
-    let script = format!("0 = 38400\n0 {STOP}\n10 < 15\n70 {STOP}\n80 {MODE_DONE}\n80 {ASK_TYPE}\n81 end");
     check(&mut streaming(HALF), &script);
 }
 

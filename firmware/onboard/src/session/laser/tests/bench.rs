@@ -10,7 +10,7 @@ use biplane_mock::lms_device::{LmsDevice, LmsParams};
 use biplane_mock::rng::Rng;
 use biplane_mock::source::{ScanSource, ScanWords};
 
-use super::{LaserSession, LaserSettings, ScanReading};
+use crate::session::laser::{LaserSession, LaserSettings, ScanReading};
 use crate::session::{Event, Input, MAX_INPUT_BYTES, Output, Session};
 
 pub(super) const MS: i64 = 1_000_000;
@@ -42,7 +42,7 @@ pub(super) struct Bench {
     pub scans: Vec<ScanReading>,
     /// What was said, and when in milliseconds.
     pub said: Vec<(i64, String)>,
-    /// Requests that did not reach the device, by their place among all: none is sent while it holds `true`.
+    /// Nothing passes, in either direction.
     pub is_unplugged: bool,
     /// The device has no power.
     pub is_dark: bool,

@@ -6,8 +6,8 @@ use biplane_mock::lms_device::model::Model;
 use biplane_mock::lms_device::settings::{ConfigBlock, Variant};
 use biplane_wire::lms::Unit;
 
-use super::LaserSettings;
 use super::bench::{Bench, MS};
+use crate::session::laser::LaserSettings;
 
 const SETTINGS: LaserSettings = LaserSettings {
     baud: 38400,
