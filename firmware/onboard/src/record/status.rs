@@ -187,6 +187,7 @@ fn elapsed(seconds: f64) -> String {
 fn rate(name: &str, line: &LineStatus) -> String {
     match line.fault {
         Some(fault) => format!("{name} {}", fault.to_uppercase()),
+        None if !line.streaming => format!("{name} starts"),
         None => format!("{name} {:.1} Hz", line.rate_hz),
     }
 }

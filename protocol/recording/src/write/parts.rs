@@ -221,15 +221,15 @@ impl PartsWriter {
             || rotation.bytes.is_some_and(|limit| bytes >= limit))
     }
 
-    /// Ends the part and begins the next one; false where there are no parts, or nothing is in this one yet.
+    /// Ends the part and begins the next one, unless nothing is in this one yet; false where there are no parts.
     ///
     /// # Errors
     /// As [`Writer::finish`] and [`Writer::create`].
     pub fn rotate_now(&mut self) -> Result<bool, WriteError> {
-        if !self.rotation.is_on() || self.start_ns.is_none() {
-            return Ok(false);
+        if self.rotation.is_on() && self.start_ns.is_some() {
+            self.rotate()?;
         }
-        self.rotate().map(|()| true)
+        Ok(self.rotation.is_on())
     }
 
     fn rotate(&mut self) -> Result<(), WriteError> {

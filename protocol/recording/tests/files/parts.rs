@@ -120,7 +120,10 @@ fn a_part_ends_when_asked() {
     let path = folder.file("run.mcap");
     let rotation = Rotation { span_ns: Some(i64::MAX), bytes: None };
     let mut writer = PartsWriter::create(&path, &WriterOptions::default(), rotation).unwrap();
-    assert!(!writer.rotate_now().unwrap(), "nothing is in it yet");
+    assert!(
+        writer.rotate_now().unwrap() && writer.current_path() == part_path(&path, 0),
+        "nothing is in it yet"
+    );
     writer.write_encoded(Topic::Odom, 5, 5, b"\0\x01\0\0").unwrap();
     assert!(writer.rotate_now().unwrap());
     writer.write_encoded(Topic::Odom, 3, 3, b"\0\x01\0\0").unwrap();
