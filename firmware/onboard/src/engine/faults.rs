@@ -25,8 +25,8 @@ fn index(port: Port) -> usize {
 }
 
 impl Faults {
-    /// Something was said of a line.
-    pub fn note(&mut self, port: Port, event: &Event) {
+    /// Something was said of a line. False when it only follows from what was said before, so that nobody need be told.
+    pub fn note(&mut self, port: Port, event: &Event) -> bool {
         let fault = &mut self.lines[index(port)];
         match event {
             Event::PortLost => fault.port_lost = true,
@@ -40,6 +40,7 @@ impl Faults {
             fault.lasting = Some(words);
             fault.fresh = Some(words);
         }
+        !follows
     }
 
     /// Whether the line's port is gone.
@@ -83,12 +84,12 @@ mod tests {
         assert_eq!(fault(&mut faults, still), LineFault::Lasts(words));
         assert!(!faults.told(Port::Base, still).streaming);
         faults.note(Port::Base, &Event::PortBack);
-        faults.note(Port::Base, &Event::Silent { for_ms: 3000 });
+        assert!(!faults.note(Port::Base, &Event::Silent { for_ms: 3000 }), "it follows");
         assert_eq!(fault(&mut faults, still), LineFault::Lasts(words));
         assert_eq!(fault(&mut faults, flows), LineFault::Over(words));
         assert_eq!(fault(&mut faults, flows), LineFault::None);
         // Over before it could be told.
-        faults.note(Port::Base, &Event::Silent { for_ms: 1000 });
+        assert!(faults.note(Port::Base, &Event::Silent { for_ms: 1000 }));
         assert_eq!(fault(&mut faults, flows), LineFault::Over("silent"));
         assert_eq!(fault(&mut faults, flows), LineFault::None);
     }

@@ -385,8 +385,9 @@ impl<S: Sink> Engine<S> {
             }
             Port::Base => self.base.note(&event),
         }
-        self.faults.note(port, &event);
-        let _ = self.events.push_back((port, event));
+        if self.faults.note(port, &event) {
+            let _ = self.events.push_back((port, event));
+        }
     }
 }
 

@@ -5,7 +5,8 @@ use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::thread::{self, JoinHandle};
+use std::thread::{self, JoinHandle, Thread};
+use std::time::Duration;
 
 use biplane_recording::Port;
 use rtrb::{Consumer, Producer, RingBuffer};
@@ -22,8 +23,8 @@ use crate::session::Event;
 const QUEUE_EVENTS: usize = 256;
 /// States that may wait to be told; the latest counts.
 const QUEUE_HEALTHS: usize = 16;
-/// The thread looks for news so often, nanoseconds.
-const LOOK_NS: i64 = 50_000_000;
+/// The thread looks for states so often; for events it is woken.
+const LOOK: Duration = Duration::from_millis(50);
 /// Where nobody watches, a line of state is written so often, nanoseconds.
 const PLAIN_NS: i64 = 60_000_000_000;
 /// The service manager hears that the loop is alive so often, nanoseconds.
@@ -50,6 +51,7 @@ pub type States = Producer<(i64, Health)>;
 #[derive(Debug)]
 pub struct Voice {
     events: Producer<(Port, Event)>,
+    thread: Thread,
     beat: Arc<AtomicU64>,
 }
 
@@ -57,6 +59,7 @@ impl Voice {
     /// Tells of an event. One that does not fit is not told: the log has enough to say then.
     pub fn say(&mut self, port: Port, event: Event) {
         let _ = self.events.push((port, event));
+        self.thread.unpark();
     }
 
     /// The loop is alive.
@@ -116,7 +119,8 @@ impl Telling {
             .name("tell".to_owned())
             .spawn(move || worker.run())
             .map_err(|source| OnboardError::System { what: "start the telling thread", source })?;
-        Ok((Self { over, closing, thread }, Voice { events: event_in, beat }, health_in))
+        let voice = Voice { events: event_in, thread: thread.thread().clone(), beat };
+        Ok((Self { over, closing, thread }, voice, health_in))
     }
 
     /// The loop has ended, and the file is being closed.
@@ -127,6 +131,7 @@ impl Telling {
     /// Tells the rest, and ends.
     pub fn finish(self) {
         self.over.store(true, Ordering::Relaxed);
+        self.thread.thread().unpark();
         let _ = self.thread.join();
     }
 }
@@ -158,7 +163,7 @@ impl Worker {
                 self.clear();
                 return;
             }
-            biplane_clock::sleep_ns(LOOK_NS);
+            thread::park_timeout(LOOK);
         }
     }
 
