@@ -91,7 +91,7 @@ impl Faults {
             };
             Some(fault)
         });
-        let timer = self.latency_timer.filter(|_| stream % 2 == 0).map(LatencyTimer::new);
+        let timer = self.latency_timer.filter(|_| stream.is_multiple_of(2)).map(LatencyTimer::new);
         let timer = timer.map(|timer| Box::new(timer) as Box<dyn Fault>);
         Channel::of(faults.chain(timer).collect())
     }
