@@ -16,11 +16,15 @@ use biplane_matcher::Method;
 use biplane_onboard::engine::{Engine, EngineOptions, Feed};
 use biplane_onboard::health::Health;
 use biplane_onboard::record::{RecordOptions, record};
+use biplane_onboard::session::base::{BaseSession, BaseSettings};
+use biplane_onboard::session::{Input, Output, Session};
 use biplane_onboard::sink::Sink;
 use biplane_recording::rig::Mount;
 use biplane_recording::{Port, Rig, Rotation, Topic};
 use biplane_wire::lms::{MIRROR_TURN_NS, Scan, Status, Unit};
 use biplane_wire::p2os::Sip;
+use biplane_wire::roboclaw::{self, Answer, Question};
+use biplane_wire::{Text, rflex};
 
 struct Counting;
 
@@ -142,6 +146,57 @@ fn two_thousand_scans_of_both_lasers_are_matched_and_published_without_an_alloca
     let (account, sink) = engine.finish(2200 * period_ns);
     assert_eq!((account.poses, account.poses_vertical, account.lost), (2200, 2200, 0));
     assert!(sink.0 > 10_000);
+}
+
+/// What a base answers to what it was sent, into `out`: encoders, version and battery of a RoboClaw; both axes of an rFLEX base, asked or not.
+fn base_answer(sent: Option<&[u8]>, count: i32, out: &mut [u8]) -> usize {
+    let Some(sent) = sent else {
+        let report = |axis, position| {
+            rflex::Report::Motion(rflex::MotionReport { axis, position, ..rflex::MotionReport::default() })
+        };
+        let length = report(rflex::TRANSLATION, count).emit(1, out).unwrap();
+        return length + report(rflex::ROTATION, -count).emit(2, &mut out[length..]).unwrap();
+    };
+    let Ok(request) = roboclaw::Request::parse(sent) else { return 0 };
+    let answer = match request.question {
+        Question::Encoders => Answer::Encoders { m1_counts: count, m2_counts: count + 7 },
+        Question::MainBattery => Answer::MainBattery { decivolts: 123 },
+        Question::Firmware => Answer::Firmware(Text(b"RoboClaw v4\n")),
+        Question::Status(width) => Answer::Status(roboclaw::StatusBits { width, bits: 1 }),
+        _ => return 0,
+    };
+    answer.emit(request, out).unwrap()
+}
+
+#[test]
+fn sessions_of_bases_that_count_allocate_nothing() {
+    let rig = |base: &str| {
+        Rig::parse(&format!("[horizontal]\nport = \"a\"\n[base]\nport = \"b\"\nprotocol = \"{base}\"\n"))
+            .unwrap()
+    };
+    for (rig, asked) in [(rig("roboclaw"), true), (rig("rflex"), false)] {
+        let before = ALLOCATIONS.with(Cell::get);
+        let mut session = BaseSession::streaming(BaseSettings::from(&rig.base), 0);
+        let (mut bytes, mut reports) = ([0; 128], 0);
+        for round in 0..5000_i32 {
+            let now_ns = i64::from(round) * 10_000_000;
+            session.handle(now_ns, Input::Time);
+            let mut length = if asked { 0 } else { base_answer(None, round * 9, &mut bytes) };
+            loop {
+                match session.poll() {
+                    Output::Write(sent) if asked => length = base_answer(Some(&sent), round * 9, &mut bytes),
+                    Output::Odometry(_) => reports += 1,
+                    Output::WaitUntil(_) => break,
+                    _ => {}
+                }
+            }
+            // Now and then a byte is lost, and what follows from it is no allocation either.
+            let lost = usize::from(round % 100 == 99).min(length);
+            session.handle(now_ns + 3_000_000, Input::Bytes(&bytes[lost..length]));
+        }
+        assert_eq!(ALLOCATIONS.with(Cell::get) - before, 0);
+        assert!(reports > 2000, "{reports} reports");
+    }
 }
 
 #[test]
