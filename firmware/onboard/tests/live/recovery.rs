@@ -168,6 +168,33 @@ fn a_laser_that_falls_silent_streams_again_and_the_other_lines_are_not_disturbed
 }
 
 #[test]
+fn one_adapter_that_is_pulled_and_put_back_leaves_the_other_lines_alone() {
+    let mock = Mock::start("pulled", |_| {});
+    let mut rig = mock.rig();
+    let (device, link) = (PathBuf::from(&rig.horizontal.port), mock.folder.join("relay"));
+    let relay = Relay::start(&device, &link);
+    rig.horizontal.port = relay.path();
+    let options = mock.options(rig, 8.0);
+    let output = options.output.clone();
+    let recording = thread::spawn(move || record(&options, &AtomicBool::new(false)));
+    thread::sleep(Duration::from_millis(3500));
+    drop(relay);
+    thread::sleep(Duration::from_millis(1200));
+    let _relay = Relay::start(&device, &link);
+    let report = recording.join().unwrap().unwrap();
+    assert_eq!(report.lost, 0, "{report:?}");
+    let stamps = |topic| all::<LaserScan>(&output, topic).into_iter().map(|scan| scan.stamp_ns);
+    let gaps = gaps_ms(stamps(Topic::ScanHorizontal));
+    // Within 2 s of the port's return.
+    assert!(gaps.len() == 1 && gaps[0] < 1200 + 250 + 2000, "{gaps:?}");
+    let vertical = gaps_ms(stamps(Topic::ScanVertical));
+    let odometry = gaps_ms(all::<Odometry>(&output, Topic::Odom).into_iter().map(|odom| odom.stamp_ns));
+    assert!(vertical.is_empty() && odometry.is_empty(), "{vertical:?} {odometry:?}");
+    assert_eq!(report.poses, report.scans_horizontal);
+    println!("pulled for 1.2 s: a gap of {} ms", gaps[0]);
+}
+
+#[test]
 fn a_run_can_wait_for_its_ports_and_can_be_stopped_while_it_waits() {
     let mut mock = Mock::start("wait", |_| {});
     let rig = mock.rig();
