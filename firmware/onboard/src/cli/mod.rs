@@ -26,7 +26,7 @@ use crate::error::OnboardError;
 
 /// Acquisition on the robot: two SICK LMS 2xx lasers and a base, matched in real time, recorded to MCAP.
 #[derive(Debug, Parser)]
-#[command(name = "biplane-onboard", version)]
+#[command(name = "biplane-onboard", version, after_help = EXIT_CODES)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -37,6 +37,9 @@ struct Cli {
     #[arg(long, short, global = true, conflicts_with = "verbose")]
     quiet: bool,
 }
+
+const EXIT_CODES: &str = "Exit codes: 0 done; 1 failed; 2 wrong arguments; 3 done, but something intact was not kept.\n\
+    Results go to stdout, everything else to stderr.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
