@@ -8,6 +8,7 @@ mod judge;
 mod outcome;
 
 use biplane_mock::faults::Preset;
+use biplane_recording::rig::{Laser, Units};
 use biplane_recording::{Port, Rig};
 
 use crate::rig::devices::{rflex_base, rig_at, roboclaw_base};
@@ -127,6 +128,24 @@ fn devices_left_streaming() {
 #[test]
 fn bit_noise_behind_a_stalling_adapter_with_a_loose_connector() {
     check(Fault::Noise(&[Preset::LooseConnector, Preset::BitNoise, Preset::UsbStall]));
+}
+
+#[test]
+fn half_degrees_in_millimetres_with_index_bytes_on_a_bad_line() {
+    let mut rig = rig_at(38_400);
+    for laser in [Some(&mut rig.horizontal), rig.vertical.as_mut()].into_iter().flatten() {
+        *laser = Laser { resolution_deg: 0.5, units: Units::Mm, index_bytes: Some(true), ..laser.clone() };
+    }
+    let mut wrong = Vec::new();
+    let mut table = String::new();
+    for fault in [
+        Fault::Noise(&[Preset::LooseConnector, Preset::BitNoise, Preset::UsbStall]),
+        Fault::PowerCycle,
+        Fault::Garbage,
+    ] {
+        table += &rows(fault, &LASERS, &rig, seeds(2), &mut wrong);
+    }
+    conclude(&table, &wrong);
 }
 
 #[test]
