@@ -10,4 +10,5 @@ mod recorded;
 mod rig;
 mod soak;
 mod start_up;
+mod stopping;
 mod tidy;

@@ -83,6 +83,12 @@ impl SimLine {
         self.device.counts()
     }
 
+    /// Whether the device sends measurements unasked.
+    #[must_use]
+    pub fn device_streams(&self) -> bool {
+        !self.dark && self.device.is_streaming()
+    }
+
     /// The host writes.
     pub fn write(&mut self, now_ns: i64, bytes: &[u8]) {
         let missed = self.rng.unit() < self.missed_share;

@@ -127,6 +127,12 @@ impl<K: Sink> SimRig<K> {
         }
     }
 
+    /// The run shall end: the devices are to be left idle.
+    pub fn stop(&mut self) {
+        self.engine.stop(self.now_ns);
+        self.serve_engine();
+    }
+
     /// What was said, a line each, in milliseconds.
     #[must_use]
     pub fn told(&self) -> String {
