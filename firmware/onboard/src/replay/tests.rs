@@ -96,6 +96,57 @@ fn a_recording_replayed_keeps_its_scans_and_odometry_and_finds_its_poses_again()
     }
 }
 
+/// The same drive, written by a computer whose clock was set back by an hour after 3 s, and ahead by ten minutes after 6 s.
+fn write_stepped_capture(path: &Path, seconds: i64) {
+    let mut writer =
+        Writer::create(path, &WriterOptions { in_order: false, ..WriterOptions::default() }).unwrap();
+    writer.attach("rig.toml", "application/toml", synthetic::rig().to_toml().as_bytes()).unwrap();
+    let reads = synthetic::drive(seconds, 60);
+    let (second_ns, start_ns) = (1_000_000_000, reads[0].time_ns);
+    for read in reads {
+        let step_s = match (read.time_ns - start_ns) / second_ns {
+            ..3 => 0,
+            3..6 => -3600,
+            _ => -3000,
+        };
+        let time_ns = read.time_ns + step_s * second_ns;
+        writer.write_serial(read.port, Direction::Rx, time_ns, &read.bytes).unwrap();
+    }
+    writer.finish().unwrap();
+}
+
+#[test]
+fn a_capture_whose_clock_was_set_loses_nothing_and_its_matcher_goes_on() {
+    let folder = Folder::new("stepped");
+    write_capture(&folder.file("steady.mcap"), 9, true);
+    write_stepped_capture(&folder.file("stepped.mcap"), 9);
+    let steady = run(&options(folder.file("steady.mcap"), folder.file("steady-run.mcap"))).unwrap();
+    let stepped = run(&options(folder.file("stepped.mcap"), folder.file("run.mcap"))).unwrap();
+    assert_eq!((steady.clock_steps, stepped.clock_steps), (0, 1));
+    let counts = |report: &RunReport| {
+        let RunReport { scans_horizontal, scans_vertical, odometry, poses, poses_vertical, .. } = *report;
+        [
+            scans_horizontal,
+            scans_vertical,
+            odometry,
+            poses,
+            poses_vertical,
+            report.lost,
+            report.backward_stamps,
+        ]
+    };
+    assert_eq!(counts(&stepped), counts(&steady));
+    assert_eq!((stepped.unmatched, stepped.exit_code()), (0, 0));
+    let last = |name: &str| -> PoseWithCovarianceStamped {
+        Message::decode(messages(&folder.file(name), Topic::Pose).last().unwrap()).unwrap()
+    };
+    let (steady, stepped) = (last("steady-run.mcap"), last("run.mcap"));
+    assert!((steady.position_m[0] - stepped.position_m[0]).abs() < 0.02, "{steady:?} {stepped:?}");
+    // The hour back is left out of the run's time, the ten minutes ahead are not.
+    let later_s = (stepped.stamp_ns - steady.stamp_ns) as f64 * 1e-9;
+    assert!((later_s - 600.0).abs() < 0.1, "{later_s} s");
+}
+
 #[test]
 fn what_is_wrong_with_the_input_is_one_sentence_that_names_it_and_leaves_no_output() {
     let folder = Folder::new("wrong");
