@@ -214,7 +214,7 @@ impl Line<BaseSession> {
         let reports = matches!(base.protocol, BaseProtocol::P2os { .. });
         // Of a cycle of a tenth of a second, the times that matter are smaller shares than of a mirror's turn.
         let params =
-            CycleClockParams { bearing_share: 0.02, regular_share: 0.08, ..CycleClockParams::default() };
+            CycleClockParams { bearing_share: 0.02, regular_share: 0.02, ..CycleClockParams::default() };
         Self::new(session, reports.then(|| CycleClock::new(params, REPORT_NS)))
     }
 

@@ -284,7 +284,7 @@ impl CycleClock {
         let is_followed = match state.trust.verdict(&self.params) {
             Verdict::Kept => true,
             Verdict::Unknown => is_near || !departure.is_paced(),
-            Verdict::Broken => is_near && (departure.is_paced() || is_blind),
+            Verdict::Broken => false,
         };
         if is_followed { line_ns } else { departure.time_ns }
     }

@@ -4,6 +4,8 @@ use biplane_matcher::Method;
 use biplane_mock::faults::{Faults, Preset};
 use biplane_mock::line::{Adapter, ReadParams, SerialRead, laser_byte_ns, scans_per_telegram, transfer_ns};
 use biplane_mock::rng::Rng;
+use biplane_mock::source::OdometrySample;
+use biplane_mock::telegrams;
 use biplane_onboard::engine::{Engine, EngineOptions, Feed};
 use biplane_onboard::health::Health;
 use biplane_onboard::sink::Sink;
@@ -14,19 +16,18 @@ use biplane_wire::lms::{REPLY_ADDRESS, Scan, Status, Unit};
 const TURN_NS: i64 = 13_320_000;
 /// What a laser answers when its stream is stopped or started: acknowledgement and mode reply (SICK telegram listing).
 const MODE_REPLY: [u8; 10] = [0x06, 0x02, 0x80, 0x03, 0x00, 0xA0, 0x00, 0x10, 0x16, 0x0A];
-/// Latency timer and packet of an FTDI adapter.
-const TIMER_NS: i64 = 16_000_000;
-const PACKET_BYTES: usize = 62;
+/// Of [`Usb::Ticks`].
+const TICK_NS: i64 = 16_000_000;
 
 /// How bytes come from the line to the computer.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
 pub enum Usb {
     /// Up to 32 bytes a read, late by 0.3 ms on average (exponential), by up to 8 ms more in 0.4 % of reads.
     Chance,
-    /// The same, and only at multiples of 16 ms.
+    /// When 62 bytes are there or 16 ms are over (the mock's latency timer of an FTDI adapter), then late as `Chance`.
+    Timer,
+    /// As `Chance`, and only at multiples of 16 ms.
     Ticks,
-    /// When 62 bytes are there or 16 ms are over, then late as `Chance`.
-    Ftdi,
     /// The mock's preset `usb-stall`: as `Chance`, and every few seconds nothing for up to 300 ms.
     Stall,
 }
@@ -82,7 +83,7 @@ pub struct Laser {
 struct Sent {
     start_ns: i64,
     bytes: Vec<u8>,
-    /// When the first beam was taken, for a scan that arrives intact.
+    /// The truth that its stamp has to meet, for one that arrives intact: when the first beam was taken, or the odometry.
     first_beam_ns: Option<i64>,
 }
 
@@ -158,47 +159,24 @@ fn each_byte(sent: &[Sent], laser: &Laser, mut byte: impl FnMut(i64, u8)) {
 
 fn reads(sent: &[Sent], laser: &Laser, usb: Usb, seed: u64) -> Vec<SerialRead> {
     let mut reads = match usb {
-        Usb::Chance | Usb::Ticks => {
-            let timer_ms = if usb == Usb::Ticks { 16.0 } else { 0.0 };
+        Usb::Stall => stalled_reads(sent, laser, seed),
+        Usb::Chance | Usb::Ticks | Usb::Timer => {
+            let timer_ms = if usb == Usb::Timer { 16.0 } else { 0.0 };
             let params = ReadParams { hiccup_share: 0.004, timer_ms, ..ReadParams::default() };
             let byte_ns = transfer_ns(1, laser.baud);
             let mut adapter = Adapter::new(params, seed, 1);
             each_byte(sent, laser, |time_ns, byte| adapter.push(byte, time_ns, byte_ns));
             adapter.finish()
         }
-        Usb::Ftdi => ftdi_reads(sent, laser, seed),
-        Usb::Stall => stalled_reads(sent, laser, seed),
     };
+    if usb == Usb::Ticks {
+        for read in &mut reads {
+            read.time_ns = (read.time_ns + TICK_NS - 1) / TICK_NS * TICK_NS;
+        }
+    }
     if laser.events.early_stall {
         hold_back(&mut reads, sent[0].start_ns, seed);
     }
-    reads
-}
-
-fn ftdi_reads(sent: &[Sent], laser: &Laser, seed: u64) -> Vec<SerialRead> {
-    let mut rng = Rng::new(seed, 0xF7D1, 0);
-    let mut timer_ns = sent[0].start_ns + (rng.unit() * TIMER_NS as f64) as i64;
-    let (mut reads, mut packet): (Vec<SerialRead>, Vec<u8>) = (Vec::new(), Vec::new());
-    let mut hand_on = |time_ns: i64, packet: &mut Vec<u8>| {
-        let hiccup_ms = if rng.unit() < 0.004 { rng.between(0.0, 8.0) } else { 0.0 };
-        let late_ns = ((rng.exponential(0.3) + hiccup_ms) * 1e6) as i64;
-        let before_ns = reads.last().map_or(i64::MIN, |read| read.time_ns);
-        reads.push(SerialRead { time_ns: (time_ns + late_ns).max(before_ns), bytes: std::mem::take(packet) });
-    };
-    each_byte(sent, laser, |time_ns, byte| {
-        while timer_ns <= time_ns {
-            if !packet.is_empty() {
-                hand_on(timer_ns, &mut packet);
-            }
-            timer_ns += TIMER_NS;
-        }
-        packet.push(byte);
-        if packet.len() == PACKET_BYTES {
-            hand_on(time_ns, &mut packet);
-            timer_ns = time_ns + TIMER_NS;
-        }
-    });
-    hand_on(timer_ns, &mut packet);
     reads
 }
 
@@ -239,13 +217,13 @@ fn hold_back(reads: &mut [SerialRead], start_ns: i64, seed: u64) {
     }
 }
 
-/// Keeps the stamps of vertical scans: these are not matched, which would take longer than all else.
+/// Keeps the stamps of vertical scans (these are not matched, which would take longer than all else) and of odometry.
 #[derive(Default)]
 struct Stamps(Vec<i64>);
 
 impl Sink for Stamps {
     fn message(&mut self, topic: Topic, _: i64, stamp_ns: i64, _: &[u8]) {
-        if topic == Topic::ScanVertical {
+        if matches!(topic, Topic::ScanVertical | Topic::Odom) {
             self.0.push(stamp_ns);
         }
     }
@@ -259,22 +237,55 @@ impl Sink for Stamps {
 
 /// The error of each scan's stamp, milliseconds. Every intact telegram must have become a scan.
 pub fn errors_ms(laser: &Laser, usb: Usb, seed: u64) -> Vec<f64> {
-    let sent = laser.sends(seed);
-    let reads = reads(&sent, laser, usb, seed);
     let mut rig = Rig::default();
     let vertical = rig.vertical.as_mut().expect("the default rig has one");
     (vertical.baud, vertical.fov_deg) = (laser.baud, laser.fov_deg);
     vertical.resolution_deg = f64::from(laser.resolution_cdeg) / 100.0;
+    let sent = laser.sends(seed);
+    let reads = reads(&sent, laser, usb, seed);
+    stamp_errors_ms(rig, Port::Vertical, &sent, &reads)
+}
+
+/// The error of each odometry stamp of a Pioneer, milliseconds: a packet every 100 ms, later by chance by up to `jitter_ms`.
+pub fn base_errors_ms(baud: u32, usb: Usb, ppm: f64, jitter_ms: f64, seed: u64) -> Vec<f64> {
+    let mut rig = Rig::default();
+    rig.base.baud = baud;
+    let mut rng = Rng::new(seed, 0xBA5E, 0);
+    let packet = |number: i64| {
+        let late_ms = rng.between(0.0, jitter_ms + 1e-9);
+        let time_s = 100.0 + number as f64 * 0.1 * (1.0 + ppm * 1e-6) + late_ms * 1e-3;
+        let start_ns = (time_s * 1e9) as i64;
+        let sample = OdometrySample { x_raw: (number % 1000) as u16, ..OdometrySample::default() };
+        let bytes = telegrams::odometry(&sample).expect("a packet");
+        Sent { start_ns, bytes, first_beam_ns: Some(start_ns) }
+    };
+    let sent: Vec<Sent> = (0..600).map(packet).collect();
+    let line = Laser { baud, ..LINE };
+    stamp_errors_ms(rig, Port::Base, &sent, &reads(&sent, &line, usb, seed))
+}
+
+/// Any line; only its rate matters.
+const LINE: Laser = Laser {
+    fov_deg: 180,
+    resolution_cdeg: 100,
+    turns: 1,
+    baud: 9600,
+    mirror: Mirror::TRUE,
+    events: Events::NONE,
+    with_index: false,
+};
+
+fn stamp_errors_ms(rig: Rig, port: Port, sent: &[Sent], reads: &[SerialRead]) -> Vec<f64> {
     let options = EngineOptions { rig, matcher: Method::default(), feed: Feed::Recorded, raw: false };
     let mut engine = Engine::new(&options, Stamps::default(), reads[0].time_ns);
-    for read in &reads {
-        engine.bytes(read.time_ns, Port::Vertical, &read.bytes);
+    for read in reads {
+        engine.bytes(read.time_ns, port, &read.bytes);
         while engine.next_command().is_some() {}
         while engine.next_event().is_some() {}
     }
     let end_ns = reads.last().map_or(0, |read| read.time_ns);
     let (_, Stamps(stamps_ns)) = engine.finish(end_ns);
     let truth: Vec<i64> = sent.iter().filter_map(|sent| sent.first_beam_ns).collect();
-    assert_eq!(stamps_ns.len(), truth.len(), "{laser:?}, {usb:?}, seed {seed}");
+    assert_eq!(stamps_ns.len(), truth.len(), "{port:?}");
     stamps_ns.iter().zip(&truth).map(|(stamp_ns, true_ns)| (stamp_ns - true_ns) as f64 * 1e-6).collect()
 }
