@@ -173,6 +173,15 @@ mod tests {
     }
 
     #[test]
+    fn a_mode_with_remission_of_either_kind_will_do() {
+        let settings = LaserSettings { remission: true, ..CM };
+        for mode in [0x0D, 0x0E] {
+            let (bytes, said) = changed(&[0, 0, 70, 0, 0, mode, 0], settings, false);
+            assert_eq!((bytes[5], said.as_str()), (mode, ""));
+        }
+    }
+
+    #[test]
     fn each_range_has_its_bits_in_both_units() {
         for (ranges, mode) in [([8, 80], 0x00), ([16, 160], 0x04), ([32, 320], 0x06)] {
             for range_max_m in ranges {

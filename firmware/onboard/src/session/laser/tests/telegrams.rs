@@ -97,6 +97,19 @@ fn pairs_are_a_scan_when_their_parts_cover_the_fan_without_a_gap() {
 }
 
 #[test]
+fn a_part_that_does_not_end_where_it_says_is_no_whole_fan() {
+    let scan = Pairs {
+        parts: [(Span { first: 1, last: 300 }, Unit::Cm, 361)].into_iter().collect(),
+        pairs: (0..361).map(|i| (1000 + i, i)).collect(),
+        ..Pairs::default()
+    };
+    let mut bytes = vec![0; scan.encoded_len()];
+    scan.emit(0x80, &mut bytes).expect("it fits");
+    let (session, _, scans) = heard_all(&[bytes]);
+    assert_eq!((scans.len(), session.not_kept()), (0, 1));
+}
+
+#[test]
 fn turns_of_an_interlaced_scan_are_scans_of_their_own() {
     let turns = [(181, 0), (180, 1), (180, 2), (180, 3), (181, 0), (180, 1)];
     let telegrams: Vec<_> =
