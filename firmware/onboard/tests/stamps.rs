@@ -83,6 +83,8 @@ fn usb_delays_and_latency_timers_leave_less_than_a_millisecond_whatever_the_mirr
         Condition { name: "16 ms or 62 bytes, -100 ppm", usb: Usb::Timer, mirror: ppm(-100.0), ..PLAIN },
         Condition { name: "16 ms or 62 bytes, +100 ppm", usb: Usb::Timer, mirror: ppm(100.0), ..PLAIN },
         Condition { name: "16 ms or 62 bytes, +300 ppm", usb: Usb::Timer, mirror: ppm(300.0), ..PLAIN },
+        Condition { name: "whole telegrams, -100 ppm", usb: Usb::Whole, mirror: ppm(-100.0), ..PLAIN },
+        Condition { name: "whole telegrams, +100 ppm", usb: Usb::Whole, mirror: ppm(100.0), ..PLAIN },
         Condition { name: "16 ms ticks, -100 ppm", usb: Usb::Ticks, mirror: ppm(-100.0), ..PLAIN },
         Condition { name: "16 ms ticks, +100 ppm", usb: Usb::Ticks, mirror: ppm(100.0), ..PLAIN },
     ]);

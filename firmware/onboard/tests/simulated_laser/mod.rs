@@ -28,6 +28,8 @@ pub enum Usb {
     Timer,
     /// As `Chance`, and only at multiples of 16 ms.
     Ticks,
+    /// As `Chance`, but a whole telegram in each read.
+    Whole,
     /// The mock's preset `usb-stall`: as `Chance`, and every few seconds nothing for up to 300 ms.
     Stall,
 }
@@ -160,9 +162,10 @@ fn each_byte(sent: &[Sent], laser: &Laser, mut byte: impl FnMut(i64, u8)) {
 fn reads(sent: &[Sent], laser: &Laser, usb: Usb, seed: u64) -> Vec<SerialRead> {
     let mut reads = match usb {
         Usb::Stall => stalled_reads(sent, laser, seed),
-        Usb::Chance | Usb::Ticks | Usb::Timer => {
+        Usb::Chance | Usb::Ticks | Usb::Timer | Usb::Whole => {
             let timer_ms = if usb == Usb::Timer { 16.0 } else { 0.0 };
-            let params = ReadParams { hiccup_share: 0.004, timer_ms, ..ReadParams::default() };
+            let max_bytes = if usb == Usb::Whole { 1_000_000 } else { 32 };
+            let params = ReadParams { hiccup_share: 0.004, timer_ms, max_bytes, ..ReadParams::default() };
             let byte_ns = transfer_ns(1, laser.baud);
             let mut adapter = Adapter::new(params, seed, 1);
             each_byte(sent, laser, |time_ns, byte| adapter.push(byte, time_ns, byte_ns));
