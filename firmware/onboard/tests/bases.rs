@@ -11,6 +11,7 @@ use biplane_mock::base_device::{BaseDevice, BaseParams};
 use biplane_mock::device::Device;
 use biplane_mock::faults::episodes::Episode;
 use biplane_mock::faults::power_cycle::PowerCycle;
+use biplane_mock::faults::{Channel, Preset};
 use biplane_mock::lms_device::feed::Timeline;
 use biplane_mock::rng::Rng;
 use biplane_mock::source::{OdometrySample, OdometrySource};
@@ -22,7 +23,7 @@ const MS: i64 = 1_000_000;
 const S: i64 = 1_000 * MS;
 const END_NS: i64 = 50 * S;
 /// The robot stands before and after this, and between 20 and 28 s.
-const DRIVE_S: (f64, f64) = (2.0, 46.0);
+const DRIVE_S: (f64, f64) = (5.0, 46.0);
 
 /// 1 m/s with gentle turns to both sides; standing while the power is gone.
 fn speeds(time_s: f64) -> (f64, f64) {
@@ -141,12 +142,14 @@ enum Trouble {
     Silence(Episode),
     /// Random bytes come instead of the base's, and none reaches it.
     Garbage(Episode),
+    /// One of the mock's faults of lines, from the start to the end.
+    Preset(Preset),
 }
 
 impl Trouble {
     fn episode(self) -> Option<Episode> {
         match self {
-            Self::None => None,
+            Self::None | Self::Preset(_) => None,
             Self::Reset(episode) | Self::Silence(episode) | Self::Garbage(episode) => Some(episode),
         }
     }
@@ -169,6 +172,8 @@ struct Bench {
     account: Account,
     /// Bytes under way to the device.
     sent: Vec<(i64, Vec<u8>)>,
+    /// What the line makes of the bytes, from the device and to it.
+    lines: [Channel; 2],
     noise_ns: i64,
 }
 
@@ -186,6 +191,10 @@ impl Bench {
             rng: Rng::new(seed, 0xBA5E, 0),
             account: Account::default(),
             sent: Vec::new(),
+            lines: [0, 1].map(|stream| match trouble {
+                Trouble::Preset(preset) => Channel::new(&[preset], seed, stream),
+                _ => Channel::default(),
+            }),
             noise_ns: 0,
         }
     }
@@ -229,13 +238,17 @@ impl Bench {
         let mut now_ns = 0;
         while now_ns < END_NS {
             let due = self.sent.extract_if(.., |(at_ns, _)| *at_ns <= now_ns).collect::<Vec<_>>();
-            for (_, bytes) in due {
-                if !self.cut(now_ns) {
-                    self.device.handle(now_ns, &bytes);
-                }
+            due.into_iter().for_each(|(_, bytes)| self.lines[1].push(now_ns, &bytes));
+            let mut commands = Vec::new();
+            self.lines[1].take(now_ns, &mut commands);
+            if !self.cut(now_ns) && !commands.is_empty() {
+                self.device.handle(now_ns, &commands);
             }
+            let mut left = Vec::new();
+            let device_ns = self.device.poll(now_ns, &mut left);
+            self.lines[0].push(now_ns, &left);
             let mut out = Vec::new();
-            let device_ns = self.device.poll(now_ns, &mut out);
+            self.lines[0].take(now_ns, &mut out);
             if self.cut(now_ns) {
                 out.clear();
                 if matches!(self.trouble, Trouble::Garbage(_)) && now_ns >= self.noise_ns {
@@ -251,7 +264,8 @@ impl Bench {
             }
             let wait_ns = self.drain(now_ns);
             let sent_ns = self.sent.iter().map(|(at_ns, _)| *at_ns).min().unwrap_or(i64::MAX);
-            let next_ns = device_ns.min(wait_ns).min(sent_ns).min(now_ns + 5 * MS);
+            let line_ns = self.lines.iter().filter_map(Channel::next_due_ns).min().unwrap_or(i64::MAX);
+            let next_ns = device_ns.min(wait_ns).min(sent_ns).min(line_ns).min(now_ns + 5 * MS);
             now_ns = next_ns.max(now_ns + 50_000);
         }
         self.account
@@ -339,6 +353,26 @@ fn garbage_on_the_line_is_told_and_moves_nothing() {
                 (bx - ax).hypot(by - ay)
             });
             assert!(furthest_m.fold(0.0, f64::max) < 4.5, "{name} seed {seed}");
+        }
+    }
+}
+
+/// `BIPLANE_SEEDS` says how many drives; ten without it.
+#[test]
+fn faults_of_the_line_cost_reports_and_no_way() {
+    let seeds = std::env::var("BIPLANE_SEEDS").ok().and_then(|text| text.parse().ok()).unwrap_or(10);
+    for (name, settings) in ALL {
+        for (preset, least) in
+            [(Preset::BitNoise, 0.95), (Preset::LooseConnector, 0.6), (Preset::UsbStall, 0.6)]
+        {
+            let whole = if name == "roboclaw" { 2500.0 } else { 490.0 };
+            for seed in 0..seeds {
+                let account = check(name, settings, Trouble::Preset(preset), seed, (0.03, 0.004));
+                let kept = account.poses.len() as f64 / whole;
+                assert!(kept >= least, "{name} {preset:?} seed {seed}: {kept:.2} of the reports");
+                let restarts = account.events.iter().filter(|(_, event)| *event == Event::OdometryRestarted);
+                assert_eq!(restarts.count(), 0, "{name} {preset:?} seed {seed}");
+            }
         }
     }
 }

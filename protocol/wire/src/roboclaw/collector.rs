@@ -16,6 +16,8 @@ pub struct Heard<'a> {
     pub offset: u64,
     /// Its bytes.
     pub length: usize,
+    /// Bytes that came with it behind its end: more than was asked for, so that it may be the answer to an earlier question.
+    pub surplus: usize,
     /// What it says.
     pub answer: Answer<'a>,
 }
@@ -82,7 +84,7 @@ impl Collector {
             self.counts.bad_checksums += 1;
             self.counts.skipped_bytes += length as u64;
         }
-        Some(answer.map(|answer| Heard { offset, length, answer }))
+        Some(answer.map(|answer| Heard { offset, length, surplus: rest.len(), answer }))
     }
 
     /// Bytes kept of an answer that is not complete.

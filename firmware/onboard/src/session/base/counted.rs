@@ -10,6 +10,9 @@ use biplane_matcher::Pose2;
 const MAX_SPEED_M_S: f64 = 3.0;
 /// Turns faster than any of these bases, radians per second.
 const MAX_TURN_RAD_S: f64 = 7.0;
+/// Readings that an adapter held back come all at once: for about so long the time in which none came counts for those that follow,
+/// seconds.
+const HELD_BACK_S: f64 = 0.3;
 /// A step of this size is motion at any speed: readings jitter in time.
 const SLACK_M: f64 = 0.05;
 /// The same for turns.
@@ -39,10 +42,30 @@ impl Motion {
         Pose2::new(chord_m * half.cos(), chord_m * half.sin(), self.turn_rad)
     }
 
-    fn is_possible_in(self, gap_ns: i64) -> bool {
+    /// What a base can have made in this time at most.
+    fn most_in(gap_ns: i64) -> Self {
         let gap_s = gap_ns.max(0) as f64 * 1e-9;
-        self.way_m.abs() <= SLACK_M + MAX_SPEED_M_S * gap_s
-            && self.turn_rad.abs() <= SLACK_RAD + MAX_TURN_RAD_S * gap_s
+        Self { way_m: MAX_SPEED_M_S * gap_s, turn_rad: MAX_TURN_RAD_S * gap_s }
+    }
+
+    fn plus(self, other: Self) -> Self {
+        Self { way_m: self.way_m + other.way_m, turn_rad: self.turn_rad + other.turn_rad }
+    }
+
+    fn is_within(self, most: Self) -> bool {
+        self.way_m.abs() <= SLACK_M + most.way_m && self.turn_rad.abs() <= SLACK_RAD + most.turn_rad
+    }
+
+    /// What is left of this after some time.
+    fn faded(self, gap_ns: i64) -> Self {
+        let kept = (-(gap_ns.max(0) as f64) * 1e-9 / HELD_BACK_S).exp();
+        Self { way_m: self.way_m * kept, turn_rad: self.turn_rad * kept }
+    }
+
+    /// What a step leaves of it.
+    fn less(self, step: Self) -> Self {
+        let left = |most: f64, made: f64| (most - made.abs()).max(0.0);
+        Self { way_m: left(self.way_m, step.way_m), turn_rad: left(self.turn_rad, step.turn_rad) }
     }
 
     fn is_near_zero(self) -> bool {
@@ -73,6 +96,8 @@ pub(super) enum Step {
 pub(super) struct CountedPose {
     last: Option<Reading>,
     doubtful: Option<Reading>,
+    /// Motion that was possible before and not made.
+    spare: Motion,
     odom_from_base: Pose2,
 }
 
@@ -94,14 +119,19 @@ impl CountedPose {
             && !motion(last.counts).is_near_zero();
         if starts_again {
             self.last = Some(now);
+            self.spare = Motion::default();
             return Step::Restarted(self.odom_from_base);
         }
-        if step.is_possible_in(gap_ns) {
+        // The time of a gap counts in full for what comes at once behind it, and less and less later.
+        let most = self.spare.faded(gap_ns).plus(Motion::most_in(gap_ns));
+        if step.is_within(most) {
+            self.spare = most.less(step);
             self.go(now, step);
             return Step::At(self.odom_from_base);
         }
         match doubtful.map(since) {
-            Some((step, gap_ns)) if step.is_possible_in(gap_ns) => {
+            Some((step, gap_ns)) if step.is_within(Motion::most_in(gap_ns)) => {
+                self.spare = Motion::default();
                 self.go(now, step);
                 Step::Restarted(self.odom_from_base)
             }
@@ -174,6 +204,19 @@ mod tests {
         assert_eq!(take(&mut pose, 60, [-90_000, 0]), Step::Doubtful);
         let Step::Restarted(at) = take(&mut pose, 80, [-89_990, 0]) else { panic!("a restart") };
         assert!((at.x_m - 0.02).abs() < 1e-12);
+    }
+
+    #[test]
+    fn readings_that_were_held_back_and_come_all_at_once_are_motion() {
+        let mut pose = CountedPose::default();
+        take(&mut pose, 0, [5000, 0]);
+        // Twelve readings of 0.1 m each, 1.2 s late; then one that 20 ms do not explain.
+        for k in 1..=12 {
+            assert!(matches!(take(&mut pose, 1200, [5000 + 100 * k, 0]), Step::At(_)), "{k}");
+        }
+        assert!((pose.odom_from_base.x_m - 1.2).abs() < 1e-12);
+        take(&mut pose, 2200, [6300, 0]);
+        assert_eq!(take(&mut pose, 3200, [16_000, 0]), Step::Doubtful);
     }
 
     #[test]

@@ -44,6 +44,19 @@ pub(super) enum Stage {
     Done,
 }
 
+/// Whether an answer that comes now can be that to the question asked last. It says nothing of when it was asked for: behind an adapter
+/// that held everything back, old counts would be taken for new ones. So after one that did not come in time counts are not asked for
+/// before another question was answered and nothing came behind the answer.
+#[derive(Copy, Clone, PartialEq, Eq, Debug)]
+enum Pace {
+    /// Every question was answered.
+    InStep,
+    /// One was not.
+    Lost,
+    /// Another one was; the line must be quiet now.
+    Settling,
+}
+
 /// Everything but the collector, so that an answer can be lent to it.
 #[derive(Debug)]
 pub(super) struct Machine {
@@ -62,9 +75,7 @@ pub(super) struct Machine {
     ask_ns: i64,
     /// Until when at most a line that is not quiet is waited for.
     quiet_limit_ns: Option<i64>,
-    /// Counts that were asked for may still come, too late. An answer says nothing of when it was asked for, but it is none to
-    /// another question: such a one is asked next.
-    out_of_step: bool,
+    pace: Pace,
     next_counts_ns: i64,
     next_state_ns: i64,
     battery_next: bool,
@@ -92,7 +103,7 @@ impl Machine {
             open: None,
             ask_ns: now_ns,
             quiet_limit_ns: None,
-            out_of_step: false,
+            pace: Pace::InStep,
             next_counts_ns: now_ns,
             next_state_ns: now_ns,
             battery_next: true,
@@ -154,7 +165,7 @@ impl Machine {
         match self.stage {
             Stage::Identifying { .. } => Some(Question::Firmware),
             Stage::AskingStatus { .. } => Some(Question::Status(self.width)),
-            Stage::Running if self.out_of_step => Some(Question::MainBattery),
+            Stage::Running if self.pace == Pace::Lost => Some(Question::MainBattery),
             // Once a second, and first: behind a slow adapter counts are always due.
             Stage::Running if self.now_ns >= self.next_state_ns => Some(match self.battery_next {
                 true => Question::MainBattery,
@@ -175,6 +186,9 @@ impl Machine {
         }
         self.was_asked(request.question);
         self.quiet_limit_ns = None;
+        if self.pace == Pace::Settling {
+            self.pace = Pace::InStep;
+        }
         match request.question {
             Question::Encoders => {
                 // What was missed is not caught up.
@@ -198,6 +212,9 @@ impl Machine {
     /// Bytes have come; between questions they are the rest of something that failed.
     pub(super) fn heard_bytes(&mut self) {
         self.last_byte_ns = self.now_ns;
+        if self.open.is_none() && self.pace == Pace::Settling {
+            self.pace = Pace::Lost;
+        }
         if let Some(limit_ns) = self.quiet_limit_ns {
             self.ask_ns = (self.now_ns + QUIET_NS).min(limit_ns);
         }
@@ -208,7 +225,7 @@ impl Machine {
         let question = self.open.take().map(|(question, _)| question);
         self.ask_ns = self.now_ns + QUIET_NS;
         self.quiet_limit_ns = Some(self.now_ns + LONGEST_QUIET_NS);
-        self.out_of_step = question == Some(Question::Encoders);
+        self.pace = Pace::Lost;
         if let Some(Question::Status(width)) = question {
             self.other_width(width, held);
         }
@@ -247,9 +264,17 @@ impl Machine {
 
     /// A good answer to the open question.
     pub(super) fn answered(&mut self, heard: Heard<'_>) {
+        if heard.surplus > 0 {
+            self.unanswered(0);
+            return;
+        }
         self.open = None;
         self.ask_ns = self.now_ns;
-        self.out_of_step = false;
+        if self.pace == Pace::Lost {
+            self.pace = Pace::Settling;
+            self.ask_ns = self.now_ns + QUIET_NS;
+            self.quiet_limit_ns = Some(self.now_ns + LONGEST_QUIET_NS);
+        }
         match heard.answer {
             Answer::Firmware(text) => self.identified(text),
             Answer::Encoders { m1_counts, m2_counts } => self.counted(heard, [m1_counts, m2_counts]),

@@ -84,7 +84,7 @@ fn a_damaged_answer_is_asked_for_again_when_the_line_is_quiet() {
     let good = counts(1500, 1500);
     let bad = good.replacen("05", "04", 1);
     let script = format!(
-        "{}\n30 > {ENCODERS}\n36 < {bad}\n51 > {BATTERY}\n54 < {VOLTS_12_3}\n54 > {ENCODERS}\n57 < {good}\n57 * 0.100 0.000 0.0000\n58 end",
+        "{}\n30 > {ENCODERS}\n36 < {bad}\n51 > {BATTERY}\n54 < {VOLTS_12_3}\n69 > {ENCODERS}\n75 < {good}\n75 * 0.100 0.000 0.0000\n75 > {ENCODERS}\n76 end",
         found(500, 500)
     );
     check(&mut BaseSession::streaming(SETTINGS, 0), &script);
@@ -93,7 +93,8 @@ fn a_damaged_answer_is_asked_for_again_when_the_line_is_quiet() {
 #[test]
 fn an_answer_that_comes_too_late_is_not_taken_for_the_next_one() {
     let script = format!(
-        "{}\n30 > {ENCODERS}\n108 > {BATTERY}\n110 < {}\n125 > {ENCODERS}\n131 < {}\n131 * 0.100 0.000 0.0000\n132 end",
+        "{}\n30 > {ENCODERS}\n108 > {BATTERY}\n110 < {}\n125 > {BATTERY}\n128 < {VOLTS_12_3}\n143 > {ENCODERS}\n149 < {}\n\
+         149 * 0.100 0.000 0.0000\n150 end",
         found(500, 500),
         counts(600, 600),
         counts(1500, 1500),
@@ -120,18 +121,18 @@ fn a_controller_that_was_switched_off_and_on_goes_on_where_it_was() {
         found(500, 500),
         format!("36 < {}", counts(1400, 1400)),
         format!("1000 < {VERSION}"),
-        format!("1010 < {}", counts(2, 1)),
-        format!("1030 < {}", counts(102, 101)),
-        "1031 end".to_owned(),
+        format!("1020 < {}", counts(2, 1)),
+        format!("1040 < {}", counts(102, 101)),
+        "1041 end".to_owned(),
     ];
     let lines: Vec<String> = lines.join("\n").lines().map(str::to_owned).collect();
     let mut session = BaseSession::streaming(SETTINGS, 0);
     let transcript = play(&mut session, &lines);
     let odometry: Vec<&String> = transcript.iter().filter(|line| line.contains('*')).collect();
-    let poses = ["20 * 0.000", "36 * 0.090", "1010 * 0.090", "1030 * 0.100"];
+    let poses = ["20 * 0.000", "36 * 0.090", "1020 * 0.090", "1040 * 0.100"];
     assert_eq!(odometry.len(), poses.len(), "{transcript:#?}");
     assert!(odometry.iter().zip(poses).all(|(line, pose)| line.starts_with(pose)), "{transcript:#?}");
-    assert!(transcript.contains(&"1010 ! counts its odometry from zero again".to_owned()), "{transcript:#?}");
+    assert!(transcript.contains(&"1020 ! counts its odometry from zero again".to_owned()), "{transcript:#?}");
 }
 
 #[test]
