@@ -212,8 +212,9 @@ impl CycleClock {
             return Some(cycles);
         }
         let expected = state.habit.expected(departure);
-        let late_ns =
-            |cycles: i64| departure.time_ns.saturating_sub(state.envelope.at_ns(state.cycle + cycles));
+        let late_ns = |cycles: i64| {
+            departure.time_ns.saturating_sub(state.envelope.at_ns(state.cycle.saturating_add(cycles)))
+        };
         let expected_late_ns = late_ns(expected);
         let is_near = |late_ns: i64| (-self.params.early_ns..=self.params.near_ns).contains(&late_ns);
         if is_near(expected_late_ns) {
@@ -222,7 +223,7 @@ impl CycleClock {
         let fitting = |unit: i64| {
             let unit_ns = state.envelope.period_ns() * unit as f64;
             let units = (elapsed_ns.saturating_add(self.params.early_ns) as f64 / unit_ns).floor();
-            units as i64 * unit
+            (units as i64).saturating_mul(unit)
         };
         let (whole, any) = (fitting(departure.unit.max(1)), fitting(1));
         let is_skip = departure.pace == Pace::Spread
@@ -249,7 +250,8 @@ impl CycleClock {
         let apart = i64::from(now.wrapping_sub(before));
         let over_ns = elapsed_ns.saturating_add(self.cycle_ns).saturating_sub(apart * self.cycle_ns);
         let cycles = apart + INDEX_CYCLES * (over_ns / (INDEX_CYCLES * self.cycle_ns)).max(0);
-        let late_ns = departure.time_ns.saturating_sub(state.envelope.at_ns(state.cycle + cycles));
+        let late_ns =
+            departure.time_ns.saturating_sub(state.envelope.at_ns(state.cycle.saturating_add(cycles)));
         let is_possible = late_ns > -self.cycle_ns / 2 && (late_ns < self.cycle_ns || !departure.is_paced());
         if cycles < 1 || !is_possible {
             state.index_doubts += 1;

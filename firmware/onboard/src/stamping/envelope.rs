@@ -99,7 +99,8 @@ impl Envelope {
     #[must_use]
     pub fn at_ns(&self, event: i64) -> i64 {
         let slope = self.rate + self.rise;
-        let carried = |reading: &Reading| reading.late_ns + slope * (event - reading.event) as f64;
+        let carried =
+            |reading: &Reading| reading.late_ns + slope * event.saturating_sub(reading.event) as f64;
         let oldest = self.current.event.saturating_sub(self.params.phase_ns / self.period_ns);
         let recent = self.blocks.iter().rev().take_while(|reading| reading.event >= oldest);
         let late_ns = recent.map(carried).fold(carried(&self.current), f64::min);
@@ -127,7 +128,9 @@ impl Envelope {
             return;
         }
         self.block_readings += 1;
-        if reading.late_ns <= self.current.late_ns + self.rate * (event - self.current.event) as f64 {
+        if reading.late_ns
+            <= self.current.late_ns + self.rate * event.saturating_sub(self.current.event) as f64
+        {
             self.current = reading;
         }
     }

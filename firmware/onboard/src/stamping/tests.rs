@@ -394,3 +394,32 @@ fn the_envelope_learns_the_rate_and_keeps_the_phase() {
         );
     }
 }
+
+#[test]
+fn whatever_the_times_nothing_panics_and_no_stamp_is_later_than_its_departure() {
+    let mut random = Random(77);
+    for round in 0..200 {
+        let (mut clock, mut arrivals) = (turn_clock(), Arrivals::default());
+        let mut offset = 0;
+        for _ in 0..200 {
+            // Mostly a stream, now and then a time from anywhere that the engine lets through.
+            let wild = random.unit() < 0.05;
+            let span = if wild { i64::MAX as f64 / 2.0 } else { 1e9 * f64::from(round) };
+            let time_ns = ((random.unit() * 2.0 - 1.0) * span) as i64;
+            let length = 1 + (random.unit() * 900.0) as usize;
+            offset += (random.unit() * 900.0) as u64;
+            arrivals.push(offset + length as u64, time_ns);
+            let telegram = Extent { spacing_ns: i64::MAX / 4, ..extent(offset, length, 1_041_666) };
+            let Some(bound) = arrivals.departure(&telegram) else { continue };
+            let smooth_ns = clock.smooth(&Departure {
+                time_ns: bound.time_ns,
+                pace: [Pace::AtOnce, Pace::Spread, Pace::Line][(random.unit() * 3.0) as usize],
+                unit: 1 << (random.unit() * 3.0) as u32,
+                least_cycles: if wild { i64::MAX } else { 8 },
+                is_next: random.unit() < 0.8,
+                index: (random.unit() < 0.5).then_some((random.unit() * 256.0) as u8),
+            });
+            assert!(smooth_ns <= bound.time_ns);
+        }
+    }
+}
