@@ -13,6 +13,13 @@ const MAX_SPEED_M_S: f64 = 3.0;
 /// A jump of this size is motion at any speed, metres: stamps jitter.
 const MAX_STEP_M: f64 = 0.3;
 
+/// A base that has just been switched on has come no further than this, metres and radians.
+const NEAR_ZERO: (f64, f64) = (0.01, 0.05);
+
+fn is_near_zero(pose: Pose2) -> bool {
+    pose.x_m.hypot(pose.y_m) <= NEAR_ZERO.0 && wrap_angle(pose.theta_rad).abs() <= NEAR_ZERO.1
+}
+
 /// Unwraps the base's position and continues it when the base starts to count anew.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Odometer {
@@ -50,8 +57,9 @@ impl Odometer {
             Some(last) => {
                 let step_m = [metres(last.x_raw, sip.x_raw), metres(last.y_raw, sip.y_raw)];
                 let gap_s = (now_ns - last.time_ns).max(0) as f64 * 1e-9;
+                let now = Pose2::new(metres(0, sip.x_raw), metres(0, sip.y_raw), heading_rad);
                 let counts_from_zero =
-                    self.session_restarted && (sip.x_raw, sip.y_raw, sip.theta_raw) == (0, 0, 0);
+                    self.session_restarted && is_near_zero(now) && !is_near_zero(self.raw_from_base);
                 restarted =
                     counts_from_zero || step_m[0].hypot(step_m[1]) > MAX_STEP_M + MAX_SPEED_M_S * gap_s;
                 self.raw_from_base = if restarted {
@@ -68,5 +76,34 @@ impl Odometer {
         self.session_restarted = false;
         self.last = Some(reported);
         (self.odom_from_raw * self.raw_from_base, restarted)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const S: i64 = 1_000_000_000;
+
+    fn sip(x_raw: u16, theta_raw: i16) -> Sip {
+        Sip { x_raw, theta_raw, ..Sip::default() }
+    }
+
+    fn after_a_silence(before: &Sip, after: &Sip) -> (Pose2, bool) {
+        let mut odometer = Odometer::default();
+        odometer.pose(0, before, Parameters::default());
+        odometer.session_restarts();
+        odometer.pose(3 * S, after, Parameters::default())
+    }
+
+    #[test]
+    fn a_base_near_its_zero_after_a_silence_was_switched_on_unless_it_was_there_before() {
+        // Half a metre back in 3 s could have been driven; to within a centimetre of zero it was not.
+        let (pose, restarted) = after_a_silence(&sip(500, 1024), &sip(3, -2));
+        assert!(restarted && (pose.x_m - 0.5).abs() < 1e-9, "{pose:?}");
+        let (pose, restarted) = after_a_silence(&sip(500, 1024), &sip(100, 1024));
+        assert!(!restarted && (pose.x_m - 0.1).abs() < 1e-9, "{pose:?}");
+        let (pose, restarted) = after_a_silence(&sip(4, 0), &sip(0, 0));
+        assert!(!restarted && pose.x_m.abs() < 1e-9, "{pose:?}");
     }
 }
