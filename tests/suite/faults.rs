@@ -48,7 +48,7 @@ fn conclude(rows: &str, wrong: &[String]) {
 fn check_at(fault: Fault, ports: &[Port]) {
     let mut wrong = Vec::new();
     let mut table = rows(fault, ports, &rig_at(38_400), seeds(2), &mut wrong);
-    table += &rows(fault, &LASERS, &rig_at(500_000), seeds(2).div_ceil(5), &mut wrong);
+    table += &rows(fault, &LASERS, &rig_at(500_000), seeds(2).div_ceil(10), &mut wrong);
     conclude(&table, &wrong);
 }
 
@@ -59,7 +59,7 @@ fn check(fault: Fault) {
     let mut table = String::new();
     for base in [roboclaw_base(), rflex_base()] {
         let rig = Rig { base, ..rig_at(38_400) };
-        table += &rows(fault, &[Port::Base], &rig, seeds(2).div_ceil(2), &mut wrong);
+        table += &rows(fault, &[Port::Base], &rig, seeds(2).div_ceil(4), &mut wrong);
     }
     conclude(&table, &wrong);
     check_at(fault, &Port::ALL);
