@@ -100,7 +100,7 @@ fn recorded(session: &mut LaserSession, now_ns: &mut i64, bytes: &[u8]) -> Vec<V
 
 #[test]
 fn single_flips_are_always_seen_and_the_rate_of_what_is_not_is_that_of_a_weak_16_bit_sum() {
-    let telegrams = 400 * seeds(10);
+    let telegrams = 400 * seeds(10, 1).count() as u64;
     println!("| damage | telegrams | recorded though damaged | share |\n|---|---|---|---|");
     for (name, damage) in DAMAGES {
         let mut rng = Rng::new(1, 0xC4EC, 0);

@@ -18,6 +18,8 @@ pub mod usb;
 pub mod witness;
 pub mod world;
 
+use std::ops::RangeInclusive;
+
 use biplane_matcher::Method;
 use biplane_onboard::engine::{Command, Engine, EngineOptions, Feed};
 use biplane_onboard::session::Event;
@@ -32,10 +34,16 @@ pub const MS: i64 = 1_000_000;
 /// Nanoseconds of a second.
 pub const S: i64 = 1_000_000_000;
 
-/// How many seeds a test runs: a few, so that it is quick; `BIPLANE_SEEDS` asks for more (`.ci/run faults`).
+/// The seeds that a test runs: a few, so that it is quick. `BIPLANE_SEEDS` asks for so many (`.ci/run faults`), divided by `share` where
+/// a seed costs more; `BIPLANE_SEED` for one alone, to look at.
 #[must_use]
-pub fn seeds(few: u64) -> u64 {
-    std::env::var("BIPLANE_SEEDS").ok().and_then(|seeds| seeds.parse().ok()).unwrap_or(few)
+pub fn seeds(few: u64, share: u64) -> RangeInclusive<u64> {
+    let number = |name| std::env::var(name).ok().and_then(|text: String| text.parse::<u64>().ok());
+    match (number("BIPLANE_SEED"), number("BIPLANE_SEEDS")) {
+        (Some(seed), _) => seed..=seed,
+        (None, Some(many)) => 1..=many.div_ceil(share),
+        (None, None) => 1..=few,
+    }
 }
 
 /// Steps at one and the same time after which the loop is taken to hang.
