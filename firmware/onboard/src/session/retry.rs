@@ -98,6 +98,14 @@ impl Question {
         }
     }
 
+    /// What looked like an acknowledge was none: the attempt under way ends when it would have ended without it.
+    pub fn doubt(&mut self, now_ns: i64) {
+        if self.is_acknowledged {
+            self.is_acknowledged = false;
+            self.deadline_ns = self.unacknowledged_deadline_ns().max(now_ns);
+        }
+    }
+
     /// Whether the device has said so since it was asked last.
     #[must_use]
     pub fn is_acknowledged(&self) -> bool {

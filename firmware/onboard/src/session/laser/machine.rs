@@ -81,6 +81,8 @@ pub(super) struct Machine {
     pub(super) last_sign_ns: i64,
     /// When bytes came after a pause.
     pub(super) resumed_ns: i64,
+    /// Since when a line that fell silent is listened to: not while its port was gone.
+    pub(super) heard_since_ns: i64,
     /// Telegrams with a wrong checksum so far.
     pub(super) bad_checksums: u64,
     /// Bytes since the last question that belong to no telegram.
@@ -134,6 +136,7 @@ impl Machine {
             last_frame_ns: now_ns,
             last_sign_ns: now_ns,
             resumed_ns: now_ns,
+            heard_since_ns: now_ns,
             bad_checksums: 0,
             noise_bytes: 0,
             wake_ns: None,
@@ -206,6 +209,15 @@ impl Machine {
         }
     }
 
+    /// An acknowledge is followed by nothing but a telegram: with anything else behind it, it was a byte of noise, at a rate that is not
+    /// the device's.
+    fn skipped(&mut self, count: usize) {
+        self.noise_bytes = self.noise_bytes.saturating_add(count);
+        if let (State::FindRate { .. }, Some((question, ..))) = (self.state, &mut self.question) {
+            question.doubt(self.now_ns);
+        }
+    }
+
     pub(super) fn item(&mut self, item: Item<'_>) {
         match item {
             Item::Frame { offset, bytes } => self.frame(offset, bytes),
@@ -220,7 +232,7 @@ impl Machine {
                 }
             }
             Item::Control { .. } => {}
-            Item::Skipped { count, .. } => self.noise_bytes = self.noise_bytes.saturating_add(count),
+            Item::Skipped { count, .. } => self.skipped(count),
         }
     }
 

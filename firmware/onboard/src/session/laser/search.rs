@@ -114,9 +114,11 @@ impl Machine {
         if silence_ns >= PAUSE_NS {
             self.resumed_ns = self.now_ns;
         }
+        // What was not listened to was not silent: a port that was gone and is back.
+        let heard_ns = self.now_ns.saturating_sub(self.heard_since_ns);
         if matches!(self.state, State::FindRate { .. })
             && self.baud != POWER_ON_RATE
-            && silence_ns >= SILENT_NS
+            && silence_ns.min(heard_ns) >= SILENT_NS
         {
             self.wake_ns = Some(self.now_ns.saturating_add(MESSAGE_NS));
         }

@@ -211,6 +211,9 @@ impl Machine {
         } else {
             Event::Garbled { for_ms: for_ms(self.last_frame_ns) }
         };
+        // Looked at late: nobody listened meanwhile, because the port was gone.
+        let was_deaf = self.now_ns > self.silence_deadline_ns().saturating_add(RECENT_NS);
+        self.heard_since_ns = if was_deaf { self.now_ns } else { self.last_byte_ns };
         self.say(event);
         self.refused_rate = false;
         self.restart_search();
