@@ -115,6 +115,7 @@ fn of_recorder(health: &Health) -> DiagnosticStatus {
     };
     let values = vec![
         value("dropped", &health.dropped),
+        value("untold", &health.untold),
         value("backward_stamps", &health.backward_stamps),
         value("clock_steps", &health.clock_steps),
     ];

@@ -76,8 +76,10 @@ pub struct Health {
     pub base: LineHealth,
     /// The matcher.
     pub matcher: MatcherHealth,
-    /// Messages that could not be recorded so far.
+    /// Reads, messages, requests to devices and states that a full queue has dropped so far.
     pub dropped: u64,
+    /// Events and states that the log and the status were not told so far, because whoever reads them does not keep up.
+    pub untold: u64,
     /// Stamps that stepped back so far.
     pub backward_stamps: u64,
     /// Times that the clock of the input went back, so far.

@@ -156,7 +156,13 @@ fn serve(session: &mut dyn Session, port: &Tty) -> io::Result<bool> {
     loop {
         match session.poll() {
             Output::Write(bytes) => port.write_all(&bytes)?,
-            Output::SetBaud(baud) => port.set_baud(baud)?,
+            Output::SetBaud(baud) => match port.set_baud(baud) {
+                Err(error) if error.kind() == io::ErrorKind::Unsupported => {
+                    session.handle(biplane_clock::monotonic_ns(), Input::RateRefused(baud));
+                }
+                result => result?,
+            },
+            Output::Event(event @ Event::RateRefused { .. }) => tracing::warn!("{event}"),
             Output::Event(Event::NotFound { rounds }) if rounds >= ROUNDS => return Ok(false),
             Output::Event(_) | Output::Scan(_) | Output::Odometry(_) => {}
             Output::WaitUntil(_) => return Ok(true),

@@ -125,7 +125,7 @@ pub fn record_with(options: &RecordOptions, controls: Controls<'_>) -> Result<Ru
     let (telling, voice, told) = Telling::start(audience)?;
     let has_priority = options.realtime && realtime::is_allowed();
     let lines = Lines::start(opened, clock, has_priority)?;
-    let (sink, source) = queue::queue(Arc::clone(lines.dropped()), told);
+    let (sink, source) = queue::queue(Arc::clone(lines.dropped()), (told, Arc::clone(voice.untold())));
     let writing = Writing::start(writer, source, folder, options.stop_free_bytes, clock)?;
     let engine = engine(options, sink, start_ns);
     if options.realtime {

@@ -75,6 +75,8 @@ pub struct RunReport {
     pub scans_without_laser: u64,
     /// Of these, what a full queue dropped.
     pub dropped: u64,
+    /// What the log and the status were not told, because whoever reads them did not keep up: no loss of the recording.
+    pub untold: u64,
 }
 
 impl RunReport {

@@ -14,6 +14,11 @@ pub trait Sink {
 
     /// Messages that could not be taken so far.
     fn dropped(&self) -> u64;
+
+    /// What could be recorded, and not be told, so far.
+    fn untold(&self) -> u64 {
+        0
+    }
 }
 
 /// Writes each message at once. The first error is kept; nothing is written after it.

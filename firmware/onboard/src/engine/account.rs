@@ -48,10 +48,23 @@ impl<S: Sink> Engine<S> {
                 .unwrap_or_default(),
             base: self.faults.told(Port::Base, with_decoded(base, &decoded[2])),
             matcher,
-            dropped: self.publisher.sink().dropped(),
+            dropped: self.dropped(),
+            untold: self.untold(),
             backward_stamps: self.backward_stamps(),
             clock_steps: self.time_line.steps(),
         }
+    }
+
+    /// What any full queue has dropped on the way from the reads to the file, or to the devices.
+    fn dropped(&mut self) -> u64 {
+        let vertical = self.vertical.as_ref().map_or(0, |vertical| vertical.line.session.overflowed());
+        let sessions = self.horizontal.line.session.overflowed() + vertical + self.base.session.overflowed();
+        self.publisher.sink().dropped() + self.commands_dropped + sessions
+    }
+
+    /// What was not said because nobody took it in time.
+    fn untold(&mut self) -> u64 {
+        self.publisher.sink().untold() + self.untold
     }
 
     /// Of scans; the odometry of an import often has the stamps of its scans.
@@ -74,7 +87,8 @@ impl<S: Sink> Engine<S> {
             scans_horizontal: self.decoded[0].measurements,
             scans_vertical: self.decoded[1].measurements,
             odometry: self.decoded[2].measurements,
-            dropped: self.publisher.sink().dropped(),
+            dropped: self.dropped(),
+            untold: self.untold(),
             reads_without_laser: self.unknown_reads,
             scans_without_laser: self.unknown_scans,
             ..RunReport::default()

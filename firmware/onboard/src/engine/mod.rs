@@ -16,6 +16,7 @@ mod faults;
 mod flow;
 mod line;
 mod localise;
+mod port;
 mod poses;
 mod scan_data;
 #[cfg(test)]
@@ -104,6 +105,10 @@ pub struct Engine<S> {
     unknown_scans: u64,
     commands: heapless::Deque<(Port, Command), QUEUE_CAPACITY>,
     events: heapless::Deque<(Port, Event), QUEUE_CAPACITY>,
+    /// Commands that nobody fetched in time.
+    commands_dropped: u64,
+    /// The same of events.
+    untold: u64,
     time_line: TimeLine,
     first_ns: i64,
     now_ns: i64,
@@ -151,6 +156,8 @@ impl<S: Sink> Engine<S> {
             unknown_scans: 0,
             commands: heapless::Deque::new(),
             events: heapless::Deque::new(),
+            commands_dropped: 0,
+            untold: 0,
             time_line: TimeLine::new(now_ns),
             first_ns: now_ns,
             now_ns,
@@ -218,21 +225,6 @@ impl<S: Sink> Engine<S> {
         let others_ns = [self.localiser.deadline_ns(), self.health_ns, self.waiting_verticals.deadline_ns()];
         let lines_ns = Port::ALL.into_iter().map(|port| self.line_wait_ns(port));
         lines_ns.chain(others_ns).min().unwrap_or(i64::MAX)
-    }
-
-    /// The port of a line has gone. Its session stands still until [`Engine::port_back`]: nobody would hear it.
-    pub fn port_lost(&mut self, now_ns: i64, port: Port) {
-        self.begin(now_ns);
-        self.event(port, Event::PortLost);
-    }
-
-    /// The port of a line is there again, at the rate that was set last. Its session finds out by itself whether the device still
-    /// streams.
-    pub fn port_back(&mut self, now_ns: i64, port: Port) {
-        let now_ns = self.begin(now_ns);
-        self.event(port, Event::PortBack);
-        self.input(now_ns, port, Input::Time);
-        self.settle(now_ns);
     }
 
     /// Leaves the devices idle; [`Engine::is_stopped`] tells when they are.
@@ -371,8 +363,7 @@ impl<S: Sink> Engine<S> {
         if let (true, Command::Write(bytes)) = (self.raw, &command) {
             self.publisher.serial(now_ns, port, Direction::Tx, bytes);
         }
-        // A driver that does not fetch commands (a replay) has no line to apply them to.
-        let _ = self.commands.push_back((port, command));
+        self.commands_dropped += u64::from(self.commands.push_back((port, command)).is_err());
     }
 
     fn event(&mut self, port: Port, event: Event) {
@@ -386,7 +377,7 @@ impl<S: Sink> Engine<S> {
             Port::Base => self.base.note(&event),
         }
         if self.faults.note(port, &event) {
-            let _ = self.events.push_back((port, event));
+            self.untold += u64::from(self.events.push_back((port, event)).is_err());
         }
     }
 }

@@ -305,3 +305,22 @@ fn random_bytes_at_random_times_never_panic() {
         }
     }
 }
+
+#[test]
+fn commands_that_nobody_fetches_are_counted_as_dropped_and_events_as_untold() {
+    let options = EngineOptions { rig: rig(), matcher: Method::default(), feed: Feed::Live, raw: false };
+    let mut engine = Engine::new(&options, MemorySink::default(), 0);
+    engine.advance(60_000 * MS);
+    let commands = std::iter::from_fn(|| engine.next_command()).count();
+    for _ in 0..QUEUE_CAPACITY {
+        engine.port_lost(60_000 * MS, Port::Base);
+    }
+    // The searches have said that nobody answers: so many more events than fit.
+    let events = std::iter::from_fn(|| engine.next_event()).count();
+    engine.advance(62_000 * MS);
+    let (report, sink) = engine.finish(62_000 * MS);
+    assert_eq!((commands, events), (QUEUE_CAPACITY, QUEUE_CAPACITY));
+    assert!(report.dropped > 0 && report.lost == report.dropped && report.untold > 0, "{report:?}");
+    let (_, health) = sink.healths.last().unwrap();
+    assert_eq!((health.dropped, health.untold), (report.dropped, report.untold));
+}

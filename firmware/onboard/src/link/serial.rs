@@ -2,7 +2,7 @@
 //! writes to it.
 
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -49,8 +49,8 @@ impl Link {
             }
             Adapter::None => {}
         }
-        for link in place.candidates().filter(|link| *link != Path::new(path)) {
-            tracing::info!("{device_word}: {path} is {}, should it move", link.display());
+        if place.now() != Path::new(path) {
+            tracing::info!("{device_word}: {path} is {}, should it move", place.now().display());
         }
         let writer = Mutex::new(Some(Arc::clone(&tty)));
         Ok((Self { device, place, baud: AtomicU32::new(baud), writer }, tty))
@@ -62,26 +62,24 @@ impl Link {
         self.place.configured()
     }
 
-    /// Opens the port again after it was lost, at the rate that was set last, wherever it is now; returns where.
+    /// Opens the port again after it was lost, wherever it is now, at the rate that was set last if it has it; returns where.
     ///
     /// # Errors
-    /// What the system says of the last place that was tried.
-    pub fn reopen(&self) -> io::Result<(Arc<Tty>, PathBuf)> {
-        let mut result = Err(io::ErrorKind::NotFound.into());
-        for path in self.place.candidates() {
-            match Tty::open(path, self.baud.load(Ordering::Relaxed)) {
-                Ok(tty) => {
-                    let tty = Arc::new(tty);
-                    adapter::prepare(&*tty);
-                    *self.writer() = Some(Arc::clone(&tty));
-                    // The loop may have changed the rate while the port was not there to be told.
-                    tty.set_baud(self.baud.load(Ordering::Relaxed))?;
-                    return Ok((tty, path.to_owned()));
-                }
-                Err(error) => result = Err(error),
+    /// What the system says. The port is closed then, so that it can be tried again.
+    pub fn reopen(&self) -> io::Result<(Arc<Tty>, &Path)> {
+        let path = self.place.now();
+        let tty = Arc::new(Tty::open(path, self.baud.load(Ordering::Relaxed))?);
+        adapter::prepare(&*tty);
+        *self.writer() = Some(Arc::clone(&tty));
+        // The loop may have changed the rate while the port was not there to be told; of one that the port does not have, it hears when
+        // the session sets it again.
+        match tty.set_baud(self.baud.load(Ordering::Relaxed)) {
+            Err(error) if error.kind() != io::ErrorKind::Unsupported => {
+                self.close();
+                Err(error)
             }
+            _ => Ok((tty, path)),
         }
-        result
     }
 
     /// Closes the port that was lost, so that it can be opened again.
@@ -100,7 +98,7 @@ impl Link {
     /// Changes the rate and drops what was received at the old one.
     ///
     /// # Errors
-    /// What the system says, for example of a rate that the port does not have.
+    /// What the system says; [`io::ErrorKind::Unsupported`] of a rate that the port does not have.
     pub fn set_baud(&self, baud: u32) -> io::Result<()> {
         self.baud.store(baud, Ordering::Relaxed);
         self.tty().map_or(Ok(()), |tty| tty.set_baud(baud))
@@ -123,5 +121,41 @@ fn reason(error: &io::Error) -> String {
         io::ErrorKind::ResourceBusy => "another program has it open".to_owned(),
         io::ErrorKind::PermissionDenied => format!("{error}: users of serial ports are in the group dialout"),
         _ => error.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::link::tty::tests::{line, set_fastest_baud};
+
+    fn link(path: &Path) -> (Link, Arc<Tty>) {
+        Link::open(Port::Horizontal, path.to_str().unwrap(), 38400, Path::new("/nowhere")).unwrap()
+    }
+
+    #[test]
+    fn a_port_comes_back_also_when_the_last_rate_is_none_of_its_own() {
+        let (_master, path) = line();
+        set_fastest_baud(115_200);
+        let (link, tty) = link(&path);
+        assert_eq!(link.set_baud(500_000).unwrap_err().kind(), io::ErrorKind::Unsupported);
+        drop(tty);
+        link.close();
+        let (tty, at) = link.reopen().unwrap();
+        assert_eq!(at, path);
+        link.set_baud(9600).unwrap();
+        assert_eq!(tty.baud().unwrap(), 9600);
+    }
+
+    #[test]
+    fn a_port_that_could_not_be_opened_again_is_not_kept_from_the_next_try() {
+        let (_master, path) = line();
+        let (link, tty) = link(&path);
+        drop(tty);
+        link.close();
+        let somebody = Tty::open(&path, 9600).unwrap();
+        assert_eq!(link.reopen().unwrap_err().kind(), io::ErrorKind::ResourceBusy);
+        drop(somebody);
+        assert_eq!(link.reopen().unwrap().0.baud().unwrap(), 38400);
     }
 }

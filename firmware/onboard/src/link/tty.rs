@@ -28,8 +28,8 @@ pub struct Tty {
 }
 
 impl Tty {
-    /// Opens a port at a rate in bits per second, for one user alone. Bytes that came before are dropped: at another rate they are
-    /// noise.
+    /// Opens a port for one user alone, at a rate in bits per second where the adapter has it: [`Tty::set_baud`] tells of one that has
+    /// not. Bytes that came before are dropped: at another rate they are noise.
     ///
     /// # Errors
     /// What the system says; [`io::ErrorKind::ResourceBusy`] when somebody else has it.
@@ -43,8 +43,11 @@ impl Tty {
         tty.make_raw()?;
         // Keeps out programs that look for no lock; the superuser's are not kept out.
         let _ = ioctl_tiocexcl(&tty.fd);
-        tty.set_baud(baud)?;
-        Ok(tty)
+        match tty.set_baud(baud) {
+            // The port is there, and has other rates: whoever needs this one is told when it asks for it.
+            Err(error) if error.kind() == io::ErrorKind::Unsupported => Ok(tty),
+            result => result.map(|()| tty),
+        }
     }
 
     fn make_raw(&self) -> io::Result<()> {
@@ -62,11 +65,15 @@ impl Tty {
     /// Changes the rate, bits per second, and drops what was received at the old one.
     ///
     /// # Errors
-    /// What the system says; [`io::ErrorKind::Unsupported`] when the port runs at another rate than asked for.
+    /// What the system says; [`io::ErrorKind::Unsupported`] when the port does not run at this rate.
     pub fn set_baud(&self, baud: u32) -> io::Result<()> {
         let mut settings = tcgetattr(&self.fd)?;
-        settings.set_speed(baud)?;
-        tcsetattr(&self.fd, OptionalActions::Now, &settings)?;
+        let set =
+            settings.set_speed(baud).and_then(|()| tcsetattr(&self.fd, OptionalActions::Now, &settings));
+        match set {
+            Err(Errno::INVAL) => return Err(io::ErrorKind::Unsupported.into()),
+            result => result?,
+        }
         let in_force = self.baud()?;
         if (f64::from(in_force) - f64::from(baud)).abs() > RATE_TOLERANCE * f64::from(baud) {
             return Err(io::Error::new(
@@ -82,7 +89,10 @@ impl Tty {
     /// # Errors
     /// What the system says.
     pub fn baud(&self) -> io::Result<u32> {
-        Ok(tcgetattr(&self.fd)?.output_speed())
+        let baud = tcgetattr(&self.fd)?.output_speed();
+        #[cfg(test)]
+        let baud = baud.min(tests::fastest_baud());
+        Ok(baud)
     }
 
     /// Bytes, as soon as there are any; `None` when none come within the time, nanoseconds, or a signal came.
@@ -146,14 +156,28 @@ impl Drop for Tty {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
+    use std::cell::Cell;
     use std::os::fd::AsRawFd;
 
     use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 
+    thread_local! {
+        static FASTEST_BAUD: Cell<u32> = const { Cell::new(u32::MAX) };
+    }
+
+    /// The adapters of this thread run at this rate when asked for a higher one. A pseudo-terminal runs at every rate.
+    pub fn set_fastest_baud(baud: u32) {
+        FASTEST_BAUD.set(baud);
+    }
+
+    pub fn fastest_baud() -> u32 {
+        FASTEST_BAUD.get()
+    }
+
     /// The other end of a line, and the path of ours.
-    fn line() -> (OwnedFd, std::path::PathBuf) {
+    pub fn line() -> (OwnedFd, std::path::PathBuf) {
         let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
         grantpt(&master).unwrap();
         unlockpt(&master).unwrap();
@@ -194,6 +218,16 @@ mod tests {
         assert_eq!(settings.c_lflag & (libc::ICANON | libc::ECHO | libc::ISIG), 0);
         assert_eq!(settings.c_iflag & (libc::IXON | libc::IXOFF | libc::ICRNL | libc::ISTRIP), 0);
         assert_eq!(settings.c_oflag & libc::OPOST, 0);
+    }
+
+    #[test]
+    fn a_port_opens_also_at_a_rate_that_it_does_not_have_and_tells_so_when_it_is_set() {
+        let (_master, path) = line();
+        set_fastest_baud(115_200);
+        let tty = Tty::open(&path, 500_000).unwrap();
+        assert_eq!(tty.set_baud(500_000).unwrap_err().kind(), io::ErrorKind::Unsupported);
+        tty.set_baud(38400).unwrap();
+        assert_eq!(tty.baud().unwrap(), 38400);
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The loop of a live run: reads of the ports in, commands to the ports out.
 
+use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
@@ -90,12 +91,14 @@ impl Acquisition {
     fn serve_engine(&mut self) {
         while let Some((port, command)) = self.engine.next_command() {
             let Some(link) = self.lines.link(port) else { continue };
-            let result = match command {
-                Command::Write(bytes) => link.write(&bytes),
-                Command::SetBaud(baud) => link.set_baud(baud),
+            let result = match &command {
+                Command::Write(bytes) => link.write(bytes),
+                Command::SetBaud(baud) => link.set_baud(*baud),
             };
-            if let Err(error) = result {
-                tracing::debug!("{} ({}): {error}", device_name(port), link.path().display());
+            let Err(error) = result else { continue };
+            tracing::debug!("{} ({}): {error}", device_name(port), link.path().display());
+            if let (Command::SetBaud(baud), io::ErrorKind::Unsupported) = (command, error.kind()) {
+                self.engine.rate_refused(self.clock.now_ns(), port, baud);
             }
         }
         while let Some((port, event)) = self.engine.next_event() {

@@ -26,6 +26,7 @@ pub struct QueueSink {
     told: States,
     dropped: u64,
     reads_dropped: Arc<AtomicU64>,
+    untold: Arc<AtomicU64>,
 }
 
 /// The writing thread's end.
@@ -47,12 +48,16 @@ pub struct Head {
 }
 
 /// Both ends. `reads_dropped` counts reads of the ports that were lost before they came to the loop; they are told with the messages.
-/// States go to `told` as well.
+/// States go to `told` as well; those that do not fit there are counted with what else was not told.
 #[must_use]
-pub fn queue(reads_dropped: Arc<AtomicU64>, told: States) -> (QueueSink, QueueSource) {
+pub fn queue(
+    reads_dropped: Arc<AtomicU64>,
+    (told, untold): (States, Arc<AtomicU64>),
+) -> (QueueSink, QueueSource) {
     let (message_in, messages) = RingBuffer::new(QUEUE_BYTES);
     let (health_in, healths) = RingBuffer::new(QUEUE_HEALTHS);
-    let sink = QueueSink { messages: message_in, healths: health_in, told, dropped: 0, reads_dropped };
+    let sink =
+        QueueSink { messages: message_in, healths: health_in, told, dropped: 0, reads_dropped, untold };
     (sink, QueueSource { messages, healths })
 }
 
@@ -86,13 +91,18 @@ impl Sink for QueueSink {
     }
 
     fn health(&mut self, now_ns: i64, health: &Health) {
-        // A state that does not fit is replaced by the next one.
-        let _ = self.healths.push((now_ns, *health));
-        let _ = self.told.push((now_ns, *health));
+        self.dropped += u64::from(self.healths.push((now_ns, *health)).is_err());
+        if self.told.push((now_ns, *health)).is_err() {
+            self.untold.fetch_add(1, Ordering::Relaxed);
+        }
     }
 
     fn dropped(&self) -> u64 {
         self.dropped + self.reads_dropped.load(Ordering::Relaxed)
+    }
+
+    fn untold(&self) -> u64 {
+        self.untold.load(Ordering::Relaxed)
     }
 }
 
@@ -131,7 +141,8 @@ mod tests {
 
     #[test]
     fn messages_come_out_as_they_went_in_also_over_the_end_of_the_ring() {
-        let (mut sink, mut source) = queue(Arc::new(AtomicU64::new(0)), RingBuffer::new(1).0);
+        let (mut sink, mut source) =
+            queue(Arc::new(AtomicU64::new(0)), (RingBuffer::new(1).0, Arc::default()));
         let mut cdr = Vec::new();
         // 400 messages of 200 kB go twice round the ring.
         for round in 0..400_i64 {
@@ -151,7 +162,7 @@ mod tests {
     #[test]
     fn what_does_not_fit_is_dropped_whole_and_counted() {
         let reads_dropped = Arc::new(AtomicU64::new(3));
-        let (mut sink, mut source) = queue(reads_dropped, RingBuffer::new(1).0);
+        let (mut sink, mut source) = queue(reads_dropped, (RingBuffer::new(1).0, Arc::default()));
         let bytes = vec![7; 20 << 20];
         sink.message(Topic::Odom, 1, 1, &bytes);
         sink.message(Topic::Odom, 2, 2, &bytes);
@@ -161,5 +172,15 @@ mod tests {
         let times: Vec<_> =
             std::iter::from_fn(|| source.next_message(&mut cdr)).map(|head| head.log_time_ns).collect();
         assert_eq!(times, [1, 3]);
+    }
+
+    #[test]
+    fn states_that_do_not_fit_are_counted_as_what_they_are() {
+        let (mut sink, mut source) = queue(Arc::default(), (RingBuffer::new(16).0, Arc::default()));
+        for second in 0..QUEUE_HEALTHS as i64 + 2 {
+            sink.health(second, &Health::default());
+        }
+        assert_eq!((sink.dropped(), sink.untold()), (2, QUEUE_HEALTHS as u64 + 2 - 16));
+        assert_eq!(std::iter::from_fn(|| source.next_health()).count(), QUEUE_HEALTHS);
     }
 }

@@ -51,15 +51,24 @@ pub type States = Producer<(i64, Health)>;
 #[derive(Debug)]
 pub struct Voice {
     events: Producer<(Port, Event)>,
+    untold: Arc<AtomicU64>,
     thread: Thread,
     beat: Arc<AtomicU64>,
 }
 
 impl Voice {
-    /// Tells of an event. One that does not fit is not told: the log has enough to say then.
+    /// Tells of an event. One that does not fit is not told, and counted: the log has enough to say then.
     pub fn say(&mut self, port: Port, event: Event) {
-        let _ = self.events.push((port, event));
+        if self.events.push((port, event)).is_err() {
+            self.untold.fetch_add(1, Ordering::Relaxed);
+        }
         self.thread.unpark();
+    }
+
+    /// Counts what was not told.
+    #[must_use]
+    pub fn untold(&self) -> &Arc<AtomicU64> {
+        &self.untold
     }
 
     /// The loop is alive.
@@ -119,7 +128,7 @@ impl Telling {
             .name("tell".to_owned())
             .spawn(move || worker.run())
             .map_err(|source| OnboardError::System { what: "start the telling thread", source })?;
-        let voice = Voice { events: event_in, thread: thread.thread().clone(), beat };
+        let voice = Voice { events: event_in, untold: Arc::default(), thread: thread.thread().clone(), beat };
         Ok((Self { over, closing, thread }, voice, health_in))
     }
 

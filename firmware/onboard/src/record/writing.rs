@@ -176,7 +176,8 @@ mod tests {
             std::fs::create_dir_all(&folder).unwrap();
             let path = folder.join("run.mcap");
             let writer = PartsWriter::create(&path, &WriterOptions::default(), Rotation::default()).unwrap();
-            let (mut sink, source) = queue(Arc::new(AtomicU64::new(0)), RingBuffer::new(4).0);
+            let (mut sink, source) =
+                queue(Arc::new(AtomicU64::new(0)), (RingBuffer::new(4).0, Arc::default()));
             let writing =
                 Writing::start(writer, source, folder.clone(), stop_bytes, RunClock::start()).unwrap();
             assert!(!writing.is_disk_low());

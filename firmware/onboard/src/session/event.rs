@@ -89,6 +89,11 @@ pub enum Event {
         /// In force, bits per second.
         kept: u32,
     },
+    /// The port does not run at this rate; it is left out.
+    RateRefused {
+        /// Bits per second.
+        baud: u32,
+    },
     /// The device has told its type or name.
     Identified(ShortText),
     /// A question was not answered in time and is asked again.
@@ -222,6 +227,7 @@ impl fmt::Display for Event {
             Self::RateKept { wanted, kept } => {
                 write!(f, "does not change to {wanted} Bd, stays at {kept} Bd")
             }
+            Self::RateRefused { baud } => write!(f, "its port does not run at {baud} Bd, which is left out"),
             Self::Identified(text) => write!(f, "is a {}", text.trim()),
             Self::Retried { step, attempt } => {
                 write!(f, "no answer while {}, attempt {attempt}", step.words())

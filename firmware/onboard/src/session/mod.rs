@@ -11,7 +11,9 @@ pub mod laser;
 pub mod retry;
 #[cfg(test)]
 mod script;
+mod silence;
 
+use biplane_wire::deframe::{Deframer, Framing};
 use biplane_wire::lms::Text;
 pub use event::{Event, Step};
 
@@ -39,16 +41,22 @@ pub enum Input<'a> {
     Bytes(&'a [u8]),
     /// Nothing came; time has passed.
     Time,
+    /// The port does not run at this rate, bits per second, which was asked for with [`Output::SetBaud`].
+    RateRefused(u32),
+    /// The port was gone and is there again; nothing was heard meanwhile.
+    PortBack,
     /// The device shall be left idle; [`Session::is_done`] tells when it is.
     Stop,
 }
 
-/// Longest run of bytes that a session takes in one input. No more than two telegrams can end in it, so that
-/// the queue of outputs has a bound.
+/// Longest run of bytes that a session takes in one input.
 pub const MAX_INPUT_BYTES: usize = 256;
 
-/// Outputs that one input can lead to at most.
+/// Outputs that may wait to be polled.
 const OUTPUT_CAPACITY: usize = 24;
+/// With more outputs waiting than this, a session reads no further in its bytes: one telegram leads to 8 at most, the time that
+/// passes to as many.
+const FULL_OUTPUTS: usize = OUTPUT_CAPACITY - 16;
 
 /// What a session wants done.
 #[derive(Clone, PartialEq, Debug)]
@@ -84,10 +92,13 @@ pub trait Session {
 
     /// The account of all bytes that came.
     fn counts(&self) -> biplane_wire::Counts;
+
+    /// Outputs that were lost because nobody polled in time; 0 when every input is followed by [`Session::poll`] as it should.
+    fn overflowed(&self) -> u64;
 }
 
-/// Outputs that wait to be polled. Bounded; an overflow cannot happen when the session is drained after every input, and
-/// is counted, not hidden.
+/// Outputs that wait to be polled. Bounded: however many telegrams end in one input, the rest of it is read when the first have been
+/// polled. An overflow is counted, not hidden.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Outputs {
     queue: heapless::Deque<Output, OUTPUT_CAPACITY>,
@@ -107,5 +118,38 @@ impl Outputs {
 
     pub(crate) fn is_empty(&self) -> bool {
         self.queue.is_empty()
+    }
+
+    /// Whether there is room for what one more telegram leads to.
+    pub(crate) fn has_room(&self) -> bool {
+        self.queue.len() <= FULL_OUTPUTS
+    }
+
+    pub(crate) fn overflowed(&self) -> u64 {
+        self.overflowed
+    }
+}
+
+/// Bytes of one input on their way to the deframer, as it has room for them.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Intake {
+    bytes: heapless::Vec<u8, MAX_INPUT_BYTES>,
+    taken: usize,
+}
+
+impl Intake {
+    /// Takes an input. The one before has been read to its end, since its outputs were polled.
+    pub(crate) fn take(&mut self, bytes: &[u8]) {
+        self.bytes.clear();
+        self.taken = 0;
+        let longest = bytes.len().min(MAX_INPUT_BYTES);
+        let _ = self.bytes.extend_from_slice(bytes.get(..longest).unwrap_or_default());
+    }
+
+    /// Hands on what the deframer takes; false when nothing is left, or it takes nothing.
+    pub(crate) fn hand_on<F: Framing, const N: usize>(&mut self, deframer: &mut Deframer<F, N>) -> bool {
+        let count = deframer.push(self.bytes.get(self.taken..).unwrap_or_default());
+        self.taken += count;
+        count > 0
     }
 }

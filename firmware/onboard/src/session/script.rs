@@ -7,8 +7,11 @@
 //!   80 ! answers at 38400 Bd      it says
 //!  500 * 181 beams                it hands out a scan (or odometry)
 //!  900 stop                       it is asked to stop
+//!  920 lacks 500000               its port does not run at this rate
+//!  930 gone                       its port goes: nobody asks it anything
+//!  990 back                       its port is there again
 //! ```
-//! Only `<`, `stop` and the last line's time are played; everything else must come out just so.
+//! Only `<`, `stop`, `lacks`, `gone`, `back` and the last line's time are played; everything else must come out just so.
 
 use std::fmt::Write;
 
@@ -46,7 +49,7 @@ pub(crate) fn play(session: &mut dyn Session, lines: &[String]) -> Vec<String> {
         let (time, verb, rest) = (words.next(), words.next(), words.next().unwrap_or_default());
         let time_ms: i64 = time.and_then(|time| time.parse().ok()).expect("a time in milliseconds");
         let verb = verb.expect("a verb");
-        if !matches!(verb, "<" | "stop" | "end") {
+        if !matches!(verb, "<" | "stop" | "lacks" | "gone" | "back" | "end") {
             continue;
         }
         while wait_ns < time_ms * MS {
@@ -68,6 +71,12 @@ pub(crate) fn play(session: &mut dyn Session, lines: &[String]) -> Vec<String> {
                 session.handle(time_ms * MS, Input::Bytes(last));
             }
             "stop" => session.handle(time_ms * MS, Input::Stop),
+            "lacks" => session.handle(time_ms * MS, Input::RateRefused(rest.parse().expect("a rate"))),
+            "back" => session.handle(time_ms * MS, Input::PortBack),
+            "gone" => {
+                wait_ns = i64::MAX;
+                continue;
+            }
             _ => session.handle(time_ms * MS, Input::Time),
         }
         wait_ns = drain(session, time_ms * MS, &mut transcript);

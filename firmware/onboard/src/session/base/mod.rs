@@ -17,7 +17,7 @@ use biplane_matcher::Pose2;
 use biplane_recording::rig::{self, BaseProtocol};
 use biplane_wire::Counts;
 
-use super::{Input, Output, Session, ShortText};
+use super::{Event, Input, Intake, Output, Session, ShortText};
 pub use driver::BaseDriver;
 use driver::Purpose;
 
@@ -179,5 +179,9 @@ impl Session for BaseSession {
 
     fn counts(&self) -> Counts {
         self.driver().counts()
+    }
+
+    fn overflowed(&self) -> u64 {
+        self.driver().overflowed()
     }
 }

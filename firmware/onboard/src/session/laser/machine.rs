@@ -11,6 +11,7 @@ use super::health::{FaultList, LaserHealth};
 use super::index_watch::IndexWatch;
 use super::plausible::Plausibility;
 use super::reading::{Measured, Unpublished};
+use super::said::Said;
 use super::settings::{LaserInfo, LaserSettings};
 use super::stream::Source;
 use super::wanted::ConfigChange;
@@ -27,6 +28,9 @@ const ANSWER_GAP_NS: i64 = 40_000_000;
 /// While scans stream, the same; longer, because an adapter may hold bytes back, and a capture may be in any chunking. A telegram
 /// that was really cut is found out by the next one anyway.
 const STREAM_GAP_NS: i64 = 1_000_000_000;
+
+/// Rates that a session may ask its port for: all of a laser's, and one of the rig's own.
+const MOST_RATES: usize = 8;
 
 /// What the session is for.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
@@ -81,8 +85,10 @@ pub(super) struct Machine {
     pub(super) last_sign_ns: i64,
     /// When bytes came after a pause.
     pub(super) resumed_ns: i64,
-    /// Since when a line that fell silent is listened to: not while its port was gone.
+    /// Since when the line is listened to: not while its port was gone.
     pub(super) heard_since_ns: i64,
+    /// Rates that the port does not have.
+    pub(super) port_lacks: heapless::Vec<u32, MOST_RATES>,
     /// Telegrams with a wrong checksum so far.
     pub(super) bad_checksums: u64,
     /// Bytes since the last question that belong to no telegram.
@@ -105,19 +111,6 @@ pub(super) struct Machine {
     pub(super) has_streamed: bool,
 }
 
-/// What is said once.
-#[derive(Clone, PartialEq, Debug, Default)]
-pub(super) struct Said {
-    pub(super) mode: bool,
-    pub(super) variant: Option<(u16, u16)>,
-    pub(super) faults: FaultList,
-    pub(super) has_fault: bool,
-    pub(super) unpublished: heapless::Vec<Unpublished, 8>,
-    pub(super) rejected: bool,
-    pub(super) not_found: bool,
-    pub(super) kept: Option<ConfigChange>,
-}
-
 impl Machine {
     pub(super) fn new(settings: LaserSettings, goal: Goal, now_ns: i64) -> Self {
         Self {
@@ -137,6 +130,7 @@ impl Machine {
             last_sign_ns: now_ns,
             resumed_ns: now_ns,
             heard_since_ns: now_ns,
+            port_lacks: heapless::Vec::new(),
             bad_checksums: 0,
             noise_bytes: 0,
             wake_ns: None,

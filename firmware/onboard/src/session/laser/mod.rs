@@ -16,6 +16,7 @@ mod index_watch;
 mod machine;
 mod plausible;
 mod reading;
+mod said;
 mod search;
 mod settings;
 mod stream;
@@ -33,12 +34,13 @@ pub use reading::{MAX_LMS_BEAMS, ScanIndex, ScanReading, Unpublished};
 pub use settings::{LaserInfo, LaserSettings};
 pub use wanted::ConfigChange;
 
-use super::{Input, Output, Session};
+use super::{Input, Intake, Output, Session};
 use machine::{Goal, Machine, State};
 
 /// A session with one laser.
 #[derive(Debug)]
 pub struct LaserSession {
+    intake: Intake,
     deframer: DeviceDeframer,
     machine: Machine,
 }
@@ -71,7 +73,7 @@ impl LaserSession {
 
     fn new(settings: LaserSettings, goal: Goal, now_ns: i64) -> Self {
         let machine = Machine::new(settings, goal, now_ns);
-        Self { deframer: DeviceDeframer::new(), machine }
+        Self { intake: Intake::default(), deframer: DeviceDeframer::new(), machine }
     }
 
     /// What is known of the laser.
@@ -104,14 +106,19 @@ impl LaserSession {
         self.drain();
     }
 
+    /// Reads on in what has come, while there is room for what it leads to.
     fn drain(&mut self) {
-        while let Some(item) = self.deframer.next() {
-            self.machine.item(item);
+        while self.machine.outputs.has_room() {
+            if let Some(item) = self.deframer.next() {
+                self.machine.item(item);
+            } else if !self.intake.hand_on(&mut self.deframer) {
+                break;
+            }
         }
         self.machine.note_bad_checksums(self.deframer.counts().bad_checksums);
     }
 
-    fn take_bytes(&mut self, mut bytes: &[u8]) {
+    fn take_bytes(&mut self, bytes: &[u8]) {
         if self.machine.gap_before(bytes.len()) {
             self.deframer.abandon();
             self.drain();
@@ -119,14 +126,15 @@ impl LaserSession {
         let silence_ns = self.machine.now_ns.saturating_sub(self.machine.last_byte_ns);
         self.machine.heard_after(silence_ns);
         self.machine.last_byte_ns = self.machine.now_ns;
-        while !bytes.is_empty() {
-            let taken = self.deframer.push(bytes);
-            bytes = bytes.get(taken..).unwrap_or_default();
-            self.drain();
-            if taken == 0 {
-                break;
-            }
-        }
+        self.intake.take(bytes);
+        self.drain();
+    }
+
+    /// The telegram that was under way when the port went has no rest.
+    fn port_back(&mut self) {
+        self.deframer.abandon();
+        self.drain();
+        self.machine.port_back();
     }
 
     /// A stop request cuts the telegram that it meets; the answer sits behind the stump, which would wait for bytes
@@ -145,12 +153,17 @@ impl Session for LaserSession {
         match input {
             Input::Bytes(bytes) => self.take_bytes(bytes),
             Input::Time => self.give_up_stump(),
+            Input::RateRefused(baud) => self.machine.rate_refused(baud),
+            Input::PortBack => self.port_back(),
             Input::Stop => self.machine.stop(),
         }
         self.machine.time();
     }
 
     fn poll(&mut self) -> Output {
+        if self.machine.outputs.is_empty() {
+            self.drain();
+        }
         match self.machine.outputs.pop() {
             Some(output) => output,
             None => {
@@ -173,6 +186,10 @@ impl Session for LaserSession {
 
     fn counts(&self) -> Counts {
         self.deframer.counts()
+    }
+
+    fn overflowed(&self) -> u64 {
+        self.machine.outputs.overflowed()
     }
 }
 

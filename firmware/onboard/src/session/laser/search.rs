@@ -76,8 +76,49 @@ impl Machine {
         self.enter_search(if self.info.found_baud.is_some() { FIRST_ROUND } else { 0 });
     }
 
-    /// Tries the rate of a poll.
+    /// Whether the port has a rate, as far as is known.
+    fn port_has(&self, baud: u32) -> bool {
+        !self.port_lacks.contains(&baud)
+    }
+
+    /// The port does not run at this rate: it is left out from now on.
+    pub(super) fn rate_refused(&mut self, baud: u32) {
+        if !self.port_has(baud) || self.port_lacks.push(baud).is_err() {
+            return;
+        }
+        self.say(Event::RateRefused { baud });
+        if let State::FindRate { poll } = self.state
+            && baud == self.baud
+        {
+            self.enter_search(poll + 1);
+        }
+    }
+
+    /// The port is there again, with an adapter that may have other rates. A laser that streamed is listened to first; one that was
+    /// looked for is asked where it likely is.
+    pub(super) fn port_back(&mut self) {
+        self.heard_since_ns = self.now_ns;
+        self.port_lacks.clear();
+        if self.baud != self.settings.baud {
+            // Whether it has this rate must be known before the laser is told to change to it.
+            self.outputs.push(Output::SetBaud(self.settings.baud));
+        }
+        self.outputs.push(Output::SetBaud(self.baud));
+        match self.state {
+            State::FindRate { .. } | State::ConfirmRate { .. } => self.restart_search(),
+            State::Streaming => {
+                self.last_frame_ns = self.now_ns;
+                self.last_sign_ns = self.now_ns;
+                self.resumed_ns = self.now_ns;
+            }
+            _ => {}
+        }
+    }
+
+    /// Tries the rate of a poll, or of the next one whose rate the port has.
     pub(super) fn enter_search(&mut self, poll: u32) {
+        let is_had = |&poll: &u32| self.port_has(candidate(self.likely_baud, poll).1);
+        let poll = (poll..).take((FIRST_ROUND + LATER_ROUND) as usize).find(is_had).unwrap_or(poll);
         let (round, baud) = candidate(self.likely_baud, poll);
         if self.round.replace(round).is_some_and(|before| before != round) {
             // A device that was there before is not looked for in round 0.
@@ -167,7 +208,8 @@ impl Machine {
 
     fn enter_switch_rate(&mut self) {
         let rate = Baud::from_bits_per_second(self.settings.baud);
-        match rate.filter(|_| self.failed_switches < FAILED_SWITCHES) {
+        let is_possible = self.failed_switches < FAILED_SWITCHES && self.port_has(self.settings.baud);
+        match rate.filter(|_| is_possible) {
             Some(rate) => {
                 self.ask(State::SwitchRate, Step::SwitchRate, Request::Mode(Mode::Baud(rate)), SWITCH);
             }

@@ -7,7 +7,7 @@ use super::plausible::Form;
 use super::reading::{Measured, ScanReading, Unpublished};
 use super::search::PAUSE_NS;
 use crate::session::retry::Patience;
-use crate::session::{Event, Output, Step};
+use crate::session::{Event, Output, Step, silence};
 
 /// A mode change takes up to 3 s; most take 80 ms.
 const START: Patience = Patience::new(250, 4).acknowledged(3200);
@@ -198,7 +198,8 @@ impl Machine {
     }
 
     pub(super) fn silence_deadline_ns(&self) -> i64 {
-        self.garbled_deadline_ns().min(self.last_byte_ns.saturating_add(SILENT_NS))
+        let silent_ns = silence::deadline_ns(self.last_byte_ns, SILENT_NS, self.heard_since_ns);
+        self.garbled_deadline_ns().min(silent_ns)
     }
 
     pub(super) fn look_for_silence(&mut self) {
@@ -211,9 +212,6 @@ impl Machine {
         } else {
             Event::Garbled { for_ms: for_ms(self.last_frame_ns) }
         };
-        // Looked at late: nobody listened meanwhile, because the port was gone.
-        let was_deaf = self.now_ns > self.silence_deadline_ns().saturating_add(RECENT_NS);
-        self.heard_since_ns = if was_deaf { self.now_ns } else { self.last_byte_ns };
         self.say(event);
         self.refused_rate = false;
         self.restart_search();

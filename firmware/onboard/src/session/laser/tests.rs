@@ -243,6 +243,27 @@ fn index_bytes_are_read_where_the_device_sends_them() {
 }
 
 #[test]
+fn however_many_telegrams_end_in_one_input_nothing_of_what_they_lead_to_is_lost() {
+    let mut session = streaming(HALF);
+    while !matches!(session.poll(), Output::WaitUntil(_)) {}
+    session.handle(80_000_000, Input::Bytes(&[0x02, 0x80, 0x03, 0x00, 0xA0, 0x00, 0x10, 0x16, 0x0A]));
+    while !matches!(session.poll(), Output::WaitUntil(_)) {}
+    // The shortest telegram that is answered by words: the device refuses.
+    let mut refusal = [0; 8];
+    assert_eq!(Reply::Refused.emit(0x80, Status::OK, &mut refusal).expect("it fits"), refusal.len());
+    session.handle(90_000_000, Input::Bytes(&refusal.repeat(MAX_INPUT_BYTES / refusal.len())));
+    let mut refused = 0;
+    loop {
+        match session.poll() {
+            Output::Event(Event::Refused { .. }) => refused += 1,
+            Output::WaitUntil(_) => break,
+            other => panic!("{other:?}"),
+        }
+    }
+    assert_eq!((refused, session.overflowed(), session.counts().frames), (32, 0, 33));
+}
+
+#[test]
 fn random_bytes_never_panic_in_any_state() {
     let mut state = 1_u64;
     let mut random = move || {

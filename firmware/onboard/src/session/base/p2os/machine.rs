@@ -7,7 +7,7 @@ use super::parameters::Parameters;
 use crate::session::base::driver::Purpose;
 use crate::session::base::{BaseInfo, OdometryReading};
 use crate::session::retry::{Due, Patience, Question};
-use crate::session::{Event, Output, Outputs, RequestBytes, Step, printable};
+use crate::session::{Event, Output, Outputs, RequestBytes, Step, printable, silence};
 
 const SYNC: Patience = Patience::new(500, 4);
 /// A base that has answered once answers the next question at once, unless it was reset between.
@@ -62,6 +62,8 @@ pub(super) struct Machine {
     pub(super) now_ns: i64,
     pub(super) last_packet_ns: i64,
     pub(super) last_byte_ns: i64,
+    /// When a port that was gone came back.
+    port_back_ns: i64,
     pub(super) rounds: u32,
     pub(super) close_said: bool,
     pub(super) has_run: bool,
@@ -84,6 +86,7 @@ impl Machine {
             now_ns,
             last_packet_ns: now_ns,
             last_byte_ns: now_ns,
+            port_back_ns: i64::MIN,
             rounds: 0,
             close_said: false,
             has_run: false,
@@ -267,7 +270,7 @@ impl Machine {
 
     pub(super) fn running(&mut self, pulse_ns: i64) {
         let silent_ns = self.now_ns - self.last_packet_ns;
-        if silent_ns >= SILENCE_NS {
+        if self.now_ns >= self.silence_deadline_ns() {
             let for_ms = u32::try_from(silent_ns / 1_000_000).unwrap_or(u32::MAX);
             let bytes_came = self.last_byte_ns - self.last_packet_ns > SILENCE_NS / 2;
             self.say(if bytes_came { Event::Garbled { for_ms } } else { Event::Silent { for_ms } });
@@ -276,6 +279,19 @@ impl Machine {
         } else if self.now_ns >= pulse_ns {
             self.send(&Command::Pulse);
             self.state = State::Running { pulse_ns: self.now_ns + PULSE_NS };
+        }
+    }
+
+    fn silence_deadline_ns(&self) -> i64 {
+        silence::deadline_ns(self.last_packet_ns, SILENCE_NS, self.port_back_ns)
+    }
+
+    /// The base may still report: it is told at once that its host lives, and listened to.
+    pub(super) fn port_back(&mut self) {
+        self.port_back_ns = self.now_ns;
+        self.outputs.push(Output::SetBaud(self.baud));
+        if matches!(self.state, State::Running { .. }) {
+            self.state = State::Running { pulse_ns: self.now_ns };
         }
     }
 
@@ -304,7 +320,7 @@ impl Machine {
         let question_ns = self.question.as_ref().map_or(i64::MAX, Question::deadline_ns);
         let state_ns = match self.state {
             State::Draining { until_ns } | State::Resting { until_ns } => until_ns,
-            State::Running { pulse_ns } => pulse_ns.min(self.last_packet_ns.saturating_add(SILENCE_NS)),
+            State::Running { pulse_ns } => pulse_ns.min(self.silence_deadline_ns()),
             _ => i64::MAX,
         };
         question_ns.min(state_ns)

@@ -16,13 +16,14 @@ use biplane_wire::p2os::Deframer;
 use biplane_wire::{Counts, Item};
 
 use super::driver::{BaseDriver, Purpose};
-use super::{BaseInfo, Input, Output, Session};
+use super::{BaseInfo, Event, Input, Intake, Output, Session};
 use machine::{Machine, State};
 pub use parameters::{Parameters, UNKNOWN_METRES_PER_TICK};
 
 /// A session with a Pioneer base.
 #[derive(Debug)]
 pub struct P2os {
+    intake: Intake,
     deframer: Deframer,
     machine: Machine,
 }
@@ -34,26 +35,27 @@ impl P2os {
             machine.outputs.push(Output::SetBaud(baud));
             machine.enter_sync(0);
         }
-        Self { deframer: Deframer::new(), machine }
+        Self { intake: Intake::default(), deframer: Deframer::new(), machine }
     }
 
+    /// Reads on in what has come, while there is room for what it leads to.
     fn drain(&mut self) {
-        while let Some(item) = self.deframer.next() {
-            if let Item::Frame { offset, bytes } = item {
-                self.machine.frame(offset, bytes);
-            }
-        }
-    }
-
-    fn take_bytes(&mut self, mut bytes: &[u8]) {
-        while !bytes.is_empty() {
-            let taken = self.deframer.push(bytes);
-            bytes = bytes.get(taken..).unwrap_or_default();
-            self.drain();
-            if taken == 0 {
+        while self.machine.outputs.has_room() {
+            if let Some(item) = self.deframer.next() {
+                if let Item::Frame { offset, bytes } = item {
+                    self.machine.frame(offset, bytes);
+                }
+            } else if !self.intake.hand_on(&mut self.deframer) {
                 break;
             }
         }
+    }
+
+    /// The packet that was under way when the port went has no rest.
+    fn port_back(&mut self) {
+        self.deframer.abandon();
+        self.drain();
+        self.machine.port_back();
     }
 }
 
@@ -86,15 +88,21 @@ impl Session for P2os {
                     self.drain();
                 }
                 self.machine.last_byte_ns = now_ns;
-                self.take_bytes(bytes);
+                self.intake.take(bytes);
+                self.drain();
             }
             Input::Time => {}
+            Input::RateRefused(baud) => self.machine.say(Event::RateRefused { baud }),
+            Input::PortBack => self.port_back(),
             Input::Stop => self.machine.stop(),
         }
         self.machine.time();
     }
 
     fn poll(&mut self) -> Output {
+        if self.machine.outputs.is_empty() {
+            self.drain();
+        }
         self.machine.outputs.pop().unwrap_or_else(|| Output::WaitUntil(self.machine.deadline_ns()))
     }
 
@@ -108,6 +116,10 @@ impl Session for P2os {
 
     fn counts(&self) -> Counts {
         self.deframer.counts()
+    }
+
+    fn overflowed(&self) -> u64 {
+        self.machine.outputs.overflowed()
     }
 }
 

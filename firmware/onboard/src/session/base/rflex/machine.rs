@@ -10,7 +10,7 @@ use crate::session::base::counted::{CountedPose, Reading, Step as Counted};
 use crate::session::base::driver::Purpose;
 use crate::session::base::{BaseInfo, OdometryReading};
 use crate::session::retry::{Due, Patience, Question};
-use crate::session::{Event, Output, Outputs, RequestBytes, ShortText};
+use crate::session::{Event, Output, Outputs, RequestBytes, ShortText, silence};
 
 const STATUS: Patience = Patience::new(500, 4);
 /// The base loses commands that come without 10 ms of silence between them.
@@ -90,6 +90,8 @@ pub(super) struct Machine {
     pub(super) now_ns: i64,
     last_pair_ns: i64,
     pub(super) last_byte_ns: i64,
+    /// When a port that was gone came back.
+    port_back_ns: i64,
     battery_v: f32,
     rounds: u32,
     has_reported: bool,
@@ -111,6 +113,7 @@ impl Machine {
             now_ns,
             last_pair_ns: now_ns,
             last_byte_ns: now_ns,
+            port_back_ns: i64::MIN,
             battery_v: 0.0,
             rounds: 0,
             has_reported: false,
@@ -118,7 +121,7 @@ impl Machine {
         }
     }
 
-    fn say(&mut self, event: Event) {
+    pub(super) fn say(&mut self, event: Event) {
         self.outputs.push(Output::Event(event));
     }
 
@@ -185,7 +188,7 @@ impl Machine {
 
     fn running(&mut self, status_ns: i64) {
         let silent_ns = self.now_ns - self.last_pair_ns;
-        if silent_ns >= SILENCE_NS {
+        if self.now_ns >= self.silence_deadline_ns() {
             let for_ms = u32::try_from(silent_ns / 1_000_000).unwrap_or(u32::MAX);
             let bytes_came = self.last_byte_ns - self.last_pair_ns > SILENCE_NS / 2;
             self.say(if bytes_came { Event::Garbled { for_ms } } else { Event::Silent { for_ms } });
@@ -266,6 +269,16 @@ impl Machine {
         self.outputs.push(Output::Odometry(reading));
     }
 
+    fn silence_deadline_ns(&self) -> i64 {
+        silence::deadline_ns(self.last_pair_ns, SILENCE_NS, self.port_back_ns)
+    }
+
+    /// The base may still report: it is listened to.
+    pub(super) fn port_back(&mut self) {
+        self.port_back_ns = self.now_ns;
+        self.outputs.push(Output::SetBaud(self.baud));
+    }
+
     pub(super) fn stop(&mut self) {
         self.question = None;
         self.state = match self.state {
@@ -282,7 +295,7 @@ impl Machine {
             State::Asking => self.question.as_ref().map_or(i64::MAX, Question::deadline_ns),
             State::Resting { until_ns } => until_ns,
             State::Starting { at_ns, .. } | State::Stopping { at_ns, .. } => at_ns,
-            State::Running { status_ns } => status_ns.min(self.last_pair_ns.saturating_add(SILENCE_NS)),
+            State::Running { status_ns } => status_ns.min(self.silence_deadline_ns()),
             State::Listening | State::Done => i64::MAX,
         }
     }

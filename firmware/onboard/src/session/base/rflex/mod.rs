@@ -18,7 +18,7 @@ use biplane_wire::{Counts, Item};
 
 use super::counted::Motion;
 use super::driver::{BaseDriver, Purpose};
-use super::{BaseInfo, Input, Output, Session};
+use super::{BaseInfo, Event, Input, Intake, Output, Session};
 use machine::{Machine, State};
 
 /// What the counts of a base are worth.
@@ -43,6 +43,7 @@ impl Scale {
 /// A session with an rFLEX base.
 #[derive(Debug)]
 pub struct Rflex {
+    intake: Intake,
     deframer: Deframer,
     machine: Machine,
 }
@@ -54,26 +55,27 @@ impl Rflex {
             machine.outputs.push(Output::SetBaud(baud));
             machine.begin();
         }
-        Self { deframer: Deframer::new(), machine }
+        Self { intake: Intake::default(), deframer: Deframer::new(), machine }
     }
 
+    /// Reads on in what has come, while there is room for what it leads to.
     fn drain(&mut self) {
-        while let Some(item) = self.deframer.next() {
-            if let Item::Frame { offset, bytes } = item {
-                self.machine.frame(offset, bytes);
-            }
-        }
-    }
-
-    fn take_bytes(&mut self, mut bytes: &[u8]) {
-        while !bytes.is_empty() {
-            let taken = self.deframer.push(bytes);
-            bytes = bytes.get(taken..).unwrap_or_default();
-            self.drain();
-            if taken == 0 {
+        while self.machine.outputs.has_room() {
+            if let Some(item) = self.deframer.next() {
+                if let Item::Frame { offset, bytes } = item {
+                    self.machine.frame(offset, bytes);
+                }
+            } else if !self.intake.hand_on(&mut self.deframer) {
                 break;
             }
         }
+    }
+
+    /// The packet that was under way when the port went has no rest.
+    fn port_back(&mut self) {
+        self.deframer.abandon();
+        self.drain();
+        self.machine.port_back();
     }
 }
 
@@ -102,15 +104,21 @@ impl Session for Rflex {
         match input {
             Input::Bytes(bytes) => {
                 self.machine.last_byte_ns = now_ns;
-                self.take_bytes(bytes);
+                self.intake.take(bytes);
+                self.drain();
             }
             Input::Time => {}
+            Input::RateRefused(baud) => self.machine.say(Event::RateRefused { baud }),
+            Input::PortBack => self.port_back(),
             Input::Stop => self.machine.stop(),
         }
         self.machine.time();
     }
 
     fn poll(&mut self) -> Output {
+        if self.machine.outputs.is_empty() {
+            self.drain();
+        }
         self.machine.outputs.pop().unwrap_or_else(|| Output::WaitUntil(self.machine.deadline_ns()))
     }
 
@@ -124,6 +132,10 @@ impl Session for Rflex {
 
     fn counts(&self) -> Counts {
         self.deframer.counts()
+    }
+
+    fn overflowed(&self) -> u64 {
+        self.machine.outputs.overflowed()
     }
 }
 

@@ -7,7 +7,7 @@ use super::Wheels;
 use crate::session::base::counted::{CountedPose, Reading, Step as Counted};
 use crate::session::base::driver::Purpose;
 use crate::session::base::{BaseInfo, OdometryReading};
-use crate::session::{Event, Output, Outputs, RequestBytes, ShortText, printable};
+use crate::session::{Event, Output, Outputs, RequestBytes, ShortText, printable, silence};
 use crate::stamping::byte_time_ns;
 
 /// A controller answers within some milliseconds, a USB adapter adds up to 16 (its latency timer) and now and then 8 more.
@@ -84,6 +84,8 @@ pub(super) struct Machine {
     battery_v: f32,
     last_counts_ns: i64,
     last_byte_ns: i64,
+    /// When a port that was gone came back.
+    port_back_ns: i64,
     rounds: u32,
 }
 
@@ -112,11 +114,12 @@ impl Machine {
             battery_v: 0.0,
             last_counts_ns: now_ns,
             last_byte_ns: now_ns,
+            port_back_ns: i64::MIN,
             rounds: 0,
         }
     }
 
-    fn say(&mut self, event: Event) {
+    pub(super) fn say(&mut self, event: Event) {
         self.outputs.push(Output::Event(event));
     }
 
@@ -142,7 +145,7 @@ impl Machine {
     pub(super) fn watch(&mut self) {
         match self.stage {
             Stage::Resting { until_ns } if self.now_ns >= until_ns => self.identify(),
-            Stage::Running if self.now_ns - self.last_counts_ns >= SILENCE_NS => {
+            Stage::Running if self.now_ns >= self.silence_deadline_ns() => {
                 let for_ms = u32::try_from((self.now_ns - self.last_counts_ns) / 1_000_000);
                 let for_ms = for_ms.unwrap_or(u32::MAX);
                 let bytes_came = self.last_byte_ns - self.last_counts_ns > SILENCE_NS / 2;
@@ -340,6 +343,20 @@ impl Machine {
         }
     }
 
+    fn silence_deadline_ns(&self) -> i64 {
+        silence::deadline_ns(self.last_counts_ns, SILENCE_NS, self.port_back_ns)
+    }
+
+    /// Whatever was asked was not heard, and whatever comes first may be an old answer.
+    pub(super) fn port_back(&mut self) {
+        self.port_back_ns = self.now_ns;
+        self.outputs.push(Output::SetBaud(self.baud));
+        self.open = None;
+        self.ask_ns = self.now_ns + QUIET_NS;
+        self.quiet_limit_ns = Some(self.now_ns + LONGEST_QUIET_NS);
+        self.pace = Pace::Lost;
+    }
+
     /// Nothing was commanded, so nothing has to be undone.
     pub(super) fn stop(&mut self) {
         if self.stage == Stage::Running {
@@ -361,7 +378,7 @@ impl Machine {
             Stage::Running => {
                 let due_ns = self.next_counts_ns.min(self.next_state_ns);
                 let ask_ns = if self.open.is_some() { question_ns } else { question_ns.max(due_ns) };
-                ask_ns.min(self.last_counts_ns.saturating_add(SILENCE_NS))
+                ask_ns.min(self.silence_deadline_ns())
             }
         }
     }

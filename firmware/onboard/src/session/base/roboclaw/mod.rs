@@ -16,7 +16,7 @@ use biplane_wire::roboclaw::{Collector, Question, Request};
 
 use super::counted::Motion;
 use super::driver::{BaseDriver, Purpose};
-use super::{BaseInfo, Input, Output, Session};
+use super::{BaseInfo, Event, Input, Output, Session};
 use machine::{Machine, Stage};
 
 /// The two driven wheels.
@@ -128,6 +128,11 @@ impl Session for RoboClaw {
         match input {
             Input::Bytes(bytes) => self.take_bytes(bytes),
             Input::Time => {}
+            Input::RateRefused(baud) => self.machine.say(Event::RateRefused { baud }),
+            Input::PortBack => {
+                self.collector.abandon();
+                self.machine.port_back();
+            }
             Input::Stop => {
                 self.collector.abandon();
                 self.machine.stop();
@@ -150,6 +155,10 @@ impl Session for RoboClaw {
 
     fn counts(&self) -> Counts {
         self.collector.counts()
+    }
+
+    fn overflowed(&self) -> u64 {
+        self.machine.outputs.overflowed()
     }
 }
 

@@ -219,3 +219,18 @@ fn random_bytes_never_panic_and_no_question_is_asked_faster_than_the_line_gets_q
         }
     }
 }
+
+#[test]
+fn a_controller_behind_a_port_that_comes_back_is_asked_on_and_old_answers_are_not_taken() {
+    let gone = format!("{}\n30 > {ENCODERS}\n40 gone\n2000 back\n2000 = 38400\n", found(500, 500));
+    let on = format!(
+        "2003 < {}\n2018 > {BATTERY}\n2020 < {VOLTS_12_3}\n2035 > {ENCODERS}\n2040 < {}\n2040 * 0.100 0.000 0.0000\n2041 end",
+        counts(600, 600),
+        counts(1500, 1500)
+    );
+    check(&mut BaseSession::streaming(SETTINGS, 0), &format!("{gone}{on}"));
+    let off = format!("2015 > {BATTERY}\n2078 < 00\n2350 end");
+    let lines: Vec<String> = format!("{gone}{off}").lines().map(str::to_owned).collect();
+    let transcript = play(&mut BaseSession::streaming(SETTINGS, 0), &lines);
+    assert!(transcript.iter().any(|line| line.starts_with("2350 ! ")), "{transcript:#?}");
+}

@@ -119,3 +119,54 @@ fn a_refused_acknowledge_is_answered_by_the_same_question_after_a_pause() {
     let script = format!("0 = 38400\n0 {STOP}\n10 < 15\n70 {STOP}\n80 {MODE_DONE}\n80 {ASK_TYPE}\n81 end");
     check(&mut streaming(HALF), &script);
 }
+
+#[test]
+fn a_rate_that_the_port_does_not_have_is_said_once_and_left_out() {
+    let mut script = format!(
+        "0 = 38400\n0 {STOP}\n150 {STOP}\n300 = 9600\n300 {STOP}\n450 {STOP}\n600 = 500000\n600 {STOP}\n\
+         601 lacks 500000\n601 ! its port does not run at 500000 Bd, which is left out\n\
+         601 = 19200\n601 {STOP}\n751 {STOP}\n901 ! no answer (round 1), asking on\n"
+    );
+    for (index, baud) in [38400, 9600, 38400, 9600, 19200].into_iter().cycle().take(10).enumerate() {
+        let at = 901 + 200 * index;
+        script += &format!("{at} = {baud}\n{at} {STOP}\n");
+    }
+    script += "2899 end";
+    check(&mut streaming(HALF), &script);
+}
+
+#[test]
+fn a_laser_is_not_taken_to_a_rate_that_the_port_does_not_have() {
+    let settings = LaserSettings { baud: 500_000, ..HALF };
+    let script = format!(
+        "0 = 500000\n0 {STOP}\n1 lacks 500000\n1 ! its port does not run at 500000 Bd, which is left out\n\
+         1 = 9600\n1 {STOP}\n80 {MODE_DONE}\n80 {ASK_TYPE}\n100 {TYPE}\n100 ! is a LMS291;S05;X01.27\n\
+         100 ! answers at 9600 Bd\n100 ! does not change to 500000 Bd, stays at 9600 Bd\n100 {ASK_CONFIG}\n101 end"
+    );
+    check(&mut streaming(settings), &script);
+}
+
+#[test]
+fn a_laser_that_streams_on_behind_a_port_that_comes_back_is_left_alone() {
+    let up = format!(
+        "0 = 38400\n0 {STOP}\n80 {MODE_DONE}\n80 {ASK_TYPE}\n{}\n200 < scan361\n200 * 361 beams\n\
+         250 < stump100\n260 gone\n5000 back\n5000 = 38400\n",
+        settings_read(90)
+    );
+    let on = "5300 < stump150\n5500 < scan361\n5500 * 361 beams\n6300 < scan361\n6300 * 361 beams\n6301 end";
+    check(&mut streaming(HALF), &format!("{up}{on}"));
+    // Without power it would be silent: a third of a second tells.
+    let off = format!("5350 ! silent for 5100 ms, starting again\n5350 = 38400\n5350 {STOP}\n5351 end");
+    check(&mut streaming(HALF), &format!("{up}{off}"));
+}
+
+#[test]
+fn a_port_that_comes_back_while_a_laser_is_looked_for_is_asked_for_its_rates_anew() {
+    let script = format!(
+        "0 = 38400\n0 {STOP}\n150 {STOP}\n300 = 9600\n300 {STOP}\n450 {STOP}\n600 = 500000\n600 {STOP}\n\
+         601 lacks 500000\n601 ! its port does not run at 500000 Bd, which is left out\n601 = 19200\n601 {STOP}\n\
+         610 gone\n9000 back\n9000 = 38400\n9000 = 19200\n9000 = 38400\n9000 {STOP}\n9150 {STOP}\n\
+         9300 = 9600\n9300 {STOP}\n9450 {STOP}\n9600 = 500000\n9600 {STOP}\n9601 end"
+    );
+    check(&mut streaming(HALF), &script);
+}
