@@ -62,7 +62,7 @@ pub enum OnboardError {
     },
     /// Too little room to begin.
     #[error(
-        "only {} MB are left on the disk of {}: a recording ends at {} MB",
+        "only {} MB are left on the disk of {}, and {} MB are needed to begin",
         free_bytes / 1_000_000,
         folder.display(),
         needed_bytes / 1_000_000
@@ -72,8 +72,14 @@ pub enum OnboardError {
         folder: PathBuf,
         /// What is free there.
         free_bytes: u64,
-        /// With less, a recording ends.
+        /// With less, no recording begins.
         needed_bytes: u64,
+    },
+    /// The run was stopped before there was room for it.
+    #[error("stopped while waiting for room on the disk of {}: nothing was recorded", folder.display())]
+    StoppedWaitingForRoom {
+        /// Where the recording would lie.
+        folder: PathBuf,
     },
     /// Two devices on one port.
     #[error("{port} is the port of {} and of {}: each device needs its own", devices[0], devices[1])]

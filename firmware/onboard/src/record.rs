@@ -16,7 +16,7 @@ mod writing;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use biplane_matcher::Method;
@@ -39,6 +39,9 @@ use service::Service;
 use telling::{Audience, Telling};
 use writing::Writing;
 
+/// Room on the disk that is waited for is looked for so often, nanoseconds.
+const LOOK_NS: i64 = 250_000_000;
+
 /// What to record.
 #[derive(Clone, PartialEq, Debug)]
 pub struct RecordOptions {
@@ -56,7 +59,7 @@ pub struct RecordOptions {
     pub overwrite: bool,
     /// When the output's next part begins.
     pub rotation: Rotation,
-    /// Wait for ports that are not there yet, instead of failing.
+    /// Wait for ports that are not there yet, and for room on the disk, instead of failing.
     pub wait: bool,
     /// Ask for real-time priority and locked memory.
     pub realtime: bool,
@@ -107,8 +110,8 @@ pub fn record_with(options: &RecordOptions, controls: Controls<'_>) -> Result<Ru
         WriterOptions { overwrite: options.overwrite, sync: true, ..WriterOptions::default() };
     PartsWriter::check(&options.output, &writer_options, options.rotation)?;
     let folder = folder_of(&options.output);
-    check_room(&folder, options.stop_free_bytes)?;
     let service = Service::find();
+    find_room(options, &folder, service, controls.stop)?;
     let opened = lines::open_ports(options, service, controls.stop)?;
     // Not before: a machine that waits for its devices may not have had its time set.
     let clock = RunClock::start();
@@ -167,13 +170,34 @@ fn end_ns(options: &RecordOptions, start_ns: i64) -> i64 {
     })
 }
 
-fn check_room(folder: &Path, needed_bytes: u64) -> Result<(), OnboardError> {
-    match disk::free_bytes(folder) {
-        Some(free_bytes) if free_bytes < needed_bytes => {
-            Err(OnboardError::DiskLow { folder: folder.to_owned(), free_bytes, needed_bytes })
+/// Sees to it that there is room to begin. With `wait` it is waited for, and there must be twice what a run ends at: a service shall
+/// neither begin a run that ends at once nor be started again and again.
+fn find_room(
+    options: &RecordOptions,
+    folder: &Path,
+    service: Service,
+    stop: &AtomicBool,
+) -> Result<(), OnboardError> {
+    let needed_bytes = options.stop_free_bytes.saturating_mul(if options.wait { 2 } else { 1 });
+    let mut said = false;
+    while let Some(free_bytes) = disk::free_bytes(folder).filter(|&free| free < needed_bytes) {
+        let low = OnboardError::DiskLow { folder: folder.to_owned(), free_bytes, needed_bytes };
+        if !options.wait {
+            return Err(low);
         }
-        _ => Ok(()),
+        if stop.load(Ordering::Relaxed) {
+            return Err(OnboardError::StoppedWaitingForRoom { folder: folder.to_owned() });
+        }
+        if !std::mem::replace(&mut said, true) {
+            tracing::warn!("{low}; waiting for room");
+            service.status(&format!("waiting for room: {low}"));
+            // Up as far as it can be: the rest is for whoever makes room.
+            service.ready();
+        }
+        service.alive();
+        biplane_clock::sleep_ns(LOOK_NS);
     }
+    Ok(())
 }
 
 fn folder_of(path: &Path) -> PathBuf {
@@ -186,6 +210,7 @@ fn folder_of(path: &Path) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::thread;
 
     #[test]
     fn without_room_for_a_recording_none_is_begun() {
@@ -194,5 +219,17 @@ mod tests {
         options.stop_free_bytes = u64::MAX;
         let refused = record(&options, &AtomicBool::new(false)).unwrap_err();
         assert!(matches!(refused, OnboardError::DiskLow { .. }), "{refused}");
+        // A service waits for room, and can be stopped meanwhile.
+        options.wait = true;
+        let stop = AtomicBool::new(false);
+        let stopped = thread::scope(|scope| {
+            let recording = scope.spawn(|| record(&options, &stop));
+            biplane_clock::sleep_ns(LOOK_NS);
+            assert!(!recording.is_finished());
+            stop.store(true, Ordering::Relaxed);
+            recording.join().unwrap().unwrap_err()
+        });
+        assert!(matches!(stopped, OnboardError::StoppedWaitingForRoom { .. }), "{stopped}");
+        assert!(!options.output.exists());
     }
 }

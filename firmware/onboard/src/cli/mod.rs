@@ -75,7 +75,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Man(args) => papers::man(args),
     };
     result.unwrap_or_else(|error| {
-        if let OnboardError::StoppedWaiting { .. } = error {
+        if let OnboardError::StoppedWaiting { .. } | OnboardError::StoppedWaitingForRoom { .. } = error {
             // Asked to stop, and nothing was under way.
             tracing::info!("{error}");
             return 0;

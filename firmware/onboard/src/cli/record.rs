@@ -32,7 +32,7 @@ pub struct Args {
     matcher: Method,
     #[command(flatten)]
     rotation: super::rotation::RotationArgs,
-    /// Wait for ports that are not there yet (for a service that starts with the machine).
+    /// Wait for ports that are not there yet, and for room on the disk (for a service that starts with the machine).
     #[arg(long)]
     wait: bool,
     /// Real-time priority and locked memory; goes on without where the right is missing.
