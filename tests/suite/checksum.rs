@@ -3,6 +3,8 @@
 //! The checksum moves its register by one bit a byte, so that a flip of bit j in one byte and of bit j + 1 in the next cancel: it is
 //! never seen by it. What length, code, count of values and range checks can tell besides is told by the session.
 
+use std::collections::VecDeque;
+
 use biplane_mock::lms_device::feed::STATUS_OK;
 use biplane_mock::lms_device::frame;
 use biplane_mock::rng::Rng;
@@ -84,54 +86,92 @@ fn recorded(session: &mut LaserSession, now_ns: &mut i64, bytes: &[u8]) -> Vec<V
     for chunk in bytes.chunks(MAX_INPUT_BYTES) {
         *now_ns += MS;
         session.handle(*now_ns, Input::Bytes(chunk));
-        loop {
-            match session.poll() {
-                Output::WaitUntil(_) => break,
-                Output::Scan(scan) => {
-                    scans
-                        .push(scan.ranges_m.iter().map(|range_m| (range_m * 100.0).round() as u16).collect());
-                }
-                _ => {}
-            }
-        }
+        scans.extend(taken(session));
     }
     scans
+}
+
+/// The scans that the session has ready, in centimetres.
+fn taken(session: &mut LaserSession) -> Vec<Vec<u16>> {
+    let mut scans = Vec::new();
+    loop {
+        match session.poll() {
+            Output::WaitUntil(_) => return scans,
+            Output::Scan(scan) => {
+                scans.push(scan.ranges_m.iter().map(|range_m| (range_m * 100.0).round() as u16).collect());
+            }
+            _ => {}
+        }
+    }
+}
+
+/// What became of damaged telegrams and of the intact ones behind them.
+#[derive(Default)]
+struct Account {
+    /// Damaged ones that were recorded with ranges that nobody sent.
+    undetected: u64,
+    /// Damaged ones that were recorded with their own ranges.
+    unharmed: u64,
+    /// Intact ones that were not recorded.
+    lost: u64,
+}
+
+/// Sends damaged telegrams, three intact ones behind each.
+///
+/// Not always at once: in damaged bytes a head may stand that promises a long telegram, and all that comes must wait until it has failed.
+fn damaged_and_intact(telegrams: u64, damage: Damage) -> Account {
+    let mut rng = Rng::new(1, 0xC4EC, 0);
+    let mut session = LaserSession::listening(LaserSettings::from(&Rig::default().horizontal), 0);
+    let mut now_ns = 0;
+    let mut account = Account::default();
+    // What is still to come, in order; of damaged ones the values as they were: a flag may be damaged and the ranges not.
+    let mut due: VecDeque<(bool, Vec<u16>)> = VecDeque::new();
+    let mut hold = |scans: Vec<Vec<u16>>, due: &mut VecDeque<(bool, Vec<u16>)>| {
+        for scan in scans {
+            let Some(at) = due.iter().position(|(_, values)| *values == scan) else {
+                account.undetected += 1;
+                continue;
+            };
+            let passed_over = due.drain(..at).filter(|(is_intact, _)| *is_intact).count();
+            account.lost += passed_over as u64;
+            account.unharmed += u64::from(due.pop_front().is_some_and(|(is_intact, _)| !is_intact));
+        }
+    };
+    for _ in 0..telegrams {
+        let intact = scan(&mut rng);
+        let mut damaged = scan(&mut rng);
+        due.push_back((false, words(&damaged)));
+        damage(&mut damaged, &mut rng);
+        hold(recorded(&mut session, &mut now_ns, &damaged), &mut due);
+        for _ in 0..3 {
+            due.push_back((true, words(&intact)));
+            hold(recorded(&mut session, &mut now_ns, &intact), &mut due);
+        }
+    }
+    session.finish();
+    hold(taken(&mut session), &mut due);
+    account.lost += due.iter().filter(|(is_intact, _)| *is_intact).count() as u64;
+    account
 }
 
 #[test]
 fn single_flips_are_always_seen_and_the_rate_of_what_is_not_is_that_of_a_weak_16_bit_sum() {
     let telegrams = 400 * seeds(10, 1).count() as u64;
-    println!("| damage | telegrams | recorded though damaged | share |\n|---|---|---|---|");
+    println!(
+        "| damage | telegrams | recorded though damaged | share | intact behind them, not recorded |\n|---|---|---|---|---|"
+    );
     for (name, damage) in DAMAGES {
-        let mut rng = Rng::new(1, 0xC4EC, 0);
-        let mut session = LaserSession::listening(LaserSettings::from(&Rig::default().horizontal), 0);
-        let mut now_ns = 0;
-        let (mut undetected, mut lost) = (0_u64, 0_u64);
-        for _ in 0..telegrams {
-            let intact = scan(&mut rng);
-            let mut damaged = scan(&mut rng);
-            let sent = [words(&intact), words(&damaged)];
-            damage(&mut damaged, &mut rng);
-            let mut scans = recorded(&mut session, &mut now_ns, &damaged);
-            // Three intact ones behind it: the first may have to wait for what a damaged length has promised.
-            for _ in 0..3 {
-                scans.extend(recorded(&mut session, &mut now_ns, &intact));
-            }
-            // A flag may be damaged and its range not, or the last byte come twice.
-            undetected += scans.iter().filter(|ranges| !sent.contains(ranges)).count() as u64;
-            let kept = scans.iter().filter(|ranges| **ranges == sent[0]).count();
-            // What passed, harmed or not, may have taken the first byte of the next one.
-            lost += (3 - kept).saturating_sub(scans.len() - kept) as u64;
-        }
-        println!("| {name} | {telegrams} | {undetected} | {:.5} |", undetected as f64 / telegrams as f64);
+        let Account { undetected, unharmed, lost } = damaged_and_intact(telegrams, damage);
+        let share = undetected as f64 / telegrams as f64;
+        println!("| {name} | {telegrams} | {undetected} | {share:.5} | {lost} of {} |", 3 * telegrams);
         let allowed = match name {
             "one bit flipped" => 0.0,
             "bit j of a byte and bit j + 1 of the next flipped" => 1.0,
             _ => 0.01,
         };
         assert!(undetected as f64 <= allowed * telegrams as f64, "{name}: {undetected} of {telegrams}");
-        println!("  ({lost} intact telegrams of {} behind them not recorded)", 3 * telegrams);
-        // What passes by chance may take what stands behind it.
-        assert!(lost <= 1 + telegrams / 2000, "{name}: {lost} intact telegrams lost behind damaged ones");
+        // A telegram whose last byte was lost, and was a 02, is whole with the first byte of the next: nothing can tell which of the two is.
+        let may_have_taken = if name == "a byte lost" { undetected + unharmed } else { 0 };
+        assert!(lost <= may_have_taken, "{name}: {lost} intact telegrams lost behind damaged ones");
     }
 }

@@ -313,3 +313,36 @@ fn a_reply_reads_straight_from_the_frame() {
     assert_eq!(telegram.reply(), Ok(Reply::Mode(lms::ModeResult::Done)));
     assert_eq!(telegram.status(), Some(Status::OK));
 }
+
+#[test]
+fn a_frame_that_is_taken_back_gives_free_the_true_one_whose_first_byte_it_had_taken() {
+    // A scan that is a byte short, and whose checksum fits all the same with the next scan's first byte: found by trying.
+    let next = scan(181, 9);
+    let stump = (0..=u16::MAX).find_map(|value| {
+        let mut bytes = scan(181, 7);
+        bytes[100..102].copy_from_slice(&value.to_le_bytes());
+        bytes.truncate(bytes.len() - 1);
+        let sum = lms::checksum(&bytes[..bytes.len() - 1]).to_le_bytes();
+        (sum[1] == lms::STX).then(|| {
+            let last = bytes.len() - 1;
+            bytes[last] = sum[0];
+            bytes
+        })
+    });
+    let stump = stump.unwrap();
+    let stream = [stump.clone(), next.clone()].concat();
+    let (mut deframer, mut frames) = (DeviceDeframer::new(), Vec::new());
+    assert_eq!(deframer.push(&stream), stream.len());
+    while let Some(item) = deframer.next() {
+        let Item::Frame { offset, bytes } = item else { continue };
+        frames.push((offset, bytes.to_vec()));
+        if frames.len() == 1 {
+            deframer.reject();
+            deframer.reject();
+        }
+    }
+    assert_eq!(frames.len(), 2);
+    assert_eq!(frames[1], (stump.len() as u64, next));
+    let counts = deframer.counts();
+    assert_eq!((counts.frames, counts.bytes()), (1, stream.len() as u64));
+}

@@ -25,6 +25,8 @@ pub struct Deframer<F, const N: usize> {
     /// Skipped bytes directly before `offset`, not handed out yet.
     pending: usize,
     pending_reason: SkipReason,
+    /// Bytes of the frame that was handed out last, 0 for another piece.
+    handed_out: usize,
     counts: Counts,
     framing: PhantomData<F>,
 }
@@ -67,6 +69,7 @@ impl<F: Framing, const N: usize> Deframer<F, N> {
             failed_until: 0,
             pending: 0,
             pending_reason: SkipReason::Noise,
+            handed_out: 0,
             counts: Counts::default(),
             framing: PhantomData,
         }
@@ -75,6 +78,7 @@ impl<F: Framing, const N: usize> Deframer<F, N> {
     /// Takes bytes into the buffer and says how many. Drain with [`Deframer::next`] and push the rest; after a
     /// complete drain at least one byte is always taken.
     pub fn push(&mut self, bytes: &[u8]) -> usize {
+        self.handed_out = 0;
         if N - self.end < bytes.len() && self.start > 0 {
             self.buffer.copy_within(self.start..self.end, 0);
             self.end -= self.start;
@@ -89,6 +93,7 @@ impl<F: Framing, const N: usize> Deframer<F, N> {
     /// The next piece of the stream; `None` when more bytes are needed.
     #[allow(clippy::should_implement_trait)] // a lending iterator: the item borrows from the deframer
     pub fn next(&mut self) -> Option<Item<'_>> {
+        self.handed_out = 0;
         let found = self.advance()?;
         let offset = self.offset;
         Some(match found {
@@ -122,6 +127,24 @@ impl<F: Framing, const N: usize> Deframer<F, N> {
     pub fn abandon(&mut self) {
         self.gap_at = Some(self.offset + self.buffered() as u64);
         self.wanted = 0;
+    }
+
+    /// Takes back the frame that [`Deframer::next`] has just handed out: it cannot be true, for a reason that no checksum sees. Its
+    /// bytes are searched for others and handed out again, as those of any frame that failed: what passed by chance, a byte
+    /// short, has taken the first byte of the true one behind it. Whoever rejects counts. Does nothing once bytes were pushed or
+    /// another piece was taken.
+    pub fn reject(&mut self) {
+        let count = core::mem::take(&mut self.handed_out);
+        if count == 0 {
+            return;
+        }
+        self.counts.frames -= 1;
+        self.counts.frame_bytes -= count as u64;
+        self.start -= count;
+        self.offset -= count as u64;
+        self.reason = SkipReason::Rejected;
+        self.failed_until = self.offset + count as u64;
+        self.skip(1);
     }
 
     /// Tells that the input ends here: draining then accounts for every byte.
@@ -215,7 +238,7 @@ impl<F: Framing, const N: usize> Deframer<F, N> {
             SkipReason::BadChecksum => self.counts.bad_checksums += 1,
             SkipReason::BadLength => self.counts.bad_lengths += 1,
             SkipReason::Abandoned => self.counts.abandoned += 1,
-            SkipReason::Noise => {}
+            SkipReason::Noise | SkipReason::Rejected => {}
         }
     }
 
@@ -246,6 +269,7 @@ impl<F: Framing, const N: usize> Deframer<F, N> {
         self.counts.frame_bytes += count as u64;
         self.consume(count);
         self.synchronised();
+        self.handed_out = count;
         Found::Frame(count)
     }
 

@@ -11,6 +11,8 @@ pub enum SkipReason {
     BadLength,
     /// A frame that was not finished: a gap on the line, or the end of the input.
     Abandoned,
+    /// A frame that was taken back: see [`super::Deframer::reject`].
+    Rejected,
 }
 
 /// A piece of the stream. `offset` is the index of its first byte since [`super::Deframer::new`].

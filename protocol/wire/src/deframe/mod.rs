@@ -1,7 +1,8 @@
 //! Cutting a byte stream into frames.
 //!
 //! A serial line delivers bytes in any chunks, with noise, gaps and damage. A [`Deframer`] keeps a bounded buffer and
-//! hands out every byte exactly once: inside a frame, as a control byte between frames, or as skipped. So
+//! hands out every byte exactly once (those of a frame that is taken back, again): inside a frame, as a control byte between
+//! frames, or as skipped. So
 //! `frame_bytes + control_bytes + skipped_bytes = bytes in`, however the stream was cut up.
 //!
 //! Neither protocol stuffs bytes: the start sequence may occur in data. A frame is recognised by its length *and*

@@ -110,7 +110,12 @@ impl LaserSession {
     fn drain(&mut self) {
         while self.machine.outputs.has_room() {
             if let Some(item) = self.deframer.next() {
+                let rejected = self.machine.health.rejected;
                 self.machine.item(item);
+                if self.machine.health.rejected > rejected {
+                    // A damaged telegram that lost a byte has taken the first one of the telegram behind it.
+                    self.deframer.reject();
+                }
             } else if !self.intake.hand_on(&mut self.deframer) {
                 break;
             }

@@ -83,6 +83,7 @@ impl Plausibility {
     /// Whether a telegram of this form can be one that the device sent.
     pub(super) fn accepts(&mut self, form: Form) -> bool {
         if self.believed.iter().any(|believed| *believed == form) {
+            self.renew(form);
             return true;
         }
         let is_first = self.believed.is_empty() && self.fits_configuration(form);
@@ -92,6 +93,16 @@ impl Plausibility {
         }
         keep(&mut self.suspects, form);
         false
+    }
+
+    /// The form seen last goes last: damage that came twice, some hours apart, must not drive out the form that comes all the time.
+    fn renew(&mut self, form: Form) {
+        for _ in 0..self.believed.len() {
+            if let Some(other) = self.believed.pop_front().filter(|other| *other != form) {
+                let _ = self.believed.push_back(other);
+            }
+        }
+        let _ = self.believed.push_back(form);
     }
 
     fn fits_configuration(&self, form: Form) -> bool {
@@ -143,6 +154,21 @@ mod tests {
             }
             plausibility.restart(None);
         }
+    }
+
+    #[test]
+    fn damage_that_comes_twice_again_and_again_does_not_drive_out_the_usual_form() {
+        let mut plausibility = Plausibility::default();
+        let usual = telegram(361, Unit::Cm, None, 0x10);
+        for (count, unit) in
+            [(101, Unit::Cm), (181, Unit::Cm), (201, Unit::Cm), (401, Unit::Cm), (361, Unit::Mm)]
+        {
+            for expected in [false, true] {
+                assert_eq!(judged(&mut plausibility, &usual), Some(true), "before {count} {unit:?}");
+                assert_eq!(judged(&mut plausibility, &telegram(count, unit, None, 0x10)), Some(expected));
+            }
+        }
+        assert_eq!(judged(&mut plausibility, &usual), Some(true));
     }
 
     #[test]
