@@ -94,6 +94,13 @@ fn a_power_cycle() {
 }
 
 #[test]
+fn a_power_cycle_of_a_laser_that_takes_a_minute_to_start() {
+    let mut wrong = Vec::new();
+    let table = rows(Fault::LongStart, &LASERS, &rig_at(38_400), seeds(1, 10), &mut wrong);
+    conclude(&table, &wrong);
+}
+
+#[test]
 fn silence() {
     check(Fault::Silence);
 }

@@ -4,6 +4,7 @@ mod accuracy;
 mod allocations;
 mod captures;
 mod checksum;
+mod clock_steps;
 mod faults;
 mod quiet_run;
 mod recorded;

@@ -109,6 +109,8 @@ fn found_in_other_states() -> Vec<Case> {
     let latency = Latency::default();
     let mut cases = vec![
         Case::of("just switched on", 38_400, LmsParams { baud: 9600, power_on_message: true, ..at_rate() }),
+        // Severity 1, "info", with every reply and scan, as the logs of a real LMS 200 have it.
+        Case::of("status byte 11h", 38_400, LmsParams { errors: vec![(1, 5)], ..at_rate() }),
         Case::of("other variant", 38_400, LmsParams { variant: Variant::of(100, 25), ..at_rate() }),
         Case::of(
             "millimetres, other measuring mode",

@@ -23,7 +23,7 @@ use biplane_matcher::Method;
 use biplane_recording::{PartsWriter, Rig, Rotation, WriterOptions};
 
 pub use acquisition::Controls;
-pub use clock::RunClock;
+pub use clock::{Clocks, RunClock};
 pub use telling::StatusMode;
 
 use crate::engine::{Engine, EngineOptions, Feed};

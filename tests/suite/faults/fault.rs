@@ -23,6 +23,8 @@ pub enum Fault {
     Jerk,
     /// The device loses its power, gets it back and starts.
     PowerCycle,
+    /// The same, and a laser takes a minute to start.
+    LongStart,
     /// Nothing comes from the device.
     Silence,
     /// Random bytes come instead.
@@ -52,7 +54,7 @@ impl Fault {
             Self::Unplug => (lasts(0.1, 9.0), Happening::Unplug, Happening::Plug, BACK_KNOWN_NS),
             Self::Cable => (lasts(1.3, 9.0), Happening::Part, Happening::Join, BACK_KNOWN_NS),
             Self::Jerk => (lasts(0.05, 0.8), Happening::Part, Happening::Join, BACK_KNOWN_NS),
-            Self::PowerCycle => {
+            Self::PowerCycle | Self::LongStart => {
                 let within_ns = if port == Port::Base { BACK_KNOWN_NS } else { BACK_SEARCHED_NS };
                 (lasts(0.3, 10.0), Happening::PowerOff, Happening::PowerOn, within_ns)
             }
@@ -67,7 +69,7 @@ impl Fault {
         // A lost port is looked for every quarter of a second.
         let seen_ns = if self == Self::Unplug { lasts(0.0, 0.25) } else { 0 };
         let happenings = vec![(begin_ns, begins), (ends_ns + seen_ns, ends)];
-        let boot_ns = if self == Self::PowerCycle { boot_ns } else { 0 };
+        let boot_ns = if matches!(self, Self::PowerCycle | Self::LongStart) { boot_ns } else { 0 };
         let answering_ns = ends_ns + boot_ns;
         Outage { begin_ns, answering_ns, happenings, back_within_ns }
     }
@@ -87,6 +89,7 @@ impl Fault {
             Self::Cable => "cable pulled, 1.3 to 9 s".to_owned(),
             Self::Jerk => "cable pulled, under 0.8 s".to_owned(),
             Self::PowerCycle => "power-cycle".to_owned(),
+            Self::LongStart => "power-cycle, starts in 60 s".to_owned(),
             Self::Silence => "silence, 1.3 to 9 s".to_owned(),
             Self::Garbage => "garbage, 1.3 to 9 s".to_owned(),
             Self::Noise(presets) => {

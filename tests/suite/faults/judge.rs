@@ -13,7 +13,9 @@ use biplane_recording::{Port, Rig};
 
 use super::fault::{Fault, Outage};
 use super::outcome::Outcome;
-use crate::rig::devices::idle_lines;
+use crate::rig::devices::{idle_laser, idle_lines, laser};
+use crate::rig::line::SimLine;
+use crate::rig::pairs::{sent_axes, sent_counts};
 use crate::rig::plan::Plan;
 use crate::rig::truth::{Account, base_account, laser_account, sent_reports, sent_scans};
 use crate::rig::witness::Witness;
@@ -27,6 +29,8 @@ const NOTICED_NS: i64 = S;
 const SURELY_NOTICED_NS: i64 = 12 * S / 10;
 /// An outage of this length stands in the diagnostics, which come once a second.
 const SURELY_TOLD_NS: i64 = 22 * S / 10;
+/// The longest that the telegram listing allows a laser from power-on until it speaks.
+const LONG_BOOT_NS: i64 = 60 * S;
 /// How long is looked on after the fault.
 const AFTER_NS: i64 = 10 * S;
 
@@ -35,7 +39,7 @@ pub fn run(faults: &[(Port, Fault)], rig: &Rig, seed: u64) -> Outcome {
     let mut rng = Rng::new(seed, 0xFA_0175, faults.len() as i64);
     let outages: Vec<(Port, Fault, Outage)> = faults
         .iter()
-        .map(|&(port, fault)| (port, fault, fault.outage(port, boot_ns(rig, port), &mut rng)))
+        .map(|&(port, fault)| (port, fault, fault.outage(port, boot_ns(rig, port, fault), &mut rng)))
         .collect();
     let happenings = outages.iter().flat_map(|(port, _, outage)| {
         outage.happenings.iter().map(|(at_ns, happening)| (*at_ns, *port, happening.clone()))
@@ -43,7 +47,10 @@ pub fn run(faults: &[(Port, Fault)], rig: &Rig, seed: u64) -> Outcome {
     let plan = Plan::new(happenings.collect());
     let presets: Vec<Preset> = faults.iter().flat_map(|(_, fault)| fault.presets()).copied().collect();
     let places: Vec<u64> = faults.iter().map(|(port, _)| place(*port) as u64).collect();
-    let lines = idle_lines(rig, seed, &Faults::new(&presets, seed), &places);
+    let mut lines = idle_lines(rig, seed, &Faults::new(&presets, seed), &places);
+    for (port, _) in faults.iter().filter(|(_, fault)| *fault == Fault::LongStart) {
+        lines[place(*port)] = Some(slow_laser(rig, seed, *port));
+    }
     let mut sim = SimRig::new(rig, lines, plan, Witness::default());
     let last_ns = outages.iter().map(|(_, _, outage)| outage.answering_ns).max().unwrap_or(0);
     sim.run(last_ns + AFTER_NS, |_| false);
@@ -69,12 +76,20 @@ pub fn run(faults: &[(Port, Fault)], rig: &Rig, seed: u64) -> Outcome {
     outcome
 }
 
+/// A laser that takes its time when it is switched on.
+fn slow_laser(rig: &Rig, seed: u64, port: Port) -> SimLine {
+    let params = LmsParams { boot_ns: LONG_BOOT_NS, ..idle_laser(rig.horizontal.baud) };
+    let stream = place(port) as u64;
+    SimLine::new(laser(params, &Faults::default(), seed, stream), seed, stream)
+}
+
 /// From power-on until the device answers.
-fn boot_ns(rig: &Rig, port: Port) -> i64 {
+fn boot_ns(rig: &Rig, port: Port, fault: Fault) -> i64 {
     match (port, rig.base.protocol) {
         (Port::Base, BaseProtocol::P2os { .. }) => BaseParams::default().boot_ns,
         (Port::Base, BaseProtocol::RoboClaw { .. }) => RoboClawParams::default().boot_ns,
         (Port::Base, BaseProtocol::Rflex { .. }) => RflexParams::default().boot_ns,
+        _ if fault == Fault::LongStart => LONG_BOOT_NS,
         _ => LmsParams::default().boot_ns,
     }
 }
@@ -87,10 +102,13 @@ fn account(sim: &mut SimRig<Witness>, rig: &Rig, port: Port) -> Account {
             let packets = sent_reports(&line.sent, &line.delivered);
             base_account(&packets, &witness.odometry_ns, &sim.said)
         }
-        // Answers of a RoboClaw mean nothing without their questions, and a report of rFLEX has two packets: counted, not compared.
-        (Port::Base, _) => {
-            let count = witness.odometry_ns.len() as u64;
-            Account { sent: count, intact: count, recorded: count, ..Account::default() }
+        (Port::Base, BaseProtocol::RoboClaw { address, .. }) => {
+            let answers = sent_counts(address, &line.asked, &line.sent, &line.delivered);
+            base_account(&answers, &witness.odometry_ns, &sim.said)
+        }
+        (Port::Base, BaseProtocol::Rflex { .. }) => {
+            let pairs = sent_axes(&line.sent, &line.delivered);
+            base_account(&pairs, &witness.odometry_ns, &sim.said)
         }
         (laser, _) => {
             let telegrams = sent_scans(&line.sent, &line.delivered);

@@ -24,6 +24,8 @@ const BABBLE_NS: i64 = 5 * MS;
 pub struct SimLine {
     /// What left the device, as it left.
     pub sent: Tape,
+    /// What the host wrote, whether it arrived or not.
+    pub asked: Tape,
     /// What reads returned.
     pub delivered: Tape,
     /// Whether the tapes are kept; they grow with time.
@@ -55,6 +57,7 @@ impl SimLine {
     pub fn new(device: Box<dyn Device>, seed: u64, stream: u64) -> Self {
         Self {
             sent: Tape::default(),
+            asked: Tape::default(),
             delivered: Tape::default(),
             keeps_tapes: true,
             missed_share: 0.0,
@@ -91,6 +94,9 @@ impl SimLine {
 
     /// The host writes.
     pub fn write(&mut self, now_ns: i64, bytes: &[u8]) {
+        if self.keeps_tapes {
+            self.asked.push(now_ns, bytes);
+        }
         let missed = self.rng.unit() < self.missed_share;
         if !self.linked || missed {
             return;

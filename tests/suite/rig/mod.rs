@@ -11,6 +11,7 @@
 pub mod before;
 pub mod devices;
 pub mod line;
+pub mod pairs;
 pub mod plan;
 pub mod tape;
 pub mod truth;

@@ -18,6 +18,18 @@ impl Tape {
         }
     }
 
+    /// Pieces that passed at one time each.
+    pub fn pieces(&self) -> impl Iterator<Item = (i64, &[u8])> {
+        let starts = [0].into_iter().chain(self.marks.iter().map(|(end, _)| *end));
+        self.marks.iter().zip(starts).map(|((end, at_ns), start)| (*at_ns, &self.bytes[start..*end]))
+    }
+
+    /// Whether a piece ends before the byte of this index.
+    #[must_use]
+    pub fn is_end(&self, index: usize) -> bool {
+        self.marks.binary_search_by_key(&index, |(end, _)| *end).is_ok()
+    }
+
     /// When the byte of this index passed.
     #[must_use]
     pub fn time_ns(&self, index: usize) -> i64 {

@@ -32,7 +32,7 @@ pub struct Telegram {
 }
 
 /// Cuts a clean stream: `measure` gives the length of the whole intact telegram at the front of bytes, if one is there.
-fn cut(tape: &Tape, measure: impl Fn(&[u8]) -> Option<usize>) -> Vec<Telegram> {
+pub(super) fn cut(tape: &Tape, measure: impl Fn(&[u8]) -> Option<usize>) -> Vec<Telegram> {
     let mut telegrams = Vec::new();
     let mut at = 0;
     while at < tape.bytes.len() {
@@ -85,7 +85,7 @@ pub fn sent_reports(sent: &Tape, delivered: &Tape) -> Vec<Telegram> {
 }
 
 /// Looks each telegram up in what arrived.
-fn find(telegrams: &mut [Telegram], delivered: &Tape) {
+pub(super) fn find(telegrams: &mut [Telegram], delivered: &Tape) {
     let mut from = 0;
     for telegram in telegrams {
         let until = delivered.index_after(telegram.sent_ns + LONGEST_DELAY_NS);
