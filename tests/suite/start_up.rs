@@ -17,7 +17,7 @@ use crate::rig::devices::{base, idle_laser, laser};
 use crate::rig::line::SimLine;
 use crate::rig::plan::Plan;
 use crate::rig::seeds;
-use crate::rig::witness::Witness;
+use crate::rig::witness::{INVALID, NOTHING, RecordedScan, Witness};
 use crate::rig::{MS, S, SimRig};
 
 const RATES: [u32; 4] = [9600, 19_200, 38_400, 500_000];
@@ -76,11 +76,19 @@ impl Case {
         let beams = rig.horizontal.beam_count();
         let came = sim.run(LONGEST_NS, |sim| {
             let scan = sim.engine.sink().scans[0].last();
-            scan.is_some_and(|scan| scan.ranges_mm.len() == beams && scan.ranges_mm[90] % 10 == 0)
+            scan.is_some_and(|scan| scan.ranges_mm.len() == beams && is_in_centimetres(scan))
         });
         let time_ms = if came { sim.now_ns() / MS } else { i64::MAX };
         (time_ms, sim.told())
     }
+}
+
+/// The rig's units. In millimetres a scan reaches no farther than 32.758 m; and of its ranges one in ten is whole centimetres, of all the
+/// beams of a scan never all.
+fn is_in_centimetres(scan: &RecordedScan) -> bool {
+    let is_range = |mm: &&u32| **mm != NOTHING && **mm != INVALID;
+    let whole = scan.ranges_mm.iter().filter(is_range).all(|mm| mm % 10 == 0);
+    whole && scan.ranges_mm.iter().filter(is_range).count() >= 20 && scan.range_max_mm > 32_758
 }
 
 fn left_streaming(baud: u32, variant: Variant) -> LmsParams {
@@ -89,7 +97,7 @@ fn left_streaming(baud: u32, variant: Variant) -> LmsParams {
 
 fn found_by_rate() -> Vec<Case> {
     let mut cases = Vec::new();
-    for rig_baud in [38_400, 500_000, 9600] {
+    for rig_baud in [38_400, 500_000, 9600, 19_200] {
         for baud in RATES {
             let name = format!("idle at {baud} Bd");
             cases.push(Case::of(&name, rig_baud, idle_laser(baud)));

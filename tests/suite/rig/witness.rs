@@ -17,6 +17,8 @@ pub struct RecordedScan {
     pub log_ns: i64,
     /// Its stamp.
     pub stamp_ns: i64,
+    /// Longest range that it can say, millimetres.
+    pub range_max_mm: u32,
     /// Its ranges in millimetres.
     pub ranges_mm: Vec<u32>,
 }
@@ -64,6 +66,7 @@ fn scan(log_ns: i64, cdr: &[u8]) -> RecordedScan {
     RecordedScan {
         log_ns,
         stamp_ns: scan.stamp_ns,
+        range_max_mm: millimetres(&scan.range_max_m),
         ranges_mm: scan.ranges_m.iter().map(millimetres).collect(),
     }
 }

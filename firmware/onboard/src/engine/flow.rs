@@ -10,6 +10,13 @@ use crate::session::laser::ScanReading;
 use crate::sink::Sink;
 
 impl<S: Sink> Engine<S> {
+    /// Whether a laser may be at work on its EEPROM, which takes up to 15 s: whoever stops waits that long.
+    #[must_use]
+    pub fn is_writing(&self) -> bool {
+        let vertical = self.vertical.as_ref().is_some_and(|laser| laser.line.session.is_writing());
+        self.horizontal.line.session.is_writing() || vertical
+    }
+
     pub(super) fn scan(&mut self, now_ns: i64, port: Port, reading: &ScanReading) {
         let (topic, data) = match (port, &mut self.vertical) {
             (Port::Vertical, Some(vertical)) => (Topic::ScanVertical, vertical.stamped(now_ns, reading)),

@@ -21,6 +21,8 @@ const LONGEST_PARK_NS: i64 = 20_000_000;
 const READ_UNDER_WAY_NS: i64 = 3_000_000;
 /// Devices get this long to be left idle, nanoseconds.
 const STOP_NS: i64 = 3_000_000_000;
+/// The same while the configuration of one is being written: 15 s for that, and for what follows; the service manager waits for 20 s.
+const STOP_WRITING_NS: i64 = 18_000_000_000;
 
 /// The loop: reads in, commands out.
 pub struct Acquisition {
@@ -61,8 +63,9 @@ impl Acquisition {
                 Some((end, give_up_ns)) if self.engine.is_stopped() || now_ns >= give_up_ns => return end,
                 Some(_) => {}
                 None => {
+                    let patience_ns = if self.engine.is_writing() { STOP_WRITING_NS } else { STOP_NS };
                     ending = why_end(now_ns, end_ns, controls, writing)
-                        .map(|end| (end, now_ns.saturating_add(STOP_NS)));
+                        .map(|end| (end, now_ns.saturating_add(patience_ns)));
                     if ending.is_some() {
                         self.engine.stop(now_ns);
                         self.serve_engine();

@@ -5,7 +5,7 @@ use std::fmt;
 use biplane_wire::roboclaw::StatusBits;
 
 use super::ShortText;
-use super::laser::{ConfigChange, FaultList, Trouble, Unpublished};
+use super::laser::{BlockDifference, ConfigChange, FaultList, Trouble, Unpublished};
 
 /// What a session was doing.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
@@ -118,6 +118,9 @@ pub enum Event {
     /// The device is set otherwise than the rig asks, and does not take it; its ranges are read in the units and the measuring mode that
     /// it says.
     ConfigurationKept(ConfigChange),
+    /// The device holds another configuration than the one that it was sent: it has changed these bytes itself, or the write was damaged
+    /// on its way.
+    ConfigurationNotAsSent(BlockDifference),
     /// The device does not send remission; ranges alone are recorded.
     RemissionRefused,
     /// The device has these faults in its list.
@@ -179,6 +182,8 @@ pub enum Event {
         /// Bits per second.
         baud: u32,
     },
+    /// The run ends while the laser is looked for: it has not answered a stop request at any rate.
+    StopUnanswered,
 }
 
 impl Event {
@@ -236,6 +241,9 @@ impl fmt::Display for Event {
             Self::GivenUp { step } => write!(f, "gave up {}", step.words()),
             Self::ConfigurationWritten(change) => write!(f, "configuration written: {change}"),
             Self::ConfigurationKept(change) => write!(f, "does not take what the rig asks: {change}"),
+            Self::ConfigurationNotAsSent(difference) => {
+                write!(f, "holds another configuration than was written to it: {difference}")
+            }
             Self::RemissionRefused => write!(f, "does not send remission, ranges alone are recorded"),
             Self::Faults(faults) => write!(f, "reports {faults}"),
             Self::HasFault => write!(f, "says in its status report that it has a fault"),
@@ -273,6 +281,7 @@ impl fmt::Display for Event {
             Self::PortLost => write!(f, "its port is gone, looking for it"),
             Self::PortBack => write!(f, "its port is back"),
             Self::Idle { baud } => write!(f, "left idle at {baud} Bd"),
+            Self::StopUnanswered => write!(f, "did not answer when asked to stop: it may be streaming"),
         }
     }
 }

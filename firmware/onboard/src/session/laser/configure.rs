@@ -2,7 +2,9 @@
 
 use biplane_wire::lms::{Reply, Request, StatusReport, Text};
 
+use super::health::FaultList;
 use super::machine::{Goal, Machine, State};
+use super::write::Writing;
 use crate::session::retry::Patience;
 use crate::session::{Event, Step, printable};
 
@@ -13,15 +15,38 @@ const VARIANT: Patience = Patience::new(300, 3).acknowledged(3000);
 const REPLY_BYTES: usize = 160;
 
 impl Machine {
-    pub(super) fn learn_type(&mut self, text: Text<'_>) {
+    /// Keeps what replies tell of the laser, whoever asked for them.
+    pub(super) fn learn(&mut self, reply: &Reply<'_>) {
+        match reply {
+            Reply::Type { text } => self.learn_type(*text),
+            Reply::Config(config) | Reply::ConfigWritten { config, .. } => {
+                self.info.config = Some(config.clone());
+                self.plausibility.restart(self.info.config.as_ref());
+            }
+            Reply::Variant { angle_deg, resolution_cdeg, .. } => {
+                self.info.variant = Some((*angle_deg, *resolution_cdeg));
+                self.plausibility.restart(self.info.config.as_ref());
+            }
+            Reply::Mode(_) => self.plausibility.restart(self.info.config.as_ref()),
+            Reply::Status(status) => self.learn_status(status),
+            Reply::Errors(list) => self.info.faults = Some(FaultList::of(list.faults())),
+            _ => {}
+        }
+    }
+
+    /// Another type is another device: what the one before refused says nothing of it.
+    fn learn_type(&mut self, text: Text<'_>) {
         let kept = printable(text);
         if kept != self.info.type_text {
             self.info.type_text = kept.clone();
+            self.writing = Writing::default();
+            self.refused_remission = false;
+            self.said.forget_device();
             self.say(Event::Identified(kept));
         }
     }
 
-    pub(super) fn learn_status(&mut self, status: &StatusReport<'_>) {
+    fn learn_status(&mut self, status: &StatusReport<'_>) {
         self.info.firmware = printable(status.version());
         self.info.has_fault = Some(status.has_fault());
         self.info.variant = Some((status.angle_deg(), status.resolution_cdeg()));
@@ -34,7 +59,11 @@ impl Machine {
         self.ask(state, step, request, patience);
     }
 
+    /// What was read of the device before may be that of another one: until it is read anew, nothing is known, and no scan is decoded.
     pub(super) fn enter_read_configuration(&mut self) {
+        self.info.config = None;
+        self.info.status_data = None;
+        self.has_streamed = false;
         self.read(State::ReadConfiguration, Step::ReadConfiguration, Request::ReadConfig);
     }
 
@@ -99,6 +128,9 @@ impl Machine {
 
     /// An S14 has but one variant, and no command for it.
     pub(super) fn compare_variant(&mut self) {
+        if self.stop_until_ns.is_some() {
+            return self.enter_stopping();
+        }
         let wanted = (self.settings.fov_deg, self.settings.resolution_cdeg);
         let has_choice = !self.info.is_s14(&self.settings) && wanted.0 != 90;
         if self.info.variant == Some(wanted) {

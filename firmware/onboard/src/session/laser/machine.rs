@@ -7,14 +7,14 @@ use biplane_wire::Item;
 use biplane_wire::lms::{ACK, BROADCAST, NAK, Reply, Request, Telegram};
 
 use super::condition::Condition;
-use super::health::{FaultList, LaserHealth};
+use super::health::LaserHealth;
 use super::index_watch::IndexWatch;
 use super::plausible::Plausibility;
 use super::reading::{Measured, Unpublished};
 use super::said::Said;
 use super::settings::{LaserInfo, LaserSettings};
 use super::stream::Source;
-use super::wanted::ConfigChange;
+use super::write::Writing;
 use crate::session::retry::{Due, Patience, Question};
 use crate::session::{Event, Output, Outputs, RequestBytes, Step};
 use crate::stamping::byte_time_ns;
@@ -50,6 +50,7 @@ pub(super) enum State {
     ReadConfiguration,
     ReadStatus,
     ReadFaults,
+    ReadAgain,
     EnterInstallation,
     WriteConfiguration,
     LeaveInstallation,
@@ -103,12 +104,11 @@ pub(super) struct Machine {
     pub(super) said: Said,
     pub(super) refused_rate: bool,
     pub(super) failed_switches: u8,
-    /// What the last configuration was written for.
-    pub(super) written: ConfigChange,
-    /// The device did not take a configuration: it is not offered one again.
-    pub(super) refused_write: bool,
+    pub(super) writing: Writing,
     pub(super) refused_remission: bool,
     pub(super) has_streamed: bool,
+    /// It shall stop as soon as what it does now is done, and of a search not later than this.
+    pub(super) stop_until_ns: Option<i64>,
 }
 
 impl Machine {
@@ -141,19 +141,20 @@ impl Machine {
             said: Said::default(),
             refused_rate: false,
             failed_switches: 0,
-            written: ConfigChange::default(),
-            refused_write: false,
+            writing: Writing::default(),
             refused_remission: false,
             has_streamed: false,
+            stop_until_ns: None,
         }
-    }
-
-    pub(super) fn say(&mut self, event: Event) {
-        self.outputs.push(Output::Event(event));
     }
 
     /// Opens a question and sends it at once.
     pub(super) fn ask(&mut self, state: State, step: Step, request: Request, patience: Patience) {
+        if let Some((.., answered)) = self.question.take()
+            && answered != step
+        {
+            self.said.succeeded(answered);
+        }
         self.state = state;
         self.noise_bytes = 0;
         self.question = Some((Question::new(patience, self.now_ns), request, step));
@@ -172,6 +173,7 @@ impl Machine {
         {
             self.settled();
         }
+        self.end_search_for_stop();
         self.look_for_another_rate();
         if let Some((question, request, step)) = &mut self.question {
             match question.poll(self.now_ns) {
@@ -219,10 +221,6 @@ impl Machine {
             Item::Control { byte: ACK, .. } => {
                 if let Some((question, ..)) = &mut self.question {
                     question.acknowledge();
-                    if self.state == State::WriteConfiguration {
-                        // It may be at work for long, and must not do it twice.
-                        question.last_attempt();
-                    }
                 }
             }
             Item::Control { .. } => {}
@@ -277,6 +275,7 @@ impl Machine {
             State::ReadConfiguration => self.read_configuration_answered(reply),
             State::ReadStatus => self.read_status_answered(reply),
             State::ReadFaults => self.read_faults_answered(reply),
+            State::ReadAgain => self.read_again_answered(reply),
             State::EnterInstallation => self.enter_installation_answered(reply),
             State::WriteConfiguration => self.write_configuration_answered(reply),
             State::LeaveInstallation => self.leave_installation_answered(reply),
@@ -306,7 +305,9 @@ impl Machine {
             State::ReadConfiguration => self.enter_read_status(),
             State::ReadStatus => self.enter_read_faults(),
             State::ReadFaults => self.compare_configuration(),
-            State::EnterInstallation | State::WriteConfiguration => self.write_failed(),
+            State::ReadAgain => self.keep_configuration(),
+            State::EnterInstallation => self.installation_failed(),
+            State::WriteConfiguration => self.enter_leave_installation(),
             State::ReadBack => self.read_back_failed(),
             State::SetVariant => self.keep_variant(),
             State::StartStream => self.start_failed(),
@@ -339,25 +340,6 @@ impl Machine {
         }
     }
 
-    /// Keeps what replies tell of the laser, whoever asked for them.
-    pub(super) fn learn(&mut self, reply: &Reply<'_>) {
-        match reply {
-            Reply::Type { text } => self.learn_type(*text),
-            Reply::Config(config) | Reply::ConfigWritten { config, .. } => {
-                self.info.config = Some(config.clone());
-                self.plausibility.restart(self.info.config.as_ref());
-            }
-            Reply::Variant { angle_deg, resolution_cdeg, .. } => {
-                self.info.variant = Some((*angle_deg, *resolution_cdeg));
-                self.plausibility.restart(self.info.config.as_ref());
-            }
-            Reply::Mode(_) => self.plausibility.restart(self.info.config.as_ref()),
-            Reply::Status(status) => self.learn_status(status),
-            Reply::Errors(list) => self.info.faults = Some(FaultList::of(list.faults())),
-            _ => {}
-        }
-    }
-
     pub(super) fn gap_before(&self, bytes: usize) -> bool {
         let pause_ns = self.now_ns.saturating_sub(self.transfer_ns(bytes)).saturating_sub(self.last_byte_ns);
         // In a capture, a pause of seconds within a telegram is more likely a clock that was set ahead: if nothing is
@@ -386,7 +368,9 @@ impl Machine {
         let state_ns = match self.state {
             State::Settle { until_ns } => until_ns,
             State::Streaming => self.silence_deadline_ns(),
-            State::FindRate { .. } => self.wake_ns.unwrap_or(i64::MAX),
+            State::FindRate { .. } => {
+                self.wake_ns.unwrap_or(i64::MAX).min(self.stop_until_ns.unwrap_or(i64::MAX))
+            }
             _ => i64::MAX,
         };
         question_ns.min(state_ns)

@@ -1,15 +1,16 @@
 //! The session of a SICK LMS 2xx: find its rate, set it up, let it stream, notice when it stops, start again.
 //!
 //! ```text
-//! find rate -> confirm -> switch rate -> configuration -> status -> faults -> (installation -> write -> leave -> read back)? -> (variant)? -> stream
-//!      ^                                                                                                                              |
-//!      +------------------------------------ silence, garbage, switched on anew, a step given up ------------------------------------+
+//! find rate -> confirm -> switch rate -> configuration -> status -> faults -> (read again -> installation -> write -> leave -> read back)? -> (variant)? -> stream
+//!      ^                                                                                                                                            |
+//!      +------------------------------------------- silence, garbage, switched on anew, a step given up -------------------------------------------+
 //! ```
-//! One small function a state: `search.rs` up to the rate, `configure.rs` and `write.rs` up to the variant, `stream.rs` for the rest.
+//! One small function a state: `search.rs` up to the rate, `configure.rs` and `write.rs` up to the variant, `stream.rs` for the scans, `stop.rs` for the end.
 //! Sources: SICK telegram listing 8007954 chapters 6 and 7; what other drivers get wrong is in the fact sheet, section 11.
 
 mod condition;
 mod configure;
+mod difference;
 mod fan;
 mod health;
 mod index_watch;
@@ -19,6 +20,7 @@ mod reading;
 mod said;
 mod search;
 mod settings;
+mod stop;
 mod stream;
 mod wanted;
 mod write;
@@ -27,6 +29,7 @@ use biplane_wire::Counts;
 use biplane_wire::lms::DeviceDeframer;
 
 pub use condition::{Trouble, Troubles};
+pub use difference::BlockDifference;
 pub use fan::Fan;
 pub use health::{FaultList, LaserHealth, MAX_FAULTS};
 pub use index_watch::IndexWatch;
@@ -98,6 +101,12 @@ impl LaserSession {
     #[must_use]
     pub fn is_streaming(&self) -> bool {
         matches!(self.machine.state, State::Streaming | State::Listening)
+    }
+
+    /// Whether the device may be at work on its EEPROM: a run that ends waits for it.
+    #[must_use]
+    pub fn is_writing(&self) -> bool {
+        self.machine.is_writing()
     }
 
     /// The input ends: what the deframer still holds is let go. Drain [`Session::poll`] afterwards.

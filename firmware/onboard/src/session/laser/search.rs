@@ -71,6 +71,10 @@ fn candidate(likely: u32, poll: u32) -> (u32, u32) {
 impl Machine {
     /// Looks for the device: all rates alike at first, and where it likely is when it was there before.
     pub(super) fn restart_search(&mut self) {
+        let is_searching = matches!(self.state, State::FindRate { .. } | State::ConfirmRate { .. });
+        if self.stop_until_ns.is_some() && !is_searching {
+            return self.enter_stopping();
+        }
         self.said.not_found = false;
         self.round = None;
         self.enter_search(if self.info.found_baud.is_some() { FIRST_ROUND } else { 0 });
@@ -135,6 +139,7 @@ impl Machine {
     fn not_found(&mut self, rounds: u32) {
         if !std::mem::replace(&mut self.said.not_found, true) || self.goal == Goal::Probe {
             self.say(Event::NotFound { rounds });
+            self.said.forget_failures();
         }
     }
 
@@ -186,7 +191,10 @@ impl Machine {
     }
 
     pub(super) fn find_rate_answered(&mut self, poll: u32, reply: &Reply<'_>) {
-        if matches!(reply, Reply::Mode(_)) {
+        if !matches!(reply, Reply::Mode(_)) {
+        } else if self.stop_until_ns.is_some() {
+            self.stopping_answered(reply);
+        } else {
             let patience = CONFIRM.longer_by(self.transfer_ns(TYPE_BYTES));
             self.ask(State::ConfirmRate { poll }, Step::ConfirmRate, Request::Type, patience);
         }

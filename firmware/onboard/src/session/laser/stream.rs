@@ -1,4 +1,4 @@
-//! Scans flowing, scans failing to flow, and the stop.
+//! Scans flowing, and scans failing to flow.
 
 use biplane_wire::lms::{MIRROR_TURN_NS, Mode, ModeResult, Reply, Request, Span, Status};
 
@@ -11,7 +11,6 @@ use crate::session::{Event, Output, Step, silence};
 
 /// A mode change takes up to 3 s; most take 80 ms.
 const START: Patience = Patience::new(250, 4).acknowledged(3200);
-const STOP: Patience = Patience::new(250, 4).acknowledged(3200);
 /// Without a byte for so long, the device is silent: also a slow line pauses for two mirror turns at most, and adapters
 /// stall for 0.3 s.
 const SILENT_NS: i64 = 900_000_000;
@@ -93,6 +92,7 @@ impl Machine {
 
     fn enter_streaming(&mut self) {
         self.question = None;
+        self.said.succeeded(Step::StartStream);
         self.has_streamed = true;
         self.likely_baud = self.baud;
         self.last_frame_ns = self.now_ns;
@@ -223,6 +223,7 @@ impl Machine {
         self.refused_rate = false;
         self.has_streamed = false;
         self.failed_switches = 0;
+        self.said.forget_failures();
         self.index_watch.restart();
         match self.state {
             State::Listening => self.plausibility.restart(self.info.config.as_ref()),
@@ -236,28 +237,5 @@ impl Machine {
                 self.restart_search();
             }
         }
-    }
-
-    pub(super) fn stop(&mut self) {
-        match self.state {
-            State::Stopping | State::Done => {}
-            State::Listening | State::FindRate { .. } | State::ConfirmRate { .. } => {
-                self.question = None;
-                self.state = State::Done;
-            }
-            _ => self.ask(State::Stopping, Step::StopStream, Request::Mode(Mode::OnRequest), STOP),
-        }
-    }
-
-    pub(super) fn stopping_answered(&mut self, reply: &Reply<'_>) {
-        if matches!(reply, Reply::Mode(_)) {
-            self.say(Event::Idle { baud: self.baud });
-            self.finish_stop();
-        }
-    }
-
-    pub(super) fn finish_stop(&mut self) {
-        self.question = None;
-        self.state = State::Done;
     }
 }

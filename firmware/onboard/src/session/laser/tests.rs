@@ -2,6 +2,7 @@
 
 mod bench;
 mod search;
+mod stop;
 mod telegrams;
 mod types;
 mod write;
