@@ -299,6 +299,8 @@ impl Device for LmsDevice {
 
     fn power_on(&mut self, now_ns: i64) {
         self.start_afresh(now_ns);
+        // The mirror stood still: it has another phase now, and its turns are counted from here.
+        self.params.mirror.phase_ns = now_ns;
         self.switch = None;
         self.telegram_index = 0;
         self.ear.forget();

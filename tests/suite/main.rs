@@ -8,6 +8,7 @@ mod clock_steps;
 mod faults;
 mod quiet_run;
 mod recorded;
+mod restarts;
 mod rig;
 mod soak;
 mod start_up;

@@ -80,6 +80,13 @@ impl SimLine {
         }
     }
 
+    /// The same line behind another adapter.
+    #[must_use]
+    pub fn behind(mut self, usb: UsbParams) -> Self {
+        self.usb = Usb::new(usb, Rng::new(self.seed, 0x05B0 + self.stream, 0));
+        self
+    }
+
     /// What the device counted.
     #[must_use]
     pub fn device_counts(&self) -> DeviceCounts {

@@ -15,11 +15,13 @@ pub struct UsbParams {
     pub hiccup_share: f64,
     /// Longest hiccup, milliseconds.
     pub hiccup_ms: f64,
+    /// It hands bytes over at multiples of this only, milliseconds; 0: at any time.
+    pub tick_ms: f64,
 }
 
 impl Default for UsbParams {
     fn default() -> Self {
-        Self { mean_ms: 0.3, hiccup_share: 0.004, hiccup_ms: 8.0 }
+        Self { mean_ms: 0.3, hiccup_share: 0.004, hiccup_ms: 8.0, tick_ms: 0.0 }
     }
 }
 
@@ -48,8 +50,13 @@ impl Usb {
         if self.rng.unit() < self.params.hiccup_share {
             late_ms += self.rng.between(0.0, self.params.hiccup_ms);
         }
-        self.last_ns = self.last_ns.max(now_ns + (late_ms * 1e6) as i64);
-        self.waiting.push_back((self.last_ns, bytes.to_vec()));
+        let tick_ns = ((self.params.tick_ms * 1e6) as i64).max(1);
+        let due_ns = now_ns + (late_ms * 1e6) as i64;
+        self.last_ns = self.last_ns.max((due_ns + tick_ns - 1) / tick_ns * tick_ns);
+        match self.waiting.back_mut().filter(|last| tick_ns > 1 && last.0 == self.last_ns) {
+            Some(last) => last.1.extend_from_slice(bytes),
+            None => self.waiting.push_back((self.last_ns, bytes.to_vec())),
+        }
     }
 
     /// When the next read returns.

@@ -137,13 +137,13 @@ impl<D: Session> Line<D> {
         })
     }
 
-    /// The session has said something; a device that was switched on has a new phase, one that was only stopped keeps it.
+    /// The session has said something. A device that was switched on has a new phase and counts anew; whether it was, a session
+    /// that had to look for it cannot tell, because the message of it may not have been heard.
     pub fn note(&mut self, event: &Event) {
         self.meter.note(event);
-        match (event, &mut self.cycles) {
-            (Event::PoweredOn, Some(cycles)) => cycles.reset(),
-            (Event::Streaming, Some(cycles)) => cycles.resume(),
-            _ => {}
+        let is_new = matches!(event, Event::PoweredOn | Event::Streaming | Event::OdometryRestarted);
+        if let (true, Some(cycles)) = (is_new, &mut self.cycles) {
+            cycles.reset();
         }
     }
 

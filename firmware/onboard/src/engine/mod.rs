@@ -158,7 +158,7 @@ impl<S: Sink> Engine<S> {
             events: heapless::Deque::new(),
             commands_dropped: 0,
             untold: 0,
-            time_line: TimeLine::new(now_ns),
+            time_line: TimeLine::new(options.feed, now_ns),
             first_ns: now_ns,
             now_ns,
             health_ns: now_ns.saturating_add(HEALTH_NS),
@@ -168,10 +168,10 @@ impl<S: Sink> Engine<S> {
     }
 
     /// Bytes that a read of a line returned at `read_ns`. Reads of different lines may overtake each other by a little: stamps follow
-    /// from the read's own time, everything else from the engine's. A time that steps back further is that of a clock that was
-    /// set: the run's time goes on.
+    /// from the read's own time, everything else from the engine's. In a recording, a line whose time steps back is that of a clock
+    /// that was set: the run's time goes on.
     pub fn bytes(&mut self, read_ns: i64, port: Port, bytes: &[u8]) {
-        let read_ns = self.time_line.run_ns(bounded(read_ns));
+        let read_ns = self.time_line.run_ns((port, Direction::Rx), bounded(read_ns));
         let now_ns = self.begin(read_ns);
         if self.raw {
             self.publisher.serial(read_ns, port, Direction::Rx, bytes);
@@ -195,7 +195,7 @@ impl<S: Sink> Engine<S> {
 
     /// What a host once sent on a line, in a recording that is replayed: some answers only mean something with their question.
     pub fn host_sent(&mut self, sent_ns: i64, port: Port, bytes: &[u8]) {
-        let sent_ns = self.time_line.run_ns(bounded(sent_ns));
+        let sent_ns = self.time_line.run_ns((port, Direction::Tx), bounded(sent_ns));
         let now_ns = self.begin(sent_ns);
         if port == Port::Base {
             self.base.session.host_sent(now_ns, bytes);

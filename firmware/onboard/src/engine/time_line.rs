@@ -4,32 +4,50 @@
 //! it cannot have gone, so from there on time goes on where it was, and the rest of the capture is later than its `log_time` by as
 //! much. Ahead it may have gone, when nothing came for so long: a jump ahead is believed. Nanoseconds.
 
-/// Reads of different lines overtake each other by no more than this, nanoseconds.
-const OVERTAKING_NS: i64 = 500_000_000;
+use biplane_recording::{Direction, Port};
+
+use super::Feed;
+
+/// Reads of one line are in order; a line whose time goes back by more than this has a clock that was set, nanoseconds.
+const DISORDER_NS: i64 = 500_000_000;
+/// Behind the reads of other lines one may be by this: its thread was held up between reading and handing over, nanoseconds.
+const OVERTAKING_NS: i64 = 10_000_000_000;
+
+/// Both directions of each line.
+const STREAMS: usize = 2 * Port::ALL.len();
 
 /// From the times of an input to those of the run.
 #[derive(Copy, Clone, Debug)]
 pub struct TimeLine {
+    feed: Feed,
     shift_ns: i64,
     latest_ns: i64,
+    latest_of_ns: [i64; STREAMS],
     steps: u64,
 }
 
 impl TimeLine {
     /// A line that begins at this time.
     #[must_use]
-    pub fn new(start_ns: i64) -> Self {
-        Self { shift_ns: 0, latest_ns: start_ns, steps: 0 }
+    pub fn new(feed: Feed, start_ns: i64) -> Self {
+        Self { feed, shift_ns: 0, latest_ns: start_ns, latest_of_ns: [i64::MIN; STREAMS], steps: 0 }
     }
 
-    /// The run's time of an input at `log_ns`. A little before the input that was latest it may be, not more.
-    pub fn run_ns(&mut self, log_ns: i64) -> i64 {
+    /// The run's time of what a line brought, or was sent, at `log_ns`.
+    pub fn run_ns(&mut self, (port, direction): (Port, Direction), log_ns: i64) -> i64 {
+        if self.feed == Feed::Live {
+            return log_ns;
+        }
+        let latest_of_ns = &mut self.latest_of_ns[stream(port, direction)];
         let mut time_ns = log_ns.saturating_add(self.shift_ns);
-        if time_ns < self.latest_ns.saturating_sub(OVERTAKING_NS) {
+        let is_step = time_ns < latest_of_ns.saturating_sub(DISORDER_NS)
+            || time_ns < self.latest_ns.saturating_sub(OVERTAKING_NS);
+        if is_step {
             self.steps += 1;
             self.shift_ns = self.latest_ns.saturating_sub(log_ns);
             time_ns = self.latest_ns;
         }
+        *latest_of_ns = time_ns.max(*latest_of_ns);
         self.latest_ns = self.latest_ns.max(time_ns);
         time_ns
     }
@@ -41,19 +59,51 @@ impl TimeLine {
     }
 }
 
+fn stream(port: Port, direction: Direction) -> usize {
+    let port = match port {
+        Port::Horizontal => 0,
+        Port::Vertical => 1,
+        Port::Base => 2,
+    };
+    2 * port + usize::from(direction == Direction::Tx)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    const S: i64 = 1_000_000_000;
+    const LASER: (Port, Direction) = (Port::Horizontal, Direction::Rx);
+    const BASE: (Port, Direction) = (Port::Base, Direction::Rx);
+
     #[test]
     fn a_clock_that_is_set_back_leaves_the_line_where_it_was() {
-        let s = 1_000_000_000;
-        let mut line = TimeLine::new(100 * s);
-        assert_eq!([line.run_ns(101 * s), line.run_ns(101 * s - 3_000_000)], [101 * s, 101 * s - 3_000_000]);
+        let mut line = TimeLine::new(Feed::Recorded, 100 * S);
+        let mut run_ns = |log_ns| line.run_ns(LASER, log_ns);
+        assert_eq!([run_ns(101 * S), run_ns(101 * S - 3_000_000)], [101 * S, 101 * S - 3_000_000]);
         // An hour back, then on; then ahead again by an hour, as silence would look.
-        assert_eq!([line.run_ns(101 * s - 3600 * s), line.run_ns(102 * s - 3600 * s)], [101 * s, 102 * s]);
-        assert_eq!(line.run_ns(103 * s), 103 * s + 3600 * s);
+        assert_eq!([run_ns(101 * S - 3600 * S), run_ns(102 * S - 3600 * S)], [101 * S, 102 * S]);
+        assert_eq!(run_ns(103 * S), 103 * S + 3600 * S);
+        assert!(run_ns(i64::MIN) >= 103 * S && run_ns(i64::MAX) == i64::MAX);
+        assert_eq!(line.steps(), 2);
+    }
+
+    #[test]
+    fn a_line_that_comes_late_behind_the_others_is_no_clock_that_was_set() {
+        let mut line = TimeLine::new(Feed::Recorded, 100 * S);
+        assert_eq!([line.run_ns(LASER, 101 * S), line.run_ns(BASE, 101 * S)], [101 * S, 101 * S]);
+        assert_eq!([line.run_ns(LASER, 104 * S), line.run_ns(BASE, 102 * S)], [104 * S, 102 * S]);
+        assert_eq!(line.steps(), 0);
+        // A line that was not heard for long tells a step back by the others.
+        assert_eq!(line.run_ns((Port::Vertical, Direction::Rx), 50 * S), 104 * S);
+        assert_eq!([line.run_ns(BASE, 51 * S), line.run_ns(LASER, 51 * S)], [105 * S, 105 * S]);
         assert_eq!(line.steps(), 1);
-        assert!(line.run_ns(i64::MIN) >= 103 * s && line.run_ns(i64::MAX) == i64::MAX);
+    }
+
+    #[test]
+    fn live_times_are_what_they_are() {
+        let mut line = TimeLine::new(Feed::Live, 100 * S);
+        assert_eq!([110 * S, 50 * S, 111 * S].map(|ns| line.run_ns(LASER, ns)), [110 * S, 50 * S, 111 * S]);
+        assert_eq!(line.steps(), 0);
     }
 }

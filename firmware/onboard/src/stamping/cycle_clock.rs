@@ -56,7 +56,8 @@ pub struct CycleClockParams {
     pub raise_ns: i64,
     /// So many equal distances in a row are a habit.
     pub habit: u32,
-    /// After a pause so long, nanoseconds, a stream has to show anew that it keeps to the line.
+    /// After a pause so long, nanoseconds, everything is forgotten: the device may have been switched off and on, or be another one.
+    /// Longer than a departure is held back, shorter than a laser takes to start.
     pub pause_ns: i64,
     /// The phase is forgotten when the line has become more uncertain than this, nanoseconds.
     pub forget_ns: i64,
@@ -80,7 +81,7 @@ impl Default for CycleClockParams {
             raise_after_ns: 800_000_000,
             raise_ns: 1_000_000,
             habit: 4,
-            pause_ns: 3_000_000_000,
+            pause_ns: 2_500_000_000,
             forget_ns: 1_000_000,
         }
     }
@@ -122,8 +123,6 @@ struct State {
     /// Whether the line rests on paced departures, and when the last of them was, nanoseconds.
     is_paced: bool,
     paced_ns: i64,
-    /// Whether the stream was started anew, so that nothing is known of its next distance.
-    is_resumed: bool,
     habit: Habit,
     trust: Trust,
     late: LateRun,
@@ -142,29 +141,22 @@ impl CycleClock {
         Self { params, cycle_ns: cycle_ns.max(1), state: None }
     }
 
-    /// Forgets everything: it may be another device, or one that was switched off.
+    /// Forgets everything, the phase and the index above all: it may be another device, or one that was switched off.
     pub fn reset(&mut self) {
         self.state = None;
-    }
-
-    /// The stream was stopped and started: the cycles went on, but everything else has to show itself again.
-    pub fn resume(&mut self) {
-        if let Some(state) = &mut self.state {
-            state.begin_anew();
-        }
     }
 
     /// The smoothed departure of a telegram; never later than its reads allow.
     pub fn smooth(&mut self, departure: &Departure) -> i64 {
         let Some(mut state) = self.state.take() else { return self.start(departure) };
         let elapsed_ns = departure.time_ns.saturating_sub(state.envelope.at_ns(state.cycle));
+        if elapsed_ns > self.params.pause_ns {
+            return self.start(departure);
+        }
         let uncertain_ns = state.envelope.uncertain_ns(elapsed_ns / self.cycle_ns);
         let is_better = departure.is_paced() && !state.is_paced;
         if is_better || uncertain_ns > self.params.forget_ns {
             return self.restart(state, departure, Trust::default());
-        }
-        if elapsed_ns > self.params.pause_ns {
-            state.begin_anew();
         }
         let expected = state.habit.expected(departure);
         let Some(cycles) = self.count(&mut state, departure, elapsed_ns) else {
@@ -172,7 +164,7 @@ impl CycleClock {
             return self.restart(state, departure, trust);
         };
         state.cycle = state.cycle.saturating_add(cycles);
-        (state.index, state.is_resumed) = (departure.index, false);
+        state.index = departure.index;
         state.habit.note(departure, self.cycle_ns, &self.params);
         let is_regular = cycles == expected;
         let smooth_ns = self.place(&mut state, departure, is_regular);
@@ -188,7 +180,6 @@ impl CycleClock {
             index_doubts: 0,
             is_paced: departure.is_paced(),
             paced_ns: departure.time_ns,
-            is_resumed: false,
             habit: Habit::default(),
             trust: Trust::default(),
             late: LateRun::default(),
@@ -230,7 +221,6 @@ impl CycleClock {
             && expected_late_ns > self.params.longest_timer_ns
             && is_near(late_ns(whole));
         let is_held = !departure.is_paced()
-            && !state.is_resumed
             && !is_skip
             && (0..=self.params.longest_hold_ns).contains(&expected_late_ns);
         let is_early = expected_late_ns < 0 && expected_late_ns >= -self.cycle_ns / 2;
@@ -252,7 +242,8 @@ impl CycleClock {
         let cycles = apart + INDEX_CYCLES * (over_ns / (INDEX_CYCLES * self.cycle_ns)).max(0);
         let late_ns =
             departure.time_ns.saturating_sub(state.envelope.at_ns(state.cycle.saturating_add(cycles)));
-        let is_possible = late_ns > -self.cycle_ns / 2 && (late_ns < self.cycle_ns || !departure.is_paced());
+        let latest_ns = if departure.is_paced() { self.cycle_ns } else { self.params.longest_hold_ns };
+        let is_possible = (1 - self.cycle_ns / 2..latest_ns).contains(&late_ns);
         if cycles < 1 || !is_possible {
             state.index_doubts += 1;
             return None;
@@ -300,13 +291,5 @@ impl CycleClock {
             state.envelope.restart(time_ns - (late_ns - least_ns));
             state.cycle = 0;
         }
-    }
-}
-
-impl State {
-    /// The line stays, but the stream has to show anew that it keeps to it.
-    fn begin_anew(&mut self) {
-        (self.trust, self.habit, self.late) = (Trust::default(), Habit::default(), LateRun::default());
-        self.is_resumed = true;
     }
 }
