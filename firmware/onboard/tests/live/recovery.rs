@@ -1,19 +1,22 @@
 //! What goes away on a robot, and comes back by itself: adapters under another name, devices that fall silent.
+//!
+//! How fast is a matter of the simulated rig, whose time does not depend on what else the machine does. Here a run goes on until what must
+//! come has come, and a line counts as disturbed when it was started again though its own bytes kept coming.
 
 use std::fs;
 use std::os::fd::OwnedFd;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use biplane_mock::pty::Pty;
-use biplane_onboard::OnboardError;
 use biplane_onboard::link::Tty;
 use biplane_onboard::record::{RecordOptions, record};
-use biplane_recording::msg::{DiagnosticArray, LaserScan, Odometry};
-use biplane_recording::{Rig, Topic};
+use biplane_onboard::{OnboardError, RunReport};
+use biplane_recording::msg::{DiagnosticArray, LaserScan};
+use biplane_recording::{Direction, Port, Reader, Rig, Topic};
 use rustix::pty::{OpenptFlags, grantpt, openpt, unlockpt};
 
 use crate::mock::{Mock, all};
@@ -33,6 +36,52 @@ fn said(run: &Path, device: &str) -> Vec<String> {
         statuses.filter(|status| status.hardware_id == device).map(|s| s.message).collect();
     said.dedup();
     said
+}
+
+/// How often a device was started again, as diagnostics counted it.
+fn restarts(run: &Path, device: &str) -> usize {
+    let arrays = all::<DiagnosticArray>(run, Topic::Diagnostics);
+    let statuses = arrays.into_iter().flat_map(|array| array.status);
+    let last = statuses.filter(|status| status.hardware_id == device).last().unwrap();
+    let restarts = last.values.iter().find(|value| value.key == "restarts").unwrap();
+    restarts.value.parse().unwrap()
+}
+
+/// How often nothing came from a device for so long that it had to be started again: a mock on a busy machine.
+fn silences(run: &Path, port: Port) -> usize {
+    let reader = Reader::open(run).unwrap();
+    let received = reader.serial().map(Result::unwrap);
+    let received = received.filter(|bytes| (bytes.port, bytes.direction) == (port, Direction::Rx));
+    let times_ns: Vec<_> = received.map(|bytes| bytes.time_ns).collect();
+    assert!(times_ns.len() > 20, "{port:?}");
+    times_ns.windows(2).filter(|pair| pair[1] - pair[0] > 800_000_000).count()
+}
+
+/// The lines of these devices were left alone: none was started again while its bytes came.
+fn assert_undisturbed(run: &Path, lines: &[(Port, &str)]) {
+    for &(port, device) in lines {
+        let (restarts, silences) = (restarts(run, device), silences(run, port));
+        assert!(restarts <= silences, "{device}: started again {restarts} times, silent {silences} times");
+    }
+}
+
+/// Records in a thread until it is told to stop; 60 s at most.
+struct Recording {
+    stop: Arc<AtomicBool>,
+    thread: JoinHandle<Result<RunReport, OnboardError>>,
+}
+
+impl Recording {
+    fn start(options: RecordOptions) -> Self {
+        let stop = Arc::new(AtomicBool::new(false));
+        let flag = Arc::clone(&stop);
+        Self { stop, thread: thread::spawn(move || record(&options, &flag)) }
+    }
+
+    fn stop(self) -> RunReport {
+        self.stop.store(true, Ordering::Relaxed);
+        self.thread.join().unwrap().unwrap()
+    }
 }
 
 /// Bare names of the devices, as `/dev/ttyUSB0`: where the mock's links lead to now.
@@ -89,6 +138,8 @@ fn adapters_that_come_back_under_other_names_are_found_by_their_links_and_not_by
 struct Relay {
     link: PathBuf,
     cut: Arc<AtomicBool>,
+    /// Bytes that came from the device and were handed on.
+    passed: Arc<AtomicUsize>,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
@@ -96,6 +147,8 @@ struct Relay {
 impl Relay {
     fn start(device: &Path, link: &Path) -> Self {
         let (cut, stop) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(false)));
+        let passed = Arc::new(AtomicUsize::new(0));
+        let counter = Arc::clone(&passed);
         let device = Tty::open(device, 38400).unwrap();
         let mut pty = Pty::open(38400).unwrap();
         pty.publish(link).unwrap();
@@ -118,14 +171,27 @@ impl Relay {
                     && !is_cut
                 {
                     pty.write(&buffer[..down]);
+                    counter.fetch_add(down, Ordering::Relaxed);
                 }
             }
         });
-        Self { link: link.to_owned(), cut, stop, thread: Some(thread) }
+        Self { link: link.to_owned(), cut, passed, stop, thread: Some(thread) }
     }
 
     fn path(&self) -> String {
         self.link.to_string_lossy().into_owned()
+    }
+
+    /// Until so many further bytes of the device have come through: scans, and answers before them.
+    fn pass(&self, bytes: usize) {
+        let wanted = self.passed.load(Ordering::Relaxed) + bytes;
+        for _ in 0..6000 {
+            if self.passed.load(Ordering::Relaxed) >= wanted {
+                return;
+            }
+            thread::sleep(Duration::from_millis(10));
+        }
+        panic!("{bytes} bytes did not come in a minute");
     }
 }
 
@@ -138,6 +204,9 @@ impl Drop for Relay {
     }
 }
 
+/// Bytes of a scan of the mock's lasers: 181 values and what is around them.
+const SCAN_BYTES: usize = 372;
+
 #[test]
 fn a_laser_that_falls_silent_streams_again_and_the_other_lines_are_not_disturbed() {
     let mock = Mock::start("silent", |_| {});
@@ -145,26 +214,25 @@ fn a_laser_that_falls_silent_streams_again_and_the_other_lines_are_not_disturbed
     let vertical = rig.vertical.as_mut().unwrap();
     let relay = Relay::start(Path::new(&vertical.port), &mock.folder.join("relay"));
     vertical.port = relay.path();
-    let options = mock.options(rig, 10.0);
+    let options = mock.options(rig, 60.0);
     let output = options.output.clone();
-    let recording = thread::spawn(move || record(&options, &AtomicBool::new(false)));
-    thread::sleep(Duration::from_millis(3500));
+    let recording = Recording::start(options);
+    relay.pass(20 * SCAN_BYTES);
     relay.cut.store(true, Ordering::Relaxed);
     thread::sleep(Duration::from_millis(2200));
     relay.cut.store(false, Ordering::Relaxed);
-    let report = recording.join().unwrap().unwrap();
+    relay.pass(30 * SCAN_BYTES);
+    let report = recording.stop();
     assert_eq!(report.lost, 0, "{report:?}");
-    let stamps = |topic| all::<LaserScan>(&output, topic).into_iter().map(|scan| scan.stamp_ns);
-    let gaps = gaps_ms(stamps(Topic::ScanVertical));
-    assert!(gaps.len() == 1 && gaps[0] < 2200 + 2500, "{gaps:?}");
-    let horizontal = gaps_ms(stamps(Topic::ScanHorizontal));
-    let odometry = gaps_ms(all::<Odometry>(&output, Topic::Odom).into_iter().map(|odom| odom.stamp_ns));
-    assert!(horizontal.is_empty() && odometry.is_empty(), "{horizontal:?} {odometry:?}");
+    let scans = all::<LaserScan>(&output, Topic::ScanVertical);
+    let gaps = gaps_ms(scans.iter().map(|scan| scan.stamp_ns));
+    assert!(scans.len() > 30 && gaps.iter().any(|&gap_ms| gap_ms > 2000), "{} scans, {gaps:?}", scans.len());
+    assert_undisturbed(&output, &[(Port::Horizontal, "laser_horizontal"), (Port::Base, "base")]);
     let said = said(&output, "laser_vertical");
     // A telegram that was cut may make it garbled rather than silent.
     let faults = ["silent", "no intact telegram"];
     assert!(said.iter().any(|message| faults.contains(&message.as_str())), "{said:?}");
-    assert_eq!(said.last().unwrap(), "streams", "{said:?}");
+    assert!(said.last().unwrap().starts_with("streams"), "{said:?}");
 }
 
 #[test]
@@ -174,22 +242,20 @@ fn one_adapter_that_is_pulled_and_put_back_leaves_the_other_lines_alone() {
     let (device, link) = (PathBuf::from(&rig.horizontal.port), mock.folder.join("relay"));
     let relay = Relay::start(&device, &link);
     rig.horizontal.port = relay.path();
-    let options = mock.options(rig, 8.0);
+    let options = mock.options(rig, 60.0);
     let output = options.output.clone();
-    let recording = thread::spawn(move || record(&options, &AtomicBool::new(false)));
-    thread::sleep(Duration::from_millis(3500));
+    let recording = Recording::start(options);
+    relay.pass(20 * SCAN_BYTES);
     drop(relay);
     thread::sleep(Duration::from_millis(1200));
-    let _relay = Relay::start(&device, &link);
-    let report = recording.join().unwrap().unwrap();
+    let relay = Relay::start(&device, &link);
+    relay.pass(30 * SCAN_BYTES);
+    let report = recording.stop();
     assert_eq!(report.lost, 0, "{report:?}");
-    let stamps = |topic| all::<LaserScan>(&output, topic).into_iter().map(|scan| scan.stamp_ns);
-    let gaps = gaps_ms(stamps(Topic::ScanHorizontal));
-    // Within 2 s of the port's return.
-    assert!(gaps.len() == 1 && gaps[0] < 1200 + 250 + 2000, "{gaps:?}");
-    let vertical = gaps_ms(stamps(Topic::ScanVertical));
-    let odometry = gaps_ms(all::<Odometry>(&output, Topic::Odom).into_iter().map(|odom| odom.stamp_ns));
-    assert!(vertical.is_empty() && odometry.is_empty(), "{vertical:?} {odometry:?}");
+    let scans = all::<LaserScan>(&output, Topic::ScanHorizontal);
+    let gaps = gaps_ms(scans.iter().map(|scan| scan.stamp_ns));
+    assert!(scans.len() > 30 && gaps.iter().any(|&gap_ms| gap_ms > 1000), "{} scans, {gaps:?}", scans.len());
+    assert_undisturbed(&output, &[(Port::Vertical, "laser_vertical"), (Port::Base, "base")]);
     assert_eq!(report.poses, report.scans_horizontal);
     println!("pulled for 1.2 s: a gap of {} ms", gaps[0]);
 }
@@ -197,17 +263,21 @@ fn one_adapter_that_is_pulled_and_put_back_leaves_the_other_lines_alone() {
 #[test]
 fn a_run_can_wait_for_its_ports_and_can_be_stopped_while_it_waits() {
     let mut mock = Mock::start("wait", |_| {});
-    let rig = mock.rig();
+    let mut rig = mock.rig();
+    let (device, link) = (PathBuf::from(&rig.horizontal.port), mock.folder.join("relay"));
+    rig.horizontal.port = link.to_string_lossy().into_owned();
     mock.end();
     let missing = record(&mock.options(rig.clone(), 3.0), &AtomicBool::new(false)).unwrap_err();
     assert!(matches!(missing, OnboardError::Port { .. }), "{missing}");
-    let options = RecordOptions { wait: true, ..mock.options(rig, 4.0) };
+    let options = RecordOptions { wait: true, ..mock.options(rig, 60.0) };
     let stopped = record(&options, &AtomicBool::new(true)).unwrap_err();
     assert!(matches!(stopped, OnboardError::StoppedWaiting { .. }), "{stopped}");
     assert!(!options.output.exists());
-    let recording = thread::spawn(move || record(&options, &AtomicBool::new(false)));
+    let recording = Recording::start(options);
     thread::sleep(Duration::from_millis(600));
     mock.serve(|_| {});
-    let report = recording.join().unwrap().unwrap();
+    let relay = Relay::start(&device, &link);
+    relay.pass(20 * SCAN_BYTES);
+    let report = recording.stop();
     assert!(report.scans_horizontal > 10, "{report:?}");
 }
