@@ -126,8 +126,9 @@ impl Session for RoboClaw {
         self.machine.now_ns = now_ns;
         self.give_up_late();
         match input {
+            // No bytes are silence.
+            Input::Bytes([]) | Input::Time => {}
             Input::Bytes(bytes) => self.take_bytes(bytes),
-            Input::Time => {}
             Input::RateRefused(baud) => self.machine.say(Event::RateRefused { baud }),
             Input::PortBack => {
                 self.collector.abandon();
