@@ -33,6 +33,8 @@ pub struct BaseParams {
     pub baud: u32,
     /// Whether an earlier client left it open.
     pub left_open: bool,
+    /// The speed that this client had commanded when it fell silent, millimetres a second; other than 0, its motors are on.
+    pub left_mm_s: i32,
     /// From a command to its answer.
     pub reply_ns: i64,
     /// Silence of the host after which the base stops. Larger forgives slower clients.
@@ -47,6 +49,7 @@ impl Default for BaseParams {
             identity: Identity::default(),
             baud: 9600,
             left_open: false,
+            left_mm_s: 0,
             reply_ns: 2 * MS,
             watchdog_ns: 2_000 * MS,
             boot_ns: 1_000 * MS,
@@ -84,8 +87,10 @@ pub struct BaseDevice {
     switch_baud: Option<u32>,
     odometer: Odometer,
     motors_enabled: bool,
+    /// Speed that was commanded last, millimetres a second: obeyed while the watchdog is content and the motors are on.
+    setpoint_mm_s: i32,
     encoders: Encoders,
-    /// Last packet of the host; `None` once the watchdog has run out.
+    /// Last packet of the host; `None` once the watchdog has run out: then the base stands until it hears any command.
     host_heard_ns: Option<i64>,
     ask_ns: i64,
     boot_until_ns: i64,
@@ -99,19 +104,27 @@ impl BaseDevice {
         Self {
             stage: if params.left_open { Stage::Open } else { Stage::Sync(0) },
             baud: params.baud,
+            motors_enabled: params.left_open && params.left_mm_s != 0,
+            setpoint_mm_s: params.left_mm_s,
             params,
             feed,
             ear: PacketEar::default(),
             line: Line::default(),
             switch_baud: None,
             odometer: Odometer::default(),
-            motors_enabled: false,
             encoders: Encoders::Off,
             host_heard_ns: None,
             ask_ns: i64::MIN,
             boot_until_ns: i64::MIN,
             counts: DeviceCounts::default(),
         }
+    }
+
+    /// The speed that it would drive at, millimetres a second: a base that its watchdog has stopped resumes its last speed at any command.
+    #[must_use]
+    pub fn driven_mm_s(&self) -> i32 {
+        let drives = self.stage == Stage::Open && self.motors_enabled && self.host_heard_ns.is_some();
+        if drives { self.setpoint_mm_s } else { 0 }
     }
 
     fn obey(&mut self, now_ns: i64, command: Command) {
@@ -141,6 +154,7 @@ impl BaseDevice {
             2 => self.close(),
             4 => self.motors_enabled = argument == Some(1),
             7 => self.odometer.set_zero(),
+            11 => self.setpoint_mm_s = argument.unwrap_or(0),
             19 => {
                 self.encoders = match argument {
                     Some(1) => Encoders::Once,
@@ -149,6 +163,7 @@ impl BaseDevice {
                 }
             }
             18 => self.reply(now_ns, &config_body(&self.params.identity)),
+            29 => self.setpoint_mm_s = 0,
             50 => {
                 let rates = [9600, 19_200, 38_400, 57_600, 115_200];
                 self.switch_baud =
@@ -162,6 +177,7 @@ impl BaseDevice {
         self.stage = Stage::Sync(0);
         self.encoders = Encoders::Off;
         self.motors_enabled = false;
+        self.setpoint_mm_s = 0;
     }
 
     fn reply(&mut self, now_ns: i64, body: &[u8]) {
@@ -257,6 +273,9 @@ impl Device for BaseDevice {
         self.switch_baud = None;
         self.host_heard_ns = None;
         self.odometer = Odometer::zero_at_first();
+        if let Some(sample) = self.feed.place(now_ns) {
+            self.odometer.follow(sample);
+        }
         self.boot_until_ns = now_ns + self.params.boot_ns;
     }
 

@@ -25,8 +25,11 @@ const END_NS: i64 = 50 * S;
 /// The robot stands before and after this, and between 20 and 28 s.
 const DRIVE_S: (f64, f64) = (5.0, 46.0);
 
+/// How the robot goes at a time: metres and radians a second.
+type Speeds = fn(f64) -> (f64, f64);
+
 /// 1 m/s with gentle turns to both sides; standing while the power is gone.
-fn speeds(time_s: f64) -> (f64, f64) {
+fn with_a_rest(time_s: f64) -> (f64, f64) {
     if !(DRIVE_S.0..DRIVE_S.1).contains(&time_s) || (20.0..28.0).contains(&time_s) {
         (0.0, 0.0)
     } else {
@@ -34,8 +37,18 @@ fn speeds(time_s: f64) -> (f64, f64) {
     }
 }
 
+/// 1 m/s straight on to the end.
+fn straight(time_s: f64) -> (f64, f64) {
+    (f64::from(time_s >= DRIVE_S.0), 0.0)
+}
+
+/// The same in a circle of 25 m.
+fn in_a_circle(time_s: f64) -> (f64, f64) {
+    (f64::from(time_s >= DRIVE_S.0), if time_s >= DRIVE_S.0 { 0.04 } else { 0.0 })
+}
+
 /// Way, heading, x and y, one a millisecond.
-fn drive() -> Vec<[f64; 4]> {
+fn drive(speeds: Speeds) -> Vec<[f64; 4]> {
     let mut at = [0.0_f64; 4];
     let mut states = vec![at];
     for ms in 0..END_NS / MS {
@@ -106,10 +119,12 @@ const ALL: [(&str, BaseSettings); 3] = [("p2os", P2OS), ("roboclaw", ROBOCLAW), 
 /// From power-on until a base answers.
 const BOOT_NS: i64 = S;
 
-/// A base just below the border of its counters.
-fn device(settings: &BaseSettings) -> Box<dyn Device> {
-    let source = Box::new(Driven { states: drive() });
-    let first_counts = [i32::MAX - 1000, i32::MIN + 1000];
+/// Just below the border of the counters.
+const AT_THE_BORDER: [i32; 2] = [i32::MAX - 1000, i32::MIN + 1000];
+
+/// A base that drives so, its counters beginning here.
+fn device(settings: &BaseSettings, speeds: Speeds, first_counts: [i32; 2]) -> Box<dyn Device> {
+    let source = Box::new(Driven { states: drive(speeds) });
     let counted = |source| {
         let scale = CountScale::of(&settings.protocol).expect("it counts");
         Box::new(SourceCounts::new(source, Box::new(Same), scale))
@@ -179,7 +194,11 @@ struct Bench {
 
 impl Bench {
     fn new(settings: BaseSettings, trouble: Trouble, seed: u64) -> Self {
-        let device = device(&settings);
+        let device = device(&settings, with_a_rest, AT_THE_BORDER);
+        Self::of(device, settings, trouble, seed)
+    }
+
+    fn of(device: Box<dyn Device>, settings: BaseSettings, trouble: Trouble, seed: u64) -> Self {
         let device = match trouble {
             Trouble::Reset(episode) => Box::new(PowerCycle::told(device, &[episode])),
             _ => device,
@@ -272,10 +291,10 @@ impl Bench {
     }
 }
 
-/// Distance and heading between where the base believes to be at the end and where it is.
+/// Distance and heading between where the base believes to be at its last report and where it is when that has come.
 fn error(account: &Account, driven: &Driven) -> (f64, f64) {
-    let (_, [x_m, y_m, heading_rad]) = *account.poses.last().expect("odometry");
-    let [_, true_rad, true_x_m, true_y_m] = driven.at(END_NS);
+    let (at_ns, [x_m, y_m, heading_rad]) = *account.poses.last().expect("odometry");
+    let [_, true_rad, true_x_m, true_y_m] = driven.at(at_ns);
     let turn_rad = (heading_rad - true_rad).sin().atan2((heading_rad - true_rad).cos());
     ((x_m - true_x_m).hypot(y_m - true_y_m), turn_rad.abs())
 }
@@ -290,7 +309,7 @@ fn lost(event: &Event) -> bool {
 
 /// Drives with this trouble; the error at the end, said and checked against what is allowed.
 fn check(name: &str, settings: BaseSettings, trouble: Trouble, seed: u64, allowed: (f64, f64)) -> Account {
-    let driven = Driven { states: drive() };
+    let driven = Driven { states: drive(with_a_rest) };
     let account = Bench::new(settings, trouble, seed).run();
     let (off_m, off_rad) = error(&account, &driven);
     let count = account.poses.len();
@@ -340,6 +359,57 @@ fn a_silent_line_loses_no_way() {
     }
 }
 
+/// The furthest that two reports behind each other are apart, metres, and by how much that is further than the robot went meanwhile.
+fn leaps(account: &Account, driven: &Driven) -> (f64, f64) {
+    let leap = |pair: &[(i64, [f64; 3])]| {
+        let [(a_ns, [ax, ay, _]), (b_ns, [bx, by, _])] = [pair[0], pair[1]];
+        let leap_m = (bx - ax).hypot(by - ay);
+        (leap_m, leap_m - (driven.at(b_ns)[0] - driven.at(a_ns)[0]))
+    };
+    let furthest = |a: (f64, f64), b: (f64, f64)| (a.0.max(b.0), a.1.max(b.1));
+    account.poses.windows(2).map(leap).fold((0.0, f64::MIN), furthest)
+}
+
+#[test]
+fn a_base_that_is_reset_or_not_heard_while_it_drives_never_leaps_further_than_it_drove() {
+    for (name, settings) in ALL {
+        for speeds in [straight as Speeds, in_a_circle] {
+            let driven = Driven { states: drive(speeds) };
+            for origin_m in [0.5, 1.0, 2.0, 5.0, 8.0, 12.0, 16.4, 20.0] {
+                let from_ns = 5 * S + (origin_m * 1e9) as i64;
+                let episode = Episode { from_ns, to_ns: from_ns + 2 * S };
+                for trouble in [Trouble::Reset(episode), Trouble::Silence(episode)] {
+                    let device = device(&settings, speeds, [0, 0]);
+                    let account = Bench::of(device, settings, trouble, 1).run();
+                    let (leap_m, too_far_m) = leaps(&account, &driven);
+                    let what = format!("{name} {trouble:?} at {origin_m} m");
+                    assert!(
+                        too_far_m <= 0.15,
+                        "{what}: leaps by {leap_m} m, {too_far_m} m further than it went"
+                    );
+                    let restarts =
+                        account.events.iter().filter(|(_, event)| *event == Event::OdometryRestarted).count();
+                    let reset = matches!(trouble, Trouble::Reset(_));
+                    // Within a metre of zero counts alone do not tell.
+                    let least = usize::from(reset && (name == "p2os" || origin_m > 1.0));
+                    assert!((least..=usize::from(reset)).contains(&restarts), "{what}: {restarts} restarts");
+                    let (off_m, off_rad) = error(&account, &driven);
+                    // What went unseen until the base was back is lost, and so is the turn on it.
+                    let unseen_m = if reset { 3.1 } else { 0.0 };
+                    let unseen = (0.06 + unseen_m * (1.0 + 0.04 * 45.0), 0.004 + unseen_m * 0.04);
+                    println!(
+                        "{what}: leaps by {leap_m:.3} m, off by {off_m:.3} m, {off_rad:.4} rad, {restarts} restarts"
+                    );
+                    assert!(
+                        off_m <= unseen.0 && off_rad <= unseen.1,
+                        "{what}: off by {off_m} m, {off_rad} rad"
+                    );
+                }
+            }
+        }
+    }
+}
+
 #[test]
 fn garbage_on_the_line_is_told_and_moves_nothing() {
     for (name, settings) in ALL {
@@ -375,4 +445,31 @@ fn faults_of_the_line_cost_reports_and_no_way() {
             }
         }
     }
+}
+
+#[test]
+fn a_pioneer_that_a_crashed_client_left_driving_is_never_set_in_motion() {
+    let feed = CycleFeed::new(Box::new(Driven { states: drive(straight) }), Box::new(Same), 100 * MS);
+    // Its watchdog has stopped it; any command but STOP would let it drive on.
+    let params = BaseParams { left_open: true, left_mm_s: 250, ..BaseParams::default() };
+    let mut base = BaseDevice::new(params, Box::new(feed));
+    let mut session = BaseSession::streaming(P2OS, 0);
+    for ms in 0..5_000 {
+        let now_ns = ms * MS;
+        let mut left = Vec::new();
+        base.poll(now_ns, &mut left);
+        match left.is_empty() {
+            true => session.handle(now_ns, Input::Time),
+            false => session.handle(now_ns, Input::Bytes(&left)),
+        }
+        loop {
+            match session.poll() {
+                Output::WaitUntil(_) => break,
+                Output::Write(bytes) => base.handle(now_ns, &bytes),
+                _ => {}
+            }
+            assert_eq!(base.driven_mm_s(), 0, "at {ms} ms");
+        }
+    }
+    assert!(session.is_streaming() && base.is_streaming());
 }

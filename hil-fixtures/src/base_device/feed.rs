@@ -29,6 +29,11 @@ pub enum SipAnswer {
 pub trait SipFeed: Send {
     /// The packet that leaves at `now_ns`, if one does.
     fn next(&mut self, now_ns: i64) -> SipAnswer;
+
+    /// Where the base is, without a packet; `None` where only packets are known.
+    fn place(&mut self, _now_ns: i64) -> Option<OdometrySample> {
+        None
+    }
 }
 
 /// A feed that samples a world's odometry once a cycle, at the moment a packet leaves.
@@ -56,5 +61,9 @@ impl SipFeed for CycleFeed {
         }
         self.next_ns = Some(due_ns + self.cycle_ns);
         SipAnswer::Now(Sip::Odometry(self.source.sample(self.timeline.world_ns(now_ns))))
+    }
+
+    fn place(&mut self, now_ns: i64) -> Option<OdometrySample> {
+        Some(self.source.sample(self.timeline.world_ns(now_ns)))
     }
 }

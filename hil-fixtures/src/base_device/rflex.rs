@@ -261,6 +261,7 @@ impl Device for RflexDevice {
         self.heard.clear();
         self.line.clear(now_ns);
         self.counters.restart();
+        self.counters.read(self.feed.as_mut(), now_ns);
         (self.motion, self.inputs) = (Cycle::default(), Cycle::default());
         self.brake_on = true;
         self.boot_until_ns = now_ns + self.params.boot_ns;

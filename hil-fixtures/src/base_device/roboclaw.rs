@@ -193,6 +193,7 @@ impl Device for RoboClawDevice {
         self.request.clear();
         self.line.clear(now_ns);
         self.counters.restart();
+        self.counters.read(self.feed.as_mut(), now_ns);
         self.asked_ns = None;
         self.boot_until_ns = now_ns + self.params.boot_ns;
     }
@@ -265,11 +266,12 @@ mod tests {
     }
 
     #[test]
-    fn power_that_comes_back_makes_it_count_from_zero_after_its_boot() {
+    fn power_that_comes_back_makes_it_count_from_zero_and_its_boot_keeps_it_silent() {
         let mut device = RoboClawDevice::new(RoboClawParams::default(), Box::new(Clock));
         ask(&mut device, 0, &[0x80, 78]);
         device.power_on(2_000 * MS);
         assert_eq!(ask(&mut device, 2_100 * MS, &[0x80, 78]), []);
-        assert_eq!(ask(&mut device, 2_600 * MS, &[0x80, 78])[..8], [0; 8]);
+        // The answer leaves 1 ms behind the question: 601 counts.
+        assert_eq!(ask(&mut device, 2_600 * MS, &[0x80, 78])[..8], [0, 0, 2, 89, 0, 0, 0, 0]);
     }
 }

@@ -48,6 +48,8 @@ const QUEUE_CAPACITY: usize = 128;
 const HEALTH_NS: i64 = 1_000_000_000;
 /// A hole in time longer than this is not lived through step by step: what was due in it happens at its end.
 const HOLE_NS: i64 = 10_000_000_000;
+/// What a base was due so long ago may come too late for its watchdog (2 s), nanoseconds.
+const OVERSLEPT_NS: i64 = 800_000_000;
 /// Times beyond are taken as this one: sums and differences of two stay in range (nanoseconds, year 2116).
 const LATEST_NS: i64 = i64::MAX / 2;
 
@@ -207,6 +209,9 @@ impl<S: Sink> Engine<S> {
         let now_ns = bounded(now_ns).max(self.now_ns);
         if now_ns.saturating_sub(self.health_ns) > HOLE_NS {
             self.health(now_ns);
+        }
+        if now_ns.saturating_sub(self.line_wait_ns(Port::Base)) >= OVERSLEPT_NS {
+            self.base.session.overslept();
         }
         let hole_end_ns = now_ns.saturating_sub(HOLE_NS);
         loop {

@@ -223,6 +223,41 @@ fn a_base_that_falls_silent_holds_no_scan_up_for_long() {
 }
 
 #[test]
+fn a_base_is_told_to_stand_before_it_hears_of_a_process_that_stood_still() {
+    let options = EngineOptions { rig: rig(), matcher: Method::default(), feed: Feed::Live, raw: false };
+    let mut engine = Engine::new(&options, MemorySink::default(), START_NS);
+    let sync = |step: u8| vec![0xFA, 0xFB, 3, step, 0, step];
+    let (stop, pulse) = (vec![0xFA, 0xFB, 3, 0x1D, 0, 0x1D], sync(0));
+    // `Bob` of `Pioneer` as `p3dx-sh`.
+    let identity = b"\xFA\xFB\x17\x02Bob\0Pioneer\0p3dx-sh\0\xCE\xA3".to_vec();
+    let mut sent = |now_ms: i64, heard: Option<&[u8]>| {
+        match heard {
+            Some(bytes) => engine.bytes(START_NS + now_ms * MS, Port::Base, bytes),
+            None => engine.advance(START_NS + now_ms * MS),
+        }
+        let commands = std::iter::from_fn(|| engine.next_command());
+        let to_base = commands.filter_map(|(port, command)| match command {
+            Command::Write(bytes) if port == Port::Base => Some(bytes.to_vec()),
+            _ => None,
+        });
+        to_base.collect::<Vec<_>>()
+    };
+    assert_eq!(sent(1, None), [stop.clone(), sync(0)]);
+    assert_eq!(sent(10, Some(&sync(0))), [sync(1)]);
+    assert_eq!(sent(20, Some(&sync(1))), [sync(2)]);
+    // OPEN has the bytes of SYNC1.
+    assert_eq!(sent(30, Some(&identity)), [sync(1), pulse.clone()]);
+    let sip = biplane_wire::p2os::Sip::default();
+    let mut packet = vec![0; 64];
+    let length = biplane_wire::p2os::Report::Sip(sip).emit(&mut packet).unwrap();
+    for k in 0..8 {
+        assert_eq!(sent(100 + 100 * k, Some(&packet[..length])), Vec::<Vec<u8>>::new());
+    }
+    let late = sent(900 + 2500, Some(&packet[..length]));
+    assert_eq!(late[0], stop, "{late:X?}");
+}
+
+#[test]
 fn scans_of_a_capture_cut_at_both_ends_are_kept_but_for_the_cut_ones() {
     let reads = drive(2, 100);
     let (report, _) = run(&reads[5..reads.len() - 3]);

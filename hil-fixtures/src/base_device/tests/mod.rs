@@ -218,3 +218,19 @@ fn a_close_between_the_syncs_begins_anew() {
     assert_eq!(bench.ask(&hex(SYNC_2), 70), []);
     assert_eq!(bench.ask(&hex(SYNC_0), 70), hex(SYNC_0));
 }
+
+#[test]
+fn a_base_that_its_watchdog_stopped_resumes_its_speed_at_any_command_but_a_stop() {
+    let left = BaseParams { left_open: true, left_mm_s: 250, ..BaseParams::default() };
+    let commands =
+        ["FA FB 03 00 00 00", "FA FB 03 1D 00 1D", "FA FB 06 0B 3B 00 00 0B 3B", "FA FB 03 02 00 02"];
+    for (command, driven_mm_s) in commands.into_iter().zip([250, 0, 0, 0]) {
+        let mut bench = Bench::with(left.clone(), Box::new(Still));
+        bench.run_ms(100);
+        assert_eq!(bench.device.driven_mm_s(), 0);
+        bench.ask(&hex(command), 100);
+        assert_eq!(bench.device.driven_mm_s(), driven_mm_s, "{command}");
+        bench.run_ms(3000);
+        assert_eq!(bench.device.driven_mm_s(), 0);
+    }
+}

@@ -29,6 +29,9 @@ pub trait BaseDriver: Session {
     /// that a base sends by itself need none.
     fn host_sent(&mut self, _now_ns: i64, _bytes: &[u8]) {}
 
+    /// What is due now is so late that the base's watchdog may have run out: nobody called while this process stood still.
+    fn overslept(&mut self) {}
+
     /// The input ends: what is held of an unfinished packet is let go.
     fn finish(&mut self);
 }

@@ -9,6 +9,7 @@
 
 mod counted;
 mod driver;
+mod motion;
 pub mod p2os;
 pub mod rflex;
 pub mod roboclaw;
@@ -136,6 +137,11 @@ impl BaseSession {
     /// A recording's next write to the base, at its time: what the next bytes answer. See [`BaseDriver::host_sent`].
     pub fn host_sent(&mut self, now_ns: i64, bytes: &[u8]) {
         self.driver_mut().host_sent(now_ns, bytes);
+    }
+
+    /// What was due is done later than at its time: see [`BaseDriver::overslept`].
+    pub fn overslept(&mut self) {
+        self.driver_mut().overslept();
     }
 
     /// The input ends: what is held of an unfinished packet is let go. Drain [`Session::poll`] afterwards.

@@ -13,7 +13,7 @@ const SYNC: Patience = Patience::new(500, 4);
 /// A base that has answered once answers the next question at once, unless it was reset between.
 const SYNC_ON: Patience = Patience::new(300, 3);
 const OPEN: Patience = Patience::new(1000, 3);
-/// The base stops answering 2 s after the last command.
+/// The base stands still 2 s after the last command.
 const PULSE_NS: i64 = 800_000_000;
 /// Standard packets come every 100 ms: nine of them missing are said within the second.
 const SILENCE_NS: i64 = 900_000_000;
@@ -67,6 +67,8 @@ pub(super) struct Machine {
     pub(super) rounds: u32,
     pub(super) close_said: bool,
     pub(super) has_run: bool,
+    /// The next command may find the base stopped by its watchdog, and would wake it.
+    pub(super) overslept: bool,
     pub(super) not_kept: u64,
 }
 
@@ -90,6 +92,7 @@ impl Machine {
             rounds: 0,
             close_said: false,
             has_run: false,
+            overslept: false,
             not_kept: 0,
         }
     }
@@ -136,6 +139,12 @@ impl Machine {
 
     pub(super) fn asked(&mut self, attempt: u8) {
         match self.state {
+            // In a session that a client left open this is a command like any other, and at any command a base that its watchdog
+            // stopped resumes the speed that it was told last.
+            State::Sync(0) => {
+                self.send(&Command::Stop);
+                self.send(&Command::Sync(0));
+            }
             State::Sync(number) => self.send(&Command::Sync(number)),
             State::Opening => {
                 self.send(&Command::Open);
@@ -217,6 +226,7 @@ impl Machine {
 
     /// SYNC2 is answered with the base's names.
     pub(super) fn identified(&mut self, identity: &Identity<'_>) {
+        self.odometer.opened();
         let info = BaseInfo {
             name: printable(identity.name),
             class: printable(identity.class),
@@ -274,9 +284,11 @@ impl Machine {
             let for_ms = u32::try_from(silent_ns / 1_000_000).unwrap_or(u32::MAX);
             let bytes_came = self.last_byte_ns - self.last_packet_ns > SILENCE_NS / 2;
             self.say(if bytes_came { Event::Garbled { for_ms } } else { Event::Silent { for_ms } });
-            self.odometer.session_restarts();
             self.enter_sync(0);
         } else if self.now_ns >= pulse_ns {
+            if std::mem::take(&mut self.overslept) {
+                self.send(&Command::Stop);
+            }
             self.send(&Command::Pulse);
             self.state = State::Running { pulse_ns: self.now_ns + PULSE_NS };
         }

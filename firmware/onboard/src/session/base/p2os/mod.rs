@@ -1,11 +1,12 @@
 //! The session of a Pioneer base (PSOS, P2OS, AROS, ARCOS): synchronise, open, keep it alive, read its odometry.
 //!
 //! ```text
-//! SYNC0 -> SYNC1 -> SYNC2 -> OPEN -> running (PULSE every 0.8 s) -> CLOSE
-//!   ^  CLOSE first, when packets come instead of an echo     |
-//!   +------------------------------ silence -----------------+
+//! STOP, SYNC0 -> SYNC1 -> SYNC2 -> OPEN -> running (PULSE every 0.8 s) -> CLOSE
+//!   ^  CLOSE first, when packets come instead of an echo           |
+//!   +------------------------------ silence -----------------------+
 //! ```
-//! The motors are never enabled: the operator drives. Frame of the odometry: the base's own (`odom`). Units: metres, radians.
+//! The motors are never enabled: the operator drives. A base that its watchdog stopped would resume its last speed at any command, so STOP
+//! goes before whatever may wake it. Frame of the odometry: the base's own (`odom`). Units: metres, radians.
 //! Source: Pioneer 3 operations manual, and the fact sheet `p2os.md`.
 
 mod machine;
@@ -70,6 +71,10 @@ impl BaseDriver for P2os {
 
     fn is_streaming(&self) -> bool {
         matches!(self.machine.state, State::Running { .. } | State::Listening)
+    }
+
+    fn overslept(&mut self) {
+        self.machine.overslept = true;
     }
 
     fn finish(&mut self) {

@@ -2,22 +2,30 @@
 //!
 //! Frame: the base's own (`odom`), as it was when the first report came. Units: metres, radians, nanoseconds. Known drivers
 //! lose a unit at every wrap or throw jumps away; a sign-extended 15-bit difference is exact (`p2os.md`).
+//!
+//! A base that was reset reports nothing before it is synchronised and opened, so a restart is looked for behind an opening and not
+//! behind a mere silence. Behind an opening it is the rule: the way from zero then goes on from the last pose.
 
 use biplane_matcher::{Pose2, wrap_angle};
 use biplane_wire::p2os::{self, Sip};
 
 use super::parameters::Parameters;
+use crate::session::base::motion::{Lately, Motion};
 
 /// Faster than any of these bases, metres per second: a larger jump is a restart, not motion.
 const MAX_SPEED_M_S: f64 = 3.0;
 /// A jump of this size is motion at any speed, metres: stamps jitter.
 const MAX_STEP_M: f64 = 0.3;
 
-/// A base that has just been switched on has come no further than this, metres and radians.
-const NEAR_ZERO: (f64, f64) = (0.01, 0.05);
-
-fn is_near_zero(pose: Pose2) -> bool {
-    pose.x_m.hypot(pose.y_m) <= NEAR_ZERO.0 && wrap_angle(pose.theta_rad).abs() <= NEAR_ZERO.1
+/// What a report is, as seen from the one before.
+#[derive(Copy, Clone, PartialEq, Eq, Debug)]
+enum Count {
+    /// The base counted on.
+    On,
+    /// It counts from zero since it was opened.
+    FromZero,
+    /// Somebody has set its position.
+    Elsewhere,
 }
 
 /// Unwraps the base's position and continues it when the base starts to count anew.
@@ -27,7 +35,8 @@ pub(super) struct Odometer {
     /// Position that the wrapped counts stand for, in the base's own frame, metres.
     raw_from_base: Pose2,
     odom_from_raw: Pose2,
-    session_restarted: bool,
+    lately: Lately,
+    opened: bool,
 }
 
 #[derive(Copy, Clone, Debug)]
@@ -37,45 +46,60 @@ struct Reported {
     time_ns: i64,
 }
 
+/// Distance and turn.
+fn motion(pose: Pose2) -> Motion {
+    Motion { way_m: pose.x_m.hypot(pose.y_m), turn_rad: wrap_angle(pose.theta_rad) }
+}
+
 impl Odometer {
-    /// The base was opened anew: it may have kept its position, or count from zero.
-    pub(super) fn session_restarts(&mut self) {
-        self.session_restarted = true;
+    /// The base has said its names, so it was opened anew: it waited for that, or somebody had closed it.
+    pub(super) fn opened(&mut self) {
+        self.opened = true;
     }
 
     /// The pose that a report stands for, and whether the base had started to count anew.
     pub(super) fn pose(&mut self, now_ns: i64, sip: &Sip, units: Parameters) -> (Pose2, bool) {
-        let heading_rad = wrap_angle(f64::from(sip.theta_raw) * units.radians_per_unit);
-        let reported = Reported { x_raw: sip.x_raw, y_raw: sip.y_raw, time_ns: now_ns };
         let metres = |from: u16, to: u16| f64::from(p2os::wrap15(from, to)) * units.metres_per_tick;
-        let previous = self.odom_from_raw * self.raw_from_base;
-        let mut restarted = false;
-        match self.last {
-            None => {
-                self.raw_from_base = Pose2::new(metres(0, sip.x_raw), metres(0, sip.y_raw), heading_rad);
+        let heading_rad = wrap_angle(f64::from(sip.theta_raw) * units.radians_per_unit);
+        let from_zero = Pose2::new(metres(0, sip.x_raw), metres(0, sip.y_raw), heading_rad);
+        let opened = std::mem::take(&mut self.opened);
+        let last = self.last.replace(Reported { x_raw: sip.x_raw, y_raw: sip.y_raw, time_ns: now_ns });
+        let Some(last) = last else {
+            self.raw_from_base = from_zero;
+            return (self.odom_from_raw * self.raw_from_base, false);
+        };
+        let before = self.raw_from_base;
+        let (dx_m, dy_m) = (metres(last.x_raw, sip.x_raw), metres(last.y_raw, sip.y_raw));
+        let step = motion(Pose2::new(dx_m, dy_m, heading_rad - before.theta_rad));
+        let gap_ns = now_ns.saturating_sub(last.time_ns);
+        let count = self.count(opened, gap_ns, step, motion(from_zero));
+        match count {
+            Count::On => {
+                self.lately.goes(step, gap_ns);
+                self.raw_from_base = Pose2::new(before.x_m + dx_m, before.y_m + dy_m, heading_rad);
             }
-            Some(last) => {
-                let step_m = [metres(last.x_raw, sip.x_raw), metres(last.y_raw, sip.y_raw)];
-                let gap_s = (now_ns - last.time_ns).max(0) as f64 * 1e-9;
-                let now = Pose2::new(metres(0, sip.x_raw), metres(0, sip.y_raw), heading_rad);
-                let counts_from_zero =
-                    self.session_restarted && is_near_zero(now) && !is_near_zero(self.raw_from_base);
-                restarted =
-                    counts_from_zero || step_m[0].hypot(step_m[1]) > MAX_STEP_M + MAX_SPEED_M_S * gap_s;
-                self.raw_from_base = if restarted {
-                    Pose2::new(metres(0, sip.x_raw), metres(0, sip.y_raw), heading_rad)
-                } else {
-                    let now = &self.raw_from_base;
-                    Pose2::new(now.x_m + step_m[0], now.y_m + step_m[1], heading_rad)
-                };
+            Count::FromZero => {
+                self.odom_from_raw = self.odom_from_raw * before;
+                self.raw_from_base = from_zero;
+            }
+            Count::Elsewhere => {
+                self.odom_from_raw = self.odom_from_raw * before * from_zero.inverse();
+                self.raw_from_base = from_zero;
             }
         }
-        if restarted {
-            self.odom_from_raw = previous * self.raw_from_base.inverse();
+        (self.odom_from_raw * self.raw_from_base, count != Count::On)
+    }
+
+    fn count(&self, opened: bool, gap_ns: i64, step: Motion, from_zero: Motion) -> Count {
+        let most_m = MAX_STEP_M + MAX_SPEED_M_S * gap_ns.max(0) as f64 * 1e-9;
+        let likelier = opened && self.lately.weigh(gap_ns, step, from_zero).allow_a_restart();
+        if likelier && from_zero.way_m <= most_m {
+            Count::FromZero
+        } else if step.way_m <= most_m {
+            Count::On
+        } else {
+            Count::Elsewhere
         }
-        self.session_restarted = false;
-        self.last = Some(reported);
-        (self.odom_from_raw * self.raw_from_base, restarted)
     }
 }
 
@@ -89,21 +113,45 @@ mod tests {
         Sip { x_raw, theta_raw, ..Sip::default() }
     }
 
-    fn after_a_silence(before: &Sip, after: &Sip) -> (Pose2, bool) {
+    fn after_a_silence(before: &Sip, opened: bool, after: &Sip) -> (Pose2, bool) {
         let mut odometer = Odometer::default();
         odometer.pose(0, before, Parameters::default());
-        odometer.session_restarts();
+        if opened {
+            odometer.opened();
+        }
         odometer.pose(3 * S, after, Parameters::default())
     }
 
     #[test]
-    fn a_base_near_its_zero_after_a_silence_was_switched_on_unless_it_was_there_before() {
-        // Half a metre back in 3 s could have been driven; to within a centimetre of zero it was not.
-        let (pose, restarted) = after_a_silence(&sip(500, 1024), &sip(3, -2));
-        assert!(restarted && (pose.x_m - 0.5).abs() < 1e-9, "{pose:?}");
-        let (pose, restarted) = after_a_silence(&sip(500, 1024), &sip(100, 1024));
-        assert!(!restarted && (pose.x_m - 0.1).abs() < 1e-9, "{pose:?}");
-        let (pose, restarted) = after_a_silence(&sip(4, 0), &sip(0, 0));
-        assert!(!restarted && pose.x_m.abs() < 1e-9, "{pose:?}");
+    fn a_base_counts_from_zero_when_it_was_opened_anew_and_went_on_when_it_was_not() {
+        // Before, opened anew, after; restarted, x. Raw 31768 is a metre behind zero.
+        let table = [
+            (sip(5000, 0), true, sip(20, 0), true, 5.020),
+            (sip(31_768, 0), true, sip(20, 0), true, -0.980),
+            (sip(5000, 0), false, sip(20, 0), false, 0.020),
+            (sip(500, 1024), true, sip(3, -2), true, 0.500),
+            (sip(500, 1024), false, sip(3, -2), false, 0.003),
+            (sip(4, 0), true, sip(0, 0), true, 0.004),
+            // It stood and was closed and opened: it would have to have come a metre from zero.
+            (sip(1000, 0), true, sip(1000, 0), false, 1.0),
+            (sip(1000, 0), true, sip(1010, 0), false, 1.010),
+            // Nobody drives 20 m in 3 s.
+            (sip(1000, 0), false, sip(15_000, 0), true, 1.0),
+        ];
+        for (before, opened, after, restarted, x_m) in table {
+            let (pose, told) = after_a_silence(&before, opened, &after);
+            assert!((pose.x_m - x_m).abs() < 1e-9 && told == restarted, "{before:?} {after:?}: {pose:?}");
+        }
+    }
+
+    #[test]
+    fn after_a_restart_the_way_goes_on_in_the_last_heading() {
+        let mut odometer = Odometer::default();
+        odometer.pose(0, &sip(5000, 1024), Parameters::default());
+        odometer.opened();
+        let (pose, _) = odometer.pose(3 * S, &sip(200, 0), Parameters::default());
+        assert!((pose.x_m - 5.0).abs() < 1e-9 && (pose.y_m - 0.2).abs() < 1e-9, "{pose:?}");
+        let (pose, restarted) = odometer.pose(3 * S + S / 10, &sip(300, 0), Parameters::default());
+        assert!(!restarted && (pose.y_m - 0.3).abs() < 1e-9, "{pose:?}");
     }
 }

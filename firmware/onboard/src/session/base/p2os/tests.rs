@@ -10,6 +10,8 @@ const SETTINGS: BaseSettings =
     BaseSettings { baud: 9600, protocol: BaseProtocol::P2os { metres_per_tick: Some(0.001) } };
 
 const SYNC0: &str = "FA FB 03 00 00 00";
+/// Before whatever may wake a base.
+const STOP: &str = "FA FB 03 1D 00 1D";
 const SYNC1: &str = "FA FB 03 01 00 01";
 const SYNC2: &str = "FA FB 03 02 00 02";
 /// OPEN and CLOSE without an argument, and PULSE, have the bytes of the three SYNCs.
@@ -38,7 +40,7 @@ fn sip(x_raw: u16, y_raw: u16, theta_raw: i16) -> String {
 
 fn opened() -> String {
     format!(
-        "0 = 9600\n0 > {SYNC0}\n20 < {SYNC0}\n20 > {SYNC1}\n40 < {SYNC1}\n40 > {SYNC2}\n60 < {IDENTITY}\n\
+        "0 = 9600\n0 > {STOP}\n0 > {SYNC0}\n20 < {SYNC0}\n20 > {SYNC1}\n40 < {SYNC1}\n40 > {SYNC2}\n60 < {IDENTITY}\n\
          60 ! is a p3dx-sh\n60 > {OPEN}\n60 > {PULSE}\n160 < {AT_32600}\n160 ! streams\n160 * -0.168 0.000 0.0000"
     )
 }
@@ -59,8 +61,8 @@ fn a_fresh_base_is_synchronised_opened_and_pulsed() {
 #[test]
 fn a_session_left_open_is_closed_and_its_packets_let_pass_first() {
     let script = format!(
-        "0 = 9600\n0 > {SYNC0}\n30 < {AT_32600}\n30 ! had a session open, closing it first\n30 > {CLOSE}\n\
-         100 < {AT_32600}\n280 > {SYNC0}\n300 < {SYNC0}\n300 > {SYNC1}\n301 end"
+        "0 = 9600\n0 > {STOP}\n0 > {SYNC0}\n30 < {AT_32600}\n30 ! had a session open, closing it first\n30 > {CLOSE}\n\
+         100 < {AT_32600}\n280 > {STOP}\n280 > {SYNC0}\n300 < {SYNC0}\n300 > {SYNC1}\n301 end"
     );
     check(&mut BaseSession::streaming(SETTINGS, 0), &script);
 }
@@ -68,8 +70,8 @@ fn a_session_left_open_is_closed_and_its_packets_let_pass_first() {
 #[test]
 fn a_silent_base_is_asked_four_times_then_again_after_a_rest() {
     let script = format!(
-        "0 = 9600\n0 > {SYNC0}\n500 > {SYNC0}\n1000 > {SYNC0}\n1500 > {SYNC0}\n\
-         2000 ! no answer (round 1), asking on\n2500 > {SYNC0}\n2501 end"
+        "0 = 9600\n0 > {STOP}\n0 > {SYNC0}\n500 > {STOP}\n500 > {SYNC0}\n1000 > {STOP}\n1000 > {SYNC0}\n1500 > {STOP}\n1500 > {SYNC0}\n\
+         2000 ! no answer (round 1), asking on\n2500 > {STOP}\n2500 > {SYNC0}\n2501 end"
     );
     check(&mut BaseSession::streaming(SETTINGS, 0), &script);
 }
@@ -77,7 +79,7 @@ fn a_silent_base_is_asked_four_times_then_again_after_a_rest() {
 #[test]
 fn a_base_that_falls_silent_is_synchronised_anew_within_a_second() {
     let script = format!(
-        "{}\n960 > {PULSE}\n1060 ! silent for 900 ms, starting again\n1060 > {SYNC0}\n1200 end",
+        "{}\n960 > {PULSE}\n1060 ! silent for 900 ms, starting again\n1060 > {STOP}\n1060 > {SYNC0}\n1200 end",
         opened()
     );
     check(&mut BaseSession::streaming(SETTINGS, 0), &script);
@@ -86,7 +88,7 @@ fn a_base_that_falls_silent_is_synchronised_anew_within_a_second() {
 #[test]
 fn a_session_that_is_still_open_after_a_silence_goes_on() {
     let script = format!(
-        "{}\n960 > {PULSE}\n1060 ! silent for 900 ms, starting again\n1060 > {SYNC0}\n1300 < {AT_32600}\n\
+        "{}\n960 > {PULSE}\n1060 ! silent for 900 ms, starting again\n1060 > {STOP}\n1060 > {SYNC0}\n1300 < {AT_32600}\n\
          1300 ! streams\n1300 * -0.168 0.000 0.0000\n1400 end",
         opened()
     );
@@ -123,7 +125,7 @@ fn a_base_that_counts_from_zero_again_goes_on_where_it_was() {
 #[test]
 fn noise_instead_of_packets_is_told_from_silence() {
     let script = format!(
-        "{}\n700 < noise200\n960 > {PULSE}\n1060 ! no intact telegram for 900 ms, starting again\n1060 > {SYNC0}\n\
+        "{}\n700 < noise200\n960 > {PULSE}\n1060 ! no intact telegram for 900 ms, starting again\n1060 > {STOP}\n1060 > {SYNC0}\n\
          1200 end",
         opened()
     );
@@ -179,9 +181,20 @@ fn motors_are_never_enabled() {
 }
 
 #[test]
+fn a_process_that_stood_still_stops_the_base_before_it_wakes_it() {
+    let mut session = BaseSession::streaming(SETTINGS, 0);
+    check(&mut session, &opened());
+    session.overslept();
+    let later = format!("{{at}} < {AT_32600}\n{{at}} * -0.168 0.000 0.0000\n");
+    let [first, second, third] = ["700", "1300", "1800"].map(|at| later.replace("{at}", at));
+    let script = format!("{first}960 > {STOP}\n960 > {PULSE}\n{second}1760 > {PULSE}\n{third}");
+    check(&mut session, &script);
+}
+
+#[test]
 fn probing_closes_after_the_names() {
     let script = format!(
-        "0 = 9600\n0 > {SYNC0}\n20 < {SYNC0}\n20 > {SYNC1}\n40 < {SYNC1}\n40 > {SYNC2}\n60 < {IDENTITY}\n\
+        "0 = 9600\n0 > {STOP}\n0 > {SYNC0}\n20 < {SYNC0}\n20 > {SYNC1}\n40 < {SYNC1}\n40 > {SYNC2}\n60 < {IDENTITY}\n\
          60 ! is a p3dx-sh\n60 > {CLOSE}\n100 end"
     );
     let mut session = BaseSession::probing(SETTINGS, 0);

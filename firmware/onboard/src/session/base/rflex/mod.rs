@@ -16,8 +16,8 @@ mod machine;
 use biplane_wire::rflex::Deframer;
 use biplane_wire::{Counts, Item};
 
-use super::counted::Motion;
 use super::driver::{BaseDriver, Purpose};
+use super::motion::Motion;
 use super::{BaseInfo, Event, Input, Intake, Output, Session};
 use machine::{Machine, State};
 

@@ -38,6 +38,8 @@ pub(super) enum Stage {
     AskingStatus { attempts: u32 },
     /// Counts flow.
     Running,
+    /// The last question's answer is under way: a recording keeps it, so its replay would count it.
+    Stopping,
     /// A recording is read.
     Listening,
     /// Nothing left to do.
@@ -144,6 +146,10 @@ impl Machine {
     /// What leads from one stage to the next without an answer.
     pub(super) fn watch(&mut self) {
         match self.stage {
+            Stage::Stopping if self.open.is_none() => {
+                self.say(Event::Stopped);
+                self.stage = Stage::Done;
+            }
             Stage::Resting { until_ns } if self.now_ns >= until_ns => self.identify(),
             Stage::Running if self.now_ns >= self.silence_deadline_ns() => {
                 let for_ms = u32::try_from((self.now_ns - self.last_counts_ns) / 1_000_000);
@@ -359,11 +365,11 @@ impl Machine {
 
     /// Nothing was commanded, so nothing has to be undone.
     pub(super) fn stop(&mut self) {
-        if self.stage == Stage::Running {
-            self.say(Event::Stopped);
+        match self.stage {
+            Stage::Running => self.stage = Stage::Stopping,
+            Stage::Stopping => {}
+            _ => (self.open, self.stage) = (None, Stage::Done),
         }
-        self.open = None;
-        self.stage = Stage::Done;
     }
 
     pub(super) fn deadline_ns(&self) -> i64 {
@@ -374,7 +380,7 @@ impl Machine {
         match self.stage {
             Stage::Done | Stage::Listening => i64::MAX,
             Stage::Resting { until_ns } => until_ns,
-            Stage::Identifying { .. } | Stage::AskingStatus { .. } => question_ns,
+            Stage::Identifying { .. } | Stage::AskingStatus { .. } | Stage::Stopping => question_ns,
             Stage::Running => {
                 let due_ns = self.next_counts_ns.min(self.next_state_ns);
                 let ask_ns = if self.open.is_some() { question_ns } else { question_ns.max(due_ns) };

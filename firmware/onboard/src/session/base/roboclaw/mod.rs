@@ -14,8 +14,8 @@ mod machine;
 use biplane_wire::Counts;
 use biplane_wire::roboclaw::{Collector, Question, Request};
 
-use super::counted::Motion;
 use super::driver::{BaseDriver, Purpose};
+use super::motion::Motion;
 use super::{BaseInfo, Event, Input, Output, Session};
 use machine::{Machine, Stage};
 
@@ -135,8 +135,10 @@ impl Session for RoboClaw {
                 self.machine.port_back();
             }
             Input::Stop => {
-                self.collector.abandon();
                 self.machine.stop();
+                if self.machine.stage == Stage::Done {
+                    self.collector.abandon();
+                }
             }
         }
         self.step();

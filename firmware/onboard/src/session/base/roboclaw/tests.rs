@@ -115,6 +115,18 @@ fn a_silent_controller_is_said_within_a_second_and_asked_who_it_is() {
 }
 
 #[test]
+fn the_answer_that_is_under_way_at_the_stop_still_counts_as_it_will_in_a_replay() {
+    let script = format!(
+        "{}\n30 > {ENCODERS}\n31 stop\n36 < {}\n36 * 0.010 0.000 0.0000\n36 ! left idle\n200 end",
+        found(500, -300),
+        counts(600, -200),
+    );
+    check(&mut BaseSession::streaming(SETTINGS, 0), &script);
+    let late = format!("{}\n30 > {ENCODERS}\n31 stop\n93 ! left idle\n200 end", found(500, -300));
+    check(&mut BaseSession::streaming(SETTINGS, 0), &late);
+}
+
+#[test]
 fn a_controller_that_was_switched_off_and_on_goes_on_where_it_was() {
     // 90 mm, then off for a second; back and near zero, then 10 mm more.
     let lines = [
