@@ -208,6 +208,7 @@ mod tests {
         let last: Vec<u8> =
             heard.iter().filter(|(at_ns, _)| *at_ns >= 7 * S).map(|(_, byte)| *byte).collect();
         let start = last.windows(4).position(|head| head == [0xFA, 0xFB, 34, 0x32]).expect("a packet");
-        assert_eq!(last[start + 4..start + 10], [0; 6]);
+        // 3000 ticks since the power came back.
+        assert_eq!(last[start + 4..start + 10], [0xB8, 0x0B, 0, 0, 0, 0]);
     }
 }
