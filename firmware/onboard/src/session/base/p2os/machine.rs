@@ -303,6 +303,8 @@ impl Machine {
         self.port_back_ns = self.now_ns;
         self.outputs.push(Output::SetBaud(self.baud));
         if matches!(self.state, State::Running { .. }) {
+            // It may have been gone for longer than the base's watchdog waits.
+            self.overslept = true;
             self.state = State::Running { pulse_ns: self.now_ns };
         }
     }

@@ -224,9 +224,9 @@ fn random_bytes_never_panic() {
 
 #[test]
 fn a_base_that_reports_on_behind_a_port_that_comes_back_is_told_at_once_that_its_host_lives() {
-    let gone = format!("{}\n300 gone\n3000 back\n3000 = 9600\n3000 > {PULSE}\n", opened());
+    let gone = format!("{}\n300 gone\n3000 back\n3000 = 9600\n3000 > {STOP}\n3000 > {PULSE}\n", opened());
     let on = format!("3080 < {AT_32600}\n3080 * -0.168 0.000 0.0000\n3800 > {PULSE}\n3801 end");
     check(&mut BaseSession::streaming(SETTINGS, 0), &format!("{gone}{on}"));
-    let off = format!("3350 ! silent for 3190 ms, starting again\n3350 > {SYNC0}\n3351 end");
+    let off = format!("3350 ! silent for 3190 ms, starting again\n3350 > {STOP}\n3350 > {SYNC0}\n3351 end");
     check(&mut BaseSession::streaming(SETTINGS, 0), &format!("{gone}{off}"));
 }
