@@ -41,8 +41,8 @@ fn said(run: &Path, device: &str) -> Vec<String> {
 /// How often a device was started again, as diagnostics counted it.
 fn restarts(run: &Path, device: &str) -> usize {
     let arrays = all::<DiagnosticArray>(run, Topic::Diagnostics);
-    let statuses = arrays.into_iter().flat_map(|array| array.status);
-    let last = statuses.filter(|status| status.hardware_id == device).last().unwrap();
+    let mut statuses = arrays.into_iter().flat_map(|array| array.status);
+    let last = statuses.rfind(|status| status.hardware_id == device).unwrap();
     let restarts = last.values.iter().find(|value| value.key == "restarts").unwrap();
     restarts.value.parse().unwrap()
 }
