@@ -60,7 +60,15 @@ fn of_line(name: &str, line: &LineHealth) -> DiagnosticStatus {
             value("bytes", &counts.bytes()),
         ]);
     }
+    if let Some(share) = line.damaged_share {
+        level = level.max(DiagnosticStatus::WARN);
+        message = format!("{message}; {:.0} % of its telegrams arrive damaged", (share * 100.0).max(1.0));
+    }
     if let Some(laser) = &line.laser {
+        if laser.differs {
+            level = level.max(DiagnosticStatus::WARN);
+            message = format!("{message}; is not set as the rig asks");
+        }
         if !laser.troubles.is_empty() {
             level = level.max(DiagnosticStatus::WARN);
             message = format!("{message}; complains of {}", laser.troubles);

@@ -28,6 +28,8 @@ pub struct LineHealth {
     pub fault: LineFault,
     /// Rate of the line, bits per second.
     pub baud: u32,
+    /// The share of its telegrams that arrived damaged in the last ten seconds, while that is too large.
+    pub damaged_share: Option<f64>,
     /// Account of its bytes.
     pub counts: Option<Counts>,
     /// Scans or odometry reports so far.

@@ -36,8 +36,11 @@ impl<S: Sink> Engine<S> {
             let laser = Some(*vertical.line.session.health());
             LineHealth { laser, ..vertical.line.health(interval_s, streaming) }
         });
+        let horizontal = self.with_damage(Port::Horizontal, horizontal);
+        let vertical = vertical.map(|line| self.with_damage(Port::Vertical, line));
         let streaming = self.base.session.is_streaming();
         let base = self.base.health(interval_s, streaming);
+        let base = self.with_damage(Port::Base, base);
         let decoded = self.decoded.each_mut().map(|meter| meter.health(interval_s));
         let mut matcher = self.localiser.health();
         matcher.waiting_vertical = self.waiting_verticals.len();

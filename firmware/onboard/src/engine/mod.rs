@@ -11,9 +11,11 @@
 
 mod account;
 mod beams;
+mod damage;
 mod decoded;
 mod faults;
 mod flow;
+mod heard;
 mod line;
 mod localise;
 mod port;
@@ -36,7 +38,9 @@ use crate::session::base::{BaseSession, BaseSettings};
 use crate::session::laser::{LaserSession, LaserSettings};
 use crate::session::{Event, Input, MAX_INPUT_BYTES, Output, RequestBytes, Session};
 use crate::sink::Sink;
+use damage::Damage;
 use faults::Faults;
+use heard::Heard;
 use line::{LaserLine, Line, Meter};
 use localise::Localiser;
 use time_line::TimeLine;
@@ -96,6 +100,8 @@ pub struct Engine<S> {
     /// Decoded scans and odometry that came without a line.
     decoded: [Meter; 3],
     faults: Faults,
+    damage: [Damage; Port::ALL.len()],
+    heard: Heard,
     odometry: OdometryBuffer,
     odometry_ns: Option<i64>,
     localiser: Localiser,
@@ -149,6 +155,8 @@ impl<S: Sink> Engine<S> {
             base: Line::of_base(make_base(BaseSettings::from(&options.rig.base), now_ns), &options.rig.base),
             decoded: [Meter::default(); 3],
             faults: Faults::default(),
+            damage: Default::default(),
+            heard: Heard::default(),
             odometry: OdometryBuffer::default(),
             odometry_ns: None,
             localiser: Localiser::new(&options.rig.horizontal.mount, options.matcher),
@@ -319,28 +327,6 @@ impl<S: Sink> Engine<S> {
         if self.health_ns <= now_ns {
             self.health(now_ns);
         }
-    }
-
-    /// When a session wants to be asked again; one without a port does not.
-    fn line_wait_ns(&self, port: Port) -> i64 {
-        match port {
-            _ if self.faults.is_lost(port) => i64::MAX,
-            Port::Horizontal => self.horizontal.line.wait_ns(),
-            Port::Vertical => self.vertical.as_ref().map_or(i64::MAX, |vertical| vertical.line.wait_ns()),
-            Port::Base => self.base.wait_ns(),
-        }
-    }
-
-    fn input(&mut self, now_ns: i64, port: Port, input: Input<'_>) {
-        match port {
-            Port::Horizontal => self.horizontal.line.session.handle(now_ns, input),
-            Port::Vertical => match &mut self.vertical {
-                Some(vertical) => vertical.line.session.handle(now_ns, input),
-                None => return,
-            },
-            Port::Base => self.base.session.handle(now_ns, input),
-        }
-        self.drain(now_ns, port);
     }
 
     fn drain(&mut self, now_ns: i64, port: Port) {

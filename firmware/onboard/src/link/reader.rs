@@ -2,7 +2,7 @@
 
 use std::io;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicI64, AtomicU64, Ordering};
 use std::thread::{self, JoinHandle, Thread};
 
 use rtrb::{Consumer, Producer, RingBuffer};
@@ -15,8 +15,9 @@ use crate::record::{RunClock, realtime};
 const READ_BYTES: usize = 512;
 /// Reads that may wait for the loop: 4 s at one read every 2 ms.
 const QUEUE_READS: usize = 2048;
-/// A read without bytes returns after so long, so that its thread notices a stop, nanoseconds.
-const READ_TIMEOUT_NS: i64 = 50_000_000;
+/// A read without bytes returns after so long, nanoseconds, so that it is known that the line was still until then. Larger: what waits
+/// for an answer in vain notices that later by as much.
+const READ_TIMEOUT_NS: i64 = 5_000_000;
 /// Between two reads the port collects bytes, nanoseconds. That makes no stamp later: it is computed from all
 /// bytes of a read. Larger: fewer reads, an answer is seen later.
 const COLLECT_NS: i64 = 2_000_000;
@@ -69,10 +70,17 @@ pub struct Shared {
 pub struct Reader {
     /// Reads, in order.
     pub chunks: Consumer<Chunk>,
+    heard_ns: Arc<AtomicI64>,
     thread: JoinHandle<()>,
 }
 
 impl Reader {
+    /// What came before this time is among the reads, or has been taken from there. Ask this first, then take the reads.
+    #[must_use]
+    pub fn heard_ns(&self) -> i64 {
+        self.heard_ns.load(Ordering::Acquire)
+    }
+
     /// Waits for the thread to end; it does so soon after the stop flag is set.
     pub fn join(self) {
         // A reader that panicked has said so already.
@@ -87,18 +95,20 @@ impl Reader {
 pub fn spawn(link: Arc<Link>, port: Arc<Tty>, shared: Shared) -> Result<Reader, OnboardError> {
     let (producer, chunks) = RingBuffer::new(QUEUE_READS);
     let name = format!("read {}", link.device.name());
-    let worker = Worker { link, shared, producer };
+    let heard_ns = Arc::new(AtomicI64::new(shared.clock.now_ns()));
+    let worker = Worker { link, shared, producer, heard_ns: Arc::clone(&heard_ns) };
     let thread = thread::Builder::new()
         .name(name)
         .spawn(move || worker.run(port))
         .map_err(|source| OnboardError::System { what: "start a reading thread", source })?;
-    Ok(Reader { chunks, thread })
+    Ok(Reader { chunks, heard_ns, thread })
 }
 
 struct Worker {
     link: Arc<Link>,
     shared: Shared,
     producer: Producer<Chunk>,
+    heard_ns: Arc<AtomicI64>,
 }
 
 impl Worker {
@@ -117,13 +127,21 @@ impl Worker {
 
     fn read(&mut self, port: Arc<Tty>) -> Option<Arc<Tty>> {
         let mut buffer = [0; READ_BYTES];
+        let before_ns = self.shared.clock.now_ns();
         match port.read(&mut buffer, READ_TIMEOUT_NS) {
             Ok(Some(count)) => {
                 self.hand_on(buffer.get(..count).unwrap_or_default());
+                // Behind a full read there may be more that is as old.
+                if count < READ_BYTES {
+                    self.heard_ns.store(before_ns, Ordering::Release);
+                }
                 biplane_clock::sleep_ns(COLLECT_NS);
                 Some(port)
             }
-            Ok(None) => Some(port),
+            Ok(None) => {
+                self.heard_ns.store(before_ns, Ordering::Release);
+                Some(port)
+            }
             Err(error) => {
                 drop(port);
                 self.lost(&error);

@@ -45,9 +45,11 @@ impl Tty {
         let _ = ioctl_tiocexcl(&tty.fd);
         match tty.set_baud(baud) {
             // The port is there, and has other rates: whoever needs this one is told when it asks for it.
-            Err(error) if error.kind() == io::ErrorKind::Unsupported => Ok(tty),
-            result => result.map(|()| tty),
+            Err(error) if error.kind() == io::ErrorKind::Unsupported => {}
+            result => result?,
         }
+        tcflush(&tty.fd, QueueSelector::IFlush)?;
+        Ok(tty)
     }
 
     fn make_raw(&self) -> io::Result<()> {
@@ -62,11 +64,14 @@ impl Tty {
         Ok(tcsetattr(&self.fd, OptionalActions::Now, &settings)?)
     }
 
-    /// Changes the rate, bits per second, and drops what was received at the old one.
+    /// Changes the rate, bits per second. What was received at the old one can still be read: it arrived intact.
     ///
     /// # Errors
     /// What the system says; [`io::ErrorKind::Unsupported`] when the port does not run at this rate.
     pub fn set_baud(&self, baud: u32) -> io::Result<()> {
+        if self.baud()? == baud {
+            return Ok(());
+        }
         let mut settings = tcgetattr(&self.fd)?;
         let set =
             settings.set_speed(baud).and_then(|()| tcsetattr(&self.fd, OptionalActions::Now, &settings));
@@ -81,7 +86,7 @@ impl Tty {
                 format!("the adapter runs at {in_force} Bd when asked for {baud} Bd"),
             ));
         }
-        Ok(tcflush(&self.fd, QueueSelector::IFlush)?)
+        Ok(())
     }
 
     /// The rate in force, bits per second, as the driver tells it.
@@ -243,6 +248,23 @@ pub(super) mod tests {
         tty.write_all(&all).unwrap();
         assert_eq!(rustix::io::read(&master, &mut buffer).unwrap(), 256);
         assert_eq!(&buffer[..256], &all[..]);
+    }
+
+    #[test]
+    fn what_came_before_the_port_was_opened_is_dropped_and_what_came_before_its_rate_changed_is_not() {
+        let (master, path) = line();
+        let before = open(&path, OFlags::RDWR | OFlags::NOCTTY, Mode::empty()).unwrap();
+        rustix::io::write(&master, b"old").unwrap();
+        let tty = Tty::open(&path, 38400).unwrap();
+        drop(before);
+        let mut buffer = [0; 8];
+        assert_eq!(tty.read(&mut buffer, 20_000_000).unwrap(), None);
+        for baud in [38400, 9600] {
+            rustix::io::write(&master, b"scan").unwrap();
+            assert!(tty.wait(PollFlags::IN, 1_000_000_000).unwrap());
+            tty.set_baud(baud).unwrap();
+            assert_eq!(tty.read(&mut buffer, 20_000_000).unwrap(), Some(4), "{baud} Bd");
+        }
     }
 
     #[test]

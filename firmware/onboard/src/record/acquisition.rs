@@ -16,7 +16,7 @@ use crate::ports::device_name;
 use crate::report::{RunEnd, RunReport};
 
 /// The loop looks around at least so often, nanoseconds.
-const LONGEST_PARK_NS: i64 = 20_000_000;
+const LONGEST_PARK_NS: i64 = 5_000_000;
 /// Time that has come is told to the engine this much later, nanoseconds, so that a read that is just under way is not overtaken.
 const READ_UNDER_WAY_NS: i64 = 3_000_000;
 /// Devices get this long to be left idle, nanoseconds.
@@ -52,7 +52,11 @@ impl Acquisition {
         let mut ending: Option<(RunEnd, i64)> = None;
         loop {
             self.voice.beat();
+            let heard_ns = self.lines.heard_ns();
             self.take_reads();
+            for (port, up_to_ns) in heard_ns {
+                self.engine.heard(port, up_to_ns);
+            }
             let now_ns = self.clock.now_ns();
             self.engine.advance(now_ns - READ_UNDER_WAY_NS);
             self.serve_engine();

@@ -67,6 +67,11 @@ impl Lines {
         &self.dropped
     }
 
+    /// Up to when each line was read; to be asked before its reads are taken.
+    pub fn heard_ns(&self) -> heapless::Vec<(Port, i64), { Port::ALL.len() }> {
+        self.lines.iter().map(|(link, reader)| (link.device, reader.heard_ns())).collect()
+    }
+
     /// The line whose next read is the earliest.
     pub fn earliest(&mut self) -> Option<&mut (Arc<Link>, Reader)> {
         let waiting = self.lines.iter_mut().filter_map(|line| {

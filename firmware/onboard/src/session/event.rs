@@ -161,6 +161,11 @@ pub enum Event {
     },
     /// The device has just been switched on or reset.
     PoweredOn,
+    /// Too many telegrams arrive damaged, or no longer so.
+    Damaged {
+        /// Per cent of them in the last ten seconds; `None`: it is over.
+        percent: Option<u8>,
+    },
     /// The base had a session open; it is closed first.
     SessionLeftOpen,
     /// The base counts its odometry from zero again.
@@ -199,6 +204,7 @@ impl Event {
                 | Self::Trouble { begins: false, .. }
                 | Self::Idle { .. }
                 | Self::Streaming
+                | Self::Damaged { percent: None }
                 | Self::Stopped
                 | Self::PortBack
                 | Self::Untried
@@ -269,6 +275,10 @@ impl fmt::Display for Event {
             Self::Silent { for_ms } => write!(f, "silent for {for_ms} ms, starting again"),
             Self::Garbled { for_ms } => write!(f, "no intact telegram for {for_ms} ms, starting again"),
             Self::PoweredOn => write!(f, "was switched on or reset, starting again"),
+            Self::Damaged { percent: Some(percent) } => {
+                write!(f, "{percent} % of its telegrams arrive damaged: look at cable and plug")
+            }
+            Self::Damaged { percent: None } => write!(f, "its telegrams arrive intact again"),
             Self::SessionLeftOpen => write!(f, "had a session open, closing it first"),
             Self::OdometryRestarted => write!(f, "counts its odometry from zero again"),
             Self::UnitsAssumed => write!(f, "unknown subclass: one unit of its position is taken as 1 mm"),

@@ -64,7 +64,7 @@ const FULL_OUTPUTS: usize = OUTPUT_CAPACITY - 16;
 pub enum Output {
     /// Send these bytes to the device.
     Write(RequestBytes),
-    /// Change the port's rate, bits per second; drop what the port has buffered.
+    /// Change the port's rate, bits per second. What the port has received by then still comes.
     SetBaud(u32),
     /// A scan has arrived.
     Scan(laser::ScanReading),

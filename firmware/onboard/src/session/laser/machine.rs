@@ -25,9 +25,9 @@ const PAUSE_NS: i64 = 60_000_000;
 const CLOCK_STEP_NS: i64 = 1_000_000_000;
 /// While an answer is awaited, a pause of this length on the line ends a telegram (the listing allows 14 ms).
 const ANSWER_GAP_NS: i64 = 40_000_000;
-/// While scans stream, the same; longer, because an adapter may hold bytes back, and a capture may be in any chunking. A telegram
-/// that was really cut is found out by the next one anyway.
-const STREAM_GAP_NS: i64 = 1_000_000_000;
+/// While scans stream none does: an adapter may hold bytes back, the host may have stood still, and a capture may be in any chunking.
+/// A telegram that was really cut is found out by the next one.
+const STREAM_GAP_NS: i64 = i64::MAX;
 
 /// Rates that a session may ask its port for: all of a laser's, and one of the rig's own.
 const MOST_RATES: usize = 8;

@@ -12,6 +12,7 @@
 use biplane_wire::lms::{Baud, Mode, ModeResult, Reply, Request};
 
 use super::machine::{Goal, Machine, State};
+use super::stream::SILENT_NS as STREAM_SILENT_NS;
 use crate::session::retry::Patience;
 use crate::session::{Event, Output, Step};
 
@@ -159,6 +160,11 @@ impl Machine {
     pub(super) fn heard_after(&mut self, silence_ns: i64) {
         if silence_ns >= PAUSE_NS {
             self.resumed_ns = self.now_ns;
+        }
+        if self.state == State::Streaming && silence_ns >= STREAM_SILENT_NS {
+            // A silence that was listened to would have ended the stream: the host stood still, and telegrams may be on their way.
+            self.last_frame_ns = self.now_ns;
+            self.last_sign_ns = self.now_ns;
         }
         // What was not listened to was not silent: a port that was gone and is back.
         let heard_ns = self.now_ns.saturating_sub(self.heard_since_ns);

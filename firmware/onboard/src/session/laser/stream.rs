@@ -13,7 +13,7 @@ use crate::session::{Event, Output, Step, silence};
 const START: Patience = Patience::new(250, 4).acknowledged(3200);
 /// Without a byte for so long, the device is silent: also a slow line pauses for two mirror turns at most, and adapters
 /// stall for 0.3 s.
-const SILENT_NS: i64 = 900_000_000;
+pub(super) const SILENT_NS: i64 = 900_000_000;
 /// With a byte in the last so many nanoseconds the line is called garbled, not silent.
 const RECENT_NS: i64 = 500_000_000;
 /// Without a telegram for so long, the line is garbled, which is said within a second; at slow rates a little more than the time of
@@ -101,8 +101,18 @@ impl Machine {
         self.telegram_bytes = None;
         self.index_watch.restart();
         self.plausibility.restart(self.info.config.as_ref());
+        self.health.differs = self.differs();
         self.state = State::Streaming;
         self.say(Event::Streaming);
+    }
+
+    /// Whether the device streams otherwise than the rig asks: its rate, its variant, its configuration, or without remission.
+    fn differs(&self) -> bool {
+        let wanted = (self.settings.fov_deg, self.settings.resolution_cdeg);
+        self.baud != self.settings.baud
+            || self.info.variant.is_some_and(|variant| variant != wanted)
+            || self.info.differs(&self.settings).is_some_and(|change| !change.is_empty())
+            || (self.settings.remission && self.refused_remission)
     }
 
     /// Scans count once this session has set the device up, also those that an adapter held back until after a stop or a search
@@ -148,6 +158,9 @@ impl Machine {
         }
         let variant = (reading.fan.fov_deg(), reading.fan.step_cdeg);
         let wanted = (self.settings.fov_deg, self.settings.resolution_cdeg);
+        if self.state == State::Listening {
+            self.health.differs = variant != wanted || self.differs();
+        }
         if self.state == State::Listening && variant != wanted && self.said.variant.is_none() {
             self.said.variant = Some(variant);
             self.say(Event::VariantKept { fov_deg: variant.0, resolution_cdeg: variant.1 });

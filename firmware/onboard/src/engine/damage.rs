@@ -1,0 +1,133 @@
+//! The share of a line's telegrams that arrive damaged, over the last ten seconds: a cable that is about to fail is told before it does.
+
+use biplane_recording::Port;
+
+use super::Engine;
+use crate::health::LineHealth;
+use crate::session::Event;
+use crate::sink::Sink;
+
+/// Seconds that are looked back.
+const SECONDS: usize = 10;
+/// Beyond this share of damaged telegrams a line is damaged. Smaller: a disturbance now and then is told.
+const BEGINS: f64 = 0.01;
+/// Below this share it is no more.
+const ENDS: f64 = 0.005;
+/// One or two damaged telegrams are chance, whatever share of a slow line they are.
+const LEAST: u64 = 3;
+
+/// What arrived so far, or lately.
+#[derive(Copy, Clone, PartialEq, Eq, Debug, Default)]
+struct Tally {
+    intact: u64,
+    damaged: u64,
+}
+
+impl Tally {
+    /// Damaged are those that show it by checksum, length or form, and those that were cut.
+    fn of(line: &LineHealth) -> Self {
+        let counts = line.counts.unwrap_or_default();
+        let rejected = line.laser.map_or(0, |laser| laser.rejected);
+        let damaged = counts.bad_checksums + counts.bad_lengths + counts.abandoned + rejected;
+        Self { intact: counts.frames.saturating_sub(rejected), damaged }
+    }
+
+    fn since(self, before: Self) -> Self {
+        Self {
+            intact: self.intact.saturating_sub(before.intact),
+            damaged: self.damaged.saturating_sub(before.damaged),
+        }
+    }
+
+    fn share(self) -> f64 {
+        self.damaged as f64 / (self.intact + self.damaged).max(1) as f64
+    }
+}
+
+/// Watches one line.
+#[derive(Copy, Clone, Debug, Default)]
+pub struct Damage {
+    before: Tally,
+    seconds: [Tally; SECONDS],
+    next: usize,
+    is_on: bool,
+}
+
+impl Damage {
+    /// A second has passed; the share of damaged telegrams while that is too large.
+    fn see(&mut self, line: &LineHealth) -> Option<f64> {
+        let now = Tally::of(line);
+        // While a device is looked for, noise is what a wrong rate makes of its telegrams.
+        let new = if line.streaming { now.since(self.before) } else { Tally::default() };
+        self.before = now;
+        if let Some(second) = self.seconds.get_mut(self.next) {
+            *second = new;
+        }
+        self.next = (self.next + 1) % SECONDS;
+        let lately = self.seconds.iter().fold(Tally::default(), |sum, second| Tally {
+            intact: sum.intact + second.intact,
+            damaged: sum.damaged + second.damaged,
+        });
+        self.is_on = match self.is_on {
+            true => lately.share() >= ENDS,
+            false => lately.share() > BEGINS && lately.damaged >= LEAST,
+        };
+        self.is_on.then(|| lately.share())
+    }
+}
+
+impl<S: Sink> Engine<S> {
+    /// The state of a line with the share of its telegrams that arrive damaged, where that is too large; says so when that begins and ends.
+    pub(super) fn with_damage(&mut self, port: Port, line: LineHealth) -> LineHealth {
+        let Some(place) = Port::ALL.iter().position(|&other| other == port) else { return line };
+        let damage = &mut self.damage[place];
+        let was_on = damage.is_on;
+        let damaged_share = damage.see(&line);
+        if was_on != damaged_share.is_some() {
+            let percent = damaged_share.map(|share| (share * 100.0).round().clamp(1.0, 100.0) as u8);
+            self.event(port, Event::Damaged { percent });
+        }
+        LineHealth { damaged_share, ..line }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use biplane_wire::Counts;
+
+    /// Lines of so many intact and damaged telegrams a second, and what is told of them.
+    fn told(seconds: &[(u64, u64)]) -> Vec<Option<f64>> {
+        let mut damage = Damage::default();
+        let mut counts = Counts::default();
+        let see = |&(intact, damaged): &(u64, u64)| {
+            counts.frames += intact;
+            counts.bad_checksums += damaged;
+            damage.see(&LineHealth { streaming: true, counts: Some(counts), ..LineHealth::default() })
+        };
+        seconds.iter().map(see).collect()
+    }
+
+    #[test]
+    fn more_than_one_in_a_hundred_damaged_is_told_until_nearly_all_are_intact_for_ten_seconds() {
+        assert!(told(&[(37, 0); 20]).iter().all(Option::is_none));
+        // One or two are chance, also on a line of five a second.
+        assert!(told(&[(5, 2), (5, 0), (5, 0)]).iter().all(Option::is_none));
+        // The third begins it; it lasts until the last of them is ten seconds old.
+        let mut seconds = vec![(5, 0), (4, 1), (4, 1), (4, 1)];
+        seconds.extend([(5, 0); 12]);
+        let told = told(&seconds);
+        let on: Vec<_> = (0..told.len()).filter(|&second| told[second].is_some()).collect();
+        assert_eq!(on, (3..13).collect::<Vec<_>>());
+        assert_eq!(told[3], Some(0.15));
+    }
+
+    #[test]
+    fn what_a_search_hears_is_no_damage() {
+        let mut damage = Damage::default();
+        let counts = Some(Counts { bad_checksums: 50, ..Counts::default() });
+        let searching = LineHealth { streaming: false, counts, ..LineHealth::default() };
+        assert_eq!(damage.see(&searching), None);
+        assert_eq!(damage.see(&LineHealth { streaming: true, ..searching }), None);
+    }
+}
