@@ -36,7 +36,7 @@ use crate::publish::Publisher;
 use crate::report::RunReport;
 use crate::session::base::{BaseSession, BaseSettings};
 use crate::session::laser::{LaserSession, LaserSettings};
-use crate::session::{Event, Input, MAX_INPUT_BYTES, Output, RequestBytes, Session};
+use crate::session::{Event, Input, MAX_INPUT_BYTES, Output, RequestBytes};
 use crate::sink::Sink;
 use damage::Damage;
 use faults::Faults;
@@ -247,22 +247,10 @@ impl<S: Sink> Engine<S> {
         self.last_health(now_ns);
         self.health_ns = i64::MAX;
         for port in Port::ALL {
-            self.input(now_ns, port, Input::Stop);
+            if !self.faults.is_lost(port) {
+                self.input(now_ns, port, Input::Stop);
+            }
         }
-    }
-
-    /// Whether all sessions are done.
-    #[must_use]
-    pub fn is_stopped(&self) -> bool {
-        let is_done = |port| {
-            self.faults.is_lost(port)
-                || match port {
-                    Port::Horizontal => self.horizontal.line.session.is_done(),
-                    Port::Vertical => self.vertical.as_ref().is_none_or(|laser| laser.line.session.is_done()),
-                    Port::Base => self.base.session.is_done(),
-                }
-        };
-        Port::ALL.into_iter().all(is_done)
     }
 
     /// The input ends: everything that waits goes on with what is known. Returns the account and the sink.

@@ -359,3 +359,26 @@ fn commands_that_nobody_fetches_are_counted_as_dropped_and_events_as_untold() {
     let (_, health) = sink.healths.last().unwrap();
     assert_eq!((health.dropped, health.untold), (report.dropped, report.untold));
 }
+
+#[test]
+fn nobody_is_called_late_before_what_the_line_held_by_then_was_read() {
+    let options = EngineOptions { rig: rig(), matcher: Method::default(), feed: Feed::Live, raw: false };
+    let mut engine = Engine::new(&options, MemorySink::default(), START_NS);
+    let done = |engine: &mut Engine<MemorySink>| {
+        let commands = std::iter::from_fn(|| engine.next_command()).count();
+        (commands, std::iter::from_fn(|| engine.next_event()).count())
+    };
+    let heard = |engine: &mut Engine<MemorySink>, port, up_to_ns| engine.heard(port, up_to_ns);
+    Port::ALL.into_iter().for_each(|port| heard(&mut engine, port, START_NS));
+    assert_ne!(done(&mut engine).0, 0, "the first questions");
+    engine.advance(START_NS + 5_000 * MS);
+    assert_eq!(done(&mut engine), (0, 0));
+    heard(&mut engine, Port::Base, START_NS + 5_000 * MS);
+    engine.advance(START_NS + 5_001 * MS);
+    while let Some((port, _)) = engine.next_command() {
+        assert_eq!(port, Port::Base);
+    }
+    heard(&mut engine, Port::Horizontal, START_NS + 5_000 * MS);
+    engine.advance(START_NS + 5_002 * MS);
+    assert!(std::iter::from_fn(|| engine.next_command()).any(|(port, _)| port == Port::Horizontal));
+}

@@ -14,6 +14,7 @@ use crate::engine::{Command, Engine};
 use crate::link::News;
 use crate::ports::device_name;
 use crate::report::{RunEnd, RunReport};
+use crate::session::{Event, Step};
 
 /// The loop looks around at least so often, nanoseconds.
 const LONGEST_PARK_NS: i64 = 5_000_000;
@@ -64,7 +65,10 @@ impl Acquisition {
                 writing.rotate();
             }
             match ending {
-                Some((end, give_up_ns)) if self.engine.is_stopped() || now_ns >= give_up_ns => return end,
+                Some((end, give_up_ns)) if self.engine.is_stopped() || now_ns >= give_up_ns => {
+                    self.say_unstopped();
+                    return end;
+                }
                 Some(_) => {}
                 None => {
                     let patience_ns = if self.engine.is_writing() { STOP_WRITING_NS } else { STOP_NS };
@@ -78,6 +82,12 @@ impl Acquisition {
                 }
             }
             self.wait();
+        }
+    }
+
+    fn say_unstopped(&mut self) {
+        for port in self.engine.unstopped() {
+            self.voice.say(port, Event::GivenUp { step: Step::StopStream });
         }
     }
 

@@ -244,6 +244,9 @@ impl fmt::Display for Event {
                 write!(f, "no answer while {}, attempt {attempt}", step.words())
             }
             Self::Refused { step } => write!(f, "refused while {}", step.words()),
+            Self::GivenUp { step: Step::StopStream } => {
+                write!(f, "did not answer when asked to stop: it may be streaming")
+            }
             Self::GivenUp { step } => write!(f, "gave up {}", step.words()),
             Self::ConfigurationWritten(change) => write!(f, "configuration written: {change}"),
             Self::ConfigurationKept(change) => write!(f, "does not take what the rig asks: {change}"),

@@ -4,3 +4,4 @@ mod mock;
 mod record;
 mod recovery;
 mod service;
+mod stall;

@@ -19,10 +19,14 @@ const PULSE_NS: i64 = 800_000_000;
 const SILENCE_NS: i64 = 900_000_000;
 /// After a CLOSE, packets that are under way are let pass.
 const CLOSE_NS: i64 = 250_000_000;
+/// A base that was silent is told so often more, at that distance.
+const CLOSES: u8 = 3;
 /// Between two rounds of synchronising.
 const ROUND_NS: i64 = 500_000_000;
 /// While an answer is awaited, a pause of this length ends a packet: longer than any adapter's usual delay.
 const ANSWER_GAP_NS: i64 = 60_000_000;
+/// The first byte of every packet.
+const HEADER: u8 = 0xFA;
 
 /// Where the session stands.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
@@ -39,6 +43,11 @@ pub(super) enum State {
     Opening,
     Running {
         pulse_ns: i64,
+    },
+    /// It was silent when it was told to close its session: it is told again.
+    Closing {
+        left: u8,
+        at_ns: i64,
     },
     Listening,
     Done,
@@ -133,6 +142,7 @@ impl Machine {
                 self.enter_sync(0);
             }
             State::Running { pulse_ns } => self.running(pulse_ns),
+            State::Closing { left, at_ns } if self.now_ns >= at_ns => self.close_again(left),
             _ => {}
         }
     }
@@ -194,6 +204,13 @@ impl Machine {
                 self.report(offset, length, sip);
             }
             State::Running { .. } | State::Listening => self.report(offset, length, sip),
+            // It is there again, and hears the next word.
+            State::Closing { .. } => {
+                self.report(offset, length, sip);
+                self.send(&Command::Close);
+                self.say(Event::Stopped);
+                self.state = State::Done;
+            }
             // Under way when the session was closed, or when the base began to answer.
             State::Done | State::Sync(_) | State::Draining { .. } if self.has_run => {
                 self.report(offset, length, sip);
@@ -310,30 +327,47 @@ impl Machine {
     }
 
     pub(super) fn stop(&mut self) {
-        if matches!(self.state, State::Done | State::Listening) {
-            self.state = State::Done;
-            return;
+        match self.state {
+            State::Closing { .. } => return,
+            State::Done | State::Listening => return self.state = State::Done,
+            _ => {}
         }
         // Also before it has answered: a base that was opened a moment ago must not be left open.
         self.send(&Command::Close);
+        self.question = None;
+        if self.has_run && !matches!(self.state, State::Running { .. } | State::Draining { .. }) {
+            self.state = State::Closing { left: CLOSES, at_ns: self.now_ns + CLOSE_NS };
+            return;
+        }
         if matches!(self.state, State::Running { .. }) {
             self.say(Event::Stopped);
         }
-        self.question = None;
         self.state = State::Done;
     }
 
-    /// Whether the line paused before bytes that came now for longer than a packet may: then it was cut, and an answer must not wait for
-    /// its rest. While reports flow none is given up so: an adapter may hold its bytes back.
-    pub(super) fn gap_before(&self) -> bool {
+    fn close_again(&mut self, left: u8) {
+        if left == 0 {
+            self.say(Event::GivenUp { step: Step::StopStream });
+            self.state = State::Done;
+        } else {
+            self.send(&Command::Close);
+            self.state = State::Closing { left: left - 1, at_ns: self.now_ns + CLOSE_NS };
+        }
+    }
+
+    /// Whether the line paused before these bytes for longer than a packet may, and they begin with another one: then the one before was
+    /// cut, and an answer must not wait for its rest. While reports flow none is given up so: an adapter may hold its bytes back.
+    pub(super) fn gap_before(&self, bytes: &[u8]) -> bool {
         let flows = matches!(self.state, State::Running { .. } | State::Listening);
-        !flows && self.now_ns.saturating_sub(self.last_byte_ns) > ANSWER_GAP_NS
+        let begins = bytes.first() == Some(&HEADER);
+        !flows && begins && self.now_ns.saturating_sub(self.last_byte_ns) > ANSWER_GAP_NS
     }
 
     pub(super) fn deadline_ns(&self) -> i64 {
         let question_ns = self.question.as_ref().map_or(i64::MAX, Question::deadline_ns);
         let state_ns = match self.state {
             State::Draining { until_ns } | State::Resting { until_ns } => until_ns,
+            State::Closing { at_ns, .. } => at_ns,
             State::Running { pulse_ns } => pulse_ns.min(self.silence_deadline_ns()),
             _ => i64::MAX,
         };

@@ -88,7 +88,7 @@ impl Session for P2os {
         self.machine.now_ns = now_ns;
         match input {
             Input::Bytes(bytes) => {
-                if self.machine.gap_before() {
+                if self.machine.gap_before(bytes) {
                     self.deframer.abandon();
                     self.drain();
                 }

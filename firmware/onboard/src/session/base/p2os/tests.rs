@@ -230,3 +230,33 @@ fn a_base_that_reports_on_behind_a_port_that_comes_back_is_told_at_once_that_its
     let off = format!("3350 ! silent for 3190 ms, starting again\n3350 > {STOP}\n3350 > {SYNC0}\n3351 end");
     check(&mut BaseSession::streaming(SETTINGS, 0), &format!("{gone}{off}"));
 }
+
+#[test]
+fn a_base_that_is_silent_when_the_run_ends_is_told_to_close_again_and_if_it_stays_silent_that_is_said() {
+    let silent = format!(
+        "{}\n960 > {PULSE}\n1060 ! silent for 900 ms, starting again\n1060 > {STOP}\n1060 > {SYNC0}\n1100 stop\n1100 > {CLOSE}\n",
+        opened()
+    );
+    let script = format!(
+        "{silent}1350 > {CLOSE}\n1600 > {CLOSE}\n1850 > {CLOSE}\n\
+         2100 ! did not answer when asked to stop: it may be streaming\n2200 end"
+    );
+    let mut session = BaseSession::streaming(SETTINGS, 0);
+    check(&mut session, &script);
+    assert!(session.is_done());
+    let script = format!(
+        "{silent}1350 > {CLOSE}\n1400 < {AT_32600}\n1400 * -0.168 0.000 0.0000\n1400 > {CLOSE}\n1400 ! left idle\n2200 end"
+    );
+    check(&mut BaseSession::streaming(SETTINGS, 0), &script);
+}
+
+#[test]
+fn a_packet_whose_rest_comes_late_is_a_report_all_the_same() {
+    let (head, rest) = AT_32600.split_at(29);
+    let script = format!(
+        "{}\n260 < {head}\n960 > {PULSE}\n1060 ! silent for 900 ms, starting again\n1060 > {STOP}\n1060 > {SYNC0}\n1300 <{rest}\n\
+         1300 ! streams\n1300 * -0.168 0.000 0.0000\n1301 end",
+        opened()
+    );
+    check(&mut BaseSession::streaming(SETTINGS, 0), &script);
+}
