@@ -26,7 +26,7 @@ pub mod write;
 pub use cdr::CdrError;
 pub use msg::{AnyMessage, Message};
 pub use read::{Entry, ReadError, Reader, Recording};
-pub use recover::{RecoverError, RecoverReport, recover};
+pub use recover::{RecoverError, RecoverReport, recover, recover_over};
 pub use rig::{Rig, RigError};
 pub use topics::{Direction, Port, Topic};
 pub use write::{PartsReport, PartsWriter, Rotation, WriteError, WriteReport, Writer, WriterOptions};

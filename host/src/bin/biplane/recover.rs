@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use biplane_recording::RecoverReport;
+use biplane_recording::{RecoverError, RecoverReport, WriteError};
 
 use crate::Outcome;
 use crate::console::Console;
@@ -15,12 +15,21 @@ pub struct Args {
     /// The recording to write
     #[arg(long, short, value_name = "FILE.mcap")]
     output: PathBuf,
+    /// Replace the output if it exists
+    #[arg(long)]
+    force: bool,
 }
 
 /// Runs the command.
 pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let spinner = console.spinner(format!("reading {}", args.broken.display()));
-    let report = biplane_recording::recover(&args.broken, &args.output)?;
+    let report = biplane_recording::recover_over(&args.broken, &args.output, args.force)
+        .map_err(|error| match error {
+            RecoverError::Write(WriteError::Exists { .. }) => {
+                anyhow::anyhow!("{} exists already; it is not overwritten without --force", args.output.display())
+            }
+            other => other.into(),
+        })?;
     drop(spinner);
     Ok(tell(&report, args, console))
 }

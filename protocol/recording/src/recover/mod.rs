@@ -119,6 +119,14 @@ pub enum RecoverError {
 /// # Errors
 /// When the input does not exist or is no MCAP at all, or the output exists or cannot be written.
 pub fn recover(input: &Path, output: &Path) -> Result<RecoverReport, RecoverError> {
+    recover_over(input, output, false)
+}
+
+/// The same; an `output` that exists is replaced when `overwrite` says so, but never the input.
+///
+/// # Errors
+/// As [`recover`].
+pub fn recover_over(input: &Path, output: &Path, overwrite: bool) -> Result<RecoverReport, RecoverError> {
     let cannot = |source: io::Error| match source.kind() {
         io::ErrorKind::NotFound => ReadError::Missing { path: input.to_owned() },
         _ => ReadError::Io { path: input.to_owned(), offset: 0, source },
@@ -131,7 +139,7 @@ pub fn recover(input: &Path, output: &Path) -> Result<RecoverReport, RecoverErro
     let size = metadata.len();
     let walk = start(input, &file, size)?;
     let profile = walk::profile(&mut Source::new(&file, size)).map_err(cannot)?;
-    let writer = Writer::create_copy(output, input, &profile)?;
+    let writer = Writer::create_copy(output, input, &profile, overwrite)?;
     let mut salvage = Salvage::new(input, &file, size, writer);
     let report = match salvage.run(walk) {
         Ok(()) => salvage.finish().map_err(RecoverError::from),

@@ -25,11 +25,18 @@ impl Writer {
     ///
     /// # Errors
     /// As [`Writer::create`], without anything being replaced.
-    pub(crate) fn create_copy(path: &Path, input: &Path, profile: &str) -> Result<Self, WriteError> {
-        let options = WriterOptions { inputs: vec![input.to_owned()], ..WriterOptions::default() };
+    pub(crate) fn create_copy(
+        path: &Path,
+        input: &Path,
+        profile: &str,
+        overwrite: bool,
+    ) -> Result<Self, WriteError> {
+        let kept = WriterOptions { inputs: vec![input.to_owned()], ..WriterOptions::default() };
+        let options = WriterOptions { overwrite, ..kept.clone() };
         target::check(path, &options)?;
         let recovering = recovering_path(path);
-        let file = target::create(&recovering, &options).map_err(|error| match error {
+        // A recovery that still goes on is not disturbed, whatever its output is worth.
+        let file = target::create(&recovering, &kept).map_err(|error| match error {
             WriteError::Unfinished { path } => WriteError::Recovering { path },
             other => other,
         })?;

@@ -119,16 +119,16 @@ impl PartsWriter {
         })
     }
 
-    /// Whether [`PartsWriter::create`] would begin; nothing is created. With rotation, every part of that name that is there already
-    /// counts as an existing output: parts of two runs must not be taken for one recording.
+    /// Whether [`PartsWriter::create`] would begin; nothing is created. Every file of that name that is there already counts as an
+    /// existing output, parts and whole file alike: two runs must not be taken for one recording.
     ///
     /// # Errors
     /// As [`Writer::check`].
     pub fn check(path: &Path, options: &WriterOptions, rotation: Rotation) -> Result<(), WriteError> {
-        if !rotation.is_on() {
-            return Writer::check(path, options);
+        Writer::check(path, options)?;
+        if rotation.is_on() {
+            Writer::check(&part_path(path, 0), options)?;
         }
-        Writer::check(&part_path(path, 0), options)?;
         parts_on_disk(path)
             .into_iter()
             .try_for_each(|number| Writer::check(&part_path(path, number), options))
@@ -269,19 +269,28 @@ impl PartsWriter {
         }
     }
 
-    /// Ends the last file. Parts of an earlier recording of that name that this one has not replaced are removed: it was told to
-    /// overwrite that recording.
+    /// Ends the last file. Files of an earlier recording of that name that this one has not replaced are removed, parts or the whole file:
+    /// it was told to overwrite that recording.
     ///
     /// # Errors
     /// As [`Writer::finish`].
     pub fn finish(mut self) -> Result<PartsReport, WriteError> {
         let writer = self.writer.take().ok_or_else(|| WriteError::Failed { path: self.current_path() })?;
         self.finished.push(writer.finish()?);
-        if self.rotation.is_on() && self.options.overwrite {
-            for number in parts_on_disk(&self.path).into_iter().filter(|&number| number > self.number) {
-                target::remove_replaced(&part_path(&self.path, number), &self.options)?;
-            }
+        if self.options.overwrite {
+            self.remove_replaced()?;
         }
         Ok(PartsReport { parts: self.finished })
+    }
+
+    fn remove_replaced(&self) -> Result<(), WriteError> {
+        let is_own = |number: u32| self.rotation.is_on() && number <= self.number;
+        for number in parts_on_disk(&self.path).into_iter().filter(|&number| !is_own(number)) {
+            target::remove_replaced(&part_path(&self.path, number), &self.options)?;
+        }
+        if self.rotation.is_on() {
+            target::remove_replaced(&self.path, &self.options)?;
+        }
+        Ok(())
     }
 }

@@ -98,6 +98,22 @@ fn parts_of_an_earlier_run_are_never_mixed_with_new_ones() {
 }
 
 #[test]
+fn a_whole_file_and_parts_of_one_name_are_never_mixed_either() {
+    let folder = Folder::new("parts-and-whole");
+    let forced = WriterOptions { overwrite: true, ..WriterOptions::default() };
+    let path = folder.file("run.mcap");
+    write(&path, &WriterOptions::default(), BY_TIME);
+    let refused = PartsWriter::create(&path, &WriterOptions::default(), Rotation::default()).unwrap_err();
+    assert!(matches!(&refused, WriteError::Exists { path } if path.ends_with("run_0.mcap")), "{refused}");
+    write(&path, &forced, Rotation::default());
+    assert_eq!(folder.names(), ["run.mcap"]);
+    let refused = PartsWriter::create(&path, &WriterOptions::default(), BY_TIME).unwrap_err();
+    assert!(matches!(&refused, WriteError::Exists { path } if path.ends_with("run.mcap")), "{refused}");
+    write(&path, &forced, BY_TIME);
+    assert_eq!(folder.names(), ["run_0.mcap", "run_1.mcap", "run_2.mcap", "run_3.mcap"]);
+}
+
+#[test]
 fn an_input_among_old_parts_is_not_replaced_and_a_foreign_name_is_no_part() {
     let folder = Folder::new("parts-input");
     let path = folder.file("run.mcap");

@@ -3,7 +3,7 @@
 use crate::folder::Folder;
 use crate::samples::write_run;
 use biplane_recording::recover::Problem;
-use biplane_recording::{Entry, ReadError, Reader, RecoverError, RecoverReport, WriterOptions, recover};
+use biplane_recording::{Entry, ReadError, Reader, RecoverError, RecoverReport, WriterOptions, recover, recover_over};
 use std::path::{Path, PathBuf};
 
 /// A whole file, what is in it, and where its parts end.
@@ -299,4 +299,8 @@ fn what_is_no_recording_is_refused_and_nothing_is_overwritten() {
     assert!(refused.to_string().contains("exists already"), "{refused}");
     assert_eq!(std::fs::read(&output).unwrap(), b"mine");
     assert!(!whole.entries.is_empty());
+    let input = folder.file("whole.mcap");
+    assert!(recover_over(&input, &input, true).is_err(), "never the input");
+    assert!(!recover_over(&input, &output, true).unwrap().lost());
+    assert!(std::fs::read(&output).unwrap() != b"mine");
 }
