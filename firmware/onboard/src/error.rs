@@ -42,23 +42,29 @@ pub enum OnboardError {
         /// What the system said.
         source: std::io::Error,
     },
-    /// A serial port cannot be opened.
-    #[error("cannot open {port} ({device}): {reason}")]
-    Port {
-        /// Its path.
-        port: String,
-        /// Which device it belongs to.
-        device: &'static str,
-        /// What the system said.
-        reason: String,
+    /// Serial ports cannot be opened.
+    #[error("{}", refused.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
+    Ports {
+        /// Why, of each.
+        refused: Vec<PortRefused>,
     },
     /// The run was stopped before all its ports were there.
-    #[error("stopped while waiting for {port} ({device}): nothing was recorded")]
+    #[error("stopped while waiting for {}: nothing was recorded", names(missing))]
     StoppedWaiting {
-        /// Its path.
-        port: String,
-        /// Which device it belongs to.
-        device: &'static str,
+        /// The ports that were not there.
+        missing: Vec<PortRefused>,
+    },
+    /// The output's folder is missing.
+    #[error("there is no folder {}: make it first (mkdir -p {})", folder.display(), folder.display())]
+    NoFolder {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// The output's folder is one of the kernel's own.
+    #[error("{} is on no disk: nothing can be recorded there", folder.display())]
+    NoDisk {
+        /// The folder.
+        folder: PathBuf,
     },
     /// Too little room to begin.
     #[error(
@@ -129,4 +135,22 @@ pub enum OnboardError {
         /// What the system said.
         source: std::io::Error,
     },
+}
+
+/// A serial port that cannot be opened.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error, serde::Serialize)]
+#[error("cannot open {port} ({device}): {reason}")]
+pub struct PortRefused {
+    /// Its path.
+    pub port: String,
+    /// Which device it belongs to.
+    pub device: &'static str,
+    /// What the system said, in words.
+    pub reason: String,
+}
+
+/// Ports with their devices, for a sentence.
+pub(crate) fn names(ports: &[PortRefused]) -> String {
+    let names = ports.iter().map(|port| format!("{} ({})", port.port, port.device));
+    names.collect::<Vec<_>>().join(", ")
 }

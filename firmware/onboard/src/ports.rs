@@ -23,6 +23,17 @@ pub fn of_rig(rig: &Rig) -> Vec<(Port, &str, u32)> {
     ports
 }
 
+/// What of a rig is allowed, and most likely not meant; said once a run.
+pub fn warn(rig: &Rig) {
+    let unmeasured = rig.base.protocol.unmeasured();
+    if !unmeasured.is_empty() {
+        tracing::warn!(
+            "base: {} have default values, which are not those of your robot: odometry will be wrong until they are measured (docs/bases.md)",
+            unmeasured.join(", ")
+        );
+    }
+}
+
 /// Checks what the rig's own reader cannot: that no two devices share a port.
 ///
 /// # Errors

@@ -10,7 +10,7 @@ use biplane_recording::{Port, Rig};
 use serde::Serialize;
 
 use crate::error::OnboardError;
-use crate::link::Tty;
+use crate::link::{Tty, reason};
 use crate::ports::{self, device_name};
 use crate::session::base::{BaseSession, BaseSettings};
 use crate::session::laser::{LaserSession, LaserSettings};
@@ -90,7 +90,7 @@ fn ask(rig: &Rig, device: Port, path: &str, baud: u32) -> DeviceReport {
         Port::Horizontal => ask_laser(&rig.horizontal, &port, &nothing),
         Port::Vertical => ask_laser(rig.vertical.as_ref().unwrap_or(&rig.horizontal), &port, &nothing),
     });
-    result.unwrap_or_else(|error| DeviceReport { problem: Some(error.to_string()), ..nothing })
+    result.unwrap_or_else(|error| DeviceReport { problem: Some(reason(&error)), ..nothing })
 }
 
 fn ask_laser(

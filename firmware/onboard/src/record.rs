@@ -7,7 +7,9 @@ mod acquisition;
 mod clock;
 pub mod disk;
 mod lines;
+mod opening;
 mod queue;
+mod rates;
 pub mod realtime;
 pub mod service;
 pub mod status;
@@ -31,7 +33,7 @@ use crate::error::OnboardError;
 use crate::link::SERIAL_LINKS;
 use crate::ports;
 use crate::provenance;
-use crate::report::RunReport;
+use crate::report::{RunEnd, RunReport};
 use acquisition::Acquisition;
 use lines::Lines;
 use queue::QueueSink;
@@ -103,16 +105,19 @@ pub fn record(options: &RecordOptions, stop: &AtomicBool) -> Result<RunReport, O
 /// The same, with all that can be told to a run.
 ///
 /// # Errors
-/// What is wrong with rig, ports, disk or output; also when the whole run brought no scan to localise with.
+/// What is wrong with rig, ports, disk or output; also when the whole run brought no scan to localise with,
+/// unless it was stopped before.
 pub fn record_with(options: &RecordOptions, controls: Controls<'_>) -> Result<RunReport, OnboardError> {
     ports::check(&options.rig)?;
+    ports::warn(&options.rig);
     let writer_options =
         WriterOptions { overwrite: options.overwrite, sync: true, ..WriterOptions::default() };
     PartsWriter::check(&options.output, &writer_options, options.rotation)?;
     let folder = folder_of(&options.output);
+    check_folder(&folder)?;
     let service = Service::find();
     find_room(options, &folder, service, controls.stop)?;
-    let opened = lines::open_ports(options, service, controls.stop)?;
+    let opened = opening::open_ports(options, service, controls.stop)?;
     // Not before: a machine that waits for its devices may not have had its time set.
     let clock = RunClock::start();
     let start_ns = clock.now_ns();
@@ -147,7 +152,8 @@ pub fn record_with(options: &RecordOptions, controls: Controls<'_>) -> Result<Ru
     let written = writing.finish();
     telling.finish();
     let report = RunReport { end, ..report.with_files(&written?) };
-    if report.scans_horizontal == 0 {
+    // Who stops a run while its devices are still started has what was asked for, if not much.
+    if report.scans_horizontal == 0 && report.end != RunEnd::Stopped {
         let port = options.rig.horizontal.port.clone();
         return Err(OnboardError::NoScans { port, output: report.output });
     }
@@ -168,6 +174,17 @@ fn end_ns(options: &RecordOptions, start_ns: i64) -> i64 {
     options.duration.map_or(i64::MAX, |duration| {
         start_ns.saturating_add(i64::try_from(duration.as_nanos()).unwrap_or(i64::MAX))
     })
+}
+
+/// A recording needs a folder on something that stores.
+fn check_folder(folder: &Path) -> Result<(), OnboardError> {
+    if !folder.is_dir() {
+        return Err(OnboardError::NoFolder { folder: folder.to_owned() });
+    }
+    match disk::is_disk(folder) {
+        Some(false) => Err(OnboardError::NoDisk { folder: folder.to_owned() }),
+        _ => Ok(()),
+    }
 }
 
 /// Sees to it that there is room to begin. With `wait` it is waited for, and there must be twice what a run ends at: a service shall
@@ -211,6 +228,16 @@ fn folder_of(path: &Path) -> PathBuf {
 mod tests {
     use super::*;
     use std::thread;
+
+    #[test]
+    fn a_place_where_nothing_can_be_recorded_is_refused_in_words() {
+        let refused = |output: &str| {
+            record(&RecordOptions::new(Rig::default(), output), &AtomicBool::new(false)).unwrap_err()
+        };
+        assert!(matches!(refused("/proc/run.mcap"), OnboardError::NoDisk { .. }));
+        let missing = refused("/nowhere/at/all/run.mcap");
+        assert!(missing.to_string().contains("mkdir -p /nowhere/at/all"), "{missing}");
+    }
 
     #[test]
     fn without_room_for_a_recording_none_is_begun() {

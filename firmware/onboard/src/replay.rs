@@ -219,7 +219,7 @@ impl Run {
                 let bytes: ByteArray = decode(entry)?;
                 self.engine.bytes(now_ns, port, &bytes.data);
             }
-            (Content::Serial, Some(Topic::Serial(port @ Port::Base, Direction::Tx))) => {
+            (Content::Serial, Some(Topic::Serial(port, Direction::Tx))) => {
                 let bytes: ByteArray = decode(entry)?;
                 self.engine.host_sent(now_ns, port, &bytes.data);
             }

@@ -61,6 +61,10 @@ pub struct RunReport {
     pub polluted_scans: u64,
     /// Bytes that belong to no intact telegram.
     pub skipped_bytes: u64,
+    /// Telegrams that were cut because a laser was stopped, at the start or at the end: not damaged, and not among those.
+    pub cut_by_us: u64,
+    /// The bytes of these, not among the skipped ones.
+    pub cut_by_us_bytes: u64,
     /// Scans whose stamp is earlier than that of the one before.
     pub backward_stamps: u64,
     /// Times that the clock went back with which the input was recorded: from there on, times are later than its `log_time`.

@@ -20,6 +20,7 @@ pub struct Args {
 pub(super) fn run(args: &Args) -> Result<u8, OnboardError> {
     let rig = Rig::load(&args.rig)?;
     crate::ports::check(&rig)?;
+    crate::ports::warn(&rig);
     let text = rig.to_toml();
     if args.json {
         print_json(&text);

@@ -11,7 +11,7 @@ use crate::record::{Controls, RecordOptions, StatusMode, record_with};
 
 /// Sets up lasers and base, streams, matches, and records posed scans until SIGINT, SIGTERM or the duration.
 ///
-/// A second signal ends the process at once. SIGUSR1 begins the next part of a recording in parts. A terminal that goes away does not end
+/// A second signal ends the process at once (exit code 1); `biplane recover` then saves what was recorded. SIGUSR1 begins the next part of a recording in parts. A terminal that goes away does not end
 /// the run.
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -50,8 +50,13 @@ pub struct Args {
 }
 
 pub(super) fn run(args: &Args, quiet: bool) -> Result<u8, OnboardError> {
-    let output = crate::run_name::output(&args.output, biplane_clock::utc_ns())
-        .map_err(|source| OnboardError::Place { path: args.output.clone(), source })?;
+    let output =
+        crate::run_name::output(&args.output, biplane_clock::utc_ns()).map_err(|source| {
+            match source.kind() {
+                std::io::ErrorKind::NotFound => OnboardError::NoFolder { folder: args.output.clone() },
+                _ => OnboardError::Place { path: args.output.clone(), source },
+            }
+        })?;
     let options = RecordOptions {
         duration: args.duration,
         raw: args.raw,
@@ -67,7 +72,7 @@ pub(super) fn run(args: &Args, quiet: bool) -> Result<u8, OnboardError> {
         },
         ..RecordOptions::new(Rig::load(&args.rig)?, output)
     };
-    let stop = super::signals::stop()?;
+    let stop = super::signals::stop(&options.output)?;
     let rotate = super::signals::rotate()?;
     super::signals::outlive_terminal()?;
     let report = record_with(&options, Controls { stop: &stop, rotate: &rotate })?;

@@ -50,7 +50,7 @@ pub(super) fn run(args: &Args) -> Result<u8, OnboardError> {
         overwrite: args.force,
         rotation: args.rotation.rotation(),
     };
-    let stop = super::signals::stop()?;
+    let stop = super::signals::stop(&options.output)?;
     let report = crate::replay::replay(&options, &stop)?;
     super::summary::print(&report, args.json);
     Ok(report.exit_code())

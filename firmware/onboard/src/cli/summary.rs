@@ -51,6 +51,7 @@ fn text(report: &RunReport) -> String {
         (report.dazzled_values, "values are missing because a laser was dazzled"),
         (report.polluted_scans, "scans were taken through a polluted window"),
         (report.skipped_bytes, "bytes belong to no telegram"),
+        (report.cut_by_us, "telegrams were cut by our own start or stop"),
         (report.backward_stamps, "stamps step back"),
         (
             report.clock_steps,
@@ -70,6 +71,9 @@ fn text(report: &RunReport) -> String {
     match report.end {
         RunEnd::DiskLow => text += "\n  ended before the disk was full: CUT SHORT",
         RunEnd::Interrupted => text += "\n  stopped before the input was over: the rest was NOT KEPT",
+        RunEnd::Stopped if report.scans_horizontal == 0 => {
+            text += "\n  stopped before the first horizontal scan: the file is kept, and holds no pose";
+        }
         RunEnd::InputOver | RunEnd::DurationOver | RunEnd::Stopped | RunEnd::WriteFailed => {}
     }
     text

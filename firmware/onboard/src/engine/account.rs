@@ -6,7 +6,7 @@ use super::{Engine, HEALTH_NS};
 use crate::health::{Health, LineHealth};
 use crate::report::RunReport;
 use crate::session::Session;
-use crate::session::laser::LaserHealth;
+use crate::session::laser::LaserSession;
 use crate::sink::Sink;
 
 impl<S: Sink> Engine<S> {
@@ -99,6 +99,8 @@ impl<S: Sink> Engine<S> {
         for port in Port::ALL {
             self.add_line(port, &mut report);
         }
+        report.damaged = report.damaged.saturating_sub(report.cut_by_us);
+        report.skipped_bytes = report.skipped_bytes.saturating_sub(report.cut_by_us_bytes);
         report.lost =
             report.dropped + report.not_understood + report.reads_without_laser + report.scans_without_laser;
         report
@@ -109,13 +111,13 @@ impl<S: Sink> Engine<S> {
             (Port::Horizontal, _) => {
                 let line = &self.horizontal.line;
                 report.scans_horizontal += line.meter.measurements;
-                add_laser(line.session.health(), report);
+                add_laser(&line.session, report);
                 (line.session.counts(), line.session.not_kept())
             }
             (Port::Vertical, Some(vertical)) => {
                 let line = &vertical.line;
                 report.scans_vertical += line.meter.measurements;
-                add_laser(line.session.health(), report);
+                add_laser(&line.session, report);
                 (line.session.counts(), line.session.not_kept())
             }
             (Port::Vertical, None) => return,
@@ -130,7 +132,10 @@ impl<S: Sink> Engine<S> {
     }
 }
 
-fn add_laser(laser: &LaserHealth, report: &mut RunReport) {
+fn add_laser(session: &LaserSession, report: &mut RunReport) {
+    let (laser, cuts) = (session.health(), session.cuts());
+    report.cut_by_us += cuts.telegrams;
+    report.cut_by_us_bytes += cuts.bytes;
     report.damaged += laser.rejected;
     report.rejected += laser.rejected;
     report.lost_telegrams += laser.lost_telegrams;

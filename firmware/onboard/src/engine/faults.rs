@@ -36,11 +36,13 @@ impl Faults {
         // A device behind a port that was gone is silent, or its telegram is cut, for that reason.
         let follows = matches!(event, Event::Silent { .. } | Event::Garbled { .. })
             && fault.lasting == Event::PortLost.fault();
+        // One that fell silent does not answer either: that was said, with the news that it is asked on.
+        let is_known = matches!(event, Event::NotFound { .. }) && fault.lasting.is_some();
         if let Some(words) = event.fault().filter(|_| !follows) {
             fault.lasting = Some(words);
             fault.fresh = Some(words);
         }
-        !follows
+        !follows && !is_known
     }
 
     /// Whether the line's port is gone.
@@ -88,6 +90,12 @@ mod tests {
         assert_eq!(fault(&mut faults, still), LineFault::Lasts(words));
         assert_eq!(fault(&mut faults, flows), LineFault::Over(words));
         assert_eq!(fault(&mut faults, flows), LineFault::None);
+        // What it leads to is told, and not said once more.
+        let not_found = Event::NotFound { rounds: 1 };
+        assert!(faults.note(Port::Vertical, &not_found), "at the start");
+        assert!(faults.note(Port::Horizontal, &Event::Silent { for_ms: 1000 }));
+        assert!(!faults.note(Port::Horizontal, &not_found));
+        assert_eq!(faults.told(Port::Horizontal, still).fault, LineFault::Lasts(not_found.fault().unwrap()));
         // Over before it could be told.
         assert!(faults.note(Port::Base, &Event::Silent { for_ms: 1000 }));
         assert_eq!(fault(&mut faults, flows), LineFault::Over("silent"));

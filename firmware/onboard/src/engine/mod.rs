@@ -203,12 +203,16 @@ impl<S: Sink> Engine<S> {
         self.settle(now_ns);
     }
 
-    /// What a host once sent on a line, in a recording that is replayed: some answers only mean something with their question.
+    /// What a host once sent on a line, in a recording that is replayed: some answers only mean something with their question,
+    /// and a telegram that a request has cut is not damaged.
     pub fn host_sent(&mut self, sent_ns: i64, port: Port, bytes: &[u8]) {
         let sent_ns = self.time_line.run_ns((port, Direction::Tx), bounded(sent_ns));
         let now_ns = self.begin(sent_ns);
-        if port == Port::Base {
-            self.base.session.host_sent(now_ns, bytes);
+        match (port, &mut self.vertical) {
+            (Port::Base, _) => self.base.session.host_sent(now_ns, bytes),
+            (Port::Horizontal, _) => self.horizontal.line.session.host_sent(now_ns),
+            (Port::Vertical, Some(vertical)) => vertical.line.session.host_sent(now_ns),
+            (Port::Vertical, None) => {}
         }
     }
 

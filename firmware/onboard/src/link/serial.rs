@@ -9,8 +9,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use biplane_recording::Port;
 
 use super::adapter::{self, Adapter};
-use super::{Place, Tty};
-use crate::error::OnboardError;
+use super::{Place, Tty, reason};
+use crate::error::PortRefused;
 use crate::ports::device_name;
 
 /// A line.
@@ -33,9 +33,9 @@ impl Link {
         path: &str,
         baud: u32,
         serial_links: &Path,
-    ) -> Result<(Self, Arc<Tty>), OnboardError> {
+    ) -> Result<(Self, Arc<Tty>), PortRefused> {
         let mut place = Place::new(path);
-        let tty = Tty::open(Path::new(path), baud).map(Arc::new).map_err(|source| OnboardError::Port {
+        let tty = Tty::open(Path::new(path), baud).map(Arc::new).map_err(|source| PortRefused {
             port: path.to_owned(),
             device: device_name(device),
             reason: reason(&source),
@@ -112,15 +112,6 @@ impl Link {
     fn writer(&self) -> MutexGuard<'_, Option<Arc<Tty>>> {
         // A thread that died while it held the port left it as usable as before.
         self.writer.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-/// What the system said, in words for whoever set the robot up.
-fn reason(error: &io::Error) -> String {
-    match error.kind() {
-        io::ErrorKind::ResourceBusy => "another program has it open".to_owned(),
-        io::ErrorKind::PermissionDenied => format!("{error}: users of serial ports are in the group dialout"),
-        _ => error.to_string(),
     }
 }
 

@@ -6,33 +6,15 @@ use std::thread;
 
 use biplane_recording::Port;
 
-use super::service::Service;
-use super::{RecordOptions, RunClock};
+use super::RunClock;
 use crate::error::OnboardError;
 use crate::link::{self, Link, Reader, Tty};
-use crate::ports::{self, device_name};
-
-/// A port that is waited for is looked for so often, nanoseconds.
-const LOOK_NS: i64 = 250_000_000;
 
 /// The open ports and their reading threads.
 pub struct Lines {
     lines: Vec<(Arc<Link>, Reader)>,
     stop: Arc<AtomicBool>,
     dropped: Arc<AtomicU64>,
-}
-
-/// Opens all ports of a rig before anything is read: a missing one is told, or waited for, before a file is begun.
-///
-/// # Errors
-/// [`OnboardError::Port`]; [`OnboardError::StoppedWaiting`] when `stop` is set while a port is waited for.
-pub fn open_ports(
-    options: &RecordOptions,
-    service: Service,
-    stop: &AtomicBool,
-) -> Result<Vec<(Link, Arc<Tty>)>, OnboardError> {
-    let ports = ports::of_rig(&options.rig);
-    ports.into_iter().map(|port| open(options, port, service, stop)).collect()
 }
 
 impl Lines {
@@ -94,39 +76,5 @@ impl Drop for Lines {
         for (_, reader) in self.lines.drain(..) {
             reader.join();
         }
-    }
-}
-
-/// Opens one port; with `wait`, as soon as it is there.
-fn open(
-    options: &RecordOptions,
-    (device, path, baud): (Port, &str, u32),
-    service: Service,
-    stop: &AtomicBool,
-) -> Result<(Link, Arc<Tty>), OnboardError> {
-    let mut said = false;
-    loop {
-        match Link::open(device, path, baud, &options.serial_links) {
-            Err(error) if options.wait => {
-                if !said {
-                    tracing::warn!("{error}; waiting for it");
-                    service.status(&format!("waiting for {path} ({})", device_name(device)));
-                    // Up as far as it can be: the rest is for whoever plugs the device in.
-                    service.ready();
-                    said = true;
-                }
-                service.alive();
-            }
-            opened => {
-                if said && opened.is_ok() {
-                    tracing::info!("{}: {path} is there", device_name(device));
-                }
-                return opened;
-            }
-        }
-        if stop.load(Ordering::Relaxed) {
-            return Err(OnboardError::StoppedWaiting { device: device_name(device), port: path.to_owned() });
-        }
-        biplane_clock::sleep_ns(LOOK_NS);
     }
 }

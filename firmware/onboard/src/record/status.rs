@@ -134,7 +134,8 @@ impl Status {
         words.extend(self.disk_free_bytes.map(disk));
         words.extend(self.pose.map(|pose| {
             let heading_deg = pose.theta_rad.to_degrees();
-            format!("x {:.2} y {:.2} {heading_deg:.0} deg", pose.x_m, pose.y_m)
+            let [x, y, heading] = [(pose.x_m, 2), (pose.y_m, 2), (heading_deg, 0)].map(fixed);
+            format!("x {x} y {y} {heading} deg")
         }));
         if let Some(outcome) = self.matcher.outcome {
             words.push(format!("{outcome} {:.2}", self.matcher.score));
@@ -166,6 +167,15 @@ fn line(line: &LineHealth) -> LineStatus {
         restarts: line.restarts,
         latency_ms: line.latency_s * 1e3,
         baud: line.baud,
+    }
+}
+
+/// A number with so many decimals; what is rounded to zero has no sign.
+fn fixed((value, decimals): (f64, usize)) -> String {
+    let text = format!("{value:.decimals$}");
+    match text.strip_prefix('-') {
+        Some(digits) if digits.bytes().all(|byte| matches!(byte, b'0' | b'.')) => digits.to_owned(),
+        _ => text,
     }
 }
 
@@ -235,6 +245,14 @@ mod tests {
         for columns in 0..whole.len() {
             assert!(status().line(columns).chars().count() <= columns, "{columns}");
         }
+    }
+
+    #[test]
+    fn what_is_rounded_to_zero_has_no_sign() {
+        let mut status = status();
+        status.pose = Some(PoseStatus { x_m: -0.004, y_m: -0.0, theta_rad: -0.008 });
+        assert!(status.line(200).contains("  x 0.00 y 0.00 0 deg  "), "{}", status.line(200));
+        assert_eq!(fixed((-0.006, 2)), "-0.01");
     }
 
     #[test]

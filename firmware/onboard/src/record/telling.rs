@@ -12,6 +12,7 @@ use biplane_recording::Port;
 use rtrb::{Consumer, Producer, RingBuffer};
 
 use super::disk;
+use super::rates::Rates;
 use super::service::Service;
 use super::status::Status;
 use crate::error::OnboardError;
@@ -122,6 +123,7 @@ impl Telling {
             alive_ns: i64::MIN,
             plain_ns: i64::MIN,
             is_terminal,
+            rates: Rates::default(),
             shown: String::new(),
         };
         let thread = thread::Builder::new()
@@ -156,6 +158,7 @@ struct Worker {
     alive_ns: i64,
     plain_ns: i64,
     is_terminal: bool,
+    rates: Rates,
     /// The line that stands on the terminal.
     shown: String,
 }
@@ -194,8 +197,10 @@ impl Worker {
 
     fn tell_state(&mut self) {
         let mut latest = None;
-        while let Ok(state) = self.healths.pop() {
-            latest = Some(state);
+        while let Ok((time_ns, health)) = self.healths.pop() {
+            let smooth = self.rates.smooth(time_ns, &health);
+            // Machines make their own means.
+            latest = Some((time_ns, if self.audience.mode == StatusMode::Json { health } else { smooth }));
         }
         let Some((time_ns, health)) = latest else { return };
         let Audience { mode, output, folder, start_ns, service } = &self.audience;
@@ -254,7 +259,8 @@ fn write_stderr(text: &str) {
     let _ = stderr.write_all(text.as_bytes()).and_then(|()| stderr.flush());
 }
 
-fn print_json(status: &Status) {
+/// An object on stdout, in one line. A reader that has gone is no failure of the run.
+pub(super) fn print_json(status: &impl serde::Serialize) {
     if let Ok(text) = serde_json::to_string(status) {
         let mut stdout = io::stdout().lock();
         let _ = stdout.write_all(format!("{text}\n").as_bytes()).and_then(|()| stdout.flush());

@@ -233,7 +233,9 @@ impl fmt::Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Found { baud } => write!(f, "answers at {baud} Bd"),
-            Self::NotFound { rounds } => write!(f, "no answer (round {rounds}), asking on"),
+            Self::NotFound { .. } => {
+                write!(f, "no answer yet, asking on (is it switched on and connected?)")
+            }
             Self::RateSet { baud } => write!(f, "runs at {baud} Bd"),
             Self::RateKept { wanted, kept } => {
                 write!(f, "does not change to {wanted} Bd, stays at {kept} Bd")

@@ -268,7 +268,7 @@ fn a_run_can_wait_for_its_ports_and_can_be_stopped_while_it_waits() {
     rig.horizontal.port = link.to_string_lossy().into_owned();
     mock.end();
     let missing = record(&mock.options(rig.clone(), 3.0), &AtomicBool::new(false)).unwrap_err();
-    assert!(matches!(missing, OnboardError::Port { .. }), "{missing}");
+    assert!(matches!(missing, OnboardError::Ports { .. }), "{missing}");
     let options = RecordOptions { wait: true, ..mock.options(rig, 60.0) };
     let stopped = record(&options, &AtomicBool::new(true)).unwrap_err();
     assert!(matches!(stopped, OnboardError::StoppedWaiting { .. }), "{stopped}");

@@ -23,13 +23,17 @@ pub struct Args {
 /// Runs the command.
 pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let spinner = console.spinner(format!("reading {}", args.broken.display()));
-    let report = biplane_recording::recover_over(&args.broken, &args.output, args.force)
-        .map_err(|error| match error {
+    let report = biplane_recording::recover_over(&args.broken, &args.output, args.force).map_err(
+        |error| match error {
             RecoverError::Write(WriteError::Exists { .. }) => {
-                anyhow::anyhow!("{} exists already; it is not overwritten without --force", args.output.display())
+                anyhow::anyhow!(
+                    "{} exists already; it is not overwritten without --force",
+                    args.output.display()
+                )
             }
             other => other.into(),
-        })?;
+        },
+    )?;
     drop(spinner);
     Ok(tell(&report, args, console))
 }

@@ -8,6 +8,9 @@ const BAUDS: [f64; 9] = [2400.0, 4800.0, 9600.0, 19200.0, 38400.0, 57600.0, 115_
 /// Lengths of one odometry unit, in m.
 const TICK_M: (f64, f64) = (1e-9, 10.0);
 const COUNT_M: (f64, f64) = (-10.0, 10.0);
+/// Stand-ins for what only the builder of a RoboClaw base knows, in m.
+const DEFAULT_COUNT_M: f64 = 0.0001;
+const DEFAULT_WHEEL_BASE_M: f64 = 0.3;
 const WHEEL_BASE_M: (f64, f64) = (0.01, 10.0);
 /// Counts of a metre or a radian.
 const COUNTS: (f64, f64) = (-1e9, 1e9);
@@ -140,6 +143,24 @@ impl BaseProtocol {
         }
     }
 
+    /// The keys of a home-made base's geometry that have the values of the defaults, which are nobody's robot.
+    #[must_use]
+    pub fn unmeasured(self) -> Vec<&'static str> {
+        let Self::RoboClaw { wheel_base_m, metres_per_count_left, metres_per_count_right, .. } = self else {
+            return Vec::new();
+        };
+        let keys = [
+            ("wheel_base_m", wheel_base_m, DEFAULT_WHEEL_BASE_M),
+            ("metres_per_count_left", metres_per_count_left, DEFAULT_COUNT_M),
+            ("metres_per_count_right", metres_per_count_right, DEFAULT_COUNT_M),
+        ];
+        let is_default = |value: f64, default: f64| (value - default).abs() < f64::EPSILON;
+        keys.into_iter()
+            .filter(|&(_, value, default)| is_default(value, default))
+            .map(|(key, ..)| key)
+            .collect()
+    }
+
     /// The rate that such a base runs at unless told otherwise, in Bd.
     #[must_use]
     pub const fn default_baud(self) -> u32 {
@@ -188,13 +209,13 @@ fn p2os(table: &Table) -> Result<BaseProtocol, RigError> {
 fn roboclaw(table: &Table) -> Result<BaseProtocol, RigError> {
     table.only(&ROBOCLAW_KEYS)?;
     let addresses = [128.0, 129.0, 130.0, 131.0, 132.0, 133.0, 134.0, 135.0];
-    let metres_per_count = |key| match table.number(key, 0.0001, COUNT_M)? {
+    let metres_per_count = |key| match table.number(key, DEFAULT_COUNT_M, COUNT_M)? {
         0.0 => Err(table.refuse(key, "a number that is not 0, negative when the wheel counts backwards")),
         metres => Ok(metres),
     };
     Ok(BaseProtocol::RoboClaw {
         address: table.one_of("address", 128.0, &addresses)? as u8,
-        wheel_base_m: table.number("wheel_base_m", 0.3, WHEEL_BASE_M)?,
+        wheel_base_m: table.number("wheel_base_m", DEFAULT_WHEEL_BASE_M, WHEEL_BASE_M)?,
         metres_per_count_left: metres_per_count("metres_per_count_left")?,
         metres_per_count_right: metres_per_count("metres_per_count_right")?,
     })

@@ -45,6 +45,12 @@ pub enum RigError {
         /// The key with its table, for example `horizontal.port`.
         key: String,
     },
+    /// The section of the base must be there.
+    #[error(
+        "missing section [base] with its `port`: a run needs a base; a laser alone on the bench answers to `probe --only horizontal` with any \
+         name as the base's port, and streams with a mock in the base's place (the hardware ladder)"
+    )]
+    NoBase,
     /// A value that is not allowed.
     #[error("line {line}: `{key}` is {found}; allowed: {allowed}")]
     Value {

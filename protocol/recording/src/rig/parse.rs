@@ -39,9 +39,9 @@ impl Rig {
         })?;
         let whole = Table::whole(text, parsed.get_ref());
         whole.only(&["horizontal", "vertical", "base"])?;
-        let missing = |key: &str| RigError::MissingKey { key: format!("{key}.port") };
-        let horizontal = whole.table("horizontal")?.ok_or_else(|| missing("horizontal"))?;
-        let base = whole.table("base")?.ok_or_else(|| missing("base"))?;
+        let missing = || RigError::MissingKey { key: "horizontal.port".to_owned() };
+        let horizontal = whole.table("horizontal")?.ok_or_else(missing)?;
+        let base = whole.table("base")?.ok_or(RigError::NoBase)?;
         let vertical = whole.table("vertical")?;
         Ok(Self {
             horizontal: laser(&horizontal, &Laser::horizontal())?,

@@ -264,12 +264,16 @@ fn each_mistake_is_named_with_line_key_found_and_allowed() {
     }
 }
 
+const NO_BASE: &str = "missing section [base] with its `port`: a run needs a base; a laser alone on the bench answers to \
+    `probe --only horizontal` with any name as the base's port, and streams with a mock in the base's place (the hardware ladder)";
+
 #[test]
 fn what_is_missing_or_is_no_toml_is_named() {
     let table = [
         ("", "missing key `horizontal.port`: it has no default"),
         ("[horizontal]\n[base]\nport = \"b\"", "missing key `horizontal.port`: it has no default"),
-        ("[horizontal]\nport = \"a\"", "missing key `base.port`: it has no default"),
+        ("[horizontal]\nport = \"a\"\n[base]", "missing key `base.port`: it has no default"),
+        ("[horizontal]\nport = \"a\"", NO_BASE),
         (
             "[horizontal]\nport = \"\"\n[base]\nport = \"b\"",
             "line 2: `horizontal.port` is \"\"; allowed: a text, for example \"/dev/ttyUSB0\"",
@@ -302,9 +306,20 @@ fn a_file_is_named_in_what_is_wrong_with_it() {
     std::fs::write(&path, "[horizontal]\nbaud = 1\n").unwrap();
     let wrong = Rig::load(&path).unwrap_err().to_string();
     std::fs::remove_file(&path).unwrap();
-    assert!(
-        wrong.contains(path.to_str().unwrap())
-            && wrong.ends_with("missing key `base.port`: it has no default"),
-        "{wrong}"
+    assert!(wrong.contains(path.to_str().unwrap()) && wrong.ends_with(NO_BASE), "{wrong}");
+}
+
+#[test]
+fn a_home_made_base_without_its_measures_is_told() {
+    let base = |more: &str| {
+        let text = format!("[horizontal]\nport = \"a\"\n[base]\nport = \"b\"\n{more}");
+        Rig::parse(&text).unwrap().base.protocol.unmeasured()
+    };
+    assert!(base("").is_empty(), "a Pioneer tells its own");
+    let all = ["wheel_base_m", "metres_per_count_left", "metres_per_count_right"];
+    assert_eq!(base("protocol = \"roboclaw\""), all);
+    assert_eq!(
+        base("protocol = \"roboclaw\"\nwheel_base_m = 0.41\nmetres_per_count_right = -0.00009"),
+        all[1..2]
     );
 }

@@ -3,7 +3,9 @@
 use crate::folder::Folder;
 use crate::samples::write_run;
 use biplane_recording::recover::Problem;
-use biplane_recording::{Entry, ReadError, Reader, RecoverError, RecoverReport, WriterOptions, recover, recover_over};
+use biplane_recording::{
+    Entry, ReadError, Reader, RecoverError, RecoverReport, WriterOptions, recover, recover_over,
+};
 use std::path::{Path, PathBuf};
 
 /// A whole file, what is in it, and where its parts end.

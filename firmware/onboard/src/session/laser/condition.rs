@@ -4,8 +4,13 @@ use std::fmt;
 
 use biplane_wire::lms::{Severity, Status};
 
-/// A trouble that comes and goes in the status byte is over when it was not seen for so long, nanoseconds.
-const OVER_NS: i64 = 2_000_000_000;
+/// A trouble that was not seen in the status byte for so long is off, nanoseconds.
+const OFF_NS: i64 = 2_000_000_000;
+/// It is said to be over when it was not seen for so long, nanoseconds ...
+const OVER_NS: i64 = 10_000_000_000;
+/// ... and each time that it then comes back, for twice as long as before, up to this: what comes and goes for hours is said a few
+/// times, not every few seconds.
+const LONGEST_OVER_NS: i64 = 640_000_000_000;
 
 /// What a status byte can complain of.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
@@ -77,29 +82,59 @@ impl fmt::Display for Troubles {
 
 /// Follows the status bytes of a device.
 #[derive(Copy, Clone, PartialEq, Eq, Debug, Default)]
-pub(super) struct Condition {
-    /// When each trouble that is on was seen last.
-    seen_ns: [Option<i64>; 4],
+pub(super) struct Condition([Watch; 4]);
+
+/// One trouble.
+#[derive(Copy, Clone, PartialEq, Eq, Debug)]
+struct Watch {
+    /// When it was seen last, unless it is said to be over.
+    seen_ns: Option<i64>,
+    /// When it was said to be over.
+    over_ns: Option<i64>,
+    /// It is over when it was not seen for so long.
+    quiet_ns: i64,
+}
+
+impl Default for Watch {
+    fn default() -> Self {
+        Self { seen_ns: None, over_ns: None, quiet_ns: OVER_NS }
+    }
+}
+
+impl Watch {
+    /// Whether it is there now; `Some` when it begins or is over.
+    fn see(&mut self, now_ns: i64, is_there: bool) -> Option<bool> {
+        if is_there {
+            let begins = self.seen_ns.replace(now_ns).is_none();
+            if let (true, Some(over_ns)) = (begins, self.over_ns) {
+                let is_new = now_ns.saturating_sub(over_ns) >= LONGEST_OVER_NS;
+                self.quiet_ns = if is_new { OVER_NS } else { (2 * self.quiet_ns).min(LONGEST_OVER_NS) };
+            }
+            return begins.then_some(true);
+        }
+        if now_ns.saturating_sub(self.seen_ns?) < self.quiet_ns {
+            return None;
+        }
+        self.seen_ns = None;
+        self.over_ns = Some(now_ns);
+        Some(false)
+    }
 }
 
 impl Condition {
     /// A scan has this status; `say` is told of each trouble that begins (`true`) or is over.
     pub(super) fn see(&mut self, now_ns: i64, status: Status, mut say: impl FnMut(Trouble, bool)) {
-        for (trouble, seen_ns) in Trouble::ALL.into_iter().zip(&mut self.seen_ns) {
-            if trouble.is_in(status) {
-                if seen_ns.replace(now_ns).is_none() {
-                    say(trouble, true);
-                }
-            } else if seen_ns.is_some_and(|last_ns| now_ns.saturating_sub(last_ns) >= OVER_NS) {
-                *seen_ns = None;
-                say(trouble, false);
+        for (trouble, watch) in Trouble::ALL.into_iter().zip(&mut self.0) {
+            if let Some(begins) = watch.see(now_ns, trouble.is_in(status)) {
+                say(trouble, begins);
             }
         }
     }
 
     /// The troubles that are on.
-    pub(super) fn troubles(&self) -> Troubles {
-        Troubles(self.seen_ns.map(|seen_ns| seen_ns.is_some()))
+    pub(super) fn troubles(&self, now_ns: i64) -> Troubles {
+        let is_on = |watch: Watch| watch.seen_ns.is_some_and(|at_ns| now_ns.saturating_sub(at_ns) < OFF_NS);
+        Troubles(self.0.map(is_on))
     }
 }
 
@@ -116,10 +151,10 @@ mod tests {
             (100, 0x90),
             (200, 0x10),
             (300, 0x92),
-            (2_200, 0x10),
-            (2_300, 0x10),
-            (2_400, 0x10),
-            (2_500, 0xD3),
+            (10_200, 0x10),
+            (10_300, 0x10),
+            (10_400, 0x10),
+            (10_500, 0xD3),
         ] {
             condition.see(at_ms * 1_000_000, Status(status), |trouble, begins| {
                 said.push((at_ms, trouble, begins));
@@ -130,16 +165,29 @@ mod tests {
             [
                 (100, Trouble::WindowPolluted, true),
                 (300, Trouble::Warning, true),
-                (2_300, Trouble::WindowPolluted, false),
-                (2_300, Trouble::Warning, false),
-                (2_500, Trouble::WindowPolluted, true),
-                (2_500, Trouble::Implausible, true),
-                (2_500, Trouble::Error, true),
+                (10_300, Trouble::WindowPolluted, false),
+                (10_300, Trouble::Warning, false),
+                (10_500, Trouble::WindowPolluted, true),
+                (10_500, Trouble::Implausible, true),
+                (10_500, Trouble::Error, true),
             ]
         );
         assert_eq!(
-            condition.troubles().to_string(),
+            condition.troubles(10_500_000_000).to_string(),
             "front window polluted, implausible measured values, an error"
         );
+        assert!(condition.troubles(13_000_000_000).is_empty());
+    }
+
+    #[test]
+    fn a_trouble_that_comes_and_goes_for_an_hour_is_said_a_few_times() {
+        for (period_s, times) in [(6, 1), (25, 4)] {
+            let (mut condition, mut said) = (Condition::default(), 0);
+            for step in 0..36_000 {
+                let status = if step % (period_s * 10) < 4 { 0x90 } else { 0x10 };
+                condition.see(step * 100_000_000, Status(status), |_, begins| said += u8::from(begins));
+            }
+            assert!(said <= times, "every {period_s} s: {said}");
+        }
     }
 }

@@ -80,6 +80,8 @@ pub(super) struct Machine {
     pub(super) outputs: Outputs,
     pub(super) now_ns: i64,
     pub(super) last_byte_ns: i64,
+    /// When the last scan came.
+    pub(super) scan_ns: i64,
     /// When the last intact telegram came.
     pub(super) last_frame_ns: i64,
     /// When the last telegram came that was one, intact or not.
@@ -126,6 +128,7 @@ impl Machine {
             outputs: Outputs::default(),
             now_ns,
             last_byte_ns: now_ns,
+            scan_ns: i64::MIN,
             last_frame_ns: now_ns,
             last_sign_ns: now_ns,
             resumed_ns: now_ns,

@@ -15,6 +15,7 @@ mod fan;
 mod health;
 mod index_watch;
 mod machine;
+mod own_cuts;
 mod plausible;
 mod reading;
 mod said;
@@ -33,12 +34,14 @@ pub use difference::BlockDifference;
 pub use fan::Fan;
 pub use health::{FaultList, LaserHealth, MAX_FAULTS};
 pub use index_watch::IndexWatch;
+pub use own_cuts::Cuts;
 pub use reading::{MAX_LMS_BEAMS, ScanIndex, ScanReading, Unpublished};
 pub use settings::{LaserInfo, LaserSettings};
 pub use wanted::ConfigChange;
 
 use super::{Input, Intake, Output, Session};
 use machine::{Goal, Machine, State};
+use own_cuts::OwnCuts;
 
 /// A session with one laser.
 #[derive(Debug)]
@@ -46,6 +49,7 @@ pub struct LaserSession {
     intake: Intake,
     deframer: DeviceDeframer,
     machine: Machine,
+    own_cuts: OwnCuts,
 }
 
 impl LaserSession {
@@ -53,6 +57,7 @@ impl LaserSession {
     #[must_use]
     pub fn streaming(settings: LaserSettings, now_ns: i64) -> Self {
         let mut session = Self::new(settings, Goal::Stream, now_ns);
+        session.own_cuts.asked(now_ns, Counts::default());
         session.machine.enter_search(0);
         session
     }
@@ -76,7 +81,12 @@ impl LaserSession {
 
     fn new(settings: LaserSettings, goal: Goal, now_ns: i64) -> Self {
         let machine = Machine::new(settings, goal, now_ns);
-        Self { intake: Intake::default(), deframer: DeviceDeframer::new(), machine }
+        Self {
+            intake: Intake::default(),
+            deframer: DeviceDeframer::new(),
+            machine,
+            own_cuts: OwnCuts::default(),
+        }
     }
 
     /// What is known of the laser.
@@ -95,6 +105,28 @@ impl LaserSession {
     #[must_use]
     pub fn health(&self) -> &LaserHealth {
         &self.machine.health
+    }
+
+    /// Telegrams that were cut because we stopped the laser.
+    #[must_use]
+    pub fn cuts(&self) -> Cuts {
+        self.own_cuts.cuts(self.deframer.counts())
+    }
+
+    /// In a recording: something was sent to the laser at this time.
+    pub fn host_sent(&mut self, now_ns: i64) {
+        self.own_cuts.asked(now_ns, self.deframer.counts());
+    }
+
+    fn note_flow(&mut self) {
+        let Machine { state, scan_ns, .. } = self.machine;
+        match state {
+            State::Streaming => self.own_cuts.measured(self.deframer.counts()),
+            State::Listening if scan_ns > i64::MIN => {
+                self.own_cuts.recorded(scan_ns, self.deframer.counts());
+            }
+            _ => {}
+        }
     }
 
     /// Whether scans flow.
@@ -169,9 +201,13 @@ impl Session for LaserSession {
             Input::Time => self.give_up_stump(),
             Input::RateRefused(baud) => self.machine.rate_refused(baud),
             Input::PortBack => self.port_back(),
-            Input::Stop => self.machine.stop(),
+            Input::Stop => {
+                self.own_cuts.asked(now_ns, self.deframer.counts());
+                self.machine.stop();
+            }
         }
         self.machine.time();
+        self.note_flow();
     }
 
     fn poll(&mut self) -> Output {

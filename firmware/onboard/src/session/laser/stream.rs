@@ -150,6 +150,7 @@ impl Machine {
 
     fn publish(&mut self, reading: ScanReading) {
         self.telegram_bytes = Some(reading.length);
+        self.scan_ns = self.now_ns;
         self.health.dazzled_values += u64::from(reading.dazzled);
         if let Some(index) = reading.index {
             self.index_watch.see(self.now_ns, index, reading.fan.turns);
@@ -184,7 +185,7 @@ impl Machine {
         condition.see(self.now_ns, status, |trouble, begins| {
             outputs.push(Output::Event(Event::Trouble { trouble, begins }));
         });
-        self.health.troubles = self.condition.troubles();
+        self.health.troubles = self.condition.troubles(self.now_ns);
     }
 
     /// From a telegram to the next, at most.

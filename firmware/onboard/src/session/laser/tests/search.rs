@@ -31,7 +31,7 @@ fn a_silent_device_is_looked_for_at_every_rate_again_and_again_and_that_is_said_
     for (at, baud) in [(0, 38400), (300, 9600), (600, 500_000), (900, 19200)] {
         script += &format!("{at} = {baud}\n{at} {STOP}\n{} {STOP}\n", at + 150);
     }
-    script += "1200 ! no answer (round 1), asking on\n";
+    script += "1200 ! no answer yet, asking on (is it switched on and connected?)\n";
     // Not said again.
     let round = [38400, 9600, 500_000, 38400, 9600, 19200];
     for (index, baud) in round.into_iter().cycle().take(18).enumerate() {
@@ -53,7 +53,7 @@ fn the_rate_of_a_lost_laser_and_that_of_power_on_are_asked_often_and_its_absence
     for (index, baud) in round.iter().cycle().take(18).enumerate() {
         let at = 1100 + 200 * index;
         if index == 6 {
-            script += &format!("{at} ! no answer (round 1), asking on\n");
+            script += &format!("{at} ! no answer yet, asking on (is it switched on and connected?)\n");
         }
         script += &format!("{at} = {baud}\n{at} {STOP}\n");
     }
@@ -125,7 +125,7 @@ fn a_rate_that_the_port_does_not_have_is_said_once_and_left_out() {
     let mut script = format!(
         "0 = 38400\n0 {STOP}\n150 {STOP}\n300 = 9600\n300 {STOP}\n450 {STOP}\n600 = 500000\n600 {STOP}\n\
          601 lacks 500000\n601 ! its port does not run at 500000 Bd, which is left out\n\
-         601 = 19200\n601 {STOP}\n751 {STOP}\n901 ! no answer (round 1), asking on\n"
+         601 = 19200\n601 {STOP}\n751 {STOP}\n901 ! no answer yet, asking on (is it switched on and connected?)\n"
     );
     for (index, baud) in [38400, 9600, 38400, 9600, 19200].into_iter().cycle().take(10).enumerate() {
         let at = 901 + 200 * index;
