@@ -2,6 +2,7 @@
 
 use biplane_wire::p2os::{Command, Identity, Packet, Report, Sip};
 
+use super::foreign::Foreign;
 use super::odometer::Odometer;
 use super::parameters::Parameters;
 use crate::session::base::driver::Purpose;
@@ -78,6 +79,7 @@ pub(super) struct Machine {
     pub(super) has_run: bool,
     /// The next command may find the base stopped by its watchdog, and would wake it.
     pub(super) overslept: bool,
+    pub(super) foreign: Foreign,
     pub(super) not_kept: u64,
 }
 
@@ -102,6 +104,7 @@ impl Machine {
             close_said: false,
             has_run: false,
             overslept: false,
+            foreign: Foreign::default(),
             not_kept: 0,
         }
     }
@@ -203,6 +206,7 @@ impl Machine {
                 self.say(Event::Streaming);
                 self.report(offset, length, sip);
             }
+            State::Listening if self.foreign.owns_report() => {}
             State::Running { .. } | State::Listening => self.report(offset, length, sip),
             // It is there again, and hears the next word.
             State::Closing { .. } => {
@@ -244,6 +248,7 @@ impl Machine {
     /// SYNC2 is answered with the base's names.
     pub(super) fn identified(&mut self, identity: &Identity<'_>) {
         self.odometer.opened();
+        self.foreign.opened();
         let info = BaseInfo {
             name: printable(identity.name),
             class: printable(identity.class),

@@ -9,6 +9,7 @@
 //! goes before whatever may wake it. Frame of the odometry: the base's own (`odom`). Units: metres, radians.
 //! Source: Pioneer 3 operations manual, and the fact sheet `p2os.md`.
 
+mod foreign;
 mod machine;
 mod odometer;
 mod parameters;
@@ -75,6 +76,10 @@ impl BaseDriver for P2os {
 
     fn overslept(&mut self) {
         self.machine.overslept = true;
+    }
+
+    fn host_sent(&mut self, _now_ns: i64, bytes: &[u8]) {
+        self.machine.foreign.host_sent(bytes);
     }
 
     fn finish(&mut self) {

@@ -260,3 +260,39 @@ fn a_packet_whose_rest_comes_late_is_a_report_all_the_same() {
     );
     check(&mut BaseSession::streaming(SETTINGS, 0), &script);
 }
+
+/// What a recorded session makes of these: `>` sent, `<` received.
+fn replayed(lines: &[(&str, &str)]) -> usize {
+    let mut session = BaseSession::listening(SETTINGS, 0);
+    let mut reports = 0;
+    for (step, (way, hex)) in lines.iter().enumerate() {
+        let bytes: Vec<u8> = hex.split(' ').map(|byte| u8::from_str_radix(byte, 16).unwrap()).collect();
+        let now_ns = step as i64 * 50_000_000;
+        match *way {
+            ">" => session.host_sent(now_ns, &bytes),
+            _ => session.handle(now_ns, Input::Bytes(&bytes)),
+        }
+        loop {
+            match session.poll() {
+                Output::WaitUntil(_) => break,
+                Output::Odometry(_) => reports += 1,
+                _ => {}
+            }
+        }
+    }
+    reports
+}
+
+#[test]
+fn a_replay_takes_no_report_of_a_session_that_was_left_open_like_the_live_run() {
+    let own =
+        [(">", SYNC0), ("<", SYNC0), (">", SYNC1), ("<", SYNC1), (">", SYNC2), ("<", IDENTITY), (">", OPEN)];
+    let foreign = [(">", SYNC0), ("<", AT_32600), (">", CLOSE), ("<", AT_32600)];
+    let run = [("<", AT_32600), (">", PULSE), ("<", AT_32600), ("<", AT_32600)];
+    assert_eq!(replayed(&[&foreign[..], &own, &run].concat()), 3);
+    // In the middle of a run: the first words that were sent are a PULSE, which has the bytes of SYNC0.
+    assert_eq!(replayed(&run), 3);
+    assert_eq!(replayed(&[&[(">", PULSE)][..], &run].concat()), 2);
+    // Synchronised anew after a silence: the base had run.
+    assert_eq!(replayed(&[&own[..], &run, &[(">", SYNC0)], &run[..1]].concat()), 4);
+}
