@@ -5,6 +5,7 @@ use biplane_wire::p2os::Command;
 /// Whether what comes belongs to somebody else's session.
 #[derive(Copy, Clone, Debug, Default)]
 pub(super) struct Foreign {
+    /// A report was taken, or the base was opened: whatever comes from now on is taken.
     has_run: bool,
     /// Since our host began to synchronise, and until that is answered: reports since something was sent.
     reports: Option<u32>,
@@ -32,6 +33,7 @@ impl Foreign {
 
     /// The base has said its names: it is opened anew.
     pub(super) fn opened(&mut self) {
+        self.has_run = true;
         self.reports = None;
     }
 }

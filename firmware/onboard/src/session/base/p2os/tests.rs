@@ -285,8 +285,16 @@ fn replayed(lines: &[(&str, &str)]) -> usize {
 
 #[test]
 fn a_replay_takes_no_report_of_a_session_that_was_left_open_like_the_live_run() {
-    let own =
-        [(">", SYNC0), ("<", SYNC0), (">", SYNC1), ("<", SYNC1), (">", SYNC2), ("<", IDENTITY), (">", OPEN)];
+    let own = [
+        (">", SYNC0),
+        ("<", SYNC0),
+        (">", SYNC1),
+        ("<", SYNC1),
+        (">", SYNC2),
+        ("<", IDENTITY),
+        (">", OPEN),
+        (">", PULSE),
+    ];
     let foreign = [(">", SYNC0), ("<", AT_32600), (">", CLOSE), ("<", AT_32600)];
     let run = [("<", AT_32600), (">", PULSE), ("<", AT_32600), ("<", AT_32600)];
     assert_eq!(replayed(&[&foreign[..], &own, &run].concat()), 3);
