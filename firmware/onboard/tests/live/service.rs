@@ -63,6 +63,9 @@ fn a_service_waits_for_its_devices_tells_that_it_lives_and_ends_with_whole_parts
     let objects: Vec<serde_json::Value> =
         lines.map(|line| serde_json::from_str(&line.unwrap()).unwrap()).collect();
     let (report, states) = objects.split_last().unwrap();
+    let waited = states.iter().take_while(|state| state["kind"] == "waiting").count();
+    let (waiting, states) = states.split_at(waited);
+    assert_eq!(waiting[0]["missing"].as_array().unwrap().len(), 3, "{waiting:?}");
     assert!(states.len() >= 4 && states.iter().all(|state| state["kind"] == "status"), "{states:?}");
     assert!(states[3]["horizontal"]["rate_hz"].as_f64().unwrap() > 5.0 && states[3]["pose"].is_object());
     assert_eq!((&report["kind"], &report["end"]), (&"report".into(), &"stopped".into()));
