@@ -2,7 +2,8 @@
 //! whose unit no source tells.
 //!
 //! Reports of one moment carry about the same time of the base's clock: closer together than half of what lies between two reports of one
-//! axis. Where that clock does not run, or the axes' times never agree, those belong together that arrive together.
+//! axis, and about as close as those of other moments: a base that is asked anew begins a new rhythm, whose first moment may lie close behind
+//! the last one of the old. Where that clock does not run, or the axes' times never agree, those belong together that arrive together.
 
 use biplane_wire::rflex::{MotionReport, ROTATION, TRANSLATION};
 
@@ -41,6 +42,8 @@ pub(super) struct Axes {
     last_clock: [Option<u32>; 2],
     /// The shortest time between two reports of one axis, in the base's unit; `None` before its clock has run.
     period: Option<u32>,
+    /// The longest time between the reports of one moment so far, in the base's unit.
+    spread: Option<u32>,
     denials: u8,
 }
 
@@ -86,12 +89,19 @@ impl Axes {
         let arrive_together = second.time_ns - first.time_ns < TOGETHER_NS;
         let Some(period) = self.period else { return arrive_together };
         let apart = second.clock.wrapping_sub(first.clock);
-        if apart.min(apart.wrapping_neg()) < period.div_ceil(2) {
+        let apart = apart.min(apart.wrapping_neg());
+        let is_near = apart < period.div_ceil(2);
+        if is_near && self.spread.is_none_or(|spread| apart <= spread + period / 8) {
+            self.spread = self.spread.max(Some(apart));
             self.denials = 0;
             return true;
         }
         self.denials = (self.denials + u8::from(arrive_together)).min(DENIALS);
-        arrive_together && self.denials == DENIALS
+        let is_overruled = arrive_together && self.denials == DENIALS;
+        if is_overruled && is_near {
+            self.spread = Some(apart);
+        }
+        is_overruled
     }
 }
 
@@ -148,6 +158,14 @@ mod tests {
             (180, 1, top.wrapping_add(101), 4),
         ];
         assert_eq!(pairs(&wrapping), [[1, 2], [3, 4]]);
+    }
+
+    #[test]
+    fn a_base_that_is_asked_anew_does_not_pair_half_a_moment_of_before_with_half_of_the_next() {
+        let steady = [(0, 0, 700, 1), (3, 1, 700, 2), (100, 0, 800, 3), (103, 1, 800, 4)];
+        // The path length at 900 was lost; the new rhythm begins 30 later.
+        let anew = [(203, 1, 900, 6), (230, 0, 930, 7), (233, 1, 930, 8)];
+        assert_eq!(pairs(&[&steady[..], &anew].concat()), [[1, 2], [3, 4], [7, 8]]);
     }
 
     #[test]
