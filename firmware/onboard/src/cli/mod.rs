@@ -5,6 +5,7 @@
 
 mod check_config;
 mod papers;
+mod ports;
 mod probe;
 mod record;
 mod replay;
@@ -48,6 +49,7 @@ enum Command {
     Replay(replay::Args),
     CheckConfig(check_config::Args),
     Salvage(salvage::Args),
+    Ports(ports::Args),
     UdevRule(udev_rule::Args),
     Completions(papers::Completions),
     Man(papers::Man),
@@ -70,6 +72,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Replay(args) => replay::run(args),
         Command::CheckConfig(args) => check_config::run(args),
         Command::Salvage(args) => salvage::run(args),
+        Command::Ports(args) => ports::run(args),
         Command::UdevRule(args) => udev_rule::run(args),
         Command::Completions(args) => Ok(papers::completions(args)),
         Command::Man(args) => papers::man(args),
