@@ -206,10 +206,6 @@ impl Framing for Boundless {
     const START: u8 = 1;
     const MAX_FRAME: usize = 8;
 
-    fn is_control(_byte: u8) -> bool {
-        false
-    }
-
     fn measure(_head: &[u8]) -> Measure {
         Measure::Frame(9)
     }

@@ -7,8 +7,10 @@ pub trait Framing {
     /// Longest possible frame in bytes, the bound for how long a false start can hold up the stream.
     const MAX_FRAME: usize;
 
-    /// Whether `byte` alone, between frames, is a message of its own.
-    fn is_control(byte: u8) -> bool;
+    /// Whether `byte` alone, between frames, is a message of its own; most protocols have none.
+    fn is_control(_byte: u8) -> bool {
+        false
+    }
 
     /// Judges the head of a frame. `head` starts with [`Framing::START`] and may be short or longer than the frame.
     fn measure(head: &[u8]) -> Measure;

@@ -57,10 +57,6 @@ impl Framing for HostFraming {
     const START: u8 = STX;
     const MAX_FRAME: usize = MAX_REQUEST_BYTES;
 
-    fn is_control(_byte: u8) -> bool {
-        false
-    }
-
     fn measure(head: &[u8]) -> Measure {
         measure(head, 0, 1, |code| match code {
             0x10..=0x7F => MAX_REQUEST_BYTES,

@@ -27,10 +27,6 @@ impl Framing for RflexFraming {
     const START: u8 = HEADER[0];
     const MAX_FRAME: usize = MAX_PACKET_BYTES;
 
-    fn is_control(_byte: u8) -> bool {
-        false
-    }
-
     fn measure(head: &[u8]) -> Measure {
         match *head {
             [_, second, ..] if second != HEADER[1] => Measure::Noise,
