@@ -2,7 +2,10 @@
 
 mod cases;
 
-use biplane_wire::lms::{Reply, Request, Status, Telegram, checksum};
+use std::fmt::Debug;
+use std::rc::Rc;
+
+use biplane_wire::lms::{Pairs, Reply, Request, S14Scan, Scan, Status, Telegram, checksum};
 use biplane_wire::p2os::{self, Command, Packet, Report};
 use biplane_wire::roboclaw::{Question, Request as Asked};
 use biplane_wire::{WireError, lms, rflex};
@@ -12,10 +15,13 @@ use cases::table::{
     s14_scans, scans,
 };
 
-type Emit = Box<dyn Fn(&mut [u8]) -> Result<usize, WireError>>;
-type ReadsBack = Box<dyn Fn(&[u8]) -> Result<bool, WireError>>;
+type Written = Result<usize, WireError>;
+type Same = Result<bool, WireError>;
 /// Bytes read and written again in every form that they have; `None` when they are no telegram.
-type Rewrite = Box<dyn Fn(&[u8]) -> Option<Vec<Vec<u8>>>>;
+type Copies = Option<Vec<Vec<u8>>>;
+type Emit = Box<dyn Fn(&mut [u8]) -> Written>;
+type ReadsBack = Box<dyn Fn(&[u8]) -> Same>;
+type Rewrite = Box<dyn Fn(&[u8]) -> Copies>;
 
 /// One telegram under test: how to write it, whether its bytes read back as the same value, and what comes of them when
 /// they are read without knowing the value.
@@ -33,169 +39,161 @@ impl Case {
         assert_eq!((self.emit)(&mut out), Ok(self.len), "{}", self.name);
         out
     }
+
+    /// Bytes that are read in another way than [`rewritten`] does.
+    fn rewritten_by(mut self, rewrite: impl Fn(&[u8]) -> Copies + 'static) -> Self {
+        self.rewrite = Box::new(rewrite);
+        self
+    }
 }
 
-fn lms_cases() -> Vec<Case> {
-    let mut cases = Vec::new();
-    for request in requests() {
-        let copy = request.clone();
-        cases.push(Case {
-            name: format!("{request:?}"),
-            len: request.encoded_len(),
-            emit: Box::new(move |out| request.emit(0x05, out)),
-            reads_back: Box::new(move |bytes| Ok(Telegram::parse(bytes)?.request()? == copy)),
-            rewrite: Box::new(rewritten),
-        });
-    }
-    for reply in replies() {
-        let copy = reply.clone();
-        cases.push(Case {
-            name: format!("{reply:?}"),
-            len: reply.encoded_len(),
-            emit: Box::new(move |out| reply.emit(0x81, Status(0x50), out)),
-            reads_back: Box::new(move |bytes| {
-                let telegram = Telegram::parse(bytes)?;
-                Ok(telegram.status() == Some(Status(0x50)) && telegram.reply()? == copy)
-            }),
-            rewrite: Box::new(rewritten),
-        });
-    }
-    for scan in pairs() {
-        let copy = scan.clone();
-        cases.push(Case {
-            name: format!("{scan:?}"),
-            len: scan.encoded_len(),
-            emit: Box::new(move |out| scan.emit(0x80, out)),
-            reads_back: Box::new(move |bytes| {
-                let telegram = Telegram::parse(bytes)?;
-                let Reply::Pairs(view) = telegram.reply()? else { return Ok(false) };
-                Ok(view.to_owned(telegram.status().unwrap_or_default()) == copy)
-            }),
-            rewrite: Box::new(rewritten),
-        });
-    }
-    for scan in s14_scans() {
-        let copy = scan.clone();
-        cases.push(Case {
-            name: format!("{scan:?}"),
-            len: scan.encoded_len(),
-            emit: Box::new(move |out| scan.emit(0x80, out)),
-            reads_back: Box::new(move |bytes| {
-                let telegram = Telegram::parse(bytes)?;
-                let Reply::S14(view) = telegram.reply()? else { return Ok(false) };
-                Ok(view.to_owned(telegram.status().unwrap_or_default()) == copy)
-            }),
-            rewrite: Box::new(rewritten),
-        });
-    }
-    for scan in scans() {
-        let copy = scan.clone();
-        cases.push(Case {
-            name: format!("{scan:?}"),
-            len: scan.encoded_len(),
-            emit: Box::new(move |out| scan.emit(0x80, out)),
-            reads_back: Box::new(move |bytes| {
-                let telegram = Telegram::parse(bytes)?;
-                let Reply::Scan(view) = telegram.reply()? else { return Ok(false) };
-                Ok(view.to_owned(telegram.status().unwrap_or_default()) == copy)
-            }),
-            rewrite: Box::new(rewritten),
-        });
-    }
-    cases
+/// A case of each of these values, all written and read in the same way.
+fn cases_of<V: Debug + 'static>(
+    values: Vec<V>,
+    len: fn(&V) -> usize,
+    emit: fn(&V, &mut [u8]) -> Written,
+    reads_back: fn(&V, &[u8]) -> Same,
+) -> impl Iterator<Item = Case> {
+    values.into_iter().map(Rc::new).map(move |value| Case {
+        name: format!("{value:?}"),
+        len: len(&value),
+        emit: Box::new({
+            let value = Rc::clone(&value);
+            move |out| emit(&value, out)
+        }),
+        reads_back: Box::new(move |bytes| reads_back(&value, bytes)),
+        rewrite: Box::new(rewritten),
+    })
 }
 
-fn p2os_cases() -> Vec<Case> {
-    let mut cases = Vec::new();
-    for command in commands() {
-        let copy = command.clone();
-        cases.push(Case {
-            name: format!("{command:?}"),
-            len: command.encoded_len(),
-            emit: Box::new(move |out| command.emit(out)),
-            reads_back: Box::new(move |bytes| Ok(Packet::parse(bytes)?.command() == copy)),
-            rewrite: Box::new(rewritten),
-        });
-    }
-    for report in reports() {
-        let copy = report.clone();
-        cases.push(Case {
-            name: format!("{report:?}"),
-            len: report.encoded_len(),
-            emit: Box::new(move |out| report.emit(out)),
-            reads_back: Box::new(move |bytes| Ok(Packet::parse(bytes)?.report()? == copy)),
-            rewrite: Box::new(rewritten),
-        });
-    }
-    cases
+/// Whether these bytes are a telegram of a laser with such a reply and status.
+fn is_reply(bytes: &[u8], same: impl Fn(Reply<'_>, Status) -> bool) -> Same {
+    let telegram = Telegram::parse(bytes)?;
+    Ok(same(telegram.reply()?, telegram.status().unwrap_or_default()))
 }
 
-fn rflex_cases() -> Vec<Case> {
-    let mut cases = Vec::new();
-    for command in rflex_commands() {
-        let copy = command.clone();
-        cases.push(Case {
-            name: format!("{command:?}"),
-            len: command.encoded_len(),
-            emit: Box::new(move |out| command.emit(4, out)),
-            reads_back: Box::new(move |bytes| Ok(rflex::Packet::parse(bytes)?.command() == copy)),
-            rewrite: Box::new(rewritten),
-        });
-    }
-    for report in rflex_reports() {
-        cases.push(Case {
-            name: format!("{report:?}"),
-            len: report.encoded_len(),
-            emit: Box::new(move |out| report.emit(0xFE, out)),
-            reads_back: Box::new(move |bytes| Ok(rflex::Packet::parse(bytes)?.report()? == report)),
-            rewrite: Box::new(rewritten),
-        });
-    }
-    cases
+fn lms_cases() -> impl Iterator<Item = Case> {
+    let asked = cases_of(
+        requests(),
+        Request::encoded_len,
+        |request, out| request.emit(0x05, out),
+        |request, bytes| Ok(Telegram::parse(bytes)?.request()? == *request),
+    );
+    let answered = cases_of(
+        replies(),
+        Reply::encoded_len,
+        |reply, out| reply.emit(0x81, Status(0x50), out),
+        |reply, bytes| is_reply(bytes, |found, status| status == Status(0x50) && found == *reply),
+    );
+    asked.chain(answered).chain(scan_cases())
+}
+
+fn scan_cases() -> impl Iterator<Item = Case> {
+    let of_pairs = cases_of(
+        pairs(),
+        Pairs::encoded_len,
+        |scan, out| scan.emit(0x80, out),
+        |scan, bytes| {
+            is_reply(
+                bytes,
+                |reply, status| matches!(reply, Reply::Pairs(view) if view.to_owned(status) == *scan),
+            )
+        },
+    );
+    let of_s14 = cases_of(
+        s14_scans(),
+        S14Scan::encoded_len,
+        |scan, out| scan.emit(0x80, out),
+        |scan, bytes| {
+            is_reply(
+                bytes,
+                |reply, status| matches!(reply, Reply::S14(view) if view.to_owned(status) == *scan),
+            )
+        },
+    );
+    let plain = cases_of(
+        scans(),
+        Scan::encoded_len,
+        |scan, out| scan.emit(0x80, out),
+        |scan, bytes| {
+            is_reply(
+                bytes,
+                |reply, status| matches!(reply, Reply::Scan(view) if view.to_owned(status) == *scan),
+            )
+        },
+    );
+    of_pairs.chain(of_s14).chain(plain)
+}
+
+fn p2os_cases() -> impl Iterator<Item = Case> {
+    let told = cases_of(commands(), Command::encoded_len, Command::emit, |command, bytes| {
+        Ok(Packet::parse(bytes)?.command() == *command)
+    });
+    let reported = cases_of(reports(), Report::encoded_len, Report::emit, |report, bytes| {
+        Ok(Packet::parse(bytes)?.report()? == *report)
+    });
+    told.chain(reported)
+}
+
+fn rflex_cases() -> impl Iterator<Item = Case> {
+    let told = cases_of(
+        rflex_commands(),
+        rflex::Command::encoded_len,
+        |command, out| command.emit(4, out),
+        |command, bytes| Ok(rflex::Packet::parse(bytes)?.command() == *command),
+    );
+    let reported = cases_of(
+        rflex_reports(),
+        rflex::Report::encoded_len,
+        |report, out| report.emit(0xFE, out),
+        |report, bytes| Ok(rflex::Packet::parse(bytes)?.report()? == *report),
+    );
+    told.chain(reported)
+}
+
+fn question_cases() -> impl Iterator<Item = Case> {
+    cases_of(
+        questions(),
+        |asked| asked.encoded_len(),
+        |asked, out| asked.emit(out),
+        |asked, bytes| Ok(Asked::parse(bytes)? == *asked),
+    )
+    .map(|case| {
+        case.rewritten_by(|bytes| {
+            let mut out = [0xA5; 8];
+            let count = Asked::parse(bytes).ok()?.emit(&mut out).ok()?;
+            Some(vec![out[..count].to_vec()])
+        })
+    })
 }
 
 /// Answers of a controller are read as answers to their question only.
-fn roboclaw_cases() -> Vec<Case> {
-    let mut cases = Vec::new();
-    for asked in questions() {
-        cases.push(Case {
-            name: format!("{asked:?}"),
-            len: asked.encoded_len(),
-            emit: Box::new(move |out| asked.emit(out)),
-            reads_back: Box::new(move |bytes| Ok(Asked::parse(bytes)? == asked)),
-            rewrite: Box::new(|bytes| {
-                let mut out = [0xA5; 8];
-                let count = Asked::parse(bytes).ok()?.emit(&mut out).ok()?;
-                Some(vec![out[..count].to_vec()])
-            }),
-        });
-    }
-    for (question, answer) in answers() {
-        cases.push(Case {
-            name: format!("{answer:?}"),
-            len: answer.encoded_len(),
-            emit: Box::new(move |out| answer.emit(Asked { address: 0x82, question }, out)),
-            reads_back: Box::new(move |bytes| Ok(question.accept(0x82, bytes)? == answer)),
-            rewrite: Box::new(move |bytes| answered(question, bytes)),
-        });
-    }
-    cases
+fn answer_cases() -> impl Iterator<Item = Case> {
+    let written = cases_of(
+        answers(),
+        |(_, answer)| answer.encoded_len(),
+        |&(question, answer), out| answer.emit(Asked { address: 0x82, question }, out),
+        |(question, answer), bytes| Ok(question.accept(0x82, bytes)? == *answer),
+    );
+    written
+        .zip(answers())
+        .map(|(case, (question, _))| case.rewritten_by(move |bytes| answered(question, bytes)))
 }
 
 /// An answer as bytes again; `None` when it is none to this question.
-fn answered(question: Question, bytes: &[u8]) -> Option<Vec<Vec<u8>>> {
+fn answered(question: Question, bytes: &[u8]) -> Copies {
     let answer = question.accept(0x82, bytes).ok()?;
     let mut out = [0xA5; 64];
     let count = answer.emit(Asked { address: 0x82, question }, &mut out).expect("it has been read");
     Some(vec![out[..count].to_vec()])
 }
 
-fn all_cases() -> Vec<Case> {
-    lms_cases().into_iter().chain(p2os_cases()).chain(rflex_cases()).chain(roboclaw_cases()).collect()
+fn all_cases() -> impl Iterator<Item = Case> {
+    lms_cases().chain(p2os_cases()).chain(rflex_cases()).chain(question_cases()).chain(answer_cases())
 }
 
 /// A packet or telegram, whichever the first byte says, as bytes again. `None` when it does not parse.
-fn rewritten(bytes: &[u8]) -> Option<Vec<Vec<u8>>> {
+fn rewritten(bytes: &[u8]) -> Copies {
     let mut out = [0xA5; 2048];
     let mut copies = Vec::new();
     let mut keep = |written: Result<usize, WireError>, out: &[u8]| {
@@ -286,8 +284,7 @@ fn every_truncation_and_every_extension_is_an_error() {
 
 #[test]
 fn every_single_bit_error_is_found() {
-    let answers = roboclaw_cases().into_iter().skip(questions().len());
-    for case in lms_cases().into_iter().chain(rflex_cases()).chain(answers) {
+    for case in lms_cases().chain(rflex_cases()).chain(answer_cases()) {
         let good = case.bytes();
         for bit in 0..good.len() * 8 {
             let mut bad = good.clone();
