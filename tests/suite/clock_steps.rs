@@ -3,7 +3,7 @@
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 
-use biplane_matcher::Method;
+use biplane_matcher::TrackerParams;
 use biplane_mock::faults::clock_step::HostClock;
 use biplane_mock::faults::{Faults, Preset};
 use biplane_onboard::engine::{Engine, EngineOptions, Feed};
@@ -61,8 +61,12 @@ fn live(rig: &Rig, seed: u64) -> (Witness, Vec<Read>) {
 
 /// The capture replayed, in the order in which it was written.
 fn replayed(rig: &Rig, reads: &[Read]) -> (RunReport, Witness) {
-    let options =
-        EngineOptions { rig: rig.clone(), matcher: Method::default(), feed: Feed::Recorded, raw: false };
+    let options = EngineOptions {
+        rig: rig.clone(),
+        matcher: TrackerParams::default(),
+        feed: Feed::Recorded,
+        raw: false,
+    };
     let mut engine = Engine::new(&options, Witness::default(), reads[0].1);
     for (port, shown_ns, bytes) in reads {
         engine.bytes(*shown_ns, *port, bytes);

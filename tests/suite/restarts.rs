@@ -6,7 +6,7 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 
-use biplane_matcher::Method;
+use biplane_matcher::TrackerParams;
 use biplane_mock::lms_device::feed::MirrorFeed;
 use biplane_mock::lms_device::settings::Variant;
 use biplane_mock::lms_device::{LmsDevice, LmsParams};
@@ -116,7 +116,7 @@ fn run(rig: &Rig, outage: Outage, usb: UsbParams, seed: u64) -> [Vec<f64>; 2] {
 
 /// The scans of a replay of these reads.
 fn replay(rig: &Rig, reads: &[Read]) -> Vec<RecordedScan> {
-    let (rig, matcher) = (rig.clone(), Method::default());
+    let (rig, matcher) = (rig.clone(), TrackerParams::default());
     let options = EngineOptions { rig, matcher, feed: Feed::Recorded, raw: false };
     let mut engine = Engine::new(&options, Witness::default(), 0);
     for (at_ns, bytes) in reads {

@@ -13,35 +13,41 @@ use crate::points::{EndPoint, EndPoints, Kind};
 use crate::pose::{Pose2, wrap_angle};
 use crate::surface::{Placement, dot, minus};
 
+crate::named::named_parameters! { "align";
 /// The alignment of the method `map`.
 #[derive(Copy, Clone, PartialEq, Debug)]
 pub struct AlignParams {
-    /// Iterations at most; at the cap the last pose counts.
-    pub max_iterations: u32,
+    /// Iterations at most; at the cap the last pose counts. Fewer: cheaper; poses from far away are not reached.
+    pub max_iterations: u32 [1.0, 10000.0],
     /// Cauchy scale of the first iteration, metres. Larger: wider basin; smaller: fewer iterations.
-    pub capture_m: f64,
-    /// Cauchy scale of the last iterations, metres: residuals beyond it are mostly people and changes.
-    pub outlier_m: f64,
-    /// Standard deviation of an end point across its wall, metres.
-    pub range_noise_m: f64,
-    /// Standard deviation of an end point about a surface that is no line, metres.
-    pub point_noise_m: f64,
-    /// Squared length of the mean normal from which on a surface is a line.
-    pub line_strength: f64,
+    pub capture_m: f64 [0.0001, 100.0],
+    /// Cauchy scale of the last iterations, metres: residuals beyond it are mostly people and changes. Smaller:
+    /// less harm from these; larger: less harm from a map that is off itself.
+    pub outlier_m: f64 [0.0001, 100.0],
+    /// Standard deviation of an end point across its wall, metres. Smaller: the scan counts more against the odometry.
+    pub range_noise_m: f64 [0.0001, 10.0],
+    /// Standard deviation of an end point about a surface that is no line, metres. Smaller: clutter counts more against
+    /// walls.
+    pub point_noise_m: f64 [0.0001, 10.0],
+    /// Squared length of the mean normal (0 to 1) from which on a surface is a line. Larger: rough walls count as points.
+    pub line_strength: f64 [0.0, 10.0],
     /// How far the directions of mapped walls are off, radians. Larger: a corridor needs more structure before the scan
     /// is believed along its axis; smaller: noise is taken for structure and the pose wanders along bare corridors.
     pub direction_noise_rad: f64,
     /// So many beams together know what one would know if their errors were independent. Larger: larger
     /// covariances.
-    pub beams_per_independent_one: f64,
-    /// A step shorter than this ends the iterations, metres.
+    pub beams_per_independent_one: f64 [0.1, 1e5],
+    /// A step shorter than this ends the iterations, metres. Larger: fewer iterations, a rougher pose.
     pub rest_m: f64,
-    /// A turn smaller than this ends the iterations, radians.
+    /// A turn smaller than this ends the iterations, radians. Larger: fewer iterations, a rougher heading.
     pub rest_rad: f64,
-    /// End points this close to a surface are explained, metres.
+    /// End points this close to a surface are explained, metres. Larger: poor matches pass for good ones; smaller: good
+    /// ones call for a search.
     pub explained_m: f64,
-    /// When the scan alone leaves more than this in some direction the match is weak, metres (standard deviation).
+    /// When the scan alone leaves more than this in some direction the match is weak, metres (standard deviation). It
+    /// changes what is reported, not the pose.
     pub weak_m: f64,
+}
 }
 
 impl Default for AlignParams {

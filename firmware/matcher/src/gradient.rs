@@ -15,43 +15,46 @@ use crate::points::EndPoints;
 use crate::pose::{Pose2, wrap_angle};
 use crate::surface::Placement;
 
+crate::named::named_parameters! { "gradient";
 /// The paper's method.
 #[derive(Copy, Clone, PartialEq, Debug)]
 pub struct GradientParams {
-    /// Side of a cell, metres; the paper's is 0.1.
-    pub cell_m: f64,
+    /// Side of a cell, metres; the paper's is 0.1. Smaller: finer and slower to prepare, by the square.
+    pub cell_m: f64 [0.005, 10.0],
     /// Half the side of the square around the latest reference scan that the field covers, metres. End points outside
     /// count nothing.
-    pub half_window_m: f64,
+    pub half_window_m: f64 [0.1, 1000.0],
     /// From this distance on the likelihood falls no further, metres. Larger: a wider basin, more harm from people.
-    pub cutoff_m: f64,
+    pub cutoff_m: f64 [0.01, 100.0],
     /// So far behind an end point space is not yet occluded, metres. Smaller: end points slip behind the walls.
     pub occlusion_margin_m: f64,
     /// Beams farther apart than this leave the space between them unknown, radians.
     pub gap_rad: f64,
-    /// Earlier scans that make the field.
-    pub reference_scans: usize,
-    /// A scan becomes a reference when the base has moved this far since the last one, metres.
+    /// Earlier scans that make the field. More: steadier, and slower to prepare.
+    pub reference_scans: usize [1.0, 100.0],
+    /// A scan becomes a reference when the base has moved this far since the last one, metres. Smaller: more drift, as
+    /// every reference adds its error; larger: less overlap.
     pub reference_every_m: f64,
     /// The same for turning, radians.
     pub reference_every_rad: f64,
     /// Iterations at most; the paper's figure 2 needs 100 for 10 cm, 10 cm and 30 degrees.
     pub max_iterations: u32,
-    /// The first and longest step, metres.
-    pub first_step_m: f64,
-    /// The step grows by this factor while the gradient keeps its direction.
-    pub step_growth: f64,
-    /// The step shrinks by this factor when the gradient turns back.
-    pub step_shrink: f64,
-    /// A smaller step ends the ascent, metres.
+    /// The first and longest step, metres. Larger: fewer iterations from far away, more overshoot.
+    pub first_step_m: f64 [0.0001, 10.0],
+    /// The step grows by this factor while the gradient keeps its direction. Larger: fewer iterations, more overshoot.
+    pub step_growth: f64 [1.0, 10.0],
+    /// The step shrinks by this factor when the gradient turns back. Larger: more iterations to settle.
+    pub step_shrink: f64 [0.01, 1.0],
+    /// A smaller step ends the ascent, metres. Larger: fewer iterations, a rougher pose.
     pub rest_m: f64,
     /// Standard deviation of an end point in the field, metres: range noise and half a cell. For the covariance.
-    pub noise_m: f64,
-    /// How far the field's slopes are off in direction, radians: that much structure is not believed (see
-    /// [`AlignParams::direction_noise_rad`](crate::AlignParams::direction_noise_rad)).
+    pub noise_m: f64 [0.0001, 100.0],
+    /// How far the field's slopes are off in direction, radians: that much structure is not believed, as with
+    /// align.direction_noise_rad.
     pub direction_noise_rad: f64,
-    /// End points this close to a reference's are explained, metres.
+    /// End points this close to a reference's are explained, metres. Larger: poor matches pass for good ones.
     pub explained_m: f64,
+}
 }
 
 impl Default for GradientParams {

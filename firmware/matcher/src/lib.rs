@@ -28,7 +28,7 @@ pub use align::AlignParams;
 pub use gradient::GradientParams;
 pub use local_map::MapParams;
 pub use motion::MotionParams;
-pub use named::UnknownParameter;
+pub use named::{Parameter, ParameterError};
 pub use params::{Method, TrackerParams, UnknownMethod};
 pub use points::PointParams;
 pub use pose::{Pose2, wrap_angle};

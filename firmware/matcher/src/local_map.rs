@@ -9,35 +9,41 @@ use crate::points::{EndPoints, Kind};
 use crate::pose::Pose2;
 use crate::surface::{Placement, Surface, minus};
 
+crate::named::named_parameters! { "map";
 /// The map that the method `map` matches against.
 #[derive(Copy, Clone, PartialEq, Debug)]
 pub struct MapParams {
     /// Side of a cell, metres: at most one surface a cell. Smaller: finer, more memory, slower to fill; larger:
     /// the two faces of a thin wall run together.
-    pub cell_m: f64,
+    pub cell_m: f64 [0.005, 1.0],
     /// From how far an end point finds a surface, metres. Larger: a wider basin of convergence, slower to fill.
-    pub reach_m: f64,
-    /// Tiles of 32 x 32 cells in the pool (4 KB each). When all are used, the place not needed for the longest time
+    pub reach_m: f64 [0.005, 10.0],
+    /// Tiles of 32 x 32 cells in the pool (4 KB each): memory against the area remembered. When all are used, the place not needed for the longest time
     /// is forgotten.
-    pub tiles: usize,
-    /// Surfaces in the pool (32 bytes each). When all are used, new ones wait until others go.
-    pub surfaces: usize,
+    pub tiles: usize [1.0, 65534.0],
+    /// Surfaces in the pool (32 bytes each): memory against the area remembered. When all are used, new ones wait until others go.
+    pub surfaces: usize [1.0, MAX_SURFACES as f64],
     /// A surface's mean moves by at least 1 / this many hits. Larger: steadier; smaller: it follows later scans.
-    pub memory_hits: f64,
-    /// An end point this close to the line of a neighbouring surface joins it, metres. A few times the range noise.
+    pub memory_hits: f64 [1.0, 1000000.0],
+    /// An end point this close to the line of a neighbouring surface joins it, metres. A few times the range noise: more, and
+    /// two walls run together; less, and one wall lies in two rows.
     pub merge_across_m: f64,
-    /// What a hit counts for a surface, in beams that pass through it.
-    pub evidence_per_hit: i16,
-    /// The most evidence a surface has: so many beams must pass through before it goes.
-    pub evidence_max: i16,
+    /// What a hit counts for a surface, in beams that pass through it. Larger: people who stood still stay longer.
+    pub evidence_per_hit: i16 [1.0, 10000.0],
+    /// The most evidence a surface has: so many beams must pass through before it goes. Larger: moved things
+    /// stay longer; smaller: grazing beams carve walls away.
+    pub evidence_max: i16 [1.0, 10000.0],
     /// Only every so-many-th beam is followed through the map. Larger: cheaper, moved things stay longer.
-    pub carve_every_beams: usize,
-    /// So far before its end point a beam is not sure to be clear, metres.
+    pub carve_every_beams: usize [1.0, 1e5],
+    /// So far before its end point a beam is not sure to be clear, metres. Smaller: beams that graze a wall deny it;
+    /// larger: what stood just before a wall stays.
     pub carve_margin_m: f64,
     /// The map learns from a scan when the base has moved this far since the last one it learnt from, metres.
+    /// Larger: cheaper, and the map knows less of what is ahead; smaller: the map repeats the same beams' errors.
     pub learn_every_m: f64,
     /// The same for turning, radians.
     pub learn_every_rad: f64,
+}
 }
 
 impl Default for MapParams {

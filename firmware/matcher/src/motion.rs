@@ -6,11 +6,12 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::pose::Pose2;
 
+crate::named::named_parameters! { "motion";
 /// How much the odometry's own motion is worth. Smaller: the match follows the odometry more; larger: it follows the
 /// scans more, also where they say little (along a bare corridor).
 #[derive(Copy, Clone, PartialEq, Debug)]
 pub struct MotionParams {
-    /// Standard deviation of position per metre driven, metres.
+    /// Standard deviation of position per metre driven, metres. Larger: less held by the odometry, as all of these.
     pub position_m_per_m: f64,
     /// Standard deviation of position per radian turned, metres.
     pub position_m_per_rad: f64,
@@ -19,18 +20,20 @@ pub struct MotionParams {
     /// Standard deviation of heading per metre driven, radians.
     pub heading_rad_per_m: f64,
     /// Standard deviation of position that every step has, metres.
-    pub position_floor_m: f64,
+    pub position_floor_m: f64 [1e-06, 100.0],
     /// Standard deviation of heading that every step has, radians.
-    pub heading_floor_rad: f64,
+    pub heading_floor_rad: f64 [1e-06, 10.0],
     /// A longer step of the odometry is a jump and not believed, metres. Smaller: dropped scans at speed look like
     /// jumps; larger: jumps cost a search.
     pub jump_m: f64,
-    /// A larger turn of the odometry in one step is not believed, radians.
+    /// A larger turn of the odometry in one step is not believed, radians. As the jump in position.
     pub jump_rad: f64,
-    /// Standard deviation of position when a step is only guessed from the one before, metres.
-    pub unmeasured_m: f64,
-    /// Standard deviation of heading when a step is only guessed, radians.
-    pub unmeasured_rad: f64,
+    /// Standard deviation of position when a step is only guessed from the one before, metres. Larger: a wider
+    /// search for every scan without odometry; smaller: a base that starts or stops suddenly is lost.
+    pub unmeasured_m: f64 [1e-06, 100.0],
+    /// Standard deviation of heading when a step is only guessed, radians. The same for turning.
+    pub unmeasured_rad: f64 [1e-06, 10.0],
+}
 }
 
 impl Default for MotionParams {

@@ -1,154 +1,219 @@
 //! Every parameter by its name, for command lines, records of a run and tests: `align.outlier_m` is
-//! `TrackerParams::align.outlier_m`. Units are in the names. Numbers pass as `f64`; counts are rounded and cut to their type.
+//! `TrackerParams::align.outlier_m`. Units are in the names. Numbers pass as `f64`; counts must be whole.
+//!
+//! Name, meaning and sensible range come from the struct itself: its stage declares it with `named_parameters!`, whose
+//! doc comments are the only description there is.
 
+use crate::align::AlignParams;
+use crate::gradient::GradientParams;
+use crate::local_map::MapParams;
+use crate::motion::MotionParams;
 use crate::params::TrackerParams;
+use crate::points::PointParams;
+use crate::search::SearchParams;
 
-/// A parameter's name that is not known.
-#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
-#[error("no parameter of the matcher is called \"{found}\"")]
-pub struct UnknownParameter {
-    /// What was given.
-    pub found: String,
+/// One parameter, whatever its value.
+#[derive(Copy, Clone, PartialEq, Debug)]
+pub struct Parameter {
+    /// `stage.field`.
+    pub name: &'static str,
+    /// What it is and what it trades.
+    pub meaning: &'static str,
+    /// The smallest value that makes sense.
+    pub least: f64,
+    /// The largest value that makes sense.
+    pub most: f64,
+    /// Whether it counts something.
+    pub whole: bool,
 }
 
-macro_rules! named {
-    ($($group:ident . $field:ident : $kind:ty),* $(,)?) => {
-        impl TrackerParams {
-            /// The names of all parameters, as `group.field`.
-            pub const NAMES: &'static [&'static str] =
-                &[$(concat!(stringify!($group), ".", stringify!($field))),*];
+/// A parameter that cannot be set so.
+#[derive(Clone, PartialEq, Debug, thiserror::Error)]
+pub enum ParameterError {
+    /// No parameter has this name.
+    #[error("no parameter of the matcher is called \"{found}\"{}", suggestion(.near))]
+    Unknown {
+        /// What was given.
+        found: String,
+        /// Names like it, the nearest first.
+        near: Vec<&'static str>,
+    },
+    /// The value is outside what makes sense, or no number.
+    #[error("{} is from {} to {}, found {found}", .parameter.name, .parameter.least, .parameter.most)]
+    OutOfRange {
+        /// The parameter.
+        parameter: Parameter,
+        /// What was given.
+        found: f64,
+    },
+    /// A count with a fraction.
+    #[error("{} is a whole number, found {found}", .parameter.name)]
+    NotWhole {
+        /// The parameter.
+        parameter: Parameter,
+        /// What was given.
+        found: f64,
+    },
+}
 
-            /// The value of a parameter.
-            ///
-            /// # Errors
-            /// When no parameter has this name.
-            pub fn get(&self, name: &str) -> Result<f64, UnknownParameter> {
+fn suggestion(near: &[&str]) -> String {
+    if near.is_empty() { String::new() } else { format!("; there is {}", near.join(", ")) }
+}
+
+/// A stage's struct of parameters by name.
+pub(crate) trait Named {
+    /// Its parameters, in the order of the fields.
+    const PARAMETERS: &'static [Parameter];
+    /// A value, when the stage has a parameter of this name.
+    fn get(&self, name: &str) -> Option<f64>;
+    /// Changes a value, when the stage has a parameter of this name; the value is one that makes sense.
+    fn set(&mut self, name: &str, value: f64);
+}
+
+/// Most that a count may be, where the field says nothing else: memory is made for some of them.
+pub(crate) const MOST: f64 = 1e5;
+
+/// Declares a stage's parameters: the struct as it would stand without, `name: type` or `name: type [least, most]`, after
+/// the stage's name.
+macro_rules! named_parameters {
+    (@range) => { [0.0, crate::named::MOST] };
+    (@range [$least:expr, $most:expr]) => { [$least, $most] };
+    ($stage:literal; $(#[$meta:meta])* pub struct $params:ident {
+        $($(#[doc = $doc:literal])+ pub $field:ident : $kind:tt $([$least:expr, $most:expr])?,)+
+    }) => {
+        $(#[$meta])*
+        pub struct $params { $($(#[doc = $doc])+ pub $field: $kind,)+ }
+
+        impl crate::named::Named for $params {
+            const PARAMETERS: &'static [crate::named::Parameter] = &[$({
+                let [least, most] = crate::named::named_parameters!(@range $([$least, $most])?);
+                crate::named::Parameter {
+                    name: concat!($stage, ".", stringify!($field)),
+                    meaning: concat!($($doc),+).trim_ascii(),
+                    least,
+                    most,
+                    whole: <$kind as crate::named::Number>::WHOLE,
+                }
+            }),+];
+
+            fn get(&self, name: &str) -> Option<f64> {
                 match name {
-                    $(concat!(stringify!($group), ".", stringify!($field)) => Ok(self.$group.$field as f64),)*
-                    _ => Err(UnknownParameter { found: name.to_owned() }),
+                    $(concat!($stage, ".", stringify!($field)) => Some(self.$field as f64),)+
+                    _ => None,
                 }
             }
 
-            /// Changes a parameter.
-            ///
-            /// # Errors
-            /// When no parameter has this name.
-            pub fn set(&mut self, name: &str, value: f64) -> Result<(), UnknownParameter> {
+            fn set(&mut self, name: &str, value: f64) {
                 match name {
-                    $(concat!(stringify!($group), ".", stringify!($field)) => {
-                        self.$group.$field = value.number();
-                    })*
-                    _ => return Err(UnknownParameter { found: name.to_owned() }),
+                    $(concat!($stage, ".", stringify!($field)) => {
+                        self.$field = <$kind as crate::named::Number>::from_f64(value);
+                    })+
+                    _ => {}
                 }
-                Ok(())
             }
         }
     };
 }
+pub(crate) use named_parameters;
 
-/// From `f64` to a parameter's own type.
-trait Number<T> {
-    fn number(self) -> T;
+/// The types of parameters.
+pub(crate) trait Number {
+    /// Whether only whole numbers are values.
+    const WHOLE: bool;
+    /// The value; the caller has made sure that it is one.
+    fn from_f64(value: f64) -> Self;
 }
 
-impl Number<f64> for f64 {
-    fn number(self) -> f64 {
-        self
+impl Number for f64 {
+    const WHOLE: bool = false;
+    fn from_f64(value: f64) -> Self {
+        value
     }
 }
 
-impl Number<usize> for f64 {
-    fn number(self) -> usize {
-        self.round() as usize
+macro_rules! counts {
+    ($($kind:ident),*) => { $(impl Number for $kind {
+        const WHOLE: bool = true;
+        fn from_f64(value: f64) -> Self {
+            value as $kind
+        }
+    })* };
+}
+counts!(usize, u32, i16);
+
+impl TrackerParams {
+    /// All parameters, stage by stage.
+    pub fn parameters() -> impl Iterator<Item = &'static Parameter> {
+        let stages = [
+            MotionParams::PARAMETERS,
+            PointParams::PARAMETERS,
+            GradientParams::PARAMETERS,
+            MapParams::PARAMETERS,
+            AlignParams::PARAMETERS,
+            SearchParams::PARAMETERS,
+        ];
+        stages.into_iter().flatten()
+    }
+
+    /// The value of a parameter.
+    ///
+    /// # Errors
+    /// When no parameter has this name.
+    pub fn get(&self, name: &str) -> Result<f64, ParameterError> {
+        let value = self.motion.get(name).or_else(|| self.points.get(name));
+        let value = value.or_else(|| self.gradient.get(name)).or_else(|| self.map.get(name));
+        value.or_else(|| self.align.get(name)).or_else(|| self.search.get(name)).ok_or_else(|| unknown(name))
+    }
+
+    /// Changes a parameter.
+    ///
+    /// # Errors
+    /// When no parameter has this name, or the value is none for it.
+    pub fn set(&mut self, name: &str, value: f64) -> Result<(), ParameterError> {
+        let parameter = *Self::parameters().find(|p| p.name == name).ok_or_else(|| unknown(name))?;
+        if !(parameter.least..=parameter.most).contains(&value) {
+            return Err(ParameterError::OutOfRange { parameter, found: value });
+        }
+        if parameter.whole && value.fract() != 0.0 {
+            return Err(ParameterError::NotWhole { parameter, found: value });
+        }
+        self.motion.set(name, value);
+        self.points.set(name, value);
+        self.gradient.set(name, value);
+        self.map.set(name, value);
+        self.align.set(name, value);
+        self.search.set(name, value);
+        Ok(())
     }
 }
 
-impl Number<u32> for f64 {
-    fn number(self) -> u32 {
-        self.round() as u32
-    }
+/// Names that a wrong one may have meant, at most.
+const NEAR: usize = 3;
+
+fn unknown(found: &str) -> ParameterError {
+    let field = |name: &'static str| name.split_once('.').map_or(name, |(_, field)| field);
+    let mut near: Vec<_> = TrackerParams::parameters()
+        .map(|p| (edits(found, p.name).min(edits(found, field(p.name))), p.name))
+        .filter(|(edits, _)| 3 * edits <= found.chars().count())
+        .collect();
+    near.sort_by_key(|(edits, _)| *edits);
+    let near = near.into_iter().take(NEAR).map(|(_, name)| name).collect();
+    ParameterError::Unknown { found: found.to_owned(), near }
 }
 
-impl Number<i16> for f64 {
-    fn number(self) -> i16 {
-        self.round() as i16
+/// Letters to insert, leave out or change to make one word of another (Levenshtein).
+fn edits(from: &str, to: &str) -> usize {
+    let mut row: Vec<usize> = (0..=to.chars().count()).collect();
+    for (i, a) in from.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, b) in to.chars().enumerate() {
+            let changed = diagonal + usize::from(a != b);
+            diagonal = row[j + 1];
+            row[j + 1] = changed.min(diagonal + 1).min(row[j] + 1);
+        }
     }
-}
-
-named! {
-    motion.position_m_per_m: f64,
-    motion.position_m_per_rad: f64,
-    motion.heading_rad_per_rad: f64,
-    motion.heading_rad_per_m: f64,
-    motion.position_floor_m: f64,
-    motion.heading_floor_rad: f64,
-    motion.jump_m: f64,
-    motion.jump_rad: f64,
-    motion.unmeasured_m: f64,
-    motion.unmeasured_rad: f64,
-    points.max_beams: usize,
-    points.min_points: usize,
-    points.range_min_m: f64,
-    points.range_max_m: f64,
-    points.spacing_m: f64,
-    points.normal_reach_m: f64,
-    points.line_length_m: f64,
-    points.line_tolerance_m: f64,
-    points.grazing_sine: f64,
-    gradient.cell_m: f64,
-    gradient.half_window_m: f64,
-    gradient.cutoff_m: f64,
-    gradient.occlusion_margin_m: f64,
-    gradient.gap_rad: f64,
-    gradient.reference_scans: usize,
-    gradient.reference_every_m: f64,
-    gradient.reference_every_rad: f64,
-    gradient.max_iterations: u32,
-    gradient.first_step_m: f64,
-    gradient.step_growth: f64,
-    gradient.step_shrink: f64,
-    gradient.rest_m: f64,
-    gradient.noise_m: f64,
-    gradient.direction_noise_rad: f64,
-    gradient.explained_m: f64,
-    map.cell_m: f64,
-    map.reach_m: f64,
-    map.tiles: usize,
-    map.surfaces: usize,
-    map.memory_hits: f64,
-    map.merge_across_m: f64,
-    map.evidence_per_hit: i16,
-    map.evidence_max: i16,
-    map.carve_every_beams: usize,
-    map.carve_margin_m: f64,
-    map.learn_every_m: f64,
-    map.learn_every_rad: f64,
-    align.max_iterations: u32,
-    align.capture_m: f64,
-    align.outlier_m: f64,
-    align.range_noise_m: f64,
-    align.point_noise_m: f64,
-    align.line_strength: f64,
-    align.direction_noise_rad: f64,
-    align.beams_per_independent_one: f64,
-    align.rest_m: f64,
-    align.rest_rad: f64,
-    align.explained_m: f64,
-    align.weak_m: f64,
-    search.glance_rad: f64,
-    search.below_score: f64,
-    search.lost_below_score: f64,
-    search.min_informative: f64,
-    search.least_half_m: f64,
-    search.least_half_rad: f64,
-    search.step_m: f64,
-    search.step_rad: f64,
-    search.max_shifts: f64,
-    search.max_turns: f64,
-    search.beams: usize,
-    search.blur_m: f64,
-    search.free_space_cost: f64,
-    search.patience_scans: u32,
+    row.last().copied().unwrap_or_default()
 }
 
 #[cfg(test)]
@@ -156,26 +221,51 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_field_of_every_stage_has_its_name_in_the_list() {
-        let text = format!("{:?}", TrackerParams::default());
+    fn every_field_of_every_stage_has_its_name_a_meaning_and_a_default_within_its_range() {
+        let defaults = TrackerParams::default();
+        let text = format!("{defaults:?}");
         let fields = text.matches(": ").count() - 1 - 6; // without the method and the six stages themselves
-        assert_eq!(TrackerParams::NAMES.len(), fields, "{text}");
+        assert_eq!(TrackerParams::parameters().count(), fields, "{text}");
+        for parameter in TrackerParams::parameters() {
+            let default = defaults.get(parameter.name).unwrap();
+            assert!((parameter.least..=parameter.most).contains(&default), "{parameter:?}");
+            assert!(parameter.meaning.ends_with('.'), "{parameter:?}");
+        }
     }
 
     #[test]
     fn a_parameter_that_is_set_by_name_is_read_back_by_name_and_changes_the_struct() {
-        for name in TrackerParams::NAMES {
+        for Parameter { name, .. } in TrackerParams::parameters() {
             let mut params = TrackerParams::default();
-            let before = params.get(name).unwrap();
-            params.set(name, before * 2.0).unwrap();
-            assert_eq!(params.get(name).unwrap(), before * 2.0, "{name}");
+            let doubled = params.get(name).unwrap() * 2.0;
+            params.set(name, doubled).unwrap();
+            assert_eq!(params.get(name), Ok(doubled), "{name}");
             assert_ne!(params, TrackerParams::default(), "{name}");
         }
     }
 
     #[test]
-    fn an_unknown_name_is_refused_with_the_name() {
-        let error = TrackerParams::default().set("align.typo", 1.0).unwrap_err();
-        assert_eq!(error.to_string(), "no parameter of the matcher is called \"align.typo\"");
+    fn an_unknown_name_is_refused_with_names_like_it_and_a_value_that_is_none_with_the_range() {
+        let refused = |name, value| TrackerParams::default().set(name, value).unwrap_err().to_string();
+        let none = "no parameter of the matcher is called";
+        assert_eq!(refused("align.typo", 1.0), format!("{none} \"align.typo\""));
+        assert_eq!(
+            refused("align.outlier", 1.0),
+            format!("{none} \"align.outlier\"; there is align.outlier_m")
+        );
+        assert_eq!(
+            refused("merge_acros_m", 1.0),
+            format!("{none} \"merge_acros_m\"; there is map.merge_across_m")
+        );
+        assert_eq!(refused("map.tiles", 1.5), "map.tiles is a whole number, found 1.5");
+        assert_eq!(refused("map.tiles", 0.0), "map.tiles is from 1 to 65534, found 0");
+        assert_eq!(refused("align.outlier_m", f64::NAN), "align.outlier_m is from 0.0001 to 100, found NaN");
+    }
+
+    #[test]
+    fn edits_are_counted_as_by_hand() {
+        for (from, to, count) in [("", "", 0), ("", "ab", 2), ("kitten", "sitting", 3), ("flaw", "lawn", 2)] {
+            assert_eq!((edits(from, to), edits(to, from)), (count, count), "{from} {to}");
+        }
     }
 }

@@ -5,17 +5,18 @@
 
 use crate::scan::Scan;
 
+crate::named::named_parameters! { "points";
 /// Which beams become end points, and what the scan itself says about the surfaces they lie on.
 #[derive(Copy, Clone, PartialEq, Debug)]
 pub struct PointParams {
-    /// Beams that the buffers hold; a scan with more is thinned evenly.
-    pub max_beams: usize,
-    /// A scan with fewer usable end points counts as empty.
+    /// Beams that the buffers hold; a scan with more is thinned evenly. More: slower.
+    pub max_beams: usize [1.0, 1e5],
+    /// A scan with fewer usable end points counts as empty. Larger: more scans go on from the odometry.
     pub min_points: usize,
     /// Shorter ranges are left out (the robot itself, dirt on the window), metres.
-    pub range_min_m: f64,
+    pub range_min_m: f64 [0.0, 1000.0],
     /// Longer ranges are left out: sparse, and turned into large errors by small angles; metres.
-    pub range_max_m: f64,
+    pub range_max_m: f64 [0.01, 1000.0],
     /// Beams closer together than this share one beam's weight, metres. Larger: a near wall with many beams counts
     /// less against a far one with few; zero: every beam counts the same.
     pub spacing_m: f64,
@@ -29,6 +30,7 @@ pub struct PointParams {
     /// A surface that a beam strikes flatter than this (sine of the angle) gives no normal: the beam may have jumped
     /// from an edge to the wall behind.
     pub grazing_sine: f64,
+}
 }
 
 impl Default for PointParams {

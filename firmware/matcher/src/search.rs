@@ -8,38 +8,46 @@ use crate::points::EndPoints;
 use crate::pose::{Pose2, wrap_angle};
 use crate::surface::Placement;
 
+crate::named::named_parameters! { "search";
 /// The search when the alignment from the prior is poor.
 #[derive(Copy, Clone, PartialEq, Debug)]
 pub struct SearchParams {
     /// Headings this far on either side of the prior are looked at for every scan, radians: odometry read a moment
     /// before or after the scan is off by degrees in a turn.
     pub glance_rad: f64,
-    /// Below this share of explained end points the surroundings are searched.
+    /// Below this share of explained end points the surroundings are searched. Larger: more searches, more time.
     pub below_score: f64,
-    /// Below this share of explained end points the scan is lost.
+    /// Below this share of explained end points the scan is lost. Larger: a changed place counts as lost; smaller: a wrong
+    /// match counts as found.
     pub lost_below_score: f64,
-    /// A scan that has less than this share of its end points where the map knows anything is on its own.
+    /// A scan that has less than this share of its end points where the map knows anything is on its own. Larger: more
+    /// scans go on from the odometry; smaller: matches that rest on a few beams.
     pub min_informative: f64,
-    /// The search looks at least this far each way, metres, and as far as three standard deviations of the prior.
+    /// The search looks at least this far each way, metres, and as far as three standard deviations of the prior. Larger:
+    /// slower, and finds more wrong places.
     pub least_half_m: f64,
     /// The same for heading, radians.
     pub least_half_rad: f64,
-    /// Lattice step, metres.
-    pub step_m: f64,
-    /// Lattice step, radians.
-    pub step_rad: f64,
-    /// Lattice steps each way at most, x and y.
-    pub max_shifts: f64,
-    /// Lattice steps each way at most, heading.
-    pub max_turns: f64,
-    /// End points used at most.
-    pub beams: usize,
-    /// Width of the likelihood about a surface, metres.
-    pub blur_m: f64,
-    /// What an end point in free space costs, in end points on a surface.
+    /// Lattice step, metres. Smaller: slower, by the square; larger: the right place falls between two steps.
+    pub step_m: f64 [0.001, 10.0],
+    /// Lattice step, radians. Smaller: slower; larger: the right heading falls between two steps.
+    pub step_rad: f64 [0.0001, 3.2],
+    /// Lattice steps each way at most, x and y: bounds the time.
+    pub max_shifts: f64 [0.0, 1000.0],
+    /// Lattice steps each way at most, heading: bounds the time.
+    pub max_turns: f64 [0.0, 1000.0],
+    /// End points used at most. More: surer and slower.
+    pub beams: usize [1.0, 1e5],
+    /// Width of the likelihood about a surface, metres. About the lattice step: less, and the right place falls between
+    /// two steps; more, and places look alike.
+    pub blur_m: f64 [0.001, 10.0],
+    /// What an end point in free space costs, in end points on a surface. Larger: moved things and people mislead more;
+    /// smaller: walls beyond reach of the right place do not count against a wrong one.
     pub free_space_cost: f64,
-    /// Lost scans in a row after which the map goes on from the odometry.
+    /// Lost scans in a row after which the map goes on from the odometry. Fewer: a passing crowd begins a second map over
+    /// the first; more: a carried base waits longer.
     pub patience_scans: u32,
+}
 }
 
 impl Default for SearchParams {

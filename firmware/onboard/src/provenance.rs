@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use biplane_matcher::{Method, TrackerParams};
+use biplane_matcher::TrackerParams;
 use biplane_recording::read::RIG_ATTACHMENT;
 use biplane_recording::{PartsWriter, Rig, WriteError};
 
@@ -18,7 +18,7 @@ const S_PER_DAY: i64 = 86_400;
 pub fn write(
     writer: &mut PartsWriter,
     rig: &Rig,
-    matcher: Method,
+    matcher: &TrackerParams,
     program: &str,
     start_ns: i64,
 ) -> Result<(), WriteError> {
@@ -27,7 +27,7 @@ pub fn write(
     let words = [
         ("program", program.to_owned()),
         ("version", env!("CARGO_PKG_VERSION").to_owned()),
-        ("matcher", matcher.name().to_owned()),
+        ("matcher", matcher.method.name().to_owned()),
         ("start_time", iso_8601(start_ns)),
         ("start_time_ns", start_ns.to_string()),
     ];
@@ -36,11 +36,13 @@ pub fn write(
 }
 
 /// All parameters in force, as JSON.
-fn parameters(matcher: Method) -> String {
+fn parameters(matcher: &TrackerParams) -> String {
     let clock = CycleClockParams::default();
+    let values = TrackerParams::parameters().map(|parameter| parameter.name);
+    let values: BTreeMap<_, _> = values.map(|name| (name, matcher.get(name).ok())).collect();
     let value = serde_json::json!({
-        "matcher": matcher.name(),
-        "tracker": format!("{:?}", TrackerParams::for_method(matcher)),
+        "matcher": matcher.method.name(),
+        "tracker": values,
         "stamping": format!("{clock:?}"),
     });
     format!("{value:#}\n")

@@ -21,7 +21,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use biplane_matcher::Method;
+use biplane_matcher::TrackerParams;
 use biplane_recording::{PartsWriter, Rig, Rotation, WriterOptions};
 
 pub use acquisition::Controls;
@@ -56,7 +56,7 @@ pub struct RecordOptions {
     /// Record the serial bytes as well.
     pub raw: bool,
     /// How scans are matched.
-    pub matcher: Method,
+    pub matcher: TrackerParams,
     /// Replace an existing output.
     pub overwrite: bool,
     /// When the output's next part begins.
@@ -82,7 +82,7 @@ impl RecordOptions {
             output: output.into(),
             duration: None,
             raw: false,
-            matcher: Method::default(),
+            matcher: TrackerParams::default(),
             overwrite: false,
             rotation: Rotation::default(),
             wait: false,
@@ -122,7 +122,7 @@ pub fn record_with(options: &RecordOptions, controls: Controls<'_>) -> Result<Ru
     let clock = RunClock::start();
     let start_ns = clock.now_ns();
     let mut writer = PartsWriter::create(&options.output, &writer_options, options.rotation)?;
-    provenance::write(&mut writer, &options.rig, options.matcher, "biplane-onboard record", start_ns)?;
+    provenance::write(&mut writer, &options.rig, &options.matcher, "biplane-onboard record", start_ns)?;
     let audience = Audience {
         mode: options.status,
         service,

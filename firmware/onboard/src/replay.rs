@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use biplane_matcher::Method;
+use biplane_matcher::TrackerParams;
 use biplane_recording::msg::{ByteArray, LaserScan, Message, Odometry};
 use biplane_recording::rig::BaseProtocol;
 use biplane_recording::{
@@ -67,7 +67,7 @@ pub struct ReplayOptions {
     /// How fast.
     pub speed: Speed,
     /// How scans are matched.
-    pub matcher: Method,
+    pub matcher: TrackerParams,
     /// Replace an existing output.
     pub overwrite: bool,
     /// When the output's next part begins.
@@ -83,7 +83,7 @@ impl ReplayOptions {
             output: output.into(),
             rig: None,
             speed: Speed::Max,
-            matcher: Method::default(),
+            matcher: TrackerParams::default(),
             overwrite: false,
             rotation: Rotation::default(),
         }
@@ -140,7 +140,7 @@ fn run_into(
     (input, content, start_ns): (&Recording, Content, i64),
     stop: &AtomicBool,
 ) -> Result<RunReport, OnboardError> {
-    provenance::write(&mut writer, &rig, options.matcher, "biplane-onboard replay", start_ns)?;
+    provenance::write(&mut writer, &rig, &options.matcher, "biplane-onboard replay", start_ns)?;
     let engine_options = EngineOptions { rig, matcher: options.matcher, feed: Feed::Recorded, raw: false };
     let engine = Engine::new(&engine_options, DirectSink::new(writer), start_ns);
     let mut run = Run { engine, content, end_ns: start_ns };

@@ -12,7 +12,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use biplane_matcher::Method;
+use biplane_matcher::TrackerParams;
 use biplane_onboard::engine::{Engine, EngineOptions, Feed};
 use biplane_onboard::health::Health;
 use biplane_onboard::record::{RecordOptions, record};
@@ -118,7 +118,7 @@ fn two_thousand_scans_of_both_lasers_are_matched_and_published_without_an_alloca
     let flat = Mount::default();
     let mut rig = Rig::default();
     rig.horizontal.mount = flat;
-    let options = EngineOptions { rig, matcher: Method::default(), feed: Feed::Recorded, raw: true };
+    let options = EngineOptions { rig, matcher: TrackerParams::default(), feed: Feed::Recorded, raw: true };
     let mut engine = Engine::new(&options, Counter(0), 0);
     // To and fro over three metres, in telegrams made beforehand.
     let places: Vec<f64> = (0..60).map(|i| f64::from(30 - (i - 30_i32).abs()) * 0.1).collect();

@@ -21,7 +21,7 @@ pub mod world;
 
 use std::ops::RangeInclusive;
 
-use biplane_matcher::Method;
+use biplane_matcher::TrackerParams;
 use biplane_onboard::engine::{Command, Engine, EngineOptions, Feed};
 use biplane_onboard::session::Event;
 use biplane_onboard::sink::Sink;
@@ -94,8 +94,12 @@ pub fn place(port: Port) -> usize {
 impl<K: Sink> SimRig<K> {
     /// A rig at time 0 whose devices have been as they are for a while.
     pub fn new(rig: &Rig, lines: [Option<SimLine>; 3], plan: Plan, sink: K) -> Self {
-        let options =
-            EngineOptions { rig: rig.clone(), matcher: Method::default(), feed: Feed::Live, raw: false };
+        let options = EngineOptions {
+            rig: rig.clone(),
+            matcher: TrackerParams::default(),
+            feed: Feed::Live,
+            raw: false,
+        };
         let engine = Engine::new(&options, sink, 0);
         let mut sim = Self {
             engine,

@@ -4,7 +4,9 @@
 //! intact was not kept.
 
 mod check_config;
+mod matcher;
 mod papers;
+mod parameters;
 mod ports;
 mod probe;
 mod record;
@@ -48,6 +50,7 @@ enum Command {
     Record(record::Args),
     Replay(replay::Args),
     CheckConfig(check_config::Args),
+    Parameters(parameters::Args),
     Salvage(salvage::Args),
     Ports(ports::Args),
     UdevRule(udev_rule::Args),
@@ -71,6 +74,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Record(args) => record::run(args, cli.quiet),
         Command::Replay(args) => replay::run(args),
         Command::CheckConfig(args) => check_config::run(args),
+        Command::Parameters(args) => Ok(parameters::run(args)),
         Command::Salvage(args) => salvage::run(args),
         Command::Ports(args) => ports::run(args),
         Command::UdevRule(args) => udev_rule::run(args),

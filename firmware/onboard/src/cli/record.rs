@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use biplane_matcher::Method;
 use biplane_recording::Rig;
 
 use crate::error::OnboardError;
@@ -27,9 +26,8 @@ pub struct Args {
     /// Record the serial bytes too, so that the run can be replayed.
     #[arg(long)]
     raw: bool,
-    /// How scans are matched; `gradient` is the paper's.
-    #[arg(long, default_value_t = Method::default())]
-    matcher: Method,
+    #[command(flatten)]
+    matcher: super::matcher::MatcherArgs,
     #[command(flatten)]
     rotation: super::rotation::RotationArgs,
     /// Wait for ports that are not there yet, and for room on the disk (for a service that starts with the machine).
@@ -60,7 +58,7 @@ pub(super) fn run(args: &Args, quiet: bool) -> Result<u8, OnboardError> {
     let options = RecordOptions {
         duration: args.duration,
         raw: args.raw,
-        matcher: args.matcher,
+        matcher: args.matcher.params(),
         overwrite: args.force,
         rotation: args.rotation.rotation(),
         wait: args.wait,

@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use biplane_matcher::Method;
 use biplane_recording::Rig;
 
 use crate::error::OnboardError;
@@ -26,9 +25,8 @@ pub struct Args {
     /// `max`, or how many times as fast as it was recorded.
     #[arg(long, default_value = "max")]
     speed: Speed,
-    /// How scans are matched; `gradient` is the paper's.
-    #[arg(long, default_value_t = Method::default())]
-    matcher: Method,
+    #[command(flatten)]
+    matcher: super::matcher::MatcherArgs,
     #[command(flatten)]
     rotation: super::rotation::RotationArgs,
     /// Replace the output if it exists.
@@ -46,7 +44,7 @@ pub(super) fn run(args: &Args) -> Result<u8, OnboardError> {
         output: args.output.clone(),
         rig,
         speed: args.speed,
-        matcher: args.matcher,
+        matcher: args.matcher.params(),
         overwrite: args.force,
         rotation: args.rotation.rotation(),
     };

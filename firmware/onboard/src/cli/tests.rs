@@ -32,7 +32,13 @@ fn wrong_words_give_2_and_help_gives_0() {
         assert_eq!(exit_code(words), 2, "{words:?}");
     }
     assert_eq!(exit_code(&["replay", "a", "-o", "b", "--matcher", "magic"]), 2);
+    for setting in ["align.typo=1", "map.cell_m=0", "map.tiles=1.5", "map.cell_m=NaN", "map.cell_m"] {
+        assert_eq!(exit_code(&["replay", "a", "-o", "b", "--set", setting]), 2, "{setting}");
+        assert_eq!(exit_code(&["record", "--rig", "r", "-o", "b", "--set", setting]), 2, "{setting}");
+    }
     assert_eq!(exit_code(&["record", "--rig", "r", "-o", "x", "--duration", "soon"]), 2);
+    assert_eq!(exit_code(&["parameters"]), 0);
+    assert_eq!(exit_code(&["parameters", "--json"]), 0);
     assert_eq!(exit_code(&["--help"]), 0);
 }
 

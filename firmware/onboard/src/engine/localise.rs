@@ -1,6 +1,6 @@
 //! The tracker with what it needs around it: scans that wait for odometry, beams, and the poses it has found.
 
-use biplane_matcher::{Method, Outcome, Scan, Tracker, TrackerParams};
+use biplane_matcher::{Outcome, Scan, Tracker, TrackerParams};
 use biplane_recording::rig::Mount;
 
 use super::beams::BeamMaker;
@@ -23,13 +23,13 @@ pub struct Localiser {
 }
 
 impl Localiser {
-    /// For a laser with this mount.
+    /// For a laser with this mount, matched with these parameters.
     #[must_use]
-    pub fn new(mount: &Mount, method: Method) -> Self {
+    pub fn new(mount: &Mount, params: TrackerParams) -> Self {
         Self {
             waiting: WaitingScans::default(),
             beams: BeamMaker::new(mount),
-            tracker: Tracker::new(TrackerParams::for_method(method)),
+            tracker: Tracker::new(params),
             poses: PoseTrack::default(),
             laser_in_base_m: [mount.x, mount.y],
             health: MatcherHealth::default(),

@@ -26,7 +26,7 @@ pub(crate) mod synthetic;
 mod time_line;
 mod waiting;
 
-use biplane_matcher::Method;
+use biplane_matcher::TrackerParams;
 use biplane_recording::{Direction, Port, Rig, rig};
 
 pub use scan_data::{MAX_BEAMS, ScanData};
@@ -81,7 +81,7 @@ pub struct EngineOptions {
     /// The robot.
     pub rig: Rig,
     /// How scans are matched.
-    pub matcher: Method,
+    pub matcher: TrackerParams,
     /// Where the bytes come from.
     pub feed: Feed,
     /// Whether the bytes of the serial lines are recorded too.

@@ -42,7 +42,8 @@ impl MemorySink {
 }
 
 fn engine(start_ns: i64) -> Engine<MemorySink> {
-    let options = EngineOptions { rig: rig(), matcher: Method::default(), feed: Feed::Recorded, raw: false };
+    let options =
+        EngineOptions { rig: rig(), matcher: TrackerParams::default(), feed: Feed::Recorded, raw: false };
     Engine::new(&options, MemorySink::default(), start_ns)
 }
 
@@ -104,7 +105,7 @@ fn an_s14_s_scan_is_recorded_with_its_fan_its_one_turn_and_its_remissions() {
     let mut rig = rig();
     rig.horizontal.fov_deg = 90;
     rig.horizontal.resolution_deg = 0.5;
-    let options = EngineOptions { rig, matcher: Method::default(), feed: Feed::Recorded, raw: false };
+    let options = EngineOptions { rig, matcher: TrackerParams::default(), feed: Feed::Recorded, raw: false };
     let mut engine = Engine::new(&options, MemorySink::default(), START_NS);
     let scan = biplane_wire::lms::S14Scan {
         unit: biplane_wire::lms::Unit::Cm,
@@ -224,7 +225,8 @@ fn a_base_that_falls_silent_holds_no_scan_up_for_long() {
 
 #[test]
 fn a_base_is_told_to_stand_before_it_hears_of_a_process_that_stood_still() {
-    let options = EngineOptions { rig: rig(), matcher: Method::default(), feed: Feed::Live, raw: false };
+    let options =
+        EngineOptions { rig: rig(), matcher: TrackerParams::default(), feed: Feed::Live, raw: false };
     let mut engine = Engine::new(&options, MemorySink::default(), START_NS);
     let sync = |step: u8| vec![0xFA, 0xFB, 3, step, 0, step];
     let (stop, pulse) = (vec![0xFA, 0xFB, 3, 0x1D, 0, 0x1D], sync(0));
@@ -269,7 +271,7 @@ fn scans_of_a_capture_cut_at_both_ends_are_kept_but_for_the_cut_ones() {
 #[test]
 fn bytes_of_a_laser_that_the_rig_does_not_have_are_told_as_lost() {
     let rig = Rig { vertical: None, ..rig() };
-    let options = EngineOptions { rig, matcher: Method::default(), feed: Feed::Recorded, raw: false };
+    let options = EngineOptions { rig, matcher: TrackerParams::default(), feed: Feed::Recorded, raw: false };
     let mut engine = Engine::new(&options, MemorySink::default(), START_NS);
     for read in &drive(1, 400) {
         engine.bytes(read.time_ns, read.port, &read.bytes);
@@ -320,7 +322,7 @@ fn random_bytes_at_random_times_never_panic() {
         state >> 33
     };
     for feed in [Feed::Recorded, Feed::Live] {
-        let options = EngineOptions { rig: rig(), matcher: Method::default(), feed, raw: true };
+        let options = EngineOptions { rig: rig(), matcher: TrackerParams::default(), feed, raw: true };
         let mut engine = Engine::new(&options, MemorySink::default(), 0);
         for round in 0..300_i64 {
             let time_ns = match random() % 50 {
@@ -343,7 +345,8 @@ fn random_bytes_at_random_times_never_panic() {
 
 #[test]
 fn commands_that_nobody_fetches_are_counted_as_dropped_and_events_as_untold() {
-    let options = EngineOptions { rig: rig(), matcher: Method::default(), feed: Feed::Live, raw: false };
+    let options =
+        EngineOptions { rig: rig(), matcher: TrackerParams::default(), feed: Feed::Live, raw: false };
     let mut engine = Engine::new(&options, MemorySink::default(), 0);
     engine.advance(60_000 * MS);
     let commands = std::iter::from_fn(|| engine.next_command()).count();
@@ -362,7 +365,8 @@ fn commands_that_nobody_fetches_are_counted_as_dropped_and_events_as_untold() {
 
 #[test]
 fn nobody_is_called_late_before_what_the_line_held_by_then_was_read() {
-    let options = EngineOptions { rig: rig(), matcher: Method::default(), feed: Feed::Live, raw: false };
+    let options =
+        EngineOptions { rig: rig(), matcher: TrackerParams::default(), feed: Feed::Live, raw: false };
     let mut engine = Engine::new(&options, MemorySink::default(), START_NS);
     let done = |engine: &mut Engine<MemorySink>| {
         let commands = std::iter::from_fn(|| engine.next_command()).count();

@@ -1,6 +1,6 @@
 //! A laser on a serial line behind an adapter, reduced to what stamps depend on: which bytes arrive when.
 
-use biplane_matcher::Method;
+use biplane_matcher::TrackerParams;
 use biplane_mock::faults::{Faults, Preset};
 use biplane_mock::line::{Adapter, ReadParams, SerialRead, laser_byte_ns, scans_per_telegram, transfer_ns};
 use biplane_mock::rng::Rng;
@@ -279,7 +279,7 @@ const LINE: Laser = Laser {
 };
 
 fn stamp_errors_ms(rig: Rig, port: Port, sent: &[Sent], reads: &[SerialRead]) -> Vec<f64> {
-    let options = EngineOptions { rig, matcher: Method::default(), feed: Feed::Recorded, raw: false };
+    let options = EngineOptions { rig, matcher: TrackerParams::default(), feed: Feed::Recorded, raw: false };
     let mut engine = Engine::new(&options, Stamps::default(), reads[0].time_ns);
     for read in reads {
         engine.bytes(read.time_ns, port, &read.bytes);
