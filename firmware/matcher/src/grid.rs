@@ -105,6 +105,14 @@ impl Grid {
         self.used
     }
 
+    /// Memory that is in use and memory that may come into use, bytes. The directory counts as used: it fills anywhere.
+    pub fn bytes(&self) -> [usize; 2] {
+        let a_tile = TILE_CELLS * size_of::<Cell>() + TILE_BLOCKS * size_of::<Block>();
+        let a_place = size_of::<Option<[i32; 2]>>() + size_of::<u32>();
+        let fixed = size_of_val(&self.directory[..]) + self.places.len() * a_place;
+        [fixed + self.used * a_tile, fixed + self.places.len() * a_tile]
+    }
+
     /// The cell at these coordinates; the empty cell where nothing is known.
     #[inline]
     pub fn cell(&self, x: i32, y: i32) -> Cell {

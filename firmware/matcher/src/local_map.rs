@@ -8,6 +8,7 @@ use crate::grid::{Cell, Claim, Grid, MAX_SURFACES, TILE};
 use crate::points::{EndPoints, Kind};
 use crate::pose::Pose2;
 use crate::surface::{Placement, Surface, minus};
+use crate::tracker::MapSize;
 
 crate::named::named_parameters! { "map";
 /// The map that the method `map` matches against.
@@ -115,9 +116,16 @@ impl LocalMap {
         self.surfaces.len() - self.free.len()
     }
 
-    /// Tiles in use.
-    pub fn tiles(&self) -> usize {
-        self.grid.tiles()
+    /// What the map uses and what it may come to use.
+    pub fn size(&self) -> MapSize {
+        let (a_surface, pool) = (size_of::<Surface>() + size_of::<u32>(), self.surfaces.capacity());
+        let [used, reserved] = self.grid.bytes();
+        MapSize {
+            tiles: self.grid.tiles(),
+            surfaces: self.surface_count(),
+            bytes_used: used + self.surfaces.len() * a_surface,
+            bytes_reserved: reserved + pool * a_surface,
+        }
     }
 
     /// The cell that holds a point.
@@ -342,7 +350,7 @@ mod tests {
         for (step, x) in [0.8, 2.4, 4.0].into_iter().enumerate() {
             map.grid.advance();
             map.hit([x, 0.8], [0.0; 2], Kind::Point);
-            assert_eq!((map.tiles(), map.surface_count()), ((step + 1).min(2), (step + 1).min(2)));
+            assert_eq!((map.size().tiles, map.surface_count()), ((step + 1).min(2), (step + 1).min(2)));
         }
         assert!(map.nearest([0.8, 0.8]).is_none() && map.nearest([2.4, 0.8]).is_some());
     }

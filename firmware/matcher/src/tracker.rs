@@ -52,6 +52,10 @@ pub struct MapSize {
     pub tiles: usize,
     /// Surfaces in use, of [`MapParams::surfaces`](crate::MapParams::surfaces).
     pub surfaces: usize,
+    /// Memory that holds them and the directory that finds them, bytes.
+    pub bytes_used: usize,
+    /// Memory that the pools may come to use, bytes; the system gives it page by page when it is first used.
+    pub bytes_reserved: usize,
 }
 
 /// The method at work.
@@ -101,9 +105,7 @@ impl Tracker {
     #[must_use]
     pub fn map_size(&self) -> MapSize {
         match &self.engine {
-            Engine::Map(matcher) => {
-                MapSize { tiles: matcher.map().tiles(), surfaces: matcher.map().surface_count() }
-            }
+            Engine::Map(matcher) => matcher.map().size(),
             Engine::Gradient(_) => MapSize::default(),
         }
     }

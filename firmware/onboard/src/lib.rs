@@ -3,6 +3,8 @@
 //! Bytes of three serial lines come in with their times; posed scans go out to an MCAP file. The core ([`engine`]) knows no
 //! port, no thread and no clock, so that a recorded run and a replayed capture go the same way.
 
+pub mod allocations;
+pub mod bench;
 pub mod cli;
 pub mod diagnostics;
 pub mod engine;

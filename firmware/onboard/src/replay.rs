@@ -3,23 +3,21 @@
 //! The input is a capture (serial bytes), or a recording with scans and odometry, whose poses are found anew. Simulated time is
 //! the input's `log_time`; nothing is answered to what the sessions would send.
 
+pub(crate) mod feeding;
+
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use biplane_matcher::TrackerParams;
-use biplane_recording::msg::{ByteArray, LaserScan, Message, Odometry};
-use biplane_recording::rig::BaseProtocol;
-use biplane_recording::{
-    Direction, Entry, PartsWriter, Port, ReadError, Recording, Rig, Rotation, Topic, WriteError,
-    WriterOptions,
-};
+use biplane_recording::{PartsWriter, Recording, Rig, Rotation, WriterOptions};
 
 use crate::engine::{Engine, EngineOptions, Feed};
 use crate::error::OnboardError;
 use crate::provenance;
 use crate::report::{RunEnd, RunReport};
-use crate::sink::DirectSink;
+use crate::sink::{DirectSink, Sink};
+use feeding::{Content, Feeding, survey};
 
 /// While waiting for simulated time, a request to stop is noticed so often, nanoseconds.
 const STOP_LOOK_NS: i64 = 50_000_000;
@@ -90,13 +88,6 @@ impl ReplayOptions {
     }
 }
 
-/// What an input holds.
-#[derive(Copy, Clone, PartialEq, Eq, Debug)]
-enum Content {
-    Serial,
-    Decoded,
-}
-
 /// Replays until the input ends, or `stop` is set: then the file is closed with what was replayed, and the report says
 /// [`RunEnd::Interrupted`], with poses or without.
 ///
@@ -143,9 +134,10 @@ fn run_into(
     provenance::write(&mut writer, &rig, &options.matcher, "biplane-onboard replay", start_ns)?;
     let engine_options = EngineOptions { rig, matcher: options.matcher, feed: Feed::Recorded, raw: false };
     let engine = Engine::new(&engine_options, DirectSink::new(writer), start_ns);
-    let mut run = Run { engine, content, end_ns: start_ns };
-    let end = run.feed(input, &Pace::new(options.speed, start_ns), stop)?;
-    let (report, mut sink) = run.engine.finish(run.end_ns);
+    let mut feeding = Feeding::new(engine, content, start_ns);
+    let pace = Pace::new(options.speed, start_ns);
+    let end = feeding.feed(input, |log_time_ns| pace.wait_for(log_time_ns, stop), stop)?;
+    let (report, mut sink) = feeding.finish();
     sink.check()?;
     let written = sink.into_writer().finish()?;
     Ok(RunReport { end, ..report.with_files(&written) })
@@ -156,107 +148,6 @@ fn same_file(input: &Path, output: &Path) -> bool {
         (Ok(input), Ok(output)) => input == output,
         _ => false,
     }
-}
-
-/// Whether the file holds serial bytes or decoded scans, and the time of its first message. Serial bytes go first: a recording made with
-/// `--raw` has both. What a RoboClaw answered is refused without what it was asked: its answers have no header to know them by.
-fn survey(input: &Recording, rig: &Rig) -> Result<(Content, i64), OnboardError> {
-    let (mut serial, mut decoded, mut start_ns) = (false, false, None);
-    let (mut answers, mut questions) = (false, false);
-    for entry in input.messages() {
-        let entry = entry?;
-        if let Some(Topic::Serial(Port::Base, direction)) = entry.topic {
-            answers |= direction == Direction::Rx;
-            questions |= direction == Direction::Tx;
-        }
-        match entry.topic {
-            Some(Topic::Serial(_, Direction::Rx)) => serial = true,
-            Some(Topic::ScanHorizontal | Topic::ScanVertical) => decoded = true,
-            Some(Topic::Odom) => {}
-            _ => continue,
-        }
-        start_ns.get_or_insert(entry.log_time_ns);
-    }
-    if matches!(rig.base.protocol, BaseProtocol::RoboClaw { .. }) && answers && !questions {
-        let (path, protocol) = (input.path().to_owned(), rig.base.protocol.name());
-        return Err(OnboardError::NoQuestions { path, protocol });
-    }
-    let content = match (serial, decoded) {
-        (true, _) => Content::Serial,
-        (false, true) => Content::Decoded,
-        (false, false) => {
-            return Err(OnboardError::NothingToReplay { path: input.path().to_owned() });
-        }
-    };
-    Ok((content, start_ns.unwrap_or_default()))
-}
-
-struct Run {
-    engine: Engine<DirectSink>,
-    content: Content,
-    end_ns: i64,
-}
-
-impl Run {
-    fn feed(&mut self, input: &Recording, pace: &Pace, stop: &AtomicBool) -> Result<RunEnd, OnboardError> {
-        for entry in input.messages() {
-            let entry = entry?;
-            pace.wait_for(entry.log_time_ns, stop);
-            if stop.load(Ordering::Relaxed) {
-                return Ok(RunEnd::Interrupted);
-            }
-            self.take(&entry).map_err(|error| error.in_file(input.path()))?;
-            self.say_events();
-            self.check()?;
-        }
-        Ok(RunEnd::InputOver)
-    }
-
-    fn take(&mut self, entry: &Entry) -> Result<(), ReadError> {
-        let now_ns = entry.log_time_ns;
-        match (self.content, entry.topic) {
-            (Content::Serial, Some(Topic::Serial(port, Direction::Rx))) => {
-                let bytes: ByteArray = decode(entry)?;
-                self.engine.bytes(now_ns, port, &bytes.data);
-            }
-            (Content::Serial, Some(Topic::Serial(port, Direction::Tx))) => {
-                let bytes: ByteArray = decode(entry)?;
-                self.engine.host_sent(now_ns, port, &bytes.data);
-            }
-            (Content::Decoded, Some(Topic::ScanHorizontal)) => {
-                self.engine.decoded_scan(now_ns, Port::Horizontal, &decode::<LaserScan>(entry)?);
-            }
-            (Content::Decoded, Some(Topic::ScanVertical)) => {
-                self.engine.decoded_scan(now_ns, Port::Vertical, &decode::<LaserScan>(entry)?);
-            }
-            (Content::Decoded, Some(Topic::Odom)) => {
-                self.engine.decoded_odometry(now_ns, &decode::<Odometry>(entry)?);
-            }
-            _ => return Ok(()),
-        }
-        self.end_ns = self.end_ns.max(now_ns);
-        Ok(())
-    }
-
-    fn say_events(&mut self) {
-        while let Some((port, event)) = self.engine.next_event() {
-            tracing::debug!("{}: {event}", port.name());
-        }
-        while self.engine.next_command().is_some() {}
-    }
-
-    fn check(&mut self) -> Result<(), WriteError> {
-        self.engine.sink().check()
-    }
-}
-
-fn decode<M: Message>(entry: &Entry) -> Result<M, ReadError> {
-    M::decode(&entry.bytes).map_err(|source| ReadError::Message {
-        path: None,
-        topic: entry.topic_name.clone(),
-        log_time_ns: entry.log_time_ns,
-        source,
-    })
 }
 
 /// Lets simulated time pass as fast as asked.

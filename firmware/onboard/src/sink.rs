@@ -19,6 +19,14 @@ pub trait Sink {
     fn untold(&self) -> u64 {
         0
     }
+
+    /// The first error so far; it can be taken once.
+    ///
+    /// # Errors
+    /// That of the first message that could not be written.
+    fn check(&mut self) -> Result<(), WriteError> {
+        Ok(())
+    }
 }
 
 /// Writes each message at once. The first error is kept; nothing is written after it.
@@ -33,14 +41,6 @@ impl DirectSink {
     #[must_use]
     pub fn new(writer: PartsWriter) -> Self {
         Self { writer, failed: None }
-    }
-
-    /// The first error so far; it can be taken once.
-    ///
-    /// # Errors
-    /// That of the first write that failed.
-    pub fn check(&mut self) -> Result<(), WriteError> {
-        self.failed.take().map_or(Ok(()), Err)
     }
 
     /// The writer, to finish the file.
@@ -63,6 +63,24 @@ impl Sink for DirectSink {
             self.failed = self.writer.write(Topic::Diagnostics, now_ns, now_ns, &message).err();
         }
     }
+
+    fn dropped(&self) -> u64 {
+        0
+    }
+
+    fn check(&mut self) -> Result<(), WriteError> {
+        self.failed.take().map_or(Ok(()), Err)
+    }
+}
+
+/// Keeps nothing: for whoever wants the engine's work and not its messages.
+#[derive(Copy, Clone, Debug, Default)]
+pub struct NoSink;
+
+impl Sink for NoSink {
+    fn message(&mut self, _topic: Topic, _log_time_ns: i64, _publish_time_ns: i64, _cdr: &[u8]) {}
+
+    fn health(&mut self, _now_ns: i64, _health: &Health) {}
 
     fn dropped(&self) -> u64 {
         0

@@ -3,6 +3,7 @@
 //! Results go to stdout, everything else to stderr. Exit codes: 0 done; 1 failed; 2 bad arguments; 3 done, but something
 //! intact was not kept.
 
+mod bench;
 mod check_config;
 mod matcher;
 mod papers;
@@ -49,6 +50,7 @@ enum Command {
     Probe(probe::Args),
     Record(record::Args),
     Replay(replay::Args),
+    Bench(bench::Args),
     CheckConfig(check_config::Args),
     Parameters(parameters::Args),
     Salvage(salvage::Args),
@@ -73,6 +75,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Probe(args) => probe::run(args),
         Command::Record(args) => record::run(args, cli.quiet),
         Command::Replay(args) => replay::run(args),
+        Command::Bench(args) => bench::run(args),
         Command::CheckConfig(args) => check_config::run(args),
         Command::Parameters(args) => Ok(parameters::run(args)),
         Command::Salvage(args) => salvage::run(args),

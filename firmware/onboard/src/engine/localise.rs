@@ -4,6 +4,7 @@ use biplane_matcher::{Outcome, Scan, Tracker, TrackerParams};
 use biplane_recording::rig::Mount;
 
 use super::beams::BeamMaker;
+use super::kept::KeptScans;
 use super::poses::{MatchedPose, PoseTrack};
 use super::scan_data::ScanData;
 use super::waiting::WaitingScans;
@@ -20,6 +21,7 @@ pub struct Localiser {
     laser_in_base_m: [f64; 2],
     health: MatcherHealth,
     latency_ns: i64,
+    kept: Option<KeptScans>,
 }
 
 impl Localiser {
@@ -34,6 +36,7 @@ impl Localiser {
             laser_in_base_m: [mount.x, mount.y],
             health: MatcherHealth::default(),
             latency_ns: 0,
+            kept: None,
         }
     }
 
@@ -72,15 +75,16 @@ impl Localiser {
     /// Matches a scan.
     pub fn localise(&mut self, now_ns: i64, scan: &ScanData, odometry: &OdometryBuffer) -> MatchedPose {
         let odom_from_base = odometry.at(scan.stamp_ns);
-        let tracked = self.tracker.track(
-            &Scan {
-                stamp_ns: scan.stamp_ns,
-                laser_in_base_m: self.laser_in_base_m,
-                beams: self.beams.beams(scan),
-                twist_in_base: odometry.twist_at(scan.stamp_ns),
-            },
-            odom_from_base,
-        );
+        let given = Scan {
+            stamp_ns: scan.stamp_ns,
+            laser_in_base_m: self.laser_in_base_m,
+            beams: self.beams.beams(scan),
+            twist_in_base: odometry.twist_at(scan.stamp_ns),
+        };
+        if let Some(kept) = &mut self.kept {
+            kept.push(&given, odom_from_base);
+        }
+        let tracked = self.tracker.track(&given, odom_from_base);
         let unmatched = matches!(tracked.outcome, Outcome::Lost | Outcome::NoReturns);
         self.health.poses += 1;
         self.health.unmatched += u64::from(unmatched);
@@ -98,6 +102,16 @@ impl Localiser {
         };
         self.poses.push(pose);
         pose
+    }
+
+    /// Keeps from here on what the tracker is given.
+    pub fn keep_scans(&mut self) {
+        self.kept = Some(KeptScans::default());
+    }
+
+    /// What was kept so far.
+    pub fn take_kept_scans(&mut self) -> KeptScans {
+        self.kept.take().unwrap_or_default()
     }
 
     /// The state since the last call.

@@ -16,6 +16,7 @@ mod decoded;
 mod faults;
 mod flow;
 mod heard;
+mod kept;
 mod line;
 mod localise;
 mod port;
@@ -29,6 +30,7 @@ mod waiting;
 use biplane_matcher::TrackerParams;
 use biplane_recording::{Direction, Port, Rig, rig};
 
+pub use kept::KeptScans;
 pub use scan_data::{MAX_BEAMS, ScanData};
 
 use crate::odometry::OdometryBuffer;
@@ -293,6 +295,16 @@ impl<S: Sink> Engine<S> {
     /// The sink.
     pub fn sink(&mut self) -> &mut S {
         self.publisher.sink()
+    }
+
+    /// Keeps from here on what the tracker is given, in memory without a bound: for files, not for live runs.
+    pub fn keep_scans(&mut self) {
+        self.localiser.keep_scans();
+    }
+
+    /// What was kept so far.
+    pub fn take_kept_scans(&mut self) -> KeptScans {
+        self.localiser.take_kept_scans()
     }
 
     /// Whether all devices of the rig stream.

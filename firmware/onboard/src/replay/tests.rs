@@ -2,8 +2,8 @@
 
 use std::fs;
 
-use biplane_recording::msg::PoseWithCovarianceStamped;
-use biplane_recording::{Reader, Writer};
+use biplane_recording::msg::{LaserScan, Message, PoseWithCovarianceStamped};
+use biplane_recording::{Direction, Port, Reader, Topic, WriteError, Writer};
 
 use super::*;
 use crate::engine::synthetic;

@@ -1,0 +1,140 @@
+//! From a file into an engine: serial bytes or decoded measurements, each at its `log_time`. Shared by `replay` and `bench`.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use biplane_recording::msg::{ByteArray, LaserScan, Message, Odometry};
+use biplane_recording::rig::BaseProtocol;
+use biplane_recording::{Direction, Entry, Port, ReadError, Recording, Rig, Topic};
+
+use crate::engine::Engine;
+use crate::error::OnboardError;
+use crate::report::{RunEnd, RunReport};
+use crate::sink::Sink;
+
+/// What an input holds.
+#[derive(Copy, Clone, PartialEq, Eq, Debug)]
+pub enum Content {
+    /// Bytes of serial lines.
+    Serial,
+    /// Scans and odometry of another recording.
+    Decoded,
+}
+
+/// Whether the file holds serial bytes or decoded scans, and the time of its first message. Serial bytes go first: a recording made with
+/// `--raw` has both. What a RoboClaw answered is refused without what it was asked: its answers have no header to know them by.
+pub fn survey(input: &Recording, rig: &Rig) -> Result<(Content, i64), OnboardError> {
+    let (mut serial, mut decoded, mut start_ns) = (false, false, None);
+    let (mut answers, mut questions) = (false, false);
+    for entry in input.messages() {
+        let entry = entry?;
+        if let Some(Topic::Serial(Port::Base, direction)) = entry.topic {
+            answers |= direction == Direction::Rx;
+            questions |= direction == Direction::Tx;
+        }
+        match entry.topic {
+            Some(Topic::Serial(_, Direction::Rx)) => serial = true,
+            Some(Topic::ScanHorizontal | Topic::ScanVertical) => decoded = true,
+            Some(Topic::Odom) => {}
+            _ => continue,
+        }
+        start_ns.get_or_insert(entry.log_time_ns);
+    }
+    if matches!(rig.base.protocol, BaseProtocol::RoboClaw { .. }) && answers && !questions {
+        let (path, protocol) = (input.path().to_owned(), rig.base.protocol.name());
+        return Err(OnboardError::NoQuestions { path, protocol });
+    }
+    let content = match (serial, decoded) {
+        (true, _) => Content::Serial,
+        (false, true) => Content::Decoded,
+        (false, false) => {
+            return Err(OnboardError::NothingToReplay { path: input.path().to_owned() });
+        }
+    };
+    Ok((content, start_ns.unwrap_or_default()))
+}
+
+/// An engine that lives on a file.
+pub struct Feeding<S> {
+    engine: Engine<S>,
+    content: Content,
+    end_ns: i64,
+}
+
+impl<S: Sink> Feeding<S> {
+    /// Of a file that [`survey`] has looked through.
+    pub fn new(engine: Engine<S>, content: Content, start_ns: i64) -> Self {
+        Self { engine, content, end_ns: start_ns }
+    }
+
+    /// The engine.
+    pub fn engine(&mut self) -> &mut Engine<S> {
+        &mut self.engine
+    }
+
+    /// Feeds all of the file, each message after `wait_for` its time (nanoseconds), until `stop` is set.
+    pub fn feed(
+        &mut self,
+        input: &Recording,
+        wait_for: impl Fn(i64),
+        stop: &AtomicBool,
+    ) -> Result<RunEnd, OnboardError> {
+        for entry in input.messages() {
+            let entry = entry?;
+            wait_for(entry.log_time_ns);
+            if stop.load(Ordering::Relaxed) {
+                return Ok(RunEnd::Interrupted);
+            }
+            self.take(&entry).map_err(|error| error.in_file(input.path()))?;
+            self.say_events();
+            self.engine.sink().check()?;
+        }
+        Ok(RunEnd::InputOver)
+    }
+
+    /// The file is over.
+    pub fn finish(self) -> (RunReport, S) {
+        self.engine.finish(self.end_ns)
+    }
+
+    fn take(&mut self, entry: &Entry) -> Result<(), ReadError> {
+        let now_ns = entry.log_time_ns;
+        match (self.content, entry.topic) {
+            (Content::Serial, Some(Topic::Serial(port, Direction::Rx))) => {
+                let bytes: ByteArray = decode(entry)?;
+                self.engine.bytes(now_ns, port, &bytes.data);
+            }
+            (Content::Serial, Some(Topic::Serial(port, Direction::Tx))) => {
+                let bytes: ByteArray = decode(entry)?;
+                self.engine.host_sent(now_ns, port, &bytes.data);
+            }
+            (Content::Decoded, Some(Topic::ScanHorizontal)) => {
+                self.engine.decoded_scan(now_ns, Port::Horizontal, &decode::<LaserScan>(entry)?);
+            }
+            (Content::Decoded, Some(Topic::ScanVertical)) => {
+                self.engine.decoded_scan(now_ns, Port::Vertical, &decode::<LaserScan>(entry)?);
+            }
+            (Content::Decoded, Some(Topic::Odom)) => {
+                self.engine.decoded_odometry(now_ns, &decode::<Odometry>(entry)?);
+            }
+            _ => return Ok(()),
+        }
+        self.end_ns = self.end_ns.max(now_ns);
+        Ok(())
+    }
+
+    fn say_events(&mut self) {
+        while let Some((port, event)) = self.engine.next_event() {
+            tracing::debug!("{}: {event}", port.name());
+        }
+        while self.engine.next_command().is_some() {}
+    }
+}
+
+fn decode<M: Message>(entry: &Entry) -> Result<M, ReadError> {
+    M::decode(&entry.bytes).map_err(|source| ReadError::Message {
+        path: None,
+        topic: entry.topic_name.clone(),
+        log_time_ns: entry.log_time_ns,
+        source,
+    })
+}
