@@ -3,6 +3,8 @@
 //! A fast robot moves while its mirror turns, so a scan has no one pose (interfaces.md section 4: a scan is posed beam by beam).
 //! Frame `map`, metres, radians, stamps in nanoseconds.
 
+use biplane_matcher::Pose2;
+
 /// The planar pose of `base_link` in `map` at one time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StampedPose {
@@ -14,6 +16,13 @@ pub struct StampedPose {
     pub y_m: f64,
     /// Heading, counter-clockwise from x of `map`, radians.
     pub theta_rad: f64,
+}
+
+impl StampedPose {
+    /// The pose without its time: `map_from_base`.
+    pub fn pose(&self) -> Pose2 {
+        Pose2::new(self.x_m, self.y_m, self.theta_rad)
+    }
 }
 
 /// Poses in time order, to be asked for any time between them.

@@ -7,6 +7,7 @@ pub mod budget;
 pub mod cloud;
 pub mod compare;
 pub mod deskew;
+pub mod evaluate;
 pub mod export;
 #[cfg(test)]
 mod fixture;

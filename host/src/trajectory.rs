@@ -1,6 +1,7 @@
 //! Trajectories as text: poses of `base_link` in `map`, one a line, in the TUM form or as `t x y theta`.
 //!
 //! Seconds, metres, radians. The base moves on the floor, so of a foreign trajectory's pose its `x`, `y` and heading are taken.
+//! Which of both forms a file has is seen from its first pose.
 
 use std::io::{self, BufRead, Write};
 
@@ -22,12 +23,12 @@ pub enum TrajectoryError {
     #[error(transparent)]
     Io(#[from] io::Error),
     /// A line does not hold a pose.
-    #[error(
-        "line {line}: expected \"t x y z qx qy qz qw\" (seconds, metres up to 1e6, unit quaternion), found \"{found}\""
-    )]
+    #[error("line {line}: expected {}, found \"{found}\"", format.description())]
     Line {
         /// Line number from 1.
         line: usize,
+        /// The form that the first pose has.
+        format: TrajectoryFormat,
         /// The line, shortened.
         found: String,
     },
@@ -42,45 +43,6 @@ pub fn heading_rad(orientation_xyzw: [f64; 4]) -> f64 {
     UnitQuaternion::try_new(Quaternion::new(w, x, y, z), f64::EPSILON).map_or(0.0, |q| q.euler_angles().2)
 }
 
-/// Reads a TUM trajectory: a pose a line, `#` comments. The order of the file stays.
-///
-/// # Errors
-/// When a line does not read as a pose, or there is none.
-pub fn read_tum(input: impl BufRead) -> Result<Vec<StampedPose>, TrajectoryError> {
-    let mut poses = Vec::new();
-    for (index, line) in input.lines().enumerate() {
-        let line = line?;
-        let text = line.trim();
-        if text.is_empty() || text.starts_with('#') {
-            continue;
-        }
-        let found = || text.chars().take(60).collect();
-        poses.push(
-            parse_tum_line(text).ok_or_else(|| TrajectoryError::Line { line: index + 1, found: found() })?,
-        );
-    }
-    if poses.is_empty() { Err(TrajectoryError::Empty) } else { Ok(poses) }
-}
-
-fn parse_tum_line(text: &str) -> Option<StampedPose> {
-    let mut fields = text.split_whitespace();
-    let stamp_ns = parse_seconds_ns(fields.next()?)?;
-    let mut values = [0.0_f64; 7];
-    for value in &mut values {
-        *value = fields.next()?.parse().ok().filter(|v: &f64| v.is_finite())?;
-    }
-    let [x_m, y_m, _z_m, qx, qy, qz, qw] = values;
-    let length = [qx, qy, qz, qw].iter().map(|v| v * v).sum::<f64>().sqrt();
-    // Farther off nothing is measured any more: a wild value would only swell the map.
-    if [x_m, y_m].iter().any(|v| v.abs() > FARTHEST_M) {
-        return None;
-    }
-    if fields.next().is_some() || (length - 1.0).abs() > QUATERNION_TOLERANCE {
-        return None;
-    }
-    Some(StampedPose { stamp_ns, x_m, y_m, theta_rad: heading_rad([qx, qy, qz, qw]) })
-}
-
 /// The text forms of a trajectory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum TrajectoryFormat {
@@ -89,6 +51,64 @@ pub enum TrajectoryFormat {
     Tum,
     /// `t x y theta`.
     XyTheta,
+}
+
+impl TrajectoryFormat {
+    /// The form of a line with a pose: four fields are `t x y theta`.
+    fn of(line: &str) -> Self {
+        if line.split_whitespace().count() == 4 { Self::XyTheta } else { Self::Tum }
+    }
+
+    fn description(self) -> &'static str {
+        match self {
+            Self::Tum => "\"t x y z qx qy qz qw\" (seconds, metres up to 1e6, unit quaternion)",
+            Self::XyTheta => "\"t x y theta\" (seconds, metres up to 1e6, radians)",
+        }
+    }
+}
+
+/// Reads a trajectory: a pose a line, `#` comments. The order of the file stays.
+///
+/// # Errors
+/// When a line does not read as a pose of the same form as the first one, or there is none.
+pub fn read_poses(input: impl BufRead) -> Result<Vec<StampedPose>, TrajectoryError> {
+    let mut poses = Vec::new();
+    let mut format = None;
+    for (index, line) in input.lines().enumerate() {
+        let line = line?;
+        let text = line.trim();
+        if text.is_empty() || text.starts_with('#') {
+            continue;
+        }
+        let format = *format.get_or_insert_with(|| TrajectoryFormat::of(text));
+        poses.push(parse_line(text, format).ok_or_else(|| TrajectoryError::Line {
+            line: index + 1,
+            format,
+            found: text.chars().take(60).collect(),
+        })?);
+    }
+    if poses.is_empty() { Err(TrajectoryError::Empty) } else { Ok(poses) }
+}
+
+fn parse_line(text: &str, format: TrajectoryFormat) -> Option<StampedPose> {
+    let mut fields = text.split_whitespace();
+    let stamp_ns = parse_seconds_ns(fields.next()?)?;
+    let values: Vec<f64> =
+        fields.map(|field| field.parse().ok().filter(|v: &f64| v.is_finite())).collect::<Option<_>>()?;
+    let (x_m, y_m, theta_rad) = match (format, &values[..]) {
+        (TrajectoryFormat::XyTheta, &[x_m, y_m, theta_rad]) => (x_m, y_m, theta_rad),
+        (TrajectoryFormat::Tum, &[x_m, y_m, _z_m, qx, qy, qz, qw]) => {
+            let length = [qx, qy, qz, qw].iter().map(|v| v * v).sum::<f64>().sqrt();
+            if (length - 1.0).abs() > QUATERNION_TOLERANCE {
+                return None;
+            }
+            (x_m, y_m, heading_rad([qx, qy, qz, qw]))
+        }
+        _ => return None,
+    };
+    // Farther off nothing is measured any more: a wild value would only swell the map.
+    let near = [x_m, y_m].iter().all(|v| v.abs() <= FARTHEST_M);
+    near.then_some(StampedPose { stamp_ns, x_m, y_m, theta_rad })
 }
 
 /// Writes one pose a line: `t` in seconds with nine decimals, lengths in metres, angles in radians.
@@ -119,7 +139,7 @@ pub fn write_poses(out: &mut impl Write, poses: &[StampedPose], format: Trajecto
 mod tests {
     use std::f64::consts::{FRAC_PI_2, PI};
 
-    use super::{TrajectoryFormat, heading_rad, read_tum, write_poses};
+    use super::{TrajectoryFormat, heading_rad, read_poses, write_poses};
     use crate::deskew::StampedPose;
 
     #[test]
@@ -158,18 +178,24 @@ mod tests {
     }
 
     #[test]
-    fn tum_text_reads_back_and_a_broken_line_is_named() {
+    fn both_text_forms_read_back_and_a_broken_line_is_named() {
         let text = "# t x y z qx qy qz qw\n\n1.5 1 2 3 0 0 0 1\n0.5 0 0 0 0 0 0.7071068 0.7071068\n";
-        let poses = read_tum(text.as_bytes()).unwrap();
+        let poses = read_poses(text.as_bytes()).unwrap();
         assert_eq!(poses[0], StampedPose { stamp_ns: 1_500_000_000, x_m: 1.0, y_m: 2.0, theta_rad: 0.0 });
         assert_eq!(poses[1].stamp_ns, 500_000_000);
         assert!((poses[1].theta_rad - FRAC_PI_2).abs() < 1e-6);
         for broken in
             ["1 2 3", "1 0 0 0 0 0 0 0", "1 0 0 0 0 0 0 1 9", "a 0 0 0 0 0 0 1", "1 inf 0 0 0 0 0 1"]
         {
-            let error = read_tum(format!("# x\n{broken}\n").as_bytes()).unwrap_err().to_string();
+            let error = read_poses(format!("# x\n{broken}\n").as_bytes()).unwrap_err().to_string();
             assert!(error.starts_with("line 2: expected") && error.contains(broken), "{error}");
         }
-        assert_eq!(read_tum(&b"# nothing\n"[..]).unwrap_err().to_string(), "there is no pose in it");
+        let mixed = read_poses(&b"1 2 3 0.5\n1 0 0 0 0 0 0 1\n"[..]).unwrap_err().to_string();
+        assert!(mixed.starts_with("line 2: expected \"t x y theta\""), "{mixed}");
+        assert_eq!(
+            read_poses(&b"1.5 1 2 -0.5\n"[..]).unwrap(),
+            [StampedPose { stamp_ns: 1_500_000_000, x_m: 1.0, y_m: 2.0, theta_rad: -0.5 }]
+        );
+        assert_eq!(read_poses(&b"# nothing\n"[..]).unwrap_err().to_string(), "there is no pose in it");
     }
 }

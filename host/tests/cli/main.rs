@@ -4,6 +4,7 @@ mod build;
 mod careful;
 #[cfg(feature = "demo")]
 mod demo;
+mod evaluate;
 mod floor;
 mod import;
 mod parts;

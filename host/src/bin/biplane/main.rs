@@ -6,6 +6,7 @@ mod compare;
 mod console;
 #[cfg(feature = "demo")]
 mod demo;
+mod evaluate;
 mod import;
 mod info;
 mod map;
@@ -56,6 +57,7 @@ fn run(command: Command, console: &Console) -> anyhow::Result<Outcome> {
         Command::Map(args) => map::run(&args, console),
         Command::Build(args) => build::run(&args, console),
         Command::Compare(args) => compare::run(&args, console),
+        Command::Evaluate(args) => evaluate::run(&args, console),
         Command::Render(args) => render::run(&args, console),
         Command::Recover(args) => recover::run(&args, console),
         Command::Completions(args) => papers::completions(&args),

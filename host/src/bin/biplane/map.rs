@@ -29,7 +29,8 @@ pub struct Args {
     force: bool,
 }
 
-fn resolution(text: &str) -> Result<f64, String> {
+/// Reads the side of a cell.
+pub fn resolution(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if (0.001..=10.0).contains(&value) => Ok(value),
         _ => Err("expected metres between 0.001 and 10".to_owned()),

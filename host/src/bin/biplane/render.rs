@@ -16,7 +16,7 @@ use biplane::render::font;
 use biplane::render::raster::{Style, draw};
 use biplane::render::scene::Scene;
 use biplane::render::views::{Extent, View, aspect, camera};
-use biplane::trajectory::read_tum;
+use biplane::trajectory::read_poses;
 use clap::ValueEnum;
 
 use crate::Outcome;
@@ -193,7 +193,7 @@ fn load(path: &Path) -> anyhow::Result<Ply> {
 fn poses_of(folder: &Path) -> anyhow::Result<Vec<StampedPose>> {
     let path = folder.join("trajectory.tum");
     let file = File::open(&path).with_context(|| format!("cannot read {}", path.display()))?;
-    read_tum(BufReader::new(file)).with_context(|| format!("cannot read {}", path.display()))
+    read_poses(BufReader::new(file)).with_context(|| format!("cannot read {}", path.display()))
 }
 
 fn raw_scene(mesh: &Mesh) -> Scene {

@@ -21,7 +21,7 @@ use biplane::pipeline::{self, BuildInput, BuildOutput};
 use biplane::run::{Run, VerticalScans};
 use biplane::stamp_text::format_seconds;
 use biplane::summary::{Parameters, ScanFigures, Summary};
-use biplane::trajectory::read_tum;
+use biplane::trajectory::read_poses;
 
 use crate::Outcome;
 use crate::console::Console;
@@ -243,7 +243,7 @@ impl Posed {
         };
         let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
         let used =
-            read_tum(BufReader::new(file)).with_context(|| format!("cannot read {}", path.display()))?;
+            read_poses(BufReader::new(file)).with_context(|| format!("cannot read {}", path.display()))?;
         let trajectory = Trajectory::new(used.clone());
         let stamps_ns = run.stamps_and_poses()?.scan_stamps_ns;
         let at_scans: Vec<Option<StampedPose>> =
