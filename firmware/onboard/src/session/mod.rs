@@ -13,12 +13,16 @@ pub mod retry;
 mod script;
 mod silence;
 
+use biplane_wire::WireError;
 use biplane_wire::deframe::{Deframer, Framing};
 use biplane_wire::lms::Text;
 pub use event::{Event, Step};
 
-/// Bytes of one request to a device: the longest is the LMS configuration (41 bytes).
-pub type RequestBytes = heapless::Vec<u8, 64>;
+/// The longest request is the LMS configuration (41 bytes).
+const REQUEST_CAPACITY: usize = 64;
+
+/// Bytes of one request to a device.
+pub type RequestBytes = heapless::Vec<u8, REQUEST_CAPACITY>;
 
 /// A name or a version that a device has told, printable ASCII only.
 pub type ShortText = heapless::String<32>;
@@ -109,6 +113,20 @@ impl Outputs {
     pub(crate) fn push(&mut self, output: Output) {
         if self.queue.push_back(output).is_err() {
             self.overflowed += 1;
+        }
+    }
+
+    pub(crate) fn say(&mut self, event: Event) {
+        self.push(Output::Event(event));
+    }
+
+    /// A request to the device, as `emit` puts it into the bytes that it is given.
+    pub(crate) fn write(&mut self, emit: impl FnOnce(&mut [u8]) -> Result<usize, WireError>) {
+        let mut bytes = [0; REQUEST_CAPACITY];
+        if let Ok(length) = emit(&mut bytes)
+            && let Ok(bytes) = RequestBytes::from_slice(&bytes[..length])
+        {
+            self.push(Output::Write(bytes));
         }
     }
 

@@ -30,6 +30,17 @@ pub(super) enum Step {
     Doubtful,
 }
 
+impl Step {
+    /// Where the base is, and whether it counts anew, when that is to be believed.
+    pub(super) fn believed(self) -> Option<(Pose2, bool)> {
+        match self {
+            Self::At(pose) => Some((pose, false)),
+            Self::Restarted(pose) => Some((pose, true)),
+            Self::Doubtful => None,
+        }
+    }
+}
+
 /// Adds up what two counters say.
 #[derive(Clone, Debug, Default)]
 pub(super) struct CountedPose {

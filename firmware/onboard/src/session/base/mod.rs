@@ -7,10 +7,12 @@
 //! No driver ever enables a motor or commands a speed other than zero: the operator drives. Frame of the odometry: the base's own
 //! (`odom`); it goes on where it was when a base starts to count anew. Units: metres, radians, nanoseconds.
 
+mod contact;
 mod counted;
 mod driver;
 mod motion;
 pub mod p2os;
+mod packets;
 pub mod rflex;
 pub mod roboclaw;
 
@@ -21,6 +23,7 @@ use biplane_wire::Counts;
 use super::{Event, Input, Intake, Output, Session, ShortText};
 pub use driver::BaseDriver;
 use driver::Purpose;
+use packets::PacketSession;
 
 /// What the rig says of the base.
 #[derive(Copy, Clone, PartialEq, Debug)]
@@ -68,11 +71,11 @@ pub struct BaseInfo {
 #[allow(clippy::large_enum_variant)] // one a robot, and no heap in the acquisition path
 pub enum BaseSession {
     /// P2OS, ARCOS.
-    P2os(p2os::P2os),
+    P2os(PacketSession<p2os::Machine>),
     /// RoboClaw.
     RoboClaw(roboclaw::RoboClaw),
     /// rFLEX.
-    Rflex(rflex::Rflex),
+    Rflex(PacketSession<rflex::Machine>),
 }
 
 impl BaseSession {
@@ -98,7 +101,8 @@ impl BaseSession {
         let baud = settings.baud;
         match settings.protocol {
             BaseProtocol::P2os { metres_per_tick } => {
-                Self::P2os(p2os::P2os::new(baud, metres_per_tick, purpose, now_ns))
+                let machine = p2os::Machine::new(baud, metres_per_tick, purpose, now_ns);
+                Self::P2os(PacketSession::new(machine, purpose))
             }
             BaseProtocol::RoboClaw {
                 address,
@@ -111,7 +115,8 @@ impl BaseSession {
             }
             BaseProtocol::Rflex { counts_per_m, counts_per_rad } => {
                 let scale = rflex::Scale { counts_per_m, counts_per_rad };
-                Self::Rflex(rflex::Rflex::new(baud, scale, purpose, now_ns))
+                let machine = rflex::Machine::new(baud, scale, purpose, now_ns);
+                Self::Rflex(PacketSession::new(machine, purpose))
             }
         }
     }

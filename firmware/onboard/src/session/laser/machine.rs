@@ -16,7 +16,7 @@ use super::settings::{LaserInfo, LaserSettings};
 use super::stream::Source;
 use super::write::Writing;
 use crate::session::retry::{Due, Patience, Question};
-use crate::session::{Event, Output, Outputs, RequestBytes, Step};
+use crate::session::{Event, Outputs, Step};
 use crate::stamping::byte_time_ns;
 
 /// After a refusal the device wants at least 30 ms of peace.
@@ -200,12 +200,7 @@ impl Machine {
     }
 
     pub(super) fn send(&mut self, request: &Request) {
-        let mut bytes = [0; 64];
-        if let Ok(length) = request.emit(BROADCAST, &mut bytes)
-            && let Ok(bytes) = RequestBytes::from_slice(&bytes[..length])
-        {
-            self.outputs.push(Output::Write(bytes));
-        }
+        self.outputs.write(|out| request.emit(BROADCAST, out));
     }
 
     /// An acknowledge is followed by nothing but a telegram: with anything else behind it, it was a byte of noise, at a rate that is not

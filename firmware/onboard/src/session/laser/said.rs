@@ -4,7 +4,7 @@ use super::health::FaultList;
 use super::machine::Machine;
 use super::reading::Unpublished;
 use super::wanted::ConfigChange;
-use crate::session::{Event, Output, Step};
+use crate::session::{Event, Step};
 
 /// Steps that are remembered as given up: all that a laser's session gives up.
 const STEPS: usize = 12;
@@ -66,7 +66,7 @@ impl Said {
 impl Machine {
     pub(super) fn say(&mut self, event: Event) {
         if !self.said.repeats(&event) {
-            self.outputs.push(Output::Event(event));
+            self.outputs.say(event);
         }
     }
 }

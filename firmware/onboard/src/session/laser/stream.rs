@@ -183,7 +183,7 @@ impl Machine {
         self.health.implausible_scans += u64::from(status.implausible());
         let (condition, outputs) = (&mut self.condition, &mut self.outputs);
         condition.see(self.now_ns, status, |trouble, begins| {
-            outputs.push(Output::Event(Event::Trouble { trouble, begins }));
+            outputs.say(Event::Trouble { trouble, begins });
         });
         self.health.troubles = self.condition.troubles(self.now_ns);
     }

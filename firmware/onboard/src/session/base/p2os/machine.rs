@@ -1,14 +1,17 @@
 //! The state of a base's session and what leads from one state to the next. Times are nanoseconds.
 
-use biplane_wire::p2os::{Command, Identity, Packet, Report, Sip};
+use biplane_wire::WireError;
+use biplane_wire::p2os::{Command, Identity, P2osFraming, Packet, Report, Sip};
 
 use super::foreign::Foreign;
 use super::odometer::Odometer;
 use super::parameters::Parameters;
+use crate::session::base::contact::Contact;
 use crate::session::base::driver::Purpose;
+use crate::session::base::packets::PacketMachine;
 use crate::session::base::{BaseInfo, OdometryReading};
 use crate::session::retry::{Due, Patience, Question};
-use crate::session::{Event, Output, Outputs, RequestBytes, Step, printable, silence};
+use crate::session::{Event, Step, printable};
 
 const SYNC: Patience = Patience::new(500, 4);
 /// A base that has answered once answers the next question at once, unless it was reset between.
@@ -31,7 +34,7 @@ const HEADER: u8 = 0xFA;
 
 /// Where the session stands.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
-pub(super) enum State {
+enum State {
     Sync(u8),
     /// A session was open; its packets run out.
     Draining {
@@ -54,103 +57,64 @@ pub(super) enum State {
     Done,
 }
 
-/// Everything but the deframer, so that a packet can be lent to it.
+/// The session with a Pioneer base, but for the deframer.
 #[derive(Debug)]
-pub(super) struct Machine {
-    pub(super) baud: u32,
+pub struct Machine {
+    contact: Contact,
     /// Of the rig, if it says it.
     metres_per_tick: Option<f64>,
     /// What the subclass says; `None` before it is known, or when it says nothing.
     parameters: Option<Parameters>,
     assumed_said: bool,
     purpose: Purpose,
-    pub(super) state: State,
-    pub(super) question: Option<Question>,
-    pub(super) info: BaseInfo,
-    pub(super) odometer: Odometer,
-    pub(super) outputs: Outputs,
-    pub(super) now_ns: i64,
-    pub(super) last_packet_ns: i64,
-    pub(super) last_byte_ns: i64,
-    /// When a port that was gone came back.
-    port_back_ns: i64,
-    pub(super) rounds: u32,
-    pub(super) close_said: bool,
-    pub(super) has_run: bool,
+    state: State,
+    question: Option<Question>,
+    odometer: Odometer,
+    close_said: bool,
+    has_run: bool,
     /// The next command may find the base stopped by its watchdog, and would wake it.
-    pub(super) overslept: bool,
-    pub(super) foreign: Foreign,
-    pub(super) not_kept: u64,
+    overslept: bool,
+    foreign: Foreign,
 }
 
 impl Machine {
-    pub(super) fn new(baud: u32, metres_per_tick: Option<f64>, purpose: Purpose, now_ns: i64) -> Self {
+    pub(in crate::session::base) fn new(
+        baud: u32,
+        metres_per_tick: Option<f64>,
+        purpose: Purpose,
+        now_ns: i64,
+    ) -> Self {
         Self {
-            baud,
+            contact: Contact::new(baud, SILENCE_NS, now_ns),
             metres_per_tick,
             parameters: None,
             assumed_said: false,
             purpose,
             state: if purpose == Purpose::Listen { State::Listening } else { State::Done },
             question: None,
-            info: BaseInfo::default(),
             odometer: Odometer::default(),
-            outputs: Outputs::default(),
-            now_ns,
-            last_packet_ns: now_ns,
-            last_byte_ns: now_ns,
-            port_back_ns: i64::MIN,
-            rounds: 0,
             close_said: false,
             has_run: false,
             overslept: false,
             foreign: Foreign::default(),
-            not_kept: 0,
         }
     }
 
-    pub(super) fn say(&mut self, event: Event) {
-        self.outputs.push(Output::Event(event));
+    fn send(&mut self, command: &Command) {
+        self.contact.send(|out| command.emit(out));
     }
 
-    pub(super) fn send(&mut self, command: &Command) {
-        let mut bytes = [0; 64];
-        if let Ok(length) = command.emit(&mut bytes)
-            && let Ok(bytes) = RequestBytes::from_slice(&bytes[..length])
-        {
-            self.outputs.push(Output::Write(bytes));
-        }
-    }
-
-    pub(super) fn ask(&mut self, state: State, patience: Patience) {
+    fn ask(&mut self, state: State, patience: Patience) {
         self.state = state;
-        self.question = Some(Question::new(patience, self.now_ns));
+        self.question = Some(Question::new(patience, self.contact.now_ns));
         self.time();
     }
 
-    pub(super) fn enter_sync(&mut self, number: u8) {
+    fn enter_sync(&mut self, number: u8) {
         self.ask(State::Sync(number), if number == 0 { SYNC } else { SYNC_ON });
     }
 
-    pub(super) fn time(&mut self) {
-        if let Some(question) = &mut self.question {
-            match question.poll(self.now_ns) {
-                Due::Nothing => {}
-                Due::Ask(attempt) => self.asked(attempt),
-                Due::GivenUp => self.given_up(),
-            }
-        }
-        match self.state {
-            State::Draining { until_ns } | State::Resting { until_ns } if self.now_ns >= until_ns => {
-                self.enter_sync(0);
-            }
-            State::Running { pulse_ns } => self.running(pulse_ns),
-            State::Closing { left, at_ns } if self.now_ns >= at_ns => self.close_again(left),
-            _ => {}
-        }
-    }
-
-    pub(super) fn asked(&mut self, attempt: u8) {
+    fn asked(&mut self, attempt: u8) {
         match self.state {
             // In a session that a client left open this is a command like any other, and at any command a base that its watchdog
             // stopped resumes the speed that it was told last.
@@ -163,7 +127,7 @@ impl Machine {
                 self.send(&Command::Open);
                 self.send(&Command::Pulse);
                 if attempt > 1 {
-                    self.say(Event::Retried { step: Step::Open, attempt });
+                    self.contact.say(Event::Retried { step: Step::Open, attempt });
                 }
             }
             _ => {}
@@ -171,39 +135,26 @@ impl Machine {
     }
 
     /// No answer: from the start again, after a rest, for as long as nobody stops it.
-    pub(super) fn given_up(&mut self) {
+    fn given_up(&mut self) {
         self.question = None;
-        self.rounds += 1;
-        match self.state {
-            // Once is enough: who waits for hours need not read it every few seconds.
-            _ if self.rounds > 1 => {}
-            State::Sync(0) => self.say(Event::NotFound { rounds: self.rounds }),
-            State::Sync(_) => self.say(Event::GivenUp { step: Step::Synchronise }),
-            _ => self.say(Event::GivenUp { step: Step::Open }),
-        }
-        self.state = State::Resting { until_ns: self.now_ns + ROUND_NS };
+        self.contact.round_failed(match self.state {
+            State::Sync(0) => Event::NotFound { rounds: 1 },
+            State::Sync(_) => Event::GivenUp { step: Step::Synchronise },
+            _ => Event::GivenUp { step: Step::Open },
+        });
+        self.state = State::Resting { until_ns: self.contact.now_ns + ROUND_NS };
     }
 
-    pub(super) fn frame(&mut self, offset: u64, bytes: &[u8]) {
-        match Packet::parse(bytes).and_then(|packet| packet.report()) {
-            Ok(Report::Sip(sip)) => self.sip(offset, bytes.len(), &sip),
-            Ok(Report::Sync(number)) => self.sync_answered(number),
-            Ok(Report::Identity(identity)) => self.identified(&identity),
-            Ok(_) => {}
-            Err(_) => self.not_kept += 1,
-        }
-    }
-
-    pub(super) fn sip(&mut self, offset: u64, length: usize, sip: &Sip) {
+    fn sip(&mut self, offset: u64, length: usize, sip: &Sip) {
         match self.state {
             State::Sync(0) if !self.has_run => self.session_is_open(),
             // After a silence the session may still be open: then it was the line that was silent.
             State::Sync(0) | State::Resting { .. } | State::Opening if self.has_run || self.is_opening() => {
                 self.question = None;
-                self.rounds = 0;
+                self.contact.found();
                 self.has_run = true;
-                self.state = State::Running { pulse_ns: self.now_ns + PULSE_NS };
-                self.say(Event::Streaming);
+                self.state = State::Running { pulse_ns: self.contact.now_ns + PULSE_NS };
+                self.contact.say(Event::Streaming);
                 self.report(offset, length, sip);
             }
             State::Listening if self.foreign.owns_report() => {}
@@ -212,7 +163,7 @@ impl Machine {
             State::Closing { .. } => {
                 self.report(offset, length, sip);
                 self.send(&Command::Close);
-                self.say(Event::Stopped);
+                self.contact.say(Event::Stopped);
                 self.state = State::Done;
             }
             // Under way when the session was closed, or when the base began to answer.
@@ -228,25 +179,25 @@ impl Machine {
     }
 
     /// Reports instead of an echo: somebody left a session open, or a pulled cable was put back.
-    pub(super) fn session_is_open(&mut self) {
+    fn session_is_open(&mut self) {
         if !self.close_said {
             self.close_said = true;
-            self.say(Event::SessionLeftOpen);
+            self.contact.say(Event::SessionLeftOpen);
         }
         self.question = None;
         self.send(&Command::Close);
-        self.state = State::Draining { until_ns: self.now_ns + CLOSE_NS };
+        self.state = State::Draining { until_ns: self.contact.now_ns + CLOSE_NS };
     }
 
     /// SYNC0 and SYNC1 are echoed.
-    pub(super) fn sync_answered(&mut self, number: u8) {
+    fn sync_answered(&mut self, number: u8) {
         if self.state == State::Sync(number) && number < 2 {
             self.enter_sync(number + 1);
         }
     }
 
     /// SYNC2 is answered with the base's names.
-    pub(super) fn identified(&mut self, identity: &Identity<'_>) {
+    fn identified(&mut self, identity: &Identity<'_>) {
         self.odometer.opened();
         self.foreign.opened();
         let info = BaseInfo {
@@ -255,10 +206,10 @@ impl Machine {
             subclass: printable(identity.subclass),
             has_fault: None,
         };
-        if info != self.info {
+        if info != self.contact.info {
             self.parameters = Parameters::of_subclass(&info.subclass);
-            self.info = info;
-            self.say(Event::Identified(self.info.subclass.clone()));
+            self.contact.info = info;
+            self.contact.say(Event::Identified(self.contact.info.subclass.clone()));
         }
         if self.state != State::Sync(2) {
             return;
@@ -269,20 +220,17 @@ impl Machine {
             self.send(&Command::Close);
             self.state = State::Done;
         } else {
-            self.last_packet_ns = self.now_ns;
+            self.contact.last_report_ns = self.contact.now_ns;
             self.ask(State::Opening, OPEN);
         }
     }
 
-    pub(super) fn report(&mut self, offset: u64, length: usize, sip: &Sip) {
-        self.last_packet_ns = self.now_ns;
+    fn report(&mut self, offset: u64, length: usize, sip: &Sip) {
+        self.contact.last_report_ns = self.contact.now_ns;
         let units = self.units();
-        let (odom_from_base, restarted) = self.odometer.pose(self.now_ns, sip, units);
-        if restarted {
-            self.say(Event::OdometryRestarted);
-        }
+        let (odom_from_base, restarted) = self.odometer.pose(self.contact.now_ns, sip, units);
         let battery_v = f32::from(sip.battery_dv) / 10.0;
-        self.outputs.push(Output::Odometry(OdometryReading { offset, length, odom_from_base, battery_v }));
+        self.contact.report(OdometryReading { offset, length, odom_from_base, battery_v }, restarted);
     }
 
     /// The rig's length of a unit goes before the subclass's; where both are missing that is said, once.
@@ -293,45 +241,90 @@ impl Machine {
             None => {
                 if self.parameters.is_none() && !self.assumed_said {
                     self.assumed_said = true;
-                    self.say(Event::UnitsAssumed);
+                    self.contact.say(Event::UnitsAssumed);
                 }
                 known
             }
         }
     }
 
-    pub(super) fn running(&mut self, pulse_ns: i64) {
-        let silent_ns = self.now_ns - self.last_packet_ns;
-        if self.now_ns >= self.silence_deadline_ns() {
-            let for_ms = u32::try_from(silent_ns / 1_000_000).unwrap_or(u32::MAX);
-            let bytes_came = self.last_byte_ns - self.last_packet_ns > SILENCE_NS / 2;
-            self.say(if bytes_came { Event::Garbled { for_ms } } else { Event::Silent { for_ms } });
+    fn running(&mut self, pulse_ns: i64) {
+        if self.contact.is_lost() {
+            self.contact.say_lost();
             self.enter_sync(0);
-        } else if self.now_ns >= pulse_ns {
+        } else if self.contact.now_ns >= pulse_ns {
             if std::mem::take(&mut self.overslept) {
                 self.send(&Command::Stop);
             }
             self.send(&Command::Pulse);
-            self.state = State::Running { pulse_ns: self.now_ns + PULSE_NS };
+            self.state = State::Running { pulse_ns: self.contact.now_ns + PULSE_NS };
         }
     }
 
-    fn silence_deadline_ns(&self) -> i64 {
-        silence::deadline_ns(self.last_packet_ns, SILENCE_NS, self.port_back_ns)
+    fn close_again(&mut self, left: u8) {
+        if left == 0 {
+            self.contact.say(Event::GivenUp { step: Step::StopStream });
+            self.state = State::Done;
+        } else {
+            self.send(&Command::Close);
+            self.state = State::Closing { left: left - 1, at_ns: self.contact.now_ns + CLOSE_NS };
+        }
+    }
+}
+
+impl PacketMachine for Machine {
+    type Framing = P2osFraming;
+
+    fn contact(&self) -> &Contact {
+        &self.contact
+    }
+
+    fn contact_mut(&mut self) -> &mut Contact {
+        &mut self.contact
+    }
+
+    fn begin(&mut self) {
+        self.enter_sync(0);
+    }
+
+    fn packet(&mut self, offset: u64, bytes: &[u8]) -> Result<(), WireError> {
+        match Packet::parse(bytes)?.report()? {
+            Report::Sip(sip) => self.sip(offset, bytes.len(), &sip),
+            Report::Sync(number) => self.sync_answered(number),
+            Report::Identity(identity) => self.identified(&identity),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn time(&mut self) {
+        if let Some(question) = &mut self.question {
+            match question.poll(self.contact.now_ns) {
+                Due::Nothing => {}
+                Due::Ask(attempt) => self.asked(attempt),
+                Due::GivenUp => self.given_up(),
+            }
+        }
+        match self.state {
+            State::Draining { until_ns } | State::Resting { until_ns } if self.contact.now_ns >= until_ns => {
+                self.enter_sync(0);
+            }
+            State::Running { pulse_ns } => self.running(pulse_ns),
+            State::Closing { left, at_ns } if self.contact.now_ns >= at_ns => self.close_again(left),
+            _ => {}
+        }
     }
 
     /// The base may still report: it is told at once that its host lives, and listened to.
-    pub(super) fn port_back(&mut self) {
-        self.port_back_ns = self.now_ns;
-        self.outputs.push(Output::SetBaud(self.baud));
+    fn port_back(&mut self) {
         if matches!(self.state, State::Running { .. }) {
             // It may have been gone for longer than the base's watchdog waits.
             self.overslept = true;
-            self.state = State::Running { pulse_ns: self.now_ns };
+            self.state = State::Running { pulse_ns: self.contact.now_ns };
         }
     }
 
-    pub(super) fn stop(&mut self) {
+    fn stop(&mut self) {
         match self.state {
             State::Closing { .. } => return,
             State::Done | State::Listening => return self.state = State::Done,
@@ -341,41 +334,48 @@ impl Machine {
         self.send(&Command::Close);
         self.question = None;
         if self.has_run && !matches!(self.state, State::Running { .. } | State::Draining { .. }) {
-            self.state = State::Closing { left: CLOSES, at_ns: self.now_ns + CLOSE_NS };
+            self.state = State::Closing { left: CLOSES, at_ns: self.contact.now_ns + CLOSE_NS };
             return;
         }
         if matches!(self.state, State::Running { .. }) {
-            self.say(Event::Stopped);
+            self.contact.say(Event::Stopped);
         }
         self.state = State::Done;
     }
 
-    fn close_again(&mut self, left: u8) {
-        if left == 0 {
-            self.say(Event::GivenUp { step: Step::StopStream });
-            self.state = State::Done;
-        } else {
-            self.send(&Command::Close);
-            self.state = State::Closing { left: left - 1, at_ns: self.now_ns + CLOSE_NS };
-        }
-    }
-
-    /// Whether the line paused before these bytes for longer than a packet may, and they begin with another one: then the one before was
-    /// cut, and an answer must not wait for its rest. While reports flow none is given up so: an adapter may hold its bytes back.
-    pub(super) fn gap_before(&self, bytes: &[u8]) -> bool {
-        let flows = matches!(self.state, State::Running { .. } | State::Listening);
-        let begins = bytes.first() == Some(&HEADER);
-        !flows && begins && self.now_ns.saturating_sub(self.last_byte_ns) > ANSWER_GAP_NS
-    }
-
-    pub(super) fn deadline_ns(&self) -> i64 {
+    fn deadline_ns(&self) -> i64 {
         let question_ns = self.question.as_ref().map_or(i64::MAX, Question::deadline_ns);
         let state_ns = match self.state {
             State::Draining { until_ns } | State::Resting { until_ns } => until_ns,
             State::Closing { at_ns, .. } => at_ns,
-            State::Running { pulse_ns } => pulse_ns.min(self.silence_deadline_ns()),
+            State::Running { pulse_ns } => pulse_ns.min(self.contact.silence_deadline_ns()),
             _ => i64::MAX,
         };
         question_ns.min(state_ns)
+    }
+
+    fn is_streaming(&self) -> bool {
+        matches!(self.state, State::Running { .. } | State::Listening)
+    }
+
+    fn is_done(&self) -> bool {
+        self.state == State::Done
+    }
+
+    /// Whether the line paused before these bytes for longer than a packet may, and they begin with another one: then the one before was
+    /// cut, and an answer must not wait for its rest. While reports flow none is given up so: an adapter may hold its bytes back.
+    fn cut_before(&self, bytes: &[u8]) -> bool {
+        let begins = bytes.first() == Some(&HEADER);
+        !self.is_streaming()
+            && begins
+            && self.contact.now_ns.saturating_sub(self.contact.last_byte_ns) > ANSWER_GAP_NS
+    }
+
+    fn host_sent(&mut self, bytes: &[u8]) {
+        self.foreign.host_sent(bytes);
+    }
+
+    fn overslept(&mut self) {
+        self.overslept = true;
     }
 }

@@ -4,10 +4,11 @@ use biplane_wire::Text;
 use biplane_wire::roboclaw::{Answer, Heard, Question, Request, StatusBits, StatusWidth};
 
 use super::Wheels;
-use crate::session::base::counted::{CountedPose, Reading, Step as Counted};
+use crate::session::base::contact::Contact;
+use crate::session::base::counted::{CountedPose, Reading};
 use crate::session::base::driver::Purpose;
 use crate::session::base::{BaseInfo, OdometryReading};
-use crate::session::{Event, Output, Outputs, RequestBytes, ShortText, printable, silence};
+use crate::session::{Event, ShortText, printable};
 use crate::stamping::byte_time_ns;
 
 /// A controller answers within some milliseconds, a USB adapter adds up to 16 (its latency timer) and now and then 8 more.
@@ -62,15 +63,12 @@ enum Pace {
 /// Everything but the collector, so that an answer can be lent to it.
 #[derive(Debug)]
 pub(super) struct Machine {
-    pub(super) baud: u32,
+    pub(super) contact: Contact,
     pub(super) address: u8,
     wheels: Wheels,
     purpose: Purpose,
     pub(super) stage: Stage,
-    pub(super) info: BaseInfo,
     pose: CountedPose,
-    pub(super) outputs: Outputs,
-    pub(super) now_ns: i64,
     /// The open question, and until when its answer is awaited.
     open: Option<(Question, i64)>,
     /// No question before this time.
@@ -84,26 +82,18 @@ pub(super) struct Machine {
     width: StatusWidth,
     status: Option<StatusBits>,
     battery_v: f32,
-    last_counts_ns: i64,
-    last_byte_ns: i64,
-    /// When a port that was gone came back.
-    port_back_ns: i64,
-    rounds: u32,
 }
 
 impl Machine {
     pub(super) fn new(baud: u32, address: u8, wheels: Wheels, purpose: Purpose, now_ns: i64) -> Self {
         let listens = purpose == Purpose::Listen;
         Self {
-            baud,
+            contact: Contact::new(baud, SILENCE_NS, now_ns),
             address,
             wheels,
             purpose,
             stage: if listens { Stage::Listening } else { Stage::Identifying { attempts: 0 } },
-            info: BaseInfo::default(),
             pose: CountedPose::default(),
-            outputs: Outputs::default(),
-            now_ns,
             open: None,
             ask_ns: now_ns,
             quiet_limit_ns: None,
@@ -114,15 +104,7 @@ impl Machine {
             width: StatusWidth::Wide,
             status: None,
             battery_v: 0.0,
-            last_counts_ns: now_ns,
-            last_byte_ns: now_ns,
-            port_back_ns: i64::MIN,
-            rounds: 0,
         }
-    }
-
-    pub(super) fn say(&mut self, event: Event) {
-        self.outputs.push(Output::Event(event));
     }
 
     /// How long a question and its answer are on the line at least.
@@ -131,7 +113,7 @@ impl Machine {
             Question::Firmware => biplane_wire::roboclaw::MAX_ANSWER_BYTES,
             other => other.answer_len(&[]),
         };
-        byte_time_ns(self.baud).saturating_mul(2 + answer_bytes as i64)
+        byte_time_ns(self.contact.baud).saturating_mul(2 + answer_bytes as i64)
     }
 
     /// From one question for counts to the next: half of the line's time at most.
@@ -140,22 +122,19 @@ impl Machine {
     }
 
     pub(super) fn answer_is_late(&self) -> bool {
-        self.open.is_some_and(|(_, until_ns)| self.now_ns >= until_ns)
+        self.open.is_some_and(|(_, until_ns)| self.contact.now_ns >= until_ns)
     }
 
     /// What leads from one stage to the next without an answer.
     pub(super) fn watch(&mut self) {
         match self.stage {
             Stage::Stopping if self.open.is_none() => {
-                self.say(Event::Stopped);
+                self.contact.say(Event::Stopped);
                 self.stage = Stage::Done;
             }
-            Stage::Resting { until_ns } if self.now_ns >= until_ns => self.identify(),
-            Stage::Running if self.now_ns >= self.silence_deadline_ns() => {
-                let for_ms = u32::try_from((self.now_ns - self.last_counts_ns) / 1_000_000);
-                let for_ms = for_ms.unwrap_or(u32::MAX);
-                let bytes_came = self.last_byte_ns - self.last_counts_ns > SILENCE_NS / 2;
-                self.say(if bytes_came { Event::Garbled { for_ms } } else { Event::Silent { for_ms } });
+            Stage::Resting { until_ns } if self.contact.now_ns >= until_ns => self.identify(),
+            Stage::Running if self.contact.is_lost() => {
+                self.contact.say_lost();
                 self.identify();
             }
             _ => {}
@@ -168,7 +147,7 @@ impl Machine {
 
     /// What to ask now, if anything.
     pub(super) fn due_question(&self) -> Option<Question> {
-        if self.open.is_some() || self.now_ns < self.ask_ns {
+        if self.open.is_some() || self.contact.now_ns < self.ask_ns {
             return None;
         }
         match self.stage {
@@ -176,23 +155,18 @@ impl Machine {
             Stage::AskingStatus { .. } => Some(Question::Status(self.width)),
             Stage::Running if self.pace == Pace::Lost => Some(Question::MainBattery),
             // Once a second, and first: behind a slow adapter counts are always due.
-            Stage::Running if self.now_ns >= self.next_state_ns => Some(match self.battery_next {
+            Stage::Running if self.contact.now_ns >= self.next_state_ns => Some(match self.battery_next {
                 true => Question::MainBattery,
                 false => Question::Status(self.width),
             }),
-            Stage::Running if self.now_ns >= self.next_counts_ns => Some(Question::Encoders),
+            Stage::Running if self.contact.now_ns >= self.next_counts_ns => Some(Question::Encoders),
             _ => None,
         }
     }
 
     /// The question goes out.
     pub(super) fn asked(&mut self, request: Request) {
-        let mut bytes = [0; biplane_wire::roboclaw::MAX_REQUEST_BYTES];
-        if let Ok(length) = request.emit(&mut bytes)
-            && let Ok(bytes) = RequestBytes::from_slice(&bytes[..length])
-        {
-            self.outputs.push(Output::Write(bytes));
-        }
+        self.contact.send(|out| request.emit(out));
         self.was_asked(request.question);
         self.quiet_limit_ns = None;
         if self.pace == Pace::Settling {
@@ -202,12 +176,15 @@ impl Machine {
             Question::Encoders => {
                 // What was missed is not caught up.
                 let next_ns = self.next_counts_ns + self.period_ns();
-                self.next_counts_ns =
-                    if next_ns > self.now_ns { next_ns } else { self.now_ns + self.period_ns() };
+                self.next_counts_ns = if next_ns > self.contact.now_ns {
+                    next_ns
+                } else {
+                    self.contact.now_ns + self.period_ns()
+                };
             }
             Question::MainBattery | Question::Status(_) => {
                 self.battery_next = !self.battery_next;
-                self.next_state_ns = self.now_ns + STATE_PERIOD_NS;
+                self.next_state_ns = self.contact.now_ns + STATE_PERIOD_NS;
             }
             _ => {}
         }
@@ -215,25 +192,25 @@ impl Machine {
 
     /// The question is on its way, or was in a recording: its answer is awaited for as long in both.
     pub(super) fn was_asked(&mut self, question: Question) {
-        self.open = Some((question, self.now_ns + self.exchange_ns(question) + ANSWER_NS));
+        self.open = Some((question, self.contact.now_ns + self.exchange_ns(question) + ANSWER_NS));
     }
 
     /// Bytes have come; between questions they are the rest of something that failed.
     pub(super) fn heard_bytes(&mut self) {
-        self.last_byte_ns = self.now_ns;
+        self.contact.last_byte_ns = self.contact.now_ns;
         if self.open.is_none() && self.pace == Pace::Settling {
             self.pace = Pace::Lost;
         }
         if let Some(limit_ns) = self.quiet_limit_ns {
-            self.ask_ns = (self.now_ns + QUIET_NS).min(limit_ns);
+            self.ask_ns = (self.contact.now_ns + QUIET_NS).min(limit_ns);
         }
     }
 
     /// The answer was damaged, or did not come; so many bytes of it did.
     pub(super) fn unanswered(&mut self, held: usize) {
         let question = self.open.take().map(|(question, _)| question);
-        self.ask_ns = self.now_ns + QUIET_NS;
-        self.quiet_limit_ns = Some(self.now_ns + LONGEST_QUIET_NS);
+        self.ask_ns = self.contact.now_ns + QUIET_NS;
+        self.quiet_limit_ns = Some(self.contact.now_ns + LONGEST_QUIET_NS);
         self.pace = Pace::Lost;
         if let Some(Question::Status(width)) = question {
             self.other_width(width, held);
@@ -242,12 +219,8 @@ impl Machine {
             Stage::Identifying { attempts } => {
                 *attempts += 1;
                 if *attempts >= ATTEMPTS {
-                    self.rounds += 1;
-                    // Once is enough: who waits for hours need not read it every few seconds.
-                    if self.rounds == 1 {
-                        self.say(Event::NotFound { rounds: self.rounds });
-                    }
-                    self.stage = Stage::Resting { until_ns: self.now_ns + ROUND_NS };
+                    self.contact.round_failed(Event::NotFound { rounds: 1 });
+                    self.stage = Stage::Resting { until_ns: self.contact.now_ns + ROUND_NS };
                 }
             }
             Stage::AskingStatus { attempts } => {
@@ -278,11 +251,11 @@ impl Machine {
             return;
         }
         self.open = None;
-        self.ask_ns = self.now_ns;
+        self.ask_ns = self.contact.now_ns;
         if self.pace == Pace::Lost {
             self.pace = Pace::Settling;
-            self.ask_ns = self.now_ns + QUIET_NS;
-            self.quiet_limit_ns = Some(self.now_ns + LONGEST_QUIET_NS);
+            self.ask_ns = self.contact.now_ns + QUIET_NS;
+            self.quiet_limit_ns = Some(self.contact.now_ns + LONGEST_QUIET_NS);
         }
         match heard.answer {
             Answer::Firmware(text) => self.identified(text),
@@ -298,9 +271,9 @@ impl Machine {
         let version_at = line.windows(2).rposition(|pair| pair == b" v").unwrap_or(line.len());
         let (product, version) = line.split_at(version_at);
         let (class, name) = (printable(Text(product)), printable(Text(version)));
-        if (&class, &name) != (&self.info.class, &self.info.name) {
-            self.info = BaseInfo { class, name, subclass: ShortText::new(), has_fault: None };
-            self.say(Event::Identified(printable(Text(line))));
+        if (&class, &name) != (&self.contact.info.class, &self.contact.info.name) {
+            self.contact.info = BaseInfo { class, name, subclass: ShortText::new(), has_fault: None };
+            self.contact.say(Event::Identified(printable(Text(line))));
         }
         match self.stage {
             Stage::Identifying { .. } if self.purpose == Purpose::Probe => {
@@ -308,58 +281,47 @@ impl Machine {
             }
             Stage::Identifying { .. } => {
                 self.stage = Stage::Running;
-                self.rounds = 0;
-                self.next_counts_ns = self.now_ns;
-                self.last_counts_ns = self.now_ns;
-                self.say(Event::Streaming);
+                self.contact.found();
+                self.next_counts_ns = self.contact.now_ns;
+                self.contact.last_report_ns = self.contact.now_ns;
+                self.contact.say(Event::Streaming);
             }
             _ => {}
         }
     }
 
     fn counted(&mut self, heard: Heard<'_>, counts: [i32; 2]) {
-        self.last_counts_ns = self.now_ns;
+        self.contact.last_report_ns = self.contact.now_ns;
         let wheels = self.wheels;
-        let reading = Reading { counts, time_ns: self.now_ns };
-        let odom_from_base = match self.pose.take(reading, |counts| wheels.motion(counts)) {
-            Counted::At(pose) => pose,
-            Counted::Restarted(pose) => {
-                self.say(Event::OdometryRestarted);
-                pose
-            }
-            Counted::Doubtful => {
-                self.next_counts_ns = self.now_ns;
-                return;
-            }
+        let reading = Reading { counts, time_ns: self.contact.now_ns };
+        let step = self.pose.take(reading, |counts| wheels.motion(counts));
+        let Some((odom_from_base, restarted)) = step.believed() else {
+            self.next_counts_ns = self.contact.now_ns;
+            return;
         };
         let (offset, length, battery_v) = (heard.offset, heard.length, self.battery_v);
-        self.outputs.push(Output::Odometry(OdometryReading { offset, length, odom_from_base, battery_v }));
+        self.contact.report(OdometryReading { offset, length, odom_from_base, battery_v }, restarted);
     }
 
     fn told_status(&mut self, bits: StatusBits) {
         let was_trouble = self.status.is_some_and(|before| before.words().next().is_some());
         let is_trouble = bits.words().next().is_some();
         if self.status != Some(bits) && (is_trouble || was_trouble) {
-            self.say(Event::BaseStatus(bits));
+            self.contact.say(Event::BaseStatus(bits));
         }
         self.status = Some(bits);
-        self.info.has_fault = Some(is_trouble);
+        self.contact.info.has_fault = Some(is_trouble);
         if matches!(self.stage, Stage::AskingStatus { .. }) {
             self.stage = Stage::Done;
         }
     }
 
-    fn silence_deadline_ns(&self) -> i64 {
-        silence::deadline_ns(self.last_counts_ns, SILENCE_NS, self.port_back_ns)
-    }
-
     /// Whatever was asked was not heard, and whatever comes first may be an old answer.
     pub(super) fn port_back(&mut self) {
-        self.port_back_ns = self.now_ns;
-        self.outputs.push(Output::SetBaud(self.baud));
+        self.contact.port_back();
         self.open = None;
-        self.ask_ns = self.now_ns + QUIET_NS;
-        self.quiet_limit_ns = Some(self.now_ns + LONGEST_QUIET_NS);
+        self.ask_ns = self.contact.now_ns + QUIET_NS;
+        self.quiet_limit_ns = Some(self.contact.now_ns + LONGEST_QUIET_NS);
         self.pace = Pace::Lost;
     }
 
@@ -384,7 +346,7 @@ impl Machine {
             Stage::Running => {
                 let due_ns = self.next_counts_ns.min(self.next_state_ns);
                 let ask_ns = if self.open.is_some() { question_ns } else { question_ns.max(due_ns) };
-                ask_ns.min(self.silence_deadline_ns())
+                ask_ns.min(self.contact.silence_deadline_ns())
             }
         }
     }

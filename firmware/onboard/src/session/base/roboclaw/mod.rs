@@ -53,7 +53,7 @@ impl RoboClaw {
             machine: Machine::new(baud, address, wheels, purpose, now_ns),
         };
         if purpose != Purpose::Listen {
-            session.machine.outputs.push(Output::SetBaud(baud));
+            session.machine.contact.set_rate();
             session.step();
         }
         session
@@ -90,7 +90,7 @@ impl RoboClaw {
 
 impl BaseDriver for RoboClaw {
     fn info(&self) -> &BaseInfo {
-        &self.machine.info
+        &self.machine.contact.info
     }
 
     fn not_kept(&self) -> u64 {
@@ -102,7 +102,7 @@ impl BaseDriver for RoboClaw {
     }
 
     fn host_sent(&mut self, now_ns: i64, bytes: &[u8]) {
-        self.machine.now_ns = now_ns;
+        self.machine.contact.now_ns = now_ns;
         match Request::parse(bytes) {
             // How wide the status was asked for, its question does not tell; and the odometry does not need it.
             Ok(request)
@@ -123,13 +123,13 @@ impl BaseDriver for RoboClaw {
 
 impl Session for RoboClaw {
     fn handle(&mut self, now_ns: i64, input: Input<'_>) {
-        self.machine.now_ns = now_ns;
+        self.machine.contact.now_ns = now_ns;
         self.give_up_late();
         match input {
             // No bytes are silence.
             Input::Bytes([]) | Input::Time => {}
             Input::Bytes(bytes) => self.take_bytes(bytes),
-            Input::RateRefused(baud) => self.machine.say(Event::RateRefused { baud }),
+            Input::RateRefused(baud) => self.machine.contact.say(Event::RateRefused { baud }),
             Input::PortBack => {
                 self.collector.abandon();
                 self.machine.port_back();
@@ -145,15 +145,15 @@ impl Session for RoboClaw {
     }
 
     fn poll(&mut self) -> Output {
-        self.machine.outputs.pop().unwrap_or_else(|| Output::WaitUntil(self.machine.deadline_ns()))
+        self.machine.contact.outputs.pop().unwrap_or_else(|| Output::WaitUntil(self.machine.deadline_ns()))
     }
 
     fn is_done(&self) -> bool {
-        self.machine.stage == Stage::Done && self.machine.outputs.is_empty()
+        self.machine.stage == Stage::Done && self.machine.contact.outputs.is_empty()
     }
 
     fn baud(&self) -> u32 {
-        self.machine.baud
+        self.machine.contact.baud
     }
 
     fn counts(&self) -> Counts {
@@ -161,7 +161,7 @@ impl Session for RoboClaw {
     }
 
     fn overflowed(&self) -> u64 {
-        self.machine.outputs.overflowed()
+        self.machine.contact.outputs.overflowed()
     }
 }
 

@@ -1,0 +1,98 @@
+//! What the session of every base keeps of its line: when something came, what is said of an outage, what waits to be done.
+//!
+//! Units: nanoseconds, bits per second.
+
+use biplane_wire::WireError;
+
+use super::{BaseInfo, OdometryReading};
+use crate::session::{Event, Output, Outputs, silence};
+
+/// The line to a base, as one machine's states know it.
+#[derive(Debug)]
+pub struct Contact {
+    pub(super) baud: u32,
+    /// Without a report for so long, a base that reports is lost.
+    silence_ns: i64,
+    pub(super) info: BaseInfo,
+    pub(super) outputs: Outputs,
+    pub(super) now_ns: i64,
+    pub(super) last_report_ns: i64,
+    pub(super) last_byte_ns: i64,
+    /// When a port that was gone came back.
+    port_back_ns: i64,
+    /// Rounds of asking, one after the other, that nobody answered.
+    rounds: u32,
+}
+
+impl Contact {
+    pub(super) fn new(baud: u32, silence_ns: i64, now_ns: i64) -> Self {
+        Self {
+            baud,
+            silence_ns,
+            info: BaseInfo::default(),
+            outputs: Outputs::default(),
+            now_ns,
+            last_report_ns: now_ns,
+            last_byte_ns: now_ns,
+            port_back_ns: i64::MIN,
+            rounds: 0,
+        }
+    }
+
+    pub(super) fn say(&mut self, event: Event) {
+        self.outputs.say(event);
+    }
+
+    pub(super) fn send(&mut self, emit: impl FnOnce(&mut [u8]) -> Result<usize, WireError>) {
+        self.outputs.write(emit);
+    }
+
+    pub(super) fn set_rate(&mut self) {
+        self.outputs.push(Output::SetBaud(self.baud));
+    }
+
+    /// Hands on where the base is; that it counts anew is said before.
+    pub(super) fn report(&mut self, reading: OdometryReading, restarted: bool) {
+        if restarted {
+            self.say(Event::OdometryRestarted);
+        }
+        self.outputs.push(Output::Odometry(reading));
+    }
+
+    /// A round of asking has led to nothing: says so, once. Who waits for hours need not read it every few seconds.
+    pub(super) fn round_failed(&mut self, event: Event) {
+        self.rounds += 1;
+        if self.rounds == 1 {
+            self.say(event);
+        }
+    }
+
+    /// The base answers: when it is lost again, that is said again.
+    pub(super) fn found(&mut self) {
+        self.rounds = 0;
+    }
+
+    /// Until when a report must come.
+    pub(super) fn silence_deadline_ns(&self) -> i64 {
+        silence::deadline_ns(self.last_report_ns, self.silence_ns, self.port_back_ns)
+    }
+
+    /// Whether reports stay out by now.
+    pub(super) fn is_lost(&self) -> bool {
+        self.now_ns >= self.silence_deadline_ns()
+    }
+
+    /// Says for how long there were no reports, and whether other bytes came instead.
+    pub(super) fn say_lost(&mut self) {
+        let silent_ns = self.now_ns - self.last_report_ns;
+        let for_ms = u32::try_from(silent_ns / 1_000_000).unwrap_or(u32::MAX);
+        let bytes_came = self.last_byte_ns - self.last_report_ns > self.silence_ns / 2;
+        self.say(if bytes_came { Event::Garbled { for_ms } } else { Event::Silent { for_ms } });
+    }
+
+    /// The port was gone and is there again; the base may report as before.
+    pub(super) fn port_back(&mut self) {
+        self.port_back_ns = self.now_ns;
+        self.set_rate();
+    }
+}
