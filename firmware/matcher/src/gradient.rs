@@ -107,6 +107,13 @@ impl GradientMatcher {
         }
     }
 
+    /// Forgets all references; the memory stays.
+    pub fn forget(&mut self) {
+        self.filled = 0;
+        self.next = 0;
+        self.taken_at = None;
+    }
+
     /// Finds the scan's pose by gradient ascent from the prior's mean.
     pub fn locate(&mut self, points: &EndPoints, prior: &Prior) -> (Alignment, Verdict) {
         let (pose, iterations) = self.ascend(points, prior.mean);

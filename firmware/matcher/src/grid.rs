@@ -179,6 +179,15 @@ impl Grid {
         }
     }
 
+    /// Forgets all tiles.
+    pub fn clear(&mut self) {
+        for slot in 0..self.places.len() {
+            if let Some(tile) = self.places[slot] {
+                self.release(tile);
+            }
+        }
+    }
+
     #[inline]
     fn slot(&self, tile_x: i32, tile_y: i32) -> Option<usize> {
         let entry = directory_index(tile_x, tile_y)?;

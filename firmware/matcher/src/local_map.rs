@@ -111,6 +111,13 @@ impl LocalMap {
         }
     }
 
+    /// Forgets everything; the memory stays.
+    pub fn clear(&mut self) {
+        self.grid.clear();
+        self.surfaces.clear();
+        self.free.clear();
+    }
+
     /// Surfaces in the map.
     pub fn surface_count(&self) -> usize {
         self.surfaces.len() - self.free.len()

@@ -43,6 +43,13 @@ impl MapMatcher {
         }
     }
 
+    /// Forgets everything: the next scan begins a new map, in the same memory.
+    pub fn forget(&mut self) {
+        self.map.clear();
+        self.learnt_at = None;
+        self.lost_in_a_row = 0;
+    }
+
     /// The map.
     pub fn map(&self) -> &LocalMap {
         &self.map

@@ -7,24 +7,22 @@
 mod spread;
 
 use std::path::PathBuf;
-use std::sync::atomic::AtomicBool;
 
 use biplane_clock::{monotonic_ns, thread_cpu_ns};
 use biplane_matcher::{Beam, MapSize, Method, Outcome, Tracker, TrackerParams};
-use biplane_recording::{Recording, Rig};
+use biplane_recording::Rig;
 use serde::Serialize;
 
 use crate::allocations;
-use crate::engine::{Engine, EngineOptions, Feed, KeptScans};
+use crate::engine::KeptScans;
 use crate::error::OnboardError;
-use crate::replay::feeding::{Feeding, survey};
-use crate::sink::NoSink;
+use crate::replay::feeding::kept_scans;
 pub use spread::Spread;
 
 /// What to measure.
 #[derive(Clone, PartialEq, Debug)]
 pub struct BenchOptions {
-    /// A capture, an import or a recording: one file, or its parts (see [`Recording`]).
+    /// A capture, an import or a recording: one file, or its parts (see [`Recording`](biplane_recording::Recording)).
     pub inputs: Vec<PathBuf>,
     /// The rig; the input's own when `None`.
     pub rig: Option<Rig>,
@@ -98,32 +96,13 @@ pub struct BenchReport {
 /// # Errors
 /// What is wrong with input or rig, and an input without a scan to match.
 pub fn bench(options: &BenchOptions) -> Result<BenchReport, OnboardError> {
-    let kept = gather(options)?;
+    let kept = kept_scans(&options.inputs, options.rig.as_ref(), &options.matcher)?;
     let passes = options.repeat.max(1);
     let mut watch = Watch::default();
     for _ in 0..passes {
         watch.pass(&kept, &options.matcher);
     }
     Ok(watch.report(&kept, options.matcher.method, passes))
-}
-
-/// The scans as the tracker of `record` or `replay` gets them.
-fn gather(options: &BenchOptions) -> Result<KeptScans, OnboardError> {
-    let input = Recording::open(&options.inputs)?;
-    let rig = match &options.rig {
-        Some(rig) => rig.clone(),
-        None => input.rig()?.ok_or_else(|| OnboardError::NoRig { path: input.path().to_owned() })?,
-    };
-    let (content, start_ns) = survey(&input, &rig)?;
-    let engine_options = EngineOptions { rig, matcher: options.matcher, feed: Feed::Recorded, raw: false };
-    let mut feeding = Feeding::new(Engine::new(&engine_options, NoSink, start_ns), content, start_ns);
-    feeding.engine().keep_scans();
-    feeding.feed(&input, |_| {}, &AtomicBool::new(false))?;
-    let kept = feeding.engine().take_kept_scans();
-    if kept.is_empty() {
-        return Err(OnboardError::NothingToReplay { path: input.path().to_owned() });
-    }
-    Ok(kept)
 }
 
 /// The sums of all passes.

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use crate::basin::PairsError;
 use biplane_recording::{ReadError, RigError, WriteError};
 
 /// Why a run could not be made.
@@ -16,6 +17,17 @@ pub enum OnboardError {
     /// The output cannot be written.
     #[error(transparent)]
     Write(#[from] WriteError),
+    /// A list of pairs is none.
+    #[error(transparent)]
+    Pairs(#[from] PairsError),
+    /// A scan of a list is not in the recording.
+    #[error("{} holds no scan of the horizontal laser within 6 ms of {}.{:09}", path.display(), stamp_ns / 1_000_000_000, stamp_ns % 1_000_000_000)]
+    NoScanAt {
+        /// The recording.
+        path: PathBuf,
+        /// The stamp, nanoseconds.
+        stamp_ns: i64,
+    },
     /// The input carries no rig and none was given.
     #[error("{} carries no rig.toml, and none was given with --rig", path.display())]
     NoRig {

@@ -4,6 +4,7 @@
 //! port, no thread and no clock, so that a recorded run and a replayed capture go the same way.
 
 pub mod allocations;
+pub mod basin;
 pub mod bench;
 pub mod cli;
 pub mod diagnostics;

@@ -5,5 +5,6 @@ mod convergence;
 mod corridor;
 mod drive;
 mod knobs;
+mod pair;
 mod trouble;
 mod world;

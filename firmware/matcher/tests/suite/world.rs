@@ -66,6 +66,11 @@ impl Noise {
         ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
     }
 
+    /// Evenly spread over -1 to 1.
+    pub fn even(&mut self) -> f64 {
+        2.0 * self.uniform() - 1.0
+    }
+
     pub fn normal(&mut self, sigma: f64) -> f64 {
         sigma * ((0..12).map(|_| self.uniform()).sum::<f64>() - 6.0)
     }

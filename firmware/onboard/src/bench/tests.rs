@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 
 use biplane_recording::msg::{Message, PoseWithCovarianceStamped};
 use biplane_recording::{Direction, Reader, Topic, Writer, WriterOptions};
@@ -53,7 +54,7 @@ fn the_scans_that_are_timed_give_the_poses_of_a_replay() {
     let folder = Folder::new("poses", 3);
     let output = folder.0.join("out.mcap");
     replay(&ReplayOptions::new(folder.0.join("in.mcap"), &output), &AtomicBool::new(false)).unwrap();
-    let kept = gather(&folder.options(1)).unwrap();
+    let kept = kept_scans(&[folder.0.join("in.mcap")], None, &TrackerParams::default()).unwrap();
     let mut tracker = Tracker::new(TrackerParams::default());
     let mut beams = Vec::new();
     let found = (0..kept.len()).map(|index| {

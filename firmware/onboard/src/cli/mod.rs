@@ -3,6 +3,7 @@
 //! Results go to stdout, everything else to stderr. Exit codes: 0 done; 1 failed; 2 bad arguments; 3 done, but something
 //! intact was not kept.
 
+mod basin;
 mod bench;
 mod check_config;
 mod matcher;
@@ -50,6 +51,7 @@ enum Command {
     Probe(probe::Args),
     Record(record::Args),
     Replay(replay::Args),
+    Basin(basin::Args),
     Bench(bench::Args),
     CheckConfig(check_config::Args),
     Parameters(parameters::Args),
@@ -75,6 +77,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Probe(args) => probe::run(args),
         Command::Record(args) => record::run(args, cli.quiet),
         Command::Replay(args) => replay::run(args),
+        Command::Basin(args) => basin::run(args),
         Command::Bench(args) => bench::run(args),
         Command::CheckConfig(args) => check_config::run(args),
         Command::Parameters(args) => Ok(parameters::run(args)),

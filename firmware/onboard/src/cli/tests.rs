@@ -142,3 +142,15 @@ base              /dev/base  -                  -                  -         -  
 ";
     assert_eq!(probe::table(&reports), table);
 }
+
+#[test]
+fn a_basin_without_scans_or_pairs_gives_1() {
+    let list = std::env::temp_dir().join(format!("biplane-cli-pairs-{}", std::process::id()));
+    fs::write(&list, "1 2 0.5 0 0\n").unwrap();
+    let list = list.to_string_lossy();
+    assert_eq!(exit_code(&["basin", "/nowhere.mcap", &list]), 1);
+    assert_eq!(exit_code(&["basin", "/nowhere.mcap", "/nowhere.txt"]), 1);
+    assert_eq!(exit_code(&["basin", "/nowhere.mcap"]), 2);
+    assert_eq!(exit_code(&["basin", "/nowhere.mcap", &list, "--matcher", "magic"]), 2);
+    fs::remove_file(&*list).unwrap();
+}

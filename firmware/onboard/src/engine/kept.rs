@@ -56,6 +56,11 @@ impl KeptScans {
         self.ranges_m.extend(scan.beams.iter().map(|beam| beam.range_m));
     }
 
+    /// Their stamps in order, nanoseconds.
+    pub fn stamps_ns(&self) -> impl Iterator<Item = i64> + '_ {
+        self.scans.iter().map(|kept| kept.stamp_ns)
+    }
+
     /// One of them, for [`Tracker::track`](biplane_matcher::Tracker::track); `beams` is the memory for it.
     pub fn get<'a>(&self, index: usize, beams: &'a mut Vec<Beam>) -> Option<(Scan<'a>, Option<Pose2>)> {
         let kept = self.scans.get(index)?;

@@ -1,15 +1,17 @@
-//! From a file into an engine: serial bytes or decoded measurements, each at its `log_time`. Shared by `replay` and `bench`.
+//! From a file into an engine: serial bytes or decoded measurements, each at its `log_time`. Shared by `replay`, `bench` and `basin`.
 
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use biplane_matcher::TrackerParams;
 use biplane_recording::msg::{ByteArray, LaserScan, Message, Odometry};
 use biplane_recording::rig::BaseProtocol;
 use biplane_recording::{Direction, Entry, Port, ReadError, Recording, Rig, Topic};
 
-use crate::engine::Engine;
+use crate::engine::{Engine, EngineOptions, Feed, KeptScans};
 use crate::error::OnboardError;
 use crate::report::{RunEnd, RunReport};
-use crate::sink::Sink;
+use crate::sink::{NoSink, Sink};
 
 /// What an input holds.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
@@ -128,6 +130,29 @@ impl<S: Sink> Feeding<S> {
         }
         while self.engine.next_command().is_some() {}
     }
+}
+
+/// The scans of a file as the tracker of `record` or `replay` gets them; the file's own rig when none is given.
+pub fn kept_scans(
+    inputs: &[PathBuf],
+    rig: Option<&Rig>,
+    matcher: &TrackerParams,
+) -> Result<KeptScans, OnboardError> {
+    let input = Recording::open(inputs)?;
+    let rig = match rig {
+        Some(rig) => rig.clone(),
+        None => input.rig()?.ok_or_else(|| OnboardError::NoRig { path: input.path().to_owned() })?,
+    };
+    let (content, start_ns) = survey(&input, &rig)?;
+    let options = EngineOptions { rig, matcher: *matcher, feed: Feed::Recorded, raw: false };
+    let mut feeding = Feeding::new(Engine::new(&options, NoSink, start_ns), content, start_ns);
+    feeding.engine().keep_scans();
+    feeding.feed(&input, |_| {}, &AtomicBool::new(false))?;
+    let kept = feeding.engine().take_kept_scans();
+    if kept.is_empty() {
+        return Err(OnboardError::NothingToReplay { path: input.path().to_owned() });
+    }
+    Ok(kept)
 }
 
 fn decode<M: Message>(entry: &Entry) -> Result<M, ReadError> {

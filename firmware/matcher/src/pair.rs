@@ -1,0 +1,135 @@
+//! One scan found in another one alone: what a tracker does that has seen a single scan and has no odometry, for whoever has two
+//! scans and a guess (loop closing, measuring the basin of convergence).
+//!
+//! The parts are the tracker's own: the method's map or field of the reference scan, the search around the guess, the alignment.
+//! Frame: the base at the reference scan. Units: metres, radians. Everything is allocated by [`PairMatcher::new`].
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::align::Prior;
+use crate::covariance::rows;
+use crate::gradient::GradientMatcher;
+use crate::local_map::MapParams;
+use crate::map_matcher::{MapMatcher, Verdict};
+use crate::params::{Method, TrackerParams};
+use crate::points::EndPoints;
+use crate::pose::Pose2;
+use crate::scan::Scan;
+use crate::search::Window;
+
+/// Tiles for the surroundings of one scan: half a disk of 40 m takes 1,000 tiles of 1.6 m.
+const TILES: usize = 1024;
+/// Nobody knows a guess better than this, metres and radians.
+const SUREST: f64 = 1e-3;
+
+/// Where the second scan's base is held to be, seen from the reference scan's.
+#[derive(Copy, Clone, PartialEq, Debug)]
+pub struct Guess {
+    /// The most likely place, `reference_from_base`.
+    pub reference_from_base: Pose2,
+    /// It may be off by so much in x and in y, metres. The method `map` searches that far.
+    pub half_m: f64,
+    /// It may be off by so much in heading, radians. The method `map` searches that far.
+    pub half_rad: f64,
+}
+
+/// A scan found in another.
+#[derive(Copy, Clone, PartialEq, Debug)]
+pub struct PairMatch {
+    /// The base at the second scan, seen from the base at the reference scan.
+    pub reference_from_base: Pose2,
+    /// What the scans alone know of x (m), y (m) and theta (rad): the inverse of a covariance, in the reference's axes. Along a
+    /// bare corridor it is about zero.
+    pub information: [[f64; 3]; 3],
+    /// Share of the second scan's end points that the reference explains, of those in its sight, 0 to 1.
+    pub score: f64,
+    /// Iterations of all alignments that were tried.
+    pub iterations: u32,
+    /// Whether the match is to be believed: enough of the second scan lies in the reference's sight, and enough of that is explained.
+    pub found: bool,
+}
+
+/// The method at work.
+#[derive(Clone, Debug)]
+enum Engine {
+    Map(Box<MapMatcher>),
+    Gradient(Box<GradientMatcher>),
+}
+
+/// Finds scans in a reference scan.
+#[derive(Clone, Debug)]
+pub struct PairMatcher {
+    params: TrackerParams,
+    points: EndPoints,
+    engine: Engine,
+}
+
+impl PairMatcher {
+    /// A matcher without a reference: nothing is found.
+    #[must_use]
+    pub fn new(params: TrackerParams) -> Self {
+        let tiles = params.map.tiles.min(TILES);
+        let surfaces = params.map.surfaces.min(params.points.max_beams);
+        let params = TrackerParams { map: MapParams { tiles, surfaces, ..params.map }, ..params };
+        Self {
+            points: EndPoints::new(params.points),
+            engine: match params.method {
+                Method::Map => Engine::Map(Box::new(MapMatcher::new(&params))),
+                Method::Gradient => Engine::Gradient(Box::new(GradientMatcher::new(&params))),
+            },
+            params,
+        }
+    }
+
+    /// Takes the scan to find others in; the one before is forgotten.
+    pub fn set_reference(&mut self, scan: &Scan) {
+        self.points.fill(scan);
+        match &mut self.engine {
+            Engine::Map(matcher) => {
+                matcher.forget();
+                matcher.learn(&Pose2::IDENTITY, &self.points, Verdict::NewGround);
+            }
+            Engine::Gradient(matcher) => {
+                matcher.forget();
+                matcher.learn(&Pose2::IDENTITY, &self.points);
+            }
+        }
+    }
+
+    /// Finds a scan in the reference. Without a usable range the guess comes back as not found.
+    pub fn find(&mut self, scan: &Scan, guess: &Guess) -> PairMatch {
+        self.points.fill(scan);
+        if self.points.as_slice().len() < self.params.points.min_points.max(1) {
+            return PairMatch {
+                reference_from_base: guess.reference_from_base,
+                information: [[0.0; 3]; 3],
+                score: 0.0,
+                iterations: 0,
+                found: false,
+            };
+        }
+        let prior = prior(guess);
+        let window = Window { half_m: guess.half_m, half_rad: guess.half_rad };
+        let (alignment, verdict) = match &mut self.engine {
+            Engine::Map(matcher) => matcher.locate(&self.points, &prior, &[], window, window),
+            Engine::Gradient(matcher) => matcher.locate(&self.points, &prior),
+        };
+        PairMatch {
+            reference_from_base: alignment.pose,
+            information: rows(&alignment.information),
+            score: alignment.fit.score(),
+            iterations: alignment.iterations,
+            found: verdict == Verdict::Found,
+        }
+    }
+}
+
+/// A guess as the tracker's prior: half widths count as standard deviations.
+fn prior(guess: &Guess) -> Prior {
+    let information = |half: f64| half.max(SUREST).powi(-2);
+    let (place, heading) = (information(guess.half_m), information(guess.half_rad));
+    Prior {
+        mean: guess.reference_from_base,
+        information: Matrix3::from_diagonal(&Vector3::new(place, place, heading)),
+    }
+}

@@ -1,0 +1,123 @@
+//! Basin of convergence (the paper's figure 2): scans of a recording found in one earlier scan each, from many wrong starts.
+//!
+//! For every pair of a list the second scan is matched against the first one alone, by the [`PairMatcher`] that the
+//! methods give: no odometry, nothing mapped besides. The starts lie 10 cm off in x and in y (four corners) and -30 to 30 degrees
+//! off in heading, about the pose that the list holds to be true. Times are processor time of the calling thread.
+
+mod overlay;
+mod pairs;
+mod scans;
+mod starts;
+mod summary;
+
+use std::path::PathBuf;
+
+use biplane_clock::thread_cpu_ns;
+use biplane_matcher::{PairMatcher, Pose2, Scan, TrackerParams};
+use biplane_recording::Rig;
+
+use crate::error::OnboardError;
+use crate::replay::feeding::kept_scans;
+
+pub use pairs::{Pair, PairsError, read_pairs};
+pub use starts::{HEADINGS_DEG, SHIFT_M, starts};
+pub use summary::{AtHeading, Shares, Summary};
+
+use scans::{OwnScan, scans_of};
+
+/// What to measure.
+#[derive(Clone, PartialEq, Debug)]
+pub struct BasinOptions {
+    /// A capture, an import or a recording: one file, or its parts.
+    pub inputs: Vec<PathBuf>,
+    /// The rig; the input's own when `None`.
+    pub rig: Option<Rig>,
+    /// The list of pairs.
+    pub pairs: PathBuf,
+    /// The method and its parameters.
+    pub matcher: TrackerParams,
+}
+
+/// What became of one start.
+#[derive(Copy, Clone, PartialEq, Debug)]
+pub struct Trial {
+    /// Index of its pair in the list.
+    pub pair: usize,
+    /// Index of its heading in [`HEADINGS_DEG`].
+    pub heading: usize,
+    /// The start's error: true pose to start, in the reference's axes.
+    pub start: Pose2,
+    /// Distance between the pose found and the true one, metres.
+    pub error_m: f64,
+    /// The same in heading, radians.
+    pub error_rad: f64,
+    /// Distance to where the same method ends from the true pose, metres: its own optimum.
+    pub own_error_m: f64,
+    /// The same in heading, radians.
+    pub own_error_rad: f64,
+    /// Iterations.
+    pub iterations: u32,
+    /// Processor time without the preparation of the reference, nanoseconds.
+    pub cpu_ns: i64,
+}
+
+/// All starts of all pairs.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Basin {
+    /// The pairs.
+    pub pairs: Vec<Pair>,
+    /// Which pairs have a stamp that several scans of the recording bear.
+    pub ambiguous: Vec<bool>,
+    /// Processor time to prepare each pair's reference, nanoseconds.
+    pub prepare_ns: Vec<i64>,
+    /// The starts, pair after pair.
+    pub trials: Vec<Trial>,
+}
+
+/// Matches every pair from every start.
+///
+/// # Errors
+/// When the recording or the list cannot be read, or a pair's scan is not in the recording.
+pub fn measure(options: &BasinOptions) -> Result<Basin, OnboardError> {
+    let pairs = read_pairs(&options.pairs)?;
+    let kept = kept_scans(&options.inputs, options.rig.as_ref(), &options.matcher)?;
+    let mut matcher = PairMatcher::new(options.matcher);
+    let mut basin = Basin { pairs, ambiguous: Vec::new(), prepare_ns: Vec::new(), trials: Vec::new() };
+    for index in 0..basin.pairs.len() {
+        let pair = basin.pairs[index];
+        let (scans, ambiguous) = scans_of(&kept, &pair).map_err(|stamp_ns| OnboardError::NoScanAt {
+            path: options.inputs.first().cloned().unwrap_or_default(),
+            stamp_ns,
+        })?;
+        basin.ambiguous.push(ambiguous);
+        try_pair(&mut matcher, index, scans.each_ref().map(OwnScan::scan), &mut basin);
+    }
+    Ok(basin)
+}
+
+/// All starts of one pair.
+fn try_pair(matcher: &mut PairMatcher, pair: usize, [reference, other]: [Scan; 2], basin: &mut Basin) {
+    let before_ns = thread_cpu_ns();
+    matcher.set_reference(&reference);
+    basin.prepare_ns.push(thread_cpu_ns() - before_ns);
+    let truth = basin.pairs[pair].first_from_second;
+    let own = matcher.find(&other, &starts::guess(truth)).reference_from_base;
+    for (heading, start) in starts() {
+        let guess = starts::guess(starts::moved(&truth, &start));
+        let before_ns = thread_cpu_ns();
+        let found = matcher.find(&other, &guess);
+        let cpu_ns = thread_cpu_ns() - before_ns;
+        let [off, own_off] = [truth, own].map(|pose| pose.between(&found.reference_from_base));
+        basin.trials.push(Trial {
+            pair,
+            heading,
+            start,
+            error_m: off.distance_m(),
+            error_rad: off.theta_rad.abs(),
+            own_error_m: own_off.distance_m(),
+            own_error_rad: own_off.theta_rad.abs(),
+            iterations: found.iterations,
+            cpu_ns,
+        });
+    }
+}
