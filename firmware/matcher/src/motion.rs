@@ -4,6 +4,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::odometry::{Odometry, StallWatch};
 use crate::pose::Pose2;
 
 crate::named::named_parameters! { "motion";
@@ -28,6 +29,9 @@ pub struct MotionParams {
     pub jump_m: f64,
     /// A larger turn of the odometry in one step is not believed, radians. As the jump in position.
     pub jump_rad: f64,
+    /// Odometry that stands still while the scans have moved this far (metres, or radians) has stalled and is not believed
+    /// until it moves. Smaller: odometry that comes late looks stalled; larger: more scans are searched for first.
+    pub stall_m: f64 [0.03, 100.0],
     /// Standard deviation of position when a step is only guessed from the one before, metres. Larger: a wider
     /// search for every scan without odometry; smaller: a base that starts or stops suddenly is lost.
     pub unmeasured_m: f64 [1e-06, 100.0],
@@ -47,6 +51,7 @@ impl Default for MotionParams {
             heading_floor_rad: 0.005,
             jump_m: 3.0,
             jump_rad: 2.0,
+            stall_m: 0.15,
             unmeasured_m: 0.1,
             unmeasured_rad: 0.1,
         }
@@ -65,8 +70,26 @@ pub struct Step {
     pub last_from_base: Pose2,
     /// Standard deviations of x, y (m) and theta (rad) in the last base's frame.
     pub sigma: [f64; 3],
+    /// Whether the odometry said so, or why not.
+    pub odometry: Odometry,
+}
+
+impl Step {
     /// Whether the odometry said so.
-    pub measured: bool,
+    pub fn measured(&self) -> bool {
+        self.odometry == Odometry::Used
+    }
+}
+
+/// What became of a scan's pose, for the next prediction.
+#[derive(Copy, Clone, PartialEq, Eq, Debug)]
+pub enum Found {
+    /// The scan was matched in every direction.
+    Surely,
+    /// The pose follows the odometry, wholly or along a bare corridor.
+    ByOdometry,
+    /// It is only a guess.
+    Guessed,
 }
 
 /// Remembers the last scan's odometry and step.
@@ -77,6 +100,7 @@ pub struct MotionModel {
     last_stamp_ns: Option<i64>,
     last_step: Pose2,
     usual_gap_s: Option<f64>,
+    stall: StallWatch,
 }
 
 impl MotionModel {
@@ -88,18 +112,29 @@ impl MotionModel {
             last_stamp_ns: None,
             last_step: Pose2::IDENTITY,
             usual_gap_s: None,
+            stall: StallWatch::default(),
         }
     }
 
-    /// The step to a scan with this stamp and odometry. Odometry that is not finite or has jumped counts as missing.
+    /// The step to a scan with this stamp and odometry: the odometry's own, or the last one again when there is none or it
+    /// is not believed.
     pub fn predict(&self, stamp_ns: i64, odom_from_base: Option<Pose2>) -> Step {
-        if let (Some(last), Some(now)) = (self.last_odom_from_base, odom_from_base.filter(Pose2::is_finite)) {
-            let step = last.between(&now);
-            if step.distance_m() <= self.params.jump_m && step.theta_rad.abs() <= self.params.jump_rad {
-                return Step { last_from_base: step, sigma: self.odometry_sigma(&step), measured: true };
+        let odometry = match (self.last_odom_from_base, odom_from_base) {
+            (_, Some(now)) if !now.is_finite() => Odometry::Jumped,
+            (Some(last), Some(now)) => {
+                let step = last.between(&now);
+                if step.distance_m() > self.params.jump_m || step.theta_rad.abs() > self.params.jump_rad {
+                    Odometry::Jumped
+                } else if self.stall.holds(&now) {
+                    Odometry::Stalled
+                } else {
+                    let sigma = self.odometry_sigma(&step);
+                    return Step { last_from_base: step, sigma, odometry: Odometry::Used };
+                }
             }
-        }
-        self.same_again(stamp_ns)
+            _ => Odometry::Missing,
+        };
+        Step { odometry, ..self.same_again(stamp_ns) }
     }
 
     /// The last step again, longer when scans seem to have been dropped. Stamps that repeat, step back or jitter change
@@ -114,18 +149,18 @@ impl MotionModel {
         Step {
             last_from_base: Pose2::new(x_m * scale, y_m * scale, theta_rad * scale),
             sigma: [position_m, position_m, scale * self.params.unmeasured_rad],
-            measured: false,
+            odometry: Odometry::Missing,
         }
     }
 
-    /// Takes note of where the scan was found in the end; `found` is false when that is only a guess, which is worth
-    /// less and less as a guess for the next one.
+    /// Takes note of where the scan was found in the end. What is only a guess is worth less and less as a guess for the
+    /// next one.
     pub fn update(
         &mut self,
         stamp_ns: i64,
         odom_from_base: Option<Pose2>,
-        last_from_base: Pose2,
-        found: bool,
+        (map_from_last, map_from_base): (&Pose2, &Pose2),
+        found: Found,
     ) {
         if let Some(gap_s) = self.gap_s(stamp_ns) {
             let usual_s = self.usual_gap_s.unwrap_or(gap_s);
@@ -133,8 +168,14 @@ impl MotionModel {
         }
         self.last_stamp_ns = Some(stamp_ns);
         self.last_odom_from_base = odom_from_base.filter(Pose2::is_finite);
-        let worth = if found { 1.0 } else { 0.5 };
-        let Pose2 { x_m, y_m, theta_rad } = last_from_base;
+        match self.last_odom_from_base {
+            Some(odom) if found == Found::Surely => {
+                self.stall.matched(&odom, map_from_base, self.params.stall_m);
+            }
+            _ => self.stall.unmatched(),
+        }
+        let worth = if found == Found::Guessed { 0.5 } else { 1.0 };
+        let Pose2 { x_m, y_m, theta_rad } = map_from_last.between(map_from_base);
         self.last_step = Pose2::new(worth * x_m, worth * y_m, worth * theta_rad);
     }
 
@@ -177,7 +218,7 @@ mod tests {
     fn after_steps(stamps_ns: &[i64]) -> MotionModel {
         let mut model = MotionModel::new(MotionParams::default());
         for stamp_ns in stamps_ns {
-            model.update(*stamp_ns, None, STEP, true);
+            model.update(*stamp_ns, None, (&Pose2::IDENTITY, &STEP), Found::Surely);
         }
         model
     }
@@ -185,9 +226,10 @@ mod tests {
     #[test]
     fn odometry_gives_its_own_step_and_more_noise_the_longer_it_is() {
         let mut model = MotionModel::new(MotionParams::default());
-        model.update(0, Some(Pose2::new(5.0, 5.0, FRAC_PI_2)), Pose2::IDENTITY, true);
+        let still = (&Pose2::IDENTITY, &Pose2::IDENTITY);
+        model.update(0, Some(Pose2::new(5.0, 5.0, FRAC_PI_2)), still, Found::Surely);
         let short = model.predict(S, Some(Pose2::new(5.0, 5.1, FRAC_PI_2)));
-        assert!(short.measured && (short.last_from_base.x_m - 0.1).abs() < 1e-12);
+        assert!(short.measured() && (short.last_from_base.x_m - 0.1).abs() < 1e-12);
         let long = model.predict(S, Some(Pose2::new(5.0, 6.0, FRAC_PI_2)));
         assert!((0..3).all(|i| long.sigma[i] > short.sigma[i]));
     }
@@ -195,10 +237,15 @@ mod tests {
     #[test]
     fn a_jump_or_no_number_counts_as_no_odometry() {
         let mut model = after_steps(&[0, S]);
-        model.update(2 * S, Some(Pose2::IDENTITY), STEP, true);
-        for odom in [None, Some(Pose2::new(50.0, 0.0, 0.0)), Some(Pose2::new(f64::NAN, 0.0, 0.0))] {
+        model.update(2 * S, Some(Pose2::IDENTITY), (&Pose2::IDENTITY, &STEP), Found::Surely);
+        for (odom, state) in [
+            (None, Odometry::Missing),
+            (Some(Pose2::new(50.0, 0.0, 0.0)), Odometry::Jumped),
+            (Some(Pose2::new(0.0, 0.0, 3.0)), Odometry::Jumped),
+            (Some(Pose2::new(f64::NAN, 0.0, 0.0)), Odometry::Jumped),
+        ] {
             let step = model.predict(3 * S, odom);
-            assert_eq!((step.last_from_base, step.measured), (STEP, false));
+            assert_eq!((step.last_from_base, step.odometry), (STEP, state));
         }
     }
 
@@ -216,13 +263,14 @@ mod tests {
     #[test]
     fn a_guess_that_was_not_confirmed_fades() {
         let mut model = after_steps(&[0]);
-        model.update(S, None, STEP, false);
+        model.update(S, None, (&Pose2::IDENTITY, &STEP), Found::Guessed);
         assert_eq!(model.same_again(2 * S).last_from_base.x_m, 0.05);
     }
 
     #[test]
     fn heading_noise_becomes_noise_across_the_way_driven() {
-        let step = Step { last_from_base: Pose2::new(2.0, 0.0, 0.0), sigma: [0.0; 3], measured: true };
+        let step =
+            Step { last_from_base: Pose2::new(2.0, 0.0, 0.0), sigma: [0.0; 3], odometry: Odometry::Used };
         let before = Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, 0.01));
         // Looking along y and driving 2 m: sigma 0.1 rad is 0.2 m along x.
         let after = propagate(&before, &Pose2::new(0.0, 0.0, FRAC_PI_2), &step);
@@ -232,7 +280,7 @@ mod tests {
 
     #[test]
     fn noise_ahead_turns_with_the_base() {
-        let step = Step { last_from_base: Pose2::IDENTITY, sigma: [0.3, 0.1, 0.0], measured: true };
+        let step = Step { last_from_base: Pose2::IDENTITY, sigma: [0.3, 0.1, 0.0], odometry: Odometry::Used };
         let after = propagate(&Matrix3::zeros(), &Pose2::new(0.0, 0.0, FRAC_PI_2), &step);
         assert!((after[(0, 0)] - 0.01).abs() < 1e-12 && (after[(1, 1)] - 0.09).abs() < 1e-12, "{after}");
     }

@@ -8,7 +8,8 @@ use crate::align::{Alignment, Prior};
 use crate::covariance::{inverse, rows, weakest_sigma_m};
 use crate::gradient::GradientMatcher;
 use crate::map_matcher::{MapMatcher, Verdict};
-use crate::motion::{MotionModel, Step, propagate};
+use crate::motion::{Found, MotionModel, Step, propagate};
+use crate::odometry::Odometry;
 use crate::params::{Method, TrackerParams};
 use crate::points::EndPoints;
 use crate::pose::Pose2;
@@ -43,6 +44,8 @@ pub struct Tracked {
     pub iterations: u32,
     /// What became of the scan.
     pub outcome: Outcome,
+    /// What became of its odometry.
+    pub odometry: Odometry,
 }
 
 /// How much of the pools the map uses.
@@ -124,9 +127,14 @@ impl Tracker {
         } else {
             self.first()
         };
-        let found = step.measured || matches!(tracked.outcome, Outcome::Matched | Outcome::Weak);
-        self.motion.update(scan.stamp_ns, odom_from_base, last.between(&self.map_from_base), found);
-        tracked
+        let found = match tracked.outcome {
+            Outcome::First | Outcome::Matched => Found::Surely,
+            _ if step.measured() => Found::ByOdometry,
+            Outcome::Weak => Found::ByOdometry,
+            Outcome::Lost | Outcome::NoReturns => Found::Guessed,
+        };
+        self.motion.update(scan.stamp_ns, odom_from_base, (&last, &self.map_from_base), found);
+        Tracked { odometry: step.odometry, ..tracked }
     }
 
     fn unmatched(&self, outcome: Outcome) -> Tracked {
@@ -136,6 +144,7 @@ impl Tracker {
             score: 0.0,
             iterations: 0,
             outcome,
+            odometry: Odometry::default(),
         }
     }
 
@@ -188,7 +197,7 @@ impl Tracker {
     /// How far to look around for every scan: headings always, places too when there is no odometry.
     fn glance(&self, step: &Step) -> Window {
         let half_rad = self.params.search.glance_rad;
-        Window { half_m: if step.measured { 0.0 } else { 2.0 * step.sigma[0] }, half_rad }
+        Window { half_m: if step.measured() { 0.0 } else { 2.0 * step.sigma[0] }, half_rad }
     }
 
     /// How far the search has to look: as far as the prior may be off.

@@ -1,6 +1,6 @@
 //! The state of a run as `diagnostic_msgs/msg/DiagnosticArray`: one status a device, one for the matcher, one for the recorder.
 
-use biplane_matcher::Outcome;
+use biplane_matcher::{Odometry, Outcome};
 use biplane_recording::msg::{DiagnosticArray, DiagnosticStatus, KeyValue};
 
 use crate::health::{Health, LineFault, LineHealth, MatcherHealth};
@@ -96,24 +96,50 @@ fn of_laser(laser: &LaserHealth) -> [KeyValue; 11] {
 }
 
 fn of_matcher(matcher: &MatcherHealth) -> DiagnosticStatus {
-    let (level, message) = match matcher.last_outcome {
-        None => (DiagnosticStatus::STALE, "no scan yet"),
-        Some(Outcome::First) => (DiagnosticStatus::OK, "first scan"),
-        Some(Outcome::Matched) => (DiagnosticStatus::OK, "matched"),
-        Some(Outcome::Weak) => (DiagnosticStatus::OK, "matched, weak in one direction"),
-        Some(Outcome::Lost) => (DiagnosticStatus::WARN, "no match, follows the odometry"),
-        Some(Outcome::NoReturns) => (DiagnosticStatus::WARN, "no returns, follows the odometry"),
+    let guessed = matcher.last_odometry != Odometry::Used;
+    let (mut level, mut message) = match matcher.last_outcome {
+        None => (DiagnosticStatus::STALE, "no scan yet".to_owned()),
+        Some(outcome) => of_outcome(outcome, guessed),
     };
+    if let Some(words) = of_odometry(matcher) {
+        level = level.max(DiagnosticStatus::WARN);
+        message = format!("{message}; {words}");
+    }
+    let [missing, jumped, stalled] = &matcher.guessed;
     let values = vec![
         value("poses", &matcher.poses),
         value("unmatched", &matcher.unmatched),
         value("score", &format_args!("{:.3}", matcher.last_score)),
         value("iterations", &matcher.last_iterations),
+        value("odometry_missing", missing),
+        value("odometry_jumped", jumped),
+        value("odometry_stalled", stalled),
         value("latency_ms", &format_args!("{:.2}", matcher.latency_s * 1e3)),
         value("waiting", &matcher.waiting),
         value("waiting_vertical", &matcher.waiting_vertical),
     ];
-    status("matcher", level, message, values)
+    status("matcher", level, &message, values)
+}
+
+fn of_outcome(outcome: Outcome, guessed: bool) -> (u8, String) {
+    let by = if guessed { "goes on with the last motion" } else { "follows the odometry" };
+    match outcome {
+        Outcome::First => (DiagnosticStatus::OK, "first scan".to_owned()),
+        Outcome::Matched => (DiagnosticStatus::OK, "matched".to_owned()),
+        Outcome::Weak => (DiagnosticStatus::OK, "matched, weak in one direction".to_owned()),
+        Outcome::Lost => (DiagnosticStatus::WARN, format!("no match, {by}")),
+        Outcome::NoReturns => (DiagnosticStatus::WARN, format!("no returns, {by}")),
+    }
+}
+
+/// What is wrong with the odometry. The first scan needs none.
+fn of_odometry(matcher: &MatcherHealth) -> Option<&'static str> {
+    match (matcher.last_odometry, matcher.last_outcome?) {
+        (Odometry::Used, _) | (Odometry::Missing, Outcome::First) => None,
+        (Odometry::Missing, _) => Some("odometry missing"),
+        (Odometry::Jumped, _) => Some("odometry jumped, not believed"),
+        (Odometry::Stalled, _) => Some("odometry stalled, not believed"),
+    }
 }
 
 fn of_recorder(health: &Health) -> DiagnosticStatus {
@@ -128,4 +154,38 @@ fn of_recorder(health: &Health) -> DiagnosticStatus {
         value("clock_steps", &health.clock_steps),
     ];
     status("recorder", level, message, values)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_matcher_says_what_became_of_the_scan_and_of_the_odometry() {
+        use Odometry::{Jumped, Missing, Stalled, Used};
+        for (outcome, odometry, level, words) in [
+            (None, Missing, DiagnosticStatus::STALE, "no scan yet"),
+            (Some(Outcome::First), Missing, DiagnosticStatus::OK, "first scan"),
+            (Some(Outcome::Matched), Used, DiagnosticStatus::OK, "matched"),
+            (Some(Outcome::Matched), Missing, DiagnosticStatus::WARN, "matched; odometry missing"),
+            (
+                Some(Outcome::Weak),
+                Stalled,
+                DiagnosticStatus::WARN,
+                "matched, weak in one direction; odometry stalled, not believed",
+            ),
+            (Some(Outcome::Lost), Used, DiagnosticStatus::WARN, "no match, follows the odometry"),
+            (
+                Some(Outcome::NoReturns),
+                Jumped,
+                DiagnosticStatus::WARN,
+                "no returns, goes on with the last motion; odometry jumped, not believed",
+            ),
+        ] {
+            let mut matcher = MatcherHealth { last_outcome: outcome, ..MatcherHealth::default() };
+            matcher.note_odometry(odometry);
+            let status = of_matcher(&matcher);
+            assert_eq!((status.level, status.message.as_str()), (level, words));
+        }
+    }
 }

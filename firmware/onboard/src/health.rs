@@ -1,6 +1,6 @@
 //! The state of a run as plain numbers, taken once a second: what flows, what is damaged, what is late.
 
-use biplane_matcher::Outcome;
+use biplane_matcher::{Odometry, Outcome};
 use biplane_wire::Counts;
 
 use crate::session::laser::LaserHealth;
@@ -53,6 +53,10 @@ pub struct MatcherHealth {
     pub unmatched: u64,
     /// What became of the last scan.
     pub last_outcome: Option<Outcome>,
+    /// What became of its odometry.
+    pub last_odometry: Odometry,
+    /// Scans whose motion was guessed, because the odometry was missing, jumped or stalled.
+    pub guessed: [u64; 3],
     /// Its score, 0 to 1.
     pub last_score: f64,
     /// Its iterations.
@@ -65,6 +69,19 @@ pub struct MatcherHealth {
     pub waiting: usize,
     /// Vertical scans that wait for a pose.
     pub waiting_vertical: usize,
+}
+
+impl MatcherHealth {
+    /// Takes note of what became of a scan's odometry.
+    pub fn note_odometry(&mut self, odometry: Odometry) {
+        self.last_odometry = odometry;
+        match odometry {
+            Odometry::Used => {}
+            Odometry::Missing => self.guessed[0] += 1,
+            Odometry::Jumped => self.guessed[1] += 1,
+            Odometry::Stalled => self.guessed[2] += 1,
+        }
+    }
 }
 
 /// The state of a run.

@@ -14,6 +14,7 @@ const OTHER: &[(&str, f64)] = &[
     ("motion.heading_floor_rad", 0.1),
     ("motion.jump_m", 100.0),
     ("motion.jump_rad", 0.01),
+    ("motion.stall_m", 0.03),
     ("motion.unmeasured_m", 0.3),
     ("motion.unmeasured_rad", 0.3),
     ("points.max_beams", 50.0),
@@ -94,6 +95,7 @@ fn troubled_drive(params: TrackerParams) -> String {
             15..18 => None,
             30 => Some(Pose2::new(90.0, 0.0, 0.0)),
             35 => Some(truth * Pose2::new(0.0, 0.0, 0.25)),
+            62..68 => Some(Pose2::new(0.04 * 61.0, 0.61, 1.22)), // a wheel's encoder comes loose
             _ => Some(truth * Pose2::new(0.01 * (at * 0.7).sin(), 0.0, 0.01 * at.sin())),
         };
         if i == 40 {

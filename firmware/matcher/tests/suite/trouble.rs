@@ -1,6 +1,6 @@
 //! Scans, stamps and odometry that are missing, repeated, backward or wrong: every case has a defined outcome.
 
-use biplane_matcher::{Beam, Method, Outcome, Pose2, Tracked, Tracker, TrackerParams};
+use biplane_matcher::{Beam, Method, Odometry, Outcome, Pose2, Tracked, Tracker, TrackerParams};
 
 use crate::world::{Noise, World, error, look, track};
 
@@ -40,13 +40,56 @@ fn without_odometry_broken_stamps_do_no_harm() {
     assert_on_track(&drive(Method::Map, stamp, |_| None), 0);
 }
 
+/// What was said of the odometry, each state once with the first scan it was said of.
+fn states(run: &[Tracked]) -> Vec<(usize, Odometry)> {
+    let mut states: Vec<(usize, Odometry)> = Vec::new();
+    for (i, tracked) in run.iter().enumerate() {
+        if states.last().is_none_or(|(_, state)| *state != tracked.odometry) {
+            states.push((i, tracked.odometry));
+        }
+    }
+    states
+}
+
 #[test]
-fn odometry_that_jumps_or_stalls_or_is_no_number_is_overcome() {
+fn odometry_that_is_missing_jumps_or_is_no_number_is_said_and_overcome() {
+    use Odometry::{Jumped, Missing, Used};
+    let none = drive(Method::Map, i64::from, |_| None);
+    assert_on_track(&none, 0);
+    assert_eq!(states(&none), [(0, Missing)]);
     let jump = |i: i32| Some(Pose2::new(if i < 20 { 0.0 } else { 50.0 }, 0.0, 0.0) * straight(i));
-    assert_on_track(&drive(Method::Map, i64::from, jump), 0);
-    assert_on_track(&drive(Method::Map, i64::from, |_| Some(Pose2::IDENTITY)), 0);
+    let jump = drive(Method::Map, i64::from, jump);
+    assert_on_track(&jump, 0);
+    assert_eq!(states(&jump), [(0, Missing), (1, Used), (20, Jumped), (21, Used)]);
     let broken = |i: i32| Some(if i == 20 { Pose2::new(f64::NAN, 0.0, 0.0) } else { straight(i) });
-    assert_on_track(&drive(Method::Map, i64::from, broken), 0);
+    let broken = drive(Method::Map, i64::from, broken);
+    assert_on_track(&broken, 0);
+    assert_eq!(states(&broken), [(0, Missing), (1, Used), (20, Jumped), (21, Missing), (22, Used)]);
+}
+
+#[test]
+fn odometry_that_stalls_is_said_and_overcome_until_it_moves_again() {
+    let stall = |i: i32| Some(straight(if i < 10 { i } else { 10.max(i - 20) }));
+    let run = drive(Method::Map, i64::from, stall);
+    assert_on_track(&run, 0);
+    // From scan 10 on it stands; seven steps of 22 mm later that is noticed; at scan 31 it moves again.
+    let [first, moves, stalls, again] = states(&run)[..] else { panic!("{:?}", states(&run)) };
+    assert_eq!((first, moves), ((0, Odometry::Missing), (1, Odometry::Used)));
+    assert!((17..=19).contains(&stalls.0) && stalls.1 == Odometry::Stalled, "{stalls:?}");
+    assert!((31..=33).contains(&again.0) && again.1 == Odometry::Used, "{again:?}");
+}
+
+#[test]
+fn odometry_that_comes_late_or_counts_wrongly_is_overcome() {
+    let late = |i: i32| Some(straight((i - 3).max(0)));
+    assert_on_track(&drive(Method::Map, i64::from, late), 0);
+    for scale in [0.5, 2.0, -1.0] {
+        let scaled = |i: i32| {
+            let Pose2 { x_m, y_m, theta_rad } = straight(i);
+            Some(Pose2::new(scale * x_m, scale * y_m, scale * theta_rad))
+        };
+        assert_on_track(&drive(Method::Map, i64::from, scaled), 0);
+    }
 }
 
 fn sigma_m(tracked: &Tracked) -> f64 {

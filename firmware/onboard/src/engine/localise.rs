@@ -89,6 +89,7 @@ impl Localiser {
         self.health.poses += 1;
         self.health.unmatched += u64::from(unmatched);
         self.health.last_outcome = Some(tracked.outcome);
+        self.health.note_odometry(tracked.odometry);
         self.health.last_score = tracked.score;
         self.health.last_iterations = tracked.iterations;
         let map_from_base = tracked.map_from_base;

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-use biplane_matcher::Outcome;
+use biplane_matcher::{Odometry, Outcome};
 use serde::Serialize;
 
 use crate::health::{Health, LineFault, LineHealth};
@@ -38,6 +38,8 @@ pub struct LineStatus {
 pub struct MatcherStatus {
     /// What became of the last scan: `first`, `matched`, `weak`, `lost`, `no_returns`; nothing before the first.
     pub outcome: Option<&'static str>,
+    /// What became of its odometry: `used`, `missing`, `jumped`, `stalled`; nothing before the first scan.
+    pub odometry: Option<&'static str>,
     /// Its score, 0 to 1.
     pub score: f64,
     /// Poses so far.
@@ -110,6 +112,7 @@ impl Status {
             pose: (matcher.poses > 0).then_some(PoseStatus { x_m, y_m, theta_rad }),
             matcher: MatcherStatus {
                 outcome: matcher.last_outcome.map(outcome),
+                odometry: matcher.last_outcome.map(|_| odometry(matcher.last_odometry)),
                 score: matcher.last_score,
                 poses: matcher.poses,
                 unmatched: matcher.unmatched,
@@ -186,6 +189,15 @@ fn outcome(outcome: Outcome) -> &'static str {
         Outcome::Weak => "weak",
         Outcome::Lost => "lost",
         Outcome::NoReturns => "no_returns",
+    }
+}
+
+fn odometry(odometry: Odometry) -> &'static str {
+    match odometry {
+        Odometry::Used => "used",
+        Odometry::Missing => "missing",
+        Odometry::Jumped => "jumped",
+        Odometry::Stalled => "stalled",
     }
 }
 
