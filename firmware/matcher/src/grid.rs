@@ -127,6 +127,22 @@ impl Grid {
         self.cells.get_mut(slot * TILE_CELLS + within_tile(x, y))
     }
 
+    /// The cells `first` to `last` of a row, which lie in one tile; none where no tile is.
+    #[inline]
+    pub fn row(&self, first: i32, last: i32, y: i32) -> &[Cell] {
+        let Some(slot) = self.slot(first >> TILE_BITS, y >> TILE_BITS) else { return &[] };
+        let start = slot * TILE_CELLS + within_tile(first, y);
+        &self.cells[start..=start + (last - first) as usize]
+    }
+
+    /// The same for writing.
+    #[inline]
+    pub fn row_mut(&mut self, first: i32, last: i32, y: i32) -> &mut [Cell] {
+        let Some(slot) = self.slot(first >> TILE_BITS, y >> TILE_BITS) else { return &mut [] };
+        let start = slot * TILE_CELLS + within_tile(first, y);
+        &mut self.cells[start..=start + (last - first) as usize]
+    }
+
     /// The block that holds this cell.
     #[inline]
     pub fn block(&self, x: i32, y: i32) -> Block {

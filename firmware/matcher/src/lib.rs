@@ -17,6 +17,7 @@ mod map_matcher;
 mod motion;
 mod named;
 mod odometry;
+mod paint;
 mod pair;
 mod params;
 mod points;

@@ -5,6 +5,7 @@
 //! new ones are not taken until some are freed.
 
 use crate::grid::{Cell, Claim, Grid, MAX_SURFACES, TILE};
+use crate::paint::Brush;
 use crate::points::{EndPoints, Kind};
 use crate::pose::Pose2;
 use crate::surface::{Placement, Surface, minus};
@@ -73,16 +74,9 @@ pub struct LocalMap {
     pub(crate) grid: Grid,
     pub(crate) surfaces: Vec<Surface>,
     free: Vec<u32>,
-    disk: Vec<Offset>,
+    pub(crate) brush: Brush,
     reach: i32,
     cells_per_m: f32,
-}
-
-#[derive(Copy, Clone, Debug)]
-struct Offset {
-    x: i32,
-    y: i32,
-    squared: u8,
 }
 
 impl LocalMap {
@@ -90,21 +84,11 @@ impl LocalMap {
     pub fn new(params: MapParams) -> Self {
         let capacity = params.surfaces.clamp(1, MAX_SURFACES);
         let reach = ((params.reach_m / params.cell_m).round() as i32).clamp(1, 15);
-        let mut disk = Vec::new();
-        for y in -reach..=reach {
-            for x in -reach..=reach {
-                if let Ok(squared) = u8::try_from(x * x + y * y)
-                    && x * x + y * y <= reach * reach
-                {
-                    disk.push(Offset { x, y, squared });
-                }
-            }
-        }
         Self {
             grid: Grid::new(params.tiles),
             surfaces: Vec::with_capacity(capacity),
             free: Vec::with_capacity(capacity),
-            disk,
+            brush: Brush::new(reach),
             reach,
             cells_per_m: (1.0 / params.cell_m) as f32,
             params,
@@ -216,56 +200,20 @@ impl LocalMap {
         }
     }
 
-    /// Tells the cells within reach of a surface that it is there.
-    fn paint(&mut self, index: u32) {
-        let home = self.surfaces[index as usize].home.map(i32::from);
-        for entry in 0..self.disk.len() {
-            let offset = self.disk[entry];
-            let (x, y) = (home[0] + offset.x, home[1] + offset.y);
-            if !self.claim(x, y) {
-                continue;
-            }
-            if let Some(cell) = self.grid.cell_mut(x, y)
-                && (cell.surface().is_none() || offset.squared < cell.squared())
-            {
-                *cell = Cell::near(index, offset.squared);
-            }
-        }
-    }
-
-    /// Takes a surface out of the map; cells that named it find their next nearest.
-    pub(crate) fn remove(&mut self, index: u32) {
-        let home = self.surfaces[index as usize].home.map(i32::from);
-        for entry in 0..self.disk.len() {
-            let offset = self.disk[entry];
-            if let Some(cell) = self.grid.cell_mut(home[0] + offset.x, home[1] + offset.y)
-                && cell.surface() == Some(index)
-            {
-                *cell = Cell::default();
-            }
-        }
-        if let Some(block) = self.grid.block_mut(home[0], home[1]) {
-            block.surfaces = block.surfaces.saturating_sub(1);
-        }
+    /// A surface's place in the pool may be used again.
+    pub(crate) fn free(&mut self, index: u32) {
         self.free.push(index);
-        let around = 2 * self.reach;
-        for y in home[1] - around..=home[1] + around {
-            for x in home[0] - around..=home[0] + around {
-                if let Some(other) = self.grid.cell(x, y).own() {
-                    self.paint(other);
-                }
-            }
-        }
     }
 
     /// Forgets a tile (tile coordinates) and the surfaces in it.
     fn forget(&mut self, tile: [i32; 2]) {
         let [left, low] = tile.map(|t| t * TILE);
+        let reach = self.reach;
         let inside = |home: [i16; 2]| {
             [i32::from(home[0]).div_euclid(TILE), i32::from(home[1]).div_euclid(TILE)] == tile
         };
-        for y in low - self.reach..low + TILE + self.reach {
-            for x in left - self.reach..left + TILE + self.reach {
+        for y in low - reach..low + TILE + reach {
+            for x in left - reach..left + TILE + reach {
                 let Some(cell) = self.grid.cell_mut(x, y) else { continue };
                 let Some(index) = cell.surface() else { continue };
                 if inside(self.surfaces[index as usize].home) {
