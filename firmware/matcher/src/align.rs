@@ -8,6 +8,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::doubt::Doubt;
+use crate::journal::Journal;
 use crate::local_map::LocalMap;
 use crate::points::{EndPoint, EndPoints, Kind};
 use crate::pose::{Pose2, wrap_angle};
@@ -196,13 +197,14 @@ impl Normal {
     }
 }
 
-/// Aligns a scan with the map, starting at `start` and held by the prior.
+/// Aligns a scan with the map, starting at `start` and held by the prior; each iteration goes to the journal.
 pub fn align(
     map: &LocalMap,
     points: &EndPoints,
     start: Pose2,
     prior: &Prior,
     params: &AlignParams,
+    journal: &mut Journal,
 ) -> Alignment {
     let mut pose = start;
     let mut scale_m = params.capture_m.max(params.outlier_m);
@@ -219,7 +221,12 @@ pub fn align(
         if !step.iter().all(|value| value.is_finite()) {
             break;
         }
+        let from = pose;
         pose = Pose2::new(pose.x_m + step[0], pose.y_m + step[1], wrap_angle(pose.theta_rad + step[2]));
+        if journal.is_kept() {
+            let (cost, used) = cost(map, points, &from, scale_m as f32, params);
+            journal.push(iterations - 1, [&from, &pose], (cost + prior.against(&from), used));
+        }
         let at_rest = step[0].hypot(step[1]) < params.rest_m && step[2].abs() < params.rest_rad;
         if at_rest && scale_m <= params.outlier_m {
             break;
@@ -283,6 +290,35 @@ fn add_point(
     let weight = sureness * cauchy(residual * residual, scale_m) / square(params.range_noise_m);
     normal.add(direction, arm[0] * direction[1] - arm[1] * direction[0], residual, weight);
     tangent.add([-direction[1], direction[0]], dot(arm, direction), 0.0, weight);
+}
+
+/// What an alignment makes small, but for the prior, and how many end points have a say: what [`add_point`] differentiates.
+fn cost(map: &LocalMap, points: &EndPoints, pose: &Pose2, scale_m: f32, params: &AlignParams) -> (f64, u32) {
+    let placement = Placement::new(pose);
+    let (mut cost, mut used) = (0.0, 0);
+    for point in points.as_slice() {
+        let (at_m, own) = placement.place_point(point);
+        let Some(surface) = map.nearest(at_m) else { continue };
+        let offset = minus(at_m, surface.at_m);
+        let strength = dot(surface.normal, surface.normal);
+        let (squared, noise_m) = if strength < params.line_strength as f32 {
+            if point.kind != Kind::Point {
+                continue;
+            }
+            (dot(offset, offset), params.point_noise_m)
+        } else {
+            if dot(own, surface.normal) < 0.5 * strength && dot(point.normal, point.normal) > 0.5 {
+                continue;
+            }
+            (square32(dot(offset, surface.normal)) / strength, params.range_noise_m)
+        };
+        let sureness = f64::from(point.weight * surface.hits / (1.0 + surface.hits));
+        let scale_squared = f64::from(square32(scale_m));
+        let robust = scale_squared * (f64::from(squared) / scale_squared).ln_1p();
+        cost += 0.5 * sureness * robust / (noise_m * noise_m);
+        used += 1;
+    }
+    (cost, used)
 }
 
 /// How well a pose explains a scan.

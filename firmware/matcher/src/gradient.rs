@@ -9,6 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::align::{Alignment, Fit, Prior};
 use crate::doubt::Doubt;
 use crate::field::{Field, Reference};
+use crate::journal::Journal;
 use crate::map_matcher::Verdict;
 use crate::params::TrackerParams;
 use crate::points::EndPoints;
@@ -89,6 +90,8 @@ pub struct GradientMatcher {
     filled: usize,
     next: usize,
     taken_at: Option<Pose2>,
+    /// The iterations of the last scan.
+    pub journal: Journal,
 }
 
 impl GradientMatcher {
@@ -104,6 +107,7 @@ impl GradientMatcher {
             filled: 0,
             next: 0,
             taken_at: None,
+            journal: Journal::default(),
         }
     }
 
@@ -132,8 +136,8 @@ impl GradientMatcher {
 
     /// Steps of a length that grows while the gradient keeps its direction and shrinks when it turns back: unlike a
     /// test for more likelihood this is not led astray by end points that slip into occlusion.
-    fn ascend(&self, points: &EndPoints, start: Pose2) -> (Pose2, u32) {
-        let params = &self.params.gradient;
+    fn ascend(&mut self, points: &EndPoints, start: Pose2) -> (Pose2, u32) {
+        let params = self.params.gradient;
         let arm_m = typical_distance_m(points).max(0.1);
         let mut pose = start;
         let mut before = Vector3::zeros();
@@ -149,9 +153,14 @@ impl GradientMatcher {
             let direction = uphill / steepness;
             step_m *= if direction.dot(&before) < 0.0 { params.step_shrink } else { params.step_growth };
             step_m = step_m.min(params.first_step_m);
+            let from = pose;
             pose.x_m += step_m * direction[0];
             pose.y_m += step_m * direction[1];
             pose.theta_rad = wrap_angle(pose.theta_rad + step_m * direction[2] / arm_m);
+            if self.journal.is_kept() {
+                let cost = self.cost(points, &from);
+                self.journal.push(iteration, [&from, &pose], cost);
+            }
             before = direction;
         }
         (pose, params.max_iterations)
@@ -169,6 +178,15 @@ impl GradientMatcher {
             sums[2] += arm[0] * gy - arm[1] * gx;
         }
         Vector3::from(sums.map(f64::from))
+    }
+
+    /// Minus the summed log-likelihood, metres, and how many end points have a say.
+    fn cost(&self, points: &EndPoints, pose: &Pose2) -> (f64, u32) {
+        let placement = Placement::new(pose);
+        let values = points.as_slice().iter().map(|point| self.field.at(placement.place(point.at_m)).value);
+        values
+            .filter(|value| *value != 0.0)
+            .fold((0.0, 0), |(cost, used), value| (cost - f64::from(value), used + 1))
     }
 
     /// What the scan knows at its final pose: each end point its distance along the field's gradient.

@@ -4,6 +4,7 @@
 //! finds. A scan that contradicts the map teaches it nothing, until patience ends. Frame: map. Units: metres, radians.
 
 use crate::align::{Alignment, Prior, align};
+use crate::journal::Journal;
 use crate::local_map::LocalMap;
 use crate::params::TrackerParams;
 use crate::points::EndPoints;
@@ -18,6 +19,8 @@ pub struct MapMatcher {
     search: Search,
     learnt_at: Option<Pose2>,
     lost_in_a_row: u32,
+    /// The iterations of the last scan.
+    pub journal: Journal,
 }
 
 /// Whether an alignment is to be believed.
@@ -40,6 +43,7 @@ impl MapMatcher {
             search: Search::new(params.search, params.map.cell_m),
             learnt_at: None,
             lost_in_a_row: 0,
+            journal: Journal::default(),
         }
     }
 
@@ -64,7 +68,7 @@ impl MapMatcher {
         glance: Window,
         window: Window,
     ) -> (Alignment, Verdict) {
-        let mut best = align(&self.map, points, prior.mean, prior, &self.params.align);
+        let mut best = align(&self.map, points, prior.mean, prior, &self.params.align, &mut self.journal);
         let seen = self.search.run(&self.map, points, &prior.mean, glance)[0];
         if seen.score > 0.0 && !self.search.neighbours(&seen.pose, &best.pose) {
             self.try_from(points, seen.pose, prior, &mut best);
@@ -94,8 +98,8 @@ impl MapMatcher {
     }
 
     /// Aligns from another start and keeps the result when it is the likelier one.
-    fn try_from(&self, points: &EndPoints, start: Pose2, prior: &Prior, best: &mut Alignment) {
-        let found = align(&self.map, points, start, prior, &self.params.align);
+    fn try_from(&mut self, points: &EndPoints, start: Pose2, prior: &Prior, best: &mut Alignment) {
+        let found = align(&self.map, points, start, prior, &self.params.align, &mut self.journal);
         let iterations = best.iterations + found.iterations;
         let align = &self.params.align;
         if found.likelihood(prior, align) > best.likelihood(prior, align) {

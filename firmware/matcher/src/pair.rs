@@ -8,10 +8,11 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::align::Prior;
 use crate::covariance::rows;
-use crate::gradient::GradientMatcher;
+use crate::engine::Engine;
+use crate::journal::Journal;
 use crate::local_map::MapParams;
-use crate::map_matcher::{MapMatcher, Verdict};
-use crate::params::{Method, TrackerParams};
+use crate::map_matcher::Verdict;
+use crate::params::TrackerParams;
 use crate::points::EndPoints;
 use crate::pose::Pose2;
 use crate::scan::Scan;
@@ -49,13 +50,6 @@ pub struct PairMatch {
     pub found: bool,
 }
 
-/// The method at work.
-#[derive(Clone, Debug)]
-enum Engine {
-    Map(Box<MapMatcher>),
-    Gradient(Box<GradientMatcher>),
-}
-
 /// Finds scans in a reference scan.
 #[derive(Clone, Debug)]
 pub struct PairMatcher {
@@ -71,33 +65,30 @@ impl PairMatcher {
         let tiles = params.map.tiles.min(TILES);
         let surfaces = params.map.surfaces.min(params.points.max_beams);
         let params = TrackerParams { map: MapParams { tiles, surfaces, ..params.map }, ..params };
-        Self {
-            points: EndPoints::new(params.points),
-            engine: match params.method {
-                Method::Map => Engine::Map(Box::new(MapMatcher::new(&params))),
-                Method::Gradient => Engine::Gradient(Box::new(GradientMatcher::new(&params))),
-            },
-            params,
-        }
+        Self { points: EndPoints::new(params.points), engine: Engine::new(&params), params }
     }
 
     /// Takes the scan to find others in; the one before is forgotten.
     pub fn set_reference(&mut self, scan: &Scan) {
         self.points.fill(scan);
-        match &mut self.engine {
-            Engine::Map(matcher) => {
-                matcher.forget();
-                matcher.learn(&Pose2::IDENTITY, &self.points, Verdict::NewGround);
-            }
-            Engine::Gradient(matcher) => {
-                matcher.forget();
-                matcher.learn(&Pose2::IDENTITY, &self.points);
-            }
-        }
+        self.engine.forget();
+        self.engine.learn(&Pose2::IDENTITY, &self.points, Verdict::NewGround);
+    }
+
+    /// Keeps from here on the iterations of each call of [`PairMatcher::find`], so many at most.
+    pub fn keep_journal(&mut self, iterations: usize) {
+        *self.engine.journal_mut() = Journal::with_capacity(iterations);
+    }
+
+    /// The iterations of the last call of [`PairMatcher::find`]; empty unless [`PairMatcher::keep_journal`] was called.
+    #[must_use]
+    pub fn journal(&self) -> &Journal {
+        self.engine.journal()
     }
 
     /// Finds a scan in the reference. Without a usable range the guess comes back as not found.
     pub fn find(&mut self, scan: &Scan, guess: &Guess) -> PairMatch {
+        self.engine.journal_mut().begin();
         self.points.fill(scan);
         if self.points.as_slice().len() < self.params.points.min_points.max(1) {
             return PairMatch {
@@ -110,10 +101,7 @@ impl PairMatcher {
         }
         let prior = prior(guess);
         let window = Window { half_m: guess.half_m, half_rad: guess.half_rad };
-        let (alignment, verdict) = match &mut self.engine {
-            Engine::Map(matcher) => matcher.locate(&self.points, &prior, &[], window, window),
-            Engine::Gradient(matcher) => matcher.locate(&self.points, &prior),
-        };
+        let (alignment, verdict) = self.engine.locate(&self.points, &prior, &[], window, window);
         PairMatch {
             reference_from_base: alignment.pose,
             information: rows(&alignment.information),

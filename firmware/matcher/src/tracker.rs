@@ -6,11 +6,12 @@ use nalgebra::Matrix3;
 
 use crate::align::{Alignment, Prior};
 use crate::covariance::{inverse, rows, weakest_sigma_m};
-use crate::gradient::GradientMatcher;
-use crate::map_matcher::{MapMatcher, Verdict};
+use crate::engine::Engine;
+use crate::journal::Journal;
+use crate::map_matcher::Verdict;
 use crate::motion::{Found, MotionModel, Step, propagate};
 use crate::odometry::Odometry;
-use crate::params::{Method, TrackerParams};
+use crate::params::TrackerParams;
 use crate::points::EndPoints;
 use crate::pose::Pose2;
 use crate::scan::Scan;
@@ -61,13 +62,6 @@ pub struct MapSize {
     pub bytes_reserved: usize,
 }
 
-/// The method at work.
-#[derive(Clone, Debug)]
-enum Engine {
-    Map(Box<MapMatcher>),
-    Gradient(Box<GradientMatcher>),
-}
-
 /// Matches scans one after the other; everything is allocated by [`Tracker::new`].
 #[derive(Clone, Debug)]
 pub struct Tracker {
@@ -87,10 +81,7 @@ impl Tracker {
         Self {
             points: EndPoints::new(params.points),
             motion: MotionModel::new(params.motion),
-            engine: match params.method {
-                Method::Map => Engine::Map(Box::new(MapMatcher::new(&params))),
-                Method::Gradient => Engine::Gradient(Box::new(GradientMatcher::new(&params))),
-            },
+            engine: Engine::new(&params),
             map_from_base: Pose2::IDENTITY,
             covariance: Matrix3::zeros(),
             started: false,
@@ -107,14 +98,23 @@ impl Tracker {
     /// How much of its pools the map uses by now; the method `gradient` has none.
     #[must_use]
     pub fn map_size(&self) -> MapSize {
-        match &self.engine {
-            Engine::Map(matcher) => matcher.map().size(),
-            Engine::Gradient(_) => MapSize::default(),
-        }
+        self.engine.map_size()
+    }
+
+    /// Keeps from here on the iterations of each scan, so many at most.
+    pub fn keep_journal(&mut self, iterations: usize) {
+        *self.engine.journal_mut() = Journal::with_capacity(iterations);
+    }
+
+    /// The iterations of the last scan that was matched; empty unless [`Tracker::keep_journal`] was called.
+    #[must_use]
+    pub fn journal(&self) -> &Journal {
+        self.engine.journal()
     }
 
     /// The pose of the next scan. `odom_from_base` is the odometry's pose at the scan's stamp, `None` when there is none.
     pub fn track(&mut self, scan: &Scan, odom_from_base: Option<Pose2>) -> Tracked {
+        self.engine.journal_mut().begin();
         self.points.fill(scan);
         let step = self.motion.predict(scan.stamp_ns, odom_from_base);
         let last = self.map_from_base;
@@ -169,17 +169,11 @@ impl Tracker {
     fn locate(&mut self, scan: &Scan, last: &Pose2, step: &Step, prior: &Prior) -> (Alignment, Verdict) {
         let (glance, window) = (self.glance(step), self.window());
         let guess = *last * self.motion.same_again(scan.stamp_ns).last_from_base;
-        match &mut self.engine {
-            Engine::Map(matcher) => matcher.locate(&self.points, prior, &[guess, *last], glance, window),
-            Engine::Gradient(matcher) => matcher.locate(&self.points, prior),
-        }
+        self.engine.locate(&self.points, prior, &[guess, *last], glance, window)
     }
 
     fn learn(&mut self, verdict: Verdict) {
-        match &mut self.engine {
-            Engine::Map(matcher) => matcher.learn(&self.map_from_base, &self.points, verdict),
-            Engine::Gradient(matcher) => matcher.learn(&self.map_from_base, &self.points),
-        }
+        self.engine.learn(&self.map_from_base, &self.points, verdict);
     }
 
     fn accept(&mut self, alignment: &Alignment, prior: &Prior) -> Outcome {

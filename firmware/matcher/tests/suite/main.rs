@@ -4,6 +4,7 @@
 mod convergence;
 mod corridor;
 mod drive;
+mod journal;
 mod knobs;
 mod pair;
 mod trouble;
