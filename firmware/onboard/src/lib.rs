@@ -11,6 +11,7 @@ pub mod diagnostics;
 pub mod engine;
 pub mod error;
 pub mod health;
+pub mod journal;
 pub mod link;
 pub mod odometry;
 pub mod ports;

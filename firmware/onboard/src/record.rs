@@ -30,6 +30,7 @@ pub use telling::StatusMode;
 
 use crate::engine::{Engine, EngineOptions, Feed};
 use crate::error::OnboardError;
+use crate::journal::JournalThread;
 use crate::link::SERIAL_LINKS;
 use crate::ports;
 use crate::provenance;
@@ -57,6 +58,8 @@ pub struct RecordOptions {
     pub raw: bool,
     /// How scans are matched.
     pub matcher: TrackerParams,
+    /// A table of the iterations of all matches, to be made besides.
+    pub journal: Option<PathBuf>,
     /// Replace an existing output.
     pub overwrite: bool,
     /// When the output's next part begins.
@@ -83,6 +86,7 @@ impl RecordOptions {
             duration: None,
             raw: false,
             matcher: TrackerParams::default(),
+            journal: None,
             overwrite: false,
             rotation: Rotation::default(),
             wait: false,
@@ -135,7 +139,8 @@ pub fn record_with(options: &RecordOptions, controls: Controls<'_>) -> Result<Ru
     let lines = Lines::start(opened, clock, has_priority)?;
     let (sink, source) = queue::queue(Arc::clone(lines.dropped()), (told, Arc::clone(voice.untold())));
     let writing = Writing::start(writer, source, folder, options.stop_free_bytes, clock)?;
-    let engine = engine(options, sink, start_ns);
+    let (journal_in, journal) = options.journal.as_deref().map(JournalThread::start).transpose()?.unzip();
+    let engine = engine(options, sink.with_journal(journal_in), start_ns);
     if options.realtime {
         realtime::lock_memory();
     }
@@ -152,6 +157,7 @@ pub fn record_with(options: &RecordOptions, controls: Controls<'_>) -> Result<Ru
     let written = writing.finish();
     telling.finish();
     let report = RunReport { end, ..report.with_files(&written?) };
+    journal.map_or(Ok(()), JournalThread::finish)?;
     // Who stops a run while its devices are still started has what was asked for, if not much.
     if report.scans_horizontal == 0 && report.end != RunEnd::Stopped {
         let port = options.rig.horizontal.port.clone();
@@ -167,7 +173,11 @@ fn engine(options: &RecordOptions, sink: QueueSink, start_ns: i64) -> Engine<Que
         feed: Feed::Live,
         raw: options.raw,
     };
-    Engine::new(&engine_options, sink, start_ns)
+    let mut engine = Engine::new(&engine_options, sink, start_ns);
+    if options.journal.is_some() {
+        engine.keep_journal();
+    }
+    engine
 }
 
 fn end_ns(options: &RecordOptions, start_ns: i64) -> i64 {

@@ -14,6 +14,7 @@ use biplane_recording::{PartsWriter, Recording, Rig, Rotation, WriterOptions};
 
 use crate::engine::{Engine, EngineOptions, Feed};
 use crate::error::OnboardError;
+use crate::journal::JournalFile;
 use crate::provenance;
 use crate::report::{RunEnd, RunReport};
 use crate::sink::{DirectSink, Sink};
@@ -66,6 +67,8 @@ pub struct ReplayOptions {
     pub speed: Speed,
     /// How scans are matched.
     pub matcher: TrackerParams,
+    /// A table of the iterations of all matches, to be made besides.
+    pub journal: Option<PathBuf>,
     /// Replace an existing output.
     pub overwrite: bool,
     /// When the output's next part begins.
@@ -82,6 +85,7 @@ impl ReplayOptions {
             rig: None,
             speed: Speed::Max,
             matcher: TrackerParams::default(),
+            journal: None,
             overwrite: false,
             rotation: Rotation::default(),
         }
@@ -133,13 +137,20 @@ fn run_into(
 ) -> Result<RunReport, OnboardError> {
     provenance::write(&mut writer, &rig, &options.matcher, "biplane-onboard replay", start_ns)?;
     let engine_options = EngineOptions { rig, matcher: options.matcher, feed: Feed::Recorded, raw: false };
-    let engine = Engine::new(&engine_options, DirectSink::new(writer), start_ns);
+    let journal = options.journal.as_deref().map(JournalFile::create).transpose()?;
+    let keeps_journal = journal.is_some();
+    let mut engine = Engine::new(&engine_options, DirectSink::new(writer, journal), start_ns);
+    if keeps_journal {
+        engine.keep_journal();
+    }
     let mut feeding = Feeding::new(engine, content, start_ns);
     let pace = Pace::new(options.speed, start_ns);
     let end = feeding.feed(input, |log_time_ns| pace.wait_for(log_time_ns, stop), stop)?;
     let (report, mut sink) = feeding.finish();
     sink.check()?;
-    let written = sink.into_writer().finish()?;
+    let (writer, journal) = sink.into_files();
+    let written = writer.finish()?;
+    journal.map_or(Ok(()), JournalFile::finish)?;
     Ok(RunReport { end, ..report.with_files(&written) })
 }
 

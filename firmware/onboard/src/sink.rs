@@ -1,8 +1,10 @@
 //! Where messages go: straight into a file (replay), or over a queue to the thread that writes one (record).
 
+use biplane_matcher::Iteration;
 use biplane_recording::{PartsWriter, Topic, WriteError};
 
 use crate::health::Health;
+use crate::journal::JournalFile;
 
 /// Takes what the engine makes, in its order.
 pub trait Sink {
@@ -11,6 +13,9 @@ pub trait Sink {
 
     /// The state of everything, once a second.
     fn health(&mut self, now_ns: i64, health: &Health);
+
+    /// The iterations of the match of the scan with this stamp, nanoseconds; only while the engine keeps a journal.
+    fn iterations(&mut self, _stamp_ns: i64, _iterations: &[Iteration]) {}
 
     /// Messages that could not be taken so far.
     fn dropped(&self) -> u64;
@@ -34,19 +39,20 @@ pub trait Sink {
 pub struct DirectSink {
     writer: PartsWriter,
     failed: Option<WriteError>,
+    journal: Option<JournalFile>,
 }
 
 impl DirectSink {
-    /// A sink that writes to this file.
+    /// A sink that writes to this file, and the iterations of matches to that one.
     #[must_use]
-    pub fn new(writer: PartsWriter) -> Self {
-        Self { writer, failed: None }
+    pub fn new(writer: PartsWriter, journal: Option<JournalFile>) -> Self {
+        Self { writer, failed: None, journal }
     }
 
-    /// The writer, to finish the file.
+    /// What it wrote to, to be finished.
     #[must_use]
-    pub fn into_writer(self) -> PartsWriter {
-        self.writer
+    pub fn into_files(self) -> (PartsWriter, Option<JournalFile>) {
+        (self.writer, self.journal)
     }
 }
 
@@ -61,6 +67,12 @@ impl Sink for DirectSink {
         if self.failed.is_none() {
             let message = crate::diagnostics::message(now_ns, health);
             self.failed = self.writer.write(Topic::Diagnostics, now_ns, now_ns, &message).err();
+        }
+    }
+
+    fn iterations(&mut self, stamp_ns: i64, iterations: &[Iteration]) {
+        if let Some(journal) = &mut self.journal {
+            journal.write(stamp_ns, iterations);
         }
     }
 

@@ -17,6 +17,7 @@ use biplane_matcher::{PairMatcher, Pose2, Scan, TrackerParams};
 use biplane_recording::Rig;
 
 use crate::error::OnboardError;
+use crate::journal::{ITERATIONS_A_SCAN, JournalFile};
 use crate::replay::feeding::kept_scans;
 
 pub use pairs::{Pair, PairsError, read_pairs};
@@ -36,6 +37,8 @@ pub struct BasinOptions {
     pub pairs: PathBuf,
     /// The method and its parameters.
     pub matcher: TrackerParams,
+    /// A table of the iterations of each pair's first start, to be made besides.
+    pub journal: Option<PathBuf>,
 }
 
 /// What became of one start.
@@ -82,6 +85,7 @@ pub fn measure(options: &BasinOptions) -> Result<Basin, OnboardError> {
     let pairs = read_pairs(&options.pairs)?;
     let kept = kept_scans(&options.inputs, options.rig.as_ref(), &options.matcher)?;
     let mut matcher = PairMatcher::new(options.matcher);
+    let mut journal = options.journal.as_deref().map(JournalFile::create).transpose()?;
     let mut basin = Basin { pairs, ambiguous: Vec::new(), prepare_ns: Vec::new(), trials: Vec::new() };
     for index in 0..basin.pairs.len() {
         let pair = basin.pairs[index];
@@ -90,9 +94,31 @@ pub fn measure(options: &BasinOptions) -> Result<Basin, OnboardError> {
             stamp_ns,
         })?;
         basin.ambiguous.push(ambiguous);
+        if let Some(journal) = &mut journal {
+            let [reference, other] = scans.each_ref().map(OwnScan::scan);
+            note_first(&options.matcher, &pair, [&reference, &other], journal);
+        }
         try_pair(&mut matcher, index, scans.each_ref().map(OwnScan::scan), &mut basin);
     }
+    journal.map_or(Ok(()), JournalFile::finish)?;
     Ok(basin)
+}
+
+/// The iterations of a pair's first start, by a matcher of their own: keeping them takes time.
+fn note_first(
+    params: &TrackerParams,
+    pair: &Pair,
+    [reference, other]: [&Scan; 2],
+    journal: &mut JournalFile,
+) {
+    let mut matcher = PairMatcher::new(*params);
+    matcher.keep_journal(ITERATIONS_A_SCAN);
+    matcher.set_reference(reference);
+    for (_, start) in starts().take(1) {
+        matcher.find(other, &starts::guess(starts::moved(&pair.first_from_second, &start)));
+    }
+    journal.write(other.stamp_ns, matcher.journal().iterations());
+    journal.missing(matcher.journal().dropped());
 }
 
 /// All starts of one pair.
@@ -121,3 +147,6 @@ fn try_pair(matcher: &mut PairMatcher, pair: usize, [reference, other]: [Scan; 2
         });
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -28,6 +28,9 @@ pub struct Args {
     /// A table with a line a start (CSV).
     #[arg(long, short, value_name = "BASIN.csv")]
     output: Option<PathBuf>,
+    /// A table of what each iteration of each pair's first start did (CSV).
+    #[arg(long, value_name = "JOURNAL.csv")]
+    journal: Option<PathBuf>,
     /// The result as JSON.
     #[arg(long)]
     json: bool,
@@ -39,6 +42,7 @@ pub(super) fn run(args: &Args) -> Result<u8, OnboardError> {
         rig: args.rig.as_deref().map(Rig::load).transpose()?,
         pairs: args.pairs.clone(),
         matcher: args.matcher.params(),
+        journal: args.journal.clone(),
     };
     let basin = measure(&options)?;
     let name = options.matcher.method.name();

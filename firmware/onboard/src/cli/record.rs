@@ -28,6 +28,9 @@ pub struct Args {
     raw: bool,
     #[command(flatten)]
     matcher: super::matcher::MatcherArgs,
+    /// A table of what each iteration of each match did (CSV), to be written besides.
+    #[arg(long, value_name = "JOURNAL.csv")]
+    journal: Option<PathBuf>,
     #[command(flatten)]
     rotation: super::rotation::RotationArgs,
     /// Wait for ports that are not there yet, and for room on the disk (for a service that starts with the machine).
@@ -59,6 +62,7 @@ pub(super) fn run(args: &Args, quiet: bool) -> Result<u8, OnboardError> {
         duration: args.duration,
         raw: args.raw,
         matcher: args.matcher.params(),
+        journal: args.journal.clone(),
         overwrite: args.force,
         rotation: args.rotation.rotation(),
         wait: args.wait,

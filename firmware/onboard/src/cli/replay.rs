@@ -27,6 +27,9 @@ pub struct Args {
     speed: Speed,
     #[command(flatten)]
     matcher: super::matcher::MatcherArgs,
+    /// A table of what each iteration of each match did (CSV), to be written besides.
+    #[arg(long, value_name = "JOURNAL.csv")]
+    journal: Option<PathBuf>,
     #[command(flatten)]
     rotation: super::rotation::RotationArgs,
     /// Replace the output if it exists.
@@ -45,6 +48,7 @@ pub(super) fn run(args: &Args) -> Result<u8, OnboardError> {
         rig,
         speed: args.speed,
         matcher: args.matcher.params(),
+        journal: args.journal.clone(),
         overwrite: args.force,
         rotation: args.rotation.rotation(),
     };

@@ -17,6 +17,11 @@ impl<S: Sink> Engine<S> {
         self.horizontal.line.session.is_writing() || vertical
     }
 
+    /// Gives the sink from here on the iterations of every match.
+    pub fn keep_journal(&mut self) {
+        self.localiser.keep_journal();
+    }
+
     pub(super) fn scan(&mut self, now_ns: i64, port: Port, reading: &ScanReading) {
         let (topic, data) = match (port, &mut self.vertical) {
             (Port::Vertical, Some(vertical)) => (Topic::ScanVertical, vertical.stamped(now_ns, reading)),
@@ -67,6 +72,10 @@ impl<S: Sink> Engine<S> {
         let map_from_odom = pose.map_from_base * odom_from_base.inverse();
         self.publisher.pose(now_ns, Topic::Pose, pose.stamp_ns, &pose.map_from_base, &pose.covariance);
         self.publisher.frames(now_ns, pose.stamp_ns, &map_from_odom, &odom_from_base);
+        let iterations = self.localiser.journal().iterations();
+        if !iterations.is_empty() {
+            self.publisher.sink().iterations(pose.stamp_ns, iterations);
+        }
     }
 
     pub(super) fn pose_vertical(&mut self, now_ns: i64, stamp_ns: i64) {

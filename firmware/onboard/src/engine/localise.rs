@@ -1,6 +1,6 @@
 //! The tracker with what it needs around it: scans that wait for odometry, beams, and the poses it has found.
 
-use biplane_matcher::{Outcome, Scan, Tracker, TrackerParams};
+use biplane_matcher::{Journal, Outcome, Scan, Tracker, TrackerParams};
 use biplane_recording::rig::Mount;
 
 use super::beams::BeamMaker;
@@ -9,6 +9,7 @@ use super::poses::{MatchedPose, PoseTrack};
 use super::scan_data::ScanData;
 use super::waiting::WaitingScans;
 use crate::health::MatcherHealth;
+use crate::journal::ITERATIONS_A_SCAN;
 use crate::odometry::OdometryBuffer;
 
 /// Poses the base in the map, scan by scan.
@@ -103,6 +104,17 @@ impl Localiser {
         };
         self.poses.push(pose);
         pose
+    }
+
+    /// Keeps from here on the iterations of each match.
+    pub fn keep_journal(&mut self) {
+        self.tracker.keep_journal(ITERATIONS_A_SCAN);
+    }
+
+    /// The iterations of the last match.
+    #[must_use]
+    pub fn journal(&self) -> &Journal {
+        self.tracker.journal()
     }
 
     /// Keeps from here on what the tracker is given.

@@ -4,11 +4,13 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use biplane_matcher::Iteration;
 use biplane_recording::Topic;
 use rtrb::{Consumer, Producer, RingBuffer};
 
 use super::telling::States;
 use crate::health::Health;
+use crate::journal::JournalQueue;
 use crate::sink::Sink;
 
 /// Bytes that may wait for the disk: over a minute of both lasers at full rate with raw bytes.
@@ -27,6 +29,7 @@ pub struct QueueSink {
     dropped: u64,
     reads_dropped: Arc<AtomicU64>,
     untold: Arc<AtomicU64>,
+    journal: Option<JournalQueue>,
 }
 
 /// The writing thread's end.
@@ -56,8 +59,15 @@ pub fn queue(
 ) -> (QueueSink, QueueSource) {
     let (message_in, messages) = RingBuffer::new(QUEUE_BYTES);
     let (health_in, healths) = RingBuffer::new(QUEUE_HEALTHS);
-    let sink =
-        QueueSink { messages: message_in, healths: health_in, told, dropped: 0, reads_dropped, untold };
+    let sink = QueueSink {
+        messages: message_in,
+        healths: health_in,
+        told,
+        dropped: 0,
+        reads_dropped,
+        untold,
+        journal: None,
+    };
     (sink, QueueSource { messages, healths })
 }
 
@@ -66,6 +76,12 @@ fn topic_byte(topic: Topic) -> u8 {
 }
 
 impl QueueSink {
+    /// Hands on the iterations of matches to this queue as well.
+    #[must_use]
+    pub fn with_journal(self, journal: Option<JournalQueue>) -> Self {
+        Self { journal, ..self }
+    }
+
     /// Adds a message whole, or not at all.
     fn push(&mut self, head: &[u8; HEAD_BYTES], cdr: &[u8]) -> bool {
         let Ok(mut chunk) = self.messages.write_chunk(HEAD_BYTES + cdr.len()) else { return false };
@@ -94,6 +110,12 @@ impl Sink for QueueSink {
         self.dropped += u64::from(self.healths.push((now_ns, *health)).is_err());
         if self.told.push((now_ns, *health)).is_err() {
             self.untold.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    fn iterations(&mut self, stamp_ns: i64, iterations: &[Iteration]) {
+        if let Some(journal) = &mut self.journal {
+            journal.push(stamp_ns, iterations);
         }
     }
 

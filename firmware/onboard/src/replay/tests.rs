@@ -311,3 +311,27 @@ fn a_replay_into_parts_and_out_of_parts_has_the_poses_of_the_whole() {
     assert_eq!((joined.scans_horizontal, joined.odometry), (again.scans_horizontal, again.odometry));
     assert!(poses(&[folder.file("joined.mcap")]) == poses(&[folder.file("again.mcap")]));
 }
+
+#[test]
+fn the_journal_has_the_iterations_of_every_match_and_changes_no_pose() {
+    let folder = Folder::new("journal");
+    write_capture(&folder.file("capture.mcap"), 3, true);
+    run(&options(folder.file("capture.mcap"), folder.file("plain.mcap"))).unwrap();
+    let journal = folder.file("journal.csv");
+    let with_journal = ReplayOptions {
+        journal: Some(journal.clone()),
+        ..options(folder.file("capture.mcap"), folder.file("kept.mcap"))
+    };
+    run(&with_journal).unwrap();
+    assert!(
+        messages(&folder.file("plain.mcap"), Topic::Pose) == messages(&folder.file("kept.mcap"), Topic::Pose)
+    );
+    let text = fs::read_to_string(journal).unwrap();
+    let begun: Vec<&str> = text.lines().filter(|line| line.split(',').nth(1) == Some("0")).collect();
+    let scans = messages(&folder.file("plain.mcap"), Topic::ScanHorizontal);
+    for bytes in &scans[1..] {
+        let stamp_us = LaserScan::decode(bytes).unwrap().stamp_ns / 1000;
+        let stamp = format!("{}.{:06},", stamp_us / 1_000_000, stamp_us % 1_000_000);
+        assert!(begun.iter().any(|line| line.starts_with(&stamp)), "{stamp}");
+    }
+}
