@@ -10,6 +10,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::doubt::Doubt;
 use crate::journal::Journal;
 use crate::local_map::LocalMap;
+use crate::normal::{BATCH, Batch, LineSums, Normal};
 use crate::points::{EndPoint, EndPoints, Kind};
 use crate::pose::{Pose2, wrap_angle};
 use crate::surface::{Placement, dot, minus};
@@ -147,56 +148,6 @@ impl Alignment {
     }
 }
 
-/// Normal equations of one iteration: upper triangle of J^T W J, and J^T W r.
-#[derive(Copy, Clone, Debug, Default)]
-struct Normal {
-    xx: f32,
-    xy: f32,
-    xt: f32,
-    yy: f32,
-    yt: f32,
-    tt: f32,
-    x: f32,
-    y: f32,
-    t: f32,
-}
-
-impl Normal {
-    /// One residual `r` with gradient `(direction, turn)` and weight.
-    #[inline]
-    fn add(&mut self, direction: [f32; 2], turn: f32, residual: f32, weight: f32) {
-        let [dx, dy] = direction;
-        self.xx += weight * dx * dx;
-        self.xy += weight * dx * dy;
-        self.xt += weight * dx * turn;
-        self.yy += weight * dy * dy;
-        self.yt += weight * dy * turn;
-        self.tt += weight * turn * turn;
-        self.x += weight * dx * residual;
-        self.y += weight * dy * residual;
-        self.t += weight * turn * residual;
-    }
-
-    fn matrix(&self) -> Matrix3<f64> {
-        let m = |value: f32| f64::from(value);
-        Matrix3::new(
-            m(self.xx),
-            m(self.xy),
-            m(self.xt),
-            m(self.xy),
-            m(self.yy),
-            m(self.yt),
-            m(self.xt),
-            m(self.yt),
-            m(self.tt),
-        )
-    }
-
-    fn vector(&self) -> Vector3<f64> {
-        Vector3::new(f64::from(self.x), f64::from(self.y), f64::from(self.t))
-    }
-}
-
 /// Aligns a scan with the map, starting at `start` and held by the prior; each iteration goes to the journal.
 pub fn align(
     map: &LocalMap,
@@ -209,14 +160,15 @@ pub fn align(
     let mut pose = start;
     let mut scale_m = params.capture_m.max(params.outlier_m);
     let mut iterations = 0;
+    let mut known = None;
     while iterations < params.max_iterations {
         iterations += 1;
         let (normal, tangent) = accumulate(map, points, &pose, scale_m as f32, params);
-        let doubt = Doubt::new(&normal.matrix(), &tangent.matrix(), params.direction_noise_rad);
+        let doubt = Doubt::new(&normal.matrix(), &tangent, params.direction_noise_rad);
+        let information = doubt.information();
         let held = prior.information_at(&pose);
-        let hessian = doubt.information() + held;
         let gradient = doubt.gradient(&normal.vector()) + held * prior.away(&pose);
-        let Some(factors) = hessian.cholesky() else { break };
+        let Some(factors) = (information + held).cholesky() else { break };
         let step = -factors.solve(&gradient);
         if !step.iter().all(|value| value.is_finite()) {
             break;
@@ -229,40 +181,48 @@ pub fn align(
         }
         let at_rest = step[0].hypot(step[1]) < params.rest_m && step[2].abs() < params.rest_rad;
         if at_rest && scale_m <= params.outlier_m {
+            known = Some(information); // so short a step changes nothing
             break;
         }
         scale_m = (0.5 * scale_m).max(params.outlier_m);
     }
-    let (normal, tangent) = accumulate(map, points, &pose, params.outlier_m as f32, params);
-    let doubt = Doubt::new(&normal.matrix(), &tangent.matrix(), params.direction_noise_rad);
-    let information = doubt.information() / params.beams_per_independent_one;
+    let information = known.unwrap_or_else(|| {
+        let (normal, tangent) = accumulate(map, points, &pose, params.outlier_m as f32, params);
+        Doubt::new(&normal.matrix(), &tangent, params.direction_noise_rad).information()
+    });
+    let information = information / params.beams_per_independent_one;
     Alignment { pose, information, fit: fit(map, points, &pose, params), iterations }
 }
 
-/// Sums over all end points: the residuals' normal equations, and the same over the walls' tangents.
+/// Sums over all end points: the residuals' normal equations, and J^T W J over the walls' tangents.
 fn accumulate(
     map: &LocalMap,
     points: &EndPoints,
     pose: &Pose2,
     scale_m: f32,
     params: &AlignParams,
-) -> (Normal, Normal) {
+) -> (Normal, Matrix3<f64>) {
     let placement = Placement::new(pose);
-    let mut sums = (Normal::default(), Normal::default());
-    for point in points.as_slice() {
-        add_point(map, point, &placement, scale_m, params, &mut sums);
+    let (mut batch, mut lines, mut spots) = (Batch::default(), LineSums::default(), Normal::default());
+    for some in points.as_slice().chunks(BATCH) {
+        for point in some {
+            gather(map, point, &placement, scale_m, params, (&mut batch, &mut spots));
+        }
+        lines.take(&mut batch, scale_m);
     }
-    sums
+    let (normal, tangent) = lines.finish(1.0 / square(params.range_noise_m));
+    (normal.plus(&spots), tangent)
 }
 
+/// What an end point meets: a line of the map goes to the batch, a surface that is no line to the `spots`.
 #[inline]
-fn add_point(
+fn gather(
     map: &LocalMap,
     point: &EndPoint,
     placement: &Placement,
     scale_m: f32,
     params: &AlignParams,
-    (normal, tangent): &mut (Normal, Normal),
+    (batch, spots): (&mut Batch, &mut Normal),
 ) {
     let arm = placement.turn(point.at_m);
     let at_m = [arm[0] + placement.at_m[0], arm[1] + placement.at_m[1]];
@@ -271,28 +231,27 @@ fn add_point(
     let strength = dot(surface.normal, surface.normal);
     let sureness = point.weight * surface.hits / (1.0 + surface.hits);
     if strength < params.line_strength as f32 {
-        if point.kind != Kind::Point {
-            return;
+        if point.kind == Kind::Point {
+            let weight = sureness * cauchy(dot(offset, offset), scale_m) / square(params.point_noise_m);
+            spots.add([1.0, 0.0], -arm[1], offset[0], weight);
+            spots.add([0.0, 1.0], arm[0], offset[1], weight);
         }
-        let weight = sureness * cauchy(dot(offset, offset), scale_m) / square(params.point_noise_m);
-        normal.add([1.0, 0.0], -arm[1], offset[0], weight);
-        normal.add([0.0, 1.0], arm[0], offset[1], weight);
         return;
     }
-    let own = placement.turn(point.normal);
-    let agree = dot(own, surface.normal);
-    if agree < 0.5 * strength && dot(point.normal, point.normal) > 0.5 {
-        return; // another face, or a wall that turns away
+    // Another face, or a wall that turns away, counts nothing.
+    let agree = dot(placement.turn(point.normal), surface.normal);
+    let turns_away = agree < 0.5 * strength && dot(point.normal, point.normal) > 0.5;
+    let entry = batch.len;
+    for axis in 0..2 {
+        batch.arm[axis][entry] = arm[axis];
+        batch.offset[axis][entry] = offset[axis];
+        batch.normal[axis][entry] = surface.normal[axis];
     }
-    let length = strength.sqrt();
-    let direction = [surface.normal[0] / length, surface.normal[1] / length];
-    let residual = dot(offset, direction);
-    let weight = sureness * cauchy(residual * residual, scale_m) / square(params.range_noise_m);
-    normal.add(direction, arm[0] * direction[1] - arm[1] * direction[0], residual, weight);
-    tangent.add([-direction[1], direction[0]], dot(arm, direction), 0.0, weight);
+    batch.weight[entry] = if turns_away { 0.0 } else { sureness };
+    batch.len += 1;
 }
 
-/// What an alignment makes small, but for the prior, and how many end points have a say: what [`add_point`] differentiates.
+/// What an alignment makes small, but for the prior, and how many end points have a say: what [`accumulate`] differentiates.
 fn cost(map: &LocalMap, points: &EndPoints, pose: &Pose2, scale_m: f32, params: &AlignParams) -> (f64, u32) {
     let placement = Placement::new(pose);
     let (mut cost, mut used) = (0.0, 0);

@@ -18,6 +18,7 @@ mod local_map;
 mod map_matcher;
 mod motion;
 mod named;
+mod normal;
 mod odometry;
 mod paint;
 mod pair;

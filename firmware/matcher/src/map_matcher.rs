@@ -69,9 +69,12 @@ impl MapMatcher {
         window: Window,
     ) -> (Alignment, Verdict) {
         let mut best = align(&self.map, points, prior.mean, prior, &self.params.align, &mut self.journal);
-        let seen = self.search.run(&self.map, points, &prior.mean, glance)[0];
-        if seen.score > 0.0 && !self.search.neighbours(&seen.pose, &best.pose) {
-            self.try_from(points, seen.pose, prior, &mut best);
+        let fits = best.fit.explained >= self.params.search.glance_below_share * best.fit.total;
+        if !fits || glance.half_m > 0.0 {
+            let seen = self.search.run(&self.map, points, &prior.mean, glance)[0];
+            if seen.score > 0.0 && !self.search.neighbours(&seen.pose, &best.pose) {
+                self.try_from(points, seen.pose, prior, &mut best);
+            }
         }
         if best.fit.score() < self.params.search.below_score && self.informative(&best) {
             for other in others {

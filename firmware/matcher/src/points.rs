@@ -173,11 +173,11 @@ impl EndPoints {
     /// The farthest neighbour in one direction that is still needed.
     fn reach(&self, index: usize, next: impl Fn(usize) -> Option<usize>) -> usize {
         let here = self.points[index].at_m;
-        let mut end = index;
+        let (mut end, reach_m) = (index, self.params.normal_reach_m as f32);
         for _ in 0..NEIGHBOURS {
             let Some(neighbour) = next(end) else { break };
             end = neighbour;
-            if distance(self.points[end].at_m, here) > self.params.normal_reach_m as f32 {
+            if squared_distance(self.points[end].at_m, here) > reach_m * reach_m {
                 break;
             }
         }
@@ -188,14 +188,15 @@ impl EndPoints {
     fn line_through(&self, index: usize, first: usize, last: usize) -> (Kind, [f32; 2]) {
         const UNSURE: (Kind, [f32; 2]) = (Kind::Unsure, [0.0; 2]);
         let here = self.points[index].at_m;
-        let length_m = distance(self.points[first].at_m, self.points[last].at_m);
-        if last - first < 2 || length_m < self.params.line_length_m as f32 {
+        let length_m = self.params.line_length_m as f32;
+        let ends_m = [self.points[first].at_m, self.points[last].at_m];
+        if last - first < 2 || squared_distance(ends_m[0], ends_m[1]) < length_m * length_m {
             return UNSURE;
         }
-        let Some((spread_m, mut normal)) = self.sums[last + 1].minus(&self.sums[first]).fit() else {
+        let Some((spread_squared, mut normal)) = self.sums[last + 1].minus(&self.sums[first]).fit() else {
             return UNSURE;
         };
-        if spread_m > self.params.line_tolerance_m {
+        if spread_squared > self.params.line_tolerance_m * self.params.line_tolerance_m {
             return (Kind::Point, [0.0; 2]);
         }
         let to_laser = minus(self.laser_in_base_m, here);
@@ -242,7 +243,7 @@ impl LineSums {
         }
     }
 
-    /// RMS distance from the best line, metres, and its unit normal; `None` when all points coincide.
+    /// Mean squared distance from the best line, square metres, and its unit normal; `None` when all points coincide.
     fn fit(&self) -> Option<(f64, [f32; 2])> {
         let xx = self.xx - self.x * self.x / self.n;
         let xy = self.xy - self.x * self.y / self.n;
@@ -253,7 +254,7 @@ impl LineSums {
         let along =
             if half_difference >= 0.0 { [half_difference + root, xy] } else { [xy, root - half_difference] };
         let length = (along[0] * along[0] + along[1] * along[1]).sqrt();
-        let spread = ((0.5 * (xx + yy) - root).max(0.0) / self.n).sqrt();
+        let spread = (0.5 * (xx + yy) - root).max(0.0) / self.n;
         (length > 1e-9).then(|| (spread, [(-along[1] / length) as f32, (along[0] / length) as f32]))
     }
 }
@@ -271,7 +272,12 @@ fn norm(a: [f32; 2]) -> f32 {
 }
 
 fn distance(a: [f32; 2], b: [f32; 2]) -> f32 {
-    norm(minus(a, b))
+    squared_distance(a, b).sqrt()
+}
+
+fn squared_distance(a: [f32; 2], b: [f32; 2]) -> f32 {
+    let offset = minus(a, b);
+    dot(offset, offset)
 }
 
 #[cfg(test)]

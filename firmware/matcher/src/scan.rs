@@ -35,10 +35,12 @@ impl Scan<'_> {
     #[must_use]
     pub fn end_in_base_m(&self, beam: &Beam, range_m: f64) -> [f64; 2] {
         let moved = self.moved_at(beam);
-        moved.transform([
+        let (sin, cos) = sin_cos(moved.theta_rad);
+        let end_m = [
             self.laser_in_base_m[0] + f64::from(beam.direction_in_base[0]) * range_m,
             self.laser_in_base_m[1] + f64::from(beam.direction_in_base[1]) * range_m,
-        ])
+        ];
+        [moved.x_m + cos * end_m[0] - sin * end_m[1], moved.y_m + sin * end_m[0] + cos * end_m[1]]
     }
 
     /// The base's pose when the beam was taken, seen from its pose at the scan's stamp (first order in the delay).
@@ -48,6 +50,17 @@ impl Scan<'_> {
         let [ahead_m_s, left_m_s, turn_rad_s] = self.twist_in_base;
         crate::Pose2::new(ahead_m_s * delay_s, left_m_s * delay_s, turn_rad_s * delay_s)
     }
+}
+
+/// Sine and cosine; of the small angles that a base turns during a scan by their series, to 1e-10: there is one a beam.
+fn sin_cos(angle_rad: f64) -> (f64, f64) {
+    if angle_rad.abs() > 0.1 {
+        return angle_rad.sin_cos();
+    }
+    let squared = angle_rad * angle_rad;
+    let sin = angle_rad * (1.0 - squared / 6.0 * (1.0 - squared / 20.0));
+    let cos = 1.0 - 0.5 * squared * (1.0 - squared / 12.0 * (1.0 - squared / 30.0));
+    (sin, cos)
 }
 
 #[cfg(test)]
@@ -73,5 +86,14 @@ mod tests {
         };
         let [x, y] = scan.end_in_base_m(&beam, 2.0);
         assert!(x.abs() < 1e-12 && (y - 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn sine_and_cosine_of_small_angles_are_as_good_as_those_of_large_ones() {
+        for i in -200..=200 {
+            let angle_rad = f64::from(i) * 0.001;
+            let ((sin, cos), (exact_sin, exact_cos)) = (sin_cos(angle_rad), angle_rad.sin_cos());
+            assert!((sin - exact_sin).abs() < 1e-10 && (cos - exact_cos).abs() < 1e-10, "{angle_rad}");
+        }
     }
 }

@@ -12,9 +12,12 @@ crate::named::named_parameters! { "search";
 /// The search when the alignment from the prior is poor.
 #[derive(Copy, Clone, PartialEq, Debug)]
 pub struct SearchParams {
-    /// Headings this far on either side of the prior are looked at for every scan, radians: odometry read a moment
+    /// Headings this far on either side of the prior are looked at, radians: odometry read a moment
     /// before or after the scan is off by degrees in a turn.
     pub glance_rad: f64,
+    /// When the alignment from the odometry explains this share of all end points there is no glance: what fits that well
+    /// is no wrong heading. Larger: a glance for more scans, more time; smaller: a turn may be missed.
+    pub glance_below_share: f64,
     /// Below this share of explained end points the surroundings are searched. Larger: more searches, more time.
     pub below_score: f64,
     /// Below this share of explained end points the scan is lost. Larger: a changed place counts as lost; smaller: a wrong
@@ -54,6 +57,7 @@ impl Default for SearchParams {
     fn default() -> Self {
         Self {
             glance_rad: 0.3,
+            glance_below_share: 0.9,
             below_score: 0.6,
             lost_below_score: 0.4,
             min_informative: 0.1,

@@ -14,7 +14,7 @@ const OTHER: &[(&str, f64)] = &[
     ("motion.heading_floor_rad", 0.1),
     ("motion.jump_m", 100.0),
     ("motion.jump_rad", 0.01),
-    ("motion.stall_m", 0.03),
+    ("motion.stall_m", 10.0),
     ("motion.unmeasured_m", 0.3),
     ("motion.unmeasured_rad", 0.3),
     ("points.max_beams", 50.0),
@@ -67,6 +67,7 @@ const OTHER: &[(&str, f64)] = &[
     ("align.explained_m", 0.01),
     ("align.weak_m", 0.0001),
     ("search.glance_rad", 0.0),
+    ("search.glance_below_share", 0.0),
     ("search.below_score", 0.3),
     ("search.lost_below_score", 0.99),
     ("search.min_informative", 0.9),
@@ -121,6 +122,7 @@ fn every_parameter_does_something() {
     let defaults = |method| {
         let mut params = TrackerParams::for_method(method);
         params.search.below_score = 0.95; // so that the search works often
+        params.search.glance_below_share = 2.0; // and the glance always
         params
     };
     let plain = Method::ALL.map(|method| (method, troubled_drive(defaults(method))));
