@@ -24,6 +24,7 @@ pub mod palette;
 pub mod params;
 pub mod pipeline;
 pub mod planes;
+pub mod plot;
 pub mod ply_read;
 pub mod polygons;
 pub mod render;

@@ -4,8 +4,8 @@ use std::io::{self, Write};
 
 use super::MapImage;
 use crate::deskew::StampedPose;
-
-type Rgb = [u8; 3];
+use crate::palette::Rgb;
+use crate::render::mask::{Mask, mix};
 
 const UNKNOWN: Rgb = [226, 230, 235];
 const FREE: Rgb = [255, 255, 255];
@@ -79,67 +79,27 @@ fn color_of(probability: Option<f64>) -> Rgb {
     }
 }
 
-fn mix(a: Rgb, b: Rgb, part: f64) -> Rgb {
-    let channel = |i: usize| f64::from(a[i]) + part * (f64::from(b[i]) - f64::from(a[i]));
-    [0, 1, 2].map(|i| channel(i).round() as u8)
-}
-
 fn draw_path(picture: &mut Picture, image: &MapImage<'_>, poses: &[StampedPose], scale: u32) {
     let [x0_m, y0_m] = image.origin_m();
     let per_m = f64::from(scale) / image.resolution_m();
     let top = f64::from(picture.size[1] - MARGIN);
     let place =
         |pose: &StampedPose| [f64::from(MARGIN) + (pose.x_m - x0_m) * per_m, top - (pose.y_m - y0_m) * per_m];
-    // Coverage first, colour once: a line drawn over itself stays as thin as it is.
-    let mut coverage = vec![0_u8; picture.pixels.len()];
+    let size = picture.size.map(|side| side as usize);
+    let mut line = Mask::new(size);
     for pair in poses.windows(2) {
         let step_m = (pair[1].x_m - pair[0].x_m).hypot(pair[1].y_m - pair[0].y_m);
         if step_m <= LONGEST_STEP_M {
-            cover(&mut coverage, picture.size, [place(&pair[0]), place(&pair[1])], HALF_LINE);
+            line.cover_segment([place(&pair[0]), place(&pair[1])], HALF_LINE);
         }
     }
-    blend(picture, &coverage, PATH);
+    line.paint(&mut picture.pixels, PATH, 1.0);
     for (pose, color) in [(poses.first(), START), (poses.last(), END)] {
         if let Some(pose) = pose {
-            coverage.fill(0);
-            cover(&mut coverage, picture.size, [place(pose), place(pose)], DOT);
-            blend(picture, &coverage, color);
+            let mut dot = Mask::new(size);
+            dot.cover_segment([place(pose); 2], DOT);
+            dot.paint(&mut picture.pixels, color, 1.0);
         }
-    }
-}
-
-/// Marks the pixels within `half_width` of a segment, with soft edges.
-fn cover(coverage: &mut [u8], size: [u32; 2], [a, b]: [[f64; 2]; 2], half_width: f64) {
-    let reach = half_width + 1.0;
-    let span = |axis: usize| {
-        let low = (a[axis].min(b[axis]) - reach).floor().clamp(0.0, f64::from(size[axis]));
-        let high = (a[axis].max(b[axis]) + reach).ceil().clamp(0.0, f64::from(size[axis]));
-        low as u32..high as u32
-    };
-    for y in span(1) {
-        for x in span(0) {
-            let distance = distance_to_segment([f64::from(x) + 0.5, f64::from(y) + 0.5], a, b);
-            let part = (half_width + 0.5 - distance).clamp(0.0, 1.0);
-            let pixel = &mut coverage[y as usize * size[0] as usize + x as usize];
-            *pixel = (*pixel).max((part * 255.0).round() as u8);
-        }
-    }
-}
-
-fn distance_to_segment(p: [f64; 2], a: [f64; 2], b: [f64; 2]) -> f64 {
-    let along = [b[0] - a[0], b[1] - a[1]];
-    let length2 = along[0] * along[0] + along[1] * along[1];
-    let part = if length2 > 0.0 {
-        (((p[0] - a[0]) * along[0] + (p[1] - a[1]) * along[1]) / length2).clamp(0.0, 1.0)
-    } else {
-        0.0
-    };
-    (p[0] - a[0] - part * along[0]).hypot(p[1] - a[1] - part * along[1])
-}
-
-fn blend(picture: &mut Picture, coverage: &[u8], color: Rgb) {
-    for (pixel, &part) in picture.pixels.iter_mut().zip(coverage).filter(|(_, part)| **part > 0) {
-        *pixel = mix(*pixel, color, f64::from(part) / 255.0);
     }
 }
 

@@ -52,9 +52,19 @@ fn glyph(character: char) -> [u8; HEIGHT] {
         ':' => [0, 12, 12, 0, 12, 12, 0],
         '+' => [0, 4, 4, 31, 4, 4, 0],
         '-' => [0, 0, 0, 31, 0, 0, 0],
+        '(' => [2, 4, 8, 8, 8, 4, 2],
+        ')' => [8, 4, 2, 2, 2, 4, 8],
+        '/' => [1, 1, 2, 4, 8, 16, 16],
+        '=' => [0, 0, 31, 0, 31, 0, 0],
+        '_' => [0, 0, 0, 0, 0, 0, 31],
         '%' => [24, 25, 2, 4, 8, 19, 3],
         _ => [0; HEIGHT],
     }
+}
+
+/// Width of a line of words, pixels, with `dot` pixels a dot.
+pub fn width(text: &str, dot: usize) -> usize {
+    (text.chars().count() * ADVANCE).saturating_sub(1) * dot
 }
 
 impl Picture {

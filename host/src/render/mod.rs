@@ -4,6 +4,7 @@
 
 pub mod camera;
 pub mod font;
+pub mod mask;
 pub mod raster;
 pub mod scene;
 pub mod vector;

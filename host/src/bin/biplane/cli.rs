@@ -4,7 +4,7 @@ use clap::{Parser, Subcommand};
 
 #[cfg(feature = "demo")]
 use crate::demo;
-use crate::{build, compare, evaluate, import, info, map, papers, recover, render, traj};
+use crate::{build, compare, evaluate, import, info, map, papers, plot, recover, render, traj};
 
 /// Compact 3D building models from recordings of a robot with two laser scanners.
 #[derive(Debug, Parser)]
@@ -41,6 +41,8 @@ pub enum Command {
     Compare(compare::Args),
     /// Measure a trajectory against relations or the truth, or a map by itself
     Evaluate(evaluate::Args),
+    /// Draw a figure of measurements: basin of convergence, error along a run, iterations
+    Plot(plot::Args),
     /// Draw a picture of a build: the raw mesh beside the model
     Render(render::Args),
     /// Salvage a recording that was cut off

@@ -11,6 +11,7 @@ mod import;
 mod info;
 mod map;
 mod papers;
+mod plot;
 mod recover;
 mod render;
 mod traj;
@@ -58,6 +59,7 @@ fn run(command: Command, console: &Console) -> anyhow::Result<Outcome> {
         Command::Build(args) => build::run(&args, console),
         Command::Compare(args) => compare::run(&args, console),
         Command::Evaluate(args) => evaluate::run(&args, console),
+        Command::Plot(args) => plot::run(&args, console),
         Command::Render(args) => render::run(&args, console),
         Command::Recover(args) => recover::run(&args, console),
         Command::Completions(args) => papers::completions(&args),

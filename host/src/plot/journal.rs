@@ -1,0 +1,133 @@
+//! Iterations of a matcher: what each step gained and how far it went, over all scans of a journal.
+//!
+//! A row of the table is one iteration of one scan. Scans need different numbers of iterations, so figures at a late one are
+//! those of the scans that still went on.
+
+use super::chart::{Axis, Chart, Curve, Panel, Scale};
+use super::running::spread;
+use super::table::{Table, TableError};
+
+/// The iterations of one journal.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Journal {
+    /// What it is called in the legend.
+    pub name: String,
+    /// By iteration, from the first on.
+    iterations: Vec<Iteration>,
+}
+
+/// What all scans did at one iteration.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Iteration {
+    number: f64,
+    /// Cost over the first iteration's, per cent.
+    cost_percent: Vec<f64>,
+    step_mm: Vec<f64>,
+    step_deg: Vec<f64>,
+}
+
+/// Reads a journal.
+///
+/// # Errors
+/// When a column is missing or a field is no number.
+pub fn read(name: &str, table: &Table) -> Result<Journal, TableError> {
+    let stamps = table.texts("stamp_s")?;
+    let (number, cost) = (table.numbers("iteration")?, table.numbers("cost")?);
+    let (step_m, step_rad) = (table.numbers("step_m")?, table.numbers("step_rad")?);
+    let mut iterations: Vec<Iteration> = Vec::new();
+    let mut first_row = 0;
+    for row in 0..stamps.len() {
+        // A scan's rows follow each other; where the count does not go up, another match has begun.
+        if row > 0 && (stamps[row] != stamps[row - 1] || number[row] <= number[row - 1]) {
+            first_row = row;
+        }
+        let index = row - first_row;
+        if index == iterations.len() {
+            iterations.push(Iteration { number: number[row], ..Iteration::default() });
+        }
+        let iteration = &mut iterations[index];
+        iteration.cost_percent.push(100.0 * cost[row] / cost[first_row]);
+        iteration.step_mm.push(1000.0 * step_m[row]);
+        iteration.step_deg.push(step_rad[row].to_degrees().abs());
+    }
+    Ok(Journal { name: name.to_owned(), iterations })
+}
+
+impl Journal {
+    fn scans(&self) -> usize {
+        self.iterations.first().map_or(0, |first| first.step_mm.len())
+    }
+
+    fn curve(&self, of: fn(&Iteration) -> &[f64]) -> Curve {
+        let found = self
+            .iterations
+            .iter()
+            .filter_map(|iteration| Some((iteration.number, spread(of(iteration).iter().copied())?)));
+        let found: Vec<_> = found.collect();
+        Curve {
+            points: found.iter().map(|(number, spread)| [*number, spread.median]).collect(),
+            band: found.iter().map(|(number, spread)| [*number, spread.band[0], spread.band[1]]).collect(),
+            dots: found.len() <= 30,
+        }
+    }
+
+    fn going_on(&self) -> Curve {
+        let share = |iteration: &Iteration| 100.0 * iteration.step_mm.len() as f64 / self.scans() as f64;
+        let points = self.iterations.iter().map(|iteration| [iteration.number, share(iteration)]).collect();
+        Curve { points, dots: self.iterations.len() <= 30, ..Curve::default() }
+    }
+}
+
+/// The chart of some journals.
+pub fn chart(journals: &[Journal]) -> Chart {
+    let panel = |y: Axis, of: fn(&Iteration) -> &[f64]| Panel {
+        height: 130.0,
+        x: Axis::linear("iteration"),
+        y,
+        curves: journals.iter().map(|journal| journal.curve(of)).collect(),
+    };
+    let logarithmic = |label: &str| Axis { scale: Scale::Logarithmic, ..Axis::linear(label) };
+    let going_on = Panel {
+        height: 90.0,
+        x: Axis::linear("iteration"),
+        y: Axis { range: Some([0.0, 100.0]), ..Axis::linear("scans that still go on (%)") },
+        curves: journals.iter().map(Journal::going_on).collect(),
+    };
+    Chart {
+        title: "Iterations".to_owned(),
+        names: journals
+            .iter()
+            .map(|journal| format!("{}: {} scans", journal.name, journal.scans()))
+            .collect(),
+        panels: vec![
+            panel(Axis::linear("cost (% of the first)"), |iteration| &iteration.cost_percent),
+            panel(logarithmic("step (mm)"), |iteration| &iteration.step_mm),
+            panel(logarithmic("turn (deg)"), |iteration| &iteration.step_deg),
+            going_on,
+        ],
+        caption: "Line: median over the scans that came to this iteration. Band: 90 % of them.".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{chart, read};
+    use crate::plot::table::Table;
+
+    #[test]
+    fn iterations_are_gathered_over_scans_of_different_length() {
+        let text = "stamp_s,iteration,x_m,y_m,theta_rad,cost,step_m,step_rad,used\n\
+            1.5,0,0,0,0,200,0.010,0.1,180\n\
+            1.5,1,0,0,0,100,0.001,-0.01,180\n\
+            1.6,0,0,0,0,10,0.030,0.3,180\n\
+            1.6,0,0,0,0,10,0.020,0.2,180\n";
+        let journal = read("map", &Table::read(text.as_bytes()).unwrap()).unwrap();
+        let chart = chart(&[journal]);
+        assert_eq!(chart.names, ["map: 3 scans"]);
+        let points = |panel: usize| &chart.panels[panel].curves[0].points;
+        assert_eq!(*points(0), [[0.0, 100.0], [1.0, 50.0]]);
+        assert_eq!(*points(1), [[0.0, 20.0], [1.0, 1.0]]);
+        assert!((points(2)[1][1] - 0.01_f64.to_degrees()).abs() < 1e-12);
+        assert_eq!(*points(3), [[0.0, 100.0], [1.0, 100.0 / 3.0]]);
+    }
+}

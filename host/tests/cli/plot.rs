@@ -1,0 +1,61 @@
+//! `biplane plot`: tables in, figures out.
+
+use std::fs;
+
+use crate::run::Folder;
+
+const BASIN: &str = "matcher,stamp_a,stamp_b,start_x_m,start_y_m,start_theta_rad,error_m,error_rad,iterations,cpu_us\n\
+    map,1,2,0.1,0.1,0.5,0.001,0.001,5,200\n";
+const RELATIONS: &str = "stamp_a,stamp_b,translation_m,rotation_rad\n0,1,0.01,0.001\n2,60,0.02,0.002\n";
+const JOURNAL: &str = "stamp_s,iteration,x_m,y_m,theta_rad,cost,step_m,step_rad,used\n\
+    1,0,0,0,0,2,0.1,0.1,180\n1,1,0,0,0,1,0.001,0.001,180\n";
+
+#[test]
+fn each_table_becomes_a_figure_and_the_same_one_each_time() {
+    let folder = Folder::new("plot");
+    for (figure, table) in [("basin", BASIN), ("relations", RELATIONS), ("journal", JOURNAL)] {
+        folder.write(&format!("{figure}.csv"), table);
+        for ending in ["svg", "png"] {
+            folder.expect(&format!("plot {figure} {figure}.csv -o {figure}.{ending}"), 0, &["1 curves"]);
+            folder.expect(&format!("plot {figure} {figure}.csv -o again.{ending} --force"), 0, &[]);
+            let [one, other] =
+                [figure, "again"].map(|name| fs::read(folder.path(&format!("{name}.{ending}"))).unwrap());
+            assert!(one == other, "{figure}.{ending}");
+        }
+    }
+    folder.expect(
+        "plot relations relations.csv relations.csv -o two.svg --title Two --caption <Tests.>",
+        0,
+        &["2 curves"],
+    );
+    let svg = fs::read_to_string(folder.path("two.svg")).unwrap();
+    for words in [
+        "Two",
+        "relations: mean 0.0150 m, 0.09 deg over 2 relations",
+        "translation (cm)",
+        "&lt;Tests.&gt; Line:",
+    ] {
+        assert!(svg.contains(words), "no {words} in {svg}");
+    }
+    let png = fs::read(folder.path("basin.png")).unwrap();
+    assert!(png.starts_with(b"\x89PNG"));
+}
+
+#[test]
+fn a_table_that_is_another_and_a_figure_of_another_kind_are_refused() {
+    let folder = Folder::new("plot-refused");
+    folder.write("r.csv", RELATIONS);
+    folder.write("broken.csv", RELATIONS.replace("0.01", "x"));
+    folder.expect("plot basin r.csv -o f.svg", 1, &["cannot read r.csv", "no column \"start_theta_rad\""]);
+    folder.expect(
+        "plot relations broken.csv -o f.svg",
+        1,
+        &["broken.csv", "line 2", "\"translation_m\", found \"x\""],
+    );
+    folder.expect("plot relations gone.csv -o f.svg", 1, &["cannot read gone.csv"]);
+    folder.expect("plot relations r.csv -o f.gif", 2, &["ends in .svg or .png"]);
+    folder.expect("plot relations -o f.svg", 2, &[]);
+    folder.write("f.svg", "mine");
+    folder.expect("plot relations r.csv -o f.svg", 1, &["--force"]);
+    assert_eq!(folder.names(), ["broken.csv", "f.svg", "r.csv"]);
+}
