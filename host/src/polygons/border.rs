@@ -37,7 +37,8 @@ fn furthest_off(points: &[FlatPoint], from: usize, to: usize) -> Option<(usize, 
     (from + 1..to).map(|index| (index, off(&index))).max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)))
 }
 
-fn segment_distance(a: FlatPoint, b: FlatPoint, p: FlatPoint) -> f64 {
+/// Distance of a point to a segment, steps.
+pub(super) fn segment_distance(a: FlatPoint, b: FlatPoint, p: FlatPoint) -> f64 {
     let (bx, by) = (f64::from(b.x) - f64::from(a.x), f64::from(b.y) - f64::from(a.y));
     let (px, py) = (f64::from(p.x) - f64::from(a.x), f64::from(p.y) - f64::from(a.y));
     let length2 = bx * bx + by * by;
@@ -45,7 +46,8 @@ fn segment_distance(a: FlatPoint, b: FlatPoint, p: FlatPoint) -> f64 {
     (px - along * bx).hypot(py - along * by)
 }
 
-fn distance2(a: FlatPoint, b: FlatPoint) -> i64 {
+/// Squared distance of two points, square steps.
+pub(super) fn distance2(a: FlatPoint, b: FlatPoint) -> i64 {
     let (x, y) = (i64::from(a.x) - i64::from(b.x), i64::from(a.y) - i64::from(b.y));
     x * x + y * y
 }

@@ -5,6 +5,7 @@
 
 pub mod assign;
 pub mod border;
+pub mod clearance;
 pub mod frame;
 pub mod lay;
 pub mod seam;
@@ -98,7 +99,7 @@ fn polygons_of(params: &PolygonParams, index: usize, plane: &Plane, pieces: &[Pi
         }
         shape.retain(|ring| !ring.is_empty());
     }
-    let mut shapes = repair(&shapes);
+    let mut shapes = clearance::clear(repair(&shapes));
     drop_small(params, &mut shapes);
     let lift = |ring: &Ring| ring.iter().map(|p| frame.lift(*p)).collect::<Vec<_>>();
     let polygon = |shape: Shape| {
