@@ -8,6 +8,7 @@ use super::decoded::heading_rad;
 use super::synthetic::{Read, START_NS, drive, driven_m, rig, scan_times_ns};
 use super::*;
 use crate::health::Health;
+use crate::session::noise::Noise;
 use biplane_matcher::Pose2;
 use biplane_recording::Topic;
 
@@ -316,24 +317,21 @@ fn decoded_scans_whose_stamps_step_back_are_all_kept_in_order_and_unchanged() {
 
 #[test]
 fn random_bytes_at_random_times_never_panic() {
-    let mut state = 3_u64;
-    let mut random = move || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        state >> 33
-    };
+    let mut noise = Noise::new(3);
     for feed in [Feed::Recorded, Feed::Live] {
         let options = EngineOptions { rig: rig(), matcher: TrackerParams::default(), feed, raw: true };
         let mut engine = Engine::new(&options, MemorySink::default(), 0);
         for round in 0..300_i64 {
-            let time_ns = match random() % 50 {
+            let time_ns = match noise.below(50) {
                 0 => i64::MAX,
                 1 => i64::MIN,
                 _ => round * 10 * MS,
             };
             let time_ns = if round < 200 { time_ns.clamp(0, 100_000 * MS) } else { time_ns };
-            let pool = [0x02, 0x80, 0x03, 0x00, 0xA0, 0xB0, 0xFA, 0xFB, random() as u8];
-            let bytes: Vec<u8> = (0..random() % 900).map(|_| pool[random() as usize % pool.len()]).collect();
-            engine.bytes(time_ns, Port::ALL[random() as usize % 3], &bytes);
+            let pool = [0x02, 0x80, 0x03, 0x00, 0xA0, 0xB0, 0xFA, 0xFB, noise.byte()];
+            let bytes: Vec<u8> =
+                (0..noise.below(900)).map(|_| pool[noise.below(pool.len() as u32)]).collect();
+            engine.bytes(time_ns, Port::ALL[noise.below(3)], &bytes);
             while engine.next_command().is_some() || engine.next_event().is_some() {}
         }
         let (_, sink) = engine.finish(0);

@@ -8,6 +8,8 @@
 pub mod base;
 mod event;
 pub mod laser;
+#[cfg(test)]
+pub(crate) mod noise;
 pub mod retry;
 #[cfg(test)]
 mod script;

@@ -10,10 +10,12 @@ mod write;
 use biplane_wire::lms::{Config, Reply, Scan, Status, Unit};
 
 use super::*;
+use crate::session::noise::{Noise, endure};
 use crate::session::script::{check, play, scan_telegram};
 use crate::session::{Event, MAX_INPUT_BYTES};
 
-const HALF: LaserSettings = LaserSettings {
+/// Centimetres every half degree, all else as it is set.
+pub(super) const HALF: LaserSettings = LaserSettings {
     baud: 38400,
     fov_deg: 180,
     resolution_cdeg: 50,
@@ -266,26 +268,13 @@ fn however_many_telegrams_end_in_one_input_nothing_of_what_they_lead_to_is_lost(
 
 #[test]
 fn random_bytes_never_panic_in_any_state() {
-    let mut state = 1_u64;
-    let mut random = move || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) as u32
-    };
+    let mut noise = Noise::new(1);
     for round in 0..20 {
         let mut session = if round % 2 == 0 { streaming(HALF) } else { LaserSession::listening(HALF, 0) };
-        let mut now_ns = 0;
-        for _ in 0..400 {
-            now_ns += i64::from(random() % 300_000_000);
-            let kind = random() % 4;
-            let bytes: Vec<u8> = match kind {
-                0 => scan_telegram(361)[..MAX_INPUT_BYTES].to_vec(),
-                1 => [0x02, 0x80, 0x03, 0x00, 0xA0, 0x00, 0x10, 0x16, 0x0A].to_vec(),
-                _ => {
-                    (0..random() % 256).map(|_| [0x02, 0x80, random() as u8][random() as usize % 3]).collect()
-                }
-            };
-            session.handle(now_ns, Input::Bytes(&bytes));
-            while !matches!(session.poll(), Output::WaitUntil(_)) {}
-        }
+        endure(&mut session, &mut noise, (400, 300_000_000), |noise| match noise.below(4) {
+            0 => scan_telegram(361)[..MAX_INPUT_BYTES].to_vec(),
+            1 => [0x02, 0x80, 0x03, 0x00, 0xA0, 0x00, 0x10, 0x16, 0x0A].to_vec(),
+            _ => (0..noise.below(256)).map(|_| [0x02, 0x80, noise.byte()][noise.below(3)]).collect(),
+        });
     }
 }

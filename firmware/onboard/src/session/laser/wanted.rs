@@ -111,17 +111,7 @@ impl fmt::Display for ConfigChange {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    const CM: LaserSettings = LaserSettings {
-        baud: 38400,
-        fov_deg: 180,
-        resolution_cdeg: 50,
-        unit: Unit::Cm,
-        range_max_m: None,
-        index_bytes: None,
-        remission: false,
-        dazzle_tolerant: None,
-    };
+    use crate::session::laser::tests::HALF as CM;
 
     /// The bytes of a configuration after what differs is changed; the first eight are compared.
     fn changed(bytes: &[u8], settings: LaserSettings, is_s14: bool) -> (Vec<u8>, String) {

@@ -3,8 +3,9 @@
 use biplane_recording::rig::BaseProtocol;
 
 use crate::session::base::{BaseSession, BaseSettings};
+use crate::session::noise::{Noise, endure};
 use crate::session::script::{check, play};
-use crate::session::{Input, Output, Session};
+use crate::session::Session;
 
 /// 1000 counts a metre, 500 a radian.
 const SETTINGS: BaseSettings = BaseSettings {
@@ -105,20 +106,11 @@ fn a_probe_asks_for_the_state_and_nothing_else() {
 
 #[test]
 fn random_bytes_never_panic() {
-    let mut state = 7_u64;
-    let mut random = move || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) as u32
-    };
+    let mut noise = Noise::new(7);
     for _ in 0..10 {
         let mut session = BaseSession::streaming(SETTINGS, 0);
-        let mut now_ns = 0;
-        for _ in 0..500 {
-            now_ns += i64::from(random() % 400_000_000);
-            let bytes: Vec<u8> =
-                (0..random() % 256).map(|_| [0x1B, 2, 3, random() as u8][random() as usize % 4]).collect();
-            session.handle(now_ns, Input::Bytes(&bytes));
-            while !matches!(session.poll(), Output::WaitUntil(_)) {}
-        }
+        endure(&mut session, &mut noise, (500, 400_000_000), |noise| {
+            (0..noise.below(256)).map(|_| [0x1B, 2, 3, noise.byte()][noise.below(4)]).collect()
+        });
     }
 }

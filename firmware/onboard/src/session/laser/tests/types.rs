@@ -6,19 +6,9 @@ use biplane_mock::lms_device::model::Model;
 use biplane_mock::lms_device::settings::{ConfigBlock, Variant};
 use biplane_wire::lms::Unit;
 
+use super::HALF;
 use super::bench::{Bench, MS};
 use crate::session::laser::LaserSettings;
-
-const SETTINGS: LaserSettings = LaserSettings {
-    baud: 38400,
-    fov_deg: 180,
-    resolution_cdeg: 50,
-    unit: Unit::Cm,
-    range_max_m: None,
-    index_bytes: None,
-    remission: false,
-    dazzle_tolerant: None,
-};
 
 fn of_type(name: &str) -> LmsParams {
     LmsParams::of_type(Model::text_of_name(name))
@@ -31,7 +21,7 @@ fn every_type_of_the_family_comes_up_from_the_factory_in_every_variant_and_unit(
             [(180, 100, 181), (180, 50, 361), (100, 100, 101), (100, 50, 201), (100, 25, 401)]
         {
             for unit in [Unit::Cm, Unit::Mm] {
-                let settings = LaserSettings { fov_deg, resolution_cdeg, unit, ..SETTINGS };
+                let settings = LaserSettings { fov_deg, resolution_cdeg, unit, ..HALF };
                 let mut bench = Bench::new(of_type(name), settings);
                 let took_ms = bench.first_scan_ms(3000);
                 let writes = bench.device.eeprom_writes();
@@ -49,7 +39,7 @@ fn every_type_of_the_family_comes_up_from_the_factory_in_every_variant_and_unit(
 
 #[test]
 fn an_s14_streams_its_own_fan_with_and_without_remission_and_is_not_asked_for_another() {
-    let s14 = LaserSettings { fov_deg: 90, ..SETTINGS };
+    let s14 = LaserSettings { fov_deg: 90, ..HALF };
     for (settings, with_remission) in [(s14, false), (LaserSettings { remission: true, ..s14 }, true)] {
         let mut bench = Bench::new(of_type("S14"), settings);
         bench.first_scan_ms(3000);
@@ -60,7 +50,7 @@ fn an_s14_streams_its_own_fan_with_and_without_remission_and_is_not_asked_for_an
         assert_eq!(bench.times_said("not what is configured"), 0, "{:?}", bench.said);
     }
     // A rig that does not know: the device keeps its own, and that is said.
-    let mut bench = Bench::new(of_type("S14"), SETTINGS);
+    let mut bench = Bench::new(of_type("S14"), HALF);
     bench.first_scan_ms(3000);
     assert_eq!(bench.scans[0].fan.fov_deg(), 90);
     assert_eq!(bench.times_said("keeps 90 degrees in steps of 0.50"), 1);
@@ -72,7 +62,7 @@ fn an_s14_streams_its_own_fan_with_and_without_remission_and_is_not_asked_for_an
 #[test]
 fn remission_of_an_lms_comes_as_pairs_over_the_whole_fan() {
     for (resolution_cdeg, beams) in [(100, 181), (50, 361)] {
-        let settings = LaserSettings { remission: true, resolution_cdeg, baud: 500_000, ..SETTINGS };
+        let settings = LaserSettings { remission: true, resolution_cdeg, baud: 500_000, ..HALF };
         let mut bench = Bench::new(of_type("LMS291"), settings);
         bench.first_scan_ms(3000);
         bench.run(500);
@@ -88,7 +78,7 @@ fn remission_of_an_lms_comes_as_pairs_over_the_whole_fan() {
 
 #[test]
 fn index_bytes_count_what_a_slow_line_leaves_out_and_what_a_bad_one_loses() {
-    let settings = LaserSettings { index_bytes: Some(true), ..SETTINGS };
+    let settings = LaserSettings { index_bytes: Some(true), ..HALF };
     let mut bench = Bench::new(of_type("LMS291"), settings);
     bench.first_scan_ms(3000);
     bench.run(10_000);
@@ -113,7 +103,7 @@ fn what_is_asked_of_the_configuration_is_written_at_once_and_never_again() {
         range_max_m: Some(16),
         index_bytes: Some(true),
         dazzle_tolerant: Some(true),
-        ..SETTINGS
+        ..HALF
     };
     let mut bench = Bench::new(of_type("LMS291"), settings);
     bench.first_scan_ms(3000);
@@ -130,7 +120,7 @@ fn what_is_asked_of_the_configuration_is_written_at_once_and_never_again() {
 #[test]
 fn an_old_firmware_s_configuration_of_32_bytes_is_written_as_32_bytes() {
     let params = LmsParams { config_bytes: 32, ..of_type("LMS200") };
-    let mut bench = Bench::new(params, SETTINGS);
+    let mut bench = Bench::new(params, HALF);
     bench.first_scan_ms(3000);
     assert_eq!(bench.device.eeprom_writes(), 1);
     let length = bench.session.info().config.as_ref().map(|config| config.as_bytes().len());
@@ -140,7 +130,7 @@ fn an_old_firmware_s_configuration_of_32_bytes_is_written_as_32_bytes() {
 #[test]
 fn faults_of_the_list_are_said_once_over_restarts() {
     let params = LmsParams { errors: vec![(3, 12), (0x82, 7)], baud: 38400, ..of_type("LMS291") };
-    let mut bench = Bench::new(params, SETTINGS);
+    let mut bench = Bench::new(params, HALF);
     bench.first_scan_ms(3000);
     bench.is_unplugged = true;
     bench.run(2000);
@@ -153,7 +143,7 @@ fn faults_of_the_list_are_said_once_over_restarts() {
 #[test]
 fn a_cable_that_comes_back_is_noticed_within_two_seconds_whenever_it_does() {
     for dark_ms in (100..6000).step_by(271) {
-        let mut bench = Bench::new(LmsParams { baud: 38400, ..of_type("LMS291") }, SETTINGS);
+        let mut bench = Bench::new(LmsParams { baud: 38400, ..of_type("LMS291") }, HALF);
         bench.first_scan_ms(3000);
         bench.run(731);
         bench.is_unplugged = true;
@@ -174,7 +164,7 @@ fn a_cable_that_comes_back_is_noticed_within_two_seconds_whenever_it_does() {
 fn a_laser_that_is_switched_on_anew_streams_within_two_seconds_of_its_first_word() {
     for (boot_ms, baud) in (200..9000).step_by(613).zip([38400, 500_000, 9600].into_iter().cycle()) {
         let params = LmsParams { baud, boot_ns: boot_ms * MS, ..of_type("LMS291") };
-        let mut bench = Bench::new(params, LaserSettings { baud, ..SETTINGS });
+        let mut bench = Bench::new(params, LaserSettings { baud, ..HALF });
         bench.first_scan_ms(3000);
         bench.run(700);
         bench.is_dark = true;
@@ -190,7 +180,7 @@ fn a_laser_that_is_switched_on_anew_streams_within_two_seconds_of_its_first_word
 
 #[test]
 fn a_slow_line_with_damaged_telegrams_is_not_taken_for_a_lost_one() {
-    let settings = LaserSettings { baud: 9600, ..SETTINGS };
+    let settings = LaserSettings { baud: 9600, ..HALF };
     let mut bench = Bench::new(of_type("LMS291"), settings);
     bench.first_scan_ms(3000);
     // One telegram in two loses some bytes in its middle.
@@ -217,7 +207,7 @@ fn a_device_idle_or_left_streaming_at_any_rate_and_in_any_variant_is_up_within_t
             for left_streaming in [false, true] {
                 for variant in Variant::ALL {
                     let params = LmsParams { baud, left_streaming, variant, ..of_type("LMS291") };
-                    let mut bench = Bench::new(params, LaserSettings { baud: rig_baud, ..SETTINGS });
+                    let mut bench = Bench::new(params, LaserSettings { baud: rig_baud, ..HALF });
                     let worst_ms = &mut worst_ms[usize::from(baud != rig_baud)];
                     *worst_ms = bench.first_scan_ms(3000).max(*worst_ms);
                 }
@@ -232,7 +222,7 @@ fn a_device_idle_or_left_streaming_at_any_rate_and_in_any_variant_is_up_within_t
 fn a_device_in_another_measuring_mode_is_read_in_it() {
     let config = ConfigBlock::default().with_units(true, 6);
     let params = LmsParams { config, ..of_type("LMS200") };
-    let mut bench = Bench::new(params, LaserSettings { unit: Unit::Mm, ..SETTINGS });
+    let mut bench = Bench::new(params, LaserSettings { unit: Unit::Mm, ..HALF });
     bench.first_scan_ms(3000);
     let scan = &bench.scans[0];
     assert!((scan.range_max_m - 32.758).abs() < 1e-4 && (scan.ranges_m[10] - 3.10).abs() < 1e-5);
