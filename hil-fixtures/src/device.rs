@@ -2,6 +2,9 @@
 //!
 //! Times are nanoseconds on one clock that the caller chooses and that never steps back.
 
+#[cfg(test)]
+pub(crate) mod bench;
+
 /// What a device has done, for the summary and for tests.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct DeviceCounts {

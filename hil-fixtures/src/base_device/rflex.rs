@@ -283,6 +283,7 @@ impl Device for RflexDevice {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::device::bench::hex;
 
     /// A count a millisecond along, none aside.
     struct Clock;
@@ -291,10 +292,6 @@ mod tests {
         fn counts(&mut self, now_ns: i64) -> Option<Counts> {
             Some([(now_ns / MS) as i32, 7])
         }
-    }
-
-    fn hex(text: &str) -> Vec<u8> {
-        text.split_whitespace().map(|byte| u8::from_str_radix(byte, 16).expect("hex in a test")).collect()
     }
 
     fn run(device: &mut RflexDevice, from_ms: i64, to_ms: i64) -> Vec<u8> {

@@ -5,7 +5,7 @@ mod sessions;
 use super::feed::{CycleFeed, Sip, SipAnswer, SipFeed};
 use super::{BaseDevice, BaseParams};
 use crate::device::Device;
-use crate::lms_device::feed::Timeline;
+use crate::device::bench::{self, Same, hex};
 use crate::source::{OdometrySample, OdometrySource};
 
 const MS: i64 = 1_000_000;
@@ -29,23 +29,7 @@ impl SipFeed for Still {
     }
 }
 
-struct Same;
-
-impl Timeline for Same {
-    fn world_ns(&self, device_ns: i64) -> i64 {
-        device_ns
-    }
-}
-
-fn hex(text: &str) -> Vec<u8> {
-    text.split_whitespace().map(|byte| u8::from_str_radix(byte, 16).expect("hex in a test")).collect()
-}
-
-struct Bench {
-    device: BaseDevice,
-    now_ns: i64,
-    heard: Vec<(i64, u8)>,
-}
+type Bench = bench::Bench<BaseDevice>;
 
 impl Bench {
     fn new() -> Self {
@@ -54,29 +38,13 @@ impl Bench {
     }
 
     fn with(params: BaseParams, feed: Box<dyn SipFeed>) -> Self {
-        Self { device: BaseDevice::new(params, feed), now_ns: 0, heard: Vec::new() }
-    }
-
-    fn run_ms(&mut self, duration_ms: i64) {
-        let end_ns = self.now_ns + duration_ms * MS;
-        loop {
-            let mut out = Vec::new();
-            let due_ns = self.device.poll(self.now_ns, &mut out);
-            let portion = out.into_iter().map(|byte| (self.now_ns, byte));
-            self.heard.extend(portion);
-            if due_ns > end_ns {
-                break;
-            }
-            self.now_ns = due_ns.max(self.now_ns + 1);
-        }
-        self.now_ns = end_ns;
+        Self::of(BaseDevice::new(params, feed))
     }
 
     fn ask(&mut self, request: &[u8], wait_ms: i64) -> Vec<u8> {
-        self.heard.clear();
-        self.device.handle(self.now_ns, request);
+        self.send(request);
         self.run_ms(wait_ms);
-        self.heard.iter().map(|&(_, byte)| byte).collect()
+        self.bytes()
     }
 
     fn open(&mut self) {
@@ -88,7 +56,7 @@ impl Bench {
 
     /// First byte's time and body of each standard packet heard.
     fn sips(&self) -> Vec<(i64, Vec<u8>)> {
-        let bytes: Vec<u8> = self.heard.iter().map(|&(_, byte)| byte).collect();
+        let bytes = self.bytes();
         let starts = (0..bytes.len().saturating_sub(36)).filter(|&i| bytes[i..i + 3] == [0xFA, 0xFB, 34]);
         starts.map(|i| (self.heard[i].0, bytes[i + 3..i + 35].to_vec())).collect()
     }

@@ -1,10 +1,10 @@
 //! What the telegrams hold, byte for byte: the layouts of the fact sheet (sections 4 to 6) written by hand, walls at 3 m all around.
 
 use super::{Bench, MS, hex};
-use crate::lms_device::LmsParams;
 use crate::lms_device::feed::{Mirror, MirrorFeed, Timeline};
 use crate::lms_device::frame::checksum;
 use crate::lms_device::settings::{ConfigBlock, OLD_CONFIG_BYTES, Variant};
+use crate::lms_device::{LmsDevice, LmsParams};
 use crate::source::{ScanSource, ScanWords};
 use biplane_wire::lms::{Reply, Telegram};
 
@@ -253,8 +253,8 @@ impl Timeline for Counting {
 fn counting(variant: Variant) -> Bench {
     let params = LmsParams { baud: 500_000, variant, ..LmsParams::default() };
     let feed = MirrorFeed::new(Box::new(Counting), Box::new(Counting));
-    let device = crate::lms_device::LmsDevice::new(params, Box::new(feed));
-    Bench { device, now_ns: 0, heard: Vec::new() }
+    let device = LmsDevice::new(params, Box::new(feed));
+    Bench::of(device)
 }
 
 #[test]

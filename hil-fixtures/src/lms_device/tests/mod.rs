@@ -5,9 +5,9 @@ mod cadence;
 mod contents;
 mod sessions;
 
-use super::feed::{Mirror, MirrorFeed, Timeline};
+use super::feed::{Mirror, MirrorFeed};
 use super::{LmsDevice, LmsParams};
-use crate::device::Device;
+use crate::device::bench::{self, Same, hex};
 use crate::source::{ScanSource, ScanWords};
 
 pub(super) const MS: i64 = 1_000_000;
@@ -27,55 +27,17 @@ impl ScanSource for Round {
     }
 }
 
-struct Same;
-
-impl Timeline for Same {
-    fn world_ns(&self, device_ns: i64) -> i64 {
-        device_ns
-    }
-}
-
-pub(super) fn hex(text: &str) -> Vec<u8> {
-    text.split_whitespace().map(|byte| u8::from_str_radix(byte, 16).expect("hex in a test")).collect()
-}
-
-/// A device, a clock, and what came out.
-pub(super) struct Bench {
-    pub device: LmsDevice,
-    pub now_ns: i64,
-    /// Bytes and when their stop bits ended.
-    pub heard: Vec<(i64, u8)>,
-}
+type Bench = bench::Bench<LmsDevice>;
 
 impl Bench {
     pub fn new(params: LmsParams) -> Self {
         let feed = MirrorFeed::new(Box::new(Round), Box::new(Same));
-        Self { device: LmsDevice::new(params, Box::new(feed)), now_ns: 0, heard: Vec::new() }
-    }
-
-    pub fn run_ms(&mut self, duration_ms: i64) {
-        let end_ns = self.now_ns + duration_ms * MS;
-        loop {
-            let mut out = Vec::new();
-            let due_ns = self.device.poll(self.now_ns, &mut out);
-            let portion = out.into_iter().map(|byte| (self.now_ns, byte));
-            self.heard.extend(portion);
-            if due_ns > end_ns {
-                break;
-            }
-            self.now_ns = due_ns.max(self.now_ns + 1);
-        }
-        self.now_ns = end_ns;
+        Self::of(LmsDevice::new(params, Box::new(feed)))
     }
 
     /// Says something now, forgetting what was heard before.
     pub fn say(&mut self, request: &str) {
-        self.heard.clear();
-        self.device.handle(self.now_ns, &hex(request));
-    }
-
-    pub fn bytes(&self) -> Vec<u8> {
-        self.heard.iter().map(|&(_, byte)| byte).collect()
+        self.send(&hex(request));
     }
 
     /// What a request is answered with within half a second, ACK included.
