@@ -1,7 +1,6 @@
 //! Tests over the whole chain, as one binary: the tree against its map, and the programs against each other and the truth.
 
 mod accuracy;
-mod allocations;
 mod captures;
 mod checksum;
 mod clock_steps;
@@ -14,3 +13,8 @@ mod soak;
 mod start_up;
 mod stopping;
 mod tidy;
+
+/// The simulated robot says what its engine allocates.
+#[global_allocator]
+static ALLOCATOR: biplane_onboard::allocations::CountingAllocator =
+    biplane_onboard::allocations::CountingAllocator;

@@ -1,5 +1,5 @@
-//! Counts what a thread allocates, for `bench`: an allocator that hands everything to the system's and adds one to a counter of the
-//! calling thread. It counts only in a program that installs it (`#[global_allocator]`), as `biplane-onboard` does.
+//! Counts what a thread allocates, for `bench` and for tests: an allocator that hands everything to the system's and adds one to a
+//! counter of the calling thread. It counts only in a program that installs it (`#[global_allocator]`), as `biplane-onboard` does.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -12,12 +12,14 @@ thread_local! {
 #[derive(Copy, Clone, Debug, Default)]
 pub struct CountingAllocator;
 
-/// Allocations of this thread so far; `None` in a program that does not count them.
-#[must_use]
-pub fn so_far() -> Option<u64> {
+/// What `work` returns, and how often it allocated in this thread; `None` in a program that does not count.
+pub fn during<T>(work: impl FnOnce() -> T) -> (T, Option<u64>) {
     let before = COUNT.get();
+    let done = work();
+    let after = COUNT.get();
+    // Whether allocations are counted at all is tried with one.
     drop(std::hint::black_box(Box::new(0_u8)));
-    (COUNT.get() != before).then_some(before)
+    (done, (COUNT.get() != after).then_some(after - before))
 }
 
 // SAFETY: everything is handed to the system's allocator; only a counter of the thread is added, which allocates nothing itself.

@@ -123,19 +123,18 @@ impl Watch {
     fn pass(&mut self, kept: &KeptScans, params: &TrackerParams) {
         let mut tracker = Tracker::new(*params);
         let mut beams: Vec<Beam> = Vec::new();
-        let mut allocated = 0;
         self.outcomes = Outcomes::default();
         self.cpu_least_ns.resize(kept.len(), i64::MAX);
         for index in 0..kept.len() {
             let Some((scan, odom_from_base)) = kept.get(index, &mut beams) else { break };
-            let before = allocations::so_far();
-            let (wall_ns, cpu_ns) = (monotonic_ns(), thread_cpu_ns());
-            let tracked = tracker.track(&scan, odom_from_base);
-            let cpu_ns = thread_cpu_ns() - cpu_ns;
-            let wall_ns = monotonic_ns() - wall_ns;
-            if let (Some(before), Some(after), true) = (before, allocations::so_far(), index > 0) {
-                allocated += after - before - 1; // `so_far` itself tries one
-                self.allocations = Some(self.allocations.unwrap_or(0));
+            let ((tracked, wall_ns, cpu_ns), allocated) = allocations::during(|| {
+                let (wall_ns, cpu_ns) = (monotonic_ns(), thread_cpu_ns());
+                let tracked = tracker.track(&scan, odom_from_base);
+                let cpu_ns = thread_cpu_ns() - cpu_ns;
+                (tracked, monotonic_ns() - wall_ns, cpu_ns)
+            });
+            if let (Some(allocated), true) = (allocated, index > 0) {
+                *self.allocations.get_or_insert(0) += allocated;
             }
             self.cpu_ns.push(cpu_ns);
             self.wall_ns.push(wall_ns);
@@ -145,7 +144,6 @@ impl Watch {
             self.beam_iterations += scan.beams.len() as f64 * f64::from(tracked.iterations);
             self.outcomes.count(tracked.outcome);
         }
-        self.allocations = self.allocations.map(|before| before + allocated);
         self.map = tracker.map_size();
     }
 

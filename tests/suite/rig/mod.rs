@@ -22,6 +22,7 @@ pub mod world;
 use std::ops::RangeInclusive;
 
 use biplane_matcher::TrackerParams;
+use biplane_onboard::allocations::during;
 use biplane_onboard::engine::{Command, Engine, EngineOptions, Feed};
 use biplane_onboard::session::Event;
 use biplane_onboard::sink::Sink;
@@ -69,7 +70,7 @@ pub struct SimRig<K> {
     pub lines: [Option<SimLine>; 3],
     /// What the sessions said.
     pub said: Vec<Said>,
-    /// Counts what the engine allocates; see `allocations.rs`.
+    /// How often the engine has allocated.
     pub engine_allocations: u64,
     /// Is told of every read.
     pub tap: Option<Tap>,
@@ -175,16 +176,14 @@ impl<K: Sink> SimRig<K> {
                 if let Some(tap) = &mut self.tap {
                     tap(port, now_ns, &self.chunk);
                 }
-                let before = crate::allocations::so_far();
-                self.engine.bytes(now_ns, port, &self.chunk);
-                self.engine_allocations += crate::allocations::so_far() - before;
+                let ((), allocated) = during(|| self.engine.bytes(now_ns, port, &self.chunk));
+                self.engine_allocations += allocated.expect("this program counts");
                 self.serve_engine();
             }
         }
         if self.engine.wake_ns() <= now_ns {
-            let before = crate::allocations::so_far();
-            self.engine.advance(now_ns);
-            self.engine_allocations += crate::allocations::so_far() - before;
+            let ((), allocated) = during(|| self.engine.advance(now_ns));
+            self.engine_allocations += allocated.expect("this program counts");
             self.serve_engine();
         }
     }

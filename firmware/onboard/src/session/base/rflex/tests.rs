@@ -2,10 +2,10 @@
 
 use biplane_recording::rig::BaseProtocol;
 
+use crate::session::Session;
 use crate::session::base::{BaseSession, BaseSettings};
 use crate::session::noise::{Noise, endure};
 use crate::session::script::{check, play};
-use crate::session::Session;
 
 /// 1000 counts a metre, 500 a radian.
 const SETTINGS: BaseSettings = BaseSettings {
