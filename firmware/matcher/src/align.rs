@@ -81,7 +81,7 @@ pub struct Prior {
 }
 
 /// A prior off by so many standard deviations counts half: odometry slips, or the base is carried.
-const SURPRISE: f64 = 4.0;
+pub const SURPRISE: f64 = 4.0;
 
 impl Prior {
     /// The way from the expected pose: x, y in the map's axes, theta wrapped.
@@ -91,7 +91,7 @@ impl Prior {
     }
 
     /// Squared Mahalanobis distance of a pose.
-    fn squared(&self, pose: &Pose2) -> f64 {
+    pub fn squared(&self, pose: &Pose2) -> f64 {
         let away = self.away(pose);
         away.dot(&(self.information * away))
     }

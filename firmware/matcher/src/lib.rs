@@ -7,6 +7,7 @@
 
 mod align;
 mod carve;
+mod contest;
 mod covariance;
 mod doubt;
 mod engine;

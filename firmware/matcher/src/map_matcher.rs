@@ -28,6 +28,8 @@ pub struct MapMatcher {
 pub enum Verdict {
     /// It explains the scan.
     Found,
+    /// It explains the scan, but nothing else expects it: not to be believed yet, nor to be learnt from.
+    Contested,
     /// The map knows too little of what the scan sees: go on from the odometry, and learn.
     NewGround,
     /// The scan contradicts the map everywhere around.
@@ -120,6 +122,9 @@ impl MapMatcher {
             }
         } else {
             self.lost_in_a_row = 0;
+        }
+        if verdict == Verdict::Contested {
+            return;
         }
         let moved_enough = self.learnt_at.is_none_or(|last| {
             let away_m = (map_from_base.x_m - last.x_m).hypot(map_from_base.y_m - last.y_m);

@@ -50,6 +50,9 @@ pub struct SearchParams {
     /// Lost scans in a row after which the map goes on from the odometry. Fewer: a passing crowd begins a second map over
     /// the first; more: a carried base waits longer.
     pub patience_scans: u32,
+    /// A match that contradicts odometry and inertia alike counts from this many scans in a row on. Fewer: moving things lead
+    /// the base astray; more: a base that was carried or has slipped stays wrong longer.
+    pub confirm_scans: u32 [1.0, 1000.0],
 }
 }
 
@@ -71,6 +74,7 @@ impl Default for SearchParams {
             blur_m: 0.1,
             free_space_cost: 0.3,
             patience_scans: 20,
+            confirm_scans: 3,
         }
     }
 }

@@ -5,6 +5,7 @@
 use nalgebra::Matrix3;
 
 use crate::align::{Alignment, Prior};
+use crate::contest::{Contest, Expected};
 use crate::covariance::{inverse, rows, weakest_sigma_m};
 use crate::engine::Engine;
 use crate::journal::Journal;
@@ -26,7 +27,7 @@ pub enum Outcome {
     Matched,
     /// Matched, but some direction (along a bare corridor) is left to the odometry; the covariance says which.
     Weak,
-    /// No match found: the pose follows the odometry, the covariance has grown.
+    /// No match found, or none that can be believed yet: the pose follows the odometry, the covariance has grown.
     Lost,
     /// The scan holds no usable range: the pose follows the odometry, the covariance has grown.
     NoReturns,
@@ -68,6 +69,7 @@ pub struct Tracker {
     params: TrackerParams,
     points: EndPoints,
     motion: MotionModel,
+    contest: Contest,
     engine: Engine,
     map_from_base: Pose2,
     covariance: Matrix3<f64>,
@@ -81,6 +83,7 @@ impl Tracker {
         Self {
             points: EndPoints::new(params.points),
             motion: MotionModel::new(params.motion),
+            contest: Contest::default(),
             engine: Engine::new(&params),
             map_from_base: Pose2::IDENTITY,
             covariance: Matrix3::zeros(),
@@ -160,7 +163,7 @@ impl Tracker {
         let (alignment, verdict) = self.locate(scan, last, step, &prior);
         let outcome = match verdict {
             Verdict::Found => self.accept(&alignment, &prior),
-            Verdict::NewGround | Verdict::Lost => Outcome::Lost,
+            Verdict::Contested | Verdict::NewGround | Verdict::Lost => Outcome::Lost,
         };
         self.learn(verdict);
         Tracked { score: alignment.fit.score(), iterations: alignment.iterations, ..self.unmatched(outcome) }
@@ -168,8 +171,17 @@ impl Tracker {
 
     fn locate(&mut self, scan: &Scan, last: &Pose2, step: &Step, prior: &Prior) -> (Alignment, Verdict) {
         let (glance, window) = (self.glance(step), self.window());
-        let guess = *last * self.motion.same_again(scan.stamp_ns).last_from_base;
-        self.engine.locate(&self.points, prior, &[guess, *last], glance, window)
+        let inertia = self.motion.same_again(scan.stamp_ns);
+        let again = *last * inertia.last_from_base;
+        let (alignment, verdict) = self.engine.locate(&self.points, prior, &[again, *last], glance, window);
+        if verdict == Verdict::Found && step.measured() {
+            let expected = Expected { prior, again, inertia: &inertia };
+            let confirm_scans = self.params.search.confirm_scans;
+            if !self.contest.settle(&alignment.pose, &expected, confirm_scans) {
+                return (alignment, Verdict::Contested);
+            }
+        }
+        (alignment, verdict)
     }
 
     fn learn(&mut self, verdict: Verdict) {

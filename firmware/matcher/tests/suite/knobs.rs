@@ -81,6 +81,7 @@ const OTHER: &[(&str, f64)] = &[
     ("search.blur_m", 0.3),
     ("search.free_space_cost", 3.0),
     ("search.patience_scans", 1.0),
+    ("search.confirm_scans", 1.0),
 ];
 
 /// Round a room with a person in it; the odometry fails, jumps and comes late in turns, and the base is carried away.
