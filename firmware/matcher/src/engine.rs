@@ -45,6 +45,14 @@ impl Engine {
         }
     }
 
+    /// How much of a scan a pose explains, 0 to 1.
+    pub fn score_at(&self, points: &EndPoints, pose: &Pose2) -> f64 {
+        match self {
+            Self::Map(matcher) => matcher.score_at(points, pose),
+            Self::Gradient(matcher) => matcher.score_at(points, pose),
+        }
+    }
+
     /// Learns from a scan at its pose.
     pub fn learn(&mut self, map_from_base: &Pose2, points: &EndPoints, verdict: Verdict) {
         match self {

@@ -134,6 +134,11 @@ impl GradientMatcher {
         (alignment, verdict)
     }
 
+    /// How much of a scan a pose explains, 0 to 1.
+    pub fn score_at(&self, points: &EndPoints, pose: &Pose2) -> f64 {
+        self.judge(points, pose).1.score()
+    }
+
     /// Steps of a length that grows while the gradient keeps its direction and shrinks when it turns back: unlike a
     /// test for more likelihood this is not led astray by end points that slip into occlusion.
     fn ascend(&mut self, points: &EndPoints, start: Pose2) -> (Pose2, u32) {

@@ -3,7 +3,7 @@
 //! Align from the prior; when the result explains too little, search the surroundings and align from what the search
 //! finds. A scan that contradicts the map teaches it nothing, until patience ends. Frame: map. Units: metres, radians.
 
-use crate::align::{Alignment, Prior, align};
+use crate::align::{Alignment, Prior, align, fit};
 use crate::journal::Journal;
 use crate::local_map::LocalMap;
 use crate::params::TrackerParams;
@@ -96,6 +96,11 @@ impl MapMatcher {
             Verdict::Found
         };
         (best, verdict)
+    }
+
+    /// How much of a scan a pose explains, 0 to 1.
+    pub fn score_at(&self, points: &EndPoints, pose: &Pose2) -> f64 {
+        fit(&self.map, points, pose, &self.params.align).score()
     }
 
     fn informative(&self, alignment: &Alignment) -> bool {

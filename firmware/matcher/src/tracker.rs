@@ -176,8 +176,11 @@ impl Tracker {
         let (alignment, verdict) = self.engine.locate(&self.points, prior, &[again, *last], glance, window);
         if verdict == Verdict::Found && step.measured() {
             let expected = Expected { prior, again, inertia: &inertia };
-            let confirm_scans = self.params.search.confirm_scans;
-            if !self.contest.settle(&alignment.pose, &expected, confirm_scans) {
+            let search = &self.params.search;
+            // An expected pose that explains little itself is no reason to wait.
+            if !self.contest.settle(&alignment.pose, &expected, search.confirm_scans)
+                && self.engine.score_at(&self.points, &prior.mean) >= search.lost_below_score
+            {
                 return (alignment, Verdict::Contested);
             }
         }

@@ -42,3 +42,21 @@ fn the_gradient_method_does_not_claim_to_know_the_axis_either() {
     let sigma = [0, 1].map(|axis| tracked.covariance[axis][axis].sqrt());
     assert!(sigma[0] > 2.0 * sigma[1], "{sigma:?}");
 }
+
+#[test]
+fn a_panel_carried_through_a_bare_corridor_does_not_carry_the_base_along() {
+    let noise = &mut Noise(12);
+    let mut tracker = Tracker::new(TrackerParams::default());
+    let panels_m = [5.2, 4.5, 5.8, 4.1, 6.4, 4.85, 5.5];
+    for i in 0..60_usize {
+        let x_m = 0.06 * i as f64;
+        let mut world = World::rectangle([-20.0, -1.0], [40.0, 1.0]);
+        if let Some(at_m) = i.checked_sub(20).and_then(|i| panels_m.get(i)) {
+            world.extend(World::rectangle([*at_m, -0.8], [at_m + 0.02, 0.8]));
+        }
+        let odom = Pose2::new(x_m, 0.0, 0.0);
+        let beams = look(&World::new(world), &odom, noise);
+        let tracked = track(&mut tracker, i as i64 * 200_000_000, &beams, Some(odom));
+        assert!((tracked.map_from_base.x_m - x_m).abs() < 0.1, "scan {i}: {tracked:?}");
+    }
+}
