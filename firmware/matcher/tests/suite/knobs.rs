@@ -103,6 +103,9 @@ fn troubled_drive(params: TrackerParams) -> String {
         if i == 40 {
             truth = truth * Pose2::new(0.4, -0.35, 0.6);
         }
+        if i == 56 {
+            truth.x_m += 0.35; // one scan that only the walls along x can tell from the others
+        }
         let mut beams = look(if (45..52).contains(&i) { &elsewhere } else { &room }, &truth, &mut noise);
         for beam in beams.iter_mut().skip(20 + i as usize).take(8) {
             beam.range_m = beam.range_m.min(0.8);
