@@ -134,7 +134,7 @@ pub fn chart(basins: &[Basin], params: &BasinParams) -> Chart {
         names: basins.iter().map(name).collect(),
         panels: vec![found, gross],
         caption: format!(
-            "{starts} starts a matcher. Found: within {} cm and {} deg. Grossly wrong: more than {} cm or {} deg off. Time: CPU of a match.",
+            "{starts} starts a matcher. Found: within {} cm and {} deg. Grossly wrong: more than {} cm or {} deg off. Time: CPU of a match, the reference prepared before.",
             100.0 * params.within_m,
             params.within_deg,
             100.0 * params.gross_m,

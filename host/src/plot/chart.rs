@@ -15,6 +15,9 @@ const LABEL: f64 = 24.0;
 const TICK_WORDS: f64 = 20.0;
 const AXIS_WORDS: f64 = 18.0;
 const CAPTION_LINE: f64 = 16.0;
+/// Intervals between ticks of a linear axis: to the right, and the least height of one upwards.
+const X_INTERVALS: usize = 10;
+const TICK_HEIGHT: f64 = 25.0;
 const TITLE_SIZE: f64 = 16.0;
 const WORDS_SIZE: f64 = 12.5;
 const CAPTION_SIZE: f64 = 11.5;
@@ -46,16 +49,18 @@ impl Axis {
         Self { label: label.into(), ..Self::default() }
     }
 
-    /// From where to where, with these values on it.
-    fn resolved(&self, values: impl Iterator<Item = f64>, rounded: bool) -> [f64; 2] {
+    /// From where to where, with these values on it; `rounded` to an end of at most so many intervals.
+    fn resolved(&self, values: impl Iterator<Item = f64>, rounded: Option<usize>) -> [f64; 2] {
         let shown = values.filter(|value| self.shows(*value));
         let ends = |[low, high]: [f64; 2], value: f64| [low.min(value), high.max(value)];
         let found = shown.fold([f64::INFINITY, f64::NEG_INFINITY], ends);
         match (self.range, self.scale) {
             (Some(range), _) => range,
             (None, Scale::Linear) if found[0].min(0.0) >= found[1] => [0.0, 1.0],
-            (None, Scale::Linear) if !rounded => [found[0].min(0.0), found[1]],
-            (None, Scale::Linear) => ticks::rounded_range([found[0].min(0.0), found[1]]),
+            (None, Scale::Linear) => {
+                let range = [found[0].min(0.0), found[1]];
+                rounded.map_or(range, |most| ticks::rounded_range(range, most))
+            }
             (None, Scale::Logarithmic) if found[0] > found[1] => [1.0, 10.0],
             (None, Scale::Logarithmic) => ticks::decades(found),
         }
@@ -74,9 +79,9 @@ impl Axis {
         share.clamp(0.0, 1.0)
     }
 
-    fn ticks(&self, range: [f64; 2]) -> Vec<(f64, String)> {
+    fn ticks(&self, range: [f64; 2], most: usize) -> Vec<(f64, String)> {
         match self.scale {
-            Scale::Linear => ticks::linear(range),
+            Scale::Linear => ticks::linear(range, most),
             Scale::Logarithmic => ticks::logarithmic(range),
         }
     }
@@ -156,6 +161,11 @@ impl Chart {
 }
 
 impl Panel {
+    /// How many intervals between ticks fit upwards.
+    fn y_intervals(&self) -> usize {
+        (self.height / TICK_HEIGHT) as usize
+    }
+
     fn draw(&self, drawing: &mut Drawing, top: f64) {
         let curves = self.curves.iter();
         let xs = curves.clone().flat_map(|curve| curve.points.iter().map(|point| point[0]));
@@ -165,8 +175,8 @@ impl Panel {
         let frame = Frame {
             panel: self,
             top,
-            x_range: self.x.resolved(xs, false),
-            y_range: self.y.resolved(ys, true),
+            x_range: self.x.resolved(xs, None),
+            y_range: self.y.resolved(ys, Some(self.y_intervals())),
         };
         frame.draw_axes(drawing);
         for (index, curve) in self.curves.iter().enumerate() {
@@ -198,12 +208,12 @@ impl Frame<'_> {
     fn draw_axes(&self, drawing: &mut Drawing) {
         let bottom = self.top + self.panel.height;
         drawing.words(&self.panel.y.label, [LEFT, self.top - 8.0], Anchor::Left, WORDS_SIZE, Ink::Text);
-        for (value, words) in self.panel.y.ticks(self.y_range) {
+        for (value, words) in self.panel.y.ticks(self.y_range, self.panel.y_intervals()) {
             let y = self.y(value);
             drawing.line(vec![[LEFT, y], [RIGHT, y]], 1.0, Ink::Grid);
             drawing.words(words, [LEFT - 6.0, y + 4.0], Anchor::Right, WORDS_SIZE, Ink::Faint);
         }
-        for (value, words) in self.panel.x.ticks(self.x_range) {
+        for (value, words) in self.panel.x.ticks(self.x_range, X_INTERVALS) {
             let x = self.x(value);
             drawing.line(vec![[x, bottom], [x, bottom + 4.0]], 1.0, Ink::Text);
             drawing.words(words, [x, bottom + 17.0], Anchor::Middle, WORDS_SIZE, Ink::Faint);

@@ -1,11 +1,8 @@
 //! Round numbers along an axis.
 
-/// At most this many intervals between ticks of a linear axis.
-const MOST_INTERVALS: f64 = 8.0;
-
-/// The distance between ticks of a linear axis: 1, 2 or 5 times a power of ten.
-fn step(span: f64) -> f64 {
-    let least = span / MOST_INTERVALS;
+/// The distance between ticks of a linear axis with at most `most` of them: 1, 2 or 5 times a power of ten.
+fn step(span: f64, most: usize) -> f64 {
+    let least = span / most.max(1) as f64;
     let power = 10_f64.powf(least.log10().floor());
     [1.0, 2.0, 5.0]
         .into_iter()
@@ -15,17 +12,17 @@ fn step(span: f64) -> f64 {
 }
 
 /// A range that ends at ticks, around `[low, high]`.
-pub fn rounded_range([low, high]: [f64; 2]) -> [f64; 2] {
+pub fn rounded_range([low, high]: [f64; 2], most: usize) -> [f64; 2] {
     if low >= high {
         return [low - 0.5, low + 0.5];
     }
-    let step = step(high - low);
+    let step = step(high - low, most);
     [(low / step + 1e-9).floor() * step, (high / step - 1e-9).ceil() * step]
 }
 
-/// Ticks of a linear axis with their words.
-pub fn linear([low, high]: [f64; 2]) -> Vec<(f64, String)> {
-    let step = step(high - low);
+/// Ticks of a linear axis with their words, some `most` intervals between them at most.
+pub fn linear([low, high]: [f64; 2], most: usize) -> Vec<(f64, String)> {
+    let step = step(high - low, most);
     let decimals = (-step.log10().floor()).max(0.0) as usize;
     let (first, last) = ((low / step - 1e-9).ceil() as i64, (high / step + 1e-9).floor() as i64);
     (first..=last)
@@ -61,15 +58,17 @@ mod tests {
 
     #[test]
     fn linear_ticks_are_round_and_have_the_decimals_that_they_need() {
-        assert_eq!(words(&linear([0.0, 30.0])), ["0", "5", "10", "15", "20", "25", "30"]);
-        assert_eq!(words(&linear([0.0, 1.0])), ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
+        assert_eq!(words(&linear([0.0, 30.0], 8)), ["0", "5", "10", "15", "20", "25", "30"]);
+        assert_eq!(words(&linear([0.0, 1.0], 8)), ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
         assert_eq!(
-            words(&linear([-0.03, 0.03])),
+            words(&linear([-0.03, 0.03], 8)),
             ["-0.03", "-0.02", "-0.01", "0.00", "0.01", "0.02", "0.03"]
         );
-        assert_eq!(rounded_range([0.0, 43.2]), [0.0, 50.0]);
-        assert_eq!(rounded_range([0.0, 100.0]), [0.0, 100.0]);
-        assert_eq!(rounded_range([3.0, 3.0]), [2.5, 3.5]);
+        assert_eq!(rounded_range([0.0, 43.2], 8), [0.0, 50.0]);
+        assert_eq!(rounded_range([0.0, 100.0], 8), [0.0, 100.0]);
+        assert_eq!(words(&linear([0.0, 30.0], 4)), ["0", "10", "20", "30"]);
+        assert_eq!(rounded_range([0.0, 31.0], 4), [0.0, 40.0]);
+        assert_eq!(rounded_range([3.0, 3.0], 8), [2.5, 3.5]);
     }
 
     #[test]
