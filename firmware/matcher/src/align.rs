@@ -63,8 +63,8 @@ impl Default for AlignParams {
             line_strength: 0.7,
             direction_noise_rad: 0.05,
             beams_per_independent_one: 5.0,
-            rest_m: 0.0005,
-            rest_rad: 0.0001,
+            rest_m: 0.001,
+            rest_rad: 0.0005,
             explained_m: 0.06,
             weak_m: 0.05,
         }

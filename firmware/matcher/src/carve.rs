@@ -3,7 +3,7 @@
 //! Frame: map. Units: metres. Each beam walks from block to block (Amanatides and Woo 1987); only blocks that hold
 //! surfaces are looked into.
 
-use crate::grid::BLOCK;
+use crate::grid::{BLOCK, TileSlot};
 use crate::local_map::LocalMap;
 use crate::points::EndPoints;
 use crate::pose::Pose2;
@@ -48,8 +48,9 @@ impl LocalMap {
                 per_block_m[axis] = block_m / direction.abs();
             }
         }
+        let mut tile = None;
         loop {
-            self.pass(block, ray);
+            tile = self.pass(block, ray, tile);
             let axis = usize::from(next_m[1] < next_m[0]);
             if next_m[axis] >= ray.clear_m {
                 return;
@@ -59,24 +60,27 @@ impl LocalMap {
         }
     }
 
-    /// A beam passes through a block.
-    fn pass(&mut self, block: [i32; 2], ray: &Ray) {
+    /// A beam passes through a block; `tile` is the one it was in before. Returns the one it is in.
+    fn pass(&mut self, block: [i32; 2], ray: &Ray, tile: Option<TileSlot>) -> Option<TileSlot> {
         let [left, low] = block.map(|index| index * BLOCK);
-        if !self.grid.block(left, low).seen_through && !self.claim(left, low) {
-            return;
+        let mut tile = tile.filter(|tile| tile.holds(left, low)).or_else(|| self.grid.tile_slot(left, low));
+        if !tile.is_some_and(|tile| self.grid.block_in(tile, left, low).seen_through) {
+            if !self.claim(left, low) {
+                return None;
+            }
+            tile = self.grid.tile_slot(left, low); // what was claimed may have taken another one's place
         }
-        let Some(known) = self.grid.block_mut(left, low) else { return };
+        let known = self.grid.block_in_mut(tile?, left, low);
         known.seen_through = true;
-        if known.surfaces == 0 {
-            return;
-        }
-        for y in low..low + BLOCK {
-            for x in left..left + BLOCK {
-                if let Some(index) = self.grid.cell(x, y).own() {
+        if known.surfaces > 0 {
+            // A copy: a surface that goes changes cells, but whose own cells the others are stays.
+            for cell in self.grid.cells_in(tile?, left, low).as_flattened() {
+                if let Some(index) = cell.own() {
                     self.pass_surface(index, ray);
                 }
             }
         }
+        tile
     }
 
     /// A surface that a beam went straight through loses evidence, and goes when it has none left.

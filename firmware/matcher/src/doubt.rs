@@ -5,19 +5,31 @@
 //! room about its centre. In the coordinates in which T is the identity, nu^2 is taken off each eigenvalue, down to zero,
 //! and off the gradient in proportion; where nothing is left the odometry decides. Coordinates: x, y (m), theta (rad).
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Cholesky, Const, Matrix3, Vector3};
 
-/// An information matrix taken apart along the directions in which walls' directions matter.
-#[derive(Copy, Clone, Debug)]
-pub struct Doubt {
-    /// From whitened coordinates back; its columns are the directions.
-    axes: Matrix3<f64>,
-    /// Into whitened coordinates.
-    whiten: Matrix3<f64>,
-    /// Information along each direction, whitened.
-    values: Vector3<f64>,
-    /// The share of it that is believed, 0 to 1.
-    believed: Vector3<f64>,
+/// What is to be believed of an information matrix.
+#[derive(Clone, Debug)]
+pub enum Doubt {
+    /// Every direction is known better than it is doubted: nothing has to be taken apart.
+    Everywhere {
+        /// The information that is believed.
+        information: Matrix3<f64>,
+        /// The walls' information across them, factored.
+        across: Cholesky<f64, Const<3>>,
+        /// What is taken off: nu^2 times the sum over the tangents.
+        doubted: Matrix3<f64>,
+    },
+    /// Some direction is not known; taken apart along the directions in which walls' directions matter.
+    Apart {
+        /// From whitened coordinates back; its columns are the directions.
+        axes: Matrix3<f64>,
+        /// Into whitened coordinates.
+        whiten: Matrix3<f64>,
+        /// Information along each direction, whitened.
+        values: Vector3<f64>,
+        /// The share of it that is believed, 0 to 1.
+        believed: Vector3<f64>,
+    },
 }
 
 impl Doubt {
@@ -25,11 +37,20 @@ impl Doubt {
     pub fn new(across: &Matrix3<f64>, along: &Matrix3<f64>, nu_rad: f64) -> Self {
         let scale = along.trace().max(across.trace()) + f64::MIN_POSITIVE;
         let tangents = along + Matrix3::identity() * (1e-6 * scale);
+        let doubted = tangents * (nu_rad * nu_rad);
+        let information = across - doubted;
+        // Positive means that no eigenvalue is as small as nu^2: then the sums below need no eigenvalues.
+        match (information.cholesky(), across.cholesky()) {
+            (Some(_), Some(across)) => Self::Everywhere { information, across, doubted },
+            _ => Self::apart(across, &tangents, nu_rad * nu_rad),
+        }
+    }
+
+    fn apart(across: &Matrix3<f64>, tangents: &Matrix3<f64>, squared: f64) -> Self {
         let factor = tangents.cholesky().map_or_else(Matrix3::identity, |factors| factors.l());
         let unfactor = factor.try_inverse().unwrap_or_else(Matrix3::identity);
         let eigen = (unfactor * across * unfactor.transpose()).symmetric_eigen();
-        let squared = nu_rad * nu_rad;
-        Self {
+        Self::Apart {
             axes: factor * eigen.eigenvectors,
             whiten: eigen.eigenvectors.transpose() * unfactor,
             values: eigen.eigenvalues,
@@ -41,13 +62,21 @@ impl Doubt {
 
     /// The information that is believed.
     pub fn information(&self) -> Matrix3<f64> {
-        let kept = Matrix3::from_diagonal(&self.believed.component_mul(&self.values));
-        self.axes * kept * self.axes.transpose()
+        match self {
+            Self::Everywhere { information, .. } => *information,
+            Self::Apart { axes, values, believed, .. } => {
+                let kept = Matrix3::from_diagonal(&believed.component_mul(values));
+                axes * kept * axes.transpose()
+            }
+        }
     }
 
     /// The part of a gradient that is believed.
     pub fn gradient(&self, gradient: &Vector3<f64>) -> Vector3<f64> {
-        self.axes * self.believed.component_mul(&(self.whiten * gradient))
+        match self {
+            Self::Everywhere { across, doubted, .. } => gradient - doubted * across.solve(gradient),
+            Self::Apart { axes, whiten, believed, .. } => axes * believed.component_mul(&(whiten * gradient)),
+        }
     }
 }
 
@@ -100,5 +129,18 @@ mod tests {
     fn nothing_is_made_of_nothing() {
         let kept = Doubt::new(&Matrix3::zeros(), &Matrix3::zeros(), 0.05).information();
         assert!(kept.norm() < 1e-100, "{kept}");
+    }
+
+    #[test]
+    fn with_structure_both_ways_taking_apart_changes_nothing() {
+        let (mut across, along) = corridor(0.05);
+        across[(0, 0)] += 40.0; // a wall at the corridor's end
+        let (nu, gradient) = (0.05, Vector3::new(0.3, -0.2, 0.1));
+        let whole = Doubt::new(&across, &along, nu);
+        assert!(matches!(whole, Doubt::Everywhere { .. }));
+        let scale = along.trace().max(across.trace());
+        let apart = Doubt::apart(&across, &(along + Matrix3::identity() * (1e-6 * scale)), nu * nu);
+        assert!((whole.information() - apart.information()).norm() < 1e-9 * across.norm());
+        assert!((whole.gradient(&gradient) - apart.gradient(&gradient)).norm() < 1e-9);
     }
 }

@@ -54,6 +54,21 @@ pub struct Block {
     pub surfaces: u8,
 }
 
+/// Where in the pool a tile lies, until a tile is claimed or released.
+#[derive(Copy, Clone, PartialEq, Eq, Debug)]
+pub struct TileSlot {
+    tile: [i32; 2],
+    slot: usize,
+}
+
+impl TileSlot {
+    /// Whether it is the tile of this cell.
+    #[inline]
+    pub fn holds(&self, x: i32, y: i32) -> bool {
+        self.tile == [x >> TILE_BITS, y >> TILE_BITS]
+    }
+}
+
 /// The tiled plane.
 #[derive(Clone, Debug)]
 pub struct Grid {
@@ -146,15 +161,39 @@ impl Grid {
     /// The block that holds this cell.
     #[inline]
     pub fn block(&self, x: i32, y: i32) -> Block {
-        self.slot(x >> TILE_BITS, y >> TILE_BITS)
-            .map_or(Block::default(), |slot| self.blocks[slot * TILE_BLOCKS + block_within_tile(x, y)])
+        self.tile_slot(x, y).map_or(Block::default(), |tile| self.block_in(tile, x, y))
     }
 
     /// The block that holds this cell, for writing; `None` where no tile is.
     #[inline]
     pub fn block_mut(&mut self, x: i32, y: i32) -> Option<&mut Block> {
-        let slot = self.slot(x >> TILE_BITS, y >> TILE_BITS)?;
-        self.blocks.get_mut(slot * TILE_BLOCKS + block_within_tile(x, y))
+        self.tile_slot(x, y).map(|tile| self.block_in_mut(tile, x, y))
+    }
+
+    /// The tile that holds this cell, for looking at many of its blocks; `None` where there is none.
+    #[inline]
+    pub fn tile_slot(&self, x: i32, y: i32) -> Option<TileSlot> {
+        let tile = [x >> TILE_BITS, y >> TILE_BITS];
+        self.slot(tile[0], tile[1]).map(|slot| TileSlot { tile, slot })
+    }
+
+    /// The block of a tile that holds this cell of it.
+    #[inline]
+    pub fn block_in(&self, tile: TileSlot, x: i32, y: i32) -> Block {
+        self.blocks[tile.slot * TILE_BLOCKS + block_within_tile(x, y)]
+    }
+
+    /// The same for writing.
+    #[inline]
+    pub fn block_in_mut(&mut self, tile: TileSlot, x: i32, y: i32) -> &mut Block {
+        &mut self.blocks[tile.slot * TILE_BLOCKS + block_within_tile(x, y)]
+    }
+
+    /// The cells of a tile's block whose lower corner is this cell, row by row.
+    #[inline]
+    pub fn cells_in(&self, tile: TileSlot, left: i32, low: i32) -> [[Cell; BLOCK as usize]; BLOCK as usize] {
+        let start = tile.slot * TILE_CELLS + within_tile(left, low);
+        std::array::from_fn(|row| std::array::from_fn(|x| self.cells[start + row * TILE as usize + x]))
     }
 
     /// Makes sure that the cell at these coordinates has a tile, and marks that tile as used now.

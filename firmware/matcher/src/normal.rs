@@ -104,48 +104,40 @@ pub struct LineSums {
 impl LineSums {
     /// Adds all of a batch under Cauchy weights of this scale (metres), and empties it.
     pub fn take(&mut self, batch: &mut Batch, scale_m: f32) {
-        let used = batch.len.next_multiple_of(LANES);
+        let used = batch.len.next_multiple_of(LANES).min(BATCH);
         batch.weight[batch.len..used].fill(0.0);
         let inverse = 1.0 / (scale_m * scale_m);
-        for first in (0..used).step_by(LANES) {
-            let part =
-                |column: &[f32; BATCH]| -> [f32; LANES] { std::array::from_fn(|lane| column[first + lane]) };
-            let ([ax, ay], [ox, oy]) = (batch.arm.each_ref().map(part), batch.offset.each_ref().map(part));
-            let [nx, ny] = batch.normal.each_ref().map(part);
-            self.add([ax, ay, ox, oy, nx, ny, part(&batch.weight)], inverse);
+        let ([ax, ay], [ox, oy], [nx, ny]) = (&batch.arm, &batch.offset, &batch.normal);
+        let [mut residual, mut turn, mut along] = [[0.0; BATCH]; 3];
+        let [mut wx, mut wy, mut wt, mut wa] = [[0.0; BATCH]; 4];
+        for i in 0..used {
+            residual[i] = ox[i] * nx[i] + oy[i] * ny[i];
+            turn[i] = ax[i] * ny[i] - ay[i] * nx[i];
+            along[i] = ax[i] * nx[i] + ay[i] * ny[i];
+            // With normals as they are, each product is `strength` too large: the weight takes it off.
+            let strength = nx[i] * nx[i] + ny[i] * ny[i];
+            let weight = batch.weight[i] / (strength + residual[i] * residual[i] * inverse);
+            [wx[i], wy[i], wt[i], wa[i]] =
+                [weight * nx[i], weight * ny[i], weight * turn[i], weight * along[i]];
         }
-        batch.len = 0;
-    }
-
-    #[inline]
-    fn add(&mut self, [ax, ay, ox, oy, nx, ny, weight]: [[f32; LANES]; 7], inverse: f32) {
-        // With normals as they are, each product is `strength` too large: the weight takes it off.
-        let residual = lane(|i| ox[i] * nx[i] + oy[i] * ny[i]);
-        let strength = lane(|i| nx[i] * nx[i] + ny[i] * ny[i]);
-        let weight = lane(|i| weight[i] / (strength[i] + residual[i] * residual[i] * inverse));
-        let turn = lane(|i| ax[i] * ny[i] - ay[i] * nx[i]);
-        let along = lane(|i| ax[i] * nx[i] + ay[i] * ny[i]);
-        let [wx, wy] = [lane(|i| weight[i] * nx[i]), lane(|i| weight[i] * ny[i])];
-        let [wt, wa] = [lane(|i| weight[i] * turn[i]), lane(|i| weight[i] * along[i])];
         let terms = [
-            (wx, nx),
-            (wx, ny),
-            (wx, turn),
-            (wy, ny),
-            (wy, turn),
-            (wt, turn),
-            (wx, residual),
-            (wy, residual),
-            (wt, residual),
-            (wy, along),
-            (wx, along),
-            (wa, along),
+            (&wx, nx),
+            (&wx, ny),
+            (&wx, &turn),
+            (&wy, ny),
+            (&wy, &turn),
+            (&wt, &turn),
+            (&wx, &residual),
+            (&wy, &residual),
+            (&wt, &residual),
+            (&wy, &along),
+            (&wx, &along),
+            (&wa, &along),
         ];
         for (sum, (a, b)) in self.lanes.iter_mut().zip(terms) {
-            for i in 0..LANES {
-                sum[i] += a[i] * b[i];
-            }
+            add_products(sum, &a[..used], &b[..used]);
         }
+        batch.len = 0;
     }
 
     /// The residuals' normal equations with weights times `factor` (1 / variance), and J^T W J over the walls' tangents.
@@ -157,10 +149,14 @@ impl LineSums {
     }
 }
 
-/// A number a lane.
+/// Adds the products of two columns, lane by lane.
 #[inline]
-fn lane(of: impl Fn(usize) -> f32) -> [f32; LANES] {
-    std::array::from_fn(of)
+fn add_products(sum: &mut [f32; LANES], a: &[f32], b: &[f32]) {
+    for (a, b) in a.as_chunks::<LANES>().0.iter().zip(b.as_chunks::<LANES>().0) {
+        for lane in 0..LANES {
+            sum[lane] += a[lane] * b[lane];
+        }
+    }
 }
 
 #[cfg(test)]

@@ -128,10 +128,14 @@ impl EndPoints {
             }
         }
         self.sum_up();
+        let mut before_m = f32::INFINITY;
         for index in 0..self.points.len() {
             let (kind, normal) = self.surface_at(index);
-            let weight = self.weight_at(index);
+            let next = self.points.get(index + 1);
+            let after_m = next.map_or(f32::INFINITY, |next| distance(next.at_m, self.points[index].at_m));
+            let weight = self.weight(before_m, after_m);
             self.points[index] = EndPoint { normal, kind, weight, ..self.points[index] };
+            before_m = after_m;
         }
     }
 
@@ -145,20 +149,17 @@ impl EndPoints {
         }
     }
 
-    /// Beams that lie closer together than `spacing_m` share the weight of one.
-    fn weight_at(&self, index: usize) -> f32 {
-        let here = self.points[index].at_m;
-        let gap = |other: Option<&EndPoint>| other.map_or(f32::INFINITY, |p| distance(p.at_m, here));
-        let before = gap(index.checked_sub(1).and_then(|i| self.points.get(i)));
-        let after = gap(self.points.get(index + 1));
+    /// Beams that lie closer together than `spacing_m` share the weight of one; so far to the beams before and after.
+    fn weight(&self, before_m: f32, after_m: f32) -> f32 {
         let spacing_m = self.params.spacing_m as f32;
-        (before.min(spacing_m) + after.min(spacing_m)) / (2.0 * spacing_m).max(1e-6)
+        (before_m.min(spacing_m) + after_m.min(spacing_m)) / (2.0 * spacing_m).max(1e-6)
     }
 
     /// What a point lies on: a line with the neighbours on both sides, or at a corner with those on one side.
     fn surface_at(&self, index: usize) -> (Kind, [f32; 2]) {
-        let first = self.reach(index, |i| i.checked_sub(1));
-        let last = self.reach(index, |i| Some(i + 1).filter(|&i| i < self.points.len()));
+        let (before, rest) = self.points.split_at(index);
+        let first = index - self.reach(index, before.iter().rev());
+        let last = index + self.reach(index, rest[1..].iter());
         let mut kind = Kind::Unsure;
         for (from, to) in [(first, last), (first, index), (index, last)] {
             match self.line_through(index, from, to) {
@@ -170,18 +171,14 @@ impl EndPoints {
         (kind, [0.0; 2])
     }
 
-    /// The farthest neighbour in one direction that is still needed.
-    fn reach(&self, index: usize, next: impl Fn(usize) -> Option<usize>) -> usize {
+    /// How many neighbours in one direction are needed, the first one out of reach included.
+    fn reach<'a>(&self, index: usize, neighbours: impl ExactSizeIterator<Item = &'a EndPoint>) -> usize {
         let here = self.points[index].at_m;
-        let (mut end, reach_m) = (index, self.params.normal_reach_m as f32);
-        for _ in 0..NEIGHBOURS {
-            let Some(neighbour) = next(end) else { break };
-            end = neighbour;
-            if squared_distance(self.points[end].at_m, here) > reach_m * reach_m {
-                break;
-            }
-        }
-        end
+        let reach_m = self.params.normal_reach_m as f32;
+        let most = neighbours.len().min(NEIGHBOURS);
+        let mut near = neighbours.take(most);
+        let beyond = near.position(|other| squared_distance(other.at_m, here) > reach_m * reach_m);
+        beyond.map_or(most, |within| within + 1)
     }
 
     /// The normal of the line through the points `first` to `last`, if they form one.
@@ -200,8 +197,8 @@ impl EndPoints {
             return (Kind::Point, [0.0; 2]);
         }
         let to_laser = minus(self.laser_in_base_m, here);
-        let facing = dot(normal, to_laser) / norm(to_laser).max(1e-6);
-        if facing.abs() < self.params.grazing_sine as f32 {
+        let (facing, sine) = (dot(normal, to_laser), self.params.grazing_sine as f32);
+        if facing * facing < sine * sine * dot(to_laser, to_laser) {
             return UNSURE;
         }
         if facing < 0.0 {
@@ -245,17 +242,20 @@ impl LineSums {
 
     /// Mean squared distance from the best line, square metres, and its unit normal; `None` when all points coincide.
     fn fit(&self) -> Option<(f64, [f32; 2])> {
-        let xx = self.xx - self.x * self.x / self.n;
-        let xy = self.xy - self.x * self.y / self.n;
-        let yy = self.yy - self.y * self.y / self.n;
+        let per_point = 1.0 / self.n;
+        let (mean_x, mean_y) = (self.x * per_point, self.y * per_point);
+        let xx = self.xx - self.x * mean_x;
+        let xy = self.xy - self.x * mean_y;
+        let yy = self.yy - self.y * mean_y;
         // The direction of the larger eigenvalue of [xx xy; xy yy], by the half angle.
         let half_difference = 0.5 * (xx - yy);
         let root = (half_difference * half_difference + xy * xy).sqrt();
         let along =
             if half_difference >= 0.0 { [half_difference + root, xy] } else { [xy, root - half_difference] };
-        let length = (along[0] * along[0] + along[1] * along[1]).sqrt();
-        let spread = (0.5 * (xx + yy) - root).max(0.0) / self.n;
-        (length > 1e-9).then(|| (spread, [(-along[1] / length) as f32, (along[0] / length) as f32]))
+        let squared = along[0] * along[0] + along[1] * along[1];
+        let spread = (0.5 * (xx + yy) - root).max(0.0) * per_point;
+        let per_length = 1.0 / squared.sqrt();
+        (squared > 1e-18).then(|| (spread, [(-along[1] * per_length) as f32, (along[0] * per_length) as f32]))
     }
 }
 
