@@ -139,6 +139,8 @@ pub struct Alignment {
     pub fit: Fit,
     /// Iterations used.
     pub iterations: u32,
+    /// Whether the steps had become small when it ended: what stopped at the cap was still on its way.
+    pub at_rest: bool,
 }
 
 impl Alignment {
@@ -186,12 +188,13 @@ pub fn align(
         }
         scale_m = (0.5 * scale_m).max(params.outlier_m);
     }
+    let at_rest = known.is_some();
     let information = known.unwrap_or_else(|| {
         let (normal, tangent) = accumulate(map, points, &pose, params.outlier_m as f32, params);
         Doubt::new(&normal.matrix(), &tangent, params.direction_noise_rad).information()
     });
     let information = information / params.beams_per_independent_one;
-    Alignment { pose, information, fit: fit(map, points, &pose, params), iterations }
+    Alignment { pose, information, fit: fit(map, points, &pose, params), iterations, at_rest }
 }
 
 /// Sums over all end points: the residuals' normal equations, and J^T W J over the walls' tangents.

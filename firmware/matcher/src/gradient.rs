@@ -123,7 +123,13 @@ impl GradientMatcher {
         let (pose, iterations) = self.ascend(points, prior.mean);
         let (information, fit) = self.judge(points, &pose);
         let pose = weigh(prior, &pose, &(information * self.params.align.beams_per_independent_one));
-        let alignment = Alignment { pose, information, fit, iterations };
+        let alignment = Alignment {
+            pose,
+            information,
+            fit,
+            iterations,
+            at_rest: iterations < self.params.gradient.max_iterations,
+        };
         let verdict = if fit.informative < self.params.search.min_informative * fit.total {
             Verdict::NewGround
         } else if fit.score() < self.params.search.lost_below_score {

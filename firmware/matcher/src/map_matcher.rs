@@ -74,7 +74,8 @@ impl MapMatcher {
         let fits = best.fit.explained >= self.params.search.glance_below_share * best.fit.total;
         if !fits || glance.half_m > 0.0 {
             let seen = self.search.run(&self.map, points, &prior.mean, glance)[0];
-            if seen.score > 0.0 && !self.search.neighbours(&seen.pose, &best.pose) {
+            let settled = best.at_rest && self.search.neighbours(&seen.pose, &best.pose);
+            if seen.score > 0.0 && !settled {
                 self.try_from(points, seen.pose, prior, &mut best);
             }
         }
