@@ -135,6 +135,18 @@ impl Grid {
             .map_or(Cell::default(), |slot| self.cells[slot * TILE_CELLS + within_tile(x, y)])
     }
 
+    /// A cell and the block that holds it.
+    #[inline]
+    pub fn look(&self, x: i32, y: i32) -> (Cell, Block) {
+        match self.slot(x >> TILE_BITS, y >> TILE_BITS) {
+            Some(slot) => (
+                self.cells[slot * TILE_CELLS + within_tile(x, y)],
+                self.blocks[slot * TILE_BLOCKS + block_within_tile(x, y)],
+            ),
+            None => (Cell::default(), Block::default()),
+        }
+    }
+
     /// The cell for writing; `None` where no tile is.
     #[inline]
     pub fn cell_mut(&mut self, x: i32, y: i32) -> Option<&mut Cell> {

@@ -11,6 +11,9 @@ use crate::points::EndPoints;
 use crate::pose::{Pose2, wrap_angle};
 use crate::search::{Search, Window};
 
+/// So many results of a search are aligned.
+const CANDIDATES: usize = 4;
+
 /// Map, search and what they remember.
 #[derive(Clone, Debug)]
 pub struct MapMatcher {
@@ -70,20 +73,16 @@ impl MapMatcher {
         glance: Window,
         window: Window,
     ) -> (Alignment, Verdict) {
-        let mut best = align(&self.map, points, prior.mean, prior, &self.params.align, &mut self.journal);
-        let fits = best.fit.explained >= self.params.search.glance_below_share * best.fit.total;
-        if !fits || glance.half_m > 0.0 {
-            let seen = self.search.run(&self.map, points, &prior.mean, glance)[0];
-            let settled = best.at_rest && self.search.neighbours(&seen.pose, &best.pose);
-            if seen.score > 0.0 && !settled {
-                self.try_from(points, seen.pose, prior, &mut best);
-            }
-        }
+        let mut best = if glance.half_m > 0.0 {
+            self.by_sight(points, prior, glance)
+        } else {
+            self.near_prior(points, prior, glance)
+        };
         if best.fit.score() < self.params.search.below_score && self.informative(&best) {
             for other in others {
                 self.try_from(points, *other, prior, &mut best);
             }
-            for candidate in self.search.run(&self.map, points, &prior.mean, window) {
+            for candidate in self.search.run::<CANDIDATES>(&self.map, points, &prior.mean, window) {
                 if candidate.score > 0.0 {
                     self.try_from(points, candidate.pose, prior, &mut best);
                 }
@@ -102,6 +101,32 @@ impl MapMatcher {
     /// How much of a scan a pose explains, 0 to 1.
     pub fn score_at(&self, points: &EndPoints, pose: &Pose2) -> f64 {
         fit(&self.map, points, pose, &self.params.align).score()
+    }
+
+    /// From where the odometry says; the headings around are looked at when that does not fit.
+    fn near_prior(&mut self, points: &EndPoints, prior: &Prior, glance: Window) -> Alignment {
+        let mut best = align(&self.map, points, prior.mean, prior, &self.params.align, &mut self.journal);
+        if best.fit.explained < self.params.search.glance_below_share * best.fit.total {
+            let seen = self.search.first(&self.map, points, &prior.mean, glance);
+            if seen.score > 0.0 && !self.search.neighbours(&seen.pose, &best.pose) {
+                self.try_from(points, seen.pose, prior, &mut best);
+            }
+        }
+        best
+    }
+
+    /// From what a search finds, when the prior is no more than a guess; of several places that look alike all are aligned.
+    fn by_sight(&mut self, points: &EndPoints, prior: &Prior, glance: Window) -> Alignment {
+        let [first, rivals @ ..] = self.search.run::<CANDIDATES>(&self.map, points, &prior.mean, glance);
+        let start = if first.score > 0.0 { first.pose } else { prior.mean };
+        let mut best = align(&self.map, points, start, prior, &self.params.align, &mut self.journal);
+        let share = self.params.search.rival_share as f32;
+        for rival in rivals.iter().filter(|rival| rival.score > 0.0) {
+            if !best.at_rest || rival.score > share * first.score {
+                self.try_from(points, rival.pose, prior, &mut best);
+            }
+        }
+        best
     }
 
     fn informative(&self, alignment: &Alignment) -> bool {

@@ -31,7 +31,7 @@ pub struct SearchParams {
     pub least_half_m: f64,
     /// The same for heading, radians.
     pub least_half_rad: f64,
-    /// Lattice step, metres. Smaller: slower, by the square; larger: the right place falls between two steps.
+    /// Lattice step, metres, rounded to whole cells of the map. Smaller: slower, by the square; larger: the right place falls between two steps.
     pub step_m: f64 [0.001, 10.0],
     /// Lattice step, radians. Smaller: slower; larger: the right heading falls between two steps.
     pub step_rad: f64 [0.0001, 3.2],
@@ -39,6 +39,9 @@ pub struct SearchParams {
     pub max_shifts: f64 [0.0, 1000.0],
     /// Lattice steps each way at most, heading: bounds the time.
     pub max_turns: f64 [0.0, 1000.0],
+    /// Without a measured prior, places that score at least this share of the best one are aligned as well. Smaller: slower,
+    /// fewer wrong places taken for right.
+    pub rival_share: f64,
     /// End points used at most. More: surer and slower.
     pub beams: usize [1.0, 1e5],
     /// Width of the likelihood about a surface, metres. About the lattice step: less, and the right place falls between
@@ -70,6 +73,7 @@ impl Default for SearchParams {
             step_rad: 0.035,
             max_shifts: 10.0,
             max_turns: 15.0,
+            rival_share: 0.8,
             beams: 60,
             blur_m: 0.1,
             free_space_cost: 0.3,
@@ -97,31 +101,47 @@ pub struct Candidate {
     pub score: f32,
 }
 
-/// How many candidates are kept.
-pub const KEPT: usize = 4;
-
 /// The search's memory.
 #[derive(Clone, Debug)]
 pub struct Search {
     params: SearchParams,
     /// Likelihood of an end point by the squared cell distance of the nearest surface.
     likelihood: [f32; 256],
-    placed: Vec<[f32; 2]>,
+    /// The lattice's step in cells.
+    step_cells: i32,
+    step_m: f64,
+    placed: Vec<[i32; 2]>,
 }
 
+/// After so many end points a pose that cannot come among the best any more is given up.
+const LOOK_EVERY: usize = 12;
+
 impl Search {
-    /// Memory for scans of this many end points over cells of this size.
+    /// Memory for scans of this many end points over cells of this size. The lattice's step becomes a whole number of cells.
     pub fn new(params: SearchParams, cell_m: f64) -> Self {
         let mut likelihood = [0.0; 256];
         for (squared, value) in likelihood.iter_mut().enumerate() {
             let distance_squared = squared as f64 * cell_m * cell_m;
             *value = (-0.5 * distance_squared / (params.blur_m * params.blur_m)).exp() as f32;
         }
-        Self { likelihood, placed: Vec::with_capacity(params.beams.max(1)), params }
+        let step_cells = (params.step_m / cell_m).round().max(1.0) as i32;
+        Self {
+            likelihood,
+            step_cells,
+            step_m: f64::from(step_cells) * cell_m,
+            placed: Vec::with_capacity(params.beams.max(1)),
+            params,
+        }
+    }
+
+    /// The best pose around a guess; its score is 0 when nothing speaks for any.
+    pub fn first(&mut self, map: &LocalMap, points: &EndPoints, guess: &Pose2, window: Window) -> Candidate {
+        let [first] = self.run(map, points, guess, window);
+        first
     }
 
     /// The best poses around a guess, best first, no two neighbours on the lattice; unused places have score 0.
-    pub fn run(
+    pub fn run<const KEPT: usize>(
         &mut self,
         map: &LocalMap,
         points: &EndPoints,
@@ -130,17 +150,19 @@ impl Search {
     ) -> [Candidate; KEPT] {
         let mut best = [Candidate::default(); KEPT];
         let turns = (window.half_rad / self.params.step_rad).ceil().min(self.params.max_turns) as i32;
-        let shifts = (window.half_m / self.params.step_m).ceil().min(self.params.max_shifts) as i32;
+        let shifts = (window.half_m / self.step_m).ceil().min(self.params.max_shifts) as i32;
         let stride = points.as_slice().len().div_ceil(self.params.beams.max(1)).max(1);
         for turn in -turns..=turns {
             let theta_rad = wrap_angle(guess.theta_rad + f64::from(turn) * self.params.step_rad);
             let placement = Placement::new(&Pose2 { theta_rad, ..*guess });
+            let points = points.as_slice().iter().step_by(stride);
             self.placed.clear();
-            self.placed.extend(points.as_slice().iter().step_by(stride).map(|p| placement.place(p.at_m)));
+            self.placed.extend(points.map(|point| map.cell_of(placement.place(point.at_m))));
             for y in -shifts..=shifts {
                 for x in -shifts..=shifts {
-                    let (dx, dy) = (f64::from(x) * self.params.step_m, f64::from(y) * self.params.step_m);
-                    let score = self.score(map, [dx as f32, dy as f32]);
+                    let shift = [x * self.step_cells, y * self.step_cells];
+                    let score = self.score(map, shift, best[KEPT - 1].score);
+                    let (dx, dy) = (f64::from(x) * self.step_m, f64::from(y) * self.step_m);
                     let pose = Pose2::new(guess.x_m + dx, guess.y_m + dy, theta_rad);
                     self.keep(&mut best, Candidate { pose, score });
                 }
@@ -149,27 +171,35 @@ impl Search {
         best
     }
 
-    fn score(&self, map: &LocalMap, shift_m: [f32; 2]) -> f32 {
-        let mut sum = 0.0;
-        for at_m in &self.placed {
-            let moved = [at_m[0] + shift_m[0], at_m[1] + shift_m[1]];
-            let [x, y] = map.cell_of(moved);
-            let cell = map.grid.cell(x, y);
-            if cell.surface().is_some() {
-                sum += self.likelihood[usize::from(cell.squared())];
-            } else if map.grid.block(x, y).seen_through {
-                sum -= self.params.free_space_cost as f32;
+    /// Mean likelihood of the end points, shifted by whole cells; something not above `least` when that is all it can come to.
+    fn score(&self, map: &LocalMap, [shift_x, shift_y]: [i32; 2], least: f32) -> f32 {
+        let count = self.placed.len().max(1) as f32;
+        let in_free_space = -(self.params.free_space_cost as f32);
+        let (mut sum, mut possible) = (0.0, count);
+        for some in self.placed.chunks(LOOK_EVERY) {
+            for [x, y] in some {
+                let (cell, block) = map.grid.look(x.wrapping_add(shift_x), y.wrapping_add(shift_y));
+                sum += match cell.surface() {
+                    Some(_) => self.likelihood[usize::from(cell.squared())],
+                    None if block.seen_through => in_free_space,
+                    None => 0.0,
+                };
+            }
+            possible -= some.len() as f32;
+            if sum + possible <= least * count {
+                return least;
             }
         }
-        sum / self.placed.len().max(1) as f32
+        sum / count
     }
 
     /// Inserts a candidate in order; of neighbours only the better one stays.
-    fn keep(&self, best: &mut [Candidate; KEPT], candidate: Candidate) {
-        if candidate.score <= best[KEPT - 1].score {
+    fn keep(&self, best: &mut [Candidate], candidate: Candidate) {
+        let last = best.len() - 1;
+        if candidate.score <= best[last].score {
             return;
         }
-        let mut place = KEPT - 1;
+        let mut place = last;
         for (index, other) in best.iter().enumerate() {
             if other.score > 0.0 && self.neighbours(&other.pose, &candidate.pose) {
                 if other.score >= candidate.score {
@@ -185,7 +215,7 @@ impl Search {
 
     /// Whether two poses are next to each other on the lattice, or closer.
     pub fn neighbours(&self, a: &Pose2, b: &Pose2) -> bool {
-        let reach_m = 1.5 * self.params.step_m;
+        let reach_m = 1.5 * self.step_m;
         (a.x_m - b.x_m).abs() < reach_m
             && (a.y_m - b.y_m).abs() < reach_m
             && wrap_angle(a.theta_rad - b.theta_rad).abs() < 1.5 * self.params.step_rad

@@ -77,6 +77,7 @@ const OTHER: &[(&str, f64)] = &[
     ("search.step_rad", 0.1),
     ("search.max_shifts", 1.0),
     ("search.max_turns", 1.0),
+    ("search.rival_share", 0.0),
     ("search.beams", 10.0),
     ("search.blur_m", 0.3),
     ("search.free_space_cost", 3.0),
