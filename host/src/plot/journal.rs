@@ -7,6 +7,9 @@ use super::chart::{Axis, Chart, Curve, Panel, Scale};
 use super::running::spread;
 use super::table::{Table, TableError};
 
+/// An iteration that fewer scans than this share came to is not shown: chance, not a curve.
+const LEAST_SHARE: f64 = 0.005;
+
 /// The iterations of one journal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Journal {
@@ -50,6 +53,8 @@ pub fn read(name: &str, table: &Table) -> Result<Journal, TableError> {
         iteration.step_mm.push(1000.0 * step_m[row]);
         iteration.step_deg.push(step_rad[row].to_degrees().abs());
     }
+    let scans = iterations.first().map_or(0, |first| first.step_mm.len());
+    iterations.retain(|iteration| iteration.step_mm.len() as f64 >= LEAST_SHARE * scans as f64);
     Ok(Journal { name: name.to_owned(), iterations })
 }
 
@@ -105,7 +110,11 @@ pub fn chart(journals: &[Journal]) -> Chart {
             panel(logarithmic("turn (deg)"), |iteration| &iteration.step_deg),
             going_on,
         ],
-        caption: "Line: median over the scans that came to this iteration. Band: 90 % of them.".to_owned(),
+        caption: format!(
+            "Line: median over the scans that still went on at this iteration. Band: 90 % of them. Left out: iterations that fewer \
+             than {} % of the scans came to.",
+            100.0 * LEAST_SHARE
+        ),
     }
 }
 
@@ -129,5 +138,17 @@ mod tests {
         assert_eq!(*points(1), [[0.0, 20.0], [1.0, 1.0]]);
         assert!((points(2)[1][1] - 0.01_f64.to_degrees()).abs() < 1e-12);
         assert_eq!(*points(3), [[0.0, 100.0], [1.0, 100.0 / 3.0]]);
+    }
+
+    #[test]
+    fn an_iteration_of_one_scan_in_a_thousand_is_not_shown() {
+        let mut text = "stamp_s,iteration,cost,step_m,step_rad\n".to_owned();
+        for scan in 0..1000 {
+            text.push_str(&format!("{scan},0,1,1,1\n"));
+        }
+        text.push_str("999,1,1,1,1\n");
+        let chart = chart(&[read("map", &Table::read(text.as_bytes()).unwrap()).unwrap()]);
+        assert_eq!(chart.names, ["map: 1000 scans"]);
+        assert_eq!(chart.panels[1].curves[0].points.len(), 1);
     }
 }
