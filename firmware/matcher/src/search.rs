@@ -221,3 +221,73 @@ impl Search {
             && wrap_angle(a.theta_rad - b.theta_rad).abs() < 1.5 * self.params.step_rad
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::local_map::MapParams;
+    use crate::points::PointParams;
+    use crate::scan::{Beam, Scan};
+
+    /// A room of 6 by 4 m with a cupboard in a corner, seen from a place off its middle by beams two degrees apart.
+    fn room() -> EndPoints {
+        let beams: Vec<Beam> = (0..180)
+            .map(|i| {
+                let angle_rad = (2.0 * f64::from(i)).to_radians();
+                let (sin, cos) = angle_rad.sin_cos();
+                let to_x = if cos > 0.0 { 3.5 / cos } else { -2.5 / cos };
+                let to_y = if sin > 0.0 { 2.2 / sin } else { -1.8 / sin };
+                let range_m = to_x.min(to_y) - if (20..30).contains(&i) { 0.7 } else { 0.0 };
+                Beam { direction_in_base: [cos as f32, sin as f32], range_m: range_m as f32, delay_s: 0.0 }
+            })
+            .collect();
+        let mut points = EndPoints::new(PointParams::default());
+        points.fill(&Scan { stamp_ns: 0, laser_in_base_m: [0.0; 2], beams: &beams, twist_in_base: [0.0; 3] });
+        points
+    }
+
+    /// The score of a pose, from the definition: each end point by the nearest surface, or by free space.
+    fn by_definition(map: &LocalMap, points: &EndPoints, pose: &Pose2, params: &SearchParams) -> f64 {
+        let placement = Placement::new(pose);
+        let used: Vec<_> = points.as_slice().iter().step_by(3).collect();
+        let worth = |at_m: [f32; 2]| match (map.nearest(at_m), map.seen_through(at_m)) {
+            (Some(surface), _) => {
+                let [x, y] = map.cell_of(at_m);
+                let [dx, dy] = [x - i32::from(surface.home[0]), y - i32::from(surface.home[1])];
+                (-0.5 * 0.0025 * f64::from(dx * dx + dy * dy) / params.blur_m.powi(2)).exp()
+            }
+            (None, true) => -params.free_space_cost,
+            (None, false) => 0.0,
+        };
+        used.iter().map(|point| worth(placement.place(point.at_m))).sum::<f64>() / used.len() as f64
+    }
+
+    #[test]
+    fn what_is_given_up_early_is_never_the_best_pose_of_the_lattice() {
+        let (points, params) = (room(), SearchParams::default());
+        let mut map = LocalMap::new(MapParams::default());
+        map.learn(&Pose2::IDENTITY, &points);
+        let mut search = Search::new(params, 0.05);
+        let window = Window { half_m: 0.2, half_rad: 0.2 };
+        for guess in [Pose2::new(0.13, -0.08, 0.11), Pose2::new(-0.17, 0.04, -0.19), Pose2::IDENTITY] {
+            let mut best = f64::NEG_INFINITY;
+            for turn in -6..=6 {
+                for (x, y) in (-2..=2).flat_map(|x| (-2..=2).map(move |y| (x, y))) {
+                    let pose = Pose2::new(
+                        guess.x_m + 0.1 * f64::from(x),
+                        guess.y_m + 0.1 * f64::from(y),
+                        guess.theta_rad + params.step_rad * f64::from(turn),
+                    );
+                    best = best.max(by_definition(&map, &points, &pose, &params));
+                }
+            }
+            let found = search.first(&map, &points, &guess, window);
+            assert!((f64::from(found.score) - best).abs() < 0.02, "{found:?} {best}");
+            let again = by_definition(&map, &points, &found.pose, &params);
+            assert!((f64::from(found.score) - again).abs() < 0.02, "{found:?} {again}");
+            let several: [Candidate; 4] = search.run(&map, &points, &guess, window);
+            assert_eq!(several[0], found);
+            assert!(several.windows(2).all(|pair| pair[0].score >= pair[1].score), "{several:?}");
+        }
+    }
+}

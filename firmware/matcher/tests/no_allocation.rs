@@ -3,7 +3,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use biplane_matcher::{Beam, Method, Pose2, Scan, Tracker, TrackerParams};
+use biplane_matcher::{Beam, Guess, Method, PairMatcher, Pose2, Scan, Tracker, TrackerParams};
 
 struct Counting;
 
@@ -75,5 +75,31 @@ fn run(method: Method) -> u64 {
 fn two_thousand_scans_after_the_first_allocate_nothing() {
     for method in Method::ALL {
         assert_eq!(run(method), 0, "{method}");
+    }
+}
+
+#[test]
+fn finding_scans_in_others_allocates_nothing_also_while_a_journal_is_kept() {
+    for method in Method::ALL {
+        let mut matcher = PairMatcher::new(TrackerParams::for_method(method));
+        matcher.keep_journal(64);
+        let mut beams = [Beam::default(); 181];
+        let before = ALLOCATIONS.get();
+        for i in 0..60_i32 {
+            let base = Pose2::new(0.02 * f64::from(i), 0.01 * f64::from(i), 0.03 * f64::from(i));
+            for (beam, k) in beams.iter_mut().zip(-90_i32..) {
+                let angle_rad = f64::from(k).to_radians();
+                let direction_in_base = [angle_rad.cos() as f32, angle_rad.sin() as f32];
+                *beam = Beam { direction_in_base, range_m: range_m(&base, angle_rad, false), delay_s: 0.0 };
+            }
+            let scan =
+                Scan { stamp_ns: 0, laser_in_base_m: [0.0; 2], beams: &beams, twist_in_base: [0.0; 3] };
+            if i % 3 == 0 {
+                matcher.set_reference(&scan);
+            }
+            let reference_from_base = Pose2::new(0.05, -0.05, 0.2);
+            matcher.find(&scan, &Guess { reference_from_base, half_m: 0.1, half_rad: 0.5 });
+        }
+        assert_eq!(ALLOCATIONS.get() - before, 0, "{method}");
     }
 }
