@@ -40,5 +40,5 @@ pub fn finish(
     for label in &mut labels {
         *label = usize::try_from(*label).map_or(-1, |old| new_label[old]);
     }
-    Planes { planes, labels, sigma_m }
+    Planes { planes, labels, sigma_m, ..Planes::default() }
 }

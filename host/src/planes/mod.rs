@@ -54,8 +54,23 @@ pub struct Planes {
     pub planes: Vec<Plane>,
     /// For every point the index of its plane, or -1.
     pub labels: Vec<i32>,
-    /// The range noise that was assumed or estimated, metres.
+    /// The range noise that was given, estimated or assumed, metres.
     pub sigma_m: f64,
+    /// Where `sigma_m` comes from.
+    pub sigma_source: SigmaSource,
+}
+
+/// Where the range noise comes from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum SigmaSource {
+    /// The caller said it.
+    Given,
+    /// From the cloud itself: the median error of local planes.
+    Estimated,
+    /// The cloud is too small to tell: that of a typical laser.
+    #[default]
+    Assumed,
 }
 
 /// Noise that is assumed when it is not given and the cloud is too small to tell, metres: a laser of the LMS 2xx family.
@@ -71,7 +86,7 @@ pub fn extract(params: &PlaneParams, cloud: &Cloud) -> Planes {
     let neighbours = linked(params, cloud, &grid);
     let labels = vec![-1i32; cloud.len()];
     let all = cell_sums(&cloud.points_m, &grid, &labels);
-    let sigma_m = params.sigma_m.or_else(|| estimate_sigma_m(&all, &neighbours)).unwrap_or(TYPICAL_SIGMA_M);
+    let (sigma_m, sigma_source) = sigma_of(params, || estimate_sigma_m(&all, &neighbours));
     let mut work = Work { params, cloud, noise: Noise::new(sigma_m), labels, fits: Vec::new() };
     work.search(&grid, &neighbours);
     work.unite(&grid, &neighbours);
@@ -80,7 +95,16 @@ pub fn extract(params: &PlaneParams, cloud: &Cloud) -> Planes {
     work.add_steps(&fine, &fine_neighbours);
     work.unite(&fine, &fine_neighbours);
     work.drop_curtains(&fine, &fine_neighbours);
-    finish::finish(params, cloud, work.labels, work.fits.len(), sigma_m)
+    let found = finish::finish(params, cloud, work.labels, work.fits.len(), sigma_m);
+    Planes { sigma_source, ..found }
+}
+
+/// The noise to go by, metres, and where it comes from.
+fn sigma_of(params: &PlaneParams, estimate: impl FnOnce() -> Option<f64>) -> (f64, SigmaSource) {
+    match params.sigma_m {
+        Some(given_m) => (given_m, SigmaSource::Given),
+        None => estimate().map_or((TYPICAL_SIGMA_M, SigmaSource::Assumed), |m| (m, SigmaSource::Estimated)),
+    }
 }
 
 /// The labels of the points and the planes of the labels, as they become better.

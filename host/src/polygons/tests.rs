@@ -107,7 +107,8 @@ fn wall(open: impl Fn(f32, f32) -> bool) -> (Cloud, Mesh, Planes) {
     }
     cloud.origins_m = vec![[1.0, 0.0, 1.0]; 41];
     mesh.vertices_m = cloud.points_m.clone();
-    let planes = Planes { planes: vec![WALL], labels: vec![0; cloud.len()], sigma_m: 0.01 };
+    let planes =
+        Planes { planes: vec![WALL], labels: vec![0; cloud.len()], sigma_m: 0.01, ..Planes::default() };
     (cloud, mesh, planes)
 }
 
