@@ -206,6 +206,7 @@ fn a_live_run_allocates_nothing_in_its_loop_and_in_the_threads_that_read_once_it
         // The writing thread begins new parts meanwhile, and may allocate for them.
         rotation: Rotation { span_ns: Some(1_000_000_000), bytes: None },
         duration: None,
+        journal: Some(mock.folder.join("journal.csv")),
         ..mock.options(mock.rig(), 60.0)
     };
     let stop = Arc::new(AtomicBool::new(false));
@@ -222,4 +223,7 @@ fn a_live_run_allocates_nothing_in_its_loop_and_in_the_threads_that_read_once_it
     assert_eq!(counts, [0, 0], "allocations of the loop and of the reading threads");
     assert!(LIVE[0].load(Ordering::Relaxed) > 0, "the watch watches: the end of a run allocates");
     assert!(report.scans_horizontal > 40 && report.parts.len() > 3 && report.lost == 0, "{report:?}");
+    let journal = std::fs::read_to_string(mock.folder.join("journal.csv")).unwrap();
+    let matches = journal.lines().filter(|line| line.split(',').nth(1) == Some("0")).count() as u64;
+    assert!(matches + 1 >= report.scans_horizontal, "{matches} of {} matches", report.scans_horizontal);
 }
