@@ -71,6 +71,13 @@ impl Default for AlignParams {
     }
 }
 
+impl AlignParams {
+    /// Below this, 1 / m^2, a direction is weak.
+    pub fn least_information(&self) -> f64 {
+        self.beams_per_independent_one / (self.weak_m * self.weak_m)
+    }
+}
+
 /// Where the base is expected, and how surely.
 #[derive(Copy, Clone, Debug)]
 pub struct Prior {
@@ -166,7 +173,8 @@ pub fn align(
     while iterations < params.max_iterations {
         iterations += 1;
         let (normal, tangent) = accumulate(map, points, &pose, scale_m as f32, params);
-        let doubt = Doubt::new(&normal.matrix(), &tangent, params.direction_noise_rad);
+        let doubt =
+            Doubt::new(&normal.matrix(), &tangent, params.direction_noise_rad, params.least_information());
         let information = doubt.information();
         let held = prior.information_at(&pose);
         let gradient = doubt.gradient(&normal.vector()) + held * prior.away(&pose);
@@ -191,7 +199,8 @@ pub fn align(
     let at_rest = known.is_some();
     let information = known.unwrap_or_else(|| {
         let (normal, tangent) = accumulate(map, points, &pose, params.outlier_m as f32, params);
-        Doubt::new(&normal.matrix(), &tangent, params.direction_noise_rad).information()
+        Doubt::new(&normal.matrix(), &tangent, params.direction_noise_rad, params.least_information())
+            .information()
     });
     let information = information / params.beams_per_independent_one;
     Alignment { pose, information, fit: fit(map, points, &pose, params), iterations, at_rest }
@@ -314,7 +323,7 @@ pub fn fit(map: &LocalMap, points: &EndPoints, pose: &Pose2, params: &AlignParam
 }
 
 #[inline]
-fn cauchy(squared: f32, scale: f32) -> f32 {
+pub fn cauchy(squared: f32, scale: f32) -> f32 {
     1.0 / (1.0 + squared / (scale * scale))
 }
 

@@ -2,7 +2,7 @@
 //!
 //! Units: x, y in metres, theta in radians; map's axes.
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 /// Inverse of a symmetric positive matrix; `None` when it is not positive or not finite.
 pub fn inverse(matrix: &Matrix3<f64>) -> Option<Matrix3<f64>> {
@@ -38,6 +38,16 @@ pub fn weakest_sigma_m(information: &Matrix3<f64>) -> f64 {
     }
 }
 
+/// A covariance whose error along a direction of the plane has nothing to do with the others, and is `most_m` (standard
+/// deviation) at most.
+pub fn apart(covariance: &Matrix3<f64>, [x, y]: [f64; 2], most_m: f64) -> Matrix3<f64> {
+    let direction = Vector3::new(x, y, 0.0);
+    let line = direction * direction.transpose();
+    let rest = Matrix3::identity() - line;
+    let along = direction.dot(&(covariance * direction)).min(most_m * most_m);
+    rest * covariance * rest + along * line
+}
+
 /// The matrix as rows.
 pub fn rows(matrix: &Matrix3<f64>) -> [[f64; 3]; 3] {
     std::array::from_fn(|row| std::array::from_fn(|column| matrix[(row, column)]))
@@ -49,7 +59,7 @@ mod tests {
 
     #[test]
     fn a_diagonal_information_inverts_to_its_reciprocals() {
-        let information = Matrix3::from_diagonal(&nalgebra::Vector3::new(4.0, 25.0, 100.0));
+        let information = Matrix3::from_diagonal(&Vector3::new(4.0, 25.0, 100.0));
         let covariance = inverse(&information).unwrap();
         assert!((covariance[(0, 0)] - 0.25).abs() < 1e-12 && (covariance[(2, 2)] - 0.01).abs() < 1e-12);
         assert!((weakest_sigma_m(&information) - 0.5).abs() < 1e-12);
@@ -57,9 +67,16 @@ mod tests {
 
     #[test]
     fn a_direction_without_information_has_no_finite_sigma_and_no_inverse() {
-        let information = Matrix3::from_diagonal(&nalgebra::Vector3::new(0.0, 25.0, 100.0));
+        let information = Matrix3::from_diagonal(&Vector3::new(0.0, 25.0, 100.0));
         assert!(inverse(&information).is_none());
         assert_eq!(weakest_sigma_m(&information), f64::INFINITY);
+    }
+
+    #[test]
+    fn an_error_set_apart_keeps_the_others_and_is_cut_to_the_most() {
+        let covariance = Matrix3::new(4.0, 1.0, 1.0, 1.0, 2.0, 0.5, 1.0, 0.5, 3.0);
+        let apart = apart(&covariance, [1.0, 0.0], 0.5);
+        assert_eq!(apart, Matrix3::new(0.25, 0.0, 0.0, 0.0, 2.0, 0.5, 0.0, 0.5, 3.0));
     }
 
     #[test]

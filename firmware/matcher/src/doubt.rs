@@ -7,9 +7,18 @@
 
 use nalgebra::{Cholesky, Const, Matrix3, Vector3};
 
+use crate::covariance::weakest_direction;
+
 /// What is to be believed of an information matrix.
 #[derive(Clone, Debug)]
-pub enum Doubt {
+pub struct Doubt {
+    share: Share,
+    /// The direction of the plane of which nothing is believed.
+    weak: Option<Vector3<f64>>,
+}
+
+#[derive(Clone, Debug)]
+enum Share {
     /// Every direction is known better than it is doubted: nothing has to be taken apart.
     Everywhere {
         /// The information that is believed.
@@ -33,8 +42,41 @@ pub enum Doubt {
 }
 
 impl Doubt {
-    /// From the walls' information `across` them, the same sum `along` their tangents, and the directions' error.
-    pub fn new(across: &Matrix3<f64>, along: &Matrix3<f64>, nu_rad: f64) -> Self {
+    /// From the walls' information `across` them, the same sum `along` their tangents, and the directions' error. Where less
+    /// than `least` (1 / m^2) is left in a direction of the plane, nothing of it is believed: what noise and grid leave of
+    /// a bare corridor's axis is the same scan after scan, and would carry the pose away from the odometry.
+    pub fn new(across: &Matrix3<f64>, along: &Matrix3<f64>, nu_rad: f64, least: f64) -> Self {
+        let share = Share::new(across, along, nu_rad);
+        let weak = weakest_direction(&share.information()).filter(|(known, _)| *known < least);
+        Self { share, weak: weak.map(|(_, [x, y])| Vector3::new(x, y, 0.0)) }
+    }
+
+    /// The information that is believed.
+    pub fn information(&self) -> Matrix3<f64> {
+        let information = self.share.information();
+        self.sure(&self.sure(&information).transpose())
+    }
+
+    /// The part that is believed of a share of the walls' information.
+    pub fn believed(&self, information: &Matrix3<f64>) -> Matrix3<f64> {
+        let columns = [0, 1, 2].map(|column| self.share.gradient(&information.column(column).into_owned()));
+        self.sure(&Matrix3::from_columns(&columns))
+    }
+
+    /// The part of a gradient that is believed.
+    pub fn gradient(&self, gradient: &Vector3<f64>) -> Vector3<f64> {
+        let believed = self.share.gradient(gradient);
+        self.weak.map_or(believed, |weak| believed - weak * weak.dot(&believed))
+    }
+
+    /// Without the direction of which nothing is believed.
+    fn sure(&self, matrix: &Matrix3<f64>) -> Matrix3<f64> {
+        self.weak.map_or(*matrix, |weak| matrix - weak * (weak.transpose() * matrix))
+    }
+}
+
+impl Share {
+    fn new(across: &Matrix3<f64>, along: &Matrix3<f64>, nu_rad: f64) -> Self {
         let scale = along.trace().max(across.trace()) + f64::MIN_POSITIVE;
         let tangents = along + Matrix3::identity() * (1e-6 * scale);
         let doubted = tangents * (nu_rad * nu_rad);
@@ -60,8 +102,7 @@ impl Doubt {
         }
     }
 
-    /// The information that is believed.
-    pub fn information(&self) -> Matrix3<f64> {
+    fn information(&self) -> Matrix3<f64> {
         match self {
             Self::Everywhere { information, .. } => *information,
             Self::Apart { axes, values, believed, .. } => {
@@ -71,8 +112,7 @@ impl Doubt {
         }
     }
 
-    /// The part of a gradient that is believed.
-    pub fn gradient(&self, gradient: &Vector3<f64>) -> Vector3<f64> {
+    fn gradient(&self, gradient: &Vector3<f64>) -> Vector3<f64> {
         match self {
             Self::Everywhere { across, doubted, .. } => gradient - doubted * across.solve(gradient),
             Self::Apart { axes, whiten, believed, .. } => axes * believed.component_mul(&(whiten * gradient)),
@@ -105,7 +145,7 @@ mod tests {
     fn what_tilted_walls_say_of_a_corridors_axis_is_not_believed() {
         let (across, along) = corridor(0.05);
         assert!(across[(0, 0)] > 0.1, "the walls seem to say something: {across}");
-        let kept = Doubt::new(&across, &along, 0.06).information();
+        let kept = Doubt::new(&across, &along, 0.06, 0.0).information();
         assert!(kept[(0, 0)].abs() < 1e-6 * across[(1, 1)], "{kept}");
         assert!((kept[(1, 1)] / across[(1, 1)] - 1.0).abs() < 0.01, "{kept}");
     }
@@ -113,7 +153,7 @@ mod tests {
     #[test]
     fn a_gradient_along_the_axis_vanishes_and_one_across_stays() {
         let (across, along) = corridor(0.05);
-        let doubt = Doubt::new(&across, &along, 0.06);
+        let doubt = Doubt::new(&across, &along, 0.06, 0.0);
         assert!(doubt.gradient(&Vector3::new(1.0, 0.0, 0.0)).norm() < 1e-3);
         assert!((doubt.gradient(&Vector3::new(0.0, 1.0, 0.0)) - Vector3::new(0.0, 1.0, 0.0)).norm() < 1e-2);
     }
@@ -121,13 +161,26 @@ mod tests {
     #[test]
     fn without_error_everything_is_believed() {
         let (across, along) = corridor(0.05);
-        let kept = Doubt::new(&across, &along, 0.0).information();
+        let kept = Doubt::new(&across, &along, 0.0, 0.0).information();
         assert!((kept - across).norm() < 1e-9 * across.norm(), "{kept}");
     }
 
     #[test]
+    fn a_direction_that_is_known_less_than_asked_for_is_left_to_others_and_the_rest_stays() {
+        let (mut across, along) = corridor(0.0);
+        across[(0, 0)] += 40.0;
+        let [all, sure] = [39.0, 41.0].map(|least| Doubt::new(&across, &along, 0.0, least));
+        assert!((all.information() - across).norm() < 1e-9 * across.norm());
+        let kept = sure.information();
+        assert!(kept.row(0).norm() < 1e-9 && (kept[(2, 2)] - across[(2, 2)]).abs() < 1e-6, "{kept}");
+        assert!((sure.believed(&across) - kept).norm() < 1e-9 * across.norm());
+        let gradient = sure.gradient(&Vector3::new(3.0, 2.0, 1.0));
+        assert!((gradient - Vector3::new(0.0, 2.0, 1.0)).norm() < 1e-9, "{gradient}");
+    }
+
+    #[test]
     fn nothing_is_made_of_nothing() {
-        let kept = Doubt::new(&Matrix3::zeros(), &Matrix3::zeros(), 0.05).information();
+        let kept = Doubt::new(&Matrix3::zeros(), &Matrix3::zeros(), 0.05, 0.0).information();
         assert!(kept.norm() < 1e-100, "{kept}");
     }
 
@@ -136,10 +189,10 @@ mod tests {
         let (mut across, along) = corridor(0.05);
         across[(0, 0)] += 40.0; // a wall at the corridor's end
         let (nu, gradient) = (0.05, Vector3::new(0.3, -0.2, 0.1));
-        let whole = Doubt::new(&across, &along, nu);
-        assert!(matches!(whole, Doubt::Everywhere { .. }));
+        let whole = Share::new(&across, &along, nu);
+        assert!(matches!(whole, Share::Everywhere { .. }));
         let scale = along.trace().max(across.trace());
-        let apart = Doubt::apart(&across, &(along + Matrix3::identity() * (1e-6 * scale)), nu * nu);
+        let apart = Share::apart(&across, &(along + Matrix3::identity() * (1e-6 * scale)), nu * nu);
         assert!((whole.information() - apart.information()).norm() < 1e-9 * across.norm());
         assert!((whole.gradient(&gradient) - apart.gradient(&gradient)).norm() < 1e-9);
     }

@@ -2,7 +2,9 @@
 //!
 //! Frame: map, or the base at the reference scan. Units: metres, radians.
 
-use crate::align::{Alignment, Prior};
+use crate::align::{AlignParams, Alignment, Prior};
+use crate::belief::Evidence;
+use crate::doubt::Doubt;
 use crate::gradient::GradientMatcher;
 use crate::journal::Journal;
 use crate::map_matcher::{MapMatcher, Verdict};
@@ -19,6 +21,17 @@ pub enum Engine {
     Map(Box<MapMatcher>),
     /// The paper's.
     Gradient(Box<GradientMatcher>),
+}
+
+/// What became of a scan that was to be learnt.
+#[derive(Copy, Clone, PartialEq, Eq, Debug)]
+pub enum Learnt {
+    /// It was not.
+    Nothing,
+    /// The map took it.
+    More,
+    /// It is the reference scan of this number now.
+    Reference(u8),
 }
 
 impl Engine {
@@ -54,10 +67,49 @@ impl Engine {
     }
 
     /// Learns from a scan at its pose.
-    pub fn learn(&mut self, map_from_base: &Pose2, points: &EndPoints, verdict: Verdict) {
+    pub fn learn(&mut self, map_from_base: &Pose2, points: &EndPoints, verdict: Verdict) -> Learnt {
         match self {
-            Self::Map(matcher) => matcher.learn(map_from_base, points, verdict),
-            Self::Gradient(matcher) => matcher.learn(map_from_base, points),
+            Self::Map(matcher) => {
+                if matcher.learn(map_from_base, points, verdict) {
+                    Learnt::More
+                } else {
+                    Learnt::Nothing
+                }
+            }
+            Self::Gradient(matcher) => {
+                matcher.learn(map_from_base, points).map_or(Learnt::Nothing, Learnt::Reference)
+            }
+        }
+    }
+
+    /// Surfaces of the map that have come since its last chapter began.
+    pub fn new_surfaces(&self) -> u32 {
+        match self {
+            Self::Map(matcher) => matcher.map().born(),
+            Self::Gradient(_) => 0,
+        }
+    }
+
+    /// Begins a chapter of the map, see [`LocalMap::begin_chapter`](crate::local_map::LocalMap::begin_chapter).
+    pub fn begin_chapter(&mut self, chapter: u8, thinned: bool) {
+        if let Self::Map(matcher) = self {
+            matcher.map_mut().begin_chapter(chapter, thinned);
+        }
+    }
+
+    /// What a match knows of the pose, and how much of it is believed.
+    pub fn evidence(&self, points: &EndPoints, found: &Alignment, align: &AlignParams) -> (Evidence, Doubt) {
+        match self {
+            Self::Map(matcher) => {
+                let evidence = Evidence::gather(matcher.map(), points, &found.pose, align);
+                let (nu_rad, least) = (align.direction_noise_rad, align.least_information());
+                (evidence, Doubt::new(&evidence.across(), &evidence.along, nu_rad, least))
+            }
+            Self::Gradient(matcher) => {
+                let common = align.beams_per_independent_one;
+                let evidence = Evidence::shared(&(found.information * common), common, matcher.references());
+                (evidence, Doubt::new(&evidence.across(), &evidence.along, 0.0, 0.0))
+            }
         }
     }
 

@@ -118,6 +118,11 @@ impl GradientMatcher {
         self.taken_at = None;
     }
 
+    /// Reference scans in use.
+    pub fn references(&self) -> usize {
+        self.filled
+    }
+
     /// Finds the scan's pose by gradient ascent from the prior's mean.
     pub fn locate(&mut self, points: &EndPoints, prior: &Prior) -> (Alignment, Verdict) {
         let (pose, iterations) = self.ascend(points, prior.mean);
@@ -224,11 +229,12 @@ impl GradientMatcher {
                 along += row * row.transpose() * weight;
             }
         }
-        (Doubt::new(&across, &along, params.direction_noise_rad).information(), fit)
+        (Doubt::new(&across, &along, params.direction_noise_rad, 0.0).information(), fit)
     }
 
-    /// Takes the scan as a reference when the base has moved enough, and prepares the field.
-    pub fn learn(&mut self, map_from_base: &Pose2, points: &EndPoints) {
+    /// Takes the scan as a reference when the base has moved enough, and prepares the field. Answers with the reference's
+    /// number, which an older one had before.
+    pub fn learn(&mut self, map_from_base: &Pose2, points: &EndPoints) -> Option<u8> {
         let params = &self.params.gradient;
         let moved_enough = self.taken_at.is_none_or(|last| {
             let step = last.between(map_from_base);
@@ -236,14 +242,16 @@ impl GradientMatcher {
                 || step.theta_rad.abs() >= params.reference_every_rad
         });
         if !moved_enough {
-            return;
+            return None;
         }
+        let taken = u8::try_from(self.next).ok();
         self.taken_at = Some(*map_from_base);
         self.references[self.next].fill(map_from_base, points, params.gap_rad);
         self.next = (self.next + 1) % self.references.len();
         self.filled = (self.filled + 1).min(self.references.len());
         let centre_m = [map_from_base.x_m as f32, map_from_base.y_m as f32];
         self.field.build(centre_m, &self.references[..self.filled]);
+        taken
     }
 }
 

@@ -6,6 +6,7 @@
 //! nothing is allocated after [`Tracker::new`]. Units: metres, radians, seconds; stamps are nanoseconds.
 
 mod align;
+mod belief;
 mod carve;
 mod contest;
 mod covariance;
@@ -32,6 +33,7 @@ mod surface;
 mod tracker;
 
 pub use align::AlignParams;
+pub use belief::BeliefParams;
 pub use gradient::GradientParams;
 pub use journal::{Iteration, Journal};
 pub use local_map::MapParams;

@@ -77,6 +77,9 @@ pub struct LocalMap {
     pub(crate) brush: Brush,
     reach: i32,
     cells_per_m: f32,
+    /// The chapter that new surfaces belong to, and how many have come since it began.
+    chapter: u8,
+    born: u32,
 }
 
 impl LocalMap {
@@ -91,6 +94,8 @@ impl LocalMap {
             brush: Brush::new(reach),
             reach,
             cells_per_m: (1.0 / params.cell_m) as f32,
+            chapter: 0,
+            born: 0,
             params,
         }
     }
@@ -100,6 +105,20 @@ impl LocalMap {
         self.grid.clear();
         self.surfaces.clear();
         self.free.clear();
+        (self.chapter, self.born) = (0, 0);
+    }
+
+    /// Surfaces that were new since the last chapter began.
+    pub fn born(&self) -> u32 {
+        self.born
+    }
+
+    /// From now on new surfaces belong to this chapter; `thinned` when every two earlier ones have become one.
+    pub fn begin_chapter(&mut self, chapter: u8, thinned: bool) {
+        if thinned {
+            self.surfaces.iter_mut().for_each(|surface| surface.chapter /= 2);
+        }
+        (self.chapter, self.born) = (chapter, 0);
     }
 
     /// Surfaces in the map.
@@ -170,7 +189,7 @@ impl LocalMap {
         if kind == Kind::Unsure || !self.claim(home[0], home[1]) {
             return;
         }
-        let surface = Surface::new(at_m, normal, home, &self.params);
+        let surface = Surface::new(at_m, normal, home, self.chapter, &self.params);
         let index = match self.free.pop() {
             Some(index) => {
                 self.surfaces[index as usize] = surface;
@@ -183,6 +202,7 @@ impl LocalMap {
             None => return,
         };
         self.paint(index);
+        self.born += 1;
         if let Some(block) = self.grid.block_mut(home[0], home[1]) {
             block.surfaces += 1;
         }

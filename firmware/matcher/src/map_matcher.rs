@@ -59,6 +59,11 @@ impl MapMatcher {
         self.lost_in_a_row = 0;
     }
 
+    /// The map, to be written in.
+    pub fn map_mut(&mut self) -> &mut LocalMap {
+        &mut self.map
+    }
+
     /// The map.
     pub fn map(&self) -> &LocalMap {
         &self.map
@@ -145,17 +150,17 @@ impl MapMatcher {
     }
 
     /// Lets the map learn from the scan, when the base has moved enough and the verdict allows it.
-    pub fn learn(&mut self, map_from_base: &Pose2, points: &EndPoints, verdict: Verdict) {
+    pub fn learn(&mut self, map_from_base: &Pose2, points: &EndPoints, verdict: Verdict) -> bool {
         if verdict == Verdict::Lost {
             self.lost_in_a_row += 1;
             if self.lost_in_a_row <= self.params.search.patience_scans {
-                return;
+                return false;
             }
         } else {
             self.lost_in_a_row = 0;
         }
         if verdict == Verdict::Contested {
-            return;
+            return false;
         }
         let moved_enough = self.learnt_at.is_none_or(|last| {
             let away_m = (map_from_base.x_m - last.x_m).hypot(map_from_base.y_m - last.y_m);
@@ -166,5 +171,6 @@ impl MapMatcher {
             self.map.learn(map_from_base, points);
             self.learnt_at = Some(*map_from_base);
         }
+        moved_enough
     }
 }

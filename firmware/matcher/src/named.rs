@@ -5,6 +5,7 @@
 //! doc comments are the only description there is.
 
 use crate::align::AlignParams;
+use crate::belief::BeliefParams;
 use crate::gradient::GradientParams;
 use crate::local_map::MapParams;
 use crate::motion::MotionParams;
@@ -151,6 +152,7 @@ impl TrackerParams {
             MapParams::PARAMETERS,
             AlignParams::PARAMETERS,
             SearchParams::PARAMETERS,
+            BeliefParams::PARAMETERS,
         ];
         stages.into_iter().flatten()
     }
@@ -162,7 +164,11 @@ impl TrackerParams {
     pub fn get(&self, name: &str) -> Result<f64, ParameterError> {
         let value = self.motion.get(name).or_else(|| self.points.get(name));
         let value = value.or_else(|| self.gradient.get(name)).or_else(|| self.map.get(name));
-        value.or_else(|| self.align.get(name)).or_else(|| self.search.get(name)).ok_or_else(|| unknown(name))
+        value
+            .or_else(|| self.align.get(name))
+            .or_else(|| self.search.get(name))
+            .or_else(|| self.belief.get(name))
+            .ok_or_else(|| unknown(name))
     }
 
     /// Changes a parameter.
@@ -183,6 +189,7 @@ impl TrackerParams {
         self.map.set(name, value);
         self.align.set(name, value);
         self.search.set(name, value);
+        self.belief.set(name, value);
         Ok(())
     }
 }
@@ -224,7 +231,7 @@ mod tests {
     fn every_field_of_every_stage_has_its_name_a_meaning_and_a_default_within_its_range() {
         let defaults = TrackerParams::default();
         let text = format!("{defaults:?}");
-        let fields = text.matches(": ").count() - 1 - 6; // without the method and the six stages themselves
+        let fields = text.matches(": ").count() - 1 - 7; // without the method and the seven stages themselves
         assert_eq!(TrackerParams::parameters().count(), fields, "{text}");
         for parameter in TrackerParams::parameters() {
             let default = defaults.get(parameter.name).unwrap();

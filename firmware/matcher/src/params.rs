@@ -4,6 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use crate::align::AlignParams;
+use crate::belief::BeliefParams;
 use crate::gradient::GradientParams;
 use crate::local_map::MapParams;
 use crate::motion::MotionParams;
@@ -74,6 +75,8 @@ pub struct TrackerParams {
     pub align: AlignParams,
     /// The search when that fails.
     pub search: SearchParams,
+    /// What the covariance takes for granted.
+    pub belief: BeliefParams,
 }
 
 impl TrackerParams {

@@ -19,17 +19,20 @@ pub struct Surface {
     pub evidence: i16,
     /// The cell in which it was begun.
     pub home: [i16; 2],
+    /// The chapter of the map that it belongs to (see `belief`).
+    pub chapter: u8,
 }
 
 impl Surface {
     /// A surface of one end point (`at_m` and `normal` in the map).
-    pub fn new(at_m: [f32; 2], normal: [f32; 2], home: [i32; 2], params: &MapParams) -> Self {
+    pub fn new(at_m: [f32; 2], normal: [f32; 2], home: [i32; 2], chapter: u8, params: &MapParams) -> Self {
         Self {
             at_m,
             normal,
             hits: 1.0,
             evidence: params.evidence_per_hit,
             home: home.map(|cell| cell as i16),
+            chapter,
         }
     }
 

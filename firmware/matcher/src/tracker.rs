@@ -5,9 +5,10 @@
 use nalgebra::Matrix3;
 
 use crate::align::{Alignment, Prior};
+use crate::belief::Belief;
 use crate::contest::{Contest, Expected};
-use crate::covariance::{inverse, rows, weakest_sigma_m};
-use crate::engine::Engine;
+use crate::covariance::{apart, inverse, rows, weakest_direction, weakest_sigma_m};
+use crate::engine::{Engine, Learnt};
 use crate::journal::Journal;
 use crate::map_matcher::Verdict;
 use crate::motion::{Found, MotionModel, Step, propagate};
@@ -72,7 +73,10 @@ pub struct Tracker {
     contest: Contest,
     engine: Engine,
     map_from_base: Pose2,
+    /// Of the pose against the map around it: what the prior of the next match is worth.
     covariance: Matrix3<f64>,
+    /// Of the pose against the truth.
+    belief: Belief,
     started: bool,
 }
 
@@ -87,6 +91,7 @@ impl Tracker {
             engine: Engine::new(&params),
             map_from_base: Pose2::IDENTITY,
             covariance: Matrix3::zeros(),
+            belief: Belief::new(params.belief),
             started: false,
             params,
         }
@@ -122,6 +127,9 @@ impl Tracker {
         let step = self.motion.predict(scan.stamp_ns, odom_from_base);
         let last = self.map_from_base;
         self.covariance = propagate(&self.covariance, &last, &step);
+        if self.started {
+            self.belief.moved(&last, &step);
+        }
         self.map_from_base = last * step.last_from_base;
         let tracked = if self.points.as_slice().len() < self.params.points.min_points.max(1) {
             self.unmatched(Outcome::NoReturns)
@@ -143,7 +151,7 @@ impl Tracker {
     fn unmatched(&self, outcome: Outcome) -> Tracked {
         Tracked {
             map_from_base: self.map_from_base,
-            covariance: rows(&self.covariance),
+            covariance: rows(&self.belief.covariance_at(&self.map_from_base)),
             score: 0.0,
             iterations: 0,
             outcome,
@@ -154,6 +162,7 @@ impl Tracker {
     fn first(&mut self) -> Tracked {
         self.started = true;
         self.learn(Verdict::NewGround);
+        self.belief.begun(&self.map_from_base);
         self.unmatched(Outcome::First)
     }
 
@@ -162,7 +171,7 @@ impl Tracker {
         let prior = Prior { mean: self.map_from_base, information };
         let (alignment, verdict) = self.locate(scan, last, step, &prior);
         let outcome = match verdict {
-            Verdict::Found => self.accept(&alignment, &prior),
+            Verdict::Found => self.accept(&alignment, &prior, step),
             Verdict::Contested | Verdict::NewGround | Verdict::Lost => Outcome::Lost,
         };
         self.learn(verdict);
@@ -188,19 +197,39 @@ impl Tracker {
     }
 
     fn learn(&mut self, verdict: Verdict) {
-        self.engine.learn(&self.map_from_base, &self.points, verdict);
+        if let Some((chapter, thinned)) = self.belief.open(&self.map_from_base, self.engine.new_surfaces()) {
+            self.engine.begin_chapter(chapter, thinned);
+        }
+        match self.engine.learn(&self.map_from_base, &self.points, verdict) {
+            Learnt::Nothing => {}
+            Learnt::More => self.belief.learnt(),
+            Learnt::Reference(number) => self.belief.refresh(number),
+        }
     }
 
-    fn accept(&mut self, alignment: &Alignment, prior: &Prior) -> Outcome {
+    fn accept(&mut self, alignment: &Alignment, prior: &Prior, step: &Step) -> Outcome {
         self.map_from_base = alignment.pose;
         if let Some(covariance) = inverse(&(prior.information_at(&alignment.pose) + alignment.information)) {
             self.covariance = covariance;
         }
-        if weakest_sigma_m(&alignment.information) > self.params.align.weak_m {
-            Outcome::Weak
-        } else {
-            Outcome::Matched
+        if !step.measured() || self.belief.is_due(&alignment.pose) {
+            self.weigh(alignment, prior);
         }
+        let weak_m = self.params.align.weak_m;
+        if weakest_sigma_m(&alignment.information) <= weak_m {
+            return Outcome::Matched;
+        }
+        // Along that direction the map around was learnt from the same odometry: it is no farther off than the pose.
+        if let Some((_, direction)) = weakest_direction(&alignment.information) {
+            self.covariance = apart(&self.covariance, direction, weak_m);
+        }
+        Outcome::Weak
+    }
+
+    /// Works out what the match says of the pose's error.
+    fn weigh(&mut self, alignment: &Alignment, prior: &Prior) {
+        let (evidence, doubt) = self.engine.evidence(&self.points, alignment, &self.params.align);
+        self.belief.matched((&evidence, &doubt), prior, &alignment.pose);
     }
 
     /// How far to look around for every scan: headings always, places too when there is no odometry.

@@ -83,6 +83,14 @@ const OTHER: &[(&str, f64)] = &[
     ("search.free_space_cost", 3.0),
     ("search.patience_scans", 1.0),
     ("search.confirm_scans", 1.0),
+    ("belief.scale_share", 0.3),
+    ("belief.turn_share", 0.3),
+    ("belief.drift_rad_per_m", 0.3),
+    ("belief.way_m_per_root_m", 0.3),
+    ("belief.heading_rad_per_root_m", 0.3),
+    ("belief.wall_m", 0.02),
+    ("belief.face_m", 0.05),
+    ("belief.chapter_every_m", 0.2),
 ];
 
 /// Round a room with a person in it; the odometry fails, jumps and comes late in turns, and the base is carried away.
