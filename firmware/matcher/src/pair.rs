@@ -23,7 +23,8 @@ const TILES: usize = 1024;
 /// Nobody knows a guess better than this, metres and radians.
 const SUREST: f64 = 1e-3;
 
-/// Where the second scan's base is held to be, seen from the reference scan's.
+/// Where the second scan's base is held to be, seen from the reference scan's. Infinite half widths: nothing is known, and the search
+/// goes as far as its parameters allow (`search.max_shifts`, `search.max_turns`).
 #[derive(Copy, Clone, PartialEq, Debug)]
 pub struct Guess {
     /// The most likely place, `reference_from_base`.
@@ -86,11 +87,12 @@ impl PairMatcher {
         self.engine.journal()
     }
 
-    /// Finds a scan in the reference. Without a usable range the guess comes back as not found.
+    /// Finds a scan in the reference. Without a usable range, or from a guess that is no number, the guess comes back as not found.
     pub fn find(&mut self, scan: &Scan, guess: &Guess) -> PairMatch {
         self.engine.journal_mut().begin();
         self.points.fill(scan);
-        if self.points.as_slice().len() < self.params.points.min_points.max(1) {
+        let is_empty = self.points.as_slice().len() < self.params.points.min_points.max(1);
+        if is_empty || !guess.reference_from_base.is_finite() {
             return PairMatch {
                 reference_from_base: guess.reference_from_base,
                 information: [[0.0; 3]; 3],

@@ -102,3 +102,22 @@ fn a_reference_leaves_nothing_behind_for_the_next_one() {
         assert_eq!(used.find(&scan(&other), &start), fresh.find(&scan(&other), &start), "{method}");
     }
 }
+
+#[test]
+fn guesses_that_are_no_numbers_are_not_found_and_guesses_without_bounds_are_searched_for() {
+    for method in Method::ALL {
+        let mut noise = Noise(15);
+        let mut matcher = PairMatcher::new(TrackerParams::for_method(method));
+        let room = look(&World::room(), &Pose2::IDENTITY, &mut noise);
+        matcher.set_reference(&scan(&room));
+        for odd in [f64::NAN, f64::INFINITY] {
+            let nowhere = matcher.find(&scan(&room), &guess(Pose2::new(odd, 0.0, 0.0)));
+            assert!(!nowhere.found, "{method}: {nowhere:?}");
+        }
+        let start = Pose2::new(0.05, -0.04, 0.1);
+        let anywhere = Guess { reference_from_base: start, half_m: f64::INFINITY, half_rad: f64::INFINITY };
+        let found = matcher.find(&scan(&room), &anywhere);
+        let (metres, degrees) = error(&found.reference_from_base, &Pose2::IDENTITY);
+        assert!(found.found && metres < 0.05 && degrees < 1.5, "{method}: {found:?}");
+    }
+}
