@@ -31,8 +31,6 @@ pub struct AlignParams {
     /// Standard deviation of an end point about a surface that is no line, metres. Smaller: clutter counts more against
     /// walls.
     pub point_noise_m: f64 [0.0001, 10.0],
-    /// Squared length of the mean normal (0 to 1) from which on a surface is a line. Larger: rough walls count as points.
-    pub line_strength: f64 [0.0, 10.0],
     /// How far the directions of mapped walls are off, radians. Larger: a corridor needs more structure before the scan
     /// is believed along its axis; smaller: noise is taken for structure and the pose wanders along bare corridors.
     pub direction_noise_rad: f64,
@@ -60,7 +58,6 @@ impl Default for AlignParams {
             outlier_m: 0.06,
             range_noise_m: 0.015,
             point_noise_m: 0.04,
-            line_strength: 0.7,
             direction_noise_rad: 0.05,
             beams_per_independent_one: 5.0,
             rest_m: 0.001,
@@ -242,7 +239,7 @@ fn gather(
     let offset = minus(at_m, surface.at_m);
     let strength = dot(surface.normal, surface.normal);
     let sureness = point.weight * surface.hits / (1.0 + surface.hits);
-    if strength < params.line_strength as f32 {
+    if !map.is_line(surface) {
         if point.kind == Kind::Point {
             let weight = sureness * cauchy(dot(offset, offset), scale_m) / square(params.point_noise_m);
             spots.add([1.0, 0.0], -arm[1], offset[0], weight);
@@ -272,7 +269,7 @@ fn cost(map: &LocalMap, points: &EndPoints, pose: &Pose2, scale_m: f32, params: 
         let Some(surface) = map.nearest(at_m) else { continue };
         let offset = minus(at_m, surface.at_m);
         let strength = dot(surface.normal, surface.normal);
-        let (squared, noise_m) = if strength < params.line_strength as f32 {
+        let (squared, noise_m) = if !map.is_line(surface) {
             if point.kind != Kind::Point {
                 continue;
             }
@@ -310,7 +307,7 @@ pub fn fit(map: &LocalMap, points: &EndPoints, pose: &Pose2, params: &AlignParam
         fit.informative += weight;
         let offset = minus(at_m, surface.at_m);
         let strength = dot(surface.normal, surface.normal);
-        let line = strength >= params.line_strength as f32;
+        let line = map.is_line(surface);
         let other_face =
             line && dot(point.normal, point.normal) > 0.5 && dot(own, surface.normal) < 0.5 * strength;
         let squared =

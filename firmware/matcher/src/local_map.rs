@@ -8,7 +8,7 @@ use crate::grid::{Cell, Claim, Grid, MAX_SURFACES, TILE};
 use crate::paint::Brush;
 use crate::points::{EndPoints, Kind};
 use crate::pose::Pose2;
-use crate::surface::{Placement, Surface, minus};
+use crate::surface::{Placement, Surface, dot, minus};
 use crate::tracker::MapSize;
 
 crate::named::named_parameters! { "map";
@@ -30,6 +30,9 @@ pub struct MapParams {
     /// An end point this close to the line of a neighbouring surface joins it, metres. A few times the range noise: more, and
     /// two walls run together; less, and one wall lies in two rows.
     pub merge_across_m: f64,
+    /// Spread of the directions seen on a surface (standard deviation) up to which it is a line, radians. Larger: clutter and
+    /// corners count as walls; smaller: rough walls count as clutter.
+    pub line_spread_rad: f64 [0.01, 10.0],
     /// What a hit counts for a surface, in beams that pass through it. Larger: people who stood still stay longer.
     pub evidence_per_hit: i16 [1.0, 10000.0],
     /// The most evidence a surface has: so many beams must pass through before it goes. Larger: moved things
@@ -57,6 +60,7 @@ impl Default for MapParams {
             surfaces: 200_000,
             memory_hits: 50.0,
             merge_across_m: 0.04,
+            line_spread_rad: 0.6,
             evidence_per_hit: 3,
             evidence_max: 60,
             carve_every_beams: 3,
@@ -80,6 +84,8 @@ pub struct LocalMap {
     /// The chapter that new surfaces belong to, and how many have come since it began.
     chapter: u8,
     born: u32,
+    /// Squared length of the mean normal from which on a surface is a line.
+    line_strength: f32,
 }
 
 impl LocalMap {
@@ -96,6 +102,8 @@ impl LocalMap {
             cells_per_m: (1.0 / params.cell_m) as f32,
             chapter: 0,
             born: 0,
+            // Directions with a normal spread s have a mean unit vector of length exp(-s^2 / 2).
+            line_strength: (-params.line_spread_rad.powi(2)).exp() as f32,
             params,
         }
     }
@@ -151,6 +159,12 @@ impl LocalMap {
         self.surfaces.get(self.grid.cell(x, y).surface()? as usize)
     }
 
+    /// Whether the directions seen on a surface agree so well that it is a line.
+    #[inline]
+    pub fn is_line(&self, surface: &Surface) -> bool {
+        dot(surface.normal, surface.normal) >= self.line_strength
+    }
+
     /// Whether beams have passed through a point's surroundings.
     #[inline]
     pub fn seen_through(&self, point_m: [f32; 2]) -> bool {
@@ -181,7 +195,7 @@ impl LocalMap {
             && let Some(surface) = self.surfaces.get_mut(index as usize)
             && (cell.squared() == 0 || surface.takes(minus(at_m, surface.at_m), normal, &self.params))
         {
-            surface.add(at_m, normal, &self.params);
+            surface.add(at_m, normal, kind, &self.params);
             let [x, y] = surface.home.map(i32::from);
             self.grid.claim(x, y); // keeps its tile young
             return;
@@ -317,6 +331,21 @@ mod tests {
         assert!((15..=25).contains(&map.surface_count()), "{}", map.surface_count());
         let surface = map.nearest([0.5, 1.0]).unwrap();
         assert!((surface.at_m[1] - 1.0).abs() < 0.005, "{surface:?}");
+    }
+
+    #[test]
+    fn end_points_without_a_direction_wear_no_wall_down() {
+        let mut map = LocalMap::new(MapParams::default());
+        map.grid.advance();
+        map.hit([0.02, 1.02], [0.0, -1.0], Kind::Line);
+        for _ in 0..20 {
+            map.hit([0.03, 1.04], [0.0; 2], Kind::Unsure);
+        }
+        let surface = map.nearest([0.02, 1.02]).unwrap();
+        assert!(map.is_line(surface) && surface.at_m == [0.02, 1.02], "{surface:?}");
+        map.hit([0.03, 1.02], [-1.0, 0.0], Kind::Line);
+        map.hit([0.03, 1.02], [0.0; 2], Kind::Point);
+        assert!(!map.is_line(map.nearest([0.02, 1.02]).unwrap()), "but a corner and clutter do");
     }
 
     #[test]

@@ -144,6 +144,18 @@ impl MotionModel {
             (Some(gap_s), Some(usual_s)) if gap_s > DROPPED * usual_s => (gap_s / usual_s).min(LONGEST_GUESS),
             _ => 1.0,
         };
+        self.stretched(scale)
+    }
+
+    /// What inertia makes of a step that the odometry has measured: the last step again, stretched over a gap in the stamps
+    /// only when that comes closer to the odometry. Stamps may leap where no scan is missing.
+    pub fn inertia(&self, stamp_ns: i64, measured: &Step) -> Step {
+        let off_m = |step: &Step| step.last_from_base.between(&measured.last_from_base).distance_m();
+        let (once, stretched) = (self.stretched(1.0), self.same_again(stamp_ns));
+        if off_m(&stretched) < off_m(&once) { stretched } else { once }
+    }
+
+    fn stretched(&self, scale: f64) -> Step {
         let Pose2 { x_m, y_m, theta_rad } = self.last_step;
         let position_m = scale * self.params.unmeasured_m;
         Step {
@@ -258,6 +270,16 @@ mod tests {
         }
         let far = model.same_again(i64::MAX).last_from_base;
         assert!((far.x_m - 0.4).abs() < 1e-9, "never more than four steps: {far:?}");
+    }
+
+    #[test]
+    fn inertia_bridges_dropped_scans_but_not_a_leap_of_the_stamps_alone() {
+        let model = after_steps(&[0, S, 2 * S]);
+        for (driven_m, expected_m) in [(0.19, 0.2), (0.11, 0.1)] {
+            let last_from_base = Pose2::new(driven_m, 0.0, 0.0);
+            let measured = Step { last_from_base, sigma: [0.01; 3], odometry: Odometry::Used };
+            assert!((model.inertia(4 * S, &measured).last_from_base.x_m - expected_m).abs() < 1e-9);
+        }
     }
 
     #[test]

@@ -180,11 +180,11 @@ impl Tracker {
 
     fn locate(&mut self, scan: &Scan, last: &Pose2, step: &Step, prior: &Prior) -> (Alignment, Verdict) {
         let (glance, window) = (self.glance(step), self.window());
-        let inertia = self.motion.same_again(scan.stamp_ns);
-        let again = *last * inertia.last_from_base;
+        let again = *last * self.motion.same_again(scan.stamp_ns).last_from_base;
         let (alignment, verdict) = self.engine.locate(&self.points, prior, &[again, *last], glance, window);
         if verdict == Verdict::Found && step.measured() {
-            let expected = Expected { prior, again, inertia: &inertia };
+            let inertia = self.motion.inertia(scan.stamp_ns, step);
+            let expected = Expected { prior, again: *last * inertia.last_from_base, inertia: &inertia };
             let search = &self.params.search;
             // An expected pose that explains little itself is no reason to wait.
             if !self.contest.settle(&alignment.pose, &expected, search.confirm_scans)
