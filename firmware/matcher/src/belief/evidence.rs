@@ -59,7 +59,7 @@ impl Evidence {
             let offset = minus(at_m, surface.at_m);
             let strength = dot(surface.normal, surface.normal);
             let sureness = f64::from(surface.hits / (1.0 + surface.hits));
-            if strength < params.line_strength as f32 {
+            if !map.is_line(surface) {
                 if point.kind == Kind::Point {
                     let weight = f64::from(point.weight * cauchy(dot(offset, offset), scale_m))
                         / (params.point_noise_m * params.point_noise_m);
