@@ -1,7 +1,7 @@
-//! Iterations of a matcher: what each step gained and how far it went, over all scans of a journal.
+//! Iterations of a matcher: what each step gained and how far it went, over all matches of a journal.
 //!
-//! A row of the table is one iteration of one scan. Scans need different numbers of iterations, so figures at a late one are
-//! those of the scans that still went on.
+//! A row of the table is one iteration of one match. Matches need different numbers of iterations, so figures at a late one are
+//! those of the matches that still went on. A scan can be matched more than once.
 
 use super::chart::{Axis, Chart, Curve, Panel, Scale};
 use super::running::spread;
@@ -59,7 +59,7 @@ pub fn read(name: &str, table: &Table) -> Result<Journal, TableError> {
 }
 
 impl Journal {
-    fn scans(&self) -> usize {
+    fn matches(&self) -> usize {
         self.iterations.first().map_or(0, |first| first.step_mm.len())
     }
 
@@ -77,7 +77,7 @@ impl Journal {
     }
 
     fn going_on(&self) -> Curve {
-        let share = |iteration: &Iteration| 100.0 * iteration.step_mm.len() as f64 / self.scans() as f64;
+        let share = |iteration: &Iteration| 100.0 * iteration.step_mm.len() as f64 / self.matches() as f64;
         let points = self.iterations.iter().map(|iteration| [iteration.number, share(iteration)]).collect();
         Curve { points, dots: self.iterations.len() <= 30, ..Curve::default() }
     }
@@ -95,14 +95,14 @@ pub fn chart(journals: &[Journal]) -> Chart {
     let going_on = Panel {
         height: 90.0,
         x: Axis::linear("iteration"),
-        y: Axis { range: Some([0.0, 100.0]), ..Axis::linear("scans that still go on (%)") },
+        y: Axis { range: Some([0.0, 100.0]), ..Axis::linear("matches that still go on (%)") },
         curves: journals.iter().map(Journal::going_on).collect(),
     };
     Chart {
         title: "Iterations".to_owned(),
         names: journals
             .iter()
-            .map(|journal| format!("{}: {} scans", journal.name, journal.scans()))
+            .map(|journal| format!("{}: {} matches", journal.name, journal.matches()))
             .collect(),
         panels: vec![
             panel(Axis::linear("cost (% of the first)"), |iteration| &iteration.cost_percent),
@@ -111,8 +111,8 @@ pub fn chart(journals: &[Journal]) -> Chart {
             going_on,
         ],
         caption: format!(
-            "Line: median over the scans that still went on at this iteration. Band: 90 % of them. Left out: iterations that fewer \
-             than {} % of the scans came to.",
+            "Line: median over the matches that still went on at this iteration. Band: 90 % of them. Left out: iterations that fewer \
+             than {} % of them came to.",
             100.0 * LEAST_SHARE
         ),
     }
@@ -132,7 +132,7 @@ mod tests {
             1.6,0,0,0,0,10,0.020,0.2,180\n";
         let journal = read("map", &Table::read(text.as_bytes()).unwrap()).unwrap();
         let chart = chart(&[journal]);
-        assert_eq!(chart.names, ["map: 3 scans"]);
+        assert_eq!(chart.names, ["map: 3 matches"]);
         let points = |panel: usize| &chart.panels[panel].curves[0].points;
         assert_eq!(*points(0), [[0.0, 100.0], [1.0, 50.0]]);
         assert_eq!(*points(1), [[0.0, 20.0], [1.0, 1.0]]);
@@ -148,7 +148,7 @@ mod tests {
         }
         text.push_str("999,1,1,1,1\n");
         let chart = chart(&[read("map", &Table::read(text.as_bytes()).unwrap()).unwrap()]);
-        assert_eq!(chart.names, ["map: 1000 scans"]);
+        assert_eq!(chart.names, ["map: 1000 matches"]);
         assert_eq!(chart.panels[1].curves[0].points.len(), 1);
     }
 }
