@@ -1,8 +1,8 @@
 //! A plane of cells kept in tiles from a fixed pool: each cell names the nearest mapped surface within reach.
 //!
 //! Frame: map. Cell (0, 0) has its lower corner at the map's origin. Memory: a directory of all places where a tile
-//! may lie and a pool of tiles; both are allocated once. When the pool is used up, the tile that was not needed for
-//! the longest time is forgotten.
+//! may lie and a pool of tiles; both are allocated once, and the system gives the pool's memory as tiles come into use. When
+//! the pool is used up, the tile that was not needed for the longest time is forgotten.
 
 /// Cells along a tile's side.
 pub const TILE: i32 = 32;
@@ -15,8 +15,7 @@ pub const BLOCK: i32 = 4;
 const BLOCKS_A_SIDE: i32 = TILE / BLOCK;
 const TILE_BLOCKS: usize = (BLOCKS_A_SIDE * BLOCKS_A_SIDE) as usize;
 
-/// What a cell knows: the nearest surface and how far its cell is. Zero is "nothing near", so that untouched memory
-/// needs no initialisation.
+/// What a cell knows: the nearest surface and how far its cell is. Zero is "nothing near".
 #[derive(Copy, Clone, PartialEq, Eq, Debug, Default)]
 pub struct Cell(u32);
 
@@ -101,8 +100,8 @@ impl Grid {
         let tiles = tiles.clamp(1, usize::from(u16::MAX) - 1);
         Self {
             directory: vec![0; (DIRECTORY * DIRECTORY) as usize],
-            cells: vec![Cell::default(); tiles * TILE_CELLS],
-            blocks: vec![Block::default(); tiles * TILE_BLOCKS],
+            cells: Vec::with_capacity(tiles * TILE_CELLS),
+            blocks: Vec::with_capacity(tiles * TILE_BLOCKS),
             places: vec![None; tiles],
             last_used: vec![0; tiles],
             used: 0,
@@ -219,6 +218,11 @@ impl Grid {
         let Some(slot) = self.places.iter().position(Option::is_none) else {
             return self.oldest();
         };
+        if slot * TILE_CELLS == self.cells.len() {
+            // A place of the pool that was never used: within the capacity, so nothing is allocated.
+            self.cells.resize(self.cells.len() + TILE_CELLS, Cell::default());
+            self.blocks.resize(self.blocks.len() + TILE_BLOCKS, Block::default());
+        }
         self.directory[entry] = slot as u16 + 1;
         self.places[slot] = Some(tile);
         self.last_used[slot] = self.now;

@@ -5,6 +5,7 @@
 
 mod acquisition;
 mod clock;
+pub mod delays;
 pub mod disk;
 mod lines;
 mod opening;
@@ -156,7 +157,8 @@ pub fn record_with(options: &RecordOptions, controls: Controls<'_>) -> Result<Ru
     let report = acquisition.finish();
     let written = writing.finish();
     telling.finish();
-    let report = RunReport { end, ..report.with_files(&written?) };
+    let (files, delays) = written?;
+    let report = RunReport { end, pose_delays: Some(delays), ..report.with_files(&files) };
     journal.map_or(Ok(()), JournalThread::finish)?;
     // Who stops a run while its devices are still started has what was asked for, if not much.
     if report.scans_horizontal == 0 && report.end != RunEnd::Stopped {

@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use biplane_recording::PartsReport;
 use serde::Serialize;
 
+use crate::record::delays::PoseDelays;
+
 /// Why a run ended.
 #[derive(Copy, Clone, PartialEq, Eq, Debug, Default, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -81,6 +83,8 @@ pub struct RunReport {
     pub dropped: u64,
     /// What the log and the status were not told, because whoever reads them did not keep up: no loss of the recording.
     pub untold: u64,
+    /// How long poses took into the file; nothing in a replay.
+    pub pose_delays: Option<PoseDelays>,
 }
 
 impl RunReport {

@@ -6,6 +6,7 @@ use biplane_recording::{Port, Topic};
 
 use super::Engine;
 use super::scan_data::ScanData;
+use super::waiting::WAIT_OF_RECORDINGS_NS;
 use crate::odometry::OdometrySample;
 use crate::sink::Sink;
 
@@ -27,7 +28,7 @@ impl<S: Sink> Engine<S> {
             meter.count(now_ns, data.stamp_ns);
         }
         self.publisher.forward(now_ns, topic, scan.stamp_ns, scan);
-        self.take_scan(now_ns, topic, data);
+        self.take_scan(now_ns, topic, data, WAIT_OF_RECORDINGS_NS);
         self.settle(now_ns);
     }
 

@@ -4,6 +4,7 @@ use biplane_recording::{Port, Topic};
 
 use super::Engine;
 use super::scan_data::ScanData;
+use super::waiting::WAIT_OF_LINES_NS;
 use crate::odometry::OdometrySample;
 use crate::session::base::OdometryReading;
 use crate::session::laser::ScanReading;
@@ -28,15 +29,16 @@ impl<S: Sink> Engine<S> {
             _ => (Topic::ScanHorizontal, self.horizontal.stamped(now_ns, reading)),
         };
         self.publisher.scan(now_ns, topic, &data, &reading.intensities);
-        self.take_scan(now_ns, topic, data);
+        self.take_scan(now_ns, topic, data, WAIT_OF_LINES_NS);
     }
 
-    pub(super) fn take_scan(&mut self, now_ns: i64, topic: Topic, data: ScanData) {
+    /// A scan, posed as soon as odometry covers it, and after `wait_ns` without.
+    pub(super) fn take_scan(&mut self, now_ns: i64, topic: Topic, data: ScanData, wait_ns: i64) {
         if topic == Topic::ScanVertical {
             if let Some(oldest_ns) = self.waiting_verticals.push(now_ns, data.stamp_ns) {
                 self.pose_vertical(now_ns, oldest_ns);
             }
-        } else if let Some(oldest) = self.localiser.push(now_ns, data) {
+        } else if let Some(oldest) = self.localiser.push(now_ns.saturating_add(wait_ns), data) {
             self.localise(now_ns, &oldest);
         }
     }

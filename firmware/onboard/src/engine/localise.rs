@@ -41,9 +41,9 @@ impl Localiser {
         }
     }
 
-    /// A scan that came now; another one that must not wait any longer comes back when too many wait.
-    pub fn push(&mut self, now_ns: i64, scan: ScanData) -> Option<ScanData> {
-        self.waiting.push(now_ns, scan)
+    /// A scan that waits for odometry until `due_ns`; another one that must not wait any longer comes back when too many wait.
+    pub fn push(&mut self, due_ns: i64, scan: ScanData) -> Option<ScanData> {
+        self.waiting.push(due_ns, scan)
     }
 
     /// The next scan that need not wait any longer.

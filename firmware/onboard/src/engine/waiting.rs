@@ -9,14 +9,18 @@ use crate::odometry::OdometryBuffer;
 const HORIZONTAL_CAPACITY: usize = 32;
 /// Vertical scans that may wait; only their stamps are kept.
 const VERTICAL_CAPACITY: usize = 512;
-/// A horizontal scan waits for odometry this long at most, nanoseconds: two reports of a base, with their transfer.
-const ODOMETRY_WAIT_NS: i64 = 300_000_000;
+/// A scan that came over a line does not wait for odometry: its pose is wanted now. The base's motion is led on from its last two reports,
+/// over a tenth of a second or so; what that is off by, the match sets right.
+pub const WAIT_OF_LINES_NS: i64 = 0;
+/// A scan of another recording waits for odometry this long at most, nanoseconds: two reports of a base. Nobody waits for it, and who
+/// wrote the file may have written odometry later than the scans that it belongs to.
+pub const WAIT_OF_RECORDINGS_NS: i64 = 300_000_000;
 /// Odometry that has not come for so long is not waited for, nanoseconds.
 const ODOMETRY_GONE_NS: i64 = 1_000_000_000;
 /// A vertical scan waits for a matched pose this long at most, nanoseconds: two scans at 9600 Bd.
 const POSE_WAIT_NS: i64 = 2_000_000_000;
 
-/// Horizontal scans waiting for odometry, in order of arrival.
+/// Horizontal scans waiting for odometry, in order of arrival; with each, until when.
 #[derive(Debug)]
 pub struct WaitingScans {
     queue: Box<heapless::Deque<(i64, ScanData), HORIZONTAL_CAPACITY>>,
@@ -29,11 +33,11 @@ impl Default for WaitingScans {
 }
 
 impl WaitingScans {
-    /// Adds a scan that came now; the oldest comes back when the queue is full.
-    pub fn push(&mut self, now_ns: i64, scan: ScanData) -> Option<ScanData> {
+    /// Adds a scan that waits until `due_ns` at most; the oldest comes back when the queue is full.
+    pub fn push(&mut self, due_ns: i64, scan: ScanData) -> Option<ScanData> {
         let oldest = if self.queue.is_full() { self.queue.pop_front() } else { None };
         // There is room now.
-        let _ = self.queue.push_back((now_ns, scan));
+        let _ = self.queue.push_back((due_ns, scan));
         oldest.map(|(_, scan)| scan)
     }
 
@@ -44,10 +48,9 @@ impl WaitingScans {
         odometry: &OdometryBuffer,
         odometry_ns: Option<i64>,
     ) -> Option<ScanData> {
-        let (arrived_ns, scan) = self.queue.front()?;
+        let (due_ns, scan) = self.queue.front()?;
         let is_flowing = odometry_ns.is_some_and(|at_ns| now_ns - at_ns < ODOMETRY_GONE_NS);
-        let is_due = now_ns - arrived_ns >= ODOMETRY_WAIT_NS;
-        if !is_flowing || is_due || odometry.covers(scan.stamp_ns) {
+        if !is_flowing || now_ns >= *due_ns || odometry.covers(scan.stamp_ns) {
             return self.queue.pop_front().map(|(_, scan)| scan);
         }
         None
@@ -61,7 +64,7 @@ impl WaitingScans {
     /// When the oldest has waited long enough.
     #[must_use]
     pub fn deadline_ns(&self) -> i64 {
-        self.queue.front().map_or(i64::MAX, |(arrived_ns, _)| arrived_ns.saturating_add(ODOMETRY_WAIT_NS))
+        self.queue.front().map_or(i64::MAX, |(due_ns, _)| *due_ns)
     }
 
     /// Scans that wait.

@@ -10,13 +10,14 @@ use biplane_recording::{PartsReport, PartsWriter, Topic, WriteError};
 
 use super::RunClock;
 use super::clock::clock_status;
+use super::delays::{Delays, PoseDelays};
 use super::disk;
 use super::queue::QueueSource;
 use crate::diagnostics;
 use crate::error::OnboardError;
 
 /// How long the thread sleeps when there is nothing to write, nanoseconds.
-const IDLE_NS: i64 = 5_000_000;
+const IDLE_NS: i64 = 2_000_000;
 
 /// The writing thread, seen from the loop.
 #[derive(Debug)]
@@ -24,7 +25,7 @@ pub struct Writing {
     failed: Arc<AtomicBool>,
     disk_low: Arc<AtomicBool>,
     rotate: Arc<AtomicBool>,
-    thread: JoinHandle<Result<PartsReport, WriteError>>,
+    thread: JoinHandle<Result<(PartsReport, PoseDelays), WriteError>>,
 }
 
 impl Writing {
@@ -50,6 +51,7 @@ impl Writing {
             disk_low: Arc::clone(&disk_low),
             rotate: Arc::clone(&rotate),
             cdr: Vec::new(),
+            delays: Delays::default(),
         };
         let flag = Arc::clone(&failed);
         let thread = thread::Builder::new()
@@ -80,11 +82,11 @@ impl Writing {
         self.rotate.store(true, Ordering::Relaxed);
     }
 
-    /// Waits until everything is written and the file has its name.
+    /// Waits until everything is written and the file has its name; says how long poses took into it.
     ///
     /// # Errors
     /// The write that failed.
-    pub fn finish(self) -> Result<PartsReport, OnboardError> {
+    pub fn finish(self) -> Result<(PartsReport, PoseDelays), OnboardError> {
         match self.thread.join() {
             Ok(result) => Ok(result?),
             Err(_) => Err(OnboardError::System {
@@ -104,10 +106,11 @@ struct Worker {
     disk_low: Arc<AtomicBool>,
     rotate: Arc<AtomicBool>,
     cdr: Vec<u8>,
+    delays: Delays,
 }
 
 impl Worker {
-    fn run(mut self) -> Result<PartsReport, WriteError> {
+    fn run(mut self) -> Result<(PartsReport, PoseDelays), WriteError> {
         loop {
             // Asked before the queue is emptied: what was added before the loop went is then still written.
             let is_over = self.source.is_over();
@@ -115,6 +118,7 @@ impl Worker {
             while let Some(head) = self.source.next_message(&mut self.cdr) {
                 is_idle = false;
                 self.writer.write_encoded(head.topic, head.log_time_ns, head.publish_time_ns, &self.cdr)?;
+                self.delays.written(self.clock.now_ns(), &head);
             }
             while let Some((now_ns, health)) = self.source.next_health() {
                 let free_bytes = disk::free_bytes(&self.folder);
@@ -123,6 +127,7 @@ impl Worker {
                 }
                 let mut message = diagnostics::message(now_ns, &health);
                 message.status.push(disk_status(free_bytes));
+                message.status.push(self.delays.status());
                 message.status.push(clock_status(self.clock.utc_offset_ns()));
                 self.writer.write(Topic::Diagnostics, now_ns, now_ns, &message)?;
             }
@@ -132,7 +137,8 @@ impl Worker {
                 );
             }
             if is_over {
-                return self.writer.finish();
+                let delays = self.delays.report();
+                return Ok((self.writer.finish()?, delays));
             }
             if is_idle {
                 biplane_clock::sleep_ns(IDLE_NS);
@@ -184,7 +190,7 @@ mod tests {
             sink.health(1, &Health::default());
             drop(sink);
             let disk_low = Arc::clone(&writing.disk_low);
-            assert_eq!(writing.finish().unwrap().parts[0].messages, 1);
+            assert_eq!(writing.finish().unwrap().0.parts[0].messages, 1);
             assert_eq!(disk_low.load(Ordering::Relaxed), is_low);
             std::fs::remove_dir_all(folder).unwrap();
         }
