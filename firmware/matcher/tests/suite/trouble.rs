@@ -122,6 +122,21 @@ fn a_scan_without_returns_follows_the_odometry_with_a_larger_covariance() {
 }
 
 #[test]
+fn a_scan_of_one_beam_and_one_beyond_all_range_are_scans_without_returns() {
+    let (world, mut noise) = (World::room(), Noise(5));
+    let mut tracker = Tracker::new(TrackerParams::default());
+    let mut room = look(&world, &straight(0), &mut noise);
+    track(&mut tracker, 0, &room, Some(straight(0)));
+    let size = tracker.map_size();
+    let one = track(&mut tracker, 1, &room[90..91], Some(straight(1)));
+    room.iter_mut().for_each(|beam| beam.range_m = 81.0);
+    let far = track(&mut tracker, 2, &room, Some(straight(2)));
+    assert_eq!([one.outcome, far.outcome], [Outcome::NoReturns; 2]);
+    assert!(volume(&far) > volume(&one) && tracker.map_size() == size);
+    assert!(error(&far.map_from_base, &straight(2)).0 < 1e-9);
+}
+
+#[test]
 fn a_recording_that_begins_without_returns_begins_the_map_with_the_first_that_has_some() {
     let (world, mut noise) = (World::room(), Noise(5));
     let mut tracker = Tracker::new(TrackerParams::default());
