@@ -5,6 +5,7 @@
 
 pub mod budget;
 pub mod cloud;
+pub mod cloud_file;
 pub mod compare;
 pub mod deskew;
 pub mod evaluate;
@@ -23,12 +24,14 @@ pub mod output;
 pub mod palette;
 pub mod params;
 pub mod pipeline;
+pub mod plane_report;
 pub mod planes;
 pub mod plot;
 pub mod ply_read;
 pub mod polygons;
 pub mod render;
 pub mod run;
+pub mod shift;
 pub mod stamp_text;
 pub mod summary;
 pub mod surface_distance;

@@ -27,6 +27,7 @@ const XYZ: [&str; 3] = ["float x", "float y", "float z"];
 const FACE: &str = "list uchar int vertex_indices";
 const COLORED_VERTEX: [&str; 6] = ["float x", "float y", "float z", "uchar red", "uchar green", "uchar blue"];
 const CLOUD_POINT: [&str; 6] = ["float x", "float y", "float z", "int plane", "int scan", "int beam"];
+const FAR_CLOUD_POINT: [&str; 6] = ["double x", "double y", "double z", "int plane", "int scan", "int beam"];
 
 fn put_point(out: &mut impl Write, point: &[f32; 3]) -> io::Result<()> {
     point.iter().try_for_each(|value| out.write_all(&value.to_le_bytes()))
@@ -108,27 +109,65 @@ pub fn write_mesh(out: &mut impl Write, mesh: &Mesh, comment: &str) -> io::Resul
     mesh.triangles.iter().try_for_each(|corners| put_face(out, corners))
 }
 
-/// Writes the points with the plane, scan and beam of each (`points.ply`). A point beyond `labels` is on no plane.
+/// Points with what is written of each.
+#[derive(Clone, Copy, Debug)]
+pub struct PointRows<'a> {
+    /// The points, with scans, beams and origins where these are known.
+    pub cloud: &'a Cloud,
+    /// The plane of each; a point beyond these is on none.
+    pub labels: &'a [i32],
+    /// The number of each scan, where it is not its place in the cloud.
+    pub scan_numbers: &'a [u32],
+    /// The order in which points are written, as indices into the cloud; `None` = the cloud's own.
+    pub order: Option<&'a [u32]>,
+    /// What is added to every coordinate; 64-bit coordinates are written when it is not zero.
+    pub shift_m: [f64; 3],
+}
+
+/// Writes the points with the plane, scan and beam of each (`points.ply`), and where each scan was taken from, if that is known: element
+/// `scan`, a row a scan.
 ///
 /// # Errors
 /// When writing fails.
-pub fn write_points(out: &mut impl Write, cloud: &Cloud, labels: &[i32]) -> io::Result<()> {
-    header(out, "raw points; plane -1 = none", &[("vertex", cloud.len(), CLOUD_POINT.as_slice())])?;
-    for (index, point) in cloud.points_m.iter().enumerate() {
-        put_point(out, point)?;
-        let plane = labels.get(index).copied().unwrap_or(-1);
-        let scan = cloud.scan.get(index).map_or(-1, |&scan| scan as i32);
-        let beam = cloud.beam.get(index).map_or(-1, |&beam| i32::from(beam));
+pub fn write_points(out: &mut impl Write, rows: &PointRows<'_>) -> io::Result<()> {
+    let far = rows.shift_m != [0.0; 3];
+    let properties = if far { FAR_CLOUD_POINT } else { CLOUD_POINT };
+    let mut elements = vec![("vertex", rows.cloud.len(), properties.as_slice())];
+    // Rows of the element `scan` are found by the scan's number.
+    let origins = if rows.scan_numbers.iter().zip(0..).all(|(number, index)| *number == index) {
+        rows.cloud.origins_m.as_slice()
+    } else {
+        &[]
+    };
+    if !origins.is_empty() {
+        elements.push(("scan", origins.len(), &properties[..3]));
+    }
+    header(out, "raw points; plane -1 = none", &elements)?;
+    let put =
+        |out: &mut _, p: &[f32; 3]| if far { put_far_point(out, p, rows.shift_m) } else { put_point(out, p) };
+    for row in 0..rows.cloud.len() {
+        let index = rows.order.map_or(row, |order| order[row] as usize);
+        put(out, &rows.cloud.points_m[index])?;
+        let plane = rows.labels.get(index).copied().unwrap_or(-1);
+        let number =
+            |scan: &u32| rows.scan_numbers.get(*scan as usize).map_or(*scan, |number| *number) as i32;
+        let scan = rows.cloud.scan.get(index).map_or(-1, number);
+        let beam = rows.cloud.beam.get(index).map_or(-1, |&beam| i32::from(beam));
         for value in [plane, scan, beam] {
             out.write_all(&value.to_le_bytes())?;
         }
     }
-    Ok(())
+    origins.iter().try_for_each(|origin| put(out, origin))
+}
+
+fn put_far_point(out: &mut impl Write, point: &[f32; 3], shift_m: [f64; 3]) -> io::Result<()> {
+    let far = point.iter().zip(shift_m).map(|(value, shift)| f64::from(*value) + shift);
+    far.into_iter().try_for_each(|value| out.write_all(&value.to_le_bytes()))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{write_mesh, write_model, write_planes, write_points};
+    use super::{PointRows, write_mesh, write_model, write_planes, write_points};
     use crate::export::{Shapes, sample};
     use crate::model::Cloud;
 
@@ -204,17 +243,31 @@ mod tests {
     }
 
     #[test]
-    fn points_hold_their_plane_scan_and_beam() {
+    fn points_hold_their_plane_scan_and_beam_and_come_in_the_order_asked_for() {
         let cloud = Cloud {
             points_m: vec![[1.0, 2.0, 3.0], [-0.5, 0.25, 0.125]],
-            scan: vec![0, 7],
+            scan: vec![0, 1],
             beam: vec![90, 180],
             ..Cloud::default()
         };
-        let mut bytes = Vec::new();
-        write_points(&mut bytes, &cloud, &[4]).unwrap();
-        let (_, elements) = read(&bytes);
+        let rows =
+            PointRows { cloud: &cloud, labels: &[4], scan_numbers: &[0, 7], order: None, shift_m: [0.0; 3] };
+        let written = |rows: &PointRows<'_>| {
+            let mut bytes = Vec::new();
+            write_points(&mut bytes, rows).unwrap();
+            bytes
+        };
+        let (_, elements) = read(&written(&rows));
         assert_eq!(elements[0], [[1.0, 2.0, 3.0, 4.0, 0.0, 90.0], [-0.5, 0.25, 0.125, -1.0, 7.0, 180.0]]);
+        let (_, elements) = read(&written(&PointRows { order: Some(&[1, 0]), ..rows }));
+        assert_eq!(elements[0][0], [-0.5, 0.25, 0.125, -1.0, 7.0, 180.0]);
+
+        let far = written(&PointRows { shift_m: [4e6, 0.0, -1e3], scan_numbers: &[], ..rows });
+        let far = crate::ply_read::read_wanted(
+            &far,
+            &crate::ply_read::Wanted { shift: crate::shift::Shift::Given([4e6, 0.0, -1e3]), columns: None },
+        );
+        assert_eq!(far.unwrap().mesh.vertices_m, cloud.points_m);
     }
 
     #[test]

@@ -4,9 +4,10 @@
 
 use super::random::Random;
 use super::scatter::{Fit, Scatter};
+use serde::Serialize;
 
 /// The paper's limits.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ReferenceParams {
     /// A point joins when it is nearer than this to a point of the set, metres. Larger: gaps are bridged.
     pub delta_m: f64,

@@ -1,6 +1,7 @@
 //! The header of a PLY file: format, elements, properties.
 
 use super::PlyError;
+use std::borrow::Cow;
 
 /// How the body is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -9,6 +10,8 @@ pub enum Format {
     Ascii,
     /// Binary, least significant byte first.
     LittleEndian,
+    /// Binary, most significant byte first.
+    BigEndian,
 }
 
 /// Type of a number.
@@ -49,7 +52,7 @@ impl Header {
     /// The header and what follows it.
     pub fn parse(bytes: &[u8]) -> Result<(Self, &[u8]), PlyError> {
         let mut lines = Lines { rest: bytes, line: 0 };
-        if lines.next().map(str::trim_end) != Some("ply") {
+        if lines.next().is_none_or(|line| line.trim_end() != "ply") {
             return Err(PlyError::NotPly);
         }
         let mut format = None;
@@ -64,21 +67,22 @@ impl Header {
                 ["comment" | "obj_info", ..] | [] => {}
                 ["format", "ascii", "1.0"] => format = Some(Format::Ascii),
                 ["format", "binary_little_endian", "1.0"] => format = Some(Format::LittleEndian),
-                ["format", ..] => return Err(lines.error("format ascii or binary_little_endian", text)),
+                ["format", "binary_big_endian", "1.0"] => format = Some(Format::BigEndian),
+                ["format", ..] => return Err(lines.error(FORMATS, &text)),
                 ["element", name, count] => {
-                    let count = count.parse().map_err(|_| lines.error("a count", text))?;
+                    let count = count.parse().map_err(|_| lines.error("a count", &text))?;
                     elements.push(Element { name: (*name).to_owned(), count, properties: Vec::new() });
                 }
                 ["property", kind @ ..] => {
                     let (Some(property), Some(element)) = (property(kind), elements.last_mut()) else {
                         return Err(lines.error(
                             "property TYPE NAME or property list TYPE TYPE NAME after an element",
-                            text,
+                            &text,
                         ));
                     };
                     element.properties.push(property);
                 }
-                _ => return Err(lines.error("format, element, property, comment or end_header", text)),
+                _ => return Err(lines.error("format, element, property, comment or end_header", &text)),
             }
         }
         let format = format.ok_or_else(|| lines.error("a format line before it", "end_header"))?;
@@ -114,6 +118,8 @@ fn scalar(name: &str) -> Option<Scalar> {
     })
 }
 
+const FORMATS: &str = "format ascii, binary_little_endian or binary_big_endian, version 1.0";
+
 /// Longest line of a header that is believed to be one.
 const MAX_LINE: usize = 4096;
 
@@ -123,12 +129,13 @@ struct Lines<'a> {
 }
 
 impl<'a> Lines<'a> {
-    fn next(&mut self) -> Option<&'a str> {
+    /// The next line; what is no UTF-8 (comments of old programs) is replaced.
+    fn next(&mut self) -> Option<Cow<'a, str>> {
         let end = self.rest.iter().take(MAX_LINE).position(|byte| *byte == b'\n')?;
         let (line, rest) = self.rest.split_at(end);
         self.rest = &rest[1..];
         self.line += 1;
-        std::str::from_utf8(line).ok()
+        Some(String::from_utf8_lossy(line))
     }
 
     fn error(&self, expected: &'static str, found: &str) -> PlyError {

@@ -36,7 +36,7 @@ impl<'a> Values<'a> {
     pub fn next(&mut self, scalar: Scalar) -> Result<f64, Lack> {
         match self.format {
             Format::Ascii => self.word(),
-            Format::LittleEndian => match scalar {
+            Format::LittleEndian | Format::BigEndian => match scalar {
                 Scalar::I8 => self.bytes().map(|b| f64::from(i8::from_le_bytes(b))),
                 Scalar::U8 => self.bytes().map(|b| f64::from(u8::from_le_bytes(b))),
                 Scalar::I16 => self.bytes().map(|b| f64::from(i16::from_le_bytes(b))),
@@ -49,10 +49,15 @@ impl<'a> Values<'a> {
         }
     }
 
+    /// The next bytes, least significant first.
     fn bytes<const N: usize>(&mut self) -> Result<[u8; N], Lack> {
         let (first, rest) = self.rest.split_first_chunk::<N>().ok_or(Lack::End)?;
         self.rest = rest;
-        Ok(*first)
+        let mut bytes = *first;
+        if self.format == Format::BigEndian {
+            bytes.reverse();
+        }
+        Ok(bytes)
     }
 
     fn word(&mut self) -> Result<f64, Lack> {

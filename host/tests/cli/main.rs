@@ -8,6 +8,7 @@ mod evaluate;
 mod floor;
 mod import;
 mod parts;
+mod planes;
 mod plot;
 mod room;
 mod run;

@@ -4,7 +4,7 @@ use clap::{Parser, Subcommand};
 
 #[cfg(feature = "demo")]
 use crate::demo;
-use crate::{build, compare, evaluate, import, info, map, papers, plot, recover, render, traj};
+use crate::{build, compare, evaluate, import, info, map, papers, planes, plot, recover, render, traj};
 
 /// Compact 3D building models from recordings of a robot with two laser scanners.
 #[derive(Debug, Parser)]
@@ -37,6 +37,8 @@ pub enum Command {
     Map(map::Args),
     /// Build the compact 3D model of a recording, and everything around it
     Build(build::Args),
+    /// Find the planes of any point cloud
+    Planes(planes::Args),
     /// Measure the raw mesh and the model of a build: sizes and distances
     Compare(compare::Args),
     /// Measure a trajectory against relations or the truth, or a map by itself

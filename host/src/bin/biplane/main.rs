@@ -10,10 +10,13 @@ mod evaluate;
 mod import;
 mod info;
 mod map;
+mod moment;
 mod papers;
+mod planes;
 mod plot;
 mod recover;
 mod render;
+mod replace;
 mod traj;
 
 use std::io;
@@ -57,6 +60,7 @@ fn run(command: Command, console: &Console) -> anyhow::Result<Outcome> {
         Command::Traj(args) => traj::run(&args, console),
         Command::Map(args) => map::run(&args, console),
         Command::Build(args) => build::run(&args, console),
+        Command::Planes(args) => planes::run(&args, console),
         Command::Compare(args) => compare::run(&args, console),
         Command::Evaluate(args) => evaluate::run(&args, console),
         Command::Plot(args) => plot::run(&args, console),

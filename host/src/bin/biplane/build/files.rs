@@ -1,19 +1,20 @@
 //! The files of a build's folder (interfaces.md section 5), written into its unfinished form.
 
-use std::fs;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use anyhow::{Context, bail};
 use biplane::deskew::StampedPose;
+use biplane::export::ply::PointRows;
 use biplane::export::{Shapes, cityjson, gltf, obj, ply};
 use biplane::map_files::{MapError, MapImage, write_map};
 use biplane::output::{OutputError, write_file};
 use biplane::pipeline::BuildOutput;
 use biplane::summary::Summary;
 use biplane::trajectory::{TrajectoryFormat, write_poses};
+use serde_json::Value;
 
 use super::formats::Format;
+use crate::replace::Known;
 
 /// Every name that a build writes.
 const NAMES: [&str; 12] = [
@@ -31,37 +32,11 @@ const NAMES: [&str; 12] = [
     "trajectory.tum",
 ];
 
-/// Refuses to replace a folder that holds what is read, or anything that no build wrote.
-pub fn check_replaceable(folder: &Path, inputs: &[PathBuf]) -> anyhow::Result<()> {
-    let Ok(canonical) = folder.canonicalize() else { return Ok(()) };
-    for input in inputs {
-        if input.canonicalize().is_ok_and(|input| input.starts_with(&canonical)) {
-            bail!("{} is read and lies in {}: name another output", input.display(), folder.display());
-        }
-    }
-    let mut empty = true;
-    for entry in fs::read_dir(folder).with_context(|| format!("cannot replace {}", folder.display()))? {
-        let entry = entry?;
-        empty = false;
-        let known = NAMES.iter().any(|name| entry.file_name() == *name);
-        if !known || !entry.file_type()?.is_file() {
-            bail!(
-                "{} holds {}, which no build wrote; the folder is not replaced",
-                folder.display(),
-                entry.file_name().display()
-            );
-        }
-    }
-    if !empty && !is_summary(&folder.join("summary.json")) {
-        bail!("{} holds no summary.json of a build; the folder is not replaced", folder.display());
-    }
-    Ok(())
-}
+/// What a folder of a build is known by.
+pub const KNOWN: Known = Known { by: "build", names: &NAMES, sign: "summary.json", is_ours };
 
-fn is_summary(path: &Path) -> bool {
-    let Ok(bytes) = fs::read(path) else { return false };
-    serde_json::from_slice::<serde_json::Value>(&bytes)
-        .is_ok_and(|summary| summary["raw_points"].is_u64() && summary["stages"].is_array())
+fn is_ours(summary: &Value) -> bool {
+    summary["raw_points"].is_u64() && summary["stages"].is_array()
 }
 
 /// Writes the map with the poses of its scans, and the trajectory; returns how many files.
@@ -79,7 +54,11 @@ pub fn write_floor(
 /// Writes the raw points and the raw mesh.
 pub fn write_raw(folder: &Path, output: &BuildOutput) -> Result<usize, OutputError> {
     write_file(&folder.join("points.ply"), true, |out| {
-        ply::write_points(out, &output.cloud, &output.labels)
+        let (cloud, labels) = (&output.cloud, &output.labels);
+        ply::write_points(
+            out,
+            &PointRows { cloud, labels, scan_numbers: &[], order: None, shift_m: [0.0; 3] },
+        )
     })?;
     write_file(&folder.join("raw.ply"), true, |out| ply::write_mesh(out, &output.mesh, "raw mesh"))?;
     Ok(2)

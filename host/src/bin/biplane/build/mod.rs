@@ -25,6 +25,7 @@ use biplane::trajectory::read_poses;
 
 use crate::Outcome;
 use crate::console::Console;
+use crate::replace;
 use formats::Format;
 use stages::Stages;
 
@@ -91,7 +92,7 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     if args.force {
         let inputs: Vec<PathBuf> =
             run.recording().paths().map(Path::to_owned).chain(args.poses.clone()).collect();
-        files::check_replaceable(&args.output, &inputs)?;
+        replace::check(&files::KNOWN, &args.output, &inputs)?;
     }
     let posed = Posed::load(&run, args.poses.as_deref())?;
     let mut stages = Stages::new(console);

@@ -4,25 +4,7 @@ use biplane::pipeline::{Observer, Stage};
 use biplane::summary::{StageFigures, Summary};
 
 use crate::console::{Console, Spinner};
-
-/// The clocks at some moment, nanoseconds.
-#[derive(Clone, Copy)]
-struct Moment {
-    wall_ns: i64,
-    cpu_ns: i64,
-}
-
-impl Moment {
-    fn now() -> Self {
-        Self { wall_ns: biplane_clock::monotonic_ns(), cpu_ns: biplane_clock::process_cpu_ns() }
-    }
-
-    /// Seconds on the clock and of processor time since then.
-    fn elapsed_s(&self) -> (f64, f64) {
-        let now = Self::now();
-        ((now.wall_ns - self.wall_ns) as f64 / 1e9, (now.cpu_ns - self.cpu_ns) as f64 / 1e9)
-    }
-}
+use crate::moment::Moment;
 
 /// See the module's text.
 pub struct Stages<'a> {
