@@ -3,7 +3,7 @@
 //! The same residuals and weights as the last iteration of the alignment, their normal equations kept apart by the chapter
 //! of the surface. Units: metres, radians; map's axes, about the base.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 
 use crate::align::{AlignParams, cauchy};
 use crate::local_map::LocalMap;
@@ -32,8 +32,6 @@ pub struct Evidence {
     pub noise: Matrix3<f64>,
     /// The same of a metre by which each piece of a longer wall is off as a whole, and each face that ends at edges on both sides.
     pub common: [Matrix3<f64>; 2],
-    pulls: Pulls,
-    piece: Piece,
 }
 
 impl Evidence {
@@ -49,22 +47,23 @@ impl Evidence {
 
     /// Gathers what a scan knows at a pose.
     pub fn gather(map: &LocalMap, points: &EndPoints, pose: &Pose2, params: &AlignParams) -> Self {
-        let mut evidence = Self::default();
+        let mut sums = Sums::default();
         let placement = Placement::new(pose);
         let scale_m = params.outlier_m as f32;
+        let [per_point, per_line] =
+            [params.point_noise_m, params.range_noise_m].map(|noise_m| (1.0 / (noise_m * noise_m)) as f32);
         for point in points.as_slice() {
             let arm = placement.turn(point.at_m);
             let at_m = [arm[0] + placement.at_m[0], arm[1] + placement.at_m[1]];
             let Some(surface) = map.nearest(at_m) else { continue };
             let offset = minus(at_m, surface.at_m);
             let strength = dot(surface.normal, surface.normal);
-            let sureness = f64::from(surface.hits / (1.0 + surface.hits));
+            let sureness = surface.hits / (1.0 + surface.hits);
             if !map.is_line(surface) {
                 if point.kind == Kind::Point {
-                    let weight = f64::from(point.weight * cauchy(dot(offset, offset), scale_m))
-                        / (params.point_noise_m * params.point_noise_m);
-                    evidence.add(surface.chapter, ([1.0, 0.0], -arm[1]), offset[0], weight, sureness);
-                    evidence.add(surface.chapter, ([0.0, 1.0], arm[0]), offset[1], weight, sureness);
+                    let weight = point.weight * cauchy(dot(offset, offset), scale_m) * per_point;
+                    sums.add(surface.chapter, [1.0, 0.0, -arm[1]], offset[0], weight, sureness);
+                    sums.add(surface.chapter, [0.0, 1.0, arm[0]], offset[1], weight, sureness);
                 }
                 continue;
             }
@@ -72,19 +71,17 @@ impl Evidence {
             if dot(own, surface.normal) < 0.5 * strength && dot(point.normal, point.normal) > 0.5 {
                 continue;
             }
-            let normal = surface.normal.map(|part| part / strength.sqrt());
+            let unit = 1.0 / strength.sqrt();
+            let normal = surface.normal.map(|part| part * unit);
             let residual = dot(offset, normal);
-            let weight = f64::from(point.weight * cauchy(residual * residual, scale_m))
-                / (params.range_noise_m * params.range_noise_m);
-            let turn = arm[0] * normal[1] - arm[1] * normal[0];
-            evidence.add(surface.chapter, (normal, turn), residual, weight, sureness);
-            evidence.piece_of_wall(surface, (normal, turn), weight * sureness);
-            let tangent = Vector3::new(-normal[1], normal[0], dot(arm, normal)).map(f64::from);
-            evidence.along += weight * sureness * tangent * tangent.transpose();
+            let weight = point.weight * cauchy(residual * residual, scale_m) * per_line;
+            let row = [normal[0], normal[1], arm[0] * normal[1] - arm[1] * normal[0]];
+            sums.add(surface.chapter, row, residual, weight, sureness);
+            sums.piece_of_wall(surface, row, weight * sureness);
+            sums.along
+                .add([-normal[1], normal[0], dot(arm, normal)].map(f64::from), f64::from(weight * sureness));
         }
-        evidence.noise = evidence.pulls.finish();
-        evidence.end_piece(true);
-        evidence
+        sums.finish()
     }
 
     /// What a scan knows by so many reference scans, each an equal part. Their beams' errors are all common.
@@ -98,42 +95,79 @@ impl Evidence {
         }
         evidence
     }
+}
 
+/// The sums while they are made.
+#[derive(Copy, Clone, Debug, Default)]
+struct Sums {
+    parts: [(u8, Upper); PARTS],
+    count: usize,
+    along: Upper,
+    common: [Upper; 2],
+    pulls: Pulls,
+    piece: Piece,
+}
+
+impl Sums {
     /// A beam meets a piece of wall: the last one, or another.
-    fn piece_of_wall(&mut self, surface: &Surface, (normal, turn): ([f32; 2], f32), weight: f64) {
+    fn piece_of_wall(&mut self, surface: &Surface, row: [f32; 3], weight: f32) {
         let away = minus(surface.at_m, self.piece.at_m);
+        let normal = [row[0], row[1]];
         let edge = dot(normal, self.piece.normal) < 0.9 || dot(away, normal).abs() > EDGE_M;
         if edge || dot(away, away) > PIECE_M * PIECE_M {
             self.end_piece(edge);
-            self.piece = Piece { at_m: surface.at_m, normal, pull: Vector3::zeros(), edge };
+            self.piece = Piece { at_m: surface.at_m, normal, pull: [0.0; 3], edge };
         }
-        self.piece.pull += weight * Vector3::new(normal[0], normal[1], turn).map(f64::from);
+        for (pull, part) in self.piece.pull.iter_mut().zip(row) {
+            *pull += f64::from(weight * part);
+        }
     }
 
     fn end_piece(&mut self, edge: bool) {
-        self.common[usize::from(self.piece.edge && edge)] += self.piece.pull * self.piece.pull.transpose();
+        self.common[usize::from(self.piece.edge && edge)].add(self.piece.pull, 1.0);
     }
 
-    fn add(
-        &mut self,
-        chapter: u8,
-        (direction, turn): ([f32; 2], f32),
-        residual: f32,
-        weight: f64,
-        sureness: f64,
-    ) {
-        let row = Vector3::new(direction[0], direction[1], turn).map(f64::from);
-        let square = weight * row * row.transpose();
-        self.pulls.add(row * (sureness.powf(1.5) * weight * f64::from(residual)));
-        let known = self.parts().iter().position(|(other, _)| *other == chapter);
+    fn add(&mut self, chapter: u8, row: [f32; 3], residual: f32, weight: f32, sureness: f32) {
+        let pull = sureness * sureness.sqrt() * weight * residual;
+        self.pulls.add(row.map(|part| f64::from(part * pull)));
+        let known = self.parts[..self.count].iter().position(|(other, _)| *other == chapter);
         let part = known.unwrap_or_else(|| {
             if self.count < PARTS {
-                self.parts[self.count] = (chapter, Matrix3::zeros());
+                self.parts[self.count].0 = chapter;
                 self.count += 1;
             }
             self.count - 1
         });
-        self.parts[part].1 += sureness * square;
+        self.parts[part].1.add(row.map(f64::from), f64::from(sureness * weight));
+    }
+
+    fn finish(mut self) -> Evidence {
+        self.end_piece(true);
+        Evidence {
+            parts: self.parts.map(|(chapter, sum)| (chapter, sum.matrix())),
+            count: self.count,
+            along: self.along.matrix(),
+            noise: self.pulls.finish(),
+            common: self.common.map(|sum| sum.matrix()),
+        }
+    }
+}
+
+/// The upper triangle of a sum of weighted squares of rows.
+#[derive(Copy, Clone, Debug, Default)]
+struct Upper([f64; 6]);
+
+impl Upper {
+    #[inline]
+    fn add(&mut self, [x, y, turn]: [f64; 3], weight: f64) {
+        let [wx, wy, wt] = [weight * x, weight * y, weight * turn];
+        let squares = [wx * x, wx * y, wx * turn, wy * y, wy * turn, wt * turn];
+        self.0.iter_mut().zip(squares).for_each(|(sum, square)| *sum += square);
+    }
+
+    fn matrix(&self) -> Matrix3<f64> {
+        let [xx, xy, xt, yy, yt, tt] = self.0;
+        Matrix3::new(xx, xy, xt, xy, yy, yt, xt, yt, tt)
     }
 }
 
@@ -143,38 +177,34 @@ struct Piece {
     at_m: [f32; 2],
     normal: [f32; 2],
     /// What a metre that it is off pulls the pose by.
-    pull: Vector3<f64>,
+    pull: [f64; 3],
     /// It begins at an edge.
     edge: bool,
 }
 
 /// The residuals' pulls on the pose, summed up over windows of neighbours before they are squared (Newey and West 1987).
-#[derive(Copy, Clone, Debug)]
+#[derive(Copy, Clone, Debug, Default)]
 struct Pulls {
-    window: [Vector3<f64>; WINDOW],
+    window: [[f64; 3]; WINDOW],
     next: usize,
-    sum: Vector3<f64>,
-    squares: Matrix3<f64>,
-}
-
-impl Default for Pulls {
-    fn default() -> Self {
-        Self { window: [Vector3::zeros(); WINDOW], next: 0, sum: Vector3::zeros(), squares: Matrix3::zeros() }
-    }
+    sum: [f64; 3],
+    squares: Upper,
 }
 
 impl Pulls {
-    fn add(&mut self, pull: Vector3<f64>) {
-        self.sum += pull - self.window[self.next];
-        self.window[self.next] = pull;
+    fn add(&mut self, pull: [f64; 3]) {
+        let first = std::mem::replace(&mut self.window[self.next], pull);
+        for ((sum, pull), first) in self.sum.iter_mut().zip(pull).zip(first) {
+            *sum += pull - first;
+        }
         self.next = (self.next + 1) % WINDOW;
-        self.squares += self.sum * self.sum.transpose();
+        self.squares.add(self.sum, 1.0);
     }
 
     fn finish(mut self) -> Matrix3<f64> {
         for _ in 1..WINDOW {
-            self.add(Vector3::zeros());
+            self.add([0.0; 3]);
         }
-        self.squares / WINDOW as f64
+        self.squares.matrix() / WINDOW as f64
     }
 }

@@ -69,12 +69,14 @@ impl Joint {
         let (width, length) = (3 * self.capacity, 3 * self.used);
         self.row.fill(0.0);
         for (part, factor) in parts {
-            for i in 0..3 {
-                for k in 0..3 {
-                    let (weight, from) = (factor[(i, k)], (3 * part + k) * width);
-                    let source = &self.cells[from..from + length];
-                    let target = &mut self.row[i * width..i * width + length];
-                    target.iter_mut().zip(source).for_each(|(sum, value)| *sum += weight * value);
+            let source = &self.cells[3 * part * width..(3 * part + 3) * width];
+            let (x, rest) = source.split_at(width);
+            let (y, theta) = rest.split_at(width);
+            for (i, target) in self.row.chunks_exact_mut(width).enumerate() {
+                let [a, b, c] = [0, 1, 2].map(|k| factor[(i, k)]);
+                let source = x[..length].iter().zip(&y[..length]).zip(&theta[..length]);
+                for (sum, ((x, y), theta)) in target[..length].iter_mut().zip(source) {
+                    *sum += a * x + b * y + c * theta;
                 }
             }
         }
@@ -82,10 +84,12 @@ impl Joint {
         let own =
             parts.iter().fold(Matrix3::zeros(), |sum, (part, factor)| sum + row(*part) * factor.transpose());
         for i in 0..3 {
-            for j in 0..length {
-                let value = self.row[i * width + j];
-                self.cells[(3 * block + i) * width + j] = value;
-                self.cells[j * width + 3 * block + i] = value;
+            let start = (3 * block + i) * width;
+            self.cells[start..start + length].copy_from_slice(&self.row[i * width..i * width + length]);
+        }
+        for (j, row) in self.cells.chunks_exact_mut(width).take(length).enumerate() {
+            for i in 0..3 {
+                row[3 * block + i] = self.row[i * width + j];
             }
         }
         self.set_block(block, block, &(0.5 * (own + own.transpose())));

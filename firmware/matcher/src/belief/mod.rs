@@ -82,6 +82,7 @@ const DUE: f64 = 0.025;
 pub struct Belief {
     params: BeliefParams,
     joint: Joint,
+    way: Way,
     opened_at: Pose2,
     /// Where the last match was taken in.
     matched_at: Pose2,
@@ -103,6 +104,7 @@ impl Belief {
         Self {
             params,
             joint,
+            way: Way::default(),
             opened_at: Pose2::IDENTITY,
             matched_at: Pose2::IDENTITY,
             alone: false,
@@ -114,7 +116,11 @@ impl Belief {
     /// Covariance of a pose's x, y (m) and theta (rad) in the map's axes.
     pub fn covariance_at(&self, map_from_base: &Pose2) -> Matrix3<f64> {
         let here = about(map_from_base);
-        let covariance = here * self.joint.block(POSE, POSE) * here.transpose();
+        let block = |a, b| self.joint.block(a, b);
+        let crossed = self.way.shares * block(ODOMETRY, POSE);
+        let shares = self.way.shares * block(ODOMETRY, ODOMETRY) * self.way.shares.transpose();
+        let moved = block(POSE, POSE) + crossed + crossed.transpose() + shares + self.way.noise;
+        let covariance = here * moved * here.transpose();
         covariance + Matrix3::identity() * 1e-10
     }
 
@@ -129,18 +135,28 @@ impl Belief {
         let p = &self.params;
         let noise = if step.measured() {
             let shares = Matrix3::new(x_m, 0.0, 0.0, y_m, 0.0, 0.0, 0.0, theta_rad, way_m);
-            self.joint.mix(POSE, &[(POSE, Matrix3::identity()), (ODOMETRY, carry * shares)]);
+            self.way.shares += carry * shares;
             let [way, heading] =
                 [p.way_m_per_root_m, p.heading_rad_per_root_m].map(|each| each * each * way_m);
             Vector3::new(way, 0.1 * way, heading)
         } else {
             Vector3::from(step.sigma.map(|sigma| sigma * sigma))
         };
-        self.joint.add_noise(POSE, &(carry * Matrix3::from_diagonal(&noise) * carry.transpose()));
+        self.way.noise += carry * Matrix3::from_diagonal(&noise) * carry.transpose();
+    }
+
+    /// The way since the last time becomes a part of the pose's error, before that is told on.
+    fn arrive(&mut self) {
+        let Way { shares, noise } = std::mem::take(&mut self.way);
+        if shares != Matrix3::zeros() {
+            self.joint.mix(POSE, &[(POSE, Matrix3::identity()), (ODOMETRY, shares)]);
+        }
+        self.joint.add_noise(POSE, &noise);
     }
 
     /// The first scan has begun the map.
     pub fn begun(&mut self, map_from_base: &Pose2) {
+        self.arrive();
         self.joint.copy(POSE);
         (self.opened_at, self.alone) = (*map_from_base, true);
     }
@@ -155,6 +171,7 @@ impl Belief {
     pub fn matched(&mut self, (evidence, doubt): (&Evidence, &Doubt), prior: &Prior, map_from_base: &Pose2) {
         let held = prior.information_at(map_from_base);
         let Some(spread) = inverse(&(held + doubt.information())) else { return };
+        self.arrive();
         let (here, back) = (about(map_from_base), back_from(map_from_base));
         let mut parts = [(POSE, Matrix3::identity()); evidence::PARTS + 1];
         let mut kept = Matrix3::identity();
@@ -185,6 +202,7 @@ impl Belief {
     pub fn learnt(&mut self) {
         let chapter = self.joint.used() - 1;
         if chapter >= CHAPTERS {
+            self.arrive();
             self.scans += 1.0;
             let new = Matrix3::identity() / self.scans;
             self.joint.mix(chapter, &[(chapter, Matrix3::identity() - new), (POSE, new)]);
@@ -193,6 +211,7 @@ impl Belief {
 
     /// A reference scan was taken at the pose, in place of an older one of the same number.
     pub fn refresh(&mut self, chapter: u8) {
+        self.arrive();
         let block = CHAPTERS + usize::from(chapter);
         if block < self.joint.used() {
             self.joint.mix(block, &[(POSE, Matrix3::identity())]);
@@ -209,6 +228,7 @@ impl Belief {
         if far_m < self.params.chapter_every_m || born < NEW_SURFACES {
             return None;
         }
+        self.arrive();
         if self.joint.used() > CHAPTERS {
             // The beams' own errors have become less in the chapter that ends, scan by scan; these have not.
             self.joint.add_noise(self.joint.used() - 1, &self.common);
@@ -221,6 +241,16 @@ impl Belief {
         (self.opened_at, self.scans) = (*map_from_base, 1.0);
         u8::try_from(chapter - CHAPTERS).ok().map(|chapter| (chapter, thinned))
     }
+}
+
+/// What the steps since the pose's error was last told on add to it. They simply add up: only the pose has to do with
+/// them, and all errors are about the map's origin.
+#[derive(Copy, Clone, Debug, Default)]
+struct Way {
+    /// What the odometry's lasting shares make of it.
+    shares: Matrix3<f64>,
+    /// Covariance of what is new.
+    noise: Matrix3<f64>,
 }
 
 /// From a motion of the map about its origin to that of a pose.
