@@ -195,7 +195,7 @@ impl LocalMap {
             && let Some(surface) = self.surfaces.get_mut(index as usize)
             && (cell.squared() == 0 || surface.takes(minus(at_m, surface.at_m), normal, &self.params))
         {
-            surface.add(at_m, normal, kind, &self.params);
+            surface.add(at_m, normal, &self.params);
             let [x, y] = surface.home.map(i32::from);
             self.grid.claim(x, y); // keeps its tile young
             return;
@@ -331,21 +331,6 @@ mod tests {
         assert!((15..=25).contains(&map.surface_count()), "{}", map.surface_count());
         let surface = map.nearest([0.5, 1.0]).unwrap();
         assert!((surface.at_m[1] - 1.0).abs() < 0.005, "{surface:?}");
-    }
-
-    #[test]
-    fn end_points_without_a_direction_wear_no_wall_down() {
-        let mut map = LocalMap::new(MapParams::default());
-        map.grid.advance();
-        map.hit([0.02, 1.02], [0.0, -1.0], Kind::Line);
-        for _ in 0..20 {
-            map.hit([0.03, 1.04], [0.0; 2], Kind::Unsure);
-        }
-        let surface = map.nearest([0.02, 1.02]).unwrap();
-        assert!(map.is_line(surface) && surface.at_m == [0.02, 1.02], "{surface:?}");
-        map.hit([0.03, 1.02], [-1.0, 0.0], Kind::Line);
-        map.hit([0.03, 1.02], [0.0; 2], Kind::Point);
-        assert!(!map.is_line(map.nearest([0.02, 1.02]).unwrap()), "but a corner and clutter do");
     }
 
     #[test]

@@ -4,7 +4,7 @@
 //! normals disagree, is a point.
 
 use crate::local_map::MapParams;
-use crate::points::{EndPoint, Kind};
+use crate::points::EndPoint;
 
 /// One piece of mapped surface.
 #[derive(Copy, Clone, PartialEq, Debug, Default)]
@@ -36,18 +36,15 @@ impl Surface {
         }
     }
 
-    /// Takes one more end point. One that is unsure shows that the surface is still there, but neither where nor how it lies.
-    pub fn add(&mut self, at_m: [f32; 2], normal: [f32; 2], kind: Kind, params: &MapParams) {
-        self.evidence = (self.evidence + params.evidence_per_hit).min(params.evidence_max);
-        if kind == Kind::Unsure {
-            return;
-        }
+    /// Takes one more end point. One that has no direction takes from the surface's own.
+    pub fn add(&mut self, at_m: [f32; 2], normal: [f32; 2], params: &MapParams) {
         self.hits = (self.hits + 1.0).min(params.memory_hits as f32);
         let rate = 1.0 / self.hits;
         for axis in 0..2 {
             self.at_m[axis] += rate * (at_m[axis] - self.at_m[axis]);
             self.normal[axis] += rate * (normal[axis] - self.normal[axis]);
         }
+        self.evidence = (self.evidence + params.evidence_per_hit).min(params.evidence_max);
     }
 
     /// Whether an end point at `offset` (metres from its mean) with this normal belongs to it.
