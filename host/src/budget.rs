@@ -1,36 +1,90 @@
-//! A bound on the triangles of a whole model: what is smallest goes first.
+//! A bound on the triangles of a whole model: it is made coarser until it fits, and only then are parts left out.
 //!
-//! Loose pieces of fine structure go before any flat surface, each from the smallest area on. Square metres.
+//! One tolerance rules what goes at a time: how far borders may move when they are straightened, and with it how small a surface is no
+//! longer worth its triangles. It starts at the tolerance of the model itself and grows by steps until the model fits. Loose pieces of
+//! fine structure go before any flat surface of the same size. Metres, square metres.
 
-use crate::export::area_m2;
-use crate::model::{Mesh, Model};
+use crate::export::{Shapes, area_m2};
+use crate::model::{Mesh, Model, PlanarPolygon};
+use crate::polygons::finish::{Limits, coarsen};
+use rayon::prelude::*;
 
-/// What had to go.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Dropped {
-    /// Triangles of fine structure.
+/// What a bound cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Bounded {
+    /// How far borders were allowed to move, metres.
+    pub tolerance_m: f64,
+    /// Triangles of fine structure that are left out.
     pub leftover_triangles: usize,
-    /// Polygons.
+    /// Polygons that are left out.
     pub polygons: usize,
+    /// The coarsest tolerance was not enough: the smallest surfaces had to go whatever their size.
+    pub forced: bool,
 }
 
-/// Takes the smallest parts out of a model until it has at most `most_triangles`. `faces` are the triangles of each polygon; those of
-/// dropped polygons are taken out too.
-pub fn bound(model: &mut Model, faces: &mut Vec<Mesh>, most_triangles: usize) -> Dropped {
-    let of_polygons: usize = faces.iter().map(|face| face.triangles.len()).sum();
-    let before = model.leftovers.triangles.len();
-    model.leftovers = largest_pieces(&model.leftovers, most_triangles.saturating_sub(of_polygons));
-    let leftover_triangles = before - model.leftovers.triangles.len();
-    let mut polygons = 0;
-    if of_polygons > most_triangles {
-        let keep = largest(faces, most_triangles);
-        polygons = keep.iter().filter(|keep| !**keep).count();
-        let mut kept = keep.iter();
-        model.polygons.retain(|_| kept.next().copied().unwrap_or(false));
-        let mut kept = keep.iter();
-        faces.retain(|_| kept.next().copied().unwrap_or(false));
+/// First tolerance that is tried, metres.
+const FIRST_M: f64 = 0.03;
+/// What one step makes of a tolerance. Larger: fewer steps, coarser models than needed. Smaller: more time.
+const STEP: f64 = 1.2;
+/// Coarsest tolerance, metres; what does not fit then loses its smallest surfaces whatever their size.
+const LAST_M: f64 = 1.0;
+/// A surface that is no larger than a square of this many tolerances goes, a loose piece already below twice that.
+const SMALLEST: f64 = 1.5;
+
+/// Makes a model fit into `most_triangles`; `None` when it did as it was.
+pub fn bound(model: &mut Model, most_triangles: usize) -> Option<Bounded> {
+    let mut faces = Shapes::new(model).faces;
+    let before = (model.polygons.len(), model.leftovers.triangles.len());
+    if triangles(&faces) + before.1 <= most_triangles {
+        return None;
     }
-    Dropped { leftover_triangles, polygons }
+    let mut tolerance_m = FIRST_M;
+    let mut coarse = coarser(model, tolerance_m);
+    faces = Shapes::new(&coarse).faces;
+    while triangles(&faces) + coarse.leftovers.triangles.len() > most_triangles && tolerance_m < LAST_M {
+        tolerance_m *= STEP;
+        coarse = coarser(model, tolerance_m);
+        faces = Shapes::new(&coarse).faces;
+    }
+    let forced = triangles(&faces) + coarse.leftovers.triangles.len() > most_triangles;
+    *model = coarse;
+    drop_smallest(model, &faces, most_triangles);
+    Some(Bounded {
+        tolerance_m,
+        leftover_triangles: before.1 - model.leftovers.triangles.len(),
+        polygons: before.0.saturating_sub(model.polygons.len()),
+        forced,
+    })
+}
+
+fn triangles(faces: &[Mesh]) -> usize {
+    faces.iter().map(|face| face.triangles.len()).sum()
+}
+
+/// The model with straighter borders and without what is small.
+fn coarser(model: &Model, tolerance_m: f64) -> Model {
+    let small_m2 = (SMALLEST * tolerance_m).powi(2);
+    let limits = Limits { tolerance_m, min_hole_m2: small_m2, min_polygon_m2: small_m2 };
+    let of = |polygon: &PlanarPolygon| match model.planes.get(polygon.plane) {
+        Some(plane) => coarsen(&limits, plane, polygon),
+        None => Vec::new(),
+    };
+    let polygons: Vec<Vec<PlanarPolygon>> = model.polygons.par_iter().map(of).collect();
+    Model {
+        planes: model.planes.clone(),
+        polygons: polygons.into_iter().flatten().collect(),
+        leftovers: larger_pieces(&model.leftovers, 4.0 * small_m2),
+    }
+}
+
+/// Takes out the smallest parts of a model, loose pieces first, until it fits.
+fn drop_smallest(model: &mut Model, faces: &[Mesh], most_triangles: usize) {
+    let of_polygons = triangles(faces);
+    model.leftovers = largest_pieces(&model.leftovers, most_triangles.saturating_sub(of_polygons));
+    if of_polygons > most_triangles {
+        let mut kept = largest(faces, most_triangles).into_iter();
+        model.polygons.retain(|_| kept.next().unwrap_or(false));
+    }
 }
 
 /// Which meshes stay when the largest of them, by area, may have so many triangles together: one that does not fit makes room for
@@ -53,6 +107,22 @@ fn largest_pieces(mesh: &Mesh, most_triangles: usize) -> Mesh {
     if mesh.triangles.len() <= most_triangles {
         return mesh.clone();
     }
+    let (piece_of, meshes) = cut(mesh);
+    let keep = largest(&meshes, most_triangles);
+    let rest: Vec<usize> = (0..mesh.triangles.len()).filter(|&triangle| keep[piece_of[triangle]]).collect();
+    only(mesh, &rest)
+}
+
+/// The connected pieces of a mesh that have at least this area.
+fn larger_pieces(mesh: &Mesh, least_m2: f64) -> Mesh {
+    let (piece_of, meshes) = cut(mesh);
+    let keep: Vec<bool> = meshes.iter().map(|piece| area_m2(piece) >= least_m2).collect();
+    let rest: Vec<usize> = (0..mesh.triangles.len()).filter(|&triangle| keep[piece_of[triangle]]).collect();
+    only(mesh, &rest)
+}
+
+/// The connected pieces of a mesh, and for each triangle which of them it is in.
+fn cut(mesh: &Mesh) -> (Vec<usize>, Vec<Mesh>) {
     let piece_of = pieces(mesh);
     let count = piece_of.iter().max().map_or(0, |last| last + 1);
     let mut meshes = vec![Mesh::default(); count];
@@ -62,9 +132,7 @@ fn largest_pieces(mesh: &Mesh, most_triangles: usize) -> Mesh {
         meshes[piece].vertices_m.extend(corners);
         meshes[piece].triangles.push([first, first + 1, first + 2]);
     }
-    let keep = largest(&meshes, most_triangles);
-    let rest: Vec<usize> = (0..mesh.triangles.len()).filter(|&triangle| keep[piece_of[triangle]]).collect();
-    only(mesh, &rest)
+    (piece_of, meshes)
 }
 
 /// For each triangle the number of its connected piece, in the order of their first triangles.
@@ -106,9 +174,23 @@ fn only(mesh: &Mesh, triangles: &[usize]) -> Mesh {
 
 #[cfg(test)]
 mod tests {
-    use super::{Dropped, bound};
-    use crate::export::sample;
-    use crate::model::Mesh;
+    use super::{FIRST_M, LAST_M, STEP, bound};
+    use crate::export::{Shapes, sample};
+    use crate::model::{Mesh, Model};
+    use crate::planes::scatter::dot;
+    use crate::polygons::validate;
+
+    /// Distance of a point to a ring, by trying all edges.
+    fn off_ring_m(ring_m: &[[f64; 3]], p: [f64; 3]) -> f64 {
+        let sub = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|k| a[k] - b[k]);
+        let off = |(a, b): (&[f64; 3], &[f64; 3])| {
+            let (edge, to) = (sub(*b, *a), sub(p, *a));
+            let along = (dot(edge, to) / dot(edge, edge)).clamp(0.0, 1.0);
+            let rest = [0, 1, 2].map(|k| to[k] - along * edge[k]);
+            dot(rest, rest).sqrt()
+        };
+        ring_m.iter().zip(ring_m.iter().cycle().skip(1)).map(off).fold(f64::INFINITY, f64::min)
+    }
 
     /// Loose squares of two triangles each with these sides, metres.
     fn squares(sides_m: &[f32]) -> Mesh {
@@ -127,22 +209,46 @@ mod tests {
     }
 
     #[test]
-    fn the_smallest_pieces_go_first_and_flat_surfaces_last() {
+    fn a_model_that_fits_stays_as_it_is() {
         let mut model = sample::model();
-        model.leftovers = squares(&[1.0, 3.0, 2.0]);
+        let before = model.clone();
+        assert_eq!(bound(&mut model, 11), None);
+        assert_eq!(model, before);
+    }
+
+    #[test]
+    fn loose_pieces_go_before_flat_surfaces_and_the_smallest_first() {
         let cut = |most: usize| {
-            let (mut model, mut faces) = (model.clone(), sample::faces(&model));
-            let dropped = bound(&mut model, &mut faces, most);
+            let mut model = Model { leftovers: squares(&[0.15, 3.0, 2.0]), ..sample::model() };
+            let bounded = bound(&mut model, most).unwrap();
+            assert!(Shapes::new(&model).triangles() <= most);
             let x_m: Vec<f32> = model.leftovers.vertices_m.iter().step_by(4).map(|p| p[0]).collect();
-            assert_eq!(model.polygons.len(), faces.len());
-            (dropped, x_m, model.polygons.len())
+            (x_m, model.polygons.len(), bounded.forced)
         };
-        let dropped = |leftover_triangles, polygons| Dropped { leftover_triangles, polygons };
-        assert_eq!(cut(100), (dropped(0, 0), vec![0.0, 10.0, 20.0], 2));
-        assert_eq!(cut(15), (dropped(2, 0), vec![10.0, 20.0], 2));
-        assert_eq!(cut(12), (dropped(4, 0), vec![10.0], 2));
-        assert_eq!(cut(10), (dropped(6, 0), vec![], 2));
-        assert_eq!(cut(9), (dropped(6, 1), vec![], 1));
-        assert_eq!(cut(0), (dropped(6, 2), vec![], 0));
+        assert_eq!(cut(15), (vec![10.0, 20.0], 2, false));
+        assert_eq!(cut(12), (vec![10.0], 2, false));
+        assert_eq!(cut(9), (vec![10.0], 2, false), "the window of 1 m is closed before a wall goes");
+        assert_eq!(cut(3), (vec![], 1, true));
+        assert_eq!(cut(0), (vec![], 0, true));
+    }
+
+    #[test]
+    fn the_last_tolerance_is_reached_and_borders_move_no_further_than_said() {
+        // The wall's upper border becomes a saw with teeth of 10 cm: 40 corners.
+        let mut model = sample::model();
+        let saw = (0..=40).map(|k| [4.0 - 0.1 * f64::from(k), 2.0, 3.0 + 0.1 * f64::from(k % 2)]);
+        model.polygons[0].outer_m.splice(2.., saw);
+        let before = model.clone();
+        let bounded = bound(&mut model, 20).unwrap();
+        assert!(Shapes::new(&model).triangles() <= 20 && !bounded.forced);
+        assert!(bounded.tolerance_m > FIRST_M && bounded.tolerance_m < LAST_M * STEP, "{bounded:?}");
+        assert_eq!(model.polygons.len(), 2);
+        for (polygon, old) in model.polygons.iter().zip(&before.polygons) {
+            assert_eq!(validate::check(polygon, &model.planes[polygon.plane]), Ok(()));
+            for p in &old.outer_m {
+                let off_m = off_ring_m(&polygon.outer_m, *p);
+                assert!(off_m <= bounded.tolerance_m + 0.002, "{off_m} {bounded:?}");
+            }
+        }
     }
 }

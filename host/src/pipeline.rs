@@ -90,6 +90,13 @@ pub struct Counts {
 }
 
 impl Counts {
+    /// Counts the surfaces of a model anew, after some were taken out.
+    pub fn recount(&mut self, model: &Model) {
+        self.polygons = model.polygons.len();
+        self.holes = model.polygons.iter().map(|polygon| polygon.holes_m.len()).sum();
+        self.leftover_triangles = model.leftovers.triangles.len();
+    }
+
     /// How much smaller the model is than the raw mesh, percent: 100 (1 - (polygons + leftover triangles) / raw triangles).
     pub fn reduction_percent(&self) -> f64 {
         if self.raw_triangles == 0 {
@@ -174,18 +181,16 @@ pub fn model_of(cloud: Cloud, params: &BuildParams, observer: &mut dyn Observer)
     let leftovers = leftovers::collect(&params.leftovers, &mesh, &merged.rest);
     observer.ended(Stage::Leftovers, leftovers.triangles.len());
 
-    let counts = Counts {
+    let mut counts = Counts {
         raw_points: cloud.len(),
         raw_triangles: mesh.triangles.len(),
         planes: found.planes.len(),
-        polygons: merged.polygons.len(),
-        holes: merged.polygons.iter().map(|polygon| polygon.holes_m.len()).sum(),
-        leftover_triangles: leftovers.triangles.len(),
         veil_triangles: merged.veils,
         sigma_m: found.sigma_m,
         ..Counts::default()
     };
     let model = Model { planes: found.planes, polygons: merged.polygons, leftovers };
+    counts.recount(&model);
     BuildOutput { cloud, labels: found.labels, mesh, model, counts }
 }
 

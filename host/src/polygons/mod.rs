@@ -6,6 +6,7 @@
 pub mod assign;
 pub mod border;
 pub mod clearance;
+pub mod finish;
 pub mod frame;
 pub mod lay;
 pub mod seam;
@@ -15,10 +16,11 @@ pub mod validate;
 use crate::model::{Cloud, Mesh, PlanarPolygon, Plane};
 use crate::planes::Planes;
 use assign::{Assigner, Piece};
-use frame::{FlatPoint, Frame, STEP_M};
+use finish::Limits;
+use frame::{FlatPoint, Frame};
 use rayon::prelude::*;
 use serde::Serialize;
-use union::{Ring, Shape, area_m2, doubled_area, repair, union};
+use union::{Ring, doubled_area, union};
 
 /// How triangles of one plane become polygons.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -91,22 +93,13 @@ fn polygons_of(params: &PolygonParams, index: usize, plane: &Plane, pieces: &[Pi
     let Some(near_m) = pieces.first().and_then(|piece| piece.first()) else { return Vec::new() };
     let frame = Frame::new(plane, *near_m);
     let flat: Vec<Ring> = pieces.iter().filter_map(|piece| counter_clockwise(&frame, piece)).collect();
-    let mut shapes = union(flat.iter().map(Vec::as_slice));
-    drop_small(params, &mut shapes);
-    for shape in &mut shapes {
-        for ring in shape.iter_mut() {
-            *ring = border::straighten(ring, params.border_tolerance_m / STEP_M);
-        }
-        shape.retain(|ring| !ring.is_empty());
-    }
-    let mut shapes = clearance::clear(repair(&shapes));
-    drop_small(params, &mut shapes);
-    let lift = |ring: &Ring| ring.iter().map(|p| frame.lift(*p)).collect::<Vec<_>>();
-    let polygon = |shape: Shape| {
-        let (outer, holes) = shape.split_first()?;
-        Some(PlanarPolygon { plane: index, outer_m: lift(outer), holes_m: holes.iter().map(lift).collect() })
+    let shapes = union(flat.iter().map(Vec::as_slice));
+    let limits = Limits {
+        tolerance_m: params.border_tolerance_m,
+        min_hole_m2: params.min_hole_m2,
+        min_polygon_m2: params.min_polygon_m2,
     };
-    shapes.into_iter().filter_map(polygon).collect()
+    finish::finish(&limits, index, &frame, shapes)
 }
 
 /// A piece in plane coordinates, turned counter-clockwise; `None` when it has no area.
@@ -117,15 +110,6 @@ fn counter_clockwise(frame: &Frame, piece: &Piece) -> Option<Ring> {
         ring.reverse();
     }
     (doubled != 0).then_some(ring)
-}
-
-/// Closes pinholes and drops flakes.
-fn drop_small(params: &PolygonParams, shapes: &mut Vec<Shape>) {
-    shapes.retain(|shape| shape.first().is_some_and(|outer| area_m2(outer) >= params.min_polygon_m2));
-    for shape in shapes {
-        let mut first = true;
-        shape.retain(|ring| std::mem::take(&mut first) || area_m2(ring) >= params.min_hole_m2);
-    }
 }
 
 #[cfg(test)]

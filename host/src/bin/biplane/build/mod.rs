@@ -14,6 +14,7 @@ use biplane::deskew::{StampedPose, Trajectory};
 use biplane::export::Shapes;
 use biplane::floor_map::{self, FloorMapParams};
 use biplane::map_files::MapImage;
+use biplane::model::Model;
 use biplane::occupancy::OccupancyGrid;
 use biplane::output::OutputFolder;
 use biplane::params::BuildParams;
@@ -54,7 +55,7 @@ pub struct Args {
     /// Model files to write, separated by commas [possible values: glb, ply, obj, cityjson]
     #[arg(long, value_delimiter = ',', value_parser = formats::parse, default_value = "glb,ply,obj,cityjson", hide_possible_values = true)]
     formats: Vec<Format>,
-    /// Bound on the model's triangles: the smallest loose pieces go first, then the smallest flat surfaces
+    /// Bound on the model's triangles: borders become coarser, loose and small pieces go, until it fits
     #[arg(long, value_name = "N")]
     max_triangles: Option<usize>,
     /// Seed of everything drawn at random; kept in summary.json (no stage draws at random today)
@@ -166,12 +167,22 @@ fn tell(args: &Args, summary: &Summary, has_vertical: bool, console: &Console) {
 }
 
 /// What `--max-triangles` cost, where there was a cost.
-fn tell_dropped(dropped: budget::Dropped, most_triangles: usize) {
-    if dropped != budget::Dropped::default() {
+fn tell_bounded(bounded: Option<budget::Bounded>, model: &Model, most_triangles: usize) {
+    let Some(cost) = bounded else { return };
+    eprintln!(
+        "biplane: to keep within {most_triangles} triangles borders are straightened by up to {:.0} cm, {} polygons and {} triangles of \
+        fine structure are left out",
+        100.0 * cost.tolerance_m,
+        cost.polygons,
+        cost.leftover_triangles
+    );
+    if cost.forced {
         eprintln!(
-            "biplane: {} polygons and {} triangles of fine structure are left out to keep within {most_triangles} triangles",
-            dropped.polygons, dropped.leftover_triangles
+            "biplane: {most_triangles} triangles are too few for this model: large surfaces are left out too"
         );
+    }
+    if model.polygons.is_empty() && model.leftovers.triangles.is_empty() {
+        eprintln!("biplane: nothing of the model fits into {most_triangles} triangles");
     }
 }
 
@@ -197,15 +208,12 @@ fn write_all(
     let known: Vec<StampedPose> = posed.at_scans.iter().flatten().copied().collect();
     let image = MapImage::new(grid, &known)?;
     let mut output = built.unwrap_or_default();
-    let mut faces = Shapes::new(&output.model).faces;
     if let Some(most) = args.max_triangles {
-        let dropped = budget::bound(&mut output.model, &mut faces, most);
-        output.counts.leftover_triangles -= dropped.leftover_triangles;
-        output.counts.polygons -= dropped.polygons;
-        output.counts.holes = output.model.polygons.iter().map(|polygon| polygon.holes_m.len()).sum();
-        tell_dropped(dropped, most);
+        let bounded = budget::bound(&mut output.model, most);
+        output.counts.recount(&output.model);
+        tell_bounded(bounded, &output.model, most);
     }
-    let shapes = Shapes { model: &output.model, faces };
+    let shapes = Shapes::new(&output.model);
     let has_model = !output.cloud.is_empty();
     stages.time("write", || {
         let mut written = files::write_floor(part, &image, &known, &posed.used)?;
