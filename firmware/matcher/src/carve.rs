@@ -3,7 +3,7 @@
 //! Frame: map. Units: metres. Each beam walks from block to block (Amanatides and Woo 1987); only blocks that hold
 //! surfaces are looked into.
 
-use crate::grid::{BLOCK, TileSlot};
+use crate::grid::{BLOCK, TileSlot, block_bit};
 use crate::local_map::LocalMap;
 use crate::points::EndPoints;
 use crate::pose::Pose2;
@@ -48,36 +48,46 @@ impl LocalMap {
                 per_block_m[axis] = block_m / direction.abs();
             }
         }
-        let mut tile = None;
+        let (mut tile, mut quiet) = (None, 0);
         loop {
-            tile = self.pass(block, ray, tile);
-            let axis = usize::from(next_m[1] < next_m[0]);
-            if next_m[axis] >= ray.clear_m {
+            if !tile.is_some_and(|tile: TileSlot| tile.holds(block)) {
+                tile = self.grid.tile_slot(block);
+                quiet = tile.map_or(0, |tile| self.grid.quiet(tile));
+            }
+            if quiet >> block_bit(block) & 1 == 0 {
+                tile = self.pass(block, ray, tile);
+                quiet = tile.map_or(0, |tile| self.grid.quiet(tile));
+            }
+            let across_x = next_m[0] <= next_m[1];
+            if next_m[usize::from(!across_x)] >= ray.clear_m {
                 return;
             }
-            block[axis] += step[axis];
-            next_m[axis] += per_block_m[axis];
+            // Both axes, without a branch: which one is next cannot be foreseen.
+            block[0] += if across_x { step[0] } else { 0 };
+            block[1] += if across_x { 0 } else { step[1] };
+            next_m[0] += if across_x { per_block_m[0] } else { 0.0 };
+            next_m[1] += if across_x { 0.0 } else { per_block_m[1] };
         }
     }
 
-    /// A beam passes through a block; `tile` is the one it was in before. Returns the one it is in.
+    /// A beam passes through a block, of this tile when there is one. Returns the tile.
     fn pass(&mut self, block: [i32; 2], ray: &Ray, tile: Option<TileSlot>) -> Option<TileSlot> {
+        let mut tile = tile;
         let [left, low] = block.map(|index| index * BLOCK);
-        let mut tile = tile.filter(|tile| tile.holds(left, low)).or_else(|| self.grid.tile_slot(left, low));
-        if !tile.is_some_and(|tile| self.grid.block_in(tile, left, low).seen_through) {
+        if !tile.is_some_and(|tile| self.grid.seen_through(tile, block)) {
             if !self.claim(left, low) {
                 return None;
             }
-            tile = self.grid.tile_slot(left, low); // what was claimed may have taken another one's place
+            tile = self.grid.tile_slot(block); // what was claimed may have taken another one's place
+            self.grid.see_through(tile?, block);
         }
-        let known = self.grid.block_in_mut(tile?, left, low);
-        known.seen_through = true;
-        if known.surfaces > 0 {
-            // A copy: a surface that goes changes cells, but whose own cells the others are stays.
-            for cell in self.grid.cells_in(tile?, left, low).as_flattened() {
-                if let Some(index) = cell.own() {
-                    self.pass_surface(index, ray);
-                }
+        // A copy: a surface that goes changes cells, but whose own cells the others are stays.
+        let mut own = self.grid.own_cells_in(tile?, block);
+        while own != 0 {
+            let cell = own.trailing_zeros() as i32;
+            own &= own - 1;
+            if let Some(index) = self.grid.cell(left + cell % BLOCK, low + cell / BLOCK).own() {
+                self.pass_surface(index, ray);
             }
         }
         tile

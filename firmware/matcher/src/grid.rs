@@ -12,6 +12,7 @@ const TILE_CELLS: usize = (TILE * TILE) as usize;
 const DIRECTORY: i32 = 1024;
 /// Cells along a block's side; a block knows whether a beam has passed through it.
 pub const BLOCK: i32 = 4;
+const BLOCK_BITS: i32 = 2;
 const BLOCKS_A_SIDE: i32 = TILE / BLOCK;
 const TILE_BLOCKS: usize = (BLOCKS_A_SIDE * BLOCKS_A_SIDE) as usize;
 
@@ -44,13 +45,19 @@ impl Cell {
 /// The most surfaces that cells can name.
 pub const MAX_SURFACES: usize = (1 << 24) - 2;
 
-/// What a block of cells knows.
-#[derive(Copy, Clone, PartialEq, Eq, Debug, Default)]
-pub struct Block {
+/// What the blocks of a tile know; a bit a block, row by row.
+#[derive(Copy, Clone, Debug)]
+struct Blocks {
     /// A beam has passed through: not unknown.
-    pub seen_through: bool,
-    /// Surfaces whose own cell lies in the block.
-    pub surfaces: u8,
+    seen_through: u64,
+    /// Some cell has a surface of its own.
+    occupied: u64,
+    /// Which cells of each block have one; a bit a cell, row by row.
+    own: [u16; TILE_BLOCKS],
+}
+
+impl Blocks {
+    const UNKNOWN: Self = Self { seen_through: 0, occupied: 0, own: [0; TILE_BLOCKS] };
 }
 
 /// Where in the pool a tile lies, until a tile is claimed or released.
@@ -61,11 +68,17 @@ pub struct TileSlot {
 }
 
 impl TileSlot {
-    /// Whether it is the tile of this cell.
+    /// Whether it is the tile of this block (block coordinates).
     #[inline]
-    pub fn holds(&self, x: i32, y: i32) -> bool {
-        self.tile == [x >> TILE_BITS, y >> TILE_BITS]
+    pub fn holds(&self, [x, y]: [i32; 2]) -> bool {
+        self.tile == [x >> (TILE_BITS - BLOCK_BITS), y >> (TILE_BITS - BLOCK_BITS)]
     }
+}
+
+/// A block's place among those of its tile, as in the bits of [`Grid::quiet`] (block coordinates).
+#[inline]
+pub fn block_bit([x, y]: [i32; 2]) -> u32 {
+    (((y & (BLOCKS_A_SIDE - 1)) * BLOCKS_A_SIDE) + (x & (BLOCKS_A_SIDE - 1))) as u32
 }
 
 /// The tiled plane.
@@ -73,7 +86,7 @@ impl TileSlot {
 pub struct Grid {
     directory: Vec<u16>, // slot + 1
     cells: Vec<Cell>,
-    blocks: Vec<Block>,
+    blocks: Vec<Blocks>,           // one a tile
     places: Vec<Option<[i32; 2]>>, // where each tile of the pool lies
     last_used: Vec<u32>,
     used: usize,
@@ -101,7 +114,7 @@ impl Grid {
         Self {
             directory: vec![0; (DIRECTORY * DIRECTORY) as usize],
             cells: Vec::with_capacity(tiles * TILE_CELLS),
-            blocks: Vec::with_capacity(tiles * TILE_BLOCKS),
+            blocks: Vec::with_capacity(tiles),
             places: vec![None; tiles],
             last_used: vec![0; tiles],
             used: 0,
@@ -121,7 +134,7 @@ impl Grid {
 
     /// Memory that is in use and memory that may come into use, bytes. The directory counts as used: it fills anywhere.
     pub fn bytes(&self) -> [usize; 2] {
-        let a_tile = TILE_CELLS * size_of::<Cell>() + TILE_BLOCKS * size_of::<Block>();
+        let a_tile = TILE_CELLS * size_of::<Cell>() + size_of::<Blocks>();
         let a_place = size_of::<Option<[i32; 2]>>() + size_of::<u32>();
         let fixed = size_of_val(&self.directory[..]) + self.places.len() * a_place;
         [fixed + self.used * a_tile, fixed + self.places.len() * a_tile]
@@ -134,15 +147,15 @@ impl Grid {
             .map_or(Cell::default(), |slot| self.cells[slot * TILE_CELLS + within_tile(x, y)])
     }
 
-    /// A cell and the block that holds it.
+    /// A cell, and whether a beam has passed through its block.
     #[inline]
-    pub fn look(&self, x: i32, y: i32) -> (Cell, Block) {
+    pub fn look(&self, x: i32, y: i32) -> (Cell, bool) {
         match self.slot(x >> TILE_BITS, y >> TILE_BITS) {
             Some(slot) => (
                 self.cells[slot * TILE_CELLS + within_tile(x, y)],
-                self.blocks[slot * TILE_BLOCKS + block_within_tile(x, y)],
+                self.blocks[slot].seen_through >> block_bit(block_of(x, y)) & 1 != 0,
             ),
-            None => (Cell::default(), Block::default()),
+            None => (Cell::default(), false),
         }
     }
 
@@ -169,42 +182,53 @@ impl Grid {
         &mut self.cells[start..=start + (last - first) as usize]
     }
 
-    /// The block that holds this cell.
+    /// Which cells of a block have a surface of their own; a bit a cell, row by row.
     #[inline]
-    pub fn block(&self, x: i32, y: i32) -> Block {
-        self.tile_slot(x, y).map_or(Block::default(), |tile| self.block_in(tile, x, y))
+    pub fn own_cells(&self, block: [i32; 2]) -> u16 {
+        self.tile_slot(block).map_or(0, |tile| self.own_cells_in(tile, block))
     }
 
-    /// The block that holds this cell, for writing; `None` where no tile is.
+    /// The same of a block of this tile.
     #[inline]
-    pub fn block_mut(&mut self, x: i32, y: i32) -> Option<&mut Block> {
-        self.tile_slot(x, y).map(|tile| self.block_in_mut(tile, x, y))
+    pub fn own_cells_in(&self, tile: TileSlot, block: [i32; 2]) -> u16 {
+        self.blocks[tile.slot].own[block_bit(block) as usize]
     }
 
-    /// The tile that holds this cell, for looking at many of its blocks; `None` where there is none.
+    /// A cell has got, or lost, a surface of its own.
+    pub fn set_own(&mut self, x: i32, y: i32, there: bool) {
+        let block = block_of(x, y);
+        let Some(tile) = self.tile_slot(block) else { return };
+        let (blocks, bit) = (&mut self.blocks[tile.slot], block_bit(block));
+        let own = &mut blocks.own[bit as usize];
+        let cell = 1 << ((y & (BLOCK - 1)) * BLOCK + (x & (BLOCK - 1)));
+        *own = if there { *own | cell } else { *own & !cell };
+        blocks.occupied = (blocks.occupied & !(1 << bit)) | u64::from(*own != 0) << bit;
+    }
+
+    /// The tile that holds this block (block coordinates), for looking at many of its blocks; `None` where there is none.
     #[inline]
-    pub fn tile_slot(&self, x: i32, y: i32) -> Option<TileSlot> {
-        let tile = [x >> TILE_BITS, y >> TILE_BITS];
+    pub fn tile_slot(&self, [x, y]: [i32; 2]) -> Option<TileSlot> {
+        let tile = [x >> (TILE_BITS - BLOCK_BITS), y >> (TILE_BITS - BLOCK_BITS)];
         self.slot(tile[0], tile[1]).map(|slot| TileSlot { tile, slot })
     }
 
-    /// The block of a tile that holds this cell of it.
+    /// The blocks of a tile in which a beam finds nothing to do: seen through before, and without surfaces; a bit a block.
     #[inline]
-    pub fn block_in(&self, tile: TileSlot, x: i32, y: i32) -> Block {
-        self.blocks[tile.slot * TILE_BLOCKS + block_within_tile(x, y)]
+    pub fn quiet(&self, tile: TileSlot) -> u64 {
+        let blocks = &self.blocks[tile.slot];
+        blocks.seen_through & !blocks.occupied
     }
 
-    /// The same for writing.
+    /// A beam has passed through a block of this tile.
     #[inline]
-    pub fn block_in_mut(&mut self, tile: TileSlot, x: i32, y: i32) -> &mut Block {
-        &mut self.blocks[tile.slot * TILE_BLOCKS + block_within_tile(x, y)]
+    pub fn see_through(&mut self, tile: TileSlot, block: [i32; 2]) {
+        self.blocks[tile.slot].seen_through |= 1 << block_bit(block);
     }
 
-    /// The cells of a tile's block whose lower corner is this cell, row by row.
+    /// Whether a beam has passed through a block of this tile.
     #[inline]
-    pub fn cells_in(&self, tile: TileSlot, left: i32, low: i32) -> [[Cell; BLOCK as usize]; BLOCK as usize] {
-        let start = tile.slot * TILE_CELLS + within_tile(left, low);
-        std::array::from_fn(|row| std::array::from_fn(|x| self.cells[start + row * TILE as usize + x]))
+    pub fn seen_through(&self, tile: TileSlot, block: [i32; 2]) -> bool {
+        self.blocks[tile.slot].seen_through >> block_bit(block) & 1 != 0
     }
 
     /// Makes sure that the cell at these coordinates has a tile, and marks that tile as used now.
@@ -221,7 +245,7 @@ impl Grid {
         if slot * TILE_CELLS == self.cells.len() {
             // A place of the pool that was never used: within the capacity, so nothing is allocated.
             self.cells.resize(self.cells.len() + TILE_CELLS, Cell::default());
-            self.blocks.resize(self.blocks.len() + TILE_BLOCKS, Block::default());
+            self.blocks.push(Blocks::UNKNOWN);
         }
         self.directory[entry] = slot as u16 + 1;
         self.places[slot] = Some(tile);
@@ -242,7 +266,7 @@ impl Grid {
     pub fn release(&mut self, tile: [i32; 2]) {
         let Some(slot) = self.slot(tile[0], tile[1]) else { return };
         self.cells[slot * TILE_CELLS..(slot + 1) * TILE_CELLS].fill(Cell::default());
-        self.blocks[slot * TILE_BLOCKS..(slot + 1) * TILE_BLOCKS].fill(Block::default());
+        self.blocks[slot] = Blocks::UNKNOWN;
         self.places[slot] = None;
         self.used -= 1;
         if let Some(entry) = directory_index(tile[0], tile[1]) {
@@ -278,6 +302,6 @@ fn within_tile(x: i32, y: i32) -> usize {
 }
 
 #[inline]
-fn block_within_tile(x: i32, y: i32) -> usize {
-    (((y & (TILE - 1)) / BLOCK) * BLOCKS_A_SIDE + (x & (TILE - 1)) / BLOCK) as usize
+fn block_of(x: i32, y: i32) -> [i32; 2] {
+    [x >> BLOCK_BITS, y >> BLOCK_BITS]
 }

@@ -169,7 +169,7 @@ impl LocalMap {
     #[inline]
     pub fn seen_through(&self, point_m: [f32; 2]) -> bool {
         let [x, y] = self.cell_of(point_m);
-        self.grid.block(x, y).seen_through
+        self.grid.look(x, y).1
     }
 
     /// Adds a scan taken at this pose: first what its beams passed through, then where they ended.
@@ -217,9 +217,7 @@ impl LocalMap {
         };
         self.paint(index);
         self.born += 1;
-        if let Some(block) = self.grid.block_mut(home[0], home[1]) {
-            block.surfaces += 1;
-        }
+        self.grid.set_own(home[0], home[1], true);
     }
 
     /// A tile for this cell, forgetting the oldest one when there is none left.

@@ -78,9 +78,7 @@ impl LocalMap {
                 }
             }
         }
-        if let Some(block) = self.grid.block_mut(home[0], home[1]) {
-            block.surfaces = block.surfaces.saturating_sub(1);
-        }
+        self.grid.set_own(home[0], home[1], false);
         self.free(index);
         self.look_around(home, &mut brush);
         for &cell in &left {
@@ -97,10 +95,10 @@ impl LocalMap {
         let [columns, rows] = home.map(|at| (at - far).div_euclid(BLOCK)..=(at + far).div_euclid(BLOCK));
         for row in rows {
             for column in columns.clone() {
-                let [left, low] = [column * BLOCK, row * BLOCK];
-                if self.grid.block(left, low).surfaces == 0 {
+                if self.grid.own_cells([column, row]) == 0 {
                     continue;
                 }
+                let [left, low] = [column * BLOCK, row * BLOCK];
                 for y in low..low + BLOCK {
                     for (cell, x) in self.grid.row(left, left + BLOCK - 1, y).iter().zip(left..) {
                         if let Some(index) = cell.own() {

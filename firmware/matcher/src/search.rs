@@ -178,10 +178,10 @@ impl Search {
         let (mut sum, mut possible) = (0.0, count);
         for some in self.placed.chunks(LOOK_EVERY) {
             for [x, y] in some {
-                let (cell, block) = map.grid.look(x.wrapping_add(shift_x), y.wrapping_add(shift_y));
+                let (cell, seen_through) = map.grid.look(x.wrapping_add(shift_x), y.wrapping_add(shift_y));
                 sum += match cell.surface() {
                     Some(_) => self.likelihood[usize::from(cell.squared())],
-                    None if block.seen_through => in_free_space,
+                    None if seen_through => in_free_space,
                     None => 0.0,
                 };
             }
