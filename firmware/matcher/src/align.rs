@@ -69,9 +69,9 @@ impl Default for AlignParams {
 }
 
 impl AlignParams {
-    /// Below this, 1 / m^2, a direction is weak.
-    pub fn least_information(&self) -> f64 {
-        self.beams_per_independent_one / (self.weak_m * self.weak_m)
+    /// Below this, 1 / m^2, a direction is left to the prior.
+    pub fn least_information(&self, prior: &Prior) -> f64 {
+        if prior.measured { self.beams_per_independent_one / (self.weak_m * self.weak_m) } else { 0.0 }
     }
 }
 
@@ -82,6 +82,9 @@ pub struct Prior {
     pub mean: Pose2,
     /// Inverse covariance of x, y, theta in the map's axes.
     pub information: Matrix3<f64>,
+    /// Whether odometry measured it. A weak direction is left to odometry; a mere guess gives way to what little a scan knows
+    /// there, or it would drift on from guess to guess.
+    pub measured: bool,
 }
 
 /// A prior off by so many standard deviations counts half: odometry slips, or the base is carried.
@@ -170,8 +173,12 @@ pub fn align(
     while iterations < params.max_iterations {
         iterations += 1;
         let (normal, tangent) = accumulate(map, points, &pose, scale_m as f32, params);
-        let doubt =
-            Doubt::new(&normal.matrix(), &tangent, params.direction_noise_rad, params.least_information());
+        let doubt = Doubt::new(
+            &normal.matrix(),
+            &tangent,
+            params.direction_noise_rad,
+            params.least_information(prior),
+        );
         let information = doubt.information();
         let held = prior.information_at(&pose);
         let gradient = doubt.gradient(&normal.vector()) + held * prior.away(&pose);
@@ -196,7 +203,7 @@ pub fn align(
     let at_rest = known.is_some();
     let information = known.unwrap_or_else(|| {
         let (normal, tangent) = accumulate(map, points, &pose, params.outlier_m as f32, params);
-        Doubt::new(&normal.matrix(), &tangent, params.direction_noise_rad, params.least_information())
+        Doubt::new(&normal.matrix(), &tangent, params.direction_noise_rad, params.least_information(prior))
             .information()
     });
     let information = information / params.beams_per_independent_one;

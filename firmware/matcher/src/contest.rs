@@ -73,7 +73,7 @@ mod tests {
     /// What a contest says of matches, given as metres ahead of where odometry (and inertia, at `again_m`) expect the base.
     fn settled(again_m: f64, ahead_m: &[f64]) -> Vec<bool> {
         let information = Matrix3::from_diagonal(&Vector3::new(0.02_f64.powi(-2), 0.02_f64.powi(-2), 1e4));
-        let prior = Prior { mean: Pose2::new(1.0, 0.0, 0.0), information };
+        let prior = Prior { mean: Pose2::new(1.0, 0.0, 0.0), information, measured: true };
         let inertia =
             Step { last_from_base: Pose2::IDENTITY, sigma: [0.1, 0.1, 0.1], odometry: Odometry::Missing };
         let expected =

@@ -98,11 +98,17 @@ impl Engine {
     }
 
     /// What a match knows of the pose, and how much of it is believed.
-    pub fn evidence(&self, points: &EndPoints, found: &Alignment, align: &AlignParams) -> (Evidence, Doubt) {
+    pub fn evidence(
+        &self,
+        points: &EndPoints,
+        found: &Alignment,
+        prior: &Prior,
+        align: &AlignParams,
+    ) -> (Evidence, Doubt) {
         match self {
             Self::Map(matcher) => {
                 let evidence = Evidence::gather(matcher.map(), points, &found.pose, align);
-                let (nu_rad, least) = (align.direction_noise_rad, align.least_information());
+                let (nu_rad, least) = (align.direction_noise_rad, align.least_information(prior));
                 (evidence, Doubt::new(&evidence.across(), &evidence.along, nu_rad, least))
             }
             Self::Gradient(matcher) => {

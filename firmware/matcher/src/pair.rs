@@ -119,6 +119,7 @@ fn prior(guess: &Guess) -> Prior {
     let information = |half: f64| half.max(SUREST).powi(-2);
     let (place, heading) = (information(guess.half_m), information(guess.half_rad));
     Prior {
+        measured: false,
         mean: guess.reference_from_base,
         information: Matrix3::from_diagonal(&Vector3::new(place, place, heading)),
     }

@@ -168,7 +168,7 @@ impl Tracker {
 
     fn matched(&mut self, scan: &Scan, last: &Pose2, step: &Step) -> Tracked {
         let Some(information) = inverse(&self.covariance) else { return self.unmatched(Outcome::Lost) };
-        let prior = Prior { mean: self.map_from_base, information };
+        let prior = Prior { mean: self.map_from_base, information, measured: step.measured() };
         let (alignment, verdict) = self.locate(scan, last, step, &prior);
         let outcome = match verdict {
             Verdict::Found => self.accept(&alignment, &prior, step),
@@ -228,7 +228,7 @@ impl Tracker {
 
     /// Works out what the match says of the pose's error.
     fn weigh(&mut self, alignment: &Alignment, prior: &Prior) {
-        let (evidence, doubt) = self.engine.evidence(&self.points, alignment, &self.params.align);
+        let (evidence, doubt) = self.engine.evidence(&self.points, alignment, prior, &self.params.align);
         self.belief.matched((&evidence, &doubt), prior, &alignment.pose);
     }
 
