@@ -79,7 +79,7 @@ mod tests {
     fn a_grazed_strip_of_one_or_two_beams_is_a_curtain_and_a_grazed_wall_is_none() {
         for (on, curtain) in [(2..3, true), (1..3, true), (0..5, false)] {
             let (cloud, labels) = scans(on);
-            assert_eq!(find(&cloud, &labels, &refit(&cloud.points_m, &labels, 1)), [curtain]);
+            assert_eq!(find(&cloud, &labels, &refit(&cloud.points_m, &labels, &[None])), [curtain]);
         }
     }
 
@@ -87,6 +87,6 @@ mod tests {
     fn a_narrow_strip_that_is_seen_from_the_front_is_none() {
         let (mut cloud, labels) = scans(2..3);
         cloud.origins_m.iter_mut().for_each(|origin| origin[1] = 3.0);
-        assert_eq!(find(&cloud, &labels, &refit(&cloud.points_m, &labels, 1)), [false]);
+        assert_eq!(find(&cloud, &labels, &refit(&cloud.points_m, &labels, &[None])), [false]);
     }
 }

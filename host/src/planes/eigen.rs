@@ -50,7 +50,8 @@ fn null_vector(&[xx, xy, xz, yy, yz, zz]: &Symmetric, lambda: f64) -> [f64; 3] {
     scaled(longest, norm2(longest).sqrt().recip())
 }
 
-fn orthogonal_to(v: [f64; 3]) -> [f64; 3] {
+/// A unit vector orthogonal to another one.
+pub fn orthogonal_to(v: [f64; 3]) -> [f64; 3] {
     if norm2(v) == 0.0 {
         return [0.0, 0.0, 1.0];
     }

@@ -10,13 +10,17 @@ pub fn finish(
     params: &PlaneParams,
     cloud: &Cloud,
     mut labels: Vec<i32>,
-    count: usize,
+    before: &[Option<Fit>],
     sigma_m: f64,
 ) -> Planes {
+    let count = before.len();
     let sums = scatters(&cloud.points_m, &labels, count);
     let mut towards = vec![0i64; count];
-    let fits: Vec<Option<Fit>> =
-        sums.iter().map(|s| s.fit().filter(|f| f.count >= params.min_points as f64)).collect();
+    let fits: Vec<Option<Fit>> = sums
+        .iter()
+        .zip(before)
+        .map(|(s, b)| s.fit_again(b.as_ref()).filter(|f| f.count >= params.min_points as f64))
+        .collect();
     for (index, label) in labels.iter().enumerate() {
         let Some(fit) = usize::try_from(*label).ok().and_then(|l| fits[l]) else { continue };
         if let Some(origin) = cloud.origin_of(index) {

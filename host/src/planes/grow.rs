@@ -6,7 +6,7 @@
 
 use super::grid::Neighbours;
 use super::noise::Noise;
-use super::scatter::{Fit, Scatter};
+use super::scatter::{Fit, Scatter, dot};
 use std::collections::VecDeque;
 
 /// A grown region.
@@ -28,12 +28,16 @@ pub struct Field<'a> {
     pub noise: Noise,
     /// Fewest points of a region.
     pub min_points: usize,
+    /// Directions that regions may have; all when `None`.
+    pub lenders: Option<&'a [[f64; 3]]>,
 }
 
 /// A region refits its plane whenever it has grown by this share.
 const REFIT_GROWTH: f64 = 1.1;
 /// A normal known worse than this, radians, is no plane but a line or a blob.
 const MAX_NORMAL_DEVIATION_RAD: f64 = 0.1;
+/// A seed has a given direction when its own is no further off (cosine; 11 degrees).
+const SEED_COSINE: f64 = 0.98;
 /// How often the members of a finished region are tested again with its final plane.
 const REVISIONS: usize = 3;
 
@@ -68,6 +72,7 @@ fn seeds(field: &Field<'_>) -> Vec<u32> {
         let deviation_rad = fit.normal_deviation_rad(field.noise.least_error_m());
         if fit.variances_m2[0] <= field.noise.spread_limit_m2(fit.count)
             && deviation_rad < MAX_NORMAL_DEVIATION_RAD
+            && field.lenders.is_none_or(|all| all.iter().any(|n| dot(*n, fit.normal).abs() > SEED_COSINE))
         {
             seeds.push((deviation_rad, cell as u32));
         }
@@ -99,7 +104,10 @@ impl Search<'_> {
             }
         }
         let enough = fit.count >= self.field.min_points as f64;
-        (enough && fit.normal_deviation_rad(self.field.noise.least_error_m()) < MAX_NORMAL_DEVIATION_RAD)
+        let broad = fit.variances_m2[1] >= self.field.noise.least_width_m2();
+        (enough
+            && broad
+            && fit.normal_deviation_rad(self.field.noise.least_error_m()) < MAX_NORMAL_DEVIATION_RAD)
             .then_some(Region { cells: members, fit })
     }
 

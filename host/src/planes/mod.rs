@@ -11,11 +11,13 @@ mod finish;
 pub mod grid;
 pub mod grow;
 pub mod noise;
+pub mod parallel;
 pub mod random;
 pub mod reference;
 pub mod refine;
 pub mod relief;
 pub mod scatter;
+pub mod tilted;
 
 use crate::model::{Cloud, Plane};
 use cells::{cell_sums, indexed, linked};
@@ -77,6 +79,11 @@ pub enum SigmaSource {
 const TYPICAL_SIGMA_M: f64 = 0.02;
 /// Searches, each among the points that those before left over.
 const ROUNDS: usize = 3;
+/// Noise of a last search for planes that are parallel to known ones, as a share of the usual: a turning robot sees a facade through
+/// the error of its heading.
+const LOOSE_SHARE: f64 = 2.0;
+/// Edge of the cells in which steps are looked for, as a share of the cells of the search: door frames are 8 cm wide.
+const STEP_CELL_SHARE: f64 = 0.8;
 /// How often points choose their plane and planes are fitted anew after a search, after uniting, and after steps were added.
 const CHOICES: [usize; 3] = [4, 2, 6];
 
@@ -92,10 +99,10 @@ pub fn extract(params: &PlaneParams, cloud: &Cloud) -> Planes {
     work.unite(&grid, &neighbours);
     let fine = Grid::new(indexed(&cloud.points_m), 0.5 * cell_m);
     let fine_neighbours = fine.neighbours();
-    work.add_steps(&fine, &fine_neighbours);
+    work.add_steps(&fine, &fine_neighbours, cell_m);
     work.unite(&fine, &fine_neighbours);
     work.drop_curtains(&fine, &fine_neighbours);
-    let found = finish::finish(params, cloud, work.labels, work.fits.len(), sigma_m);
+    let found = finish::finish(params, cloud, work.labels, &work.fits, sigma_m);
     Planes { sigma_source, ..found }
 }
 
@@ -120,27 +127,48 @@ impl Work<'_> {
     /// Grows regions among the points that are free, as long as there are any.
     fn search(&mut self, grid: &Grid, neighbours: &Neighbours) {
         for _ in 0..ROUNDS {
-            let free = cell_sums(&self.cloud.points_m, grid, &self.labels);
-            let min_points = self.params.min_points;
-            let regions = grow_all(&Field { cells: &free, neighbours, noise: self.noise, min_points });
-            if regions.is_empty() {
+            if !self.search_once(grid, neighbours, self.noise, None) {
                 break;
             }
-            for region in regions {
-                self.take(grid, &region.cells, &region.fit);
-                self.fits.push(Some(region.fit));
-            }
-            self.choose(grid, neighbours, CHOICES[0]);
+        }
+        let sums = scatters(&self.cloud.points_m, &self.labels, self.fits.len());
+        let lenders = parallel::lenders(&sums, self.noise);
+        let first = self.fits.len();
+        self.search_once(grid, neighbours, Noise::new(LOOSE_SHARE * self.noise.sigma_m), Some(&lenders));
+        let sums = scatters(&self.cloud.points_m, &self.labels, self.fits.len());
+        self.fits = parallel::hold(&sums, &self.fits, self.noise);
+        for fit in &mut self.fits[first..] {
+            *fit = fit.filter(|fit| fit.held);
         }
     }
 
+    /// Grows regions among the points that are free; whether there were any.
+    fn search_once(
+        &mut self,
+        grid: &Grid,
+        neighbours: &Neighbours,
+        noise: Noise,
+        lenders: Option<&[[f64; 3]]>,
+    ) -> bool {
+        let free = cell_sums(&self.cloud.points_m, grid, &self.labels);
+        let min_points = self.params.min_points;
+        let regions = grow_all(&Field { cells: &free, neighbours, noise, min_points, lenders });
+        let any = !regions.is_empty();
+        for region in regions {
+            self.take(grid, &region.cells, &region.fit, noise.point_limit_m());
+            self.fits.push(Some(region.fit));
+        }
+        self.choose(grid, neighbours, CHOICES[0]);
+        any
+    }
+
     /// Labels the free points of cells that are near their new plane.
-    fn take(&mut self, grid: &Grid, cells: &[u32], fit: &Fit) {
+    fn take(&mut self, grid: &Grid, cells: &[u32], fit: &Fit, limit_m: f64) {
         let label = self.fits.len() as i32;
         for point in cells.iter().flat_map(|cell| grid.points_of(*cell as usize)) {
             let off_m = fit.distance_m(self.cloud.points_m[*point as usize].map(f64::from));
             let slot = &mut self.labels[*point as usize];
-            if *slot < 0 && off_m.abs() <= self.noise.point_limit_m() {
+            if *slot < 0 && off_m.abs() <= limit_m {
                 *slot = label;
             }
         }
@@ -151,14 +179,20 @@ impl Work<'_> {
         let labelling = Labelling { points_m: &self.cloud.points_m, grid, neighbours, noise: self.noise };
         for _ in 0..times {
             labelling.choose(&self.fits, &mut self.labels);
-            self.fits = refit(&self.cloud.points_m, &self.labels, self.fits.len());
+            self.fits = refit(&self.cloud.points_m, &self.labels, &self.fits);
         }
     }
 
     /// Makes planes one that are.
     fn unite(&mut self, grid: &Grid, neighbours: &Neighbours) {
-        let into =
-            coplanar::unite(&scatters(&self.cloud.points_m, &self.labels, self.fits.len()), self.noise);
+        let sums = scatters(&self.cloud.points_m, &self.labels, self.fits.len());
+        self.fits = parallel::hold(&sums, &self.fits, self.noise);
+        self.relabel(&tilted::lean(&sums, &self.fits, self.noise));
+        let sums = scatters(&self.cloud.points_m, &self.labels, self.fits.len());
+        let into = {
+            let labelling = Labelling { points_m: &self.cloud.points_m, grid, neighbours, noise: self.noise };
+            coplanar::unite(&sums, &self.fits, &labelling.touching(&self.labels), self.noise)
+        };
         self.relabel(&into);
         self.choose(grid, neighbours, CHOICES[1]);
     }
@@ -167,15 +201,16 @@ impl Work<'_> {
         for label in &mut self.labels {
             *label = usize::try_from(*label).map_or(-1, |old| into[old] as i32);
         }
-        self.fits = refit(&self.cloud.points_m, &self.labels, self.fits.len());
+        self.fits = refit(&self.cloud.points_m, &self.labels, &self.fits);
     }
 
     /// Finds faint steps within planes and keeps those that are real.
-    fn add_steps(&mut self, grid: &Grid, neighbours: &Neighbours) {
+    fn add_steps(&mut self, grid: &Grid, neighbours: &Neighbours, cell_m: f64) {
         self.choose(grid, neighbours, 1);
         let points_m = &self.cloud.points_m;
         let limits = (self.noise, self.params.min_points);
-        let mut steps = relief::suggest(points_m, grid, neighbours, (&self.fits, &self.labels), limits);
+        let mut steps =
+            relief::suggest(points_m, (&self.fits, &self.labels), limits, STEP_CELL_SHARE * cell_m);
         let first = self.fits.len();
         let walls = self.fits.clone();
         for (which, step) in steps.iter().enumerate() {
@@ -193,7 +228,7 @@ impl Work<'_> {
         let after =
             kept.map(|(which, (step, real))| if *real { first + which } else { step.within as usize });
         let into: Vec<usize> = (0..first).chain(after).collect();
-        self.fits.resize(into.len(), None);
+        self.fits.extend(steps.iter().map(|step| Some(step.fit)));
         self.relabel(&into);
         self.choose(grid, neighbours, 1);
     }

@@ -3,7 +3,7 @@
 //! The paper's epsilon and gamma are fixed lengths that fit one sensor; here both follow from the deviation of a range. Metres.
 
 use super::grid::Neighbours;
-use super::scatter::Scatter;
+use super::scatter::{Fit, Scatter};
 
 /// Limits for points and groups of points, for one deviation of the noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -14,8 +14,14 @@ pub struct Noise {
 
 /// Share of the deviation that does not average out over neighbours: the pose error, common to all beams of a scan.
 pub const COMMON_SHARE: f64 = 0.35;
+/// Bounds of the noise of a single plane, as shares of that of all.
+const LEAST_SHARE: f64 = 0.5;
+const MOST_SHARE: f64 = 2.0;
 /// Deviations within which a value counts as noise.
 pub const DEVIATIONS: f64 = 3.0;
+/// A set of points is a plane when it spreads further than this many deviations in two directions. Points of one beam that follows
+/// an edge spread by the noise alone, along the beam: they look like a plane that no surface is.
+const WIDTH_DEVIATIONS: f64 = 2.0;
 /// Smallest noise that is assumed, metres: the resolution that 32-bit coordinates keep in a large building.
 const LEAST_SIGMA_M: f64 = 1e-4;
 /// Smallest noise that is estimated, metres: ranges in steps of 1 cm repeat the same error over whole stretches of a wall, and local
@@ -33,9 +39,21 @@ impl Noise {
         DEVIATIONS * self.sigma_m
     }
 
+    /// Variance of the points of a plane, square metres: what they show, within bounds. The ground that is grazed is sharper than a
+    /// facade seen from a turning robot.
+    pub fn variance_of(&self, fit: &Fit) -> f64 {
+        let all = self.sigma_m * self.sigma_m;
+        fit.variances_m2[0].clamp(LEAST_SHARE * LEAST_SHARE * all, MOST_SHARE * MOST_SHARE * all)
+    }
+
     /// Smallest error that a fit to few points is believed to have, metres.
     pub fn least_error_m(&self) -> f64 {
         0.5 * self.sigma_m
+    }
+
+    /// Smallest variance across a set of points that can be told from a line, square metres.
+    pub fn least_width_m2(&self) -> f64 {
+        WIDTH_DEVIATIONS * WIDTH_DEVIATIONS * self.sigma_m * self.sigma_m
     }
 
     /// Whether a group of points agrees with a plane: its mean with the plane, its spread with the noise (the paper's epsilon).

@@ -3,8 +3,9 @@
 //! One point cannot tell surfaces that are nearer to each other than its noise; its neighbourhood can. Metres.
 
 use super::grid::{Grid, Neighbours};
-use super::noise::Noise;
+use super::noise::{DEVIATIONS, Noise};
 use super::scatter::{Fit, Scatter};
+use std::collections::BTreeSet;
 
 /// Weight of the neighbours' choice against the point's own distance, in units of half a squared deviation.
 const NEIGHBOUR_WEIGHT: f64 = 6.0;
@@ -50,6 +51,24 @@ impl Labelling<'_> {
         changed
     }
 
+    /// Pairs of labels, smaller first, that have points in one cell or in cells near each other.
+    pub fn touching(&self, labels: &[i32]) -> BTreeSet<(i32, i32)> {
+        let own: Vec<Votes> = (0..self.grid.len()).map(|cell| self.votes_of(cell, labels)).collect();
+        let mut pairs = BTreeSet::new();
+        let mut last = (-1, -1);
+        for (cell, here) in own.iter().enumerate() {
+            for other in self.neighbours.of(cell).iter().map(|other| *other as usize).chain([cell]) {
+                for (a, b) in here.iter().flat_map(|a| own[other].iter().map(|b| (a.0, b.0))) {
+                    if 0 <= a && a < b && (a, b) != last {
+                        last = (a, b);
+                        pairs.insert(last);
+                    }
+                }
+            }
+        }
+        pairs
+    }
+
     fn votes_of(&self, cell: usize, labels: &[i32]) -> Votes {
         let mut votes = Votes::new();
         for &point in self.grid.points_of(cell) {
@@ -60,7 +79,6 @@ impl Labelling<'_> {
 
     fn best(&self, point: u32, fits: &[Option<Fit>], around: &Votes, total: f64) -> i32 {
         let p = self.points_m[point as usize].map(f64::from);
-        let scale = 0.5 / (self.noise.sigma_m * self.noise.sigma_m);
         let none_share = around.iter().find(|vote| vote.0 < 0).map_or(0.0, |vote| vote.1 / total);
         let none_cost = 0.5 * NONE_DEVIATIONS * NONE_DEVIATIONS + NEIGHBOUR_WEIGHT * (1.0 - none_share);
         let mut best = (none_cost, -1);
@@ -69,10 +87,13 @@ impl Labelling<'_> {
                 continue;
             };
             let distance_m = fit.distance_m(p);
-            if distance_m.abs() > self.noise.point_limit_m() {
+            let variance_m2 = self.noise.variance_of(fit);
+            let off = distance_m * distance_m / variance_m2;
+            if off > DEVIATIONS * DEVIATIONS {
                 continue;
             }
-            let cost = distance_m * distance_m * scale + NEIGHBOUR_WEIGHT * (1.0 - votes / total);
+            let share = variance_m2 / (self.noise.sigma_m * self.noise.sigma_m);
+            let cost = 0.5 * (off + share.ln()) + NEIGHBOUR_WEIGHT * (1.0 - votes / total);
             if cost < best.0 || (cost == best.0 && label < best.1) {
                 best = (cost, label);
             }
@@ -90,9 +111,10 @@ fn add_votes(votes: &mut Votes, more: &[(i32, f64)], weight: f64) {
     }
 }
 
-/// The best plane of each label's points; `None` for a label with too few.
-pub fn refit(points_m: &[[f32; 3]], labels: &[i32], count: usize) -> Vec<Option<Fit>> {
-    scatters(points_m, labels, count).iter().map(Scatter::fit).collect()
+/// The best plane of each label's points, as free as it was before; `None` for a label with too few.
+pub fn refit(points_m: &[[f32; 3]], labels: &[i32], before: &[Option<Fit>]) -> Vec<Option<Fit>> {
+    let sums = scatters(points_m, labels, before.len());
+    sums.iter().zip(before).map(|(sum, fit)| sum.fit_again(fit.as_ref())).collect()
 }
 
 /// The sums of each label's points.

@@ -24,6 +24,8 @@ pub struct Fit {
     pub variances_m2: [f64; 3],
     /// Number of points.
     pub count: f64,
+    /// Whether the normal is that of another plane, because these points alone do not tell it well.
+    pub held: bool,
 }
 
 impl Scatter {
@@ -85,7 +87,30 @@ impl Scatter {
         }
         let Eigen { values, smallest_vector: normal } = eigen(&self.covariance());
         let offset_m = dot(normal, self.mean());
-        Some(Fit { normal, offset_m, variances_m2: values.map(|v| v.max(0.0)), count: self.count })
+        Some(Fit {
+            normal,
+            offset_m,
+            variances_m2: values.map(|v| v.max(0.0)),
+            count: self.count,
+            held: false,
+        })
+    }
+
+    /// The best plane with a given normal; `None` for fewer than three points.
+    pub fn fit_along(&self, normal: [f64; 3]) -> Option<Fit> {
+        let free = self.fit()?;
+        let offset_m = dot(normal, self.mean());
+        let (_, error) = self.distance_to(normal, offset_m);
+        let [_, width, length] = free.variances_m2;
+        Some(Fit { normal, offset_m, variances_m2: [error, width, length], count: self.count, held: true })
+    }
+
+    /// The best plane of another's points after some have left or joined: its normal stays when it is held.
+    pub fn fit_again(&self, before: Option<&Fit>) -> Option<Fit> {
+        match before {
+            Some(fit) if fit.held => self.fit_along(fit.normal),
+            _ => self.fit(),
+        }
     }
 
     /// Mean signed distance and mean squared distance of the set to a plane, metres and square metres.
@@ -98,6 +123,9 @@ impl Scatter {
     }
 }
 
+/// How far a normal that is held may be off, radians.
+pub const HELD_DEVIATION_RAD: f64 = 0.0015;
+
 impl Fit {
     /// Signed distance of a point, metres.
     pub fn distance_m(&self, p: [f64; 3]) -> f64 {
@@ -107,6 +135,9 @@ impl Fit {
     /// How far the normal may be off, radians, one standard deviation: the error's spread over the narrower width of the set. The
     /// error counts as `least_error_m` at least, so that a line that is straight by chance is no plane.
     pub fn normal_deviation_rad(&self, least_error_m: f64) -> f64 {
+        if self.held {
+            return HELD_DEVIATION_RAD;
+        }
         let [error, width, _] = self.variances_m2;
         if width <= 0.0 {
             return f64::INFINITY;

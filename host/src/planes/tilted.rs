@@ -1,0 +1,78 @@
+//! Planes that lean on a larger one: strips across a step of a few centimetres, and what is left of a wall beyond its noise.
+//!
+//! A region that starts on a door frame and on the wall behind it takes points of both and lies aslant. Its points go back to the
+//! wall; whether there is a step is asked of parallel planes only ([`super::relief`]). Metres.
+
+use super::noise::Noise;
+use super::scatter::{Fit, Scatter, dot};
+
+/// A plane leans on another that has at least this many times its points.
+const LARGER: f64 = 4.0;
+/// Directions further apart than this are a corner (cosine; 37 degrees).
+const MIN_COSINE: f64 = 0.8;
+/// Directions nearer than this are parallel (cosine; 1.5 degrees).
+const PARALLEL_COSINE: f64 = 0.9997;
+/// The points lie no further from the larger plane than this many deviations, as a root mean square.
+const NEAR_DEVIATIONS: f64 = 2.0;
+
+/// For every plane the one that it leans on, or itself.
+pub fn lean(sums: &[Scatter], fits: &[Option<Fit>], noise: Noise) -> Vec<usize> {
+    let on = |index: usize| {
+        let own = fits[index].filter(|own| !own.held)?;
+        let limit_m2 = (NEAR_DEVIATIONS * noise.sigma_m).powi(2);
+        let mut best: Option<(f64, usize)> = None;
+        for (other, fit) in fits.iter().enumerate() {
+            let Some(fit) = fit.filter(|fit| other != index && fit.count >= LARGER * own.count) else {
+                continue;
+            };
+            let cosine = dot(fit.normal, own.normal).abs();
+            if !(MIN_COSINE..PARALLEL_COSINE).contains(&cosine) {
+                continue;
+            }
+            let (_, squared_m2) = sums[index].distance_to(fit.normal, fit.offset_m);
+            if squared_m2 <= limit_m2 && best.is_none_or(|b| squared_m2 < b.0) {
+                best = Some((squared_m2, other));
+            }
+        }
+        best.map(|b| b.1)
+    };
+    let first: Vec<usize> = (0..fits.len()).map(|index| on(index).unwrap_or(index)).collect();
+    // Each leans on a larger one, so chains end.
+    (0..fits.len())
+        .map(|mut index| {
+            while first[index] != index {
+                index = first[index];
+            }
+            index
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::lean;
+    use crate::planes::noise::Noise;
+    use crate::planes::random::Random;
+    use crate::planes::scatter::{Fit, Scatter};
+
+    /// Points of z = a + b x over an x range, 1 m deep, with 2 cm of noise.
+    fn patch((from_m, to_m): (f64, f64), (a, b): (f64, f64), points: usize, seed: u64) -> Scatter {
+        let mut random = Random::new(seed);
+        let mut sum = Scatter::default();
+        for _ in 0..points {
+            let x = from_m + (to_m - from_m) * random.unit();
+            sum.add([x, random.unit(), a + b * x + 0.02 * random.normal()]);
+        }
+        sum
+    }
+
+    #[test]
+    fn a_strip_aslant_within_the_noise_of_a_wall_leans_on_it_and_a_ramp_does_not() {
+        let wall = patch((0.0, 5.0), (0.0, 0.0), 4000, 1);
+        let aslant = patch((1.0, 1.2), (-0.22, 0.2), 200, 2);
+        let ramp = patch((5.0, 6.0), (-1.0, 0.2), 500, 3);
+        let sums = [wall, aslant, ramp];
+        let fits: Vec<Option<Fit>> = sums.iter().map(Scatter::fit).collect();
+        assert_eq!(lean(&sums, &fits, Noise::new(0.02)), [0, 0, 2]);
+    }
+}
