@@ -1,9 +1,10 @@
 //! The cells that the search grows over: how large they are, which are near each other, what is in them. Metres.
 
 use super::PlaneParams;
-use super::grid::{Grid, Neighbours};
+use super::grid::{CELLS_A_TASK, Grid, Neighbours};
 use super::scatter::Scatter;
 use crate::model::Cloud;
+use rayon::prelude::*;
 
 /// Points in a cell on average, when the size follows from the cloud: fewer tell nothing of a step, more blur borders.
 const POINTS_A_CELL: f64 = 5.5;
@@ -74,13 +75,12 @@ pub fn linked(params: &PlaneParams, cloud: &Cloud, grid: &Grid) -> Neighbours {
     touching.with_pairs(pairs)
 }
 
-/// The sums of the points without a label, by cell.
-pub fn cell_sums(points_m: &[[f32; 3]], grid: &Grid, labels: &[i32]) -> Vec<Scatter> {
+/// The sums of the points of each cell.
+pub fn cell_sums(points_m: &[[f32; 3]], grid: &Grid) -> Vec<Scatter> {
     let sum_of = |cell: usize| {
         let mut sum = Scatter::default();
-        let free = grid.points_of(cell).iter().filter(|point| labels[**point as usize] < 0);
-        free.for_each(|point| sum.add(points_m[*point as usize].map(f64::from)));
+        grid.points_of(cell).iter().for_each(|point| sum.add(points_m[*point as usize].map(f64::from)));
         sum
     };
-    (0..grid.len()).map(sum_of).collect()
+    (0..grid.len()).into_par_iter().with_min_len(CELLS_A_TASK).map(sum_of).collect()
 }

@@ -134,7 +134,7 @@ mod tests {
 
     #[test]
     fn what_touches_may_differ_more() {
-        let pieces = [patch(0.0, 2.0, 1.0, 7), patch(0.0, 2.0, 0.989, 8)];
+        let pieces = [patch(0.0, 2.0, 1.0, 7), patch(0.0, 2.0, 0.99, 8)];
         let touching = BTreeSet::from([(0, 1)]);
         let noise = Noise::new(0.02);
         assert_eq!(unite(&pieces, &fits(&pieces), &BTreeSet::new(), noise), [0, 1]);

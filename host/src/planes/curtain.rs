@@ -55,7 +55,7 @@ pub fn next_beam(cloud: &Cloud, a: usize, b: usize) -> bool {
 mod tests {
     use super::find;
     use crate::model::Cloud;
-    use crate::planes::refine::refit;
+    use crate::planes::refine::{refit, scatters};
 
     /// Scans whose beams rise along y = z: of five beams those in `on` lie in the plane x-(y = z), the others elsewhere.
     fn scans(on: std::ops::Range<u16>) -> (Cloud, Vec<i32>) {
@@ -79,7 +79,10 @@ mod tests {
     fn a_grazed_strip_of_one_or_two_beams_is_a_curtain_and_a_grazed_wall_is_none() {
         for (on, curtain) in [(2..3, true), (1..3, true), (0..5, false)] {
             let (cloud, labels) = scans(on);
-            assert_eq!(find(&cloud, &labels, &refit(&cloud.points_m, &labels, &[None])), [curtain]);
+            assert_eq!(
+                find(&cloud, &labels, &refit(&scatters(&cloud.points_m, &labels, 1), &[None])),
+                [curtain]
+            );
         }
     }
 
@@ -87,6 +90,6 @@ mod tests {
     fn a_narrow_strip_that_is_seen_from_the_front_is_none() {
         let (mut cloud, labels) = scans(2..3);
         cloud.origins_m.iter_mut().for_each(|origin| origin[1] = 3.0);
-        assert_eq!(find(&cloud, &labels, &refit(&cloud.points_m, &labels, &[None])), [false]);
+        assert_eq!(find(&cloud, &labels, &refit(&scatters(&cloud.points_m, &labels, 1), &[None])), [false]);
     }
 }

@@ -2,6 +2,9 @@
 //!
 //! Sorting costs less than a tree and gives the same order everywhere, so results depend on nothing but the points. Metres.
 
+use rayon::prelude::*;
+use std::ops::Range;
+
 /// Cubes of space that hold at least one point, in the order of their coordinates.
 #[derive(Clone, Debug, Default)]
 pub struct Grid {
@@ -13,6 +16,8 @@ pub struct Grid {
     keys: Vec<u64>,
 }
 
+/// Cells that one task looks at: enough to be worth a task, few enough to share out.
+pub const CELLS_A_TASK: usize = 1024;
 const BITS: u32 = 21;
 const HALF: i64 = 1 << (BITS - 1);
 
@@ -21,15 +26,20 @@ impl Grid {
     pub fn new(points_m: impl Iterator<Item = (u32, [f32; 3])>, cell_m: f64) -> Self {
         let mut keyed: Vec<(u64, u32)> =
             points_m.filter_map(|(index, p)| Some((key_of(p, cell_m)?, index))).collect();
-        keyed.sort_unstable();
-        let mut grid = Self { order: keyed.iter().map(|entry| entry.1).collect(), ..Self::default() };
-        for run in keyed.chunk_by(|a, b| a.0 == b.0) {
-            let start = grid.starts.last().copied().unwrap_or(0);
-            if grid.starts.is_empty() {
-                grid.starts.push(0);
+        // No two entries are equal, so the order is the same on any number of threads.
+        keyed.par_sort_unstable();
+        let mut grid = Self { order: Vec::with_capacity(keyed.len()), ..Self::default() };
+        let mut last = None;
+        for (place, (key, index)) in keyed.into_iter().enumerate() {
+            if last != Some(key) {
+                last = Some(key);
+                grid.starts.push(place as u32);
+                grid.keys.push(key);
             }
-            grid.starts.push(start + run.len() as u32);
-            grid.keys.push(run[0].0);
+            grid.order.push(index);
+        }
+        if last.is_some() {
+            grid.starts.push(grid.order.len() as u32);
         }
         grid
     }
@@ -51,27 +61,49 @@ impl Grid {
 
     /// For each cell the up to 26 others that touch it, ascending.
     pub fn neighbours(&self) -> Neighbours {
+        let firsts: Vec<usize> = (0..self.len()).step_by(CELLS_A_TASK).collect();
+        let parts: Vec<(Vec<u32>, Vec<u32>)> = firsts
+            .into_par_iter()
+            .map(|first| self.touching(first..(first + CELLS_A_TASK).min(self.len())))
+            .collect();
+        let total = parts.iter().map(|part| part.1.len()).sum();
+        let mut found =
+            Neighbours { starts: Vec::with_capacity(self.len() + 1), cells: Vec::with_capacity(total) };
+        found.starts.push(0);
+        for (ends, cells) in parts {
+            let before = found.cells.len() as u32;
+            found.starts.extend(ends.iter().map(|end| before + end));
+            found.cells.extend(cells);
+        }
+        found
+    }
+
+    /// The cells that touch each of a run of cells, and where each one's list ends.
+    fn touching(&self, run: Range<usize>) -> (Vec<u32>, Vec<u32>) {
         // Cells are sorted, so the cells at one offset are too: nine cursors pass over the list once.
+        let low_of = |cell: usize, offset: i64| self.keys[cell].wrapping_add_signed(offset).wrapping_sub(1);
         let mut columns = Vec::with_capacity(9);
         for dx in -1..=1i64 {
             for dy in -1..=1i64 {
-                columns.push((dx * (1 << (2 * BITS)) + dy * (1 << BITS), 0usize));
+                let offset = dx * (1 << (2 * BITS)) + dy * (1 << BITS);
+                let low = low_of(run.start, offset);
+                columns.push((offset, self.keys.partition_point(|key| *key < low)));
             }
         }
-        let mut found = Neighbours { starts: vec![0], cells: Vec::with_capacity(self.len() * 12) };
-        for (cell, &key) in self.keys.iter().enumerate() {
+        let mut found = (Vec::with_capacity(run.len()), Vec::with_capacity(run.len() * 12));
+        for cell in run {
             for (offset, cursor) in &mut columns {
-                let low = key.wrapping_add_signed(*offset).wrapping_sub(1);
+                let low = low_of(cell, *offset);
                 while self.keys.get(*cursor).is_some_and(|k| *k < low) {
                     *cursor += 1;
                 }
                 for (other, &k) in self.keys.iter().enumerate().skip(*cursor).take(3) {
                     if k <= low + 2 && other != cell {
-                        found.cells.push(other as u32);
+                        found.1.push(other as u32);
                     }
                 }
             }
-            found.starts.push(found.cells.len() as u32);
+            found.0.push(found.1.len() as u32);
         }
         found
     }

@@ -4,9 +4,10 @@
 //! far from its best plane. Instead of one point, a step adds the points of one cell, whose sums are known; instead of fixed lengths
 //! the limits follow the noise ([`super::noise`]). Metres.
 
-use super::grid::Neighbours;
+use super::grid::{CELLS_A_TASK, Neighbours};
 use super::noise::Noise;
 use super::scatter::{Fit, Scatter, dot};
+use rayon::prelude::*;
 use std::collections::VecDeque;
 
 /// A grown region.
@@ -61,23 +62,23 @@ pub fn grow_all(field: &Field<'_>) -> Vec<Region> {
 
 /// Cells whose neighbourhood is flat, the best known normal first.
 fn seeds(field: &Field<'_>) -> Vec<u32> {
-    let mut seeds: Vec<(f64, u32)> = Vec::new();
-    for cell in 0..field.cells.len() {
+    let has =
+        |normal| field.lenders.is_none_or(|all| all.iter().any(|n| dot(*n, normal).abs() > SEED_COSINE));
+    let seed_of = |cell: usize| {
         if field.cells[cell].count() == 0.0 {
-            continue;
+            return None;
         }
         let mut around = field.cells[cell];
         field.neighbours.of(cell).iter().for_each(|other| around.merge(&field.cells[*other as usize]));
-        let Some(fit) = around.fit() else { continue };
+        let fit = around.fit()?;
         let deviation_rad = fit.normal_deviation_rad(field.noise.least_error_m());
-        if fit.variances_m2[0] <= field.noise.spread_limit_m2(fit.count)
-            && deviation_rad < MAX_NORMAL_DEVIATION_RAD
-            && field.lenders.is_none_or(|all| all.iter().any(|n| dot(*n, fit.normal).abs() > SEED_COSINE))
-        {
-            seeds.push((deviation_rad, cell as u32));
-        }
-    }
-    seeds.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let flat = fit.variances_m2[0] <= field.noise.spread_limit_m2(fit.count);
+        (flat && deviation_rad < MAX_NORMAL_DEVIATION_RAD && has(fit.normal))
+            .then_some((deviation_rad, cell as u32))
+    };
+    let cells = (0..field.cells.len()).into_par_iter().with_min_len(CELLS_A_TASK);
+    let mut seeds: Vec<(f64, u32)> = cells.filter_map(seed_of).collect();
+    seeds.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
     seeds.into_iter().map(|seed| seed.1).collect()
 }
 

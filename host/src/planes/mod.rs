@@ -24,7 +24,7 @@ use cells::{cell_sums, indexed, linked};
 use grid::{Grid, Neighbours};
 use grow::{Field, grow_all};
 use noise::{Noise, estimate_sigma_m};
-use refine::{Labelling, refit, scatters};
+use refine::{Labelling, refit};
 use scatter::Fit;
 use serde::Serialize;
 
@@ -90,20 +90,53 @@ const CHOICES: [usize; 3] = [4, 2, 6];
 /// Finds the planes of a cloud.
 pub fn extract(params: &PlaneParams, cloud: &Cloud) -> Planes {
     let (grid, cell_m) = cells::grid(params, cloud);
+    let searched = search(params, cloud, grid);
+    let grid = Grid::new(indexed(&cloud.points_m), 0.5 * cell_m);
+    let (labels, fits) = refine(params, cloud, &grid, &searched, cell_m);
+    let sigma_m = searched.sigma_m;
+    let found = finish::finish(params, cloud, labels, &fits, sigma_m);
+    Planes { sigma_source: searched.sigma_source, ..found }
+}
+
+/// What the search found: a label for every point, and the planes of the labels.
+struct Searched {
+    sigma_m: f64,
+    sigma_source: SigmaSource,
+    labels: Vec<i32>,
+    fits: Vec<Option<Fit>>,
+}
+
+/// Estimates the noise and grows planes over cells.
+fn search(params: &PlaneParams, cloud: &Cloud, grid: Grid) -> Searched {
     let neighbours = linked(params, cloud, &grid);
-    let labels = vec![-1i32; cloud.len()];
-    let all = cell_sums(&cloud.points_m, &grid, &labels);
-    let (sigma_m, sigma_source) = sigma_of(params, || estimate_sigma_m(&all, &neighbours));
-    let mut work = Work { params, cloud, noise: Noise::new(sigma_m), labels, fits: Vec::new() };
-    work.search(&grid, &neighbours);
-    work.unite(&grid, &neighbours);
-    let fine = Grid::new(indexed(&cloud.points_m), 0.5 * cell_m);
-    let fine_neighbours = fine.neighbours();
-    work.add_steps(&fine, &fine_neighbours, cell_m);
-    work.unite(&fine, &fine_neighbours);
-    work.drop_curtains(&fine, &fine_neighbours);
-    let found = finish::finish(params, cloud, work.labels, &work.fits, sigma_m);
-    Planes { sigma_source, ..found }
+    let (sigma_m, sigma_source) =
+        sigma_of(params, || estimate_sigma_m(&cell_sums(&cloud.points_m, &grid), &neighbours));
+    let noise = Noise::new(sigma_m);
+    let labelling = Labelling::new(&cloud.points_m, (&grid, &neighbours), noise, (&[], 0));
+    let mut work = Work { params, noise, labelling, fits: Vec::new() };
+    work.search(&neighbours);
+    work.unite();
+    let labels = work.labelling.labels(cloud.len());
+    Searched { sigma_m, sigma_source, labels, fits: work.fits }
+}
+
+/// Adds faint steps, and draws borders anew over smaller cells.
+fn refine(
+    params: &PlaneParams,
+    cloud: &Cloud,
+    grid: &Grid,
+    searched: &Searched,
+    cell_m: f64,
+) -> (Vec<i32>, Vec<Option<Fit>>) {
+    let neighbours = grid.neighbours();
+    let noise = Noise::new(searched.sigma_m);
+    let (labels, fits) = (&searched.labels, searched.fits.clone());
+    let labelling = Labelling::new(&cloud.points_m, (grid, &neighbours), noise, (labels, fits.len()));
+    let mut work = Work { params, noise, labelling, fits };
+    work.add_steps(cell_m);
+    work.unite();
+    work.drop_curtains(cloud);
+    (work.labelling.labels(cloud.len()), work.fits)
 }
 
 /// The noise to go by, metres, and where it comes from.
@@ -117,128 +150,99 @@ fn sigma_of(params: &PlaneParams, estimate: impl FnOnce() -> Option<f64>) -> (f6
 /// The labels of the points and the planes of the labels, as they become better.
 struct Work<'a> {
     params: &'a PlaneParams,
-    cloud: &'a Cloud,
     noise: Noise,
-    labels: Vec<i32>,
+    labelling: Labelling<'a>,
     fits: Vec<Option<Fit>>,
 }
 
 impl Work<'_> {
     /// Grows regions among the points that are free, as long as there are any.
-    fn search(&mut self, grid: &Grid, neighbours: &Neighbours) {
+    fn search(&mut self, neighbours: &Neighbours) {
         for _ in 0..ROUNDS {
-            if !self.search_once(grid, neighbours, self.noise, None) {
+            if !self.search_once(neighbours, self.noise, None) {
                 break;
             }
         }
-        let sums = scatters(&self.cloud.points_m, &self.labels, self.fits.len());
-        let lenders = parallel::lenders(&sums, self.noise);
+        let lenders = parallel::lenders(self.labelling.sums(), self.noise);
         let first = self.fits.len();
-        self.search_once(grid, neighbours, Noise::new(LOOSE_SHARE * self.noise.sigma_m), Some(&lenders));
-        let sums = scatters(&self.cloud.points_m, &self.labels, self.fits.len());
-        self.fits = parallel::hold(&sums, &self.fits, self.noise);
+        self.search_once(neighbours, Noise::new(LOOSE_SHARE * self.noise.sigma_m), Some(&lenders));
+        self.fits = parallel::hold(self.labelling.sums(), &self.fits, self.noise);
         for fit in &mut self.fits[first..] {
             *fit = fit.filter(|fit| fit.held);
         }
     }
 
     /// Grows regions among the points that are free; whether there were any.
-    fn search_once(
-        &mut self,
-        grid: &Grid,
-        neighbours: &Neighbours,
-        noise: Noise,
-        lenders: Option<&[[f64; 3]]>,
-    ) -> bool {
-        let free = cell_sums(&self.cloud.points_m, grid, &self.labels);
+    fn search_once(&mut self, neighbours: &Neighbours, noise: Noise, lenders: Option<&[[f64; 3]]>) -> bool {
+        let free = self.labelling.free();
         let min_points = self.params.min_points;
         let regions = grow_all(&Field { cells: &free, neighbours, noise, min_points, lenders });
         let any = !regions.is_empty();
         for region in regions {
-            self.take(grid, &region.cells, &region.fit, noise.point_limit_m());
+            self.labelling.take(&region.cells, &region.fit, noise.point_limit_m());
             self.fits.push(Some(region.fit));
         }
-        self.choose(grid, neighbours, CHOICES[0]);
+        self.choose(CHOICES[0]);
         any
     }
 
-    /// Labels the free points of cells that are near their new plane.
-    fn take(&mut self, grid: &Grid, cells: &[u32], fit: &Fit, limit_m: f64) {
-        let label = self.fits.len() as i32;
-        for point in cells.iter().flat_map(|cell| grid.points_of(*cell as usize)) {
-            let off_m = fit.distance_m(self.cloud.points_m[*point as usize].map(f64::from));
-            let slot = &mut self.labels[*point as usize];
-            if *slot < 0 && off_m.abs() <= limit_m {
-                *slot = label;
+    /// Lets points choose their plane and fits planes to their points, in turn.
+    fn choose(&mut self, times: usize) {
+        for _ in 0..times {
+            let changed = self.labelling.choose(&self.fits);
+            self.fits = refit(self.labelling.sums(), &self.fits);
+            if changed == 0 {
+                break;
             }
         }
     }
 
-    /// Lets points choose their plane and fits planes to their points, in turn.
-    fn choose(&mut self, grid: &Grid, neighbours: &Neighbours, times: usize) {
-        let labelling = Labelling { points_m: &self.cloud.points_m, grid, neighbours, noise: self.noise };
-        for _ in 0..times {
-            labelling.choose(&self.fits, &mut self.labels);
-            self.fits = refit(&self.cloud.points_m, &self.labels, &self.fits);
-        }
-    }
-
     /// Makes planes one that are.
-    fn unite(&mut self, grid: &Grid, neighbours: &Neighbours) {
-        let sums = scatters(&self.cloud.points_m, &self.labels, self.fits.len());
-        self.fits = parallel::hold(&sums, &self.fits, self.noise);
-        self.relabel(&tilted::lean(&sums, &self.fits, self.noise));
-        let sums = scatters(&self.cloud.points_m, &self.labels, self.fits.len());
-        let into = {
-            let labelling = Labelling { points_m: &self.cloud.points_m, grid, neighbours, noise: self.noise };
-            coplanar::unite(&sums, &self.fits, &labelling.touching(&self.labels), self.noise)
-        };
-        self.relabel(&into);
-        self.choose(grid, neighbours, CHOICES[1]);
+    fn unite(&mut self) {
+        self.fits = parallel::hold(self.labelling.sums(), &self.fits, self.noise);
+        self.rename(&tilted::lean(self.labelling.sums(), &self.fits, self.noise));
+        let touching = self.labelling.touching();
+        self.rename(&coplanar::unite(self.labelling.sums(), &self.fits, &touching, self.noise));
+        self.choose(CHOICES[1]);
     }
 
-    fn relabel(&mut self, into: &[usize]) {
-        for label in &mut self.labels {
-            *label = usize::try_from(*label).map_or(-1, |old| into[old] as i32);
-        }
-        self.fits = refit(&self.cloud.points_m, &self.labels, &self.fits);
+    fn rename(&mut self, into: &[usize]) {
+        self.labelling.rename(into);
+        self.fits = refit(self.labelling.sums(), &self.fits);
     }
 
     /// Finds faint steps within planes and keeps those that are real.
-    fn add_steps(&mut self, grid: &Grid, neighbours: &Neighbours, cell_m: f64) {
-        self.choose(grid, neighbours, 1);
-        let points_m = &self.cloud.points_m;
+    fn add_steps(&mut self, cell_m: f64) {
+        self.choose(1);
         let limits = (self.noise, self.params.min_points);
-        let mut steps =
-            relief::suggest(points_m, (&self.fits, &self.labels), limits, STEP_CELL_SHARE * cell_m);
+        let (points_m, labels) = self.labelling.in_cells();
+        let mut steps = relief::suggest(points_m, (&self.fits, labels), limits, STEP_CELL_SHARE * cell_m);
         let first = self.fits.len();
         let walls = self.fits.clone();
-        for (which, step) in steps.iter().enumerate() {
-            step.points.iter().for_each(|point| self.labels[*point as usize] = (first + which) as i32);
-        }
-        let labelling = Labelling { points_m, grid, neighbours, noise: self.noise };
+        steps.iter().for_each(|step| self.labelling.put(&step.points));
         let mut real = Vec::new();
         for _ in 0..CHOICES[2] {
             let fits: Vec<Option<Fit>> =
                 walls.iter().copied().chain(steps.iter().map(|step| Some(step.fit))).collect();
-            labelling.choose(&fits, &mut self.labels);
-            real = relief::judge(points_m, &self.labels, (&mut steps, first), &walls, limits);
+            self.labelling.choose(&fits);
+            let (points_m, labels) = self.labelling.in_cells();
+            real = relief::judge(points_m, labels, (&mut steps, first), &walls, limits);
         }
         let kept = steps.iter().zip(&real).enumerate();
         let after =
             kept.map(|(which, (step, real))| if *real { first + which } else { step.within as usize });
         let into: Vec<usize> = (0..first).chain(after).collect();
         self.fits.extend(steps.iter().map(|step| Some(step.fit)));
-        self.relabel(&into);
-        self.choose(grid, neighbours, 1);
+        self.rename(&into);
+        self.choose(1);
     }
 
     /// Gives up planes that are curtains of mixed pixels; their points choose anew.
-    fn drop_curtains(&mut self, grid: &Grid, neighbours: &Neighbours) {
-        let curtains = curtain::find(self.cloud, &self.labels, &self.fits);
+    fn drop_curtains(&mut self, cloud: &Cloud) {
+        let curtains = curtain::find(cloud, &self.labelling.labels(cloud.len()), &self.fits);
         self.fits.iter_mut().zip(curtains).filter(|(_, curtain)| *curtain).for_each(|(fit, _)| *fit = None);
-        let labelling = Labelling { points_m: &self.cloud.points_m, grid, neighbours, noise: self.noise };
-        labelling.choose(&self.fits, &mut self.labels);
+        self.labelling.wake_all();
+        self.labelling.choose(&self.fits);
     }
 }
 

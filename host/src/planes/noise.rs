@@ -2,8 +2,9 @@
 //!
 //! The paper's epsilon and gamma are fixed lengths that fit one sensor; here both follow from the deviation of a range. Metres.
 
-use super::grid::Neighbours;
+use super::grid::{CELLS_A_TASK, Neighbours};
 use super::scatter::{Fit, Scatter};
+use rayon::prelude::*;
 
 /// Limits for points and groups of points, for one deviation of the noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,16 +76,16 @@ impl Noise {
 ///
 /// Most cells of a building lie in a surface; those at edges raise the upper half only. At least 5 mm. `None` when no neighbourhood has 20 points.
 pub fn estimate_sigma_m(cells: &[Scatter], neighbours: &Neighbours) -> Option<f64> {
-    let mut errors: Vec<(f64, f64)> = Vec::new();
-    for (cell, own) in cells.iter().enumerate() {
+    let error_of = |(cell, own): (usize, &Scatter)| {
         let mut around = *own;
         neighbours.of(cell).iter().for_each(|other| around.merge(&cells[*other as usize]));
         let count = around.count();
-        if let Some(fit) = around.fit().filter(|_| count >= 20.0) {
-            errors.push((fit.variances_m2[0] * count / (count - 3.0), own.count()));
-        }
-    }
-    errors.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        let fit = around.fit().filter(|_| count >= 20.0)?;
+        Some((fit.variances_m2[0] * count / (count - 3.0), own.count()))
+    };
+    let mut errors: Vec<(f64, f64)> =
+        cells.par_iter().with_min_len(CELLS_A_TASK).enumerate().filter_map(error_of).collect();
+    errors.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let half = errors.iter().map(|e| e.1).sum::<f64>() * 0.45;
     let mut passed = 0.0;
     let middle = errors.iter().find(|e| {

@@ -2,10 +2,12 @@
 //!
 //! One point cannot tell surfaces that are nearer to each other than its noise; its neighbourhood can. Metres.
 
-use super::grid::{Grid, Neighbours};
+use super::grid::{CELLS_A_TASK, Grid, Neighbours};
 use super::noise::{DEVIATIONS, Noise};
-use super::scatter::{Fit, Scatter};
+use super::scatter::{Fit, Scatter, dot};
+use rayon::prelude::*;
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 /// Weight of the neighbours' choice against the point's own distance, in units of half a squared deviation.
 const NEIGHBOUR_WEIGHT: f64 = 6.0;
@@ -13,55 +15,216 @@ const NEIGHBOUR_WEIGHT: f64 = 6.0;
 const NONE_DEVIATIONS: f64 = 3.0;
 /// How much more a point's own cell counts than each of its neighbours.
 const OWN_CELL_WEIGHT: f64 = 2.0;
+/// Points that one task adds up.
+const POINTS_A_PIECE: usize = 1 << 16;
 
-/// Points with their cells, to be labelled.
+/// Points with their cells, their labels, and the sums of each label.
+///
+/// Everything is kept in the order of the cells, so that a pass reads memory in one go; a pass visits only cells in whose neighbourhood
+/// the last one changed something.
 pub struct Labelling<'a> {
-    /// The points.
-    pub points_m: &'a [[f32; 3]],
-    /// Their cells.
-    pub grid: &'a Grid,
-    /// Which cells are near each other.
-    pub neighbours: &'a Neighbours,
-    /// What counts as noise.
-    pub noise: Noise,
+    grid: &'a Grid,
+    neighbours: &'a Neighbours,
+    noise: Noise,
+    points_m: Vec<[f32; 3]>,
+    labels: Vec<i32>,
+    /// How many points of a cell chose each label, from the cell's first place on; -1 is none of the planes.
+    votes: Vec<Vote>,
+    /// How many different labels a cell has.
+    kinds: Vec<u32>,
+    active: Vec<bool>,
+    sums: Vec<Scatter>,
 }
 
-/// How many points of a cell chose each label; the label -1 is none of the planes.
-type Votes = Vec<(i32, f64)>;
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Vote {
+    label: i32,
+    count: u32,
+}
 
-impl Labelling<'_> {
-    /// One round: every point chooses among the labels found in and around its cell. Returns how many changed.
-    pub fn choose(&self, fits: &[Option<Fit>], labels: &mut [i32]) -> usize {
-        let own: Vec<Votes> = (0..self.grid.len()).map(|cell| self.votes_of(cell, labels)).collect();
-        let mut changed = 0;
-        let mut around = Votes::new();
-        for cell in 0..self.grid.len() {
-            around.clear();
-            add_votes(&mut around, &own[cell], OWN_CELL_WEIGHT);
-            for other in self.neighbours.of(cell) {
-                add_votes(&mut around, &own[*other as usize], 1.0);
+/// A point that changed its label.
+struct Change {
+    cell: u32,
+    place: u32,
+    from: i32,
+    to: i32,
+}
+
+impl<'a> Labelling<'a> {
+    /// Labels by point become labels by cell, none when there are too few; `planes` is how many different ones there are.
+    pub fn new(
+        points_m: &[[f32; 3]],
+        (grid, neighbours): (&'a Grid, &'a Neighbours),
+        noise: Noise,
+        (labels, planes): (&[i32], usize),
+    ) -> Self {
+        let order = &grid.order;
+        let mut this = Self {
+            grid,
+            neighbours,
+            noise,
+            points_m: order.iter().map(|point| points_m[*point as usize]).collect(),
+            labels: order.iter().map(|point| labels.get(*point as usize).copied().unwrap_or(-1)).collect(),
+            votes: vec![Vote::default(); order.len()],
+            kinds: vec![0; grid.len()],
+            active: vec![true; grid.len()],
+            sums: vec![Scatter::default(); planes],
+        };
+        this.gather();
+        this
+    }
+
+    /// Labels in the order of the points; those that are in no cell have none.
+    pub fn labels(&self, points: usize) -> Vec<i32> {
+        let mut labels = vec![-1; points];
+        for (label, point) in self.labels.iter().zip(&self.grid.order) {
+            labels[*point as usize] = *label;
+        }
+        labels
+    }
+
+    /// The sums of each label's points.
+    pub fn sums(&self) -> &[Scatter] {
+        &self.sums
+    }
+
+    /// The sums of the points of each cell that have no label.
+    pub fn free(&self) -> Vec<Scatter> {
+        let sum_of = |cell: usize| {
+            let mut sum = Scatter::default();
+            let places = self.places(cell);
+            if self.votes_of(cell).iter().any(|vote| vote.label < 0) {
+                let free = places.filter(|place| self.labels[*place] < 0);
+                free.for_each(|place| sum.add(self.points_m[place].map(f64::from)));
             }
-            let total: f64 = around.iter().map(|vote| vote.1).sum();
-            for &point in self.grid.points_of(cell) {
-                let label = self.best(point, fits, &around, total);
-                changed += usize::from(labels[point as usize] != label);
-                labels[point as usize] = label;
+            sum
+        };
+        (0..self.grid.len()).into_par_iter().with_min_len(CELLS_A_TASK).map(sum_of).collect()
+    }
+
+    /// Labels the free points of cells that are near a new plane; returns its label.
+    pub fn take(&mut self, cells: &[u32], fit: &Fit, limit_m: f64) {
+        let label = self.sums.len() as i32;
+        let mut sum = Scatter::default();
+        for &cell in cells {
+            for place in self.places(cell as usize) {
+                let p = self.points_m[place].map(f64::from);
+                if self.labels[place] < 0 && fit.distance_m(p).abs() <= limit_m {
+                    self.labels[place] = label;
+                    sum.add(p);
+                }
+            }
+            self.count(cell as usize);
+            self.wake(cell as usize);
+        }
+        self.sums.push(sum);
+    }
+
+    /// Labels points with a new label; `places` are as in [`Labelling::in_cells`].
+    pub fn put(&mut self, places: &[u32]) {
+        let label = self.sums.len() as i32;
+        self.sums.push(Scatter::default());
+        for &place in places {
+            let cell = self.grid.starts.partition_point(|start| *start <= place) - 1;
+            let from = std::mem::replace(&mut self.labels[place as usize], label);
+            self.shift(&Change { cell: cell as u32, place, from, to: label });
+            self.count(cell);
+            self.wake(cell);
+        }
+    }
+
+    /// Renames labels.
+    pub fn rename(&mut self, into: &[usize]) {
+        for label in &mut self.labels {
+            *label = usize::try_from(*label).map_or(-1, |old| into[old] as i32);
+        }
+        self.gather();
+    }
+
+    /// Counts everything anew.
+    pub fn gather(&mut self) {
+        let votes = runs(self.grid, &mut self.votes);
+        let kinds = self.kinds.par_chunks_mut(CELLS_A_TASK);
+        let (grid, labels) = (self.grid, &self.labels);
+        votes.into_par_iter().zip(kinds).for_each(|((cells, mut votes), kinds)| {
+            for (cell, kinds) in cells.zip(kinds) {
+                let places = grid.starts[cell] as usize..grid.starts[cell + 1] as usize;
+                let (own, rest) = votes.split_at_mut(places.len());
+                *kinds = count(&labels[places], own);
+                votes = rest;
+            }
+        });
+        self.active.fill(true);
+        self.sums = scatters(&self.points_m, &self.labels, self.sums.len());
+    }
+
+    /// Position and label of every point, in the order of the cells.
+    pub fn in_cells(&self) -> (&[[f32; 3]], &[i32]) {
+        (&self.points_m, &self.labels)
+    }
+
+    /// One round: the points of cells that are awake choose among the labels found in and around their cell. Returns how many changed.
+    pub fn choose(&mut self, fits: &[Option<Fit>]) -> usize {
+        let options: Vec<Option<Choice>> =
+            fits.iter().map(|fit| fit.as_ref().map(|fit| Choice::new(fit, self.noise))).collect();
+        let mut labels = std::mem::take(&mut self.labels);
+        let runs = runs(self.grid, &mut labels);
+        let changes: Vec<Vec<Change>> =
+            runs.into_par_iter().map(|(cells, labels)| self.choose_in(cells, labels, &options)).collect();
+        self.labels = labels;
+        self.active.fill(false);
+        let mut last = u32::MAX;
+        for change in changes.iter().flatten() {
+            self.shift(change);
+            if change.cell != last {
+                last = change.cell;
+                self.count(last as usize);
+                self.wake(last as usize);
             }
         }
-        changed
+        changes.iter().map(Vec::len).sum()
+    }
+
+    /// The choices of a run of cells, whose labels these are.
+    fn choose_in(&self, cells: Range<usize>, labels: &mut [i32], options: &[Option<Choice>]) -> Vec<Change> {
+        let first = self.grid.starts[cells.start] as usize;
+        let mut changes = Vec::new();
+        let mut around: Vec<(i32, f64)> = Vec::new();
+        let mut costs = Vec::new();
+        for cell in cells.filter(|cell| self.active[*cell]) {
+            around.clear();
+            add_votes(&mut around, self.votes_of(cell), OWN_CELL_WEIGHT);
+            for other in self.neighbours.of(cell) {
+                add_votes(&mut around, self.votes_of(*other as usize), 1.0);
+            }
+            let none = costs_of(options, &around, &mut costs);
+            for place in self.places(cell) {
+                let label = best(&costs, none, self.points_m[place]);
+                let slot = &mut labels[place - first];
+                if *slot != label {
+                    changes.push(Change { cell: cell as u32, place: place as u32, from: *slot, to: label });
+                    *slot = label;
+                }
+            }
+        }
+        changes
     }
 
     /// Pairs of labels, smaller first, that have points in one cell or in cells near each other.
-    pub fn touching(&self, labels: &[i32]) -> BTreeSet<(i32, i32)> {
-        let own: Vec<Votes> = (0..self.grid.len()).map(|cell| self.votes_of(cell, labels)).collect();
+    pub fn touching(&self) -> BTreeSet<(i32, i32)> {
         let mut pairs = BTreeSet::new();
         let mut last = (-1, -1);
-        for (cell, here) in own.iter().enumerate() {
-            for other in self.neighbours.of(cell).iter().map(|other| *other as usize).chain([cell]) {
-                for (a, b) in here.iter().flat_map(|a| own[other].iter().map(|b| (a.0, b.0))) {
-                    if 0 <= a && a < b && (a, b) != last {
-                        last = (a, b);
-                        pairs.insert(last);
+        for cell in 0..self.grid.len() {
+            let here = self.votes_of(cell);
+            for &other in self.neighbours.of(cell).iter().chain([&(cell as u32)]) {
+                let there = self.votes_of(other as usize);
+                if here.len() == 1 && there.len() == 1 && here[0].label == there[0].label {
+                    continue;
+                }
+                for pair in here.iter().flat_map(|a| there.iter().map(|b| (a.label, b.label))) {
+                    if 0 <= pair.0 && pair.0 < pair.1 && pair != last {
+                        last = pair;
+                        pairs.insert(pair);
                     }
                 }
             }
@@ -69,61 +232,157 @@ impl Labelling<'_> {
         pairs
     }
 
-    fn votes_of(&self, cell: usize, labels: &[i32]) -> Votes {
-        let mut votes = Votes::new();
-        for &point in self.grid.points_of(cell) {
-            add_votes(&mut votes, &[(labels[point as usize], 1.0)], 1.0);
-        }
-        votes
+    fn places(&self, cell: usize) -> Range<usize> {
+        self.grid.starts[cell] as usize..self.grid.starts[cell + 1] as usize
     }
 
-    fn best(&self, point: u32, fits: &[Option<Fit>], around: &Votes, total: f64) -> i32 {
-        let p = self.points_m[point as usize].map(f64::from);
-        let none_share = around.iter().find(|vote| vote.0 < 0).map_or(0.0, |vote| vote.1 / total);
-        let none_cost = 0.5 * NONE_DEVIATIONS * NONE_DEVIATIONS + NEIGHBOUR_WEIGHT * (1.0 - none_share);
-        let mut best = (none_cost, -1);
-        for &(label, votes) in around {
-            let Some(fit) = usize::try_from(label).ok().and_then(|index| fits.get(index)?.as_ref()) else {
-                continue;
-            };
-            let distance_m = fit.distance_m(p);
-            let variance_m2 = self.noise.variance_of(fit);
-            let off = distance_m * distance_m / variance_m2;
-            if off > DEVIATIONS * DEVIATIONS {
-                continue;
-            }
-            let share = variance_m2 / (self.noise.sigma_m * self.noise.sigma_m);
-            let cost = 0.5 * (off + share.ln()) + NEIGHBOUR_WEIGHT * (1.0 - votes / total);
-            if cost < best.0 || (cost == best.0 && label < best.1) {
-                best = (cost, label);
-            }
+    fn votes_of(&self, cell: usize) -> &[Vote] {
+        let start = self.grid.starts[cell] as usize;
+        &self.votes[start..start + self.kinds[cell] as usize]
+    }
+
+    /// Counts the labels of a cell. A cell has no more of them than points, so its places hold them.
+    fn count(&mut self, cell: usize) {
+        let places = self.places(cell);
+        self.kinds[cell] = count(&self.labels[places.clone()], &mut self.votes[places]);
+    }
+
+    /// Has a cell and those near it choose in the next round.
+    fn wake(&mut self, cell: usize) {
+        self.active[cell] = true;
+        self.neighbours.of(cell).iter().for_each(|other| self.active[*other as usize] = true);
+    }
+
+    /// Has all cells choose in the next round.
+    pub fn wake_all(&mut self) {
+        self.active.fill(true);
+    }
+
+    /// Moves a point from the sums of one label to those of another.
+    fn shift(&mut self, change: &Change) {
+        let mut point = Scatter::default();
+        point.add(self.points_m[change.place as usize].map(f64::from));
+        let at = |label: i32| usize::try_from(label).ok();
+        if let Some(sum) = at(change.from).and_then(|from| self.sums.get_mut(from)) {
+            sum.remove(&point);
         }
-        best.1
+        if let Some(sum) = at(change.to).and_then(|to| self.sums.get_mut(to)) {
+            sum.merge(&point);
+        }
     }
 }
 
-fn add_votes(votes: &mut Votes, more: &[(i32, f64)], weight: f64) {
-    for &(label, count) in more {
-        match votes.iter_mut().find(|vote| vote.0 == label) {
-            Some(vote) => vote.1 += weight * count,
-            None => votes.push((label, weight * count)),
+/// Writes down how often each label occurs; returns how many different ones there are.
+fn count(labels: &[i32], votes: &mut [Vote]) -> u32 {
+    let mut kinds = 0;
+    for &label in labels {
+        match votes[..kinds].iter_mut().find(|vote| vote.label == label) {
+            Some(vote) => vote.count += 1,
+            None => {
+                votes[kinds] = Vote { label, count: 1 };
+                kinds += 1;
+            }
+        }
+    }
+    kinds as u32
+}
+
+/// Cells in runs of about the same number, each with its part of what the points have.
+fn runs<'b, T>(grid: &Grid, mut of_points: &'b mut [T]) -> Vec<(Range<usize>, &'b mut [T])> {
+    let mut runs = Vec::with_capacity(grid.len() / CELLS_A_TASK + 1);
+    for first in (0..grid.len()).step_by(CELLS_A_TASK) {
+        let end = (first + CELLS_A_TASK).min(grid.len());
+        let (own, rest) = of_points.split_at_mut((grid.starts[end] - grid.starts[first]) as usize);
+        runs.push((first..end, own));
+        of_points = rest;
+    }
+    runs
+}
+
+/// A plane as a point sees it that chooses.
+#[derive(Clone, Copy)]
+struct Choice {
+    normal: [f64; 3],
+    offset_m: f64,
+    /// Half the inverse variance.
+    scale: f64,
+    /// Cost of a wider noise.
+    width: f64,
+}
+
+impl Choice {
+    fn new(fit: &Fit, noise: Noise) -> Self {
+        let variance_m2 = noise.variance_of(fit);
+        let share = variance_m2 / (noise.sigma_m * noise.sigma_m);
+        Self { normal: fit.normal, offset_m: fit.offset_m, scale: 0.5 / variance_m2, width: 0.5 * share.ln() }
+    }
+}
+
+/// What each label around costs before a point's own distance, as (label, cost, plane); returns what no plane costs.
+fn costs_of(options: &[Option<Choice>], around: &[(i32, f64)], costs: &mut Vec<(i32, f64, Choice)>) -> f64 {
+    let total: f64 = around.iter().map(|vote| vote.1).sum();
+    let against = |votes: f64| NEIGHBOUR_WEIGHT * (1.0 - votes / total);
+    costs.clear();
+    let mut none_share = 0.0;
+    for &(label, votes) in around {
+        match usize::try_from(label) {
+            Ok(index) => {
+                if let Some(choice) = options.get(index).copied().flatten() {
+                    costs.push((label, choice.width + against(votes), choice));
+                }
+            }
+            Err(_) => none_share = votes,
+        }
+    }
+    0.5 * NONE_DEVIATIONS * NONE_DEVIATIONS + against(none_share)
+}
+
+fn best(costs: &[(i32, f64, Choice)], none: f64, point_m: [f32; 3]) -> i32 {
+    let p = point_m.map(f64::from);
+    let mut best = (none, -1);
+    for (label, cost, choice) in costs {
+        let off_m = dot(choice.normal, p) - choice.offset_m;
+        let off = off_m * off_m * choice.scale;
+        let cost = cost + off;
+        let near = off <= 0.5 * DEVIATIONS * DEVIATIONS;
+        if near && (cost < best.0 || (cost == best.0 && *label < best.1)) {
+            best = (cost, *label);
+        }
+    }
+    best.1
+}
+
+fn add_votes(votes: &mut Vec<(i32, f64)>, more: &[Vote], weight: f64) {
+    for vote in more {
+        let more = weight * f64::from(vote.count);
+        match votes.iter_mut().find(|known| known.0 == vote.label) {
+            Some(known) => known.1 += more,
+            None => votes.push((vote.label, more)),
         }
     }
 }
 
 /// The best plane of each label's points, as free as it was before; `None` for a label with too few.
-pub fn refit(points_m: &[[f32; 3]], labels: &[i32], before: &[Option<Fit>]) -> Vec<Option<Fit>> {
-    let sums = scatters(points_m, labels, before.len());
+pub fn refit(sums: &[Scatter], before: &[Option<Fit>]) -> Vec<Option<Fit>> {
     sums.iter().zip(before).map(|(sum, fit)| sum.fit_again(fit.as_ref())).collect()
 }
 
-/// The sums of each label's points.
+/// The sums of each label's points. The points are added up in pieces of a fixed size, so that threads make no difference.
 pub fn scatters(points_m: &[[f32; 3]], labels: &[i32], count: usize) -> Vec<Scatter> {
-    let mut sums = vec![Scatter::default(); count];
-    for (p, label) in points_m.iter().zip(labels) {
-        if let Some(sum) = usize::try_from(*label).ok().and_then(|index| sums.get_mut(index)) {
-            sum.add(p.map(f64::from));
+    let sums_of = |(points_m, labels): (&[[f32; 3]], &[i32])| {
+        let mut sums = vec![Scatter::default(); count];
+        for (p, label) in points_m.iter().zip(labels) {
+            if let Some(sum) = usize::try_from(*label).ok().and_then(|index| sums.get_mut(index)) {
+                sum.add(p.map(f64::from));
+            }
         }
+        sums
+    };
+    let pieces = points_m.par_chunks(POINTS_A_PIECE).zip(labels.par_chunks(POINTS_A_PIECE));
+    let parts: Vec<Vec<Scatter>> = pieces.map(sums_of).collect();
+    let mut sums = vec![Scatter::default(); count];
+    for part in &parts {
+        sums.iter_mut().zip(part).for_each(|(sum, part)| sum.merge(part));
     }
     sums
 }

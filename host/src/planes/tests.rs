@@ -129,3 +129,17 @@ fn cells_follow_the_density_of_the_cloud() {
     assert_eq!(super::cells::grid(&PlaneParams { cell_m: Some(0.07), ..Default::default() }, &dense).1, 0.07);
     assert!(size(&Cloud::default()) > 0.0);
 }
+
+#[test]
+fn any_number_of_threads_finds_the_same() {
+    let cloud = drive(&corridor(), 240, 0.02, 9);
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| extract(&PlaneParams::default(), &cloud))
+    };
+    let one = on(1);
+    assert!(one.planes.len() > 3);
+    for threads in [2, 3, 7] {
+        assert_eq!(on(threads), one, "{threads} threads");
+    }
+}
