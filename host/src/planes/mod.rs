@@ -90,7 +90,8 @@ const CHOICES: [usize; 3] = [4, 2, 6];
 /// Finds the planes of a cloud.
 pub fn extract(params: &PlaneParams, cloud: &Cloud) -> Planes {
     let (grid, cell_m) = cells::grid(params, cloud);
-    let searched = search(params, cloud, grid);
+    let searched = search(params, cloud, &grid);
+    drop(grid);
     let grid = Grid::new(indexed(&cloud.points_m), 0.5 * cell_m);
     let (labels, fits) = refine(params, cloud, &grid, &searched, cell_m);
     let sigma_m = searched.sigma_m;
@@ -107,12 +108,12 @@ struct Searched {
 }
 
 /// Estimates the noise and grows planes over cells.
-fn search(params: &PlaneParams, cloud: &Cloud, grid: Grid) -> Searched {
-    let neighbours = linked(params, cloud, &grid);
+fn search(params: &PlaneParams, cloud: &Cloud, grid: &Grid) -> Searched {
+    let neighbours = linked(params, cloud, grid);
     let (sigma_m, sigma_source) =
-        sigma_of(params, || estimate_sigma_m(&cell_sums(&cloud.points_m, &grid), &neighbours));
+        sigma_of(params, || estimate_sigma_m(&cell_sums(&cloud.points_m, grid), &neighbours));
     let noise = Noise::new(sigma_m);
-    let labelling = Labelling::new(&cloud.points_m, (&grid, &neighbours), noise, (&[], 0));
+    let labelling = Labelling::new(&cloud.points_m, (grid, &neighbours), noise, (&[], 0));
     let mut work = Work { params, noise, labelling, fits: Vec::new() };
     work.search(&neighbours);
     work.unite();
