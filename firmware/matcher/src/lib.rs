@@ -16,6 +16,7 @@ mod field;
 mod gradient;
 mod grid;
 mod journal;
+mod line;
 mod local_map;
 mod map_matcher;
 mod motion;

@@ -3,6 +3,7 @@
 //! Frame: the base at the scan's stamp. Units: metres. The buffer is made once; a scan with more beams than it holds is
 //! thinned evenly, never refused.
 
+use crate::line::{Fitted, Lines, RunningSums};
 use crate::scan::Scan;
 
 crate::named::named_parameters! { "points";
@@ -79,7 +80,7 @@ pub struct EndPoint {
 pub struct EndPoints {
     points: Vec<EndPoint>,
     /// Sums over the points before each one, so that any run of neighbours costs the same.
-    sums: Vec<LineSums>,
+    sums: Vec<RunningSums>,
     capacity: usize,
     laser_in_base_m: [f32; 2],
     params: PointParams,
@@ -129,8 +130,12 @@ impl EndPoints {
         }
         self.sum_up();
         let mut before_m = f32::INFINITY;
+        let mut lines = Lines::default();
         for index in 0..self.points.len() {
-            let (kind, normal) = self.surface_at(index);
+            if index % Lines::MANY == 0 {
+                self.fit_some(index, &mut lines);
+            }
+            let (kind, normal) = self.surface_at(index, &lines);
             let next = self.points.get(index + 1);
             let after_m = next.map_or(f32::INFINITY, |next| distance(next.at_m, self.points[index].at_m));
             let weight = self.weight(before_m, after_m);
@@ -140,7 +145,7 @@ impl EndPoints {
     }
 
     fn sum_up(&mut self) {
-        let mut sum = LineSums::default();
+        let mut sum = RunningSums::default();
         self.sums.clear();
         self.sums.push(sum);
         for point in &self.points {
@@ -155,14 +160,27 @@ impl EndPoints {
         (before_m.min(spacing_m) + after_m.min(spacing_m)) / (2.0 * spacing_m).max(1e-6)
     }
 
+    /// Fits lines through the neighbours on both sides of the points from this one on.
+    fn fit_some(&self, from: usize, lines: &mut Lines) {
+        lines.clear();
+        for index in from..self.points.len().min(from + Lines::MANY) {
+            let (before, rest) = self.points.split_at(index);
+            let first = index - self.reach(index, before.iter().rev());
+            let last = index + self.reach(index, rest[1..].iter());
+            lines.push((first, last), &self.sums[last + 1].minus(&self.sums[first]));
+        }
+        lines.fit();
+    }
+
     /// What a point lies on: a line with the neighbours on both sides, or at a corner with those on one side.
-    fn surface_at(&self, index: usize) -> (Kind, [f32; 2]) {
-        let (before, rest) = self.points.split_at(index);
-        let first = index - self.reach(index, before.iter().rev());
-        let last = index + self.reach(index, rest[1..].iter());
-        let mut kind = Kind::Unsure;
-        for (from, to) in [(first, last), (first, index), (index, last)] {
-            match self.line_through(index, from, to) {
+    fn surface_at(&self, index: usize, lines: &Lines) -> (Kind, [f32; 2]) {
+        let ((first, last), fit) = lines.get(index % Lines::MANY);
+        let mut kind = match self.line_through(index, (first, last), || fit) {
+            (Kind::Line, normal) => return (Kind::Line, normal),
+            (kind, _) => kind,
+        };
+        for (from, to) in [(first, index), (index, last)] {
+            match self.line_through(index, (from, to), || self.sums[to + 1].minus(&self.sums[from]).fit()) {
                 (Kind::Line, normal) => return (Kind::Line, normal),
                 (Kind::Point, _) => kind = Kind::Point,
                 (Kind::Unsure, _) => {}
@@ -181,8 +199,14 @@ impl EndPoints {
         beyond.map_or(most, |within| within + 1)
     }
 
-    /// The normal of the line through the points `first` to `last`, if they form one.
-    fn line_through(&self, index: usize, first: usize, last: usize) -> (Kind, [f32; 2]) {
+    /// The normal of the line `fit` through the points `first` to `last`, if they form one.
+    #[inline]
+    fn line_through(
+        &self,
+        index: usize,
+        (first, last): (usize, usize),
+        fit: impl FnOnce() -> Option<Fitted>,
+    ) -> (Kind, [f32; 2]) {
         const UNSURE: (Kind, [f32; 2]) = (Kind::Unsure, [0.0; 2]);
         let here = self.points[index].at_m;
         let length_m = self.params.line_length_m as f32;
@@ -190,9 +214,7 @@ impl EndPoints {
         if last - first < 2 || squared_distance(ends_m[0], ends_m[1]) < length_m * length_m {
             return UNSURE;
         }
-        let Some((spread_squared, mut normal)) = self.sums[last + 1].minus(&self.sums[first]).fit() else {
-            return UNSURE;
-        };
+        let Some(Fitted { spread_squared, mut normal }) = fit() else { return UNSURE };
         if spread_squared > self.params.line_tolerance_m * self.params.line_tolerance_m {
             return (Kind::Point, [0.0; 2]);
         }
@@ -205,57 +227,6 @@ impl EndPoints {
             normal = [-normal[0], -normal[1]];
         }
         (Kind::Line, normal)
-    }
-}
-
-/// Running sums for a total-least-squares line.
-#[derive(Copy, Clone, Debug, Default)]
-struct LineSums {
-    n: f64,
-    x: f64,
-    y: f64,
-    xx: f64,
-    xy: f64,
-    yy: f64,
-}
-
-impl LineSums {
-    fn add(&mut self, [x, y]: [f64; 2]) {
-        self.n += 1.0;
-        self.x += x;
-        self.y += y;
-        self.xx += x * x;
-        self.xy += x * y;
-        self.yy += y * y;
-    }
-
-    fn minus(&self, before: &Self) -> Self {
-        Self {
-            n: self.n - before.n,
-            x: self.x - before.x,
-            y: self.y - before.y,
-            xx: self.xx - before.xx,
-            xy: self.xy - before.xy,
-            yy: self.yy - before.yy,
-        }
-    }
-
-    /// Mean squared distance from the best line, square metres, and its unit normal; `None` when all points coincide.
-    fn fit(&self) -> Option<(f64, [f32; 2])> {
-        let per_point = 1.0 / self.n;
-        let (mean_x, mean_y) = (self.x * per_point, self.y * per_point);
-        let xx = self.xx - self.x * mean_x;
-        let xy = self.xy - self.x * mean_y;
-        let yy = self.yy - self.y * mean_y;
-        // The direction of the larger eigenvalue of [xx xy; xy yy], by the half angle.
-        let half_difference = 0.5 * (xx - yy);
-        let root = (half_difference * half_difference + xy * xy).sqrt();
-        let along =
-            if half_difference >= 0.0 { [half_difference + root, xy] } else { [xy, root - half_difference] };
-        let squared = along[0] * along[0] + along[1] * along[1];
-        let spread = (0.5 * (xx + yy) - root).max(0.0) * per_point;
-        let per_length = 1.0 / squared.sqrt();
-        (squared > 1e-18).then(|| (spread, [(-along[1] * per_length) as f32, (along[0] * per_length) as f32]))
     }
 }
 
