@@ -44,6 +44,10 @@ pub struct SearchParams {
     pub rival_share: f64,
     /// End points used at most. More: surer and slower.
     pub beams: usize [1.0, 1e5],
+    /// End points that one search looks up at most, all poses together: bounds the time whatever the window. A lattice that needs more is
+    /// tried with fewer end points, evenly spread, at the least 8; one that is too large even so ends nearer to the guess in x and y.
+    /// More: wide searches are surer and slower.
+    pub most_looks: usize [1000.0, 1e9],
     /// Width of the likelihood about a surface, metres. About the lattice step: less, and the right place falls between
     /// two steps; more, and places look alike.
     pub blur_m: f64 [0.001, 10.0],
@@ -75,6 +79,7 @@ impl Default for SearchParams {
             max_turns: 15.0,
             rival_share: 0.8,
             beams: 60,
+            most_looks: 400_000,
             blur_m: 0.1,
             free_space_cost: 0.3,
             patience_scans: 20,
@@ -113,6 +118,8 @@ pub struct Search {
     placed: Vec<[i32; 2]>,
 }
 
+/// So many end points tell a pose at the least.
+const LEAST_BEAMS: usize = 8;
 /// After so many end points a pose that cannot come among the best any more is given up.
 const LOOK_EVERY: usize = 12;
 
@@ -149,9 +156,8 @@ impl Search {
         window: Window,
     ) -> [Candidate; KEPT] {
         let mut best = [Candidate::default(); KEPT];
-        let turns = (window.half_rad / self.params.step_rad).ceil().min(self.params.max_turns) as i32;
-        let shifts = (window.half_m / self.step_m).ceil().min(self.params.max_shifts) as i32;
-        let stride = points.as_slice().len().div_ceil(self.params.beams.max(1)).max(1);
+        let (turns, shifts, beams) = self.lattice(window);
+        let stride = points.as_slice().len().div_ceil(beams).max(1);
         for turn in -turns..=turns {
             let theta_rad = wrap_angle(guess.theta_rad + f64::from(turn) * self.params.step_rad);
             let placement = Placement::new(&Pose2 { theta_rad, ..*guess });
@@ -169,6 +175,19 @@ impl Search {
             }
         }
         best
+    }
+
+    /// Steps each way in heading and in x and y, and how many end points are tried at each pose.
+    fn lattice(&self, window: Window) -> (i32, i32, usize) {
+        let params = &self.params;
+        let turns = (window.half_rad / params.step_rad).ceil().min(params.max_turns) as i32;
+        let mut shifts = (window.half_m / self.step_m).ceil().min(params.max_shifts) as i32;
+        let poses = |shifts: i32| (2 * turns as usize + 1) * (2 * shifts as usize + 1).pow(2);
+        while shifts > 0 && poses(shifts) * LEAST_BEAMS > params.most_looks {
+            shifts -= 1;
+        }
+        let beams = (params.most_looks / poses(shifts)).max(LEAST_BEAMS);
+        (turns, shifts, beams.min(params.beams.max(1)))
     }
 
     /// Mean likelihood of the end points, shifted by whole cells; something not above `least` when that is all it can come to.
@@ -260,6 +279,21 @@ mod tests {
             (None, false) => 0.0,
         };
         used.iter().map(|point| worth(placement.place(point.at_m))).sum::<f64>() / used.len() as f64
+    }
+
+    #[test]
+    fn a_search_looks_up_no_more_than_its_budget_and_a_small_one_is_not_thinned() {
+        let search = Search::new(SearchParams::default(), 0.05);
+        assert_eq!(search.lattice(Window { half_m: 0.2, half_rad: 0.3 }), (9, 2, 60));
+        // The widest: 31 headings by 21 by 21 places, 29 end points each.
+        assert_eq!(search.lattice(Window { half_m: 9.0, half_rad: 3.0 }), (15, 10, 29));
+        let params = SearchParams { max_shifts: 1000.0, max_turns: 1000.0, ..SearchParams::default() };
+        for most_looks in [2000, 400_000] {
+            let search = Search::new(SearchParams { most_looks, ..params }, 0.05);
+            let (turns, shifts, beams) = search.lattice(Window { half_m: 50.0, half_rad: 3.0 });
+            let poses = (2 * turns as usize + 1) * (2 * shifts as usize + 1).pow(2);
+            assert!(poses * beams <= most_looks && beams >= 8, "{turns} {shifts} {beams}");
+        }
     }
 
     #[test]

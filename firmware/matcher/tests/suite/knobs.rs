@@ -79,6 +79,7 @@ const OTHER: &[(&str, f64)] = &[
     ("search.max_turns", 1.0),
     ("search.rival_share", 0.0),
     ("search.beams", 10.0),
+    ("search.most_looks", 1000.0),
     ("search.blur_m", 0.3),
     ("search.free_space_cost", 3.0),
     ("search.patience_scans", 1.0),
