@@ -6,6 +6,7 @@
 pub mod budget;
 pub mod cloud;
 pub mod cloud_file;
+pub mod compact;
 pub mod compare;
 pub mod deskew;
 pub mod evaluate;
@@ -18,7 +19,9 @@ pub mod info;
 pub mod leftovers;
 pub mod map_files;
 pub mod mesh;
+pub mod mesh_file;
 pub mod model;
+pub mod obj_read;
 pub mod occupancy;
 pub mod output;
 pub mod palette;

@@ -6,6 +6,8 @@ use serde::Serialize;
 
 use crate::cloud_file::CloudFile;
 use crate::model::Plane;
+use crate::planes::agreement::Agreement;
+use crate::planes::explain::Explanation;
 use crate::planes::reference::ReferenceParams;
 use crate::planes::{PlaneParams, Planes, SigmaSource};
 
@@ -35,6 +37,16 @@ pub struct Cost {
     pub threads: usize,
 }
 
+/// The paper's search: its limits, and the seed of its random starts.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct PaperSearch {
+    /// Its limits.
+    #[serde(flatten)]
+    pub limits: ReferenceParams,
+    /// Seed of its random starts.
+    pub seed: u64,
+}
+
 /// Which search found the planes, with its parameters.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "name", rename_all = "lowercase")]
@@ -42,7 +54,7 @@ pub enum Method {
     /// Ours.
     Fast(PlaneParams),
     /// The paper's, with its fixed lengths.
-    Paper(ReferenceParams),
+    Paper(PaperSearch),
 }
 
 /// Everything in `planes.json`.
@@ -69,6 +81,12 @@ pub struct PlaneReport {
     pub method: Method,
     /// The planes, largest first.
     pub planes: Vec<PlaneFigures>,
+    /// Why each plane ended, in the order of the planes; when asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub explanation: Option<Explanation>,
+    /// How far the labels agree with others; when asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub agreement: Option<Agreement>,
     /// The program's version.
     pub version: &'static str,
 }
@@ -93,6 +111,8 @@ impl PlaneReport {
                 .enumerate()
                 .map(|(index, plane)| figures(index, plane, file.shift_m))
                 .collect(),
+            explanation: None,
+            agreement: None,
             version: env!("CARGO_PKG_VERSION"),
         }
     }

@@ -94,6 +94,12 @@ pub struct Summary {
     pub scans: ScanFigures,
     /// The recordings.
     pub recordings: Vec<String>,
+    /// The mesh, when the model was made of one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<String>,
+    /// What was taken off the mesh's coordinates while working, metres; all files are in its own coordinates again.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shift_m: Option<[f64; 3]>,
     /// The foreign trajectory, if one was given.
     pub poses: Option<String>,
     /// Stages in the order in which they ran.
@@ -138,6 +144,8 @@ impl Summary {
             errors: PlaneErrors::of(model, counts.sigma_m),
             scans: ScanFigures::default(),
             recordings: Vec::new(),
+            mesh: None,
+            shift_m: None,
             poses: None,
             stages: Vec::new(),
             wall_s: 0.0,

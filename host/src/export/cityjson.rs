@@ -11,6 +11,7 @@ use super::welded::WeldedVertices;
 use super::{Shapes, generator};
 use crate::model::{PlanarPolygon, Plane};
 use crate::palette::Orientation;
+use crate::shift::restored;
 
 /// Coordinates are whole multiples of this, metres: a tenth of a millimetre keeps rings apart that nearly touch.
 const STEP_M: f64 = 1e-4;
@@ -36,8 +37,8 @@ fn semantics(index: usize, plane: &Plane) -> Value {
 }
 
 /// Least and greatest coordinates, metres.
-fn extent(vertices: &WeldedVertices) -> Option<[f64; 6]> {
-    let mut points = vertices.positions_m();
+fn extent(vertices: &WeldedVertices, shift_m: [f64; 3]) -> Option<[f64; 6]> {
+    let mut points = vertices.positions_m().map(|point| restored(point, shift_m));
     let first = points.next()?;
     let (mut min, mut max) = (first, first);
     for point in points {
@@ -76,12 +77,12 @@ pub fn write(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Result<()> {
     let mut document = json!({
         "type": "CityJSON",
         "version": "2.0",
-        "transform": { "scale": [STEP_M, STEP_M, STEP_M], "translate": [0.0, 0.0, 0.0] },
+        "transform": { "scale": [STEP_M, STEP_M, STEP_M], "translate": shapes.shift_m },
         "metadata": { "title": format!("{}: flat surfaces in frame map (z up), metres", generator()) },
         "CityObjects": { "building": { "type": "Building", "geometry": geometry } },
         "vertices": vertices.lattice(),
     });
-    if let Some(extent) = extent(&vertices) {
+    if let Some(extent) = extent(&vertices, shapes.shift_m) {
         document["metadata"]["geographicalExtent"] = json!(extent);
     }
     serde_json::to_writer(&mut *out, &document)?;
@@ -99,7 +100,7 @@ mod tests {
     fn each_polygon_is_a_surface_with_its_holes_as_inner_rings() {
         let model = sample::model();
         let mut bytes = Vec::new();
-        write(&mut bytes, &Shapes { model: &model, faces: Vec::new() }).unwrap();
+        write(&mut bytes, &Shapes { model: &model, faces: Vec::new(), shift_m: [0.0; 3] }).unwrap();
         let document: Value = serde_json::from_slice(&bytes).unwrap();
         assert_eq!((&document["type"], &document["version"]), (&json!("CityJSON"), &json!("2.0")));
         let geometry = &document["CityObjects"]["building"]["geometry"][0];

@@ -8,7 +8,7 @@ use std::io::{self, Write};
 use serde_json::{Value, json};
 
 use super::{Shapes, append, generator};
-use crate::model::{Mesh, Model, Plane};
+use crate::model::{Mesh, Plane};
 use crate::palette::{self, Orientation, Rgb};
 
 const FLOAT: u32 = 5126;
@@ -30,6 +30,8 @@ struct Builder {
     colors: Vec<Rgb>,
     meshes: Vec<Value>,
     nodes: Vec<Value>,
+    /// See [`Shapes::shift_m`].
+    shift_m: [f64; 3],
 }
 
 /// Buffer views, in the order of the binary chunk.
@@ -119,6 +121,11 @@ impl Builder {
         let root = self.nodes.len();
         let children: Vec<usize> = (0..root).collect();
         let mut node = json!({ "name": "map", "rotation": MAP_TO_GLTF_XYZW });
+        if self.shift_m != [0.0; 3] {
+            // In the axes of glTF, because a node is turned before it is moved.
+            let [x, y, z] = self.shift_m;
+            node["translation"] = json!([x, z, -y]);
+        }
         if !children.is_empty() {
             node["children"] = children.into();
         }
@@ -174,13 +181,13 @@ fn plane_mesh(shapes: &Shapes<'_>, polygons: &[usize]) -> Mesh {
     mesh
 }
 
-fn plane_extras(model: &Model, index: usize, plane: &Plane, polygons: &[usize], mesh: &Mesh) -> Value {
-    let holes: usize = polygons.iter().map(|&polygon| model.polygons[polygon].holes_m.len()).sum();
+fn plane_extras(shapes: &Shapes<'_>, index: usize, plane: &Plane, polygons: &[usize], mesh: &Mesh) -> Value {
+    let holes: usize = polygons.iter().map(|&polygon| shapes.model.polygons[polygon].holes_m.len()).sum();
     json!({
         "plane": index,
         "kind": Orientation::of(plane).name(),
         "normal": plane.normal,
-        "offset_m": plane.offset_m,
+        "offset_m": shapes.offset_m(plane),
         "area_m2": (super::area_m2(mesh) * 1e4).round() / 1e4,
         "rms_m": plane.rms_m,
         "points": plane.points,
@@ -194,11 +201,11 @@ fn plane_extras(model: &Model, index: usize, plane: &Plane, polygons: &[usize], 
 /// # Errors
 /// When writing fails, or the model is larger than a GLB can be (4 GiB).
 pub fn write(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Result<()> {
-    let mut builder = Builder::default();
+    let mut builder = Builder { shift_m: shapes.shift_m, ..Builder::default() };
     for (index, polygons) in shapes.polygons_by_plane().iter().enumerate() {
         let plane = &shapes.model.planes[index];
         let mesh = plane_mesh(shapes, polygons);
-        let extras = plane_extras(shapes.model, index, plane, polygons, &mesh);
+        let extras = plane_extras(shapes, index, plane, polygons, &mesh);
         let name = format!("plane {index} ({})", Orientation::of(plane).name());
         builder.add(&name, &mesh, Some(plane.normal), palette::plane_color(index, plane), &extras);
     }
@@ -262,7 +269,8 @@ mod tests {
     fn each_plane_is_a_mesh_whose_accessors_lead_to_its_triangles() {
         let model = sample::model();
         let mut bytes = Vec::new();
-        write(&mut bytes, &Shapes { model: &model, faces: sample::faces(&model) }).unwrap();
+        write(&mut bytes, &Shapes { model: &model, faces: sample::faces(&model), shift_m: [0.0; 3] })
+            .unwrap();
         let (document, binary) = read(&bytes);
         let names: Vec<&str> =
             document["nodes"].as_array().unwrap().iter().map(|node| node["name"].as_str().unwrap()).collect();
@@ -295,7 +303,7 @@ mod tests {
     fn an_empty_model_is_a_valid_file_without_a_binary_chunk() {
         let model = Model::default();
         let mut bytes = Vec::new();
-        write(&mut bytes, &Shapes { model: &model, faces: Vec::new() }).unwrap();
+        write(&mut bytes, &Shapes { model: &model, faces: Vec::new(), shift_m: [0.0; 3] }).unwrap();
         let (document, binary) = read(&bytes);
         assert!(binary.is_empty() && document.get("buffers").is_none() && document.get("meshes").is_none());
         assert_eq!(document["nodes"][0]["name"], "map");

@@ -11,7 +11,7 @@ mod welded;
 
 use rayon::prelude::*;
 
-use crate::model::{Mesh, Model, PlanarPolygon};
+use crate::model::{Mesh, Model, PlanarPolygon, Plane};
 use crate::triangulate::triangulate;
 
 /// A model with its polygons cut into triangles, as most formats want them.
@@ -21,6 +21,8 @@ pub struct Shapes<'a> {
     pub model: &'a Model,
     /// The triangles of each polygon, in the order of the polygons, wound as the polygon is.
     pub faces: Vec<Mesh>,
+    /// What is added to every coordinate that is written, metres: models far from zero are kept near it ([`crate::shift`]).
+    pub shift_m: [f64; 3],
 }
 
 impl<'a> Shapes<'a> {
@@ -34,7 +36,12 @@ impl<'a> Shapes<'a> {
                 triangles: flat.triangles,
             }
         };
-        Self { model, faces: model.polygons.par_iter().map(cut).collect() }
+        Self { model, faces: model.polygons.par_iter().map(cut).collect(), shift_m: [0.0; 3] }
+    }
+
+    /// A plane's offset where the model is written, metres.
+    fn offset_m(&self, plane: &Plane) -> f64 {
+        plane.offset_m + self.shift_m.iter().zip(plane.normal).map(|(s, n)| s * n).sum::<f64>()
     }
 
     /// Triangles of the whole model, leftovers included.

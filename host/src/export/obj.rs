@@ -9,6 +9,7 @@ use super::welded::WeldedVertices;
 use super::{Shapes, generator, keyhole};
 use crate::model::{Mesh, Plane};
 use crate::palette::Orientation;
+use crate::shift::restored;
 
 /// Corners closer than this are one vertex, metres; also the last decimal that is written.
 const STEP_M: f64 = 1e-4;
@@ -43,7 +44,8 @@ pub fn write(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Result<()> {
 
     writeln!(out, "# {}: frame map (z up), metres", generator())?;
     writeln!(out, "# one face a polygon; a polygon with holes is one ring with cuts of no width")?;
-    for [x, y, z] in vertices.positions_m() {
+    for position_m in vertices.positions_m() {
+        let [x, y, z] = restored(position_m, shapes.shift_m);
         writeln!(out, "v {x:.4} {y:.4} {z:.4}")?;
     }
     for plane in &shapes.model.planes {
@@ -100,7 +102,8 @@ mod tests {
     fn each_polygon_is_a_face_over_shared_vertices() {
         let model = sample::model();
         let mut bytes = Vec::new();
-        write(&mut bytes, &Shapes { model: &model, faces: sample::faces(&model) }).unwrap();
+        write(&mut bytes, &Shapes { model: &model, faces: sample::faces(&model), shift_m: [0.0; 3] })
+            .unwrap();
         let text = String::from_utf8(bytes).unwrap();
         let vertices: Vec<[f64; 3]> = text
             .lines()

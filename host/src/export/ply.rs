@@ -8,6 +8,7 @@ use std::io::{self, Write};
 use super::{Shapes, append, generator};
 use crate::model::{Cloud, Mesh};
 use crate::palette::{self, Rgb};
+use crate::shift::restored;
 
 /// Rows of equal length, little endian, as the header declares them.
 fn header(out: &mut impl Write, comment: &str, elements: &[(&str, usize, &[&str])]) -> io::Result<()> {
@@ -25,12 +26,38 @@ fn header(out: &mut impl Write, comment: &str, elements: &[(&str, usize, &[&str]
 
 const XYZ: [&str; 3] = ["float x", "float y", "float z"];
 const FACE: &str = "list uchar int vertex_indices";
-const COLORED_VERTEX: [&str; 6] = ["float x", "float y", "float z", "uchar red", "uchar green", "uchar blue"];
-const CLOUD_POINT: [&str; 6] = ["float x", "float y", "float z", "int plane", "int scan", "int beam"];
-const FAR_CLOUD_POINT: [&str; 6] = ["double x", "double y", "double z", "int plane", "int scan", "int beam"];
+const FAR_XYZ: [&str; 3] = ["double x", "double y", "double z"];
+const COLOR: [&str; 3] = ["uchar red", "uchar green", "uchar blue"];
+const CLOUD_POINT: [&str; 3] = ["int plane", "int scan", "int beam"];
 
-fn put_point(out: &mut impl Write, point: &[f32; 3]) -> io::Result<()> {
-    point.iter().try_for_each(|value| out.write_all(&value.to_le_bytes()))
+/// How coordinates are written: as they are, or with a shift and then in 64 bits.
+#[derive(Clone, Copy)]
+struct Coordinates {
+    shift_m: [f64; 3],
+}
+
+impl Coordinates {
+    fn is_far(self) -> bool {
+        self.shift_m != [0.0; 3]
+    }
+
+    fn xyz(self) -> [&'static str; 3] {
+        if self.is_far() { FAR_XYZ } else { XYZ }
+    }
+
+    /// The coordinates, and what else a record has.
+    fn and(self, more: [&'static str; 3]) -> Vec<&'static str> {
+        self.xyz().into_iter().chain(more).collect()
+    }
+
+    fn put(self, out: &mut impl Write, point: &[f32; 3]) -> io::Result<()> {
+        if self.is_far() {
+            let far = restored(point.map(f64::from), self.shift_m);
+            far.iter().try_for_each(|value| out.write_all(&value.to_le_bytes()))
+        } else {
+            point.iter().try_for_each(|value| out.write_all(&value.to_le_bytes()))
+        }
+    }
 }
 
 fn put_face(out: &mut impl Write, corners: &[u32; 3]) -> io::Result<()> {
@@ -54,12 +81,14 @@ impl Colored {
         self.planes.resize(self.triangles.len(), plane);
     }
 
-    fn write(&self, out: &mut impl Write, comment: &str) -> io::Result<()> {
-        let vertex = ("vertex", self.vertices_m.len(), COLORED_VERTEX.as_slice());
+    fn write(&self, out: &mut impl Write, shift_m: [f64; 3], comment: &str) -> io::Result<()> {
+        let coordinates = Coordinates { shift_m };
+        let properties = coordinates.and(COLOR);
+        let vertex = ("vertex", self.vertices_m.len(), properties.as_slice());
         let face = ("face", self.triangles.len(), [FACE, "int plane"].as_slice());
         header(out, comment, &[vertex, face])?;
         for (point, color) in self.vertices_m.iter().zip(&self.colors) {
-            put_point(out, point)?;
+            coordinates.put(out, point)?;
             out.write_all(color)?;
         }
         for (corners, plane) in self.triangles.iter().zip(&self.planes) {
@@ -85,7 +114,7 @@ fn polygons(shapes: &Shapes<'_>) -> Colored {
 /// # Errors
 /// When writing fails.
 pub fn write_planes(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Result<()> {
-    polygons(shapes).write(out, "flat surfaces as triangles")
+    polygons(shapes).write(out, shapes.shift_m, "flat surfaces as triangles")
 }
 
 /// Writes the polygons as triangles and the leftovers (`model.ply`).
@@ -95,7 +124,7 @@ pub fn write_planes(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Result<()>
 pub fn write_model(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Result<()> {
     let mut colored = polygons(shapes);
     colored.add(&shapes.model.leftovers, palette::LEFTOVERS, -1);
-    colored.write(out, "flat surfaces as triangles, and fine structure (plane -1)")
+    colored.write(out, shapes.shift_m, "flat surfaces as triangles, and fine structure (plane -1)")
 }
 
 /// Writes a mesh without colours (`raw.ply`).
@@ -103,9 +132,18 @@ pub fn write_model(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Result<()> 
 /// # Errors
 /// When writing fails.
 pub fn write_mesh(out: &mut impl Write, mesh: &Mesh, comment: &str) -> io::Result<()> {
-    let face = ("face", mesh.triangles.len(), [FACE].as_slice());
-    header(out, comment, &[("vertex", mesh.vertices_m.len(), XYZ.as_slice()), face])?;
-    mesh.vertices_m.iter().try_for_each(|point| put_point(out, point))?;
+    write_far_mesh(out, mesh, [0.0; 3], comment)
+}
+
+/// Writes a mesh without colours, with a shift added to every coordinate, metres; 64-bit coordinates are written when it is not zero.
+///
+/// # Errors
+/// When writing fails.
+pub fn write_far_mesh(out: &mut impl Write, mesh: &Mesh, shift_m: [f64; 3], comment: &str) -> io::Result<()> {
+    let coordinates = Coordinates { shift_m };
+    let (xyz, face) = (coordinates.xyz(), ("face", mesh.triangles.len(), [FACE].as_slice()));
+    header(out, comment, &[("vertex", mesh.vertices_m.len(), xyz.as_slice()), face])?;
+    mesh.vertices_m.iter().try_for_each(|point| coordinates.put(out, point))?;
     mesh.triangles.iter().try_for_each(|corners| put_face(out, corners))
 }
 
@@ -130,8 +168,8 @@ pub struct PointRows<'a> {
 /// # Errors
 /// When writing fails.
 pub fn write_points(out: &mut impl Write, rows: &PointRows<'_>) -> io::Result<()> {
-    let far = rows.shift_m != [0.0; 3];
-    let properties = if far { FAR_CLOUD_POINT } else { CLOUD_POINT };
+    let coordinates = Coordinates { shift_m: rows.shift_m };
+    let properties = coordinates.and(CLOUD_POINT);
     let mut elements = vec![("vertex", rows.cloud.len(), properties.as_slice())];
     // Rows of the element `scan` are found by the scan's number.
     let origins = if rows.scan_numbers.iter().zip(0..).all(|(number, index)| *number == index) {
@@ -143,11 +181,9 @@ pub fn write_points(out: &mut impl Write, rows: &PointRows<'_>) -> io::Result<()
         elements.push(("scan", origins.len(), &properties[..3]));
     }
     header(out, "raw points; plane -1 = none", &elements)?;
-    let put =
-        |out: &mut _, p: &[f32; 3]| if far { put_far_point(out, p, rows.shift_m) } else { put_point(out, p) };
     for row in 0..rows.cloud.len() {
         let index = rows.order.map_or(row, |order| order[row] as usize);
-        put(out, &rows.cloud.points_m[index])?;
+        coordinates.put(out, &rows.cloud.points_m[index])?;
         let plane = rows.labels.get(index).copied().unwrap_or(-1);
         let number =
             |scan: &u32| rows.scan_numbers.get(*scan as usize).map_or(*scan, |number| *number) as i32;
@@ -157,12 +193,7 @@ pub fn write_points(out: &mut impl Write, rows: &PointRows<'_>) -> io::Result<()
             out.write_all(&value.to_le_bytes())?;
         }
     }
-    origins.iter().try_for_each(|origin| put(out, origin))
-}
-
-fn put_far_point(out: &mut impl Write, point: &[f32; 3], shift_m: [f64; 3]) -> io::Result<()> {
-    let far = point.iter().zip(shift_m).map(|(value, shift)| f64::from(*value) + shift);
-    far.into_iter().try_for_each(|value| out.write_all(&value.to_le_bytes()))
+    origins.iter().try_for_each(|origin| coordinates.put(out, origin))
 }
 
 #[cfg(test)]
@@ -218,7 +249,7 @@ mod tests {
     #[test]
     fn the_model_holds_the_triangles_of_its_polygons_with_their_planes_and_the_leftovers() {
         let model = sample::model();
-        let shapes = Shapes { model: &model, faces: sample::faces(&model) };
+        let shapes = Shapes { model: &model, faces: sample::faces(&model), shift_m: [0.0; 3] };
         let mut bytes = Vec::new();
         write_model(&mut bytes, &shapes).unwrap();
         let (lines, elements) = read(&bytes);

@@ -3,14 +3,17 @@
 //! A set of points is a plane when each lies close to another of the set, the mean squared distance to the best plane stays small
 //! and no point is far from it. Frame `map`, metres.
 
+pub mod agreement;
 pub mod cells;
 pub mod coplanar;
 pub mod curtain;
 pub mod eigen;
+pub mod explain;
 mod finish;
 pub mod grid;
 pub mod grow;
 pub mod noise;
+pub mod paper;
 pub mod parallel;
 pub mod random;
 pub mod reference;
@@ -24,6 +27,7 @@ use cells::{cell_sums, indexed, linked};
 use grid::{Grid, Neighbours};
 use grow::{Field, grow_all};
 use noise::{Noise, estimate_sigma_m};
+use reference::ReferenceParams;
 use refine::{Labelling, refit};
 use scatter::Fit;
 use serde::Serialize;
@@ -138,6 +142,20 @@ fn refine(
     work.unite();
     work.drop_curtains(cloud);
     (work.labelling.labels(cloud.len()), work.fits)
+}
+
+/// Finds the planes of a cloud by the paper's own search, with its fixed lengths: much slower, for comparison. `told` hears after each
+/// plane how many points are on planes. The noise of the result is what the planes' points show.
+pub fn extract_paper(
+    params: &ReferenceParams,
+    cloud: &Cloud,
+    seed: u64,
+    told: &mut dyn FnMut(usize),
+) -> Planes {
+    let (labels, fits) = paper::extract(params, &cloud.points_m, seed, told);
+    let of_ours = PlaneParams { min_points: params.min_points, ..PlaneParams::default() };
+    let fits: Vec<Option<Fit>> = fits.into_iter().map(Some).collect();
+    finish::finish(&of_ours, cloud, labels, &fits, params.epsilon_m2.sqrt())
 }
 
 /// The noise to go by, metres, and where it comes from.

@@ -2,11 +2,13 @@
 
 mod build;
 mod careful;
+mod compact;
 #[cfg(feature = "demo")]
 mod demo;
 mod evaluate;
 mod floor;
 mod import;
+mod odd_clouds;
 mod parts;
 mod planes;
 mod plot;

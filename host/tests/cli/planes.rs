@@ -97,3 +97,47 @@ fn results_are_not_replaced_without_force_nor_is_what_is_read() {
     folder.expect("planes cloud.txt -o other", 1, &["cannot read cloud.txt"]);
     assert_eq!(folder.names(), ["cloud.ply", "out"]);
 }
+
+#[test]
+fn why_planes_end_is_said_when_asked_for() {
+    let folder = Folder::new("planes-explain");
+    folder.write("cloud.ply", corner([0.0; 3]));
+    let ran = folder.expect("planes cloud.ply -o out --explain", 0, &[]);
+    for words in ["why planes end (limits: delta 30 cm", "other surfaces meet it", "on no plane: 0 points"] {
+        assert!(ran.stdout.contains(words), "no {words:?} in {}", ran.stdout);
+    }
+    let explanation = &report(&folder, "out")["explanation"];
+    assert_eq!(explanation["endings"].as_array().unwrap().len(), 2);
+    // The wall's points within 30 cm of the floor but further off it than noise, and more: none is free.
+    assert_eq!(
+        explanation["endings"][0]["beyond_gamma"],
+        explanation["endings"][0]["beyond_gamma_on_others"]
+    );
+    folder.expect("planes cloud.ply -o plain", 0, &[]);
+    assert!(report(&folder, "plain")["explanation"].is_null());
+}
+
+#[test]
+fn the_paper_s_search_agrees_with_the_fast_one_on_a_floor_and_a_wall() {
+    let folder = Folder::new("planes-paper");
+    folder.write("cloud.ply", corner([0.0; 3]));
+    folder.expect("planes cloud.ply -o fast", 0, &[]);
+    let asked =
+        "planes cloud.ply -o paper --method paper --gamma 0.05 --epsilon 0.0001 --against fast/labels.bin";
+    let ran = folder.expect(asked, 0, &["on 2 planes"]);
+    assert!(ran.stdout.contains("2 of 2 planes are among the 2 others"), "{}", ran.stdout);
+    let found = report(&folder, "paper");
+    assert!(found["agreement"]["points_percent"].as_f64().unwrap() > 97.0, "{found}");
+    assert_eq!((&found["method"]["name"], &found["method"]["gamma_m"]), (&"paper".into(), &0.05.into()));
+    folder.expect("planes cloud.ply -o no --gamma 0.05", 2, &["--gamma belongs to --method paper"]);
+    folder.expect(
+        "planes cloud.ply -o no --method paper --sigma 0.01",
+        2,
+        &["--sigma belongs to --method fast"],
+    );
+    folder.expect(
+        "planes cloud.ply -o no --against cloud.ply",
+        1,
+        &["expected 4 for each of the 9600 points"],
+    );
+}

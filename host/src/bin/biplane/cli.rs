@@ -4,7 +4,9 @@ use clap::{Parser, Subcommand};
 
 #[cfg(feature = "demo")]
 use crate::demo;
-use crate::{build, compare, evaluate, import, info, map, papers, planes, plot, recover, render, traj};
+use crate::{
+    build, compact, compare, evaluate, import, info, map, papers, planes, plot, recover, render, traj,
+};
 
 /// Compact 3D building models from recordings of a robot with two laser scanners.
 #[derive(Debug, Parser)]
@@ -39,6 +41,8 @@ pub enum Command {
     Build(build::Args),
     /// Find the planes of any point cloud
     Planes(planes::Args),
+    /// Build the compact model of any triangle mesh
+    Compact(compact::Args),
     /// Measure the raw mesh and the model of a build: sizes and distances
     Compare(compare::Args),
     /// Measure a trajectory against relations or the truth, or a map by itself

@@ -38,6 +38,21 @@ impl Console {
         }
     }
 
+    /// A bar that fills as work is done, when a person looks on; gone when it is dropped.
+    pub fn bar(&self, whole: u64, text: impl Into<Cow<'static, str>>) -> Bar {
+        if self.quiet || !self.terminal {
+            return Bar(ProgressBar::hidden());
+        }
+        let bar = ProgressBar::new(whole).with_message(text);
+        if let Ok(style) =
+            ProgressStyle::with_template("{wide_bar} {human_pos}/{human_len} {msg} ({elapsed})")
+        {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(std::time::Duration::from_millis(120));
+        Bar(bar)
+    }
+
     /// A turning sign with a text, when a person looks on; gone when it is dropped.
     pub fn spinner(&self, text: impl Into<Cow<'static, str>>) -> Spinner {
         if self.quiet || !self.terminal {
@@ -49,6 +64,22 @@ impl Console {
         }
         bar.enable_steady_tick(std::time::Duration::from_millis(120));
         Spinner(bar)
+    }
+}
+
+/// See [`Console::bar`].
+pub struct Bar(ProgressBar);
+
+impl Bar {
+    /// So much is done.
+    pub fn at(&self, done: u64) {
+        self.0.set_position(done);
+    }
+}
+
+impl Drop for Bar {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
     }
 }
 

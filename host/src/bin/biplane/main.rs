@@ -2,6 +2,7 @@
 
 mod build;
 mod cli;
+mod compact;
 mod compare;
 mod console;
 #[cfg(feature = "demo")]
@@ -61,6 +62,7 @@ fn run(command: Command, console: &Console) -> anyhow::Result<Outcome> {
         Command::Map(args) => map::run(&args, console),
         Command::Build(args) => build::run(&args, console),
         Command::Planes(args) => planes::run(&args, console),
+        Command::Compact(args) => compact::run(&args, console),
         Command::Compare(args) => compare::run(&args, console),
         Command::Evaluate(args) => evaluate::run(&args, console),
         Command::Plot(args) => plot::run(&args, console),

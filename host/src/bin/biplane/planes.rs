@@ -4,14 +4,20 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use biplane::cloud_file::{self, CloudFile};
 use biplane::export::ply::{self, PointRows};
 use biplane::output::{OutputFolder, write_file};
-use biplane::plane_report::{Cost, Method, PlaneReport};
+use biplane::plane_report::{Cost, Method, PaperSearch, PlaneReport};
+use biplane::planes::agreement::agreement;
+use biplane::planes::explain::{Explanation, Limits};
+use biplane::planes::reference::ReferenceParams;
 use biplane::planes::{self, PlaneParams, Planes, SigmaSource};
+use clap::CommandFactory;
+use clap::error::ErrorKind;
 
 use crate::Outcome;
+use crate::cli::Cli;
 use crate::console::Console;
 use crate::moment::Moment;
 use crate::replace::{self, Known};
@@ -34,6 +40,14 @@ pub struct Args {
     /// planes [default: estimated from the cloud]
     #[arg(long, value_name = "M", value_parser = length)]
     sigma: Option<f64>,
+    /// Say why each plane ended where it does: what kept the points around it off it
+    #[arg(long)]
+    explain: bool,
+    /// Also say how far the result agrees with other labels of these points (int32 a point, as labels.bin)
+    #[arg(long, value_name = "LABELS.bin")]
+    against: Option<PathBuf>,
+    #[command(flatten)]
+    search: Search,
     /// Threads to use; the result does not depend on it [default: all processors]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     threads: Option<u16>,
@@ -53,15 +67,83 @@ const KNOWN: Known = Known {
 };
 
 /// A length in metres: more than 0, and at most what makes sense for noise and distances of points.
-fn length(text: &str) -> Result<f64, String> {
+pub fn length(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value > 0.0 && value <= 10.0 => Ok(value),
         _ => Err("expected metres, more than 0 and at most 10".to_owned()),
     }
 }
 
+/// Which search, and what belongs to the paper's.
+#[derive(Clone, Debug, clap::Args)]
+struct Search {
+    /// How planes are searched for
+    #[arg(long, value_enum, default_value_t = MethodName::Fast)]
+    method: MethodName,
+    /// Longest distance from a point to the rest of its plane, metres. Larger: gaps are bridged; smaller: sparse surfaces fall apart
+    #[arg(long, value_name = "M", value_parser = length, default_value_t = 0.3)]
+    delta: f64,
+    /// With --method paper: largest mean squared distance of points to their plane, square metres. Smaller than the noise squared: walls
+    /// fall apart; larger: steps disappear [default: 0.00028, the paper's 2.8 taken as square centimetres]
+    #[arg(long, value_name = "M2", value_parser = length)]
+    epsilon: Option<f64>,
+    /// With --method paper: farthest that a point may lie off its plane, metres. Larger: more of what is near a wall joins it [default: 0.1]
+    #[arg(long, value_name = "M", value_parser = length)]
+    gamma: Option<f64>,
+    /// With --method paper: seed of its random starts [default: 0]
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+}
+
+/// Names of the searches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum MethodName {
+    /// Over cells of a grid, limits after the noise
+    Fast,
+    /// The paper's randomised region growing, point by point with its fixed limits: slow, for comparison
+    Paper,
+}
+
+impl Args {
+    /// The search that was asked for; words that do not belong together end the program.
+    fn method(&self) -> Method {
+        let search = &self.search;
+        let delta_m = search.delta;
+        if search.method == MethodName::Fast {
+            let given = [
+                ("--epsilon", search.epsilon.is_some()),
+                ("--gamma", search.gamma.is_some()),
+                ("--seed", search.seed.is_some()),
+            ];
+            if let Some((name, _)) = given.into_iter().find(|(_, given)| *given) {
+                refuse(&format!(
+                    "{name} belongs to --method paper; the limits of the fast search follow from --sigma"
+                ));
+            }
+            return Method::Fast(PlaneParams { sigma_m: self.sigma, delta_m, ..PlaneParams::default() });
+        }
+        if self.sigma.is_some() {
+            refuse("--sigma belongs to --method fast; the paper's limits are --epsilon and --gamma");
+        }
+        let usual = ReferenceParams::default();
+        let limits = ReferenceParams {
+            delta_m,
+            epsilon_m2: search.epsilon.unwrap_or(usual.epsilon_m2),
+            gamma_m: search.gamma.unwrap_or(usual.gamma_m),
+            ..usual
+        };
+        Method::Paper(PaperSearch { limits, seed: search.seed.unwrap_or(0) })
+    }
+}
+
+/// Ends the program as wrong arguments do.
+fn refuse(why: &str) -> ! {
+    Cli::command().error(ErrorKind::ArgumentConflict, why).exit()
+}
+
 /// Runs the command.
 pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
+    let method = args.method();
     if let Some(threads) = args.threads {
         rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global()?;
     }
@@ -70,9 +152,15 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     }
     let folder = OutputFolder::create(&args.output, args.force)?;
     let file = load(&args.cloud, console)?;
-    let params = PlaneParams { sigma_m: args.sigma, ..PlaneParams::default() };
-    let (found, cost) = extract(&params, &file, console);
-    let report = PlaneReport::new(&file, &found, Method::Fast(params), cost);
+    let others = args.against.as_deref().map(|path| labels_of(path, file.cloud.len())).transpose()?;
+    let (found, cost) = extract(&method, &file, console);
+    let mut report = PlaneReport::new(&file, &found, method, cost);
+    if args.explain {
+        report.explanation = Some(explain(&report.method, &file, &found, console));
+    }
+    if let Some(others) = others {
+        report.agreement = Some(agreement(&file.in_file_order(&found.labels), &others));
+    }
     write(folder.part(), &file, &found, &report)?;
     folder.finish()?;
     tell(args, &report, console)?;
@@ -87,13 +175,39 @@ fn load(path: &Path, console: &Console) -> anyhow::Result<CloudFile> {
     Ok(file)
 }
 
-fn extract(params: &PlaneParams, file: &CloudFile, console: &Console) -> (Planes, Cost) {
-    let spinner = console.spinner(format!("finding planes in {} points", file.cloud.len()));
+fn extract(method: &Method, file: &CloudFile, console: &Console) -> (Planes, Cost) {
+    let points = file.cloud.len();
+    let spinner = console.spinner(format!("finding planes in {points} points"));
     let start = Moment::now();
-    let found = planes::extract(params, &file.cloud);
+    let found = match method {
+        Method::Fast(params) => planes::extract(params, &file.cloud),
+        Method::Paper(search) => {
+            drop(spinner);
+            let bar = console.bar(points as u64, "points on planes");
+            planes::extract_paper(&search.limits, &file.cloud, search.seed, &mut |done| bar.at(done as u64))
+        }
+    };
     let (wall_s, cpu_s) = start.elapsed_s();
-    drop(spinner);
     (found, Cost { cpu_s, wall_s, threads: rayon::current_num_threads() })
+}
+
+fn explain(method: &Method, file: &CloudFile, found: &Planes, console: &Console) -> Explanation {
+    let _spinner = console.spinner("asking why planes ended");
+    let limits = match method {
+        Method::Fast(params) => Limits::fast(params, found.sigma_m),
+        Method::Paper(search) => Limits::paper(&search.limits),
+    };
+    planes::explain::explain(&file.cloud, found, limits)
+}
+
+/// The labels in a file, which must be one a point.
+fn labels_of(path: &Path, points: usize) -> anyhow::Result<Vec<i32>> {
+    let bytes = fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let (labels, rest) = bytes.as_chunks::<4>();
+    if !rest.is_empty() || labels.len() != points {
+        bail!("{} has {} bytes, expected 4 for each of the {points} points", path.display(), bytes.len());
+    }
+    Ok(labels.iter().map(|label| i32::from_le_bytes(*label)).collect())
 }
 
 fn write(folder: &Path, file: &CloudFile, found: &Planes, report: &PlaneReport) -> anyhow::Result<()> {
@@ -171,5 +285,23 @@ fn print(out: &mut impl Write, report: &PlaneReport) -> io::Result<()> {
             plane.offset_m
         )?;
     }
+    if let Some(explanation) = &report.explanation {
+        print_explanation(out, explanation)?;
+    }
+    if let Some(agreement) = report.agreement {
+        writeln!(
+            out,
+            "agrees with the other labels on {:.2} % of the points; {} of {} planes are among the {} others",
+            agreement.points_percent, agreement.same_planes, agreement.planes, agreement.other_planes
+        )?;
+    }
     Ok(())
+}
+
+fn print_explanation(out: &mut impl Write, explanation: &Explanation) -> io::Result<()> {
+    writeln!(out, "\nwhy planes end ({})", explanation.limits.words())?;
+    for (plane, ending) in explanation.endings.iter().enumerate() {
+        writeln!(out, "{plane:>6} {}", ending.words())?;
+    }
+    writeln!(out, "{}", explanation.free.words())
 }

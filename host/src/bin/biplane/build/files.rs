@@ -32,7 +32,7 @@ const NAMES: [&str; 12] = [
     "trajectory.tum",
 ];
 
-/// What a folder of a build is known by.
+/// What a folder of a build is known by; one of `compact` has some of its names.
 pub const KNOWN: Known = Known { by: "build", names: &NAMES, sign: "summary.json", is_ours };
 
 fn is_ours(summary: &Value) -> bool {

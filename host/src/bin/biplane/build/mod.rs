@@ -1,8 +1,8 @@
 //! `biplane build`: from a recording to the model and everything around it, in one folder.
 
-mod files;
-mod formats;
-mod stages;
+pub mod files;
+pub mod formats;
+pub mod stages;
 
 use std::fs::File;
 use std::io::BufReader;
@@ -167,7 +167,7 @@ fn tell(args: &Args, summary: &Summary, has_vertical: bool, console: &Console) {
 }
 
 /// What `--max-triangles` cost, where there was a cost.
-fn tell_bounded(bounded: Option<budget::Bounded>, model: &Model, most_triangles: usize) {
+pub fn tell_bounded(bounded: Option<budget::Bounded>, model: &Model, most_triangles: usize) {
     let Some(cost) = bounded else { return };
     eprintln!(
         "biplane: to keep within {most_triangles} triangles borders are straightened by up to {:.0} cm, {} polygons and {} triangles of \

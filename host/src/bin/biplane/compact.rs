@@ -1,0 +1,129 @@
+//! `biplane compact`: planes and merging on any triangle mesh, for people who have meshes from elsewhere.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+use biplane::budget;
+use biplane::compact::compact;
+use biplane::export::Shapes;
+use biplane::export::ply::{self, PointRows};
+use biplane::mesh_file::{self, MeshFile};
+use biplane::model::Cloud;
+use biplane::output::{OutputFolder, write_file};
+use biplane::params::BuildParams;
+use biplane::pipeline::BuildOutput;
+use biplane::planes::PlaneParams;
+use biplane::summary::{Parameters, Summary};
+
+use crate::Outcome;
+use crate::build::formats::{self, Format};
+use crate::build::stages::Stages;
+use crate::build::{files, tell_bounded};
+use crate::console::Console;
+use crate::planes::length;
+use crate::replace;
+
+/// Words of the command.
+#[derive(Clone, Debug, clap::Args)]
+#[command(
+    after_help = "Written: model.glb, model.ply, model.obj, model.city.json, planes.ply, raw.ply (the mesh), points.ply (its vertices with the property \
+    `plane`, -1 = none), summary.json.\nCoordinates are metres. Flat surfaces face the way their triangles do."
+)]
+pub struct Args {
+    /// A triangle mesh: PLY (ASCII or binary) or OBJ
+    #[arg(value_name = "MESH")]
+    mesh: PathBuf,
+    /// The folder to write
+    #[arg(long, short, value_name = "DIR")]
+    output: PathBuf,
+    /// How far vertices of a flat surface lie off it, one standard deviation, metres [default: estimated from the mesh]
+    #[arg(long, value_name = "M", value_parser = length)]
+    sigma: Option<f64>,
+    /// Model files to write, separated by commas [possible values: glb, ply, obj, cityjson]
+    #[arg(long, value_delimiter = ',', value_parser = formats::parse, default_value = "glb,ply,obj,cityjson", hide_possible_values = true)]
+    formats: Vec<Format>,
+    /// Bound on the model's triangles: borders become coarser, loose and small pieces go, until it fits
+    #[arg(long, value_name = "N")]
+    max_triangles: Option<usize>,
+    /// Threads to use; the result does not depend on it [default: all processors]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+    /// Replace the folder if it exists
+    #[arg(long)]
+    force: bool,
+}
+
+/// Runs the command.
+pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
+    if let Some(threads) = args.threads {
+        rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global()?;
+    }
+    if args.force {
+        replace::check(&files::KNOWN, &args.output, std::slice::from_ref(&args.mesh))?;
+    }
+    let folder = OutputFolder::create(&args.output, args.force)?;
+    let mut stages = Stages::new(console);
+    let mut file = stages.time("read", || {
+        let file =
+            mesh_file::read(&args.mesh).with_context(|| format!("cannot read {}", args.mesh.display()))?;
+        let triangles = file.mesh.triangles.len();
+        Ok((file, triangles))
+    })?;
+    let left_out = file.triangles - file.mesh.triangles.len();
+    if left_out > 0 {
+        console.note(format!(
+            "{left_out} of {} triangles have no three corners and are left out",
+            file.triangles
+        ));
+    }
+    let planes = PlaneParams { sigma_m: args.sigma, ..PlaneParams::default() };
+    let build = BuildParams { planes, ..BuildParams::default() };
+    let mut output = compact(std::mem::take(&mut file.mesh), &build, &mut stages);
+    if let Some(most) = args.max_triangles {
+        let bounded = budget::bound(&mut output.model, most);
+        output.counts.recount(&output.model);
+        tell_bounded(bounded, &output.model, most);
+    }
+    let shapes = Shapes { shift_m: file.shift_m, ..Shapes::new(&output.model) };
+    stages.time("write", || {
+        let raw = write_raw(folder.part(), &file, &output)?;
+        Ok(((), raw + files::write_model(folder.part(), &shapes, &args.formats)?))
+    })?;
+    let mut summary = Summary::new(&output.counts, &output.model, shapes.triangles());
+    summary.raw_points = file.vertex_of.len();
+    summary.mesh = Some(args.mesh.display().to_string());
+    summary.shift_m = Some(file.shift_m);
+    summary.parameters = Parameters { build, max_triangles: args.max_triangles, ..Parameters::default() };
+    stages.finish(&mut summary);
+    files::write_summary(folder.part(), &summary)?;
+    folder.finish()?;
+    tell(args, &summary, console);
+    Ok(Outcome::Done)
+}
+
+/// Writes the mesh, and its vertices as they were in the file.
+fn write_raw(folder: &Path, file: &MeshFile, output: &BuildOutput) -> anyhow::Result<usize> {
+    write_file(&folder.join("raw.ply"), true, |out| {
+        ply::write_far_mesh(out, &output.mesh, file.shift_m, "the mesh, vertices at one place made one")
+    })?;
+    let of_file = |vertex: &u32| output.cloud.points_m[*vertex as usize];
+    let cloud = Cloud { points_m: file.vertex_of.iter().map(of_file).collect(), ..Cloud::default() };
+    let labels: Vec<i32> = file.vertex_of.iter().map(|vertex| output.labels[*vertex as usize]).collect();
+    let rows =
+        PointRows { cloud: &cloud, labels: &labels, scan_numbers: &[], order: None, shift_m: file.shift_m };
+    write_file(&folder.join("points.ply"), true, |out| ply::write_points(out, &rows))?;
+    Ok(2)
+}
+
+fn tell(args: &Args, summary: &Summary, console: &Console) {
+    console.note(format!(
+        "{}: {} triangles -> {} polygons with {} holes on {} planes + {} triangles: {:.1} % fewer",
+        args.output.display(),
+        summary.raw_triangles,
+        summary.polygons,
+        summary.holes,
+        summary.planes,
+        summary.leftover_triangles,
+        summary.reduction_percent
+    ));
+}

@@ -1,0 +1,138 @@
+//! Large triangles in small parts, so that there are points wherever there is surface.
+//!
+//! A drawn wall is two triangles whose corners tell the search nothing. Edges are halved, longest first, until all are short; both
+//! triangles at an edge halve it at the same place, so no gap opens. Metres.
+
+use crate::export::area_m2;
+use crate::model::Mesh;
+use std::collections::HashMap;
+
+/// A mesh whose triangles are parts of another's.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Division {
+    /// The parts. Its first vertices are those of the other mesh.
+    pub mesh: Mesh,
+    /// For each part the triangle it is of; ascending.
+    pub parent: Vec<u32>,
+}
+
+/// Points further apart than this are not of one surface for the search (its delta): triangles with longer edges hide what they cover.
+const LARGE_M: f64 = 0.3;
+/// A mesh is divided when triangles with longer edges than that make up this share of its area. Scanned meshes have few such
+/// triangles, mostly across gaps, and must not get points there.
+const LARGE_SHARE: f64 = 0.5;
+/// Longest edge of a part, metres: gives the search's cells enough points.
+const EDGE_M: f64 = 0.1;
+/// Parts at most, about: larger meshes get longer edges.
+const MOST_PARTS: f64 = 4e6;
+
+/// A drawn mesh in parts; `None` when a mesh has points enough as it is.
+pub fn divide(mesh: &Mesh) -> Option<Division> {
+    let area = |triangle: &[u32; 3]| {
+        area_m2(&Mesh {
+            vertices_m: triangle.map(|k| mesh.vertices_m[k as usize]).to_vec(),
+            triangles: vec![[0, 1, 2]],
+        })
+    };
+    let (mut all_m2, mut large_m2) = (0.0, 0.0);
+    for triangle in &mesh.triangles {
+        let own_m2 = area(triangle);
+        all_m2 += own_m2;
+        if longest(&mesh.vertices_m, *triangle).1 > LARGE_M {
+            large_m2 += own_m2;
+        }
+    }
+    if large_m2 <= LARGE_SHARE * all_m2 {
+        return None;
+    }
+    // Halving leaves parts of about a third of a square on the longest edge.
+    let edge_m = EDGE_M.max((3.0 * all_m2 / MOST_PARTS).sqrt());
+    Some(halve(mesh, edge_m))
+}
+
+fn halve(mesh: &Mesh, edge_m: f64) -> Division {
+    let mut vertices_m = mesh.vertices_m.clone();
+    let mut middles: HashMap<[u32; 2], u32> = HashMap::new();
+    let mut out = Division::default();
+    for (parent, triangle) in mesh.triangles.iter().enumerate() {
+        let mut open = vec![*triangle];
+        while let Some([a, b, c]) = open.pop() {
+            let (side, length_m) = longest(&vertices_m, [a, b, c]);
+            if length_m <= edge_m {
+                out.mesh.triangles.push([a, b, c]);
+                out.parent.push(parent as u32);
+                continue;
+            }
+            // The corners turned so that the longest edge goes from the first to the second.
+            let [from, to, tip] = [[a, b, c], [b, c, a], [c, a, b]][side];
+            let middle = *middles.entry([from.min(to), from.max(to)]).or_insert_with(|| {
+                let (p, q) = (vertices_m[from.min(to) as usize], vertices_m[from.max(to) as usize]);
+                vertices_m.push(std::array::from_fn(|k| 0.5 * (p[k] + q[k])));
+                vertices_m.len() as u32 - 1
+            });
+            open.push([middle, to, tip]);
+            open.push([from, middle, tip]);
+        }
+    }
+    out.mesh.vertices_m = vertices_m;
+    out
+}
+
+/// The longest edge of a triangle: which one, counted from the edge between its first two corners, and its length, metres.
+fn longest(vertices_m: &[[f32; 3]], corners: [u32; 3]) -> (usize, f64) {
+    let [p, q, r] = corners.map(|k| vertices_m[k as usize].map(f64::from));
+    let length = |a: [f64; 3], b: [f64; 3]| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt();
+    let lengths = [length(p, q), length(q, r), length(r, p)];
+    let side = (1..3).fold(0, |best, k| if lengths[k] > lengths[best] { k } else { best });
+    (side, lengths[side])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::divide;
+    use crate::export::area_m2;
+    use crate::model::Mesh;
+    use std::collections::HashMap;
+
+    #[test]
+    fn a_drawn_wall_gets_points_and_stays_closed_and_as_large_as_it_was() {
+        let wall = Mesh {
+            vertices_m: vec![[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [4.0, 0.0, 2.5], [0.0, 0.0, 2.5]],
+            triangles: vec![[0, 1, 2], [0, 2, 3]],
+        };
+        let fine = divide(&wall).unwrap();
+        assert!(fine.mesh.vertices_m.len() > 1000 && fine.mesh.vertices_m[..4] == wall.vertices_m);
+        assert!((area_m2(&fine.mesh) - 10.0).abs() < 1e-4);
+        assert_eq!((fine.parent.len(), fine.parent.last()), (fine.mesh.triangles.len(), Some(&1)));
+        // Closed: each edge between two parts is run through once in either direction; those at the border once.
+        let mut edges: HashMap<[u32; 2], i32> = HashMap::new();
+        for t in &fine.mesh.triangles {
+            for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
+                *edges.entry([a.min(b), a.max(b)]).or_default() += if a < b { 1 } else { -1 };
+            }
+        }
+        let border_m: f64 = edges
+            .iter()
+            .filter(|edge| *edge.1 != 0)
+            .map(|(edge, _)| {
+                let [p, q] = edge.map(|k| fine.mesh.vertices_m[k as usize]);
+                (0..3).map(|k| f64::from(p[k] - q[k]).powi(2)).sum::<f64>().sqrt()
+            })
+            .sum();
+        assert!((border_m - 13.0).abs() < 1e-3, "{border_m}");
+    }
+
+    #[test]
+    fn a_scanned_mesh_stays_as_it_is_though_a_few_triangles_are_large() {
+        let mut mesh = Mesh::default();
+        for k in 0..200u8 {
+            let x = 0.1 * f32::from(k);
+            mesh.vertices_m.extend([[x, 0.0, 0.0], [x, 0.1, 0.0]]);
+        }
+        mesh.triangles = (0..398).map(|k| [k, k + 1, k + 2]).collect();
+        mesh.vertices_m.push([0.0, 5.0, 0.0]);
+        mesh.triangles.push([0, 1, 400]);
+        assert_eq!(divide(&mesh), None);
+        assert_eq!(divide(&Mesh::default()), None);
+    }
+}

@@ -1,0 +1,72 @@
+use super::compact;
+use crate::model::Mesh;
+use crate::params::BuildParams;
+use crate::polygons::validate;
+
+/// A box as it is drawn: twelve triangles, seen from inside when `inwards`.
+fn drawn_box(size_m: [f32; 3], inwards: bool) -> Mesh {
+    let [x, y, z] = size_m;
+    let vertices_m =
+        (0..8u8).map(|k| [x * f32::from(k & 1), y * f32::from(k >> 1 & 1), z * f32::from(k >> 2)]).collect();
+    // Each side as a ring that runs counter-clockwise seen from outside.
+    let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let mut triangles: Vec<[u32; 3]> =
+        sides.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
+    if inwards {
+        triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    }
+    Mesh { vertices_m, triangles }
+}
+
+#[test]
+fn a_drawn_room_becomes_six_rectangles_that_face_as_its_triangles_do() {
+    for inwards in [false, true] {
+        let built = compact(drawn_box([5.0, 4.0, 2.5], inwards), &BuildParams::default(), &mut ());
+        assert_eq!(
+            (built.model.polygons.len(), built.counts.leftover_triangles),
+            (6, 0),
+            "{:?}",
+            built.counts
+        );
+        let middle = [2.5, 2.0, 1.25];
+        for polygon in &built.model.polygons {
+            let plane = &built.model.planes[polygon.plane];
+            assert_eq!(validate::check(polygon, plane), Ok(()));
+            assert_eq!((polygon.outer_m.len(), polygon.holes_m.len()), (4, 0), "{polygon:?}");
+            assert_eq!(plane.distance_m(middle) > 0.0, inwards);
+            // Each corner is one of the box's.
+            for corner in &polygon.outer_m {
+                let off = |v: f64, size: f64| v.abs().min((v - size).abs());
+                let off_m = off(corner[0], 5.0).max(off(corner[1], 4.0)).max(off(corner[2], 2.5));
+                assert!(off_m < 0.01, "{corner:?}");
+            }
+        }
+        assert_eq!((built.counts.raw_triangles, built.cloud.len(), built.labels.len()), (12, 8, 8));
+    }
+}
+
+#[test]
+fn a_drawn_pipe_is_its_own_sides_or_its_own_triangles() {
+    // Twelve sides of 1.6 cm by 3 m.
+    let mut tube = Mesh::default();
+    for k in 0..12u8 {
+        let (sin, cos) = (f32::from(k) * std::f32::consts::TAU / 12.0).sin_cos();
+        tube.vertices_m.extend([[0.03 * cos, 0.03 * sin, 0.0], [0.03 * cos, 0.03 * sin, 3.0]]);
+    }
+    for k in 0..12u32 {
+        let (a, b) = (2 * k, 2 * ((k + 1) % 12));
+        tube.triangles.extend([[a, b, b + 1], [a, b + 1, a + 1]]);
+    }
+    let built = compact(tube.clone(), &BuildParams::default(), &mut ());
+    let kept = built.model.leftovers.triangles.len();
+    assert!(kept <= 24 && built.counts.polygons + kept > 0, "{:?}", built.counts);
+    for p in built.model.polygons.iter().flat_map(|polygon| &polygon.outer_m) {
+        assert!((p[0].hypot(p[1]) - 0.03).abs() < 0.01, "{p:?}");
+    }
+}
+
+#[test]
+fn a_mesh_without_triangles_gives_an_empty_model() {
+    let built = compact(Mesh::default(), &BuildParams::default(), &mut ());
+    assert_eq!((built.counts.polygons, built.counts.leftover_triangles), (0, 0));
+}
