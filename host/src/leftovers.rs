@@ -61,14 +61,16 @@ pub fn only(mesh: &Mesh, which: &[usize]) -> Mesh {
 }
 
 /// Which vertices hang together: a forest whose roots stand for their pieces.
-struct Pieces(Vec<u32>);
+pub struct Pieces(Vec<u32>);
 
 impl Pieces {
-    fn new(count: usize) -> Self {
+    /// So many vertices, each a piece of its own.
+    pub fn new(count: usize) -> Self {
         Self((0..count as u32).collect())
     }
 
-    fn root(&mut self, mut vertex: u32) -> u32 {
+    /// The vertex that stands for the piece that `vertex` is in: its first.
+    pub fn root(&mut self, mut vertex: u32) -> u32 {
         while self.0[vertex as usize] != vertex {
             let above = self.0[self.0[vertex as usize] as usize];
             self.0[vertex as usize] = above;
@@ -77,7 +79,8 @@ impl Pieces {
         vertex
     }
 
-    fn join(&mut self, a: u32, b: u32) {
+    /// Makes two vertices' pieces one.
+    pub fn join(&mut self, a: u32, b: u32) {
         let (a, b) = (self.root(a), self.root(b));
         self.0[a.max(b) as usize] = a.min(b);
     }

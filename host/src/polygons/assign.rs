@@ -6,10 +6,9 @@
 
 use super::PolygonParams;
 use super::frame::foot;
+use super::gaps::Gaps;
 use super::seam::{corner, distance_m, foot_on_seam};
 use crate::model::{Cloud, Mesh, Plane};
-use crate::planes::curtain::next_beam;
-use crate::planes::scatter::dot;
 
 /// A flat piece: a convex ring of points on one plane.
 pub type Piece = Vec<[f64; 3]>;
@@ -21,7 +20,7 @@ pub struct Pieces {
     pub by_plane: Vec<Vec<Piece>>,
     /// Triangles that stand for no plane.
     pub rest: Vec<usize>,
-    /// Triangles that only bridge the gap between a near surface and one behind it, along the beam: no surface at all.
+    /// Triangles that are no surface at all but bridge a gap ([`super::gaps`]).
     pub veils: usize,
 }
 
@@ -43,6 +42,7 @@ impl Assigner<'_> {
     /// Sorts all triangles of a mesh over the cloud's points.
     pub fn assign(&mut self, mesh: &Mesh) -> Pieces {
         self.snap_to_seams(mesh);
+        let gaps = Gaps::new(self.params, self.cloud, mesh, self.labels);
         let mut pieces = Pieces { by_plane: vec![Vec::new(); self.planes.len()], ..Pieces::default() };
         for (index, triangle) in mesh.triangles.iter().enumerate() {
             let corners = triangle.map(|corner| corner as usize);
@@ -51,12 +51,14 @@ impl Assigner<'_> {
             }
             if let Some(plane) = self.common_plane(corners) {
                 pieces.by_plane[plane].push(corners.map(|corner| self.laid_m[corner]).to_vec());
-            } else if corners.iter().any(|corner| self.is_mixed(*corner)) || self.is_veil(corners) {
+            } else if gaps.is_veil(corners) {
                 pieces.veils += 1;
             } else if let Some(found) = self.pieces_of(corners) {
                 for (plane, piece) in found {
                     pieces.by_plane[plane].push(piece);
                 }
+            } else if gaps.is_open(corners) {
+                pieces.veils += 1;
             } else {
                 pieces.rest.push(index);
             }
@@ -122,7 +124,9 @@ impl Assigner<'_> {
     /// Two corners on plane `a`, one on plane `b`: each plane gets the part up to their common line.
     fn fold(&self, pair: [usize; 2], single: usize, a: usize, b: usize) -> Option<Vec<(usize, Piece)>> {
         let [p, q, s] = [pair[0], pair[1], single].map(|corner| self.laid_m[corner]);
-        let [fp, fq, fs] = [self.near_seam(a, b, p)?, self.near_seam(a, b, q)?, self.near_seam(a, b, s)?];
+        let reach_m = self.reach_m([p, q, s]);
+        let near = |point| self.near_seam(a, b, point, reach_m);
+        let [fp, fq, fs] = [near(p)?, near(q)?, near(s)?];
         Some(vec![(a, vec![p, q, fs]), (b, vec![fp, fq, s])])
     }
 
@@ -130,24 +134,31 @@ impl Assigner<'_> {
     fn fold_corner(&self, corners: [usize; 3], planes: [usize; 3]) -> Option<Vec<(usize, Piece)>> {
         let [a, b, c] = planes.map(|plane| &self.planes[plane]);
         let common = corner(a, b, c)?;
+        let reach_m = self.reach_m(corners.map(|corner| self.laid_m[corner]));
         let mut found = Vec::new();
         for k in 0..3 {
             let (own, next, last) = (k, (k + 1) % 3, (k + 2) % 3);
             let p = self.laid_m[corners[own]];
-            if distance_m(common, p) > self.params.seam_reach_m {
+            if distance_m(common, p) > reach_m {
                 return None;
             }
-            let to_next = self.near_seam(planes[own], planes[next], p)?;
-            let to_last = self.near_seam(planes[own], planes[last], p)?;
+            let to_next = self.near_seam(planes[own], planes[next], p, reach_m)?;
+            let to_last = self.near_seam(planes[own], planes[last], p, reach_m)?;
             found.push((planes[own], vec![p, to_next, common]));
             found.push((planes[own], vec![p, common, to_last]));
         }
         Some(found)
     }
 
-    fn near_seam(&self, a: usize, b: usize, p: [f64; 3]) -> Option<[f64; 3]> {
+    /// How far a triangle may be extended: no further than it is long.
+    fn reach_m(&self, [a, b, c]: [[f64; 3]; 3]) -> f64 {
+        let longest_m = distance_m(a, b).max(distance_m(b, c)).max(distance_m(c, a));
+        longest_m.min(self.params.seam_reach_m)
+    }
+
+    fn near_seam(&self, a: usize, b: usize, p: [f64; 3], reach_m: f64) -> Option<[f64; 3]> {
         let seam = foot_on_seam(&self.planes[a], &self.planes[b], p)?;
-        (distance_m(seam, p) <= self.params.seam_reach_m).then_some(seam)
+        (distance_m(seam, p) <= reach_m).then_some(seam)
     }
 
     /// A triangle all of whose corners are near one plane that at least two of them are on: a step too small to model.
@@ -157,41 +168,6 @@ impl Assigner<'_> {
         let points = corners.map(|corner| self.laid_m[corner]);
         let near = points.iter().all(|p| self.planes[plane].distance_m(*p).abs() <= self.params.step_m);
         near.then(|| vec![(plane, points.map(|p| foot(&self.planes[plane], p)).to_vec())])
-    }
-
-    /// Whether a point on no plane lies between the ranges of its neighbouring beams, which both met a plane: the beam met an edge.
-    fn is_mixed(&self, point: usize) -> bool {
-        if self.labels[point] >= 0 {
-            return false;
-        }
-        let range_of = |other: usize| {
-            let beside = next_beam(self.cloud, point, other) && self.plane_of(other).is_some();
-            beside.then(|| self.range_m(other)).flatten()
-        };
-        let Some(own) = self.range_m(point) else { return false };
-        match (range_of(point.wrapping_sub(1)), range_of(point + 1)) {
-            (Some(before), Some(after)) => (before - own) * (own - after) > 0.0,
-            _ => false,
-        }
-    }
-
-    fn range_m(&self, point: usize) -> Option<f64> {
-        let origin = self.cloud.origin_of(point)?.map(f64::from);
-        Some(distance_m(self.cloud.points_m[point].map(f64::from), origin))
-    }
-
-    /// Whether an edge of the triangle runs along the beam over a longer stretch.
-    fn is_veil(&self, corners: [usize; 3]) -> bool {
-        let max_sine = self.params.veil_angle_deg.to_radians().sin();
-        [(0, 1), (1, 2), (2, 0)].map(|(i, j)| (corners[i], corners[j])).into_iter().any(|(from, to)| {
-            let Some(origin) = self.cloud.origin_of(from) else { return false };
-            let [p, q] = [from, to].map(|corner| self.cloud.points_m[corner].map(f64::from));
-            let edge: [f64; 3] = std::array::from_fn(|k| q[k] - p[k]);
-            let beam: [f64; 3] = std::array::from_fn(|k| p[k] - f64::from(origin[k]));
-            let (edge2, beam2, along) = (dot(edge, edge), dot(beam, beam), dot(edge, beam));
-            let sine2 = 1.0 - along * along / (edge2 * beam2);
-            edge2 >= self.params.veil_length_m.powi(2) && sine2 <= max_sine * max_sine
-        })
     }
 }
 

@@ -3,11 +3,13 @@
 //! Instead of the paper's pairwise merging, which must not make holes, all pieces of a plane are united at once: one wall, one
 //! polygon, its doors and windows holes of it. Frame `map`, metres.
 
+pub mod adopt;
 pub mod assign;
 pub mod border;
 pub mod clearance;
 pub mod finish;
 pub mod frame;
+pub mod gaps;
 pub mod lay;
 pub mod seam;
 pub mod union;
@@ -31,13 +33,18 @@ pub struct PolygonParams {
     pub min_hole_m2: f64,
     /// Polygons smaller than this are dropped, square metres. Larger: small faces get lost. Smaller: flakes of noise stay.
     pub min_polygon_m2: f64,
-    /// Planes are extended to their common line over at most this distance, metres. Larger: invented surface. Smaller: cracks.
+    /// Planes are extended to their common line over at most this distance, and no further than the raw triangle is long, metres.
+    /// Larger: invented surface. Smaller: cracks where points are far apart.
     pub seam_reach_m: f64,
     /// Points of a border that are nearer than this to the common line are moved onto it, metres. Larger: small chamfers vanish.
     /// Smaller: ragged seams.
     pub seam_snap_m: f64,
-    /// Steps between parallel surfaces up to this depth are left open instead of modelled by triangles, metres.
+    /// What stands out of a plane by up to this, and is no plane itself, is laid on it, metres; triangles across a deeper step between
+    /// parallel planes are left out. Larger: small things vanish, borders at steps wander by the points' spacing. Smaller: slits
+    /// along steps, crumples of far points.
     pub step_m: f64,
+    /// Points on no plane that hang together in fewer than so many are spikes. Larger: thin poles get lost. Smaller: spikes stay.
+    pub min_structure_points: usize,
     /// Triangles with an edge of at least this length along the beam are no surface but the gap behind an edge, metres.
     pub veil_length_m: f64,
     /// How close to the beam's direction such an edge must run, degrees. Larger: grazed surfaces get lost. Smaller: veils stay.
@@ -50,9 +57,10 @@ impl Default for PolygonParams {
             border_tolerance_m: 0.03,
             min_hole_m2: 0.02,
             min_polygon_m2: 0.002,
-            seam_reach_m: 0.25,
+            seam_reach_m: 0.5,
             seam_snap_m: 0.05,
             step_m: 0.1,
+            min_structure_points: 4,
             veil_length_m: 0.1,
             veil_angle_deg: 15.0,
         }
@@ -66,7 +74,7 @@ pub struct Merged {
     pub polygons: Vec<PlanarPolygon>,
     /// Indices of triangles of the raw mesh that no polygon stands for.
     pub rest: Vec<usize>,
-    /// Triangles dropped because they only bridge a gap along the beam.
+    /// Triangles dropped because they only bridge a gap ([`gaps`]).
     pub veils: usize,
 }
 
@@ -75,8 +83,9 @@ pub fn merge(params: &PolygonParams, cloud: &Cloud, mesh: &Mesh, planes: &Planes
     if planes.labels.len() != cloud.len() {
         return Merged { rest: (0..mesh.triangles.len()).collect(), ..Merged::default() };
     }
-    let laid_m = lay::onto_planes(cloud, &planes.labels, &planes.planes);
-    let mut assigner = Assigner { params, cloud, planes: &planes.planes, labels: &planes.labels, laid_m };
+    let labels = adopt::adopt(cloud, mesh, &planes.labels, &planes.planes, params.step_m);
+    let laid_m = lay::onto_planes(cloud, &labels, &planes.planes);
+    let mut assigner = Assigner { params, cloud, planes: &planes.planes, labels: &labels, laid_m };
     let pieces = assigner.assign(mesh);
     let polygons: Vec<Vec<PlanarPolygon>> = pieces
         .by_plane

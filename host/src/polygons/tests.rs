@@ -16,6 +16,10 @@ const BOARD: Plane = Plane { normal: [0.0, -1.0, 0.0], offset_m: -0.95, points: 
 
 /// One triangle seen from the origin; its corners are on the planes with these indices, or on none.
 fn pieces(planes: &[Plane], corners: [([f32; 3], i32); 3]) -> Pieces {
+    pieces_with(PolygonParams::default().min_structure_points, planes, corners)
+}
+
+fn pieces_with(min_structure_points: usize, planes: &[Plane], corners: [([f32; 3], i32); 3]) -> Pieces {
     let cloud = Cloud {
         points_m: corners.iter().map(|c| c.0).collect(),
         scan: vec![0, 0, 0],
@@ -24,7 +28,7 @@ fn pieces(planes: &[Plane], corners: [([f32; 3], i32); 3]) -> Pieces {
         beams_per_scan: 3,
     };
     let labels: Vec<i32> = corners.iter().map(|c| c.1).collect();
-    let params = PolygonParams::default();
+    let params = PolygonParams { min_structure_points, ..Default::default() };
     let laid_m = super::lay::onto_planes(&cloud, &labels, planes);
     let mesh = Mesh { vertices_m: cloud.points_m.clone(), triangles: vec![[0, 1, 2]] };
     Assigner { params: &params, cloud: &cloud, planes, labels: &labels, laid_m }.assign(&mesh)
@@ -83,13 +87,38 @@ fn a_mixed_pixel_between_two_planes_takes_its_triangles_with_it() {
     assert_eq!(pieces(&[near, far], corners).veils, 1);
     // A point before both is something of its own.
     let before = [([0.0, 0.9, 0.1], 0), ([0.2, 0.7, 0.3], -1), ([0.4, 1.4, 1.3], 1)];
-    assert_eq!(pieces(&[near, far], before).rest, [0]);
+    assert_eq!(pieces_with(1, &[near, far], before).rest, [0]);
+}
+
+#[test]
+fn planes_that_do_not_meet_leave_a_slit_and_a_spike_takes_its_triangles_with_it() {
+    // A step of 14 cm, deeper than is laid on a plane.
+    let recess = Plane { offset_m: -1.14, ..WALL };
+    let step = [([0.0, 1.0, 0.2], 0), ([0.1, 1.0, 0.2], 0), ([0.05, 1.14, 0.5], 1)];
+    let found = pieces(&[WALL, recess], step);
+    assert_eq!((found.veils, found.rest.len()), (1, 0));
+    // A single point 20 cm before the wall is a spike; where four hang together there is something.
+    let spike = [([0.0, 1.0, 0.2], 0), ([0.3, 1.0, 0.2], 0), ([0.15, 0.8, 0.5], -1)];
+    let found = pieces(&[WALL], spike);
+    assert_eq!((found.veils, found.rest.len()), (1, 0));
+}
+
+#[test]
+fn a_stray_point_near_a_wall_is_laid_on_it() {
+    let (mut cloud, mesh, mut planes) = wall(|_, _| false);
+    let stray = 20 * 41 + 20;
+    cloud.points_m[stray][1] -= 0.08;
+    planes.labels[stray] = -1;
+    let merged = merge(&PolygonParams::default(), &cloud, &mesh, &planes);
+    assert_eq!((merged.polygons.len(), merged.polygons[0].holes_m.len(), merged.rest.len()), (1, 0, 0));
 }
 
 #[test]
 fn triangles_of_no_plane_are_left_over() {
-    let found = pieces(&[WALL], [([0.0, 0.5, 0.0], -1), ([0.1, 0.5, 0.0], -1), ([0.0, 0.5, 0.1], -1)]);
-    assert_eq!(found.rest, [0]);
+    let alone = [([0.0, 0.5, 0.0], -1), ([0.1, 0.5, 0.0], -1), ([0.0, 0.5, 0.1], -1)];
+    let with = |min_structure_points: usize| pieces_with(min_structure_points, &[WALL], alone);
+    assert_eq!(with(3).rest, [0]);
+    assert!(with(4).rest.is_empty(), "three points are too few to be something");
 }
 
 /// A wall of 2 m by 2 m in cells of 5 cm, seen from the origin; cells that `open` names by their middle are missing.
