@@ -32,9 +32,12 @@ pub mod planes;
 pub mod plot;
 pub mod ply_read;
 pub mod polygons;
+pub mod rays;
 pub mod render;
 pub mod run;
 pub mod shift;
+#[cfg(feature = "simplify")]
+pub mod simplify;
 pub mod stamp_text;
 pub mod summary;
 pub mod surface_distance;

@@ -1,12 +1,14 @@
-//! How far one surface is from another: evenly spread samples of one, the nearest point of the other for each.
+//! How far one surface is from another: evenly spread samples of one, the nearest point of the other for each; and where rays meet it.
 //!
 //! Metres. Deterministic: samples lie on a fixed low-discrepancy sequence, sums are made in one order.
 
+mod cast;
 mod tree;
 
 use crate::model::Mesh;
 use crate::planes::scatter::dot;
 use crate::polygons::frame::cross;
+pub use cast::Hit;
 use rayon::prelude::*;
 use serde::Serialize;
 pub use tree::Surface;

@@ -1,12 +1,13 @@
 //! The stages together on a simulated corridor: what must hold of every model.
 
 use super::{BuildOutput, model_of};
-use crate::compare::{CompareParams, compare};
+use crate::compare::{CompareParams, Reference};
 use crate::fixture::{corridor, drive, truth};
-use crate::model::Cloud;
+use crate::model::{Cloud, Mesh};
 use crate::params::BuildParams;
 use crate::planes::random::Random;
 use crate::polygons::validate;
+use crate::surface_distance::Surface;
 use crate::triangulate::{model_mesh, polygons_mesh};
 use std::sync::OnceLock;
 
@@ -52,11 +53,13 @@ fn the_model_is_truer_than_the_raw_mesh_and_misses_nothing() {
     let (output, truth) = (output(), truth(&corridor()));
     let (planes, whole) = (polygons_mesh(&output.model), model_mesh(&output.model));
     let params = CompareParams { samples: 20_000, ..CompareParams::default() };
-    let found = compare(&params, &truth, &output.mesh, &planes, &whole);
-    assert!(found.model.surface_to_truth.rms_m < 0.01, "{:?}", found.model);
-    assert!(found.planes.surface_to_truth.rms_m < 0.01, "{:?}", found.planes);
-    assert!(found.raw.surface_to_truth.rms_m > 2.0 * found.model.surface_to_truth.rms_m, "{:?}", found.raw);
-    assert!(found.model.truth_to_surface.p95_m < 0.02, "{:?}", found.model);
+    let reference = Reference::truth(&params, &truth, &Surface::new(&output.mesh));
+    let measure = |mesh: &Mesh| reference.measure(mesh, &Surface::new(mesh));
+    let (raw, planes, model) = (measure(&output.mesh), measure(&planes), measure(&whole));
+    assert!(model.to_reference.rms_m < 0.01, "{model:?}");
+    assert!(planes.to_reference.rms_m < 0.01, "{planes:?}");
+    assert!(raw.to_reference.rms_m > 2.0 * model.to_reference.rms_m, "{raw:?}");
+    assert!(model.from_reference.p95_m < 0.02, "{model:?}");
 }
 
 #[test]

@@ -1,27 +1,28 @@
-//! A tree of boxes over triangles that finds the nearest one. Metres.
+//! A tree of boxes over triangles that finds the nearest one to a point; `cast` finds the first along a ray. Metres.
 
 use super::corners;
 use crate::model::Mesh;
 use crate::planes::scatter::dot;
 
-type Triangle = [[f64; 3]; 3];
+pub(super) type Triangle = [[f64; 3]; 3];
 
 /// The triangles of a mesh, ready to be asked for distances.
 #[derive(Clone, Debug, Default)]
 pub struct Surface {
-    triangles: Vec<Triangle>,
-    nodes: Vec<Node>,
+    /// In the order of the tree's leaves, each with its index in the mesh.
+    pub(super) triangles: Vec<(Triangle, usize)>,
+    pub(super) nodes: Vec<Node>,
 }
 
 #[derive(Clone, Debug)]
-struct Node {
-    low_m: [f64; 3],
-    high_m: [f64; 3],
-    content: Content,
+pub(super) struct Node {
+    pub(super) low_m: [f64; 3],
+    pub(super) high_m: [f64; 3],
+    pub(super) content: Content,
 }
 
 #[derive(Clone, Debug)]
-enum Content {
+pub(super) enum Content {
     /// Triangles `start..end`.
     Leaf(usize, usize),
     /// The second child's node; the first one follows its parent.
@@ -33,7 +34,9 @@ const LEAF_SIZE: usize = 4;
 impl Surface {
     /// Builds the tree; triangles with missing corners or corners that are not finite are left out.
     pub fn new(mesh: &Mesh) -> Self {
-        let triangles: Vec<Triangle> = mesh.triangles.iter().filter_map(|t| corners(mesh, *t)).collect();
+        let all = mesh.triangles.iter().enumerate();
+        let triangles: Vec<_> =
+            all.filter_map(|(index, t)| corners(mesh, *t).map(|found| (found, index))).collect();
         let mut surface = Self { triangles, nodes: Vec::new() };
         if !surface.triangles.is_empty() {
             surface.split(0, surface.triangles.len());
@@ -45,7 +48,7 @@ impl Surface {
         let own = &mut self.triangles[start..end];
         let mut low_m = [f64::INFINITY; 3];
         let mut high_m = [f64::NEG_INFINITY; 3];
-        for p in own.iter().flatten() {
+        for p in own.iter().flat_map(|(triangle, _)| triangle) {
             for k in 0..3 {
                 low_m[k] = low_m[k].min(p[k]);
                 high_m[k] = high_m[k].max(p[k]);
@@ -56,7 +59,7 @@ impl Surface {
         if own.len() > LEAF_SIZE {
             let longest = (0..3)
                 .fold(0, |best, k| if high_m[k] - low_m[k] > high_m[best] - low_m[best] { k } else { best });
-            let centre = |t: &Triangle| t[0][longest] + t[1][longest] + t[2][longest];
+            let centre = |(t, _): &(Triangle, usize)| t[0][longest] + t[1][longest] + t[2][longest];
             let half = own.len() / 2;
             own.select_nth_unstable_by(half, |a, b| centre(a).total_cmp(&centre(b)));
             self.split(start, start + half);
@@ -78,7 +81,7 @@ impl Surface {
             }
             match here.content {
                 Content::Leaf(start, end) => {
-                    let near = self.triangles[start..end].iter().map(|t| triangle_distance2(t, p));
+                    let near = self.triangles[start..end].iter().map(|(t, _)| triangle_distance2(t, p));
                     best2 = near.fold(best2, f64::min);
                 }
                 Content::Split(second) => {
@@ -139,7 +142,7 @@ fn off_edge2(from_start: [f64; 3], edge: [f64; 3], share: f64) -> f64 {
     dot(off, off)
 }
 
-fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+pub(super) fn sub(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 

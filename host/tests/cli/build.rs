@@ -48,11 +48,43 @@ fn a_room_becomes_a_few_flat_surfaces_in_every_format() {
     let rms_m = report["model"]["to_truth"]["rms_m"].as_f64().unwrap();
     assert!(rms_m < 0.01, "{report}");
     assert_eq!(report["model"]["polygons"], summary["polygons"]);
-    assert!(folder.expect("compare out", 0, &["not supported yet"]).stdout.contains("raw mesh"));
+    let qslim = &report["qslim"];
+    assert_eq!(qslim["triangles"].as_u64(), report["model"]["surfaces"].as_u64(), "{report}");
+    assert!(qslim["to_truth"]["rms_m"].as_f64().unwrap() > 3.0 * rms_m, "{report}");
+    assert_eq!(report["model"]["rays"]["blocked"], 0, "{report}");
+    // The truth does not tell its faces apart.
+    assert!(report["true_faces_seen"].is_null(), "{report}");
 
     folder.expect("build run.mcap -o out", 1, &["out exists already", "--force"]);
     folder.expect("build run.mcap -o out --force --formats glb --threads 1", 0, &[]);
     assert!(!names(&folder.path("out")).contains(&"model.obj".to_owned()));
+}
+
+#[test]
+fn a_model_is_compared_with_the_raw_points_and_a_closed_door_is_noticed() {
+    let folder = Folder::new("compare");
+    room::record(&folder.path("run.mcap"), Content { poses: true, vertical: true });
+    folder.expect("build run.mcap -o out", 0, &[]);
+    let ran = folder.expect("compare out --pictures all.png", 0, &["all.png: 2400 x"]);
+    for word in ["distances to raw points", "qslim", "0.000 %"] {
+        assert!(ran.stdout.contains(word), "{word}: {}", ran.stdout);
+    }
+    folder.expect("compare out --pictures all.png", 1, &["all.png exists already"]);
+    folder.expect("compare out --margin -1", 2, &["expected a length"]);
+    // A wall across the room, in the way of half of what the laser saw of the sides, is in no one's way once points.ply does not tell where they were
+    // seen from.
+    let across = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+        element face 1\nproperty list uchar int vertex_indices\nend_header\n-9 1 -9\n9 1 -9\n9 1 9\n-9 1 9\n4 0 1 2 3\n";
+    folder.write("out/planes.ply", across);
+    let blocked = || -> Value {
+        let ran = folder.expect("compare out --json", 0, &[]);
+        serde_json::from_str::<Value>(&ran.stdout).unwrap()["planes"]["rays"].clone()
+    };
+    assert!(blocked()["percent"].as_f64().unwrap() > 20.0, "{}", blocked());
+    let bare = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n";
+    folder.write("out/points.ply", bare);
+    assert!(blocked().is_null());
+    assert!(folder.expect("compare out", 0, &[]).stdout.contains("build it again"));
 }
 
 #[test]

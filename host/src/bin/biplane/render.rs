@@ -1,4 +1,4 @@
-//! `biplane render`: a picture of a build, raw mesh beside the model.
+//! `biplane render`: a picture of a build, raw mesh beside the model, and what others make of it between them.
 
 use std::fs::{self, File};
 use std::io::BufReader;
@@ -9,7 +9,7 @@ use biplane::deskew::StampedPose;
 use biplane::model::Mesh;
 use biplane::output::{check_free, check_not_input, write_file};
 use biplane::palette;
-use biplane::ply_read::{self, Ply};
+use biplane::ply_read::Ply;
 use biplane::render::Picture;
 use biplane::render::camera::Camera;
 use biplane::render::font;
@@ -20,6 +20,7 @@ use biplane::trajectory::read_poses;
 use clap::ValueEnum;
 
 use crate::Outcome;
+use crate::compare::{NO_SIMPLIFIER, load, simplified};
 use crate::console::Console;
 
 /// Pixels between two pictures.
@@ -70,6 +71,8 @@ enum What {
     Model,
     /// The raw mesh beside the model
     Both,
+    /// Raw mesh, its simplification by others to as many triangles as the model has surfaces, and the model
+    All,
 }
 
 impl Args {
@@ -84,6 +87,19 @@ impl Args {
             width: 1600,
             height: None,
             force: false,
+        }
+    }
+
+    /// Raw mesh, simplification and model side by side, for `compare`.
+    pub fn for_comparison(folder: &Path, output: &Path, view: ViewName, force: bool) -> Self {
+        Self {
+            folder: folder.to_owned(),
+            output: output.to_owned(),
+            view,
+            what: What::All,
+            width: 2400,
+            height: None,
+            force,
         }
     }
 }
@@ -101,7 +117,8 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         ViewName::Top => View::Top,
     };
     let model = load(&args.folder.join("model.ply"))?;
-    let raw = raw_scene(&load(&args.folder.join("raw.ply"))?.mesh);
+    let raw_mesh = load(&args.folder.join("raw.ply"))?.mesh;
+    let raw = raw_scene(&raw_mesh);
     // The raw points are spread evenly over what was seen, a model's corners are not.
     let Some(extent) = Extent::of(view, &raw) else {
         bail!("{} holds no triangle to draw", args.folder.join("raw.ply").display())
@@ -109,10 +126,14 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let poses = poses_of(&args.folder)?;
     let raw = Subject { caption: format!("raw mesh: {} triangles", grouped(raw.facets.len())), scene: raw };
     let model = Subject { caption: model_caption(&args.folder, &model), scene: model_scene(&model) };
+    let simple = if args.what == What::All { simple_subject(&args.folder, &raw_mesh)? } else { None };
+    if args.what == What::All && simple.is_none() {
+        console.note(NO_SIMPLIFIER);
+    }
     let subjects: Vec<&Subject> = match args.what {
         What::Raw => vec![&raw],
         What::Model => vec![&model],
-        What::Both => vec![&raw, &model],
+        What::Both | What::All => [Some(&raw), simple.as_ref(), Some(&model)].into_iter().flatten().collect(),
     };
     let camera = |shape: f64| camera(view, &model.scene, &extent, shape, &poses);
     let picture = compose(&subjects, args, (view, &extent), camera);
@@ -128,6 +149,16 @@ struct Subject {
     caption: String,
 }
 
+/// The raw mesh as others simplify it to as many triangles as the model has surfaces; `None` when this program has no simplifier.
+fn simple_subject(folder: &Path, raw: &Mesh) -> anyhow::Result<Option<Subject>> {
+    let (polygons, leftovers) =
+        surfaces(folder).with_context(|| format!("{}: no figures in summary.json", folder.display()))?;
+    Ok(simplified(raw, polygons + leftovers).map(|mesh| Subject {
+        caption: format!("QSlim-like: {} triangles", grouped(mesh.triangles.len())),
+        scene: raw_scene(&mesh),
+    }))
+}
+
 /// 159114 as 159,114.
 fn grouped(number: usize) -> String {
     let digits = number.to_string();
@@ -141,13 +172,16 @@ fn grouped(number: usize) -> String {
     text
 }
 
+/// Polygons and leftover triangles of a build, as its summary says.
+fn surfaces(folder: &Path) -> Option<(usize, usize)> {
+    let text = fs::read(folder.join("summary.json")).ok()?;
+    let summary: serde_json::Value = serde_json::from_slice(&text).ok()?;
+    let count = |key: &str| summary.get(key)?.as_u64()?.try_into().ok();
+    Some((count("polygons")?, count("leftover_triangles")?))
+}
+
 fn model_caption(folder: &Path, model: &Ply) -> String {
-    let count = |summary: &serde_json::Value, key: &str| summary.get(key)?.as_u64()?.try_into().ok();
-    let figures = fs::read(folder.join("summary.json"))
-        .ok()
-        .and_then(|text| serde_json::from_slice(&text).ok())
-        .and_then(|summary| Some((count(&summary, "polygons")?, count(&summary, "leftover_triangles")?)));
-    match figures {
+    match surfaces(folder) {
         Some((polygons, leftovers)) => {
             format!("model: {} polygons + {} triangles", grouped(polygons), grouped(leftovers))
         }
@@ -165,7 +199,7 @@ fn compose(
     let (width, count) = (args.width as usize, subjects.len());
     let shape = aspect(view, extent).clamp(0.2, 1.2) * 1.04;
     let beside = count > 1 && shape > 0.5;
-    let scene_width = if beside { (width - GAP) / 2 } else { width };
+    let scene_width = if beside { (width - (count - 1) * GAP) / count } else { width };
     let scene_height =
         args.height.map_or((scene_width as f64 * shape) as usize, |height| height as usize).max(1);
     let dot = (scene_width / 360).clamp(1, 3);
@@ -183,11 +217,6 @@ fn compose(
         picture.write_text(&subject.caption, [left + 6 * dot, top + 4 * dot], dot, CAPTION);
     }
     picture
-}
-
-fn load(path: &Path) -> anyhow::Result<Ply> {
-    let bytes = fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
-    ply_read::read(&bytes).with_context(|| format!("cannot read {}", path.display()))
 }
 
 fn poses_of(folder: &Path) -> anyhow::Result<Vec<StampedPose>> {

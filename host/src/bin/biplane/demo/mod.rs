@@ -9,6 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
+use biplane::compare::CompareParams;
 use biplane::output::write_file;
 use biplane_onboard::RunReport;
 
@@ -63,7 +64,8 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     for (view, name) in [(ViewName::Outside, "outside.png"), (ViewName::Inside, "inside.png")] {
         render::run(&render::Args::for_build(&model, &folder.join(name), view), console)?;
     }
-    let comparison = compare::report(&model, Some(&folder.join("truth/surfaces.ply")))?;
+    let comparison =
+        compare::report(&model, Some(&folder.join("truth/surfaces.ply")), &CompareParams::default())?;
     write_file(&folder.join("compare.json"), false, |out| {
         Ok(serde_json::to_writer_pretty(out, &comparison)?)
     })?;
