@@ -27,7 +27,9 @@ pub fn finish(
             towards[*label as usize] += if fit.distance_m(origin.map(f64::from)) >= 0.0 { 1 } else { -1 };
         }
     }
-    let mut kept: Vec<(usize, Fit)> = fits.iter().enumerate().filter_map(|(l, f)| Some((l, (*f)?))).collect();
+    let fan = of_one_scan(cloud, &labels, count);
+    let mut kept: Vec<(usize, Fit)> =
+        fits.iter().enumerate().filter_map(|(l, f)| Some((l, (*f)?))).filter(|(l, _)| !fan[*l]).collect();
     kept.sort_by(|a, b| b.1.count.total_cmp(&a.1.count));
     let mut new_label = vec![-1; count];
     let mut planes = Vec::new();
@@ -45,4 +47,15 @@ pub fn finish(
         *label = usize::try_from(*label).map_or(-1, |old| new_label[old]);
     }
     Planes { planes, labels, sigma_m, ..Planes::default() }
+}
+
+/// Which labels have all their points from one scan: the plane of a fan of beams, not of a surface. None in clouds without scans.
+fn of_one_scan(cloud: &Cloud, labels: &[i32], count: usize) -> Vec<bool> {
+    let mut first = vec![None; count];
+    let mut one = vec![!cloud.scan.is_empty(); count];
+    for (label, scan) in labels.iter().zip(&cloud.scan) {
+        let Ok(label) = usize::try_from(*label) else { continue };
+        one[label] &= *first[label].get_or_insert(scan) == scan;
+    }
+    one
 }

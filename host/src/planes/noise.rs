@@ -79,18 +79,56 @@ pub fn estimate_sigma_m(cells: &[Scatter], neighbours: &Neighbours) -> Option<f6
     let error_of = |(cell, own): (usize, &Scatter)| {
         let mut around = *own;
         neighbours.of(cell).iter().for_each(|other| around.merge(&cells[*other as usize]));
-        let count = around.count();
-        let fit = around.fit().filter(|_| count >= 20.0)?;
-        Some((fit.variances_m2[0] * count / (count - 3.0), own.count()))
+        LocalError::of(&around, own.count())
     };
-    let mut errors: Vec<(f64, f64)> =
+    let errors: Vec<LocalError> =
         cells.par_iter().with_min_len(CELLS_A_TASK).enumerate().filter_map(error_of).collect();
-    errors.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    let half = errors.iter().map(|e| e.1).sum::<f64>() * 0.45;
-    let mut passed = 0.0;
-    let middle = errors.iter().find(|e| {
-        passed += e.1;
-        passed >= half
+    let weight_of = |errors: &[LocalError]| errors.iter().map(|error| error.weight).sum::<f64>();
+    let flat: Vec<LocalError> = errors.iter().copied().filter(|error| error.flat).collect();
+    let variance_m2 = if weight_of(&flat) >= LEAST_FLAT_SHARE * weight_of(&errors) {
+        quantile(errors, 0.45)?
+    } else {
+        // Stray points all around, also next to surfaces: cells by themselves, and of these the cleaner ones.
+        let alone = cells.iter().filter_map(|own| LocalError::of(own, own.count()));
+        quantile(alone.filter(|error| error.flat).collect(), 0.25)?
+    };
+    Some(variance_m2.sqrt().max(LEAST_ESTIMATE_M))
+}
+
+/// A local plane counts as flat when its mean squared error is at most this share of its narrower width squared: points that fill a
+/// volume have more.
+const FLAT_RATIO: f64 = 0.3;
+/// When fewer points than this share have flat surroundings, most points are strays.
+const LEAST_FLAT_SHARE: f64 = 0.3;
+
+/// The best plane of some points, as far as the noise goes.
+#[derive(Clone, Copy)]
+struct LocalError {
+    variance_m2: f64,
+    weight: f64,
+    flat: bool,
+}
+
+impl LocalError {
+    fn of(points: &Scatter, weight: f64) -> Option<Self> {
+        let count = points.count();
+        let fit = points.fit().filter(|_| count >= 20.0)?;
+        let [error_m2, width_m2, _] = fit.variances_m2;
+        let variance_m2 = error_m2 * count / (count - 3.0);
+        Some(Self { variance_m2, weight, flat: error_m2 <= FLAT_RATIO * width_m2 })
+    }
+}
+
+/// The variance below which a share of the weight lies, square metres.
+fn quantile(mut errors: Vec<LocalError>, share: f64) -> Option<f64> {
+    errors.par_sort_unstable_by(|a, b| {
+        a.variance_m2.total_cmp(&b.variance_m2).then(a.weight.total_cmp(&b.weight))
     });
-    middle.map(|e| e.0.sqrt().max(LEAST_ESTIMATE_M))
+    let limit = errors.iter().map(|error| error.weight).sum::<f64>() * share;
+    let mut passed = 0.0;
+    let found = errors.iter().find(|error| {
+        passed += error.weight;
+        passed >= limit
+    });
+    found.map(|error| error.variance_m2)
 }

@@ -16,12 +16,15 @@ fn ply(points: &[[f64; 3]]) -> String {
     text
 }
 
-/// Numbers from 0 to 1 that follow no pattern: a linear congruential generator.
+/// Numbers from 0 to 1 that follow no pattern: SplitMix64.
 fn noise(seed: u64) -> impl FnMut() -> f64 {
     let mut state = seed;
     move || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1u64 << 53) as f64
+        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = state;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
     }
 }
 
@@ -54,6 +57,18 @@ fn planes(name: &str, text: &str, points: usize) -> Vec<Value> {
 }
 
 #[test]
+fn one_scan_is_no_surface() {
+    let mut text = format!(
+        "ply\nformat ascii 1.0\nelement vertex 181\n{XYZ}property int scan\nproperty int beam\nend_header\n"
+    );
+    for beam in 0..181 {
+        let angle = f64::from(beam).to_radians();
+        writeln!(text, "0 {} {} 0 {beam}", 2.0 * angle.cos(), 2.0 * angle.sin()).unwrap();
+    }
+    assert!(planes("scan", &text, 181).is_empty());
+}
+
+#[test]
 fn a_line_is_no_surface_nor_are_points_at_one_place() {
     let mut next = noise(1);
     let line: Vec<[f64; 3]> =
@@ -74,6 +89,28 @@ fn points_that_are_nowhere_or_twice_there_change_nothing() {
     let found = planes("nowhere", &ply(&points), points.len());
     assert_eq!(found.len(), 1);
     assert!(found[0]["points"].as_u64().unwrap() as usize > points.len() * 88 / 100, "{found:?}");
+}
+
+#[test]
+fn among_nine_times_as_many_stray_points_there_is_the_floor_or_nothing() {
+    let mut points = floor(4.0, 0.05);
+    let count = points.len();
+    let mut next = noise(9);
+    points.extend((0..9 * count).map(|_| [12.0 * next() - 4.0, 12.0 * next() - 4.0, 12.0 * next() - 6.0]));
+    let found = planes("outliers", &ply(&points), 10 * count);
+    assert!(found.len() < 2, "{found:?}");
+    let is_floor = |plane: &Value| {
+        plane["normal"][2].as_f64().unwrap().abs() > 0.999 && plane["offset_m"].as_f64().unwrap().abs() < 0.01
+    };
+    assert!(found.iter().all(is_floor), "{found:?}");
+}
+
+#[test]
+fn one_huge_plane_is_one_plane() {
+    let points = floor(30.0, 0.1);
+    let found = planes("huge", &ply(&points), points.len());
+    assert_eq!(found.len(), 1);
+    assert!(found[0]["points"].as_u64().unwrap() as usize > points.len() * 98 / 100);
 }
 
 #[test]
