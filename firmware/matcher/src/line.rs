@@ -24,6 +24,11 @@ pub struct Fitted {
 }
 
 impl RunningSums {
+    /// Points that were added.
+    pub fn count(&self) -> f64 {
+        self.n
+    }
+
     /// Takes one more point.
     pub fn add(&mut self, [x, y]: [f64; 2]) {
         self.n += 1.0;

@@ -73,7 +73,18 @@ pub struct EndPoint {
     pub kind: Kind,
     /// Weight in (0, 1]: less where the beams are crowded.
     pub weight: f32,
+    /// It stands alone off what its neighbours on both sides lie on: a leg before a wall, or a beam that fell short.
+    pub alone: bool,
 }
+
+/// So many neighbours on either side tell whether a point stands alone.
+const ASIDE: usize = 3;
+/// A point stands alone when the way by it is so many times as long as the way past it.
+const DETOUR: f32 = 4.0;
+/// Where few points stand alone, one closer than this to the one before or after it does not, metres.
+const APART_M: f32 = 0.5;
+/// More than this share of the points is many.
+const MANY: f32 = 0.1;
 
 /// End points of one scan and the place they were seen from.
 #[derive(Clone, Debug)]
@@ -128,6 +139,7 @@ impl EndPoints {
                 self.points.push(EndPoint { at_m, ..EndPoint::default() });
             }
         }
+        self.tell_those_alone();
         self.sum_up();
         let mut before_m = f32::INFINITY;
         let mut lines = Lines::default();
@@ -144,12 +156,50 @@ impl EndPoints {
         }
     }
 
+    /// Points that stand alone say nothing of the surface that their neighbours lie on. A few are legs before walls;
+    /// where they are many, beams fall short (dust, rain, glare), and these also end close to what they should have met.
+    fn tell_those_alone(&mut self) {
+        let many = self.points.len() as f32 * MANY;
+        if self.count_alone(self.params.normal_reach_m as f32) as f32 <= many {
+            self.count_alone(APART_M);
+        }
+    }
+
+    /// Finds the points that stand alone, farther than this from the ones before and after them.
+    fn count_alone(&mut self, apart_m: f32) -> usize {
+        let (mut count, mut after_m) = (0, f32::INFINITY);
+        for index in (0..self.points.len()).rev() {
+            let here = self.points[index].at_m;
+            let before_m =
+                index.checked_sub(1).map_or(0.0, |before| distance(self.points[before].at_m, here));
+            self.points[index].alone = before_m > apart_m && after_m > apart_m && self.stands_alone(index);
+            count += usize::from(self.points[index].alone);
+            after_m = before_m;
+        }
+        count
+    }
+
+    /// Whether two neighbours, one on either side, are far closer to each other than by way of this point.
+    fn stands_alone(&self, index: usize) -> bool {
+        let here = self.points[index].at_m;
+        let (before, rest) = self.points.split_at(index);
+        before.iter().rev().take(ASIDE).any(|a| {
+            let to_a_m = distance(a.at_m, here);
+            rest[1..].iter().take(ASIDE).any(|b| {
+                let detour_m = to_a_m + distance(here, b.at_m);
+                detour_m > DETOUR * distance(a.at_m, b.at_m)
+            })
+        })
+    }
+
     fn sum_up(&mut self) {
         let mut sum = RunningSums::default();
         self.sums.clear();
         self.sums.push(sum);
         for point in &self.points {
-            sum.add(point.at_m.map(f64::from));
+            if !point.alone {
+                sum.add(point.at_m.map(f64::from));
+            }
             self.sums.push(sum);
         }
     }
@@ -174,6 +224,9 @@ impl EndPoints {
 
     /// What a point lies on: a line with the neighbours on both sides, or at a corner with those on one side.
     fn surface_at(&self, index: usize, lines: &Lines) -> (Kind, [f32; 2]) {
+        if self.points[index].alone {
+            return (Kind::Point, [0.0; 2]);
+        }
         let ((first, last), fit) = lines.get(index % Lines::MANY);
         let mut kind = match self.line_through(index, (first, last), || fit) {
             (Kind::Line, normal) => return (Kind::Line, normal),
@@ -189,14 +242,21 @@ impl EndPoints {
         (kind, [0.0; 2])
     }
 
-    /// How many neighbours in one direction are needed, the first one out of reach included.
-    fn reach<'a>(&self, index: usize, neighbours: impl ExactSizeIterator<Item = &'a EndPoint>) -> usize {
+    /// How far the last neighbour is that is needed in one direction, the first one out of reach included.
+    fn reach<'a>(&self, index: usize, neighbours: impl Iterator<Item = &'a EndPoint>) -> usize {
         let here = self.points[index].at_m;
         let reach_m = self.params.normal_reach_m as f32;
-        let most = neighbours.len().min(NEIGHBOURS);
-        let mut near = neighbours.take(most);
-        let beyond = near.position(|other| squared_distance(other.at_m, here) > reach_m * reach_m);
-        beyond.map_or(most, |within| within + 1)
+        let mut last = 0;
+        for (before, other) in neighbours.take(NEIGHBOURS).enumerate() {
+            if other.alone {
+                continue;
+            }
+            last = before + 1;
+            if squared_distance(other.at_m, here) > reach_m * reach_m {
+                break;
+            }
+        }
+        last
     }
 
     /// The normal of the line `fit` through the points `first` to `last`, if they form one.
@@ -211,7 +271,9 @@ impl EndPoints {
         let here = self.points[index].at_m;
         let length_m = self.params.line_length_m as f32;
         let ends_m = [self.points[first].at_m, self.points[last].at_m];
-        if last - first < 2 || squared_distance(ends_m[0], ends_m[1]) < length_m * length_m {
+        if self.sums[last + 1].count() - self.sums[first].count() < 3.0
+            || squared_distance(ends_m[0], ends_m[1]) < length_m * length_m
+        {
             return UNSURE;
         }
         let Some(Fitted { spread_squared, mut normal }) = fit() else { return UNSURE };
@@ -256,7 +318,7 @@ mod tests {
     use super::*;
     use crate::scan::Beam;
 
-    fn points(ranges_m: impl Fn(f64) -> f64) -> EndPoints {
+    fn points(mut ranges_m: impl FnMut(f64) -> f64) -> EndPoints {
         let beams: Vec<Beam> = (-90..=90)
             .map(|degrees| {
                 let angle = f64::from(degrees).to_radians();
@@ -299,6 +361,22 @@ mod tests {
         let lone = points(|angle| if angle == 0.0 { 1.0 } else { f64::INFINITY });
         assert_eq!(lone.as_slice().len(), 1);
         assert_eq!(lone.as_slice()[0].kind, Kind::Unsure);
+    }
+
+    #[test]
+    fn a_wall_keeps_its_normals_when_every_fourth_beam_falls_short() {
+        let mut beam = 0;
+        let points = points(|angle| {
+            beam += 1;
+            let wall_m = if angle.abs() < 1.0 { 2.0 / angle.cos() } else { f64::INFINITY };
+            if beam % 4 == 0 { wall_m * (0.2 + f64::from(beam * 37 % 60) / 100.0) } else { wall_m }
+        });
+        let (short, wall): (Vec<&EndPoint>, Vec<&EndPoint>) =
+            points.as_slice().iter().partition(|point| point.at_m[0] < 1.7);
+        assert!(short.len() > 20 && wall.len() > 80, "{} {}", short.len(), wall.len());
+        assert!(short.iter().all(|point| point.kind != Kind::Line));
+        let facing = |point: &&&EndPoint| point.normal[0] < -0.999;
+        assert_eq!(wall.iter().filter(facing).count(), wall.len());
     }
 
     #[test]

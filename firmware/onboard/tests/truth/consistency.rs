@@ -8,7 +8,7 @@ use biplane_matcher::{Outcome, Pose2, TrackerParams, wrap_angle};
 use biplane_mock::world::World;
 use nalgebra::{Matrix2, Matrix3, Vector3};
 
-use crate::ride::{Odometry, Ride, Step, bare_corridor};
+use crate::ride::{InTheWay, Odometry, Ride, Step, bare_corridor};
 use crate::seeds;
 
 /// Shares of a ride's scans at which the error is looked at.
@@ -33,8 +33,9 @@ fn band(runs: f64, freedom: f64) -> [f64; 2] {
 /// Mean NEES of a ride over seeds and places, and of x, y and heading each; printed place by place.
 fn nees(ride: &Ride) -> (f64, [f64; 3]) {
     let params = TrackerParams::default();
-    let runs: Vec<Vec<Step>> =
-        seeds(4).map(|seed| ride.run(params, &Odometry::drawn(&params, seed), 0, seed)).collect();
+    let runs: Vec<Vec<Step>> = seeds(4)
+        .map(|seed| ride.run(params, &Odometry::drawn(&params, seed), InTheWay::default(), seed))
+        .collect();
     let count = runs.len() as f64;
     let (mut all, mut each) = (0.0, [0.0; 3]);
     println!(
@@ -112,7 +113,7 @@ fn in_furnished_worlds_the_normalised_error_lies_within_its_chi_square_band() {
 fn a_bare_corridors_axis_follows_the_odometry_and_its_covariance_points_along_it() {
     let ride = bare(10.0);
     let params = TrackerParams::default();
-    let run = ride.run(params, &Odometry::poor(), 0, 3);
+    let run = ride.run(params, &Odometry::poor(), InTheWay::default(), 3);
     let (mut by_odometry_m, mut across, mut worst_m) = (0.0, 0.0, 0.0_f64);
     for (place, pair) in run.windows(2).enumerate() {
         let (before, now) = (&pair[0].tracked.map_from_base, &pair[1].tracked.map_from_base);
@@ -137,7 +138,7 @@ fn a_bare_corridors_axis_follows_the_odometry_and_its_covariance_points_along_it
 #[test]
 fn the_covariance_grows_on_new_ground_and_shrinks_on_coming_back() {
     let ride = corridor();
-    let run = ride.run(TrackerParams::default(), &Odometry::poor(), 0, 1);
+    let run = ride.run(TrackerParams::default(), &Odometry::poor(), InTheWay::default(), 1);
     let sigma_m = |step: &Step| (step.tracked.covariance[0][0] + step.tracked.covariance[1][1]).sqrt();
     let (start, far, back) =
         (sigma_m(&run[run.len() / 20]), sigma_m(&run[run.len() / 2]), sigma_m(run.last().unwrap()));

@@ -4,7 +4,7 @@ use biplane_matcher::{TrackerParams, wrap_angle};
 use biplane_mock::world::World;
 use biplane_mock::world::path::Path;
 
-use crate::ride::{Odometry, Ride};
+use crate::ride::{InTheWay, Odometry, Ride};
 use crate::seeds;
 
 /// Share of the way and degrees per 100 m that a drive may be off at its end.
@@ -34,7 +34,12 @@ fn office(rounds: usize) -> Ride {
 fn drift(ride: &Ride, people: u32) -> [f64; 2] {
     let (mut squares, mut worst, mut count) = ([0.0; 2], [0.0_f64; 2], 0.0);
     for seed in seeds(3) {
-        let run = ride.run(TrackerParams::default(), &Odometry::poor(), people, seed);
+        let run = ride.run(
+            TrackerParams::default(),
+            &Odometry::poor(),
+            InTheWay { people, short_share: 0.0 },
+            seed,
+        );
         let mut last = [0.0; 2];
         for (step, moment) in run.iter().zip(&ride.moments) {
             let (found, truth) = (&step.tracked.map_from_base, &moment.truth);
@@ -88,4 +93,20 @@ fn with_poor_odometry_a_furnished_corridor_drifts_less_than_3_in_1000_and_3_tent
 #[test]
 fn somebody_who_walks_past_changes_little() {
     assert!(drift(&corridor(2), 1)[0] < MOST[0]);
+}
+
+#[test]
+fn a_quarter_of_the_beams_falling_short_leaves_the_pose_within_3_centimetres() {
+    let ride = corridor(2);
+    let way = InTheWay { people: 0, short_share: 0.25 };
+    for seed in seeds(2) {
+        let run = ride.run(TrackerParams::default(), &Odometry::poor(), way, seed);
+        let squares = run.iter().zip(&ride.moments).map(|(step, moment)| {
+            let (found, truth) = (&step.tracked.map_from_base, &moment.truth);
+            (found.x_m - truth.x_m).powi(2) + (found.y_m - truth.y_m).powi(2)
+        });
+        let rms_m = (squares.sum::<f64>() / run.len() as f64).sqrt();
+        println!("seed {seed}: {:.1} cm rms", 100.0 * rms_m);
+        assert!(rms_m < 0.03, "{rms_m} m");
+    }
 }

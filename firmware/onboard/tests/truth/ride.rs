@@ -101,8 +101,8 @@ impl Ride {
         Self { name, moments: (0..scans).map(moment).collect() }
     }
 
-    /// Tracks it with noise and odometry of a seed. So many `people` walk to and fro.
-    pub fn run(&self, params: TrackerParams, odometry: &Odometry, people: u32, seed: u64) -> Vec<Step> {
+    /// Tracks it with noise and odometry of a seed, and with what is in the beams' way.
+    pub fn run(&self, params: TrackerParams, odometry: &Odometry, way: InTheWay, seed: u64) -> Vec<Step> {
         let mut tracker = Tracker::new(params);
         let mut ranges = Rng::new(seed, 7, 0);
         let mut slips = Rng::new(seed, 8, 0);
@@ -112,7 +112,7 @@ impl Ride {
         for moment in &self.moments {
             odom_from_base = odom_from_base * odometry.step(last, moment, &mut slips);
             last = moment;
-            let beams: Vec<Beam> = moment.beams(people, &mut ranges).collect();
+            let beams: Vec<Beam> = moment.beams(way, &mut ranges).collect();
             let scan = Scan {
                 stamp_ns: (moment.time_s * 1e9) as i64,
                 laser_in_base_m: [AHEAD_M, 0.0],
@@ -125,6 +125,15 @@ impl Ride {
     }
 }
 
+/// What keeps beams from the walls.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct InTheWay {
+    /// So many people walk to and fro.
+    pub people: u32,
+    /// Share of the beams that end anywhere before what they should meet: dust, rain, glare.
+    pub short_share: f64,
+}
+
 /// What the tracker made of a moment.
 pub struct Step {
     /// The pose.
@@ -134,13 +143,16 @@ pub struct Step {
 }
 
 impl Moment {
-    /// The beams with noise, in whole centimetres, as far as people let them pass.
-    fn beams<'a>(&'a self, people: u32, rng: &'a mut Rng) -> impl Iterator<Item = Beam> + 'a {
+    /// The beams with noise, in whole centimetres, as far as they pass.
+    fn beams<'a>(&'a self, way: InTheWay, rng: &'a mut Rng) -> impl Iterator<Item = Beam> + 'a {
         self.ranges_m.iter().zip(-90_i32..).map(move |(&range_m, degrees)| {
             let (sin, cos) = f64::from(degrees).to_radians().sin_cos();
             let person_m =
-                (0..people).map(|number| self.person_m(number, [cos, sin])).fold(f64::INFINITY, f64::min);
-            let noisy_m = f64::from(range_m).min(person_m) + RANGE_NOISE_M * rng.normal();
+                (0..way.people).map(|number| self.person_m(number, [cos, sin])).fold(f64::INFINITY, f64::min);
+            let falls_short = way.short_share > 0.0 && rng.unit() < way.short_share;
+            let most_m = f64::from(range_m).min(20.0);
+            let ends_m = if falls_short { rng.between(0.3, most_m) } else { f64::from(range_m) };
+            let noisy_m = ends_m.min(person_m) + RANGE_NOISE_M * rng.normal();
             let delay_s = f64::from(degrees + 90) / 360.0 * TURN_NS as f64 * 1e-9;
             Beam {
                 direction_in_base: [cos as f32, sin as f32],
