@@ -82,7 +82,7 @@ const ASIDE: usize = 3;
 /// A point stands alone when the way by it is so many times as long as the way past it.
 const DETOUR: f32 = 4.0;
 /// Where few points stand alone, one closer than this to the one before or after it does not, metres.
-const APART_M: f32 = 0.5;
+const APART_M: f32 = 1.0;
 /// More than this share of the points is many.
 const MANY: f32 = 0.1;
 
