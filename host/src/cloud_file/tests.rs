@@ -1,3 +1,5 @@
+//! Clouds from files: what is read, and what is refused with which words.
+
 use super::{CloudFileError, from_ply, read};
 use std::path::PathBuf;
 
