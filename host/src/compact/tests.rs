@@ -1,3 +1,5 @@
+//! Meshes that are drawn: boxes and rooms become their faces, the right way round.
+
 use super::compact;
 use crate::model::Mesh;
 use crate::params::BuildParams;
