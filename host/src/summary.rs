@@ -155,6 +155,19 @@ impl Summary {
             version: env!("CARGO_PKG_VERSION"),
         }
     }
+
+    /// What the raw triangles became, in words.
+    pub fn reduction(&self) -> String {
+        format!(
+            "{} triangles -> {} polygons with {} holes on {} planes + {} triangles: {:.1} % fewer",
+            self.raw_triangles,
+            self.polygons,
+            self.holes,
+            self.planes,
+            self.leftover_triangles,
+            self.reduction_percent
+        )
+    }
 }
 
 #[cfg(test)]

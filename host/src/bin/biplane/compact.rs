@@ -116,14 +116,5 @@ fn write_raw(folder: &Path, file: &MeshFile, output: &BuildOutput) -> anyhow::Re
 }
 
 fn tell(args: &Args, summary: &Summary, console: &Console) {
-    console.note(format!(
-        "{}: {} triangles -> {} polygons with {} holes on {} planes + {} triangles: {:.1} % fewer",
-        args.output.display(),
-        summary.raw_triangles,
-        summary.polygons,
-        summary.holes,
-        summary.planes,
-        summary.leftover_triangles,
-        summary.reduction_percent
-    ));
+    console.note(format!("{}: {}", args.output.display(), summary.reduction()));
 }

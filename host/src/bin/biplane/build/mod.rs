@@ -149,16 +149,7 @@ fn tell(args: &Args, summary: &Summary, has_vertical: bool, console: &Console) {
         ));
     }
     if has_vertical {
-        console.note(format!(
-            "{folder}: {} points, {} triangles -> {} polygons with {} holes on {} planes + {} triangles: {:.1} % fewer",
-            summary.raw_points,
-            summary.raw_triangles,
-            summary.polygons,
-            summary.holes,
-            summary.planes,
-            summary.leftover_triangles,
-            summary.reduction_percent
-        ));
+        console.note(format!("{folder}: {} points, {}", summary.raw_points, summary.reduction()));
     } else {
         console.note(format!(
             "{folder}: the recording has no scan of a vertical laser, so there is a map and a trajectory, and no model"
