@@ -63,7 +63,7 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     }
     let folder = OutputFolder::create(&args.output, args.force)?;
     let mut stages = Stages::new(console);
-    let mut file = stages.time("read", || {
+    let mut file = stages.time("load", || {
         let file =
             mesh_file::read(&args.mesh).with_context(|| format!("cannot read {}", args.mesh.display()))?;
         let triangles = file.mesh.triangles.len();

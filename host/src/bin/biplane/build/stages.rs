@@ -57,6 +57,7 @@ impl<'a> Stages<'a> {
 fn unit(stage: &str) -> &'static str {
     match stage {
         "read" => "scans",
+        "load" => "triangles",
         "map" => "cells",
         "cloud" => "points",
         "mesh" | "leftovers" => "triangles",
