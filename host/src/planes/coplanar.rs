@@ -4,48 +4,37 @@
 
 use super::noise::{COMMON_SHARE, DEVIATIONS, Noise};
 use super::scatter::{Fit, Scatter, dot};
-use std::collections::BTreeSet;
 
-/// Share of the noise by which a plane may lie off a common one that it touches, as a root mean square over its points: two halves of
-/// a pane.
-const TOUCHING_SHARE: f64 = 0.3;
-/// The same for a plane elsewhere: a notice board and a door frame on one wall may differ by a centimetre.
-const APART_SHARE: f64 = 0.15;
+/// Share of the noise by which a plane may lie off a common one, as a root mean square over its points. Larger: a notice board and a
+/// door frame on one wall, a centimetre apart, become one. Smaller: pose errors split a wall that was seen twice.
+const OFF_SHARE: f64 = 0.15;
 /// Planes further apart in direction than this are not tried (cosine; 11 degrees, as far as the normal of a small plane errs).
 const MIN_COSINE: f64 = 0.98;
 
 /// For every plane the one that it becomes part of; planes that stay alone become themselves.
-pub fn unite(
-    sums: &[Scatter],
-    fits: &[Option<Fit>],
-    touching: &BTreeSet<(i32, i32)>,
-    noise: Noise,
-) -> Vec<usize> {
+pub fn unite(sums: &[Scatter], fits: &[Option<Fit>], noise: Noise) -> Vec<usize> {
     let mut order: Vec<usize> = (0..sums.len()).filter(|index| sums[*index].count() > 0.0).collect();
     order.sort_by(|a, b| sums[*b].count().total_cmp(&sums[*a].count()).then(a.cmp(b)));
     let mut into: Vec<usize> = (0..sums.len()).collect();
-    let mut kept: Vec<(Vec<usize>, Scatter, Fit)> = Vec::new();
+    let mut kept: Vec<(usize, Scatter, Fit)> = Vec::new();
     for index in order {
         let own = sums[index];
         let Some(fit) = fits[index] else { continue };
         let mut best: Option<(f64, usize)> = None;
-        for (place, (parts, whole, whole_fit)) in kept.iter().enumerate() {
-            let touch = |part: &usize| touching.contains(&(index.min(*part) as i32, index.max(*part) as i32));
-            let share = || if parts.iter().any(touch) { TOUCHING_SHARE } else { APART_SHARE };
-            let off = off_together((whole, whole_fit), (&own, &fit), share, noise);
+        for (place, (_, whole, whole_fit)) in kept.iter().enumerate() {
+            let off = off_together((whole, whole_fit), (&own, &fit), noise);
             if let Some(off) = off.filter(|off| best.is_none_or(|b| *off < b.0)) {
                 best = Some((off, place));
             }
         }
         match best {
             Some((_, place)) => {
-                let (parts, whole, fit) = &mut kept[place];
-                into[index] = parts[0];
-                parts.push(index);
+                let (first, whole, fit) = &mut kept[place];
+                into[index] = *first;
                 whole.merge(&own);
                 *fit = whole.fit_again(Some(fit)).unwrap_or(*fit);
             }
-            None => kept.push((vec![index], own, fit)),
+            None => kept.push((index, own, fit)),
         }
     }
     into
@@ -62,12 +51,7 @@ fn foretells(fit: &Fit, other: &Scatter, own: &Scatter, noise: Noise) -> bool {
 }
 
 /// How far, squared and in units of what is allowed, two sets lie off their common plane; `None` when it is too far.
-fn off_together(
-    (a, fit_a): (&Scatter, &Fit),
-    (b, fit_b): (&Scatter, &Fit),
-    share: impl Fn() -> f64,
-    noise: Noise,
-) -> Option<f64> {
+fn off_together((a, fit_a): (&Scatter, &Fit), (b, fit_b): (&Scatter, &Fit), noise: Noise) -> Option<f64> {
     let cosine = dot(fit_a.normal, fit_b.normal).abs();
     if cosine < MIN_COSINE {
         return None;
@@ -78,11 +62,10 @@ fn off_together(
     let mut both = *a;
     both.merge(b);
     let common = if fit_a.held || fit_b.held { both.fit_along(fit_a.normal)? } else { both.fit()? };
-    let share = share();
     let off = |part: &Scatter, fit: &Fit| {
         let (_, squared) = part.distance_to(common.normal, common.offset_m);
         let sigma2 = fit.variances_m2[0].max(noise.variance_of(fit));
-        (squared - fit.variances_m2[0]) / (sigma2 * (share * share + 9.0 / part.count()))
+        (squared - fit.variances_m2[0]) / (sigma2 * (OFF_SHARE * OFF_SHARE + 9.0 / part.count()))
     };
     let worst = off(a, fit_a).max(off(b, fit_b));
     (worst <= 1.0).then_some(worst)
@@ -94,7 +77,6 @@ mod tests {
     use crate::planes::noise::Noise;
     use crate::planes::random::Random;
     use crate::planes::scatter::{Fit, Scatter};
-    use std::collections::BTreeSet;
 
     /// A patch of a wall: from `x_m` on `width_m` wide and 1 m high, at the distance `y_m`, with 2 cm of noise.
     fn patch(x_m: f64, width_m: f64, y_m: f64, seed: u64) -> Scatter {
@@ -119,7 +101,7 @@ mod tests {
             patch(1.0, 1.0, 0.96, 4),
             Scatter::default(),
         ];
-        let into = unite(&pieces, &fits(&pieces), &BTreeSet::new(), Noise::new(0.02));
+        let into = unite(&pieces, &fits(&pieces), Noise::new(0.02));
         assert_eq!((into[1], into[2]), (into[0], into[0]));
         assert_eq!((into[3], into[4]), (3, 4));
     }
@@ -128,16 +110,18 @@ mod tests {
     fn small_patches_far_apart_and_at_other_distances_stay_apart() {
         // A turn of 0.6 degrees would bring both onto one plane.
         let pieces = [patch(0.0, 0.9, 0.60, 5), patch(5.0, 0.9, 0.55, 6)];
-        let into = unite(&pieces, &fits(&pieces), &BTreeSet::new(), Noise::new(0.02));
+        let into = unite(&pieces, &fits(&pieces), Noise::new(0.02));
         assert_eq!(into, [0, 1]);
     }
 
     #[test]
-    fn what_touches_may_differ_more() {
-        let pieces = [patch(0.0, 2.0, 1.0, 7), patch(0.0, 2.0, 0.99, 8)];
-        let touching = BTreeSet::from([(0, 1)]);
-        let noise = Noise::new(0.02);
-        assert_eq!(unite(&pieces, &fits(&pieces), &BTreeSet::new(), noise), [0, 1]);
-        assert_eq!(unite(&pieces, &fits(&pieces), &touching, noise), [0, 0]);
+    fn fifteen_millimetres_are_a_step_and_one_is_none() {
+        for (y_m, into) in [(0.985, [0, 1]), (0.999, [0, 0])] {
+            let pieces = [patch(0.0, 2.0, 1.0, 7), patch(3.0, 2.0, y_m, 8)];
+            let mut fits = fits(&pieces);
+            let normal = fits[0].unwrap().normal;
+            fits[1] = pieces[1].fit_along(normal);
+            assert_eq!(unite(&pieces, &fits, Noise::new(0.02)), into);
+        }
     }
 }

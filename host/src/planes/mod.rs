@@ -220,8 +220,7 @@ impl Work<'_> {
     fn unite(&mut self) {
         self.fits = parallel::hold(self.labelling.sums(), &self.fits, self.noise);
         self.rename(&tilted::lean(self.labelling.sums(), &self.fits, self.noise));
-        let touching = self.labelling.touching();
-        self.rename(&coplanar::unite(self.labelling.sums(), &self.fits, &touching, self.noise));
+        self.rename(&coplanar::unite(self.labelling.sums(), &self.fits, self.noise));
         self.choose(CHOICES[1]);
     }
 

@@ -6,7 +6,6 @@ use super::grid::{CELLS_A_TASK, Grid, Neighbours};
 use super::noise::{DEVIATIONS, Noise};
 use super::scatter::{Fit, Scatter, dot};
 use rayon::prelude::*;
-use std::collections::BTreeSet;
 use std::ops::Range;
 
 /// Weight of the neighbours' choice against the point's own distance, in units of half a squared deviation.
@@ -208,28 +207,6 @@ impl<'a> Labelling<'a> {
             }
         }
         changes
-    }
-
-    /// Pairs of labels, smaller first, that have points in one cell or in cells near each other.
-    pub fn touching(&self) -> BTreeSet<(i32, i32)> {
-        let mut pairs = BTreeSet::new();
-        let mut last = (-1, -1);
-        for cell in 0..self.grid.len() {
-            let here = self.votes_of(cell);
-            for &other in self.neighbours.of(cell).iter().chain([&(cell as u32)]) {
-                let there = self.votes_of(other as usize);
-                if here.len() == 1 && there.len() == 1 && here[0].label == there[0].label {
-                    continue;
-                }
-                for pair in here.iter().flat_map(|a| there.iter().map(|b| (a.label, b.label))) {
-                    if 0 <= pair.0 && pair.0 < pair.1 && pair != last {
-                        last = pair;
-                        pairs.insert(pair);
-                    }
-                }
-            }
-        }
-        pairs
     }
 
     fn places(&self, cell: usize) -> Range<usize> {
