@@ -1,10 +1,12 @@
 //! The cells that the search grows over: how large they are, which are near each other, what is in them. Metres.
 
 use super::PlaneParams;
+use super::cubes;
 use super::grid::{CELLS_A_TASK, Grid, Neighbours};
 use super::scatter::Scatter;
 use crate::model::Cloud;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Points in a cell on average, when the size follows from the cloud: fewer tell nothing of a step, more blur borders.
 const POINTS_A_CELL: f64 = 5.5;
@@ -13,66 +15,99 @@ const SIZES_M: [f64; 10] = [0.05, 0.065, 0.08, 0.1, 0.125, 0.15, 0.19, 0.23, 0.2
 /// The size that is tried first: right for a corridor scanned once at walking pace.
 const FIRST_SIZE: usize = 3;
 
+/// Points of an organised cloud that one task looks at.
+const POINTS_A_TASK: usize = 1 << 16;
+/// How many scans back the last point of a beam is looked for at the start of a task.
+const SCANS_BACK: usize = 4;
+
 /// The cloud in cells of the given size, or of one that suits its density. Also returns that size, metres.
 pub fn grid(params: &PlaneParams, cloud: &Cloud) -> (Grid, f64) {
-    if let Some(cell_m) = params.cell_m {
-        return (Grid::new(indexed(&cloud.points_m), cell_m), cell_m);
-    }
-    let of_size = |size: usize| {
-        let grid = Grid::new(indexed(&cloud.points_m), SIZES_M[size]);
-        let density = grid.order.len() as f64 / grid.len().max(1) as f64;
-        (grid, density)
-    };
+    let cell_m = params.cell_m.unwrap_or_else(|| size_for(&cloud.points_m));
+    (Grid::new(&cloud.points_m, cell_m), cell_m)
+}
+
+/// The size of cells that suits the density of a cloud, metres.
+fn size_for(points_m: &[[f32; 3]]) -> f64 {
+    let density_of = |size: usize| cubes::density(points_m, SIZES_M[size]);
     let mut size = FIRST_SIZE;
-    let (mut grid, mut density) = of_size(size);
+    let mut density = density_of(size);
     let too_full = density > 3.0 * POINTS_A_CELL;
     while too_full && density > 1.5 * POINTS_A_CELL && size > 0 {
         size -= 1;
-        (grid, density) = of_size(size);
+        density = density_of(size);
     }
     while !too_full && density < POINTS_A_CELL && size + 1 < SIZES_M.len() {
         // The points of a cell grow with the square of its size: larger steps when much is missing.
         size = (size + if density < 0.5 * POINTS_A_CELL { 2 } else { 1 }).min(SIZES_M.len() - 1);
-        (grid, density) = of_size(size);
+        density = density_of(size);
     }
-    (grid, SIZES_M[size])
-}
-
-/// Points with their indices, as a grid takes them.
-pub fn indexed(points_m: &[[f32; 3]]) -> impl Iterator<Item = (u32, [f32; 3])> + '_ {
-    points_m.iter().enumerate().map(|(index, p)| (index as u32, *p))
+    SIZES_M[size]
 }
 
 /// Cells that touch, and cells that hold consecutive points of a scan, or of one beam, that are at most delta apart: far from the
 /// laser such points lie several cells apart.
 pub fn linked(params: &PlaneParams, cloud: &Cloud, grid: &Grid) -> Neighbours {
     let touching = grid.neighbours();
-    let mut cell_of = vec![u32::MAX; cloud.len()];
-    for cell in 0..grid.len() {
-        grid.points_of(cell).iter().for_each(|point| cell_of[*point as usize] = cell as u32);
+    if cloud.beams_per_scan == 0 || cloud.scan.is_empty() {
+        return touching;
     }
-    let mut pairs = Vec::new();
-    let mut last_of_beam = vec![u32::MAX; cloud.beams_per_scan];
-    for (index, (&scan, &beam)) in cloud.scan.iter().zip(&cloud.beam).enumerate() {
-        let Some(last) = last_of_beam.get_mut(usize::from(beam)) else { continue };
-        let same_beam = std::mem::replace(last, index as u32) as usize;
-        let before = index.wrapping_sub(1);
-        let same_scan = if cloud.scan.get(before) == Some(&scan) { before } else { usize::MAX };
-        for other in [same_beam, same_scan] {
-            let Some(q) = cloud.points_m.get(other) else { continue };
-            let (from, to) = (cell_of[other], cell_of[index]);
-            let apart_m2: f32 = q.iter().zip(cloud.points_m[index]).map(|(a, b)| (a - b) * (a - b)).sum();
-            let near = f64::from(apart_m2) < params.delta_m * params.delta_m;
-            if near
-                && from != to
-                && from.max(to) != u32::MAX
-                && touching.of(from as usize).binary_search(&to).is_err()
-            {
-                pairs.push([from, to]);
-            }
-        }
-    }
+    let links = Links {
+        delta_m: params.delta_m,
+        cloud,
+        touching: &touching,
+        cell_of: grid.by_point(cloud.len(), -1, |cell, _| cell as i32),
+    };
+    let firsts: Vec<usize> = (0..cloud.len()).step_by(POINTS_A_TASK).collect();
+    let pairs: Vec<Vec<[u32; 2]>> = firsts
+        .into_par_iter()
+        .map(|first| links.among(first..(first + POINTS_A_TASK).min(cloud.len())))
+        .collect();
+    let pairs = pairs.concat();
     touching.with_pairs(pairs)
+}
+
+/// What tells which cells hold consecutive points.
+struct Links<'a> {
+    delta_m: f64,
+    cloud: &'a Cloud,
+    touching: &'a Neighbours,
+    /// The cell of each point, -1 for points that are nowhere.
+    cell_of: Vec<i32>,
+}
+
+impl Links<'_> {
+    /// Pairs of cells that do not touch and that points of a run and those before them connect.
+    fn among(&self, run: Range<usize>) -> Vec<[u32; 2]> {
+        let Cloud { scan, beam, beams_per_scan, .. } = self.cloud;
+        let mut last_of_beam = vec![usize::MAX; *beams_per_scan];
+        // The beam may have seen nothing for a few scans: what is further back is further away than delta.
+        for before in run.start.saturating_sub(SCANS_BACK * beams_per_scan)..run.start {
+            beam.get(before)
+                .and_then(|beam| last_of_beam.get_mut(usize::from(*beam)))
+                .into_iter()
+                .for_each(|last| *last = before);
+        }
+        let mut pairs = Vec::new();
+        for index in run {
+            let (Some(own_scan), Some(own_beam)) = (scan.get(index), beam.get(index)) else { break };
+            let Some(last) = last_of_beam.get_mut(usize::from(*own_beam)) else { continue };
+            let same_beam = std::mem::replace(last, index);
+            let before = index.wrapping_sub(1);
+            let same_scan = if scan.get(before) == Some(own_scan) { before } else { usize::MAX };
+            pairs.extend([same_beam, same_scan].into_iter().filter_map(|other| self.pair(other, index)));
+        }
+        pairs
+    }
+
+    /// The cells of two points, if the points are near and the cells do not touch.
+    fn pair(&self, other: usize, index: usize) -> Option<[u32; 2]> {
+        let (p, q) = (self.cloud.points_m[index], self.cloud.points_m.get(other)?);
+        let from = u32::try_from(self.cell_of[other]).ok()?;
+        let to = u32::try_from(self.cell_of[index]).ok().filter(|to| *to != from)?;
+        let apart_m2: f32 = q.iter().zip(p).map(|(a, b)| (a - b) * (a - b)).sum();
+        let near = f64::from(apart_m2) < self.delta_m * self.delta_m;
+        (near && self.touching.of(from as usize).binary_search(&to).is_err()).then_some([from, to])
+    }
 }
 
 /// The sums of the points of each cell.

@@ -4,8 +4,11 @@
 //! these points line up in a narrow strip of a plane. What gives it away: a scan has one or two of its points, and the beams run
 //! almost within the plane. Frame `map`, metres.
 
+use super::refine::POINTS_A_PIECE;
 use super::scatter::{Fit, dot};
 use crate::model::Cloud;
+use rayon::prelude::*;
+use std::ops::Range;
 
 /// A plane may be a curtain when at most this share of its points has both neighbouring beams on the same plane.
 const MAX_INNER_SHARE: f64 = 0.2;
@@ -14,25 +17,43 @@ const MAX_SINE: f64 = 0.26;
 
 /// Which labels are curtains. Clouds that are not organised have none that could be told.
 pub fn find(cloud: &Cloud, labels: &[i32], fits: &[Option<Fit>]) -> Vec<bool> {
+    if cloud.origins_m.is_empty() {
+        return vec![false; fits.len()];
+    }
+    let pieces: Vec<usize> = (0..labels.len()).step_by(POINTS_A_PIECE).collect();
+    let parts: Vec<Vec<Seen>> = pieces
+        .into_par_iter()
+        .map(|first| seen_in(cloud, labels, fits, first..(first + POINTS_A_PIECE).min(labels.len())))
+        .collect();
     let mut seen = vec![Seen::default(); fits.len()];
-    for index in 0..labels.len() {
+    for part in &parts {
+        seen.iter_mut().zip(part).for_each(|(seen, part)| seen.merge(part));
+    }
+    let curtain =
+        |s: &Seen| s.points > 0.0 && s.inner <= MAX_INNER_SHARE * s.points && s.sines < MAX_SINE * s.points;
+    seen.iter().map(curtain).collect()
+}
+
+/// How a run of points sees the planes that they are on.
+fn seen_in(cloud: &Cloud, labels: &[i32], fits: &[Option<Fit>], run: Range<usize>) -> Vec<Seen> {
+    let mut seen = vec![Seen::default(); fits.len()];
+    for index in run {
         let Some(label) = usize::try_from(labels[index]).ok().filter(|label| *label < fits.len()) else {
             continue;
         };
         let (Some(fit), Some(origin)) = (&fits[label], cloud.origin_of(index)) else { continue };
         let beam: [f64; 3] = std::array::from_fn(|k| f64::from(cloud.points_m[index][k] - origin[k]));
         let length = dot(beam, beam).sqrt();
-        let count = &mut seen[label];
-        count.points += 1.0;
-        count.sines += if length > 0.0 { dot(beam, fit.normal).abs() / length } else { 1.0 };
         let beside = [index.wrapping_sub(1), index + 1];
         let inner =
             beside.into_iter().all(|k| labels.get(k) == Some(&labels[index]) && next_beam(cloud, index, k));
-        count.inner += if inner { 1.0 } else { 0.0 };
+        seen[label].merge(&Seen {
+            points: 1.0,
+            inner: if inner { 1.0 } else { 0.0 },
+            sines: if length > 0.0 { dot(beam, fit.normal).abs() / length } else { 1.0 },
+        });
     }
-    let curtain =
-        |s: &Seen| s.points > 0.0 && s.inner <= MAX_INNER_SHARE * s.points && s.sines < MAX_SINE * s.points;
-    seen.iter().map(curtain).collect()
+    seen
 }
 
 #[derive(Clone, Copy, Default)]
@@ -40,6 +61,14 @@ struct Seen {
     points: f64,
     inner: f64,
     sines: f64,
+}
+
+impl Seen {
+    fn merge(&mut self, other: &Self) {
+        self.points += other.points;
+        self.inner += other.inner;
+        self.sines += other.sines;
+    }
 }
 
 /// Whether two points are from neighbouring beams of one scan.

@@ -4,7 +4,6 @@
 //! on every point near a plane: near its points (delta), near the plane itself (gamma), among points that scatter no more than noise
 //! (epsilon), and on no other plane already. Distances between points are right to a sixth of delta. Metres.
 
-use super::cells::indexed;
 use super::grid::Grid;
 use super::noise::Noise;
 use super::reference::ReferenceParams;
@@ -163,7 +162,7 @@ impl Asker<'_> {
     /// Every point with every plane that it is not on and that has a point within `reach_m`, cell by cell. Points on planes count only
     /// when `all` are asked for.
     fn around(&self, reach_m: f64, share_m: f64, all: bool) -> Vec<(u32, Event)> {
-        let grid = Grid::new(indexed(self.points_m), reach_m);
+        let grid = Grid::new(self.points_m, reach_m);
         let neighbours = grid.neighbours();
         let stand_ins: Vec<Vec<u32>> = (0..grid.len())
             .into_par_iter()
@@ -241,8 +240,8 @@ impl Asker<'_> {
     /// What is on no plane, and how much of it lies in small groups: cells of half a delta that touch.
     fn free(&self) -> Free {
         let points = (0..self.points_m.len() as u32).filter(|point| self.label(*point) < 0);
-        let free: Vec<(u32, [f32; 3])> = points.map(|point| (point, self.points_m[point as usize])).collect();
-        let grid = Grid::new(free.iter().copied(), 0.5 * self.limits.delta_m);
+        let free: Vec<[f32; 3]> = points.map(|point| self.points_m[point as usize]).collect();
+        let grid = Grid::new(&free, 0.5 * self.limits.delta_m);
         let neighbours = grid.neighbours();
         let mut seen = vec![false; grid.len()];
         let mut in_small_groups = 0;

@@ -1,9 +1,10 @@
 //! The last step of the search: planes in their final order, with normals towards the sensor. Frame `map`, metres.
 
-use super::refine::scatters;
+use super::refine::{POINTS_A_PIECE, scatters};
 use super::scatter::Fit;
 use super::{PlaneParams, Planes};
 use crate::model::{Cloud, Plane};
+use rayon::prelude::*;
 
 /// Drops labels with too few points, turns normals towards the sensor, orders planes by size.
 pub fn finish(
@@ -15,18 +16,12 @@ pub fn finish(
 ) -> Planes {
     let count = before.len();
     let sums = scatters(&cloud.points_m, &labels, count);
-    let mut towards = vec![0i64; count];
     let fits: Vec<Option<Fit>> = sums
         .iter()
         .zip(before)
         .map(|(s, b)| s.fit_again(b.as_ref()).filter(|f| f.count >= params.min_points as f64))
         .collect();
-    for (index, label) in labels.iter().enumerate() {
-        let Some(fit) = usize::try_from(*label).ok().and_then(|l| fits[l]) else { continue };
-        if let Some(origin) = cloud.origin_of(index) {
-            towards[*label as usize] += if fit.distance_m(origin.map(f64::from)) >= 0.0 { 1 } else { -1 };
-        }
-    }
+    let towards = towards(cloud, &labels, &fits);
     let fan = of_one_scan(cloud, &labels, count);
     let mut kept: Vec<(usize, Fit)> =
         fits.iter().enumerate().filter_map(|(l, f)| Some((l, (*f)?))).filter(|(l, _)| !fan[*l]).collect();
@@ -43,10 +38,29 @@ pub fn finish(
             rms_m: fit.variances_m2[0].sqrt(),
         });
     }
-    for label in &mut labels {
-        *label = usize::try_from(*label).map_or(-1, |old| new_label[old]);
-    }
+    let rename = |label: &mut i32| *label = usize::try_from(*label).map_or(-1, |old| new_label[old]);
+    labels.par_iter_mut().with_min_len(POINTS_A_PIECE).for_each(rename);
     Planes { planes, labels, sigma_m, ..Planes::default() }
+}
+
+/// How many more points of each plane were seen from its normal's side than from the other.
+fn towards(cloud: &Cloud, labels: &[i32], fits: &[Option<Fit>]) -> Vec<i64> {
+    let none = || vec![0i64; fits.len()];
+    if cloud.origins_m.is_empty() {
+        return none();
+    }
+    let counted = |mut towards: Vec<i64>, (index, label): (usize, &i32)| {
+        let fit = usize::try_from(*label).ok().and_then(|label| fits[label]);
+        if let (Some(fit), Some(origin)) = (fit, cloud.origin_of(index)) {
+            towards[*label as usize] += if fit.distance_m(origin.map(f64::from)) >= 0.0 { 1 } else { -1 };
+        }
+        towards
+    };
+    let added = |mut a: Vec<i64>, b: Vec<i64>| {
+        a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
+        a
+    };
+    labels.par_iter().enumerate().with_min_len(POINTS_A_PIECE).fold(none, counted).reduce(none, added)
 }
 
 /// Which labels have all their points from one scan: the plane of a fan of beams, not of a surface. None in clouds without scans.

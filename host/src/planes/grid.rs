@@ -2,8 +2,10 @@
 //!
 //! Sorting costs less than a tree and gives the same order everywhere, so results depend on nothing but the points. Metres.
 
+use super::cubes::{BITS, Sorted};
 use rayon::prelude::*;
 use std::ops::Range;
+use std::sync::atomic::{AtomicI32, Ordering};
 
 /// Cubes of space that hold at least one point, in the order of their coordinates.
 #[derive(Clone, Debug, Default)]
@@ -18,30 +20,15 @@ pub struct Grid {
 
 /// Cells that one task looks at: enough to be worth a task, few enough to share out.
 pub const CELLS_A_TASK: usize = 1024;
-const BITS: u32 = 21;
-const HALF: i64 = 1 << (BITS - 1);
 
 impl Grid {
     /// Sorts points into cubes with edges of `cell_m`.
-    pub fn new(points_m: impl Iterator<Item = (u32, [f32; 3])>, cell_m: f64) -> Self {
-        let mut keyed: Vec<(u64, u32)> =
-            points_m.filter_map(|(index, p)| Some((key_of(p, cell_m)?, index))).collect();
-        // No two entries are equal, so the order is the same on any number of threads.
-        keyed.par_sort_unstable();
-        let mut grid = Self { order: Vec::with_capacity(keyed.len()), ..Self::default() };
-        let mut last = None;
-        for (place, (key, index)) in keyed.into_iter().enumerate() {
-            if last != Some(key) {
-                last = Some(key);
-                grid.starts.push(place as u32);
-                grid.keys.push(key);
-            }
-            grid.order.push(index);
+    pub fn new(points_m: &[[f32; 3]], cell_m: f64) -> Self {
+        let Sorted { order, firsts: mut starts, keys } = Sorted::new(points_m, cell_m);
+        if !starts.is_empty() {
+            starts.push(order.len() as u32);
         }
-        if last.is_some() {
-            grid.starts.push(grid.order.len() as u32);
-        }
-        grid
+        Self { order, starts, keys }
     }
 
     /// Number of cells that hold a point.
@@ -57,6 +44,18 @@ impl Grid {
     /// The points of a cell.
     pub fn points_of(&self, cell: usize) -> &[u32] {
         &self.order[self.starts[cell] as usize..self.starts[cell + 1] as usize]
+    }
+
+    /// A value for each point, from its cell and its place in the order of the cells; `none` for points that are in no cell.
+    pub fn by_point(&self, points: usize, none: i32, of: impl Fn(usize, usize) -> i32 + Sync) -> Vec<i32> {
+        // Every point is in one cell at most: nothing is written twice, in whatever order threads come.
+        let found: Vec<AtomicI32> = (0..points).map(|_| AtomicI32::new(none)).collect();
+        (0..self.len()).into_par_iter().with_min_len(CELLS_A_TASK).for_each(|cell| {
+            for place in self.starts[cell] as usize..self.starts[cell + 1] as usize {
+                found[self.order[place] as usize].store(of(cell, place), Ordering::Relaxed);
+            }
+        });
+        found.into_iter().map(AtomicI32::into_inner).collect()
     }
 
     /// For each cell the up to 26 others that touch it, ascending.
@@ -126,7 +125,7 @@ impl Neighbours {
     pub fn with_pairs(&self, mut pairs: Vec<[u32; 2]>) -> Self {
         let mirrored: Vec<[u32; 2]> = pairs.iter().map(|[a, b]| [*b, *a]).collect();
         pairs.extend(mirrored);
-        pairs.sort_unstable();
+        pairs.par_sort_unstable();
         pairs.dedup();
         let mut out = Self { starts: vec![0], cells: Vec::with_capacity(self.cells.len() + pairs.len()) };
         let mut rest = pairs.as_slice();
@@ -143,35 +142,17 @@ impl Neighbours {
     }
 }
 
-/// The cell's coordinates, packed so that sorting goes by x, then y, then z; a spare cell on each side keeps offsets from wrapping.
-fn key_of(p: [f32; 3], cell_m: f64) -> Option<u64> {
-    let mut key = 0u64;
-    for value in p {
-        let index = (f64::from(value) / cell_m).floor();
-        let limit = (HALF - 2) as f64;
-        if !(-limit..limit).contains(&index) {
-            return None;
-        }
-        key = (key << BITS) | (index as i64 + HALF) as u64;
-    }
-    Some(key)
-}
-
 #[cfg(test)]
 mod tests {
     use super::Grid;
     use crate::planes::random::Random;
-
-    fn indexed(points: &[[f32; 3]]) -> impl Iterator<Item = (u32, [f32; 3])> + '_ {
-        points.iter().enumerate().map(|(index, p)| (index as u32, *p))
-    }
 
     #[test]
     fn every_point_is_in_exactly_one_cell_with_those_of_its_cube() {
         let mut random = Random::new(3);
         let points: Vec<[f32; 3]> =
             (0..500).map(|_| std::array::from_fn(|_| (random.unit() * 4.0 - 2.0) as f32)).collect();
-        let grid = Grid::new(indexed(&points), 0.5);
+        let grid = Grid::new(&points, 0.5);
         let cube = |p: [f32; 3]| p.map(|v| (f64::from(v) / 0.5).floor() as i64);
         let mut seen = vec![false; points.len()];
         for cell in 0..grid.len() {
@@ -189,7 +170,7 @@ mod tests {
         let mut random = Random::new(4);
         let points: Vec<[f32; 3]> =
             (0..300).map(|_| std::array::from_fn(|_| (random.unit() * 6.0 - 3.0) as f32)).collect();
-        let grid = Grid::new(indexed(&points), 1.0);
+        let grid = Grid::new(&points, 1.0);
         let neighbours = grid.neighbours();
         let cube =
             |cell: usize| points[grid.points_of(cell)[0] as usize].map(|v| f64::from(v).floor() as i64);
@@ -205,7 +186,7 @@ mod tests {
     #[test]
     fn further_pairs_join_the_lists_of_both_once() {
         let points = [[0.5, 0.5, 0.5], [1.5, 0.5, 0.5], [5.5, 0.5, 0.5]];
-        let grid = Grid::new(indexed(&points), 1.0);
+        let grid = Grid::new(&points, 1.0);
         let both = grid.neighbours().with_pairs(vec![[0, 2], [2, 0], [0, 1], [2, 2]]);
         assert_eq!((both.of(0), both.of(1), both.of(2)), (&[1, 2][..], &[0][..], &[0][..]));
     }
@@ -213,9 +194,9 @@ mod tests {
     #[test]
     fn points_that_are_nowhere_are_left_out() {
         let points = [[f32::NAN, 0.0, 0.0], [f32::INFINITY, 0.0, 0.0], [1e30, 0.0, 0.0], [1.0, 2.0, 3.0]];
-        let grid = Grid::new(indexed(&points), 0.1);
+        let grid = Grid::new(&points, 0.1);
         assert_eq!((grid.len(), grid.points_of(0)), (1, &[3][..]));
-        assert!(Grid::new(std::iter::empty(), 0.1).is_empty());
+        assert!(Grid::new(&[], 0.1).is_empty());
         assert!(Grid::default().neighbours().cells.is_empty());
     }
 }

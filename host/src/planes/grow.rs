@@ -8,7 +8,7 @@ use super::grid::{CELLS_A_TASK, Neighbours};
 use super::noise::Noise;
 use super::scatter::{Fit, Scatter, dot};
 use rayon::prelude::*;
-use std::collections::VecDeque;
+use std::collections::HashSet;
 
 /// A grown region.
 #[derive(Clone, Debug)]
@@ -35,33 +35,50 @@ pub struct Field<'a> {
 
 /// A region refits its plane whenever it has grown by this share.
 const REFIT_GROWTH: f64 = 1.1;
+/// A region of fewer points keeps the plane that it started with.
+const LEAST_TO_REFIT: f64 = 20.0;
 /// A normal known worse than this, radians, is no plane but a line or a blob.
 const MAX_NORMAL_DEVIATION_RAD: f64 = 0.1;
 /// A seed has a given direction when its own is no further off (cosine; 11 degrees).
 const SEED_COSINE: f64 = 0.98;
 /// How often the members of a finished region are tested again with its final plane.
 const REVISIONS: usize = 3;
+/// A region whose number of cells changes by no more than one in so many is finished.
+const SETTLED_SHARE: usize = 200;
 
-/// Grows regions from the flattest neighbourhoods first; each takes its cells away from those after it.
-pub fn grow_all(field: &Field<'_>) -> Vec<Region> {
-    let mut search =
-        Search { field, taken: vec![false; field.cells.len()], seen: vec![0; field.cells.len()], round: 0 };
+/// Grows regions from the flattest neighbourhoods first; each takes its cells away from those after it. Seeds that `failed` before are
+/// passed over as long as nothing around them has changed; those that fail now join them.
+pub fn grow_all(field: &Field<'_>, failed: &mut HashSet<Seed>) -> Vec<Region> {
+    let seen = field.cells.iter().map(|cell| if cell.count() > 0.0 { 0 } else { TAKEN }).collect();
+    let mut search = Search { field, seen, round: 0 };
     let mut regions = Vec::new();
-    for seed in seeds(field) {
-        if search.taken[seed as usize] {
+    let seeds = seeds(field);
+    for seed in seeds.into_iter().filter(|seed| !failed.contains(seed)).collect::<Vec<_>>() {
+        if !search.is_free(seed.cell) {
             continue;
         }
-        let Some(region) = search.grow(seed) else { continue };
+        let Some(region) = search.grow(seed.cell) else {
+            failed.insert(seed);
+            continue;
+        };
         for cell in &region.cells {
-            search.taken[*cell as usize] = true;
+            search.seen[*cell as usize] = TAKEN;
         }
         regions.push(region);
     }
     regions
 }
 
+/// Where a region may start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Seed {
+    /// How far the normal of the cell and those around it may be off: the bits of a number that is not negative, in its order.
+    deviation: u64,
+    cell: u32,
+}
+
 /// Cells whose neighbourhood is flat, the best known normal first.
-fn seeds(field: &Field<'_>) -> Vec<u32> {
+fn seeds(field: &Field<'_>) -> Vec<Seed> {
     let has =
         |normal| field.lenders.is_none_or(|all| all.iter().any(|n| dot(*n, normal).abs() > SEED_COSINE));
     let seed_of = |cell: usize| {
@@ -74,18 +91,20 @@ fn seeds(field: &Field<'_>) -> Vec<u32> {
         let deviation_rad = fit.normal_deviation_rad(field.noise.least_error_m());
         let flat = fit.variances_m2[0] <= field.noise.spread_limit_m2(fit.count);
         (flat && deviation_rad < MAX_NORMAL_DEVIATION_RAD && has(fit.normal))
-            .then_some((deviation_rad, cell as u32))
+            .then_some(Seed { deviation: deviation_rad.to_bits(), cell: cell as u32 })
     };
     let cells = (0..field.cells.len()).into_par_iter().with_min_len(CELLS_A_TASK);
-    let mut seeds: Vec<(f64, u32)> = cells.filter_map(seed_of).collect();
-    seeds.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    seeds.into_iter().map(|seed| seed.1).collect()
+    let mut seeds: Vec<Seed> = cells.filter_map(seed_of).collect();
+    seeds.par_sort_unstable();
+    seeds
 }
+
+/// In place of a round: the cell belongs to a region, or has no free points.
+const TAKEN: u32 = u32::MAX;
 
 struct Search<'a> {
     field: &'a Field<'a>,
-    taken: Vec<bool>,
-    /// The round in which a cell was last tested.
+    /// The round in which a cell was last tested, or [`TAKEN`].
     seen: Vec<u32>,
     round: u32,
 }
@@ -100,7 +119,8 @@ impl Search<'_> {
         for _ in 0..=REVISIONS {
             let before = members.len();
             (members, fit) = self.spread(&members, fit)?;
-            if members.len() == before {
+            // What a few cells more change is left to the points' own choice.
+            if members.len().abs_diff(before) * SETTLED_SHARE <= before {
                 break;
             }
         }
@@ -118,7 +138,7 @@ impl Search<'_> {
     }
 
     fn is_free(&self, cell: u32) -> bool {
-        !self.taken[cell as usize] && self.field.cells[cell as usize].count() > 0.0
+        self.seen[cell as usize] != TAKEN
     }
 
     fn agrees(&self, cell: u32, fit: &Fit) -> bool {
@@ -128,22 +148,24 @@ impl Search<'_> {
     /// One pass in order of distance: the members that still agree, then all that can be reached over agreeing cells.
     fn spread(&mut self, members: &[u32], start: Fit) -> Option<(Vec<u32>, Fit)> {
         self.round += 1;
+        let least_error_m = self.field.noise.least_error_m();
         let mut fit = start;
         let mut sums = Scatter::default();
         let mut reached = Vec::with_capacity(members.len());
-        let mut queue = VecDeque::new();
         for &cell in members {
             self.seen[cell as usize] = self.round;
             if self.agrees(cell, &fit) {
                 sums.merge(&self.field.cells[cell as usize]);
                 reached.push(cell);
-                queue.push_back(cell);
             }
         }
         let mut refit_at = if members.len() < 2 { 0.0 } else { sums.count() * REFIT_GROWTH };
-        while let Some(cell) = queue.pop_front() {
+        let mut asked = 0;
+        while let Some(&cell) = reached.get(asked) {
+            asked += 1;
             for &next in self.field.neighbours.of(cell as usize) {
-                if self.seen[next as usize] == self.round || !self.is_free(next) {
+                let seen = self.seen[next as usize];
+                if seen == self.round || seen == TAKEN {
                     continue;
                 }
                 self.seen[next as usize] = self.round;
@@ -152,12 +174,11 @@ impl Search<'_> {
                 }
                 sums.merge(&self.field.cells[next as usize]);
                 reached.push(next);
-                queue.push_back(next);
-                let known = sums.count() >= 20.0 && sums.count() >= refit_at;
-                if let Some(better) = sums.fit().filter(|f| {
-                    known
-                        && f.normal_deviation_rad(self.field.noise.least_error_m()) < MAX_NORMAL_DEVIATION_RAD
-                }) {
+                if sums.count() < refit_at.max(LEAST_TO_REFIT) {
+                    continue;
+                }
+                let known = |f: &Fit| f.normal_deviation_rad(least_error_m) < MAX_NORMAL_DEVIATION_RAD;
+                if let Some(better) = sums.fit().filter(known) {
                     fit = better;
                     refit_at = sums.count() * REFIT_GROWTH;
                 }

@@ -6,6 +6,7 @@
 pub mod agreement;
 pub mod cells;
 pub mod coplanar;
+pub mod cubes;
 pub mod curtain;
 pub mod eigen;
 pub mod explain;
@@ -23,14 +24,15 @@ pub mod scatter;
 pub mod tilted;
 
 use crate::model::{Cloud, Plane};
-use cells::{cell_sums, indexed, linked};
+use cells::{cell_sums, linked};
 use grid::{Grid, Neighbours};
-use grow::{Field, grow_all};
+use grow::{Field, Seed, grow_all};
 use noise::{Noise, estimate_sigma_m};
 use reference::ReferenceParams;
 use refine::{Labelling, refit};
 use scatter::Fit;
 use serde::Serialize;
+use std::collections::HashSet;
 
 /// What a plane is.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -96,7 +98,7 @@ pub fn extract(params: &PlaneParams, cloud: &Cloud) -> Planes {
     let (grid, cell_m) = cells::grid(params, cloud);
     let searched = search(params, cloud, &grid);
     drop(grid);
-    let grid = Grid::new(indexed(&cloud.points_m), 0.5 * cell_m);
+    let grid = Grid::new(&cloud.points_m, 0.5 * cell_m);
     let (labels, fits) = refine(params, cloud, &grid, &searched, cell_m);
     let sigma_m = searched.sigma_m;
     let found = finish::finish(params, cloud, labels, &fits, sigma_m);
@@ -177,14 +179,20 @@ struct Work<'a> {
 impl Work<'_> {
     /// Grows regions among the points that are free, as long as there are any.
     fn search(&mut self, neighbours: &Neighbours) {
+        let mut failed = HashSet::new();
         for _ in 0..ROUNDS {
-            if !self.search_once(neighbours, self.noise, None) {
+            if !self.search_once(neighbours, self.noise, None, &mut failed) {
                 break;
             }
         }
         let lenders = parallel::lenders(self.labelling.sums(), self.noise);
         let first = self.fits.len();
-        self.search_once(neighbours, Noise::new(LOOSE_SHARE * self.noise.sigma_m), Some(&lenders));
+        self.search_once(
+            neighbours,
+            Noise::new(LOOSE_SHARE * self.noise.sigma_m),
+            Some(&lenders),
+            &mut HashSet::new(),
+        );
         self.fits = parallel::hold(self.labelling.sums(), &self.fits, self.noise);
         for fit in &mut self.fits[first..] {
             *fit = fit.filter(|fit| fit.held);
@@ -192,15 +200,19 @@ impl Work<'_> {
     }
 
     /// Grows regions among the points that are free; whether there were any.
-    fn search_once(&mut self, neighbours: &Neighbours, noise: Noise, lenders: Option<&[[f64; 3]]>) -> bool {
+    fn search_once(
+        &mut self,
+        neighbours: &Neighbours,
+        noise: Noise,
+        lenders: Option<&[[f64; 3]]>,
+        failed: &mut HashSet<Seed>,
+    ) -> bool {
         let free = self.labelling.free();
         let min_points = self.params.min_points;
-        let regions = grow_all(&Field { cells: &free, neighbours, noise, min_points, lenders });
+        let regions = grow_all(&Field { cells: &free, neighbours, noise, min_points, lenders }, failed);
         let any = !regions.is_empty();
-        for region in regions {
-            self.labelling.take(&region.cells, &region.fit, noise.point_limit_m());
-            self.fits.push(Some(region.fit));
-        }
+        self.labelling.take(&regions, noise.point_limit_m());
+        self.fits.extend(regions.iter().map(|region| Some(region.fit)));
         self.choose(CHOICES[0]);
         any
     }

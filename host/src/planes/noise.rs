@@ -112,7 +112,7 @@ struct LocalError {
 impl LocalError {
     fn of(points: &Scatter, weight: f64) -> Option<Self> {
         let count = points.count();
-        let fit = points.fit().filter(|_| count >= 20.0)?;
+        let fit = if count >= 20.0 { points.fit()? } else { return None };
         let [error_m2, width_m2, _] = fit.variances_m2;
         let variance_m2 = error_m2 * count / (count - 3.0);
         Some(Self { variance_m2, weight, flat: error_m2 <= FLAT_RATIO * width_m2 })

@@ -4,7 +4,6 @@
 //! The plain one looks at every point for each that joins; here a grid finds those within delta, and a queue keeps them in the order of
 //! their distance to the set. Nothing else differs, not even the order of the sums. Metres. Source: the paper, section 3.1 and table 1.
 
-use super::cells::indexed;
 use super::grid::{Grid, Neighbours};
 use super::random::Random;
 use super::reference::ReferenceParams;
@@ -58,7 +57,7 @@ struct Grower<'a> {
     grid: Grid,
     neighbours: Neighbours,
     /// The grid's cell of each point; none for points that are nowhere.
-    cell_of: Vec<u32>,
+    cell_of: Vec<i32>,
     /// Of the set that grows: each point's distance to it and what became of it.
     distance_m: Vec<f64>,
     state: Vec<State>,
@@ -70,16 +69,13 @@ struct Grower<'a> {
     queue: BinaryHeap<Reverse<(u64, u32)>>,
 }
 
-const NOWHERE: u32 = u32::MAX;
+const NOWHERE: i32 = -1;
 
 impl<'a> Grower<'a> {
     fn new(params: &'a ReferenceParams, points_m: &'a [[f32; 3]]) -> Self {
-        let grid = Grid::new(indexed(points_m), params.delta_m);
+        let grid = Grid::new(points_m, params.delta_m);
         let neighbours = grid.neighbours();
-        let mut cell_of = vec![NOWHERE; points_m.len()];
-        for cell in 0..grid.len() {
-            grid.points_of(cell).iter().for_each(|point| cell_of[*point as usize] = cell as u32);
-        }
+        let cell_of = grid.by_point(points_m.len(), NOWHERE, |cell, _| cell as i32);
         Self {
             params,
             points_m,

@@ -3,6 +3,7 @@
 //! One point cannot tell surfaces that are nearer to each other than its noise; its neighbourhood can. Metres.
 
 use super::grid::{CELLS_A_TASK, Grid, Neighbours};
+use super::grow::Region;
 use super::noise::{DEVIATIONS, Noise};
 use super::scatter::{Fit, Scatter, dot};
 use rayon::prelude::*;
@@ -15,7 +16,7 @@ const NONE_DEVIATIONS: f64 = 3.0;
 /// How much more a point's own cell counts than each of its neighbours.
 const OWN_CELL_WEIGHT: f64 = 2.0;
 /// Points that one task adds up.
-const POINTS_A_PIECE: usize = 1 << 16;
+pub const POINTS_A_PIECE: usize = 1 << 16;
 
 /// Points with their cells, their labels, and the sums of each label.
 ///
@@ -27,10 +28,10 @@ pub struct Labelling<'a> {
     noise: Noise,
     points_m: Vec<[f32; 3]>,
     labels: Vec<i32>,
-    /// How many points of a cell chose each label, from the cell's first place on; -1 is none of the planes.
+    /// What the points of each cell chose.
+    polls: Vec<Poll>,
+    /// How many points of a cell chose each label, from the cell's first place on, where they chose several; -1 is none of the planes.
     votes: Vec<Vote>,
-    /// How many different labels a cell has.
-    kinds: Vec<u32>,
     active: Vec<bool>,
     sums: Vec<Scatter>,
 }
@@ -40,6 +41,16 @@ struct Vote {
     label: i32,
     count: u32,
 }
+
+/// The choice of a cell's points: one label for all of them, as in most cells, or several, which the votes tell.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Poll {
+    first: Vote,
+    kinds: u32,
+}
+
+/// A run of cells with its part of what the points have.
+type Run<'b, T> = (Range<usize>, &'b mut [T]);
 
 /// A point that changed its label.
 struct Change {
@@ -62,24 +73,28 @@ impl<'a> Labelling<'a> {
             grid,
             neighbours,
             noise,
-            points_m: order.iter().map(|point| points_m[*point as usize]).collect(),
-            labels: order.iter().map(|point| labels.get(*point as usize).copied().unwrap_or(-1)).collect(),
+            points_m: order
+                .par_iter()
+                .with_min_len(POINTS_A_PIECE)
+                .map(|point| points_m[*point as usize])
+                .collect(),
+            labels: order
+                .par_iter()
+                .with_min_len(POINTS_A_PIECE)
+                .map(|point| labels.get(*point as usize).copied().unwrap_or(-1))
+                .collect(),
+            polls: vec![Poll::default(); grid.len()],
             votes: vec![Vote::default(); order.len()],
-            kinds: vec![0; grid.len()],
             active: vec![true; grid.len()],
             sums: vec![Scatter::default(); planes],
         };
-        this.gather();
+        this.relabel(|_, _, _| true);
         this
     }
 
     /// Labels in the order of the points; those that are in no cell have none.
     pub fn labels(&self, points: usize) -> Vec<i32> {
-        let mut labels = vec![-1; points];
-        for (label, point) in self.labels.iter().zip(&self.grid.order) {
-            labels[*point as usize] = *label;
-        }
-        labels
+        self.grid.by_point(points, -1, |_, place| self.labels[place])
     }
 
     /// The sums of each label's points.
@@ -92,7 +107,7 @@ impl<'a> Labelling<'a> {
         let sum_of = |cell: usize| {
             let mut sum = Scatter::default();
             let places = self.places(cell);
-            if self.votes_of(cell).iter().any(|vote| vote.label < 0) {
+            if self.polls[cell].kinds > 1 || self.polls[cell].first.label < 0 {
                 let free = places.filter(|place| self.labels[*place] < 0);
                 free.for_each(|place| sum.add(self.points_m[place].map(f64::from)));
             }
@@ -101,22 +116,50 @@ impl<'a> Labelling<'a> {
         (0..self.grid.len()).into_par_iter().with_min_len(CELLS_A_TASK).map(sum_of).collect()
     }
 
-    /// Labels the free points of cells that are near a new plane; returns its label.
-    pub fn take(&mut self, cells: &[u32], fit: &Fit, limit_m: f64) {
-        let label = self.sums.len() as i32;
-        let mut sum = Scatter::default();
-        for &cell in cells {
-            for place in self.places(cell as usize) {
-                let p = self.points_m[place].map(f64::from);
-                if self.labels[place] < 0 && fit.distance_m(p).abs() <= limit_m {
-                    self.labels[place] = label;
-                    sum.add(p);
+    /// Labels the free points of the cells of new regions that are near the region's plane. No cell is in two of them.
+    pub fn take(&mut self, regions: &[Region], limit_m: f64) {
+        let first = self.sums.len() as u32;
+        let mut region_of = vec![u32::MAX; self.grid.len()];
+        for (which, region) in regions.iter().enumerate() {
+            region.cells.iter().for_each(|cell| region_of[*cell as usize] = which as u32);
+        }
+        self.sums.extend(regions.iter().map(|_| Scatter::default()));
+        self.relabel(|cell, points_m, labels| {
+            let which = region_of[cell];
+            let Some(region) = regions.get(which as usize) else { return false };
+            for (label, p) in labels.iter_mut().zip(points_m).filter(|(label, _)| **label < 0) {
+                if region.fit.distance_m(p.map(f64::from)).abs() <= limit_m {
+                    *label = (first + which) as i32;
                 }
             }
-            self.count(cell as usize);
-            self.wake(cell as usize);
-        }
-        self.sums.push(sum);
+            true
+        });
+    }
+
+    /// Changes the labels of cells by a function that says whether it did, counts them anew and wakes those around.
+    fn relabel(&mut self, change: impl Fn(usize, &[[f32; 3]], &mut [i32]) -> bool + Sync) {
+        let (grid, points_m) = (self.grid, &self.points_m);
+        let labels = runs(grid, &mut self.labels).into_par_iter();
+        let votes = runs(grid, &mut self.votes).into_par_iter();
+        let polls = self.polls.par_chunks_mut(CELLS_A_TASK);
+        let of_run =
+            |(((cells, mut labels), (_, mut votes)), polls): ((Run<'_, i32>, Run<'_, Vote>), &mut [Poll])| {
+                let mut changed = Vec::new();
+                for (cell, poll) in cells.zip(polls) {
+                    let places = grid.starts[cell] as usize..grid.starts[cell + 1] as usize;
+                    let (own, others) = std::mem::take(&mut labels).split_at_mut(places.len());
+                    let (own_votes, other_votes) = std::mem::take(&mut votes).split_at_mut(places.len());
+                    if change(cell, &points_m[places], own) {
+                        *poll = count(own, own_votes);
+                        changed.push(cell as u32);
+                    }
+                    (labels, votes) = (others, other_votes);
+                }
+                changed
+            };
+        let changed: Vec<Vec<u32>> = labels.zip(votes).zip(polls).map(of_run).collect();
+        changed.iter().flatten().for_each(|cell| self.wake(*cell as usize));
+        self.sums = scatters(&self.points_m, &self.labels, self.sums.len());
     }
 
     /// Labels points with a new label; `places` are as in [`Labelling::in_cells`].
@@ -134,27 +177,17 @@ impl<'a> Labelling<'a> {
 
     /// Renames labels.
     pub fn rename(&mut self, into: &[usize]) {
-        for label in &mut self.labels {
-            *label = usize::try_from(*label).map_or(-1, |old| into[old] as i32);
+        if into.iter().enumerate().all(|(label, into)| label == *into) {
+            return;
         }
-        self.gather();
-    }
-
-    /// Counts everything anew.
-    pub fn gather(&mut self) {
-        let votes = runs(self.grid, &mut self.votes);
-        let kinds = self.kinds.par_chunks_mut(CELLS_A_TASK);
-        let (grid, labels) = (self.grid, &self.labels);
-        votes.into_par_iter().zip(kinds).for_each(|((cells, mut votes), kinds)| {
-            for (cell, kinds) in cells.zip(kinds) {
-                let places = grid.starts[cell] as usize..grid.starts[cell + 1] as usize;
-                let (own, rest) = votes.split_at_mut(places.len());
-                *kinds = count(&labels[places], own);
-                votes = rest;
+        self.relabel(|_, _, labels| {
+            let mut changed = false;
+            for label in labels {
+                let new = usize::try_from(*label).map_or(-1, |old| into[old] as i32);
+                changed |= std::mem::replace(label, new) != new;
             }
+            changed
         });
-        self.active.fill(true);
-        self.sums = scatters(&self.points_m, &self.labels, self.sums.len());
     }
 
     /// Position and label of every point, in the order of the cells.
@@ -192,9 +225,16 @@ impl<'a> Labelling<'a> {
         let mut costs = Vec::new();
         for cell in cells.filter(|cell| self.active[*cell]) {
             around.clear();
-            add_votes(&mut around, self.votes_of(cell), OWN_CELL_WEIGHT);
-            for other in self.neighbours.of(cell) {
-                add_votes(&mut around, self.votes_of(*other as usize), 1.0);
+            match self.alike(cell) {
+                // Nothing to choose from.
+                Some(label) if label < 0 => continue,
+                Some(label) => around.push((label, 1.0)),
+                None => {
+                    add_votes(&mut around, self.votes_of(cell), OWN_CELL_WEIGHT);
+                    for other in self.neighbours.of(cell) {
+                        add_votes(&mut around, self.votes_of(*other as usize), 1.0);
+                    }
+                }
             }
             let none = costs_of(options, &around, &mut costs);
             for place in self.places(cell) {
@@ -209,19 +249,32 @@ impl<'a> Labelling<'a> {
         changes
     }
 
+    /// The label of all points in and around a cell, if they have the same.
+    fn alike(&self, cell: usize) -> Option<i32> {
+        let label = self.polls[cell].first.label;
+        let same = |poll: &Poll| poll.kinds == 1 && poll.first.label == label;
+        let all = same(&self.polls[cell])
+            && self.neighbours.of(cell).iter().all(|other| same(&self.polls[*other as usize]));
+        all.then_some(label)
+    }
+
     fn places(&self, cell: usize) -> Range<usize> {
         self.grid.starts[cell] as usize..self.grid.starts[cell + 1] as usize
     }
 
     fn votes_of(&self, cell: usize) -> &[Vote] {
+        let poll = &self.polls[cell];
+        if poll.kinds == 1 {
+            return std::slice::from_ref(&poll.first);
+        }
         let start = self.grid.starts[cell] as usize;
-        &self.votes[start..start + self.kinds[cell] as usize]
+        &self.votes[start..start + poll.kinds as usize]
     }
 
     /// Counts the labels of a cell. A cell has no more of them than points, so its places hold them.
     fn count(&mut self, cell: usize) {
         let places = self.places(cell);
-        self.kinds[cell] = count(&self.labels[places.clone()], &mut self.votes[places]);
+        self.polls[cell] = count(&self.labels[places.clone()], &mut self.votes[places]);
     }
 
     /// Has a cell and those near it choose in the next round.
@@ -249,8 +302,8 @@ impl<'a> Labelling<'a> {
     }
 }
 
-/// Writes down how often each label occurs; returns how many different ones there are.
-fn count(labels: &[i32], votes: &mut [Vote]) -> u32 {
+/// Writes down how often each label occurs.
+fn count(labels: &[i32], votes: &mut [Vote]) -> Poll {
     let mut kinds = 0;
     for &label in labels {
         match votes[..kinds].iter_mut().find(|vote| vote.label == label) {
@@ -261,11 +314,11 @@ fn count(labels: &[i32], votes: &mut [Vote]) -> u32 {
             }
         }
     }
-    kinds as u32
+    Poll { first: votes.first().copied().unwrap_or_default(), kinds: kinds as u32 }
 }
 
 /// Cells in runs of about the same number, each with its part of what the points have.
-fn runs<'b, T>(grid: &Grid, mut of_points: &'b mut [T]) -> Vec<(Range<usize>, &'b mut [T])> {
+fn runs<'b, T>(grid: &Grid, mut of_points: &'b mut [T]) -> Vec<Run<'b, T>> {
     let mut runs = Vec::with_capacity(grid.len() / CELLS_A_TASK + 1);
     for first in (0..grid.len()).step_by(CELLS_A_TASK) {
         let end = (first + CELLS_A_TASK).min(grid.len());

@@ -67,11 +67,12 @@ struct Raised<'a> {
 impl<'a> Raised<'a> {
     fn new(points_m: &[[f32; 3]], members: &'a [u32], fit: &Fit, cell_m: f64, sigma_m: f64) -> Self {
         let (across, along) = axes(fit.normal);
-        let flat = |(place, point): (usize, &u32)| {
+        let flat = |point: &u32| {
             let p = points_m[*point as usize].map(f64::from);
-            (place as u32, [dot(across, p) as f32, dot(along, p) as f32, 0.0])
+            [dot(across, p) as f32, dot(along, p) as f32, 0.0]
         };
-        let grid = Grid::new(members.iter().enumerate().map(flat), cell_m);
+        let flat: Vec<[f32; 3]> = members.iter().map(flat).collect();
+        let grid = Grid::new(&flat, cell_m);
         let sum_of = |cell: usize| {
             let off_m = |place: &u32| {
                 let p = points_m[members[*place as usize] as usize];
