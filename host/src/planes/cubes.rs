@@ -68,7 +68,7 @@ impl Sorted {
     }
 }
 
-/// How many points the cubes have on average that hold any; in a large cloud from one in [`CUBES_A_SAMPLE`] of the cubes.
+/// How many points the cubes have on average that hold any; in a large cloud from one in eight of the cubes.
 pub fn density(points_m: &[[f32; 3]], cell_m: f64) -> f64 {
     let cubes = Cubes { per_m: cell_m.recip() };
     let limit = if points_m.len() < LEAST_TO_SAMPLE { u64::MAX } else { u64::MAX / CUBES_A_SAMPLE };

@@ -5,6 +5,7 @@
 
 pub mod agreement;
 pub mod cells;
+pub mod choice;
 pub mod coplanar;
 pub mod cubes;
 pub mod curtain;

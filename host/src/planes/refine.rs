@@ -2,17 +2,14 @@
 //!
 //! One point cannot tell surfaces that are nearer to each other than its noise; its neighbourhood can. Metres.
 
+use super::choice::{Choice, Vote, add_votes, best, costs_of};
 use super::grid::{CELLS_A_TASK, Grid, Neighbours};
 use super::grow::Region;
-use super::noise::{DEVIATIONS, Noise};
-use super::scatter::{Fit, Scatter, dot};
+use super::noise::Noise;
+use super::scatter::{Fit, Scatter};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Weight of the neighbours' choice against the point's own distance, in units of half a squared deviation.
-const NEIGHBOUR_WEIGHT: f64 = 6.0;
-/// A point that is further than this many deviations from every plane near it is on none.
-const NONE_DEVIATIONS: f64 = 3.0;
 /// How much more a point's own cell counts than each of its neighbours.
 const OWN_CELL_WEIGHT: f64 = 2.0;
 /// Points that one task adds up.
@@ -34,12 +31,6 @@ pub struct Labelling<'a> {
     votes: Vec<Vote>,
     active: Vec<bool>,
     sums: Vec<Scatter>,
-}
-
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Vote {
-    label: i32,
-    count: u32,
 }
 
 /// The choice of a cell's points: one label for all of them, as in most cells, or several, which the votes tell.
@@ -327,69 +318,6 @@ fn runs<'b, T>(grid: &Grid, mut of_points: &'b mut [T]) -> Vec<Run<'b, T>> {
         of_points = rest;
     }
     runs
-}
-
-/// A plane as a point sees it that chooses.
-#[derive(Clone, Copy)]
-struct Choice {
-    normal: [f64; 3],
-    offset_m: f64,
-    /// Half the inverse variance.
-    scale: f64,
-    /// Cost of a wider noise.
-    width: f64,
-}
-
-impl Choice {
-    fn new(fit: &Fit, noise: Noise) -> Self {
-        let variance_m2 = noise.variance_of(fit);
-        let share = variance_m2 / (noise.sigma_m * noise.sigma_m);
-        Self { normal: fit.normal, offset_m: fit.offset_m, scale: 0.5 / variance_m2, width: 0.5 * share.ln() }
-    }
-}
-
-/// What each label around costs before a point's own distance, as (label, cost, plane); returns what no plane costs.
-fn costs_of(options: &[Option<Choice>], around: &[(i32, f64)], costs: &mut Vec<(i32, f64, Choice)>) -> f64 {
-    let total: f64 = around.iter().map(|vote| vote.1).sum();
-    let against = |votes: f64| NEIGHBOUR_WEIGHT * (1.0 - votes / total);
-    costs.clear();
-    let mut none_share = 0.0;
-    for &(label, votes) in around {
-        match usize::try_from(label) {
-            Ok(index) => {
-                if let Some(choice) = options.get(index).copied().flatten() {
-                    costs.push((label, choice.width + against(votes), choice));
-                }
-            }
-            Err(_) => none_share = votes,
-        }
-    }
-    0.5 * NONE_DEVIATIONS * NONE_DEVIATIONS + against(none_share)
-}
-
-fn best(costs: &[(i32, f64, Choice)], none: f64, point_m: [f32; 3]) -> i32 {
-    let p = point_m.map(f64::from);
-    let mut best = (none, -1);
-    for (label, cost, choice) in costs {
-        let off_m = dot(choice.normal, p) - choice.offset_m;
-        let off = off_m * off_m * choice.scale;
-        let cost = cost + off;
-        let near = off <= 0.5 * DEVIATIONS * DEVIATIONS;
-        if near && (cost < best.0 || (cost == best.0 && *label < best.1)) {
-            best = (cost, *label);
-        }
-    }
-    best.1
-}
-
-fn add_votes(votes: &mut Vec<(i32, f64)>, more: &[Vote], weight: f64) {
-    for vote in more {
-        let more = weight * f64::from(vote.count);
-        match votes.iter_mut().find(|known| known.0 == vote.label) {
-            Some(known) => known.1 += more,
-            None => votes.push((vote.label, more)),
-        }
-    }
 }
 
 /// The best plane of each label's points, as free as it was before; `None` for a label with too few.
