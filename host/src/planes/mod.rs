@@ -9,6 +9,7 @@ pub mod choice;
 pub mod coplanar;
 pub mod cubes;
 pub mod curtain;
+mod distinct;
 pub mod eigen;
 pub mod explain;
 mod finish;
@@ -96,6 +97,13 @@ const CHOICES: [usize; 3] = [4, 2, 6];
 
 /// Finds the planes of a cloud.
 pub fn extract(params: &PlaneParams, cloud: &Cloud) -> Planes {
+    match distinct::distinct(cloud) {
+        Some(places) => places.spread(extract_distinct(params, &places.cloud)),
+        None => extract_distinct(params, cloud),
+    }
+}
+
+fn extract_distinct(params: &PlaneParams, cloud: &Cloud) -> Planes {
     let (grid, cell_m) = cells::grid(params, cloud);
     let searched = search(params, cloud, &grid);
     drop(grid);
