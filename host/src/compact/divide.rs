@@ -5,6 +5,7 @@
 
 use crate::export::area_m2;
 use crate::model::Mesh;
+use crate::planes::PlaneParams;
 use std::collections::HashMap;
 
 /// A mesh whose triangles are parts of another's.
@@ -14,6 +15,19 @@ pub struct Division {
     pub mesh: Mesh,
     /// For each part the triangle it is of; ascending.
     pub parent: Vec<u32>,
+    /// Longest edge of a part, metres.
+    pub edge_m: f64,
+}
+
+impl Division {
+    /// What the search looks for among the points of the parts: where these lie further apart than usual, over larger cells.
+    pub fn search(&self, params: &PlaneParams) -> PlaneParams {
+        if self.edge_m <= EDGE_M {
+            return params.clone();
+        }
+        let cell_m = params.cell_m.or(Some(CELL_EDGES * self.edge_m));
+        PlaneParams { cell_m, delta_m: params.delta_m.max(DELTA_EDGES * self.edge_m), ..params.clone() }
+    }
 }
 
 /// Points further apart than this are not of one surface for the search (its delta): triangles with longer edges hide what they cover.
@@ -23,8 +37,12 @@ const LARGE_M: f64 = 0.3;
 const LARGE_SHARE: f64 = 0.5;
 /// Longest edge of a part, metres: gives the search's cells enough points.
 const EDGE_M: f64 = 0.1;
-/// Parts at most, about: larger meshes get longer edges.
-const MOST_PARTS: f64 = 4e6;
+/// Parts at most, about: larger meshes get longer edges. More: a hall of a square kilometre takes gigabytes.
+const MOST_PARTS: f64 = 1e6;
+/// Edge of a cell of the search over longer edges, in edges: about six points a cell, as elsewhere.
+const CELL_EDGES: f64 = 1.5;
+/// The search's delta over longer edges, in edges: as many as usual.
+const DELTA_EDGES: f64 = 3.0;
 
 /// A drawn mesh in parts; `None` when a mesh has points enough as it is.
 pub fn divide(mesh: &Mesh) -> Option<Division> {
@@ -53,7 +71,7 @@ pub fn divide(mesh: &Mesh) -> Option<Division> {
 fn halve(mesh: &Mesh, edge_m: f64) -> Division {
     let mut vertices_m = mesh.vertices_m.clone();
     let mut middles: HashMap<[u32; 2], u32> = HashMap::new();
-    let mut out = Division::default();
+    let mut out = Division { edge_m, ..Division::default() };
     for (parent, triangle) in mesh.triangles.iter().enumerate() {
         let mut open = vec![*triangle];
         while let Some([a, b, c]) = open.pop() {

@@ -19,7 +19,7 @@ const MIN_COSINE: f64 = 0.94;
 /// The planes of a drawn mesh; triangles of different planes get corners of their own.
 pub fn labelled(mesh: &Mesh, fine: &Division, params: &BuildParams) -> Labelled {
     let points = Cloud { points_m: fine.mesh.vertices_m.clone(), ..Cloud::default() };
-    let mut found = planes::extract(&params.planes, &points);
+    let mut found = planes::extract(&fine.search(&params.planes), &points);
     let limit_m = Noise::new(found.sigma_m).point_limit_m();
     let of_triangles = choose(mesh, fine, &found, limit_m);
     refit(&mut found, fine, &of_triangles);
