@@ -82,6 +82,9 @@ pub enum CloudFileError {
     },
 }
 
+/// Coordinates with larger steps are worth a word, metres: planes of a good scanner begin to suffer.
+const COARSE_M: f64 = 0.005;
+
 /// Reads a cloud.
 ///
 /// # Errors
@@ -118,7 +121,14 @@ pub fn from_ply(bytes: &[u8]) -> Result<CloudFile, PlyError> {
     let wanted = Wanted { shift: Shift::Find, columns: Some(&organise::COLUMNS) };
     let mut ply = ply_read::read_wanted(bytes, &wanted)?;
     let points_m = std::mem::take(&mut ply.mesh.vertices_m);
-    Ok(organise::organised(points_m, &ply))
+    let mut found = organise::organised(points_m, &ply);
+    if ply.step_m > COARSE_M {
+        found.notes.push(format!(
+            "coordinates are 32-bit numbers, which step by about {:.2} m so far from zero: write them as 64-bit numbers (double)",
+            ply.step_m
+        ));
+    }
+    Ok(found)
 }
 
 #[cfg(feature = "las")]

@@ -9,7 +9,7 @@ mod values;
 
 use crate::model::Mesh;
 use crate::shift::{Shift, moved};
-use header::{Element, Header, Property};
+use header::{Element, Header, Property, Scalar};
 use values::Values;
 
 /// What a PLY file holds.
@@ -23,6 +23,8 @@ pub struct Ply {
     pub face_columns: Vec<(String, Vec<f64>)>,
     /// What was taken off every coordinate: vertices plus this are the file's.
     pub shift_m: [f64; 3],
+    /// How coarse coordinates are that the file holds as 32-bit numbers far from zero: about the step from one to the next, metres; else 0.
+    pub step_m: f64,
     /// Rows of an element `scan`: where each scan was taken from, in the file's coordinates.
     pub scan_origins_m: Vec<[f64; 3]>,
 }
@@ -161,6 +163,10 @@ fn read_vertices(
         Ok(())
     })?;
     ply.shift_m = wanted.shift.of(&positions_m);
+    if values.are_binary() && xyz.iter().any(|k| element.properties[*k].value_type == Scalar::F32) {
+        let far_m = ply.shift_m.iter().fold(0.0, |far_m, v| v.abs().max(far_m));
+        ply.step_m = far_m * f64::from(f32::EPSILON);
+    }
     ply.mesh.vertices_m = moved(&positions_m, ply.shift_m);
     ply.vertex_columns = columns;
     Ok(())
@@ -357,6 +363,8 @@ mod tests {
             "face 1 of the PLY file refers to vertex 9, there are 4"
         );
         assert_eq!(broken("1 1 0 8", "1 x 0 8"), "vertex 2 of the PLY file: expected a number, found `x`");
+        let endless = broken("end_header\n", &"\u{1}\u{2}".repeat(100));
+        assert!(endless.ends_with(&format!("found `{}`", "\u{fffd}".repeat(60))), "{endless:?}");
         assert_eq!(
             broken("element vertex 4", "element vertex 1000000000000"),
             "the PLY file ends inside vertex 5 of 1000000000000"

@@ -74,6 +74,22 @@ fn numbers_that_are_none_make_an_unorganised_cloud_and_a_note() {
 }
 
 #[test]
+fn short_numbers_far_from_zero_are_said_to_be_coarse() {
+    let bytes = |numbers: &str, size: usize| {
+        let xyz = ["x", "y", "z"].map(|name| format!("property {numbers} {name}\n")).concat();
+        let mut bytes =
+            format!("ply\nformat binary_little_endian 1.0\nelement vertex 1\n{xyz}end_header\n").into_bytes();
+        for v in [6_000_000.0f64, 5.0, 1.0] {
+            if size == 4 { bytes.extend((v as f32).to_le_bytes()) } else { bytes.extend(v.to_le_bytes()) }
+        }
+        bytes
+    };
+    let short = from_ply(&bytes("float", 4)).unwrap();
+    assert!(short.notes[0].contains("step by about 0.72 m"), "{:?}", short.notes);
+    assert_eq!(from_ply(&bytes("double", 8)).unwrap().notes, Vec::<String>::new());
+}
+
+#[test]
 fn what_is_no_cloud_or_holds_nothing_is_said() {
     for (name, bytes, says) in [
         ("empty", &b""[..], "the file holds no point"),

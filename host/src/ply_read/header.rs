@@ -122,6 +122,8 @@ const FORMATS: &str = "format ascii, binary_little_endian or binary_big_endian, 
 
 /// Longest line of a header that is believed to be one.
 const MAX_LINE: usize = 4096;
+/// Characters of a line that an error shows.
+const MAX_SHOWN: usize = 60;
 
 struct Lines<'a> {
     rest: &'a [u8],
@@ -139,6 +141,9 @@ impl<'a> Lines<'a> {
     }
 
     fn error(&self, expected: &'static str, found: &str) -> PlyError {
-        PlyError::Header { line: self.line, expected, found: found.trim().to_owned() }
+        // A header without an end runs on into binary numbers.
+        let shown = |c: char| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c };
+        let found = found.trim().chars().take(MAX_SHOWN).map(shown).collect();
+        PlyError::Header { line: self.line, expected, found }
     }
 }

@@ -32,6 +32,11 @@ impl<'a> Values<'a> {
         Self { format, rest: body }
     }
 
+    /// Whether numbers have the bits of their type, not digits.
+    pub fn are_binary(&self) -> bool {
+        self.format != Format::Ascii
+    }
+
     /// The next number, as the file's type says.
     pub fn next(&mut self, scalar: Scalar) -> Result<f64, Lack> {
         match self.format {

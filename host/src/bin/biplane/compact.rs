@@ -20,6 +20,7 @@ use crate::build::formats::{self, Format};
 use crate::build::stages::Stages;
 use crate::build::{files, tell_bounded};
 use crate::console::Console;
+use crate::doubt;
 use crate::planes::length;
 use crate::replace;
 
@@ -98,6 +99,8 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     files::write_summary(folder.part(), &summary)?;
     folder.finish()?;
     tell(args, &summary, console);
+    let doubt = doubt::of_mesh(&output.cloud.points_m, summary.polygons);
+    doubt.into_iter().for_each(|why| console.note(why));
     Ok(Outcome::Done)
 }
 

@@ -7,6 +7,7 @@ mod compare;
 mod console;
 #[cfg(feature = "demo")]
 mod demo;
+mod doubt;
 mod evaluate;
 mod import;
 mod info;

@@ -19,6 +19,7 @@ use clap::error::ErrorKind;
 use crate::Outcome;
 use crate::cli::Cli;
 use crate::console::Console;
+use crate::doubt;
 use crate::moment::Moment;
 use crate::replace::{self, Known};
 
@@ -164,6 +165,8 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     write(folder.part(), &file, &found, &report)?;
     folder.finish()?;
     tell(args, &report, console)?;
+    let doubt = doubt::of_cloud(&file.cloud.points_m, report.points_on_planes, args.search.delta);
+    doubt.into_iter().for_each(|why| console.note(why));
     Ok(Outcome::Done)
 }
 
