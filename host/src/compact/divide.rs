@@ -37,8 +37,8 @@ const LARGE_M: f64 = 0.3;
 const LARGE_SHARE: f64 = 0.5;
 /// Longest edge of a part, metres: gives the search's cells enough points.
 const EDGE_M: f64 = 0.1;
-/// Parts at most, about: larger meshes get longer edges. More: a hall of a square kilometre takes gigabytes.
-const MOST_PARTS: f64 = 1e6;
+/// Parts at most, about: larger meshes get longer edges. Fewer: of a building with its grounds small surfaces are missed. More: gigabytes.
+const MOST_PARTS: f64 = 4e6;
 /// Edge of a cell of the search over longer edges, in edges: about six points a cell, as elsewhere.
 const CELL_EDGES: f64 = 1.5;
 /// The search's delta over longer edges, in edges: as many as usual.
