@@ -46,6 +46,13 @@ impl Grid {
         &self.order[self.starts[cell] as usize..self.starts[cell + 1] as usize]
     }
 
+    /// How far the second of two cells that touch lies from the first along x and y, cells.
+    pub fn apart(&self, cell: usize, other: usize) -> (i64, i64) {
+        let along = |key: u64, axis: u32| ((key >> (axis * BITS)) & ((1 << BITS) - 1)) as i64;
+        let (from, to) = (self.keys[cell], self.keys[other]);
+        (along(to, 2) - along(from, 2), along(to, 1) - along(from, 1))
+    }
+
     /// A value for each point, from its cell and its place in the order of the cells; `none` for points that are in no cell.
     pub fn by_point(&self, points: usize, none: i32, of: impl Fn(usize, usize) -> i32 + Sync) -> Vec<i32> {
         // Every point is in one cell at most: nothing is written twice, in whatever order threads come.

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 
 /// How much more a point's own cell counts than each of its neighbours.
-const OWN_CELL_WEIGHT: f64 = 2.0;
+const OWN_CELL_WEIGHT: f64 = 4.0;
 /// Points that one task adds up.
 pub const POINTS_A_PIECE: usize = 1 << 16;
 

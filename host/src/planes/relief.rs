@@ -11,6 +11,8 @@ use rayon::prelude::*;
 
 /// A cell suggests a step when its mean lies further off than this many deviations.
 const SUGGEST_DEVIATIONS: f64 = 0.7;
+/// And further than so many deviations of the mean of its points: few points lie off by chance.
+const CHANCE_DEVIATIONS: f64 = 2.0;
 /// A step must be at least this many deviations high.
 const LEAST_STEP_DEVIATIONS: f64 = 1.0;
 /// Parts of a step may have this share of the fewest points of a plane.
@@ -18,7 +20,7 @@ const PART_SHARE: f64 = 0.3;
 /// Steps of one plane that differ in height by no more than this many deviations are one.
 const SAME_STEP_DEVIATIONS: f64 = 0.7;
 /// What a step must gain over all its points, in units of half a squared deviation: far beyond what chance gives.
-const LEAST_GAIN: f64 = 40.0;
+const LEAST_GAIN: f64 = 80.0;
 
 /// A plane that may be a step within another.
 #[derive(Clone, Debug)]
@@ -72,7 +74,7 @@ impl<'a> Raised<'a> {
             [dot(across, p) as f32, dot(along, p) as f32, 0.0]
         };
         let flat: Vec<[f32; 3]> = members.iter().map(flat).collect();
-        let grid = Grid::new(&flat, cell_m);
+        let grid = Grid::new(&flat, 0.5 * cell_m);
         let sum_of = |cell: usize| {
             let off_m = |place: &u32| {
                 let p = points_m[members[*place as usize] as usize];
@@ -86,30 +88,51 @@ impl<'a> Raised<'a> {
         Self { members, grid, neighbours, sums, sigma_m }
     }
 
-    /// Whether a cell lies clearly above (true) or below the plane.
-    fn side_of(&self, cell: usize) -> Option<bool> {
-        let (count, sum) = self.sums[cell];
-        let off = sum / count / self.sigma_m;
-        (off.abs() > SUGGEST_DEVIATIONS).then_some(off > 0.0)
+    /// How far, metres, a cell lies clearly off the plane: the one of the four squares of two by two cells around it that lies furthest
+    /// off. A strip that is as wide as such a square fills one of them, wherever it lies.
+    fn heights(&self) -> Vec<Option<(f64, bool)>> {
+        let height_of = |cell: usize| {
+            let mut squares = [self.sums[cell]; 4];
+            for &other in self.neighbours.of(cell) {
+                let other = other as usize;
+                let (x, y) = self.grid.apart(cell, other);
+                for (square, (right, up)) in squares.iter_mut().zip([(1, 1), (1, -1), (-1, 1), (-1, -1)]) {
+                    if x * right >= 0 && y * up >= 0 {
+                        square.0 += self.sums[other].0;
+                        square.1 += self.sums[other].1;
+                    }
+                }
+            }
+            let off_m = |square: &(f64, f64)| square.1 / square.0;
+            let furthest = |a: &&(f64, f64), b: &&(f64, f64)| off_m(a).abs().total_cmp(&off_m(b).abs());
+            let square = squares.iter().max_by(furthest)?;
+            let off = off_m(square) / self.sigma_m;
+            let clear = off * off
+                > SUGGEST_DEVIATIONS * SUGGEST_DEVIATIONS + CHANCE_DEVIATIONS * CHANCE_DEVIATIONS / square.0;
+            (off.abs() > SUGGEST_DEVIATIONS).then_some((off_m(square), clear))
+        };
+        (0..self.grid.len()).map(height_of).collect()
     }
 
     fn steps(&self, within: i32, fit: &Fit, min_points: usize) -> Vec<Step> {
+        let heights = self.heights();
         let mut taken = vec![false; self.grid.len()];
         let mut steps = Vec::new();
         for start in 0..self.grid.len() {
-            let Some(side) = self.side_of(start).filter(|_| !std::mem::replace(&mut taken[start], true))
-            else {
-                continue;
-            };
+            let Some((height_m, true)) = heights[start].filter(|_| !taken[start]) else { continue };
+            taken[start] = true;
             let (mut count, mut sum, mut points) = (0.0, 0.0, Vec::new());
-            let mut open = vec![start];
-            while let Some(cell) = open.pop() {
-                (count, sum) = (count + self.sums[cell].0, sum + self.sums[cell].1);
+            let mut open = vec![(start, height_m)];
+            while let Some((cell, height_m)) = open.pop() {
+                (count, sum) = (count + self.sums[cell].0, sum + self.sums[cell].0 * height_m);
                 points.extend(self.grid.points_of(cell).iter().map(|place| self.members[*place as usize]));
                 for &next in self.neighbours.of(cell) {
                     let next = next as usize;
-                    if self.side_of(next) == Some(side) && !std::mem::replace(&mut taken[next], true) {
-                        open.push(next);
+                    let same = |height: &(f64, bool)| (height.0 > 0.0) == (height_m > 0.0);
+                    if let Some((height_m, _)) = heights[next].filter(same)
+                        && !std::mem::replace(&mut taken[next], true)
+                    {
+                        open.push((next, height_m));
                     }
                 }
             }
@@ -160,7 +183,7 @@ pub fn judge(
     fits: &[Option<Fit>],
     (noise, min_points): (Noise, usize),
 ) -> Vec<bool> {
-    let mut gathered = vec![(0.0, 0.0, 0.0); steps.len()];
+    let mut gathered = vec![Gathered::default(); steps.len()];
     let limit = 0.5 * DEVIATIONS * DEVIATIONS;
     let cost = |off_m: f64, wall: &Fit| (0.5 * off_m * off_m / noise.variance_of(wall)).min(limit);
     for (p, label) in points_m.iter().zip(labels) {
@@ -170,22 +193,31 @@ pub fn judge(
         let Some(step) = steps.get(which) else { continue };
         let p = p.map(f64::from);
         let Some(wall) = fit_of(fits, step.within) else { continue };
-        let (count, sum, gain) = &mut gathered[which];
-        *count += 1.0;
-        *sum += dot(step.fit.normal, p);
-        *gain += cost(wall.distance_m(p), wall) - cost(step.fit.distance_m(p), wall);
+        let own = &mut gathered[which];
+        let off_m = dot(step.fit.normal, p) - step.fit.offset_m;
+        own.count += 1.0;
+        own.sum_m += off_m;
+        own.gain += cost(wall.distance_m(p), wall) - cost(off_m, wall);
     }
-    let judged = steps.iter_mut().zip(gathered).map(|(step, (count, sum, gain))| {
-        if count > 0.0 {
-            step.fit.offset_m = sum / count;
-        }
+    let judged = steps.iter_mut().zip(gathered).map(|(step, own)| {
+        let mean_m = own.sum_m / own.count.max(1.0);
+        step.fit.offset_m += mean_m;
         let Some(wall) = fit_of(fits, step.within) else { return false };
+        let variance_m2 = noise.variance_of(wall);
         let off_m = step.fit.offset_m - wall.offset_m;
-        count >= min_points as f64
-            && gain >= LEAST_GAIN
-            && off_m * off_m >= LEAST_STEP_DEVIATIONS * LEAST_STEP_DEVIATIONS * noise.variance_of(wall)
+        own.count >= min_points as f64
+            && own.gain >= LEAST_GAIN
+            && off_m * off_m >= LEAST_STEP_DEVIATIONS * LEAST_STEP_DEVIATIONS * variance_m2
     });
     judged.collect()
+}
+
+/// What the points of a step add up to: their distances to its plane, and what they gain over the wall.
+#[derive(Clone, Copy, Default)]
+struct Gathered {
+    count: f64,
+    sum_m: f64,
+    gain: f64,
 }
 
 fn fit_of(fits: &[Option<Fit>], label: i32) -> Option<&Fit> {
