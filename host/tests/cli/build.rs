@@ -49,8 +49,12 @@ fn a_room_becomes_a_few_flat_surfaces_in_every_format() {
     assert!(rms_m < 0.01, "{report}");
     assert_eq!(report["model"]["polygons"], summary["polygons"]);
     let qslim = &report["qslim"];
-    assert_eq!(qslim["triangles"].as_u64(), report["model"]["surfaces"].as_u64(), "{report}");
-    assert!(qslim["to_truth"]["rms_m"].as_f64().unwrap() > 3.0 * rms_m, "{report}");
+    if cfg!(feature = "simplify") {
+        assert_eq!(qslim["triangles"].as_u64(), report["model"]["surfaces"].as_u64(), "{report}");
+        assert!(qslim["to_truth"]["rms_m"].as_f64().unwrap() > 3.0 * rms_m, "{report}");
+    } else {
+        assert!(qslim.is_null(), "{report}");
+    }
     assert_eq!(report["model"]["rays"]["blocked"], 0, "{report}");
     // The truth does not tell its faces apart.
     assert!(report["true_faces_seen"].is_null(), "{report}");
