@@ -68,84 +68,103 @@ impl Grid {
     /// For each cell the up to 26 others that touch it, ascending.
     pub fn neighbours(&self) -> Neighbours {
         let firsts: Vec<usize> = (0..self.len()).step_by(CELLS_A_TASK).collect();
-        let parts: Vec<(Vec<u32>, Vec<u32>)> = firsts
-            .into_par_iter()
-            .map(|first| self.touching(first..(first + CELLS_A_TASK).min(self.len())))
-            .collect();
-        let total = parts.iter().map(|part| part.1.len()).sum();
-        let mut found =
-            Neighbours { starts: Vec::with_capacity(self.len() + 1), cells: Vec::with_capacity(total) };
-        found.starts.push(0);
-        for (ends, cells) in parts {
-            let before = found.cells.len() as u32;
-            found.starts.extend(ends.iter().map(|end| before + end));
-            found.cells.extend(cells);
-        }
-        found
+        let run = |first: usize| self.touching(first..(first + CELLS_A_TASK).min(self.len()));
+        Neighbours { parts: firsts.into_par_iter().map(run).collect() }
     }
 
-    /// The cells that touch each of a run of cells, and where each one's list ends.
-    fn touching(&self, run: Range<usize>) -> (Vec<u32>, Vec<u32>) {
+    /// The cells that touch each of a run of cells.
+    fn touching(&self, run: Range<usize>) -> Part {
         // Cells are sorted, so the cells at one offset are too: nine cursors pass over the list once.
-        let low_of = |cell: usize, offset: i64| self.keys[cell].wrapping_add_signed(offset).wrapping_sub(1);
-        let mut columns = Vec::with_capacity(9);
-        for dx in -1..=1i64 {
-            for dy in -1..=1i64 {
-                let offset = dx * (1 << (2 * BITS)) + dy * (1 << BITS);
-                let low = low_of(run.start, offset);
-                columns.push((offset, self.keys.partition_point(|key| *key < low)));
-            }
-        }
-        let mut found = (Vec::with_capacity(run.len()), Vec::with_capacity(run.len() * 12));
+        let keys = self.keys.as_slice();
+        let low_of = |cell: usize, offset: i64| keys[cell].wrapping_add_signed(offset).wrapping_sub(1);
+        let offsets: [i64; 9] = std::array::from_fn(|k| {
+            (k as i64 / 3 - 1) * (1 << (2 * BITS)) + (k as i64 % 3 - 1) * (1 << BITS)
+        });
+        let mut cursors = offsets.map(|offset| {
+            let low = low_of(run.start, offset);
+            keys.partition_point(|key| *key < low)
+        });
+        let mut found = Part::for_cells(run.len(), 12 * run.len());
         for cell in run {
-            for (offset, cursor) in &mut columns {
+            for (offset, cursor) in offsets.iter().zip(&mut cursors) {
                 let low = low_of(cell, *offset);
-                while self.keys.get(*cursor).is_some_and(|k| *k < low) {
+                while keys.get(*cursor).is_some_and(|key| *key < low) {
                     *cursor += 1;
                 }
-                for (other, &k) in self.keys.iter().enumerate().skip(*cursor).take(3) {
-                    if k <= low + 2 && other != cell {
-                        found.1.push(other as u32);
-                    }
-                }
+                let column = keys[*cursor..].iter().take_while(|key| **key <= low + 2).count();
+                found.cells.extend((*cursor..*cursor + column).filter(|k| *k != cell).map(|k| k as u32));
             }
-            found.0.push(found.1.len() as u32);
+            found.starts.push(found.cells.len() as u32);
         }
+        found.cells.shrink_to_fit();
         found
     }
 }
 
-/// A list of cells for each cell.
+/// A list of cells for each cell, in parts of [`CELLS_A_TASK`] lists, so that each can be made by itself and stays where it is.
 #[derive(Clone, Debug, Default)]
 pub struct Neighbours {
+    parts: Vec<Part>,
+}
+
+#[derive(Clone, Debug)]
+struct Part {
+    /// Where each list starts, and the last one ends.
     starts: Vec<u32>,
     cells: Vec<u32>,
+}
+
+impl Part {
+    fn for_cells(lists: usize, cells: usize) -> Self {
+        let mut starts = Vec::with_capacity(lists + 1);
+        starts.push(0);
+        Self { starts, cells: Vec::with_capacity(cells) }
+    }
+
+    fn of(&self, list: usize) -> &[u32] {
+        &self.cells[self.starts[list] as usize..self.starts[list + 1] as usize]
+    }
+
+    /// The same lists with others appended, which come as list and cell, ascending; those that a list already has are left out.
+    fn with(self, first: usize, pairs: &[[u32; 2]]) -> Self {
+        if pairs.is_empty() {
+            return self;
+        }
+        let lists = self.starts.len() - 1;
+        let mut out = Self::for_cells(lists, self.cells.len() + pairs.len());
+        let mut rest = pairs;
+        for list in 0..lists {
+            let own = self.of(list);
+            out.cells.extend_from_slice(own);
+            let here = |cell: u32| cell as usize == first + list;
+            let (extra, others) = rest.split_at(rest.iter().take_while(|[from, _]| here(*from)).count());
+            let more = extra.iter().map(|[_, to]| *to);
+            out.cells.extend(more.filter(|to| !here(*to) && own.binary_search(to).is_err()));
+            rest = others;
+            out.starts.push(out.cells.len() as u32);
+        }
+        out
+    }
 }
 
 impl Neighbours {
     /// The list of one cell.
     pub fn of(&self, cell: usize) -> &[u32] {
-        &self.cells[self.starts[cell] as usize..self.starts[cell + 1] as usize]
+        self.parts[cell / CELLS_A_TASK].of(cell % CELLS_A_TASK)
     }
 
     /// The same lists with further pairs added in both directions. Pairs may repeat.
-    pub fn with_pairs(&self, mut pairs: Vec<[u32; 2]>) -> Self {
+    pub fn with_pairs(self, mut pairs: Vec<[u32; 2]>) -> Self {
         let mirrored: Vec<[u32; 2]> = pairs.iter().map(|[a, b]| [*b, *a]).collect();
         pairs.extend(mirrored);
         pairs.par_sort_unstable();
         pairs.dedup();
-        let mut out = Self { starts: vec![0], cells: Vec::with_capacity(self.cells.len() + pairs.len()) };
-        let mut rest = pairs.as_slice();
-        for cell in 0..self.starts.len().saturating_sub(1) {
-            let own = self.of(cell);
-            out.cells.extend_from_slice(own);
-            let count = rest.iter().take_while(|[from, _]| *from as usize == cell).count();
-            let extra = rest[..count].iter().map(|[_, to]| *to);
-            out.cells.extend(extra.filter(|to| *to as usize != cell && own.binary_search(to).is_err()));
-            rest = &rest[count..];
-            out.starts.push(out.cells.len() as u32);
-        }
-        out
+        let until = |cell: usize| pairs.partition_point(|[from, _]| (*from as usize) < cell);
+        let add = |(which, part): (usize, Part)| {
+            let first = which * CELLS_A_TASK;
+            part.with(first, &pairs[until(first)..until(first + CELLS_A_TASK)])
+        };
+        Self { parts: self.parts.into_par_iter().enumerate().map(add).collect() }
     }
 }
 
@@ -204,6 +223,6 @@ mod tests {
         let grid = Grid::new(&points, 0.1);
         assert_eq!((grid.len(), grid.points_of(0)), (1, &[3][..]));
         assert!(Grid::new(&[], 0.1).is_empty());
-        assert!(Grid::default().neighbours().cells.is_empty());
+        assert!(Grid::default().neighbours().parts.is_empty());
     }
 }

@@ -93,22 +93,32 @@ const LOOSE_SHARE: f64 = 2.0;
 /// Edge of the cells in which steps are looked for, as a share of the cells of the search: door frames are 8 cm wide.
 const STEP_CELL_SHARE: f64 = 0.8;
 /// How often points choose their plane and planes are fitted anew after a search, after uniting, and after steps were added.
-const CHOICES: [usize; 3] = [4, 2, 6];
+const CHOICES: [usize; 3] = [20, 20, 6];
 
 /// Finds the planes of a cloud.
 pub fn extract(params: &PlaneParams, cloud: &Cloud) -> Planes {
-    match distinct::distinct(cloud) {
-        Some(places) => places.spread(extract_distinct(params, &places.cloud)),
-        None => extract_distinct(params, cloud),
-    }
+    extract_telling(params, cloud, &mut |_| ())
 }
 
-fn extract_distinct(params: &PlaneParams, cloud: &Cloud) -> Planes {
+/// [`extract`] that tells from time to time how much of the way it is, in percent of the time that a large cloud takes.
+pub fn extract_telling(params: &PlaneParams, cloud: &Cloud, told: &mut dyn FnMut(u64)) -> Planes {
+    let found = match distinct::distinct(cloud) {
+        Some(places) => places.spread(extract_distinct(params, &places.cloud, told)),
+        None => extract_distinct(params, cloud, told),
+    };
+    told(100);
+    found
+}
+
+fn extract_distinct(params: &PlaneParams, cloud: &Cloud, told: &mut dyn FnMut(u64)) -> Planes {
     let (grid, cell_m) = cells::grid(params, cloud);
-    let searched = search(params, cloud, &grid);
+    told(10);
+    let searched = search(params, cloud, &grid, told);
     drop(grid);
     let grid = Grid::new(&cloud.points_m, 0.5 * cell_m);
+    told(65);
     let (labels, fits) = refine(params, cloud, &grid, &searched, cell_m);
+    told(95);
     let sigma_m = searched.sigma_m;
     let found = finish::finish(params, cloud, labels, &fits, sigma_m);
     Planes { sigma_source: searched.sigma_source, ..found }
@@ -123,14 +133,17 @@ struct Searched {
 }
 
 /// Estimates the noise and grows planes over cells.
-fn search(params: &PlaneParams, cloud: &Cloud, grid: &Grid) -> Searched {
+fn search(params: &PlaneParams, cloud: &Cloud, grid: &Grid, told: &mut dyn FnMut(u64)) -> Searched {
     let neighbours = linked(params, cloud, grid);
+    told(15);
     let (sigma_m, sigma_source) =
         sigma_of(params, || estimate_sigma_m(&cell_sums(&cloud.points_m, grid), &neighbours));
+    told(20);
     let noise = Noise::new(sigma_m);
     let labelling = Labelling::new(&cloud.points_m, (grid, &neighbours), noise, (&[], 0));
     let mut work = Work { params, noise, labelling, fits: Vec::new() };
     work.search(&neighbours);
+    told(50);
     work.unite();
     let labels = work.labelling.labels(cloud.len());
     Searched { sigma_m, sigma_source, labels, fits: work.fits }

@@ -1,7 +1,8 @@
 //! The fast search against the plain one, and against what was built.
 
+use super::random::Random;
 use super::reference::{self, ReferenceParams};
-use super::{PlaneParams, Planes, extract};
+use super::{PlaneParams, Planes, extract, extract_telling};
 use crate::fixture::{corridor, drive};
 use crate::model::Cloud;
 
@@ -68,6 +69,19 @@ fn a_notice_board_four_centimetres_off_the_wall_is_a_plane_of_its_own() {
             .count()
     };
     assert_eq!((on(-0.96), on(-1.0)), (1, 1), "{:?}", found.planes);
+}
+
+#[test]
+fn a_flat_grid_that_lies_on_a_border_between_cells_is_one_plane() {
+    let mut random = Random::new(12);
+    let mut cloud = Cloud::default();
+    for k in 0..90_000 {
+        let (x, y) = (0.2 * (k % 300) as f32, 0.2 * (k / 300) as f32);
+        cloud.points_m.push([x, y, (0.01 * random.normal()) as f32]);
+    }
+    let found = extract(&PlaneParams::default(), &cloud);
+    assert_eq!(found.planes.len(), 1, "{:?}", found.planes);
+    assert!(found.planes[0].points > 89_500);
 }
 
 #[test]
@@ -146,6 +160,9 @@ fn any_number_of_threads_finds_the_same() {
     };
     let one = on(1);
     assert!(one.planes.len() > 3);
+    let mut heard = Vec::new();
+    assert_eq!(extract_telling(&PlaneParams::default(), &cloud, &mut |percent| heard.push(percent)), one);
+    assert!(heard.is_sorted() && heard.len() > 5 && heard.last() == Some(&100), "{heard:?}");
     for threads in [2, 3, 7] {
         assert_eq!(on(threads), one, "{threads} threads");
     }

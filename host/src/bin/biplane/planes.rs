@@ -180,12 +180,13 @@ fn load(path: &Path, console: &Console) -> anyhow::Result<CloudFile> {
 
 fn extract(method: &Method, file: &CloudFile, console: &Console) -> (Planes, Cost) {
     let points = file.cloud.len();
-    let spinner = console.spinner(format!("finding planes in {points} points"));
     let start = Moment::now();
     let found = match method {
-        Method::Fast(params) => planes::extract(params, &file.cloud),
+        Method::Fast(params) => {
+            let bar = console.bar(100, format!("percent of finding planes in {points} points"));
+            planes::extract_telling(params, &file.cloud, &mut |percent| bar.at(percent))
+        }
         Method::Paper(search) => {
-            drop(spinner);
             let bar = console.bar(points as u64, "points on planes");
             planes::extract_paper(&search.limits, &file.cloud, search.seed, &mut |done| bar.at(done as u64))
         }
