@@ -53,6 +53,7 @@ pub fn compact(mesh: Mesh, params: &BuildParams, observer: &mut dyn Observer) ->
         planes: model.planes.len(),
         veil_triangles: merged.veils,
         sigma_m: found.sigma_m,
+        sigma_source: found.sigma_source,
         ..Counts::default()
     };
     counts.recount(&model);

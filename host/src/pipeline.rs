@@ -8,7 +8,7 @@ use crate::leftovers;
 use crate::mesh;
 use crate::model::{Cloud, Mesh, Model};
 use crate::params::BuildParams;
-use crate::planes;
+use crate::planes::{self, SigmaSource};
 use crate::polygons;
 
 /// What modelling needs of a recording.
@@ -85,8 +85,10 @@ pub struct Counts {
     pub scans_still: usize,
     /// Scans without a pose.
     pub scans_unposed: usize,
-    /// Range noise that was assumed or estimated, metres.
+    /// Range noise, metres.
     pub sigma_m: f64,
+    /// Where it comes from.
+    pub sigma_source: SigmaSource,
 }
 
 impl Counts {
@@ -187,6 +189,7 @@ pub fn model_of(cloud: Cloud, params: &BuildParams, observer: &mut dyn Observer)
         planes: found.planes.len(),
         veil_triangles: merged.veils,
         sigma_m: found.sigma_m,
+        sigma_source: found.sigma_source,
         ..Counts::default()
     };
     let model = Model { planes: found.planes, polygons: merged.polygons, leftovers };

@@ -8,6 +8,7 @@ use serde::Serialize;
 use crate::model::{Model, Plane};
 use crate::params::BuildParams;
 use crate::pipeline::Counts;
+use crate::planes::SigmaSource;
 
 /// Time and memory of one stage.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -33,13 +34,15 @@ pub struct PlaneErrors {
     pub rms_m: f64,
     /// Of the worst plane, metres.
     pub worst_plane_rms_m: f64,
-    /// Range noise that was assumed or estimated, metres.
+    /// Range noise, metres.
     pub sigma_m: f64,
+    /// Where it comes from.
+    pub sigma_source: SigmaSource,
 }
 
 impl PlaneErrors {
     /// Of all planes of a model.
-    pub fn of(model: &Model, sigma_m: f64) -> Self {
+    pub fn of(model: &Model, sigma_m: f64, sigma_source: SigmaSource) -> Self {
         let points: usize = model.planes.iter().map(|plane| plane.points).sum();
         let squares = |plane: &Plane| plane.points as f64 * plane.rms_m * plane.rms_m;
         let sum: f64 = model.planes.iter().map(squares).sum();
@@ -48,6 +51,7 @@ impl PlaneErrors {
             rms_m: (sum / points.max(1) as f64).sqrt(),
             worst_plane_rms_m: model.planes.iter().map(|plane| plane.rms_m).fold(0.0, f64::max),
             sigma_m,
+            sigma_source,
         }
     }
 }
@@ -141,7 +145,7 @@ impl Summary {
             leftover_triangles: counts.leftover_triangles,
             reduction_percent: counts.reduction_percent(),
             model_triangles,
-            errors: PlaneErrors::of(model, counts.sigma_m),
+            errors: PlaneErrors::of(model, counts.sigma_m, counts.sigma_source),
             scans: ScanFigures::default(),
             recordings: Vec::new(),
             mesh: None,

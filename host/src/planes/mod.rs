@@ -83,6 +83,17 @@ pub enum SigmaSource {
     Assumed,
 }
 
+impl SigmaSource {
+    /// For people.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Given => "as given",
+            Self::Estimated => "estimated",
+            Self::Assumed => "assumed: too few points to tell",
+        }
+    }
+}
+
 /// Noise that is assumed when it is not given and the cloud is too small to tell, metres: a laser of the LMS 2xx family.
 const TYPICAL_SIGMA_M: f64 = 0.02;
 /// Searches, each among the points that those before left over.

@@ -60,7 +60,8 @@ fn a_room_becomes_a_few_flat_surfaces_in_every_format() {
     assert!(report["true_faces_seen"].is_null(), "{report}");
 
     folder.expect("build run.mcap -o out", 1, &["out exists already", "--force"]);
-    folder.expect("build run.mcap -o out --force --formats glb --threads 1", 0, &[]);
+    let more = "--force --formats glb --threads 1 --sigma 0.006";
+    folder.expect(&format!("build run.mcap -o out {more}"), 0, &["noise 0.6 cm (as given)"]);
     assert!(!names(&folder.path("out")).contains(&"model.obj".to_owned()));
 }
 

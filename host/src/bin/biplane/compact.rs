@@ -18,7 +18,7 @@ use biplane::summary::{Parameters, Summary};
 use crate::Outcome;
 use crate::build::formats::{self, Format};
 use crate::build::stages::Stages;
-use crate::build::{files, tell_bounded};
+use crate::build::{files, tell_bounded, tell_noise};
 use crate::console::Console;
 use crate::doubt;
 use crate::planes::length;
@@ -98,6 +98,7 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     stages.finish(&mut summary);
     files::write_summary(folder.part(), &summary)?;
     folder.finish()?;
+    tell_noise(&output.counts, console);
     tell(args, &summary, console);
     let doubt = doubt::of_mesh(&output.cloud.points_m, summary.polygons);
     doubt.into_iter().for_each(|why| console.note(why));

@@ -12,7 +12,7 @@ use biplane::plane_report::{Cost, Method, PaperSearch, PlaneReport};
 use biplane::planes::agreement::agreement;
 use biplane::planes::explain::{Explanation, Limits};
 use biplane::planes::reference::ReferenceParams;
-use biplane::planes::{self, PlaneParams, Planes, SigmaSource};
+use biplane::planes::{self, PlaneParams, Planes};
 use clap::CommandFactory;
 use clap::error::ErrorKind;
 
@@ -245,7 +245,7 @@ fn tell(args: &Args, report: &PlaneReport, console: &Console) -> anyhow::Result<
         print(&mut out, report)?;
     }
     let noise = match (report.sigma_m, report.sigma_source) {
-        (Some(sigma_m), Some(source)) => format!(", noise {:.1} cm ({})", 100.0 * sigma_m, words(source)),
+        (Some(sigma_m), Some(source)) => format!(", noise {:.1} cm ({})", 100.0 * sigma_m, source.words()),
         _ => String::new(),
     };
     let kind = match (report.organised, report.origins) {
@@ -262,14 +262,6 @@ fn tell(args: &Args, report: &PlaneReport, console: &Console) -> anyhow::Result<
         report.cost.cpu_s
     ));
     Ok(())
-}
-
-fn words(source: SigmaSource) -> &'static str {
-    match source {
-        SigmaSource::Given => "as given",
-        SigmaSource::Estimated => "estimated",
-        SigmaSource::Assumed => "assumed: too few points to tell",
-    }
 }
 
 fn print(out: &mut impl Write, report: &PlaneReport) -> io::Result<()> {

@@ -18,7 +18,8 @@ use biplane::model::Model;
 use biplane::occupancy::OccupancyGrid;
 use biplane::output::OutputFolder;
 use biplane::params::BuildParams;
-use biplane::pipeline::{self, BuildInput, BuildOutput};
+use biplane::pipeline::{self, BuildInput, BuildOutput, Counts};
+use biplane::planes::PlaneParams;
 use biplane::run::{Run, VerticalScans};
 use biplane::stamp_text::format_seconds;
 use biplane::summary::{Parameters, ScanFigures, Summary};
@@ -26,6 +27,7 @@ use biplane::trajectory::read_poses;
 
 use crate::Outcome;
 use crate::console::Console;
+use crate::planes::length;
 use crate::replace;
 use formats::Format;
 use stages::Stages;
@@ -49,6 +51,10 @@ pub struct Args {
     /// Use this trajectory (TUM: t x y z qx qy qz qw) instead of the recorded one
     #[arg(long, value_name = "T.tum")]
     poses: Option<PathBuf>,
+    /// Range noise of the laser, one standard deviation, metres. Larger: steps between surfaces disappear; smaller: a wall becomes several
+    /// planes [default: estimated from the points]
+    #[arg(long, value_name = "M", value_parser = length)]
+    sigma: Option<f64>,
     /// Replace the folder if it exists
     #[arg(long)]
     force: bool,
@@ -67,6 +73,16 @@ pub struct Args {
 }
 
 impl Args {
+    fn parameters(&self, map: &FloorMapParams) -> Parameters {
+        let planes = PlaneParams { sigma_m: self.sigma, ..PlaneParams::default() };
+        Parameters {
+            build: BuildParams { planes, ..BuildParams::default() },
+            map_resolution_m: map.grid.resolution_m,
+            max_triangles: self.max_triangles,
+            seed: self.seed,
+        }
+    }
+
     /// As the command line would give them for one recording.
     #[cfg(feature = "demo")]
     pub fn for_recording(recording: &Path, output: &Path) -> Self {
@@ -74,6 +90,7 @@ impl Args {
             recordings: vec![recording.to_owned()],
             output: output.to_owned(),
             poses: None,
+            sigma: None,
             force: false,
             formats: Format::ALL.to_vec(),
             max_triangles: None,
@@ -109,12 +126,7 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         anyhow::Ok((grid, cells))
     })?;
     let folder = OutputFolder::create(&args.output, args.force)?;
-    let parameters = Parameters {
-        build: BuildParams::default(),
-        map_resolution_m: map_params.grid.resolution_m,
-        max_triangles: args.max_triangles,
-        seed: args.seed,
-    };
+    let parameters = args.parameters(&map_params);
     let built = match &vertical {
         Some(vertical) => Some(model(vertical, &posed, &parameters, &mut stages)?),
         None => None,
@@ -125,6 +137,7 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         let source = args.poses.as_deref().unwrap_or(run.path()).display();
         bail!("none of the {} vertical scans lies within the poses of {source}", vertical.sweeps.len());
     }
+    let counts = built.as_ref().map(|built| built.counts);
     let mut summary = write_all(args, &folder, built, (&grid, &posed), &mut stages)?;
     summary.recordings = run.recording().paths().map(|path| path.display().to_string()).collect();
     summary.parameters = parameters;
@@ -136,6 +149,7 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     stages.finish(&mut summary);
     files::write_summary(folder.part(), &summary)?;
     folder.finish()?;
+    counts.iter().for_each(|counts| tell_noise(counts, console));
     tell(args, &summary, vertical.is_some(), console);
     Ok(Outcome::Done)
 }
@@ -155,6 +169,11 @@ fn tell(args: &Args, summary: &Summary, has_vertical: bool, console: &Console) {
             "{folder}: the recording has no scan of a vertical laser, so there is a map and a trajectory, and no model"
         ));
     }
+}
+
+/// Which noise the planes were searched with.
+pub fn tell_noise(counts: &Counts, console: &Console) {
+    console.note(format!("noise {:.1} cm ({})", 100.0 * counts.sigma_m, counts.sigma_source.words()));
 }
 
 /// What `--max-triangles` cost, where there was a cost.
