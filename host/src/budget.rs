@@ -5,9 +5,9 @@
 //! fine structure go before any flat surface of the same size. Metres, square metres.
 
 use crate::export::{Shapes, area_m2};
-use crate::model::{Mesh, Model, PlanarPolygon};
+use crate::model::{Mesh, Model};
 use crate::polygons::finish::{Limits, coarsen};
-use rayon::prelude::*;
+use crate::polygons::weld;
 
 /// What a bound cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -65,14 +65,19 @@ fn triangles(faces: &[Mesh]) -> usize {
 fn coarser(model: &Model, tolerance_m: f64) -> Model {
     let small_m2 = (SMALLEST * tolerance_m).powi(2);
     let limits = Limits { tolerance_m, min_hole_m2: small_m2, min_polygon_m2: small_m2 };
-    let of = |polygon: &PlanarPolygon| match model.planes.get(polygon.plane) {
-        Some(plane) => coarsen(&limits, plane, polygon),
-        None => Vec::new(),
-    };
-    let polygons: Vec<Vec<PlanarPolygon>> = model.polygons.par_iter().map(of).collect();
+    let neighbours = weld::neighbours(&model.planes, &model.polygons);
+    let mut polygons = coarsen(&limits, &model.planes, &neighbours, &model.polygons);
+    let pairs: Vec<(usize, usize)> = neighbours
+        .iter()
+        .enumerate()
+        .flat_map(|(own, others)| others.iter().map(move |other| (own.min(*other), own.max(*other))))
+        .collect::<std::collections::BTreeSet<_>>()
+        .into_iter()
+        .collect();
+    weld::weld(&model.planes, &mut polygons, &pairs, tolerance_m);
     Model {
         planes: model.planes.clone(),
-        polygons: polygons.into_iter().flatten().collect(),
+        polygons,
         leftovers: larger_pieces(&model.leftovers, 4.0 * small_m2),
     }
 }

@@ -11,19 +11,24 @@ use serde::Serialize;
 pub struct LeftoverParams {
     /// Connected pieces of fewer triangles are dropped. Larger: small objects get lost. Smaller: flakes of noise stay.
     pub min_triangles: usize,
+    /// Triangles with a longer edge are dropped, metres: where no plane vouches for it, a surface between points so far apart is a guess.
+    /// Larger: sheets between the leaves of trees. Smaller: sparse things get lost.
+    pub max_edge_m: f32,
 }
 
 impl Default for LeftoverParams {
     fn default() -> Self {
-        Self { min_triangles: 4 }
+        Self { min_triangles: 4, max_edge_m: 0.3 }
     }
 }
 
-/// The triangles `rest` of `mesh` as a mesh of their own, without small pieces and unused vertices.
+/// The triangles `rest` of `mesh` as a mesh of their own, without large ones, small pieces and unused vertices.
 pub fn collect(params: &LeftoverParams, mesh: &Mesh, rest: &[usize]) -> Mesh {
     let vertices = mesh.vertices_m.len();
     let inside = |index: &usize| {
-        mesh.triangles.get(*index).is_some_and(|t| t.iter().all(|corner| (*corner as usize) < vertices))
+        mesh.triangles.get(*index).is_some_and(|t| {
+            t.iter().all(|corner| (*corner as usize) < vertices) && longest_m(mesh, *t) <= params.max_edge_m
+        })
     };
     let rest: Vec<usize> = rest.iter().copied().filter(inside).collect();
     let mut pieces = Pieces::new(vertices);
@@ -37,6 +42,12 @@ pub fn collect(params: &LeftoverParams, mesh: &Mesh, rest: &[usize]) -> Mesh {
         |index: &usize| sizes[pieces.root(mesh.triangles[*index][0]) as usize] >= params.min_triangles;
     let kept: Vec<usize> = rest.into_iter().filter(large).collect();
     only(mesh, &kept)
+}
+
+fn longest_m(mesh: &Mesh, triangle: [u32; 3]) -> f32 {
+    let [p, q, r] = triangle.map(|corner| mesh.vertices_m[corner as usize]);
+    let length = |a: [f32; 3], b: [f32; 3]| (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f32>().sqrt();
+    length(p, q).max(length(q, r)).max(length(r, p))
 }
 
 /// Some triangles of a mesh as a mesh of their own, without unused vertices.
@@ -93,7 +104,7 @@ mod tests {
 
     /// A strip of five triangles, and one that touches nothing.
     fn strip_and_flake() -> Mesh {
-        let vertices_m = (0..10u8).map(|k| [f32::from(k), 0.0, f32::from(k % 2)]).collect();
+        let vertices_m = (0..10u8).map(|k| [0.1 * f32::from(k), 0.0, 0.1 * f32::from(k % 2)]).collect();
         let mut triangles: Vec<[u32; 3]> = (0..5).map(|k| [k, k + 1, k + 2]).collect();
         triangles.push([7, 8, 9]);
         Mesh { vertices_m, triangles }
@@ -105,9 +116,27 @@ mod tests {
         let left = collect(&LeftoverParams::default(), &mesh, &[0, 1, 2, 3, 4, 5]);
         assert_eq!((left.triangles.len(), left.vertices_m.len()), (5, 7));
         let all = only(&mesh, &[0, 1, 2, 3, 4, 5]);
-        assert_eq!(collect(&LeftoverParams { min_triangles: 1 }, &mesh, &[0, 1, 2, 3, 4, 5]), all);
+        assert_eq!(
+            collect(
+                &LeftoverParams { min_triangles: 1, ..LeftoverParams::default() },
+                &mesh,
+                &[0, 1, 2, 3, 4, 5]
+            ),
+            all
+        );
         assert_eq!((all.triangles.len(), all.vertices_m.len()), (6, 10));
-        assert_eq!(all.vertices_m[all.triangles[5][2] as usize], [9.0, 0.0, 1.0]);
+        assert_eq!(all.vertices_m[all.triangles[5][2] as usize], mesh.vertices_m[9]);
+    }
+
+    #[test]
+    fn sheets_between_points_far_apart_are_no_surface() {
+        let mut mesh = strip_and_flake();
+        mesh.vertices_m[6][0] += 0.3;
+        // The strip ends before the point that is far off.
+        let left = collect(&LeftoverParams::default(), &mesh, &[0, 1, 2, 3, 4, 5]);
+        assert_eq!(left.triangles.len(), 4);
+        let far = LeftoverParams { max_edge_m: 1.0, ..LeftoverParams::default() };
+        assert_eq!(collect(&far, &mesh, &[0, 1, 2, 3, 4, 5]).triangles.len(), 5);
     }
 
     #[test]
@@ -117,6 +146,11 @@ mod tests {
         assert!(collect(&LeftoverParams::default(), &mesh, &[0, 1]).triangles.is_empty());
         mesh.triangles.push([0, 1, 99]);
         assert_eq!(only(&mesh, &[6, 77, 0]).triangles.len(), 1);
-        assert_eq!(collect(&LeftoverParams { min_triangles: 1 }, &mesh, &[6, 77, 0]).triangles.len(), 1);
+        assert_eq!(
+            collect(&LeftoverParams { min_triangles: 1, ..LeftoverParams::default() }, &mesh, &[6, 77, 0])
+                .triangles
+                .len(),
+            1
+        );
     }
 }

@@ -4,7 +4,11 @@
 
 use crate::model::{Mesh, Model, PlanarPolygon, Plane};
 use crate::polygons::frame::{FlatPoint, Frame};
-use i_triangle::int::triangulatable::IntTriangulatable;
+use i_overlay::core::overlay::IntOverlayOptions;
+use i_overlay::core::solver::Solver;
+use i_triangle::int::triangulator::IntTriangulator;
+use i_triangle::int::validation::Validation;
+use std::collections::HashMap;
 
 /// Triangles of one flat surface.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -19,13 +23,24 @@ pub struct FlatMesh {
 pub fn triangulate(plane: &Plane, polygon: &PlanarPolygon) -> FlatMesh {
     let Some(first) = polygon.outer_m.first() else { return FlatMesh::default() };
     let frame = Frame::new(plane, *first);
-    let rings = std::iter::once(&polygon.outer_m).chain(&polygon.holes_m);
+    let rings_m = || std::iter::once(&polygon.outer_m).chain(&polygon.holes_m);
     let shape: Option<Vec<Vec<FlatPoint>>> =
-        rings.map(|ring| ring.iter().map(|p| frame.flat(*p)).collect()).collect();
+        rings_m().map(|ring| ring.iter().map(|p| frame.flat(*p)).collect()).collect();
     let Some(shape) = shape else { return FlatMesh::default() };
-    let cut = shape.triangulate().into_triangulation::<u32>();
+    // Every corner stays, those on straight edges too: they are corners of the neighbours.
+    let options =
+        IntOverlayOptions { preserve_input_collinear: true, ..IntOverlayOptions::keep_output_points() };
+    let validation = Validation { options, ..Validation::default() };
+    let cut = IntTriangulator::<i32, u32>::new(64, validation, Solver::default()).triangulate_shape(&shape);
+    // Corners stay exactly where they are, as they are in the neighbours.
+    let exact: HashMap<FlatPoint, [f64; 3]> =
+        shape.iter().flatten().copied().zip(rings_m().flatten().copied()).collect();
     FlatMesh {
-        vertices_m: cut.points.iter().map(|p| frame.lift(*p)).collect(),
+        vertices_m: cut
+            .points
+            .iter()
+            .map(|p| exact.get(p).copied().unwrap_or_else(|| frame.lift(*p)))
+            .collect(),
         triangles: cut.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect(),
     }
 }

@@ -3,9 +3,11 @@
 //! A drawn wall is two triangles whose corners tell the search nothing. Edges are halved, longest first, until all are short; both
 //! triangles at an edge halve it at the same place, so no gap opens. Metres.
 
+use super::drawn::face;
 use crate::export::area_m2;
 use crate::model::Mesh;
 use crate::planes::PlaneParams;
+use crate::planes::scatter::dot;
 use std::collections::HashMap;
 
 /// A mesh whose triangles are parts of another's.
@@ -32,9 +34,14 @@ impl Division {
 
 /// Points further apart than this are not of one surface for the search (its delta): triangles with longer edges hide what they cover.
 const LARGE_M: f64 = 0.3;
-/// A mesh is divided when triangles with longer edges than that make up this share of its area. Scanned meshes have few such
-/// triangles, mostly across gaps, and must not get points there.
+/// A mesh is divided when triangles with longer edges than that make up this share of its area, and it is drawn. Scanned meshes have
+/// such triangles across gaps and far away, and must not get points there.
 const LARGE_SHARE: f64 = 0.5;
+/// A mesh is drawn when this share of those triangles lie in one plane with a neighbour, as the two halves of a drawn wall do. In scanned
+/// meshes noise turns each triangle its own way.
+const LEVEL_SHARE: f64 = 0.5;
+/// Triangles are in one plane when their normals differ by less than 0.2 degrees (cosine).
+const LEVEL_COSINE: f64 = 0.999994;
 /// Longest edge of a part, metres: gives the search's cells enough points.
 const EDGE_M: f64 = 0.1;
 /// Parts at most, about: larger meshes get longer edges. Fewer: of a building with its grounds small surfaces are missed. More: gigabytes.
@@ -60,12 +67,34 @@ pub fn divide(mesh: &Mesh) -> Option<Division> {
             large_m2 += own_m2;
         }
     }
-    if large_m2 <= LARGE_SHARE * all_m2 {
+    if large_m2 <= LARGE_SHARE * all_m2 || !is_drawn(mesh) {
         return None;
     }
     // Halving leaves parts of about a third of a square on the longest edge.
     let edge_m = EDGE_M.max((3.0 * all_m2 / MOST_PARTS).sqrt());
     Some(halve(mesh, edge_m))
+}
+
+/// Whether large triangles lie in one plane with a neighbour as often as in a drawing.
+fn is_drawn(mesh: &Mesh) -> bool {
+    let normal = |triangle: &[u32; 3]| {
+        let n = face(triangle.map(|k| mesh.vertices_m[k as usize].map(f64::from)));
+        let length = dot(n, n).sqrt();
+        n.map(|v| v / length)
+    };
+    let large: Vec<[u32; 3]> =
+        mesh.triangles.iter().filter(|t| longest(&mesh.vertices_m, **t).1 > LARGE_M).copied().collect();
+    let mut level = vec![false; large.len()];
+    let mut known: HashMap<[u32; 2], usize> = HashMap::new();
+    for (index, triangle) in large.iter().enumerate() {
+        for (a, b) in [(0, 1), (1, 2), (2, 0)].map(|(i, j)| (triangle[i], triangle[j])) {
+            let Some(other) = known.insert([a.min(b), a.max(b)], index) else { continue };
+            if dot(normal(triangle), normal(&large[other])).abs() >= LEVEL_COSINE {
+                (level[index], level[other]) = (true, true);
+            }
+        }
+    }
+    level.iter().filter(|level| **level).count() as f64 >= LEVEL_SHARE * large.len() as f64
 }
 
 fn halve(mesh: &Mesh, edge_m: f64) -> Division {
@@ -138,6 +167,20 @@ mod tests {
             })
             .sum();
         assert!((border_m - 13.0).abs() < 1e-3, "{border_m}");
+    }
+
+    #[test]
+    fn a_scan_of_points_far_apart_is_no_drawing() {
+        // A grid of points half a metre apart with 2 cm of noise: all triangles are large, no two are in one plane.
+        let mut random = crate::planes::random::Random::new(3);
+        let at = |k: u32| [0.4 * (k % 20) as f32, 0.0, 0.4 * (k / 20) as f32];
+        let mut mesh = Mesh { vertices_m: (0..400).map(at).collect(), triangles: Vec::new() };
+        for k in (0..379).filter(|k| k % 20 < 19) {
+            mesh.triangles.extend([[k, k + 1, k + 21], [k, k + 21, k + 20]]);
+        }
+        assert!(divide(&mesh).is_some());
+        mesh.vertices_m.iter_mut().for_each(|p| p[1] += 0.04 * random.unit() as f32);
+        assert!(divide(&mesh).is_none());
     }
 
     #[test]

@@ -39,8 +39,9 @@ pub fn labelled(mesh: &Mesh, fine: &Division, params: &BuildParams) -> Labelled 
         }));
     }
     found.labels = labels;
-    // Small pieces of a drawing were drawn on purpose.
-    Labelled { mesh: own, found, vertex_labels, leftovers: LeftoverParams { min_triangles: 1 } }
+    // Small pieces of a drawing were drawn on purpose, and large triangles.
+    let leftovers = LeftoverParams { min_triangles: 1, max_edge_m: f32::INFINITY };
+    Labelled { mesh: own, found, vertex_labels, leftovers }
 }
 
 /// The plane of each triangle, or -1: that of most of the points in it, if its corners lie in that plane.

@@ -6,7 +6,7 @@ use crate::fixture::{corridor, drive, truth};
 use crate::model::{Cloud, Mesh};
 use crate::params::BuildParams;
 use crate::planes::random::Random;
-use crate::polygons::validate;
+use crate::polygons::{cracks, validate};
 use crate::surface_distance::Surface;
 use crate::triangulate::{model_mesh, polygons_mesh};
 use std::sync::OnceLock;
@@ -60,6 +60,60 @@ fn the_model_is_truer_than_the_raw_mesh_and_misses_nothing() {
     assert!(planes.to_reference.rms_m < 0.01, "{planes:?}");
     assert!(raw.to_reference.rms_m > 2.0 * model.to_reference.rms_m, "{raw:?}");
     assert!(model.from_reference.p95_m < 0.02, "{model:?}");
+}
+
+/// The corridor with a cabinet: steps, seams, corners of three planes, ends of walls on a ceiling.
+fn furnished(seed: u64, sigma_m: f64) -> BuildOutput {
+    let mut scene = corridor();
+    for (corner_m, sides_m) in [
+        ([3.5, -0.7, 0.0], [[1.0, 0.0, 0.0], [0.0, 0.0, 1.2]]),
+        ([3.5, -0.9, 0.0], [[-0.4, 0.15, 0.0], [0.0, 0.0, 1.2]]),
+        ([4.5, -0.7, 0.0], [[0.0, -0.3, 0.0], [0.0, 0.0, 1.2]]),
+    ] {
+        let mut side = corridor().swap_remove(0);
+        (side.corner_m, side.sides_m) = (corner_m, sides_m);
+        scene.push(side);
+    }
+    build(drive(&scene, 200, sigma_m, seed))
+}
+
+#[test]
+fn neighbours_have_no_cracks_between_them() {
+    let mut shared_m = 0.0;
+    for (seed, sigma_m) in [(1, 0.02), (2, 0.015), (3, 0.03), (4, 0.02), (5, 0.0)] {
+        let output = furnished(seed, sigma_m);
+        assert_valid(&output);
+        let found = cracks::find(&output.model);
+        assert_eq!((found.corners_in_edges, found.corners_apart), (0, 0), "{seed}: {found:?}");
+        assert_eq!(found.gaps_m, 0.0, "{seed}: {found:?}");
+        shared_m += found.shared_m;
+    }
+    assert!(shared_m > 30.0, "{shared_m}");
+}
+
+#[test]
+fn no_surface_is_further_from_what_was_seen_than_said() {
+    for (seed, sigma_m) in [(1, 0.02), (3, 0.03)] {
+        let output = furnished(seed, sigma_m);
+        let raw = Surface::new(&output.mesh);
+        let model = polygons_mesh(&output.model);
+        let mut furthest_m: f64 = 0.0;
+        for corners in &model.triangles {
+            let [a, b, c] = corners.map(|corner| model.vertices_m[corner as usize].map(f64::from));
+            // Points of a lattice over the triangle, 4 cm apart.
+            let longest_m = [(a, b), (b, c), (c, a)]
+                .map(|(p, q)| [0, 1, 2].map(|k| p[k] - q[k]).map(|v: f64| v * v).iter().sum::<f64>().sqrt())
+                .into_iter()
+                .fold(0.0, f64::max);
+            let steps = (longest_m / 0.04).ceil().max(1.0) as usize;
+            for (i, k) in (0..=steps).flat_map(|i| (0..=steps - i).map(move |k| (i, k))) {
+                let (s, t) = (i as f64 / steps as f64, k as f64 / steps as f64);
+                let p = [0, 1, 2].map(|n| a[n] + s * (b[n] - a[n]) + t * (c[n] - a[n]));
+                furthest_m = furthest_m.max(raw.distance_m(p));
+            }
+        }
+        assert!(furthest_m < 0.25, "{seed}: {furthest_m}");
+    }
 }
 
 #[test]

@@ -9,6 +9,7 @@ use super::frame::foot;
 use super::gaps::Gaps;
 use super::seam::{corner, distance_m, foot_on_seam};
 use crate::model::{Cloud, Mesh, Plane};
+use std::collections::BTreeSet;
 
 /// A flat piece: a convex ring of points on one plane.
 pub type Piece = Vec<[f64; 3]>;
@@ -22,6 +23,8 @@ pub struct Pieces {
     pub rest: Vec<usize>,
     /// Triangles that are no surface at all but bridge a gap ([`super::gaps`]).
     pub veils: usize,
+    /// Pairs of planes that meet somewhere, the smaller index first.
+    pub seams: BTreeSet<(usize, usize)>,
 }
 
 /// Sorts triangles to planes.
@@ -40,8 +43,7 @@ pub struct Assigner<'a> {
 
 impl Assigner<'_> {
     /// Sorts all triangles of a mesh over the cloud's points.
-    pub fn assign(&mut self, mesh: &Mesh) -> Pieces {
-        self.snap_to_seams(mesh);
+    pub fn assign(&self, mesh: &Mesh) -> Pieces {
         let gaps = Gaps::new(self.params, self.cloud, mesh, self.labels);
         let mut pieces = Pieces { by_plane: vec![Vec::new(); self.planes.len()], ..Pieces::default() };
         for (index, triangle) in mesh.triangles.iter().enumerate() {
@@ -54,6 +56,10 @@ impl Assigner<'_> {
             } else if gaps.is_veil(corners) {
                 pieces.veils += 1;
             } else if let Some(found) = self.pieces_of(corners) {
+                let planes = || found.iter().map(|(plane, _)| *plane);
+                pieces
+                    .seams
+                    .extend(planes().flat_map(|a| planes().map(move |b| (a, b))).filter(|(a, b)| a < b));
                 for (plane, piece) in found {
                     pieces.by_plane[plane].push(piece);
                 }
@@ -68,38 +74,6 @@ impl Assigner<'_> {
 
     fn plane_of(&self, point: usize) -> Option<usize> {
         usize::try_from(self.labels[point]).ok().filter(|plane| *plane < self.planes.len())
-    }
-
-    /// Moves points next to a seam, and nearer to it than noise, onto it; those next to two seams onto their corner.
-    fn snap_to_seams(&mut self, mesh: &Mesh) {
-        let mut near: Vec<[Option<(usize, f64)>; 2]> = vec![[None; 2]; self.labels.len()];
-        for triangle in &mesh.triangles {
-            let corners = triangle.map(|corner| corner as usize);
-            for (from, to) in
-                [(0, 1), (1, 2), (2, 0), (1, 0), (2, 1), (0, 2)].map(|(i, j)| (corners[i], corners[j]))
-            {
-                let (Some(a), Some(b)) = (self.plane_of(from), self.plane_of(to)) else { continue };
-                if a == b {
-                    continue;
-                }
-                let Some(seam) = foot_on_seam(&self.planes[a], &self.planes[b], self.laid_m[from]) else {
-                    continue;
-                };
-                let off_m = distance_m(seam, self.laid_m[from]);
-                if off_m <= self.params.seam_snap_m {
-                    remember(&mut near[from], b, off_m);
-                }
-            }
-        }
-        for (point, seams) in near.iter().enumerate() {
-            let (Some(own), Some((first, _))) = (self.plane_of(point), seams[0]) else { continue };
-            let p = self.laid_m[point];
-            let line = foot_on_seam(&self.planes[own], &self.planes[first], p);
-            let three = seams[1]
-                .and_then(|(second, _)| corner(&self.planes[own], &self.planes[first], &self.planes[second]));
-            let snapped = three.filter(|x| distance_m(*x, p) <= 2.0 * self.params.seam_snap_m).or(line);
-            self.laid_m[point] = snapped.unwrap_or(p);
-        }
     }
 
     fn common_plane(&self, [a, b, c]: [usize; 3]) -> Option<usize> {
@@ -161,29 +135,25 @@ impl Assigner<'_> {
         (distance_m(seam, p) <= reach_m).then_some(seam)
     }
 
-    /// A triangle all of whose corners are near one plane that at least two of them are on: a step too small to model.
+    /// A triangle all of whose corners are near one plane that at least two of them are on: a step too small to model. When the third is
+    /// on a plane of its own, the border runs half way to it: through the tips of triangles it would be a saw.
     fn flatten(&self, corners: [usize; 3]) -> Option<Vec<(usize, Piece)>> {
         let planes = corners.map(|corner| self.plane_of(corner));
-        let plane = (0..3).find_map(|k| planes[k].filter(|_| planes[k] == planes[(k + 1) % 3]))?;
-        let points = corners.map(|corner| self.laid_m[corner]);
-        let near = points.iter().all(|p| self.planes[plane].distance_m(*p).abs() <= self.params.step_m);
-        near.then(|| vec![(plane, points.map(|p| foot(&self.planes[plane], p)).to_vec())])
-    }
-}
-
-/// Keeps the two nearest different planes.
-fn remember(nearest: &mut [Option<(usize, f64)>; 2], plane: usize, off_m: f64) {
-    if let Some(known) = nearest.iter_mut().flatten().find(|known| known.0 == plane) {
-        known.1 = known.1.min(off_m);
-    } else if nearest[0].is_none_or(|first| off_m < first.1) {
-        *nearest = [Some((plane, off_m)), nearest[0]];
-        return;
-    } else if nearest[1].is_none_or(|second| off_m < second.1) {
-        nearest[1] = Some((plane, off_m));
-    }
-    if let [Some(first), Some(second)] = *nearest
-        && second.1 < first.1
-    {
-        *nearest = [Some(second), Some(first)];
+        let pair = (0..3).find(|k| planes[*k].is_some() && planes[*k] == planes[(k + 1) % 3])?;
+        let (own, other) = (planes[pair]?, planes[(pair + 2) % 3]);
+        let [p, q, s] = [0, 1, 2].map(|k| self.laid_m[corners[(pair + k) % 3]]);
+        let on = |plane: usize, points: &[[f64; 3]]| {
+            (plane, points.iter().map(|p| foot(&self.planes[plane], *p)).collect::<Piece>())
+        };
+        if self.planes[own].distance_m(s).abs() > self.params.step_m {
+            return None;
+        }
+        let half = |a: [f64; 3]| std::array::from_fn(|k| 0.5 * (a[k] + s[k]));
+        Some(match other {
+            Some(other) if other != own => {
+                vec![on(own, &[p, q, half(q), half(p)]), on(other, &[half(p), half(q), s])]
+            }
+            _ => vec![on(own, &[p, q, s])],
+        })
     }
 }

@@ -36,6 +36,19 @@ pub fn clear(mut shapes: Vec<Shape>) -> Vec<Shape> {
     shapes
 }
 
+/// Whether a shape has that room everywhere, and no ring comes to a corner twice; corners may be as close to each other as half of what [`clear`] leaves between them.
+pub fn has_room(shape: &Shape) -> bool {
+    let corners: Vec<FlatPoint> = shape.iter().flatten().copied().collect();
+    let near = |a: &FlatPoint, b: &FlatPoint| a != b && (distance2(*a, *b) as f64) < CLEARANCE_STEPS.powi(2);
+    let apart = |ring: &Ring| ring.iter().zip(ring.iter().cycle().skip(1)).all(|(a, b)| !near(a, b));
+    let once = |ring: &Ring| {
+        let mut sorted: Vec<(i32, i32)> = ring.iter().map(|p| (p.x, p.y)).collect();
+        sorted.sort_unstable();
+        sorted.windows(2).all(|pair| pair[0] != pair[1])
+    };
+    shape.iter().all(|ring| apart(ring) && once(ring) && lead_through(ring, &corners).len() == ring.len())
+}
+
 /// The shape with what nearly touches touching; `None` when nothing does.
 fn touching(shape: &Shape) -> Option<Shape> {
     let (met, moved) = meet(shape);
@@ -87,7 +100,7 @@ fn lead_through(ring: &Ring, corners: &[FlatPoint]) -> Ring {
 
 #[cfg(test)]
 mod tests {
-    use super::{CLEARANCE_STEPS, MEETING_STEPS, clear};
+    use super::{CLEARANCE_STEPS, MEETING_STEPS, clear, has_room};
     use crate::planes::random::Random;
     use crate::polygons::border::segment_distance;
     use crate::polygons::frame::FlatPoint;
@@ -141,6 +154,14 @@ mod tests {
             // A border of some 2,000 steps moved by less than corners may.
             assert!((after - before).abs() < 2000.0 * MEETING_STEPS * 1e-8, "{before} {after}");
         }
+    }
+
+    #[test]
+    fn a_spike_without_width_and_a_corner_close_to_an_edge_have_no_room() {
+        let square = [(0, 0), (1000, 0), (1000, 1000), (0, 1000)];
+        assert!(has_room(&vec![ring(&square)]));
+        assert!(!has_room(&vec![ring(&[(0, 0), (1000, 0), (1500, 0), (1000, 0), (1000, 1000), (0, 1000)])]));
+        assert!(!has_room(&vec![ring(&square), ring(&[(500, 3), (400, 500), (600, 500)])]));
     }
 
     #[test]

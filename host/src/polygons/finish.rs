@@ -2,11 +2,13 @@
 //!
 //! The same steps with a larger tolerance make a coarser polygon of a finished one. Frame `map`, metres.
 
-use super::border;
+use super::border::{self, Rules};
+use super::borders::Borders;
 use super::clearance;
 use super::frame::{FlatPoint, Frame, STEP_M};
 use super::union::{Ring, Shape, area_m2, repair};
 use crate::model::{PlanarPolygon, Plane};
+use rayon::prelude::*;
 
 /// How much the last steps may change.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,11 +22,27 @@ pub struct Limits {
 }
 
 /// The polygons of plane `index` that shapes in its `frame` become.
-pub fn finish(limits: &Limits, index: usize, frame: &Frame, mut shapes: Vec<Shape>) -> Vec<PlanarPolygon> {
+pub fn finish(
+    limits: &Limits,
+    index: usize,
+    frame: &Frame,
+    mut shapes: Vec<Shape>,
+    borders: &Borders,
+) -> Vec<PlanarPolygon> {
     drop_small(limits, &mut shapes);
+    let tolerance = |p: FlatPoint| borders.tolerance_steps(p, limits.tolerance_m / STEP_M);
     for shape in &mut shapes {
+        let rules = Rules { tolerance: &tolerance, seams: &borders.seams, directions: &borders.directions };
+        let mut first = true;
         for ring in shape.iter_mut() {
-            *ring = border::straighten(ring, limits.tolerance_m / STEP_M);
+            *ring = border::straighten(ring, &rules);
+            if std::mem::take(&mut first) && ring.is_empty() {
+                break;
+            }
+        }
+        // Openings of what vanished vanish too.
+        if shape.first().is_some_and(Vec::is_empty) {
+            shape.clear();
         }
         shape.retain(|ring| !ring.is_empty());
     }
@@ -38,16 +56,27 @@ pub fn finish(limits: &Limits, index: usize, frame: &Frame, mut shapes: Vec<Shap
     shapes.into_iter().filter_map(polygon).collect()
 }
 
-/// A finished polygon with fewer corners: none at all when it is too small, several when it falls apart.
-pub fn coarsen(limits: &Limits, plane: &Plane, polygon: &PlanarPolygon) -> Vec<PlanarPolygon> {
-    let Some(near_m) = polygon.outer_m.first() else { return Vec::new() };
-    let frame = Frame::new(plane, *near_m);
-    let flat = |ring: &Vec<[f64; 3]>| ring.iter().map(|p| frame.flat(*p)).collect::<Option<Vec<FlatPoint>>>();
-    let rings = std::iter::once(&polygon.outer_m).chain(&polygon.holes_m);
-    match rings.map(flat).collect::<Option<Shape>>() {
-        Some(shape) => finish(limits, polygon.plane, &frame, vec![shape]),
-        None => Vec::new(),
-    }
+/// Finished polygons with fewer corners: none at all for one that is too small, several for one that falls apart. `neighbours` are the
+/// planes that meet each plane.
+pub fn coarsen(
+    limits: &Limits,
+    planes: &[Plane],
+    neighbours: &[Vec<usize>],
+    polygons: &[PlanarPolygon],
+) -> Vec<PlanarPolygon> {
+    let of = |polygon: &PlanarPolygon| {
+        let plane = planes.get(polygon.plane)?;
+        let frame = Frame::new(plane, *polygon.outer_m.first()?);
+        let flat =
+            |ring: &Vec<[f64; 3]>| ring.iter().map(|p| frame.flat(*p)).collect::<Option<Vec<FlatPoint>>>();
+        let rings = std::iter::once(&polygon.outer_m).chain(&polygon.holes_m);
+        let shape = rings.map(flat).collect::<Option<Shape>>()?;
+        let borders = Borders::new(planes, polygon.plane, &frame, &neighbours[polygon.plane]);
+        Some(finish(limits, polygon.plane, &frame, vec![shape], &borders))
+    };
+    let coarse: Vec<Vec<PlanarPolygon>> =
+        polygons.par_iter().map(|polygon| of(polygon).unwrap_or_default()).collect();
+    coarse.into_iter().flatten().collect()
 }
 
 /// Closes pinholes and drops flakes.

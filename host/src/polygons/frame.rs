@@ -42,10 +42,21 @@ impl Frame {
 
     /// Coordinates of a point's foot in the plane; `None` when it is kilometres away.
     pub fn flat(&self, p_m: [f64; 3]) -> Option<FlatPoint> {
-        let from_origin = std::array::from_fn(|k| p_m[k] - self.origin_m[k]);
-        let x = (dot(self.u, from_origin) / STEP_M).round();
-        let y = (dot(self.v, from_origin) / STEP_M).round();
+        let [x, y] = self.steps(p_m).map(f64::round);
         (x.abs() < LIMIT && y.abs() < LIMIT).then(|| FlatPoint::new(x as i32, y as i32))
+    }
+
+    /// Coordinates of a point's foot in the plane, in steps and unrounded.
+    pub fn steps(&self, p_m: [f64; 3]) -> [f64; 2] {
+        let from_origin = std::array::from_fn(|k| p_m[k] - self.origin_m[k]);
+        [dot(self.u, from_origin) / STEP_M, dot(self.v, from_origin) / STEP_M]
+    }
+
+    /// A direction in the plane; `None` for one that hardly lies in it.
+    pub fn direction(&self, along: [f64; 3]) -> Option<[f64; 2]> {
+        let (x, y) = (dot(self.u, along), dot(self.v, along));
+        let length = x.hypot(y);
+        (length > 0.5 * dot(along, along).sqrt()).then(|| [x / length, y / length])
     }
 
     /// The point in `map`, metres.

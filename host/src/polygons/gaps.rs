@@ -5,6 +5,7 @@
 
 use super::PolygonParams;
 use super::seam::distance_m;
+use super::thin::STRAY;
 use crate::leftovers::Pieces;
 use crate::model::{Cloud, Mesh};
 use crate::planes::curtain::next_beam;
@@ -15,7 +16,7 @@ pub struct Gaps<'a> {
     params: &'a PolygonParams,
     cloud: &'a Cloud,
     labels: &'a [i32],
-    /// Whether a point is on no plane and has hardly any neighbour of its kind.
+    /// Whether a point is on no plane and has hardly any neighbour of its kind, or was on one that turned out to be none.
     spikes: Vec<bool>,
 }
 
@@ -85,5 +86,9 @@ fn spikes(mesh: &Mesh, labels: &[i32], least: usize) -> Vec<bool> {
     }
     let mut sizes = vec![0usize; labels.len()];
     (0..labels.len() as u32).for_each(|point| sizes[groups.root(point) as usize] += 1);
-    (0..labels.len() as u32).map(|point| free(point) && sizes[groups.root(point) as usize] < least).collect()
+    let is_spike = |point: u32| {
+        let few = sizes[groups.root(point) as usize] < least;
+        free(point) && (few || labels[point as usize] == STRAY)
+    };
+    (0..labels.len() as u32).map(is_spike).collect()
 }

@@ -6,18 +6,23 @@
 pub mod adopt;
 pub mod assign;
 pub mod border;
+pub mod borders;
 pub mod clearance;
 pub mod finish;
 pub mod frame;
 pub mod gaps;
 pub mod lay;
+pub mod line;
 pub mod seam;
+pub mod thin;
 pub mod union;
 pub mod validate;
+pub mod weld;
 
 use crate::model::{Cloud, Mesh, PlanarPolygon, Plane};
 use crate::planes::Planes;
-use assign::{Assigner, Piece};
+use assign::{Assigner, Piece, Pieces};
+use borders::Borders;
 use finish::Limits;
 use frame::{FlatPoint, Frame};
 use rayon::prelude::*;
@@ -36,9 +41,6 @@ pub struct PolygonParams {
     /// Planes are extended to their common line over at most this distance, and no further than the raw triangle is long, metres.
     /// Larger: invented surface. Smaller: cracks where points are far apart.
     pub seam_reach_m: f64,
-    /// Points of a border that are nearer than this to the common line are moved onto it, metres. Larger: small chamfers vanish.
-    /// Smaller: ragged seams.
-    pub seam_snap_m: f64,
     /// What stands out of a plane by up to this, and is no plane itself, is laid on it, metres; triangles across a deeper step between
     /// parallel planes are left out. Larger: small things vanish, borders at steps wander by the points' spacing. Smaller: slits
     /// along steps, crumples of far points.
@@ -58,7 +60,6 @@ impl Default for PolygonParams {
             min_hole_m2: 0.02,
             min_polygon_m2: 0.002,
             seam_reach_m: 0.5,
-            seam_snap_m: 0.05,
             step_m: 0.1,
             min_structure_points: 4,
             veil_length_m: 0.1,
@@ -83,24 +84,26 @@ pub fn merge(params: &PolygonParams, cloud: &Cloud, mesh: &Mesh, planes: &Planes
     if planes.labels.len() != cloud.len() {
         return Merged { rest: (0..mesh.triangles.len()).collect(), ..Merged::default() };
     }
-    let labels = adopt::adopt(cloud, mesh, &planes.labels, &planes.planes, params.step_m);
+    let labels = thin::without(cloud, &planes.labels, &planes.planes);
+    let labels = adopt::adopt(cloud, mesh, &labels, &planes.planes, params.step_m);
     let laid_m = lay::onto_planes(cloud, &labels, &planes.planes);
-    let mut assigner = Assigner { params, cloud, planes: &planes.planes, labels: &labels, laid_m };
+    let assigner = Assigner { params, cloud, planes: &planes.planes, labels: &labels, laid_m };
     let pieces = assigner.assign(mesh);
-    let polygons: Vec<Vec<PlanarPolygon>> = pieces
-        .by_plane
-        .par_iter()
-        .zip(&planes.planes)
-        .enumerate()
-        .map(|(index, (pieces, plane))| polygons_of(params, index, plane, pieces))
+    let polygons: Vec<Vec<PlanarPolygon>> = (0..planes.planes.len())
+        .into_par_iter()
+        .map(|index| polygons_of(params, index, &planes.planes, &pieces))
         .collect();
-    Merged { polygons: polygons.into_iter().flatten().collect(), rest: pieces.rest, veils: pieces.veils }
+    let mut polygons: Vec<PlanarPolygon> = polygons.into_iter().flatten().collect();
+    let pairs: Vec<(usize, usize)> = pieces.seams.iter().copied().collect();
+    weld::weld(&planes.planes, &mut polygons, &pairs, params.border_tolerance_m);
+    Merged { polygons, rest: pieces.rest, veils: pieces.veils }
 }
 
-/// The polygons of one plane's pieces.
-fn polygons_of(params: &PolygonParams, index: usize, plane: &Plane, pieces: &[Piece]) -> Vec<PlanarPolygon> {
+/// The polygons of the pieces of plane `index`.
+fn polygons_of(params: &PolygonParams, index: usize, planes: &[Plane], all: &Pieces) -> Vec<PlanarPolygon> {
+    let pieces = &all.by_plane[index];
     let Some(near_m) = pieces.first().and_then(|piece| piece.first()) else { return Vec::new() };
-    let frame = Frame::new(plane, *near_m);
+    let frame = Frame::new(&planes[index], *near_m);
     let flat: Vec<Ring> = pieces.iter().filter_map(|piece| counter_clockwise(&frame, piece)).collect();
     let shapes = union(flat.iter().map(Vec::as_slice));
     let limits = Limits {
@@ -108,7 +111,14 @@ fn polygons_of(params: &PolygonParams, index: usize, plane: &Plane, pieces: &[Pi
         min_hole_m2: params.min_hole_m2,
         min_polygon_m2: params.min_polygon_m2,
     };
-    finish::finish(&limits, index, &frame, shapes)
+    let other = |(a, b): &(usize, usize)| match index {
+        _ if index == *a => Some(*b),
+        _ if index == *b => Some(*a),
+        _ => None,
+    };
+    let neighbours: Vec<usize> = all.seams.iter().filter_map(other).collect();
+    let borders = Borders::new(planes, index, &frame, &neighbours).with_spacing(&frame, pieces, &shapes);
+    finish::finish(&limits, index, &frame, shapes, &borders)
 }
 
 /// A piece in plane coordinates, turned counter-clockwise; `None` when it has no area.
@@ -121,5 +131,7 @@ fn counter_clockwise(frame: &Frame, piece: &Piece) -> Option<Ring> {
     (doubled != 0).then_some(ring)
 }
 
+#[cfg(test)]
+pub mod cracks;
 #[cfg(test)]
 mod tests;

@@ -22,6 +22,15 @@ pub fn foot_on_seam(a: &Plane, b: &Plane, p_m: [f64; 3]) -> Option<[f64; 3]> {
     Some(std::array::from_fn(|k| p_m[k] - along_a * a.normal[k] - along_b * b.normal[k]))
 }
 
+/// The common line of two planes: a point of it near `near_m`, and its unit direction. The order of the two makes no difference but for
+/// the direction's sign.
+pub fn line(a: &Plane, b: &Plane, near_m: [f64; 3]) -> Option<([f64; 3], [f64; 3])> {
+    let at = foot_on_seam(a, b, near_m)?;
+    let along = cross(a.normal, b.normal);
+    let length = dot(along, along).sqrt();
+    Some((at, along.map(|v| v / length)))
+}
+
 /// The common corner of three planes; `None` when two are nearly parallel or all share one direction.
 pub fn corner(a: &Plane, b: &Plane, c: &Plane) -> Option<[f64; 3]> {
     let (bc, ca, ab) = (cross(b.normal, c.normal), cross(c.normal, a.normal), cross(a.normal, b.normal));

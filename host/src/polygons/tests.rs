@@ -65,10 +65,15 @@ fn a_triangle_in_the_corner_of_a_room_is_shared_by_three_planes() {
 }
 
 #[test]
-fn a_small_step_is_flattened_onto_the_plane_that_has_two_corners() {
-    let found = pieces(&[WALL, BOARD], [([0.0, 1.0, 0.2], 0), ([0.1, 1.0, 0.2], 0), ([0.05, 0.95, 0.3], 1)]);
+fn a_small_step_is_flattened_onto_both_planes_with_the_border_half_way() {
+    let corners = [([0.0, 1.0, 0.2], 0), ([0.1, 1.0, 0.2], 0), ([0.05, 0.95, 0.3], 1)];
+    let found = pieces(&[WALL, BOARD], corners);
+    assert!(found.by_plane[0][0].iter().all(|p| WALL.distance_m(*p).abs() < 1e-9 && p[2] < 0.25 + 1e-6));
+    assert!(found.by_plane[1][0].iter().all(|p| BOARD.distance_m(*p).abs() < 1e-9 && p[2] > 0.25 - 1e-6));
+    // What was seen between both planes, a step too small for a surface, is laid on the one that has two corners.
+    let stray = [corners[0], corners[1], (corners[2].0, -1)];
+    let found = pieces(&[WALL, BOARD], stray);
     assert_eq!((found.by_plane[0].len(), found.by_plane[1].len()), (1, 0));
-    assert!(found.by_plane[0][0].iter().all(|p| WALL.distance_m(*p).abs() < 1e-9));
 }
 
 #[test]
@@ -160,14 +165,16 @@ fn a_window_stays_a_hole_and_a_pinhole_is_closed() {
 }
 
 #[test]
-fn a_border_of_teeth_becomes_straight() {
-    // Every second cell of the upper row is missing: teeth of 5 cm.
-    let (cloud, mesh, planes) = wall(|x, z| z > 1.95 && (x / 0.05) as i32 % 2 == 0);
-    let corners = |border_tolerance_m: f64| {
+fn teeth_as_high_as_the_points_are_apart_become_straight_whatever_the_tolerance_and_higher_ones_with_it() {
+    // In the upper rows every second stretch of cells is missing: teeth of 5 cm, or of 10 cm.
+    let corners = |cells: i32, border_tolerance_m: f64| {
+        let low = 2.0 - 0.05 * cells as f32;
+        let (cloud, mesh, planes) = wall(|x, z| z > low && (x / 0.05) as i32 / cells % 2 == 0);
         let params = PolygonParams { border_tolerance_m, ..Default::default() };
         merge(&params, &cloud, &mesh, &planes).polygons[0].outer_m.len()
     };
-    assert!(corners(0.001) > 60 && corners(0.06) <= 8, "{} {}", corners(0.001), corners(0.06));
+    assert_eq!((corners(1, 0.001), corners(1, 0.03)), (4, 4));
+    assert!(corners(2, 0.03) > 20 && corners(2, 0.08) <= 8, "{} {}", corners(2, 0.03), corners(2, 0.08));
 }
 
 #[test]
@@ -199,7 +206,6 @@ fn every_parameter_changes_what_is_made_of_a_noisy_corridor() {
     turn("min_hole_m2", |p| p.min_hole_m2 = 0.0);
     turn("min_polygon_m2", |p| p.min_polygon_m2 = 3.0);
     turn("seam_reach_m", |p| p.seam_reach_m = 0.01);
-    turn("seam_snap_m", |p| p.seam_snap_m = 0.0);
     turn("step_m", |p| p.step_m = 0.0);
     turn("veil_length_m", |p| p.veil_length_m = 0.4);
     turn("veil_angle_deg", |p| p.veil_angle_deg = 40.0);
