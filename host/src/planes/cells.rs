@@ -3,7 +3,7 @@
 use super::PlaneParams;
 use super::cubes;
 use super::grid::{CELLS_A_TASK, Grid, Neighbours};
-use super::scatter::Scatter;
+use super::scatter::{Fit, Scatter};
 use crate::model::Cloud;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -118,4 +118,28 @@ pub fn cell_sums(points_m: &[[f32; 3]], grid: &Grid) -> Vec<Scatter> {
         sum
     };
     (0..grid.len()).into_par_iter().with_min_len(CELLS_A_TASK).map(sum_of).collect()
+}
+
+/// What is free in each cell and around it.
+pub struct Free {
+    /// The sums of the free points of each cell.
+    pub cells: Vec<Scatter>,
+    /// Where there are any: the best plane of them together with those of the cells near it.
+    pub around: Vec<Option<Fit>>,
+}
+
+impl Free {
+    /// Looks around each cell.
+    pub fn new(cells: Vec<Scatter>, neighbours: &Neighbours) -> Self {
+        let fit_of = |(cell, own): (usize, &Scatter)| {
+            if own.count() == 0.0 {
+                return None;
+            }
+            let mut around = *own;
+            neighbours.of(cell).iter().for_each(|other| around.merge(&cells[*other as usize]));
+            around.fit()
+        };
+        let around = cells.par_iter().enumerate().with_min_len(CELLS_A_TASK).map(fit_of).collect();
+        Self { cells, around }
+    }
 }

@@ -46,11 +46,11 @@ impl Grid {
         &self.order[self.starts[cell] as usize..self.starts[cell + 1] as usize]
     }
 
-    /// How far the second of two cells that touch lies from the first along x and y, cells.
+    /// How far the second of two cells that touch lies from the first along x and z, cells.
     pub fn apart(&self, cell: usize, other: usize) -> (i64, i64) {
         let along = |key: u64, axis: u32| ((key >> (axis * BITS)) & ((1 << BITS) - 1)) as i64;
         let (from, to) = (self.keys[cell], self.keys[other]);
-        (along(to, 2) - along(from, 2), along(to, 1) - along(from, 1))
+        (along(to, 2) - along(from, 2), along(to, 0) - along(from, 0))
     }
 
     /// A value for each point, from its cell and its place in the order of the cells; `none` for points that are in no cell.
@@ -80,19 +80,26 @@ impl Grid {
         let offsets: [i64; 9] = std::array::from_fn(|k| {
             (k as i64 / 3 - 1) * (1 << (2 * BITS)) + (k as i64 % 3 - 1) * (1 << BITS)
         });
+        // Where each cursor stands, and the key there: most columns hold nothing near a cell, and that needs no look at the list.
+        let at = |place: usize| (place, keys.get(place).copied().unwrap_or(u64::MAX));
         let mut cursors = offsets.map(|offset| {
             let low = low_of(run.start, offset);
-            keys.partition_point(|key| *key < low)
+            at(keys.partition_point(|key| *key < low))
         });
         let mut found = Part::for_cells(run.len(), 12 * run.len());
         for cell in run {
             for (offset, cursor) in offsets.iter().zip(&mut cursors) {
                 let low = low_of(cell, *offset);
-                while keys.get(*cursor).is_some_and(|key| *key < low) {
-                    *cursor += 1;
+                while cursor.1 < low {
+                    *cursor = at(cursor.0 + 1);
                 }
-                let column = keys[*cursor..].iter().take_while(|key| **key <= low + 2).count();
-                found.cells.extend((*cursor..*cursor + column).filter(|k| *k != cell).map(|k| k as u32));
+                let (mut place, mut key) = *cursor;
+                while key <= low + 2 {
+                    if place != cell {
+                        found.cells.push(place as u32);
+                    }
+                    (place, key) = at(place + 1);
+                }
             }
             found.starts.push(found.cells.len() as u32);
         }

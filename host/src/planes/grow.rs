@@ -4,6 +4,7 @@
 //! far from its best plane. Instead of one point, a step adds the points of one cell, whose sums are known; instead of fixed lengths
 //! the limits follow the noise ([`super::noise`]). Metres.
 
+use super::cells::Free;
 use super::grid::{CELLS_A_TASK, Neighbours};
 use super::noise::Noise;
 use super::scatter::{Fit, Scatter, dot};
@@ -21,14 +22,12 @@ pub struct Region {
 
 /// What regions grow over.
 pub struct Field<'a> {
-    /// The sums of the points of each cell; count 0 where no point is free.
-    pub cells: &'a [Scatter],
+    /// The points of each cell that are free.
+    pub free: &'a Free,
     /// Which cells are near each other.
     pub neighbours: &'a Neighbours,
     /// What counts as noise.
     pub noise: Noise,
-    /// Fewest points of a region.
-    pub min_points: usize,
     /// Directions that regions may have; all when `None`.
     pub lenders: Option<&'a [[f64; 3]]>,
 }
@@ -48,8 +47,8 @@ const SETTLED_SHARE: usize = 200;
 
 /// Grows regions from the flattest neighbourhoods first; each takes its cells away from those after it. Seeds that `failed` before are
 /// passed over as long as nothing around them has changed; those that fail now join them.
-pub fn grow_all(field: &Field<'_>, failed: &mut HashSet<Seed>) -> Vec<Region> {
-    let seen = field.cells.iter().map(|cell| if cell.count() > 0.0 { 0 } else { TAKEN }).collect();
+pub fn grow_all(field: &Field<'_>, min_points: usize, failed: &mut HashSet<Seed>) -> Vec<Region> {
+    let seen = field.free.cells.iter().map(|cell| if cell.count() > 0.0 { 0 } else { TAKEN }).collect();
     let mut search = Search { field, seen, round: 0 };
     let mut regions = Vec::new();
     let seeds = seeds(field);
@@ -57,7 +56,7 @@ pub fn grow_all(field: &Field<'_>, failed: &mut HashSet<Seed>) -> Vec<Region> {
         if !search.is_free(seed.cell) {
             continue;
         }
-        let Some(region) = search.grow(seed.cell) else {
+        let Some(region) = search.grow(seed.cell, min_points) else {
             failed.insert(seed);
             continue;
         };
@@ -81,20 +80,15 @@ pub struct Seed {
 fn seeds(field: &Field<'_>) -> Vec<Seed> {
     let has =
         |normal| field.lenders.is_none_or(|all| all.iter().any(|n| dot(*n, normal).abs() > SEED_COSINE));
-    let seed_of = |cell: usize| {
-        if field.cells[cell].count() == 0.0 {
-            return None;
-        }
-        let mut around = field.cells[cell];
-        field.neighbours.of(cell).iter().for_each(|other| around.merge(&field.cells[*other as usize]));
-        let fit = around.fit()?;
+    let seed_of = |(cell, fit): (usize, &Option<Fit>)| {
+        let fit = fit.as_ref()?;
         let deviation_rad = fit.normal_deviation_rad(field.noise.least_error_m());
         let flat = fit.variances_m2[0] <= field.noise.spread_limit_m2(fit.count);
         (flat && deviation_rad < MAX_NORMAL_DEVIATION_RAD && has(fit.normal))
             .then_some(Seed { deviation: deviation_rad.to_bits(), cell: cell as u32 })
     };
-    let cells = (0..field.cells.len()).into_par_iter().with_min_len(CELLS_A_TASK);
-    let mut seeds: Vec<Seed> = cells.filter_map(seed_of).collect();
+    let fits = field.free.around.par_iter().enumerate().with_min_len(CELLS_A_TASK);
+    let mut seeds: Vec<Seed> = fits.filter_map(seed_of).collect();
     seeds.par_sort_unstable();
     seeds
 }
@@ -110,10 +104,10 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    fn grow(&mut self, seed: u32) -> Option<Region> {
+    fn grow(&mut self, seed: u32, min_points: usize) -> Option<Region> {
         let around = self.free_around(seed);
         let mut sums = Scatter::default();
-        around.iter().for_each(|cell| sums.merge(&self.field.cells[*cell as usize]));
+        around.iter().for_each(|cell| sums.merge(&self.field.free.cells[*cell as usize]));
         let mut fit = sums.fit()?;
         let mut members = vec![seed];
         for _ in 0..=REVISIONS {
@@ -124,7 +118,7 @@ impl Search<'_> {
                 break;
             }
         }
-        let enough = fit.count >= self.field.min_points as f64;
+        let enough = fit.count >= min_points as f64;
         let broad = fit.variances_m2[1] >= self.field.noise.least_width_m2();
         (enough
             && broad
@@ -142,7 +136,7 @@ impl Search<'_> {
     }
 
     fn agrees(&self, cell: u32, fit: &Fit) -> bool {
-        self.field.noise.agrees(&self.field.cells[cell as usize], fit.normal, fit.offset_m)
+        self.field.noise.agrees(&self.field.free.cells[cell as usize], fit.normal, fit.offset_m)
     }
 
     /// One pass in order of distance: the members that still agree, then all that can be reached over agreeing cells.
@@ -155,7 +149,7 @@ impl Search<'_> {
         for &cell in members {
             self.seen[cell as usize] = self.round;
             if self.agrees(cell, &fit) {
-                sums.merge(&self.field.cells[cell as usize]);
+                sums.merge(&self.field.free.cells[cell as usize]);
                 reached.push(cell);
             }
         }
@@ -172,7 +166,7 @@ impl Search<'_> {
                 if !self.agrees(next, &fit) {
                     continue;
                 }
-                sums.merge(&self.field.cells[next as usize]);
+                sums.merge(&self.field.free.cells[next as usize]);
                 reached.push(next);
                 if sums.count() < refit_at.max(LEAST_TO_REFIT) {
                     continue;

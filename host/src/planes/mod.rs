@@ -26,7 +26,7 @@ pub mod scatter;
 pub mod tilted;
 
 use crate::model::{Cloud, Plane};
-use cells::{cell_sums, linked};
+use cells::{Free, cell_sums, linked};
 use grid::{Grid, Neighbours};
 use grow::{Field, Seed, grow_all};
 use noise::{Noise, estimate_sigma_m};
@@ -147,13 +147,13 @@ struct Searched {
 fn search(params: &PlaneParams, cloud: &Cloud, grid: &Grid, told: &mut dyn FnMut(u64)) -> Searched {
     let neighbours = linked(params, cloud, grid);
     told(15);
-    let (sigma_m, sigma_source) =
-        sigma_of(params, || estimate_sigma_m(&cell_sums(&cloud.points_m, grid), &neighbours));
+    let all = Free::new(cell_sums(&cloud.points_m, grid), &neighbours);
+    let (sigma_m, sigma_source) = sigma_of(params, || estimate_sigma_m(&all.cells, &all.around));
     told(20);
     let noise = Noise::new(sigma_m);
     let labelling = Labelling::new(&cloud.points_m, (grid, &neighbours), noise, (&[], 0));
     let mut work = Work { params, noise, labelling, fits: Vec::new() };
-    work.search(&neighbours);
+    work.search(&neighbours, all);
     told(50);
     work.unite();
     let labels = work.labelling.labels(cloud.len());
@@ -210,22 +210,24 @@ struct Work<'a> {
 }
 
 impl Work<'_> {
-    /// Grows regions among the points that are free, as long as there are any.
-    fn search(&mut self, neighbours: &Neighbours) {
+    /// Grows regions among the points that are free, all at first, as long as there are any.
+    fn search(&mut self, neighbours: &Neighbours, all: Free) {
         let mut failed = HashSet::new();
+        let mut free = all;
         for _ in 0..ROUNDS {
-            if !self.search_once(neighbours, self.noise, None, &mut failed) {
+            let field = Field { free: &free, neighbours, noise: self.noise, lenders: None };
+            let any = self.search_once(&field, &mut failed);
+            drop(free);
+            free = Free::new(self.labelling.free(), neighbours);
+            if !any {
                 break;
             }
         }
         let lenders = parallel::lenders(self.labelling.sums(), self.noise);
         let first = self.fits.len();
-        self.search_once(
-            neighbours,
-            Noise::new(LOOSE_SHARE * self.noise.sigma_m),
-            Some(&lenders),
-            &mut HashSet::new(),
-        );
+        let noise = Noise::new(LOOSE_SHARE * self.noise.sigma_m);
+        let field = Field { free: &free, neighbours, noise, lenders: Some(&lenders) };
+        self.search_once(&field, &mut HashSet::new());
         self.fits = parallel::hold(self.labelling.sums(), &self.fits, self.noise);
         for fit in &mut self.fits[first..] {
             *fit = fit.filter(|fit| fit.held);
@@ -233,18 +235,10 @@ impl Work<'_> {
     }
 
     /// Grows regions among the points that are free; whether there were any.
-    fn search_once(
-        &mut self,
-        neighbours: &Neighbours,
-        noise: Noise,
-        lenders: Option<&[[f64; 3]]>,
-        failed: &mut HashSet<Seed>,
-    ) -> bool {
-        let free = self.labelling.free();
-        let min_points = self.params.min_points;
-        let regions = grow_all(&Field { cells: &free, neighbours, noise, min_points, lenders }, failed);
+    fn search_once(&mut self, field: &Field<'_>, failed: &mut HashSet<Seed>) -> bool {
+        let regions = grow_all(field, self.params.min_points, failed);
         let any = !regions.is_empty();
-        self.labelling.take(&regions, noise.point_limit_m());
+        self.labelling.take(&regions, field.noise.point_limit_m());
         self.fits.extend(regions.iter().map(|region| Some(region.fit)));
         self.choose(CHOICES[0]);
         any

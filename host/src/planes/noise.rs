@@ -2,7 +2,6 @@
 //!
 //! The paper's epsilon and gamma are fixed lengths that fit one sensor; here both follow from the deviation of a range. Metres.
 
-use super::grid::{CELLS_A_TASK, Neighbours};
 use super::scatter::{Fit, Scatter};
 use rayon::prelude::*;
 
@@ -75,21 +74,19 @@ impl Noise {
 /// Estimates the deviation: the median error of the best planes of cells with their neighbours.
 ///
 /// Most cells of a building lie in a surface; those at edges raise the upper half only. At least 5 mm. `None` when no neighbourhood has 20 points.
-pub fn estimate_sigma_m(cells: &[Scatter], neighbours: &Neighbours) -> Option<f64> {
-    let error_of = |(cell, own): (usize, &Scatter)| {
-        let mut around = *own;
-        neighbours.of(cell).iter().for_each(|other| around.merge(&cells[*other as usize]));
-        LocalError::of(&around, own.count())
-    };
-    let errors: Vec<LocalError> =
-        cells.par_iter().with_min_len(CELLS_A_TASK).enumerate().filter_map(error_of).collect();
+pub fn estimate_sigma_m(cells: &[Scatter], around: &[Option<Fit>]) -> Option<f64> {
+    let errors: Vec<LocalError> = cells
+        .iter()
+        .zip(around)
+        .filter_map(|(own, fit)| LocalError::of(fit.as_ref()?, own.count()))
+        .collect();
     let weight_of = |errors: &[LocalError]| errors.iter().map(|error| error.weight).sum::<f64>();
     let flat: Vec<LocalError> = errors.iter().copied().filter(|error| error.flat).collect();
     let variance_m2 = if weight_of(&flat) >= LEAST_FLAT_SHARE * weight_of(&errors) {
         quantile(errors, 0.45)?
     } else {
         // Stray points all around, also next to surfaces: cells by themselves, and of these the cleaner ones.
-        let alone = cells.iter().filter_map(|own| LocalError::of(own, own.count()));
+        let alone = cells.iter().filter_map(|own| LocalError::of(&own.fit()?, own.count()));
         quantile(alone.filter(|error| error.flat).collect(), 0.25)?
     };
     Some(variance_m2.sqrt().max(LEAST_ESTIMATE_M))
@@ -110,9 +107,12 @@ struct LocalError {
 }
 
 impl LocalError {
-    fn of(points: &Scatter, weight: f64) -> Option<Self> {
-        let count = points.count();
-        let fit = if count >= 20.0 { points.fit()? } else { return None };
+    /// Of the best plane of at least 20 points.
+    fn of(fit: &Fit, weight: f64) -> Option<Self> {
+        let count = fit.count;
+        if count < 20.0 {
+            return None;
+        }
         let [error_m2, width_m2, _] = fit.variances_m2;
         let variance_m2 = error_m2 * count / (count - 3.0);
         Some(Self { variance_m2, weight, flat: error_m2 <= FLAT_RATIO * width_m2 })

@@ -71,7 +71,7 @@ impl<'a> Raised<'a> {
         let (across, along) = axes(fit.normal);
         let flat = |point: &u32| {
             let p = points_m[*point as usize].map(f64::from);
-            [dot(across, p) as f32, dot(along, p) as f32, 0.0]
+            [dot(across, p) as f32, 0.0, dot(along, p) as f32]
         };
         let flat: Vec<[f32; 3]> = members.iter().map(flat).collect();
         let grid = Grid::new(&flat, 0.5 * cell_m);
