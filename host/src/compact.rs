@@ -6,6 +6,7 @@
 mod divide;
 mod drawn;
 mod orient;
+mod spacing;
 
 use crate::leftovers::{self, LeftoverParams};
 use crate::model::{Cloud, Mesh, Model};
@@ -31,7 +32,7 @@ pub fn compact(mesh: Mesh, params: &BuildParams, observer: &mut dyn Observer) ->
     observer.begins(Stage::Planes);
     let mut labelled = match divide::divide(&mesh) {
         Some(fine) => drawn::labelled(&mesh, &fine, params),
-        None => scanned(&mesh, params),
+        None => scanned(&mesh, &spacing::suited(params, &mesh)),
     };
     orient::by_faces(&mut labelled.found, &labelled.mesh);
     let Labelled { mesh: own, found, vertex_labels, leftovers: left } = labelled;

@@ -37,8 +37,8 @@ const LARGE_M: f64 = 0.3;
 /// A mesh is divided when triangles with longer edges than that make up this share of its area, and it is drawn. Scanned meshes have
 /// such triangles across gaps and far away, and must not get points there.
 const LARGE_SHARE: f64 = 0.5;
-/// A mesh is drawn when this share of those triangles lie in one plane with a neighbour, as the two halves of a drawn wall do. In scanned
-/// meshes noise turns each triangle its own way.
+/// A mesh is drawn when this share of the area of those triangles lies in one plane with a neighbour, as the two halves of a drawn wall do.
+/// In scanned meshes noise turns each triangle its own way. By area: the leaves of one drawn tree are more than the walls of a house.
 const LEVEL_SHARE: f64 = 0.5;
 /// Triangles are in one plane when their normals differ by less than 0.2 degrees (cosine).
 const LEVEL_COSINE: f64 = 0.999994;
@@ -77,24 +77,23 @@ pub fn divide(mesh: &Mesh) -> Option<Division> {
 
 /// Whether large triangles lie in one plane with a neighbour as often as in a drawing.
 fn is_drawn(mesh: &Mesh) -> bool {
-    let normal = |triangle: &[u32; 3]| {
-        let n = face(triangle.map(|k| mesh.vertices_m[k as usize].map(f64::from)));
-        let length = dot(n, n).sqrt();
-        n.map(|v| v / length)
-    };
+    let face_of = |triangle: &[u32; 3]| face(triangle.map(|k| mesh.vertices_m[k as usize].map(f64::from)));
     let large: Vec<[u32; 3]> =
         mesh.triangles.iter().filter(|t| longest(&mesh.vertices_m, **t).1 > LARGE_M).copied().collect();
+    let faces: Vec<[f64; 3]> = large.iter().map(face_of).collect();
+    let areas: Vec<f64> = faces.iter().map(|n| dot(*n, *n).sqrt()).collect();
     let mut level = vec![false; large.len()];
     let mut known: HashMap<[u32; 2], usize> = HashMap::new();
     for (index, triangle) in large.iter().enumerate() {
         for (a, b) in [(0, 1), (1, 2), (2, 0)].map(|(i, j)| (triangle[i], triangle[j])) {
             let Some(other) = known.insert([a.min(b), a.max(b)], index) else { continue };
-            if dot(normal(triangle), normal(&large[other])).abs() >= LEVEL_COSINE {
+            if dot(faces[index], faces[other]).abs() >= LEVEL_COSINE * areas[index] * areas[other] {
                 (level[index], level[other]) = (true, true);
             }
         }
     }
-    level.iter().filter(|level| **level).count() as f64 >= LEVEL_SHARE * large.len() as f64
+    let level_area: f64 = areas.iter().zip(&level).filter(|(_, level)| **level).map(|(area, _)| area).sum();
+    level_area >= LEVEL_SHARE * areas.iter().sum::<f64>()
 }
 
 fn halve(mesh: &Mesh, edge_m: f64) -> Division {

@@ -1,8 +1,10 @@
 //! Meshes that are drawn: boxes and rooms become their faces, the right way round.
 
 use super::compact;
-use crate::model::Mesh;
+use crate::export::area_m2;
+use crate::model::{Mesh, PlanarPolygon};
 use crate::params::BuildParams;
+use crate::planes::random::Random;
 use crate::polygons::validate;
 
 /// A box as it is drawn: twelve triangles, seen from inside when `inwards`.
@@ -65,6 +67,53 @@ fn a_drawn_pipe_is_its_own_sides_or_its_own_triangles() {
     for p in built.model.polygons.iter().flat_map(|polygon| &polygon.outer_m) {
         assert!((p[0].hypot(p[1]) - 0.03).abs() < 0.01, "{p:?}");
     }
+}
+
+/// A hundred by a hundred points a metre apart, as far off the floor as `height` says.
+fn wide(mut height: impl FnMut() -> f64) -> Mesh {
+    let at = |k: u32| [(k % 100) as f32, (k / 100) as f32, height() as f32];
+    let vertices_m = (0..10_000).map(at).collect();
+    let corners = (0..9900).filter(|k| k % 100 < 99);
+    let triangles = corners.flat_map(|k| [[k, k + 1, k + 101], [k, k + 101, k + 100]]).collect();
+    Mesh { vertices_m, triangles }
+}
+
+#[test]
+fn a_floor_scanned_with_a_metre_between_points_is_one_polygon() {
+    let mut random = Random::new(6);
+    let built = compact(wide(|| 0.02 * random.normal()), &BuildParams::default(), &mut ());
+    assert_eq!((built.model.polygons.len(), built.counts.leftover_triangles), (1, 0), "{:?}", built.counts);
+    assert!(built.model.polygons[0].holes_m.is_empty());
+}
+
+#[test]
+fn rough_ground_with_a_metre_between_points_stays_as_it_is() {
+    let mut random = Random::new(7);
+    let mesh = wide(|| 40.0 * random.unit());
+    let all_m2 = area_m2(&mesh);
+    let built = compact(mesh, &BuildParams::default(), &mut ());
+    assert!(area_m2(&built.model.leftovers) > 0.9 * all_m2, "{:?}", built.counts);
+}
+
+#[test]
+fn of_a_drawn_house_beside_its_trees_the_walls_are_polygons() {
+    // A room, and three thousand leaves of half a metre each that lie every way.
+    let mut random = Random::new(8);
+    let mut mesh = drawn_box([20.0, 12.0, 6.0], false);
+    let all_m2 = area_m2(&mesh);
+    for _ in 0..3000 {
+        let (first, at) = (mesh.vertices_m.len() as u32, [40.0 + 20.0 * random.unit(), 20.0 * random.unit()]);
+        for _ in 0..3 {
+            let place = [at[0] + 0.4 * random.unit(), at[1] + 0.4 * random.unit(), 5.0 + 0.4 * random.unit()];
+            mesh.vertices_m.push(place.map(|v| v as f32));
+        }
+        mesh.triangles.push([first, first + 1, first + 2]);
+    }
+    let built = compact(mesh, &BuildParams::default(), &mut ());
+    let flat = |polygon: &&PlanarPolygon| polygon.outer_m.iter().all(|p| p[0] < 21.0);
+    let walls: Vec<&PlanarPolygon> = built.model.polygons.iter().filter(flat).collect();
+    assert_eq!(walls.len(), 6, "{:?}", built.counts);
+    assert!(all_m2 > 800.0);
 }
 
 #[test]
