@@ -82,18 +82,20 @@ fn is_drawn(mesh: &Mesh) -> bool {
         mesh.triangles.iter().filter(|t| longest(&mesh.vertices_m, **t).1 > LARGE_M).copied().collect();
     let faces: Vec<[f64; 3]> = large.iter().map(face_of).collect();
     let areas: Vec<f64> = faces.iter().map(|n| dot(*n, *n).sqrt()).collect();
-    let mut level = vec![false; large.len()];
+    // One that touches no other is drawn as well: each point of a scan is a corner of several.
+    let (mut level, mut alone) = (vec![false; large.len()], vec![true; large.len()]);
     let mut known: HashMap<[u32; 2], usize> = HashMap::new();
     for (index, triangle) in large.iter().enumerate() {
         for (a, b) in [(0, 1), (1, 2), (2, 0)].map(|(i, j)| (triangle[i], triangle[j])) {
             let Some(other) = known.insert([a.min(b), a.max(b)], index) else { continue };
+            (alone[index], alone[other]) = (false, false);
             if dot(faces[index], faces[other]).abs() >= LEVEL_COSINE * areas[index] * areas[other] {
                 (level[index], level[other]) = (true, true);
             }
         }
     }
-    let level_area: f64 = areas.iter().zip(&level).filter(|(_, level)| **level).map(|(area, _)| area).sum();
-    level_area >= LEVEL_SHARE * areas.iter().sum::<f64>()
+    let drawn = (0..large.len()).filter(|k| level[*k] || alone[*k]);
+    drawn.map(|k| areas[k]).sum::<f64>() >= LEVEL_SHARE * areas.iter().sum::<f64>()
 }
 
 fn halve(mesh: &Mesh, edge_m: f64) -> Division {

@@ -69,6 +69,13 @@ fn a_drawn_pipe_is_its_own_sides_or_its_own_triangles() {
     }
 }
 
+#[test]
+fn a_triangle_is_drawn_too() {
+    let vertices_m = vec![[0.0; 3], [4.0, 0.0, 0.0], [4.0, 3.0, 0.0]];
+    let built = compact(Mesh { vertices_m, triangles: vec![[0, 1, 2]] }, &BuildParams::default(), &mut ());
+    assert_eq!((built.model.polygons.len(), built.counts.leftover_triangles), (1, 0));
+}
+
 /// A hundred by a hundred points a metre apart, as far off the floor as `height` says.
 fn wide(mut height: impl FnMut() -> f64) -> Mesh {
     let at = |k: u32| [(k % 100) as f32, (k / 100) as f32, height() as f32];
