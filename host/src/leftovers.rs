@@ -14,15 +14,18 @@ pub struct LeftoverParams {
     /// Triangles with a longer edge are dropped, metres: where no plane vouches for it, a surface between points so far apart is a guess.
     /// Larger: sheets between the leaves of trees. Smaller: sparse things get lost.
     pub max_edge_m: f32,
+    /// What stays may be simplified by this much, metres ([`crate::simplify::within`]); `None`: not at all. Larger: fewer triangles, leaves and
+    /// legs lose their shape. Smaller: triangles by the thousand.
+    pub tolerance_m: Option<f32>,
 }
 
 impl Default for LeftoverParams {
     fn default() -> Self {
-        Self { min_triangles: 4, max_edge_m: 0.3 }
+        Self { min_triangles: 4, max_edge_m: 0.3, tolerance_m: None }
     }
 }
 
-/// The triangles `rest` of `mesh` as a mesh of their own, without large ones, small pieces and unused vertices.
+/// The triangles `rest` of `mesh` as a mesh of their own, without large ones, small pieces and unused vertices; simplified where that is asked for.
 pub fn collect(params: &LeftoverParams, mesh: &Mesh, rest: &[usize]) -> Mesh {
     let vertices = mesh.vertices_m.len();
     let inside = |index: &usize| {
@@ -41,7 +44,12 @@ pub fn collect(params: &LeftoverParams, mesh: &Mesh, rest: &[usize]) -> Mesh {
     let large =
         |index: &usize| sizes[pieces.root(mesh.triangles[*index][0]) as usize] >= params.min_triangles;
     let kept: Vec<usize> = rest.into_iter().filter(large).collect();
-    only(mesh, &kept)
+    let left = only(mesh, &kept);
+    match params.tolerance_m {
+        #[cfg(feature = "simplify")]
+        Some(tolerance_m) => crate::simplify::within(&left, tolerance_m),
+        _ => left,
+    }
 }
 
 fn longest_m(mesh: &Mesh, triangle: [u32; 3]) -> f32 {

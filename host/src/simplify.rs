@@ -3,11 +3,17 @@
 //! Stands for QSlim, which the paper compared with, at the same number of polygons; made by meshoptimizer. Metres. Sources: Garland and
 //! Heckbert, "Surface Simplification Using Quadric Error Metrics" (1997); the paper, section 4.
 
+use crate::leftovers::{Pieces, only};
 use crate::model::Mesh;
+use crate::surface_distance::Surface;
 use meshopt::SimplifyOptions;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
 
 /// No bound on the error: the number of triangles is what is asked for. (Relative to the size of the mesh.)
 const ANY_ERROR: f32 = 1e9;
+/// So often the bound is halved before a piece stays as it is.
+const HALVINGS: usize = 6;
 
 /// A mesh simplified to `triangles` triangles, each vertex moved to where the error is least, as QSlim does.
 ///
@@ -20,6 +26,58 @@ pub fn to_count(mesh: &Mesh, triangles: usize) -> Mesh {
     }
     let largest = collapse(mesh, triangles, SimplifyOptions::Permissive | SimplifyOptions::Prune);
     if largest.triangles.is_empty() { whole } else { largest }
+}
+
+/// A mesh with fewer triangles, none of whose old vertices is further than `tolerance_m` from the new surface. Its vertices are some of the old
+/// ones, and its borders stay as they are, so that it meets what it met. Connected pieces are simplified each for itself.
+pub fn within(mesh: &Mesh, tolerance_m: f32) -> Mesh {
+    let mut pieces = Pieces::new(mesh.vertices_m.len());
+    for [a, b, c] in &mesh.triangles {
+        pieces.join(*a, *b);
+        pieces.join(*b, *c);
+    }
+    let mut of_piece: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+    for (index, [a, ..]) in mesh.triangles.iter().enumerate() {
+        of_piece.entry(pieces.root(*a)).or_default().push(index);
+    }
+    let of_piece: Vec<Vec<usize>> = of_piece.into_values().collect();
+    let simple: Vec<Mesh> =
+        of_piece.par_iter().map(|which| piece_within(only(mesh, which), tolerance_m)).collect();
+    let mut out = Mesh::default();
+    for piece in simple {
+        let first = out.vertices_m.len() as u32;
+        out.vertices_m.extend(piece.vertices_m);
+        out.triangles.extend(piece.triangles.iter().map(|triangle| triangle.map(|corner| first + corner)));
+    }
+    out
+}
+
+/// The library bounds a mean of squares; where a vertex ends up too far off all the same, the simplification is made again with a smaller bound.
+fn piece_within(piece: Mesh, tolerance_m: f32) -> Mesh {
+    if !piece.vertices_m.as_flattened().iter().all(|v| v.is_finite()) {
+        return piece;
+    }
+    let mut bound_m = tolerance_m;
+    for _ in 0..HALVINGS {
+        let corners = meshopt::simplify_decoder(
+            piece.triangles.as_flattened(),
+            &piece.vertices_m,
+            0,
+            bound_m,
+            SimplifyOptions::LockBorder | SimplifyOptions::ErrorAbsolute,
+            None,
+        );
+        let simple = compact(&piece.vertices_m, corners.as_chunks().0.to_vec());
+        if !simple.triangles.is_empty() {
+            let surface = Surface::new(&simple);
+            let near = |p: &[f32; 3]| surface.distance_m(p.map(f64::from)) <= f64::from(tolerance_m);
+            if piece.vertices_m.iter().all(near) {
+                return simple;
+            }
+        }
+        bound_m /= 2.0;
+    }
+    piece
 }
 
 fn collapse(mesh: &Mesh, triangles: usize, options: SimplifyOptions) -> Mesh {
@@ -70,8 +128,9 @@ fn compact(vertices_m: &[[f32; 3]], mut triangles: Vec<[u32; 3]>) -> Mesh {
 
 #[cfg(test)]
 mod tests {
-    use super::to_count;
+    use super::{to_count, within};
     use crate::model::Mesh;
+    use crate::planes::random::Random;
 
     /// A level sheet of `side` x `side` squares of 10 cm with its corner at `x_m`.
     fn sheet(side: u32, x_m: f32) -> Mesh {
@@ -113,6 +172,27 @@ mod tests {
         let one = to_count(&both, 2);
         assert_eq!(one.triangles.len(), 2);
         assert!(one.vertices_m.iter().all(|p| p[0] < 5.0), "the large piece is what stays");
+    }
+
+    #[test]
+    fn within_a_tolerance_no_old_vertex_is_further_off_and_the_border_stays() {
+        let mut random = Random::new(4);
+        let mut rough = sheet(20, 0.0);
+        rough.vertices_m.iter_mut().for_each(|p| p[2] = 0.06 * random.unit() as f32);
+        let mut before = rough.triangles.len();
+        for tolerance_m in [0.005, 0.02, 0.05] {
+            let simple = within(&rough, tolerance_m);
+            assert!(simple.triangles.len() < before, "{tolerance_m}");
+            before = simple.triangles.len();
+            // By trying all triangles: distance of each old vertex.
+            let surface = crate::surface_distance::Surface::new(&simple);
+            for p in &rough.vertices_m {
+                assert!(surface.distance_m(p.map(f64::from)) <= f64::from(tolerance_m) + 1e-6);
+            }
+            let on_border = |p: &&[f32; 3]| p[0] < 0.01 || p[0] > 1.99 || p[1] < 0.01 || p[1] > 1.99;
+            assert_eq!(simple.vertices_m.iter().filter(on_border).count(), 80);
+        }
+        assert_eq!(within(&Mesh::default(), 0.1), Mesh::default());
     }
 
     #[test]

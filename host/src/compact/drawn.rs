@@ -40,7 +40,8 @@ pub fn labelled(mesh: &Mesh, fine: &Division, params: &BuildParams) -> Labelled 
     }
     found.labels = labels;
     // Small pieces of a drawing were drawn on purpose, and large triangles.
-    let leftovers = LeftoverParams { min_triangles: 1, max_edge_m: f32::INFINITY };
+    let leftovers =
+        LeftoverParams { min_triangles: 1, max_edge_m: f32::INFINITY, ..params.leftovers.clone() };
     Labelled { mesh: own, found, vertex_labels, leftovers }
 }
 

@@ -76,14 +76,16 @@ fn append(mesh: &Mesh, vertices_m: &mut Vec<[f32; 3]>, triangles: &mut Vec<[u32;
 
 /// Area of a mesh, square metres.
 pub(crate) fn area_m2(mesh: &Mesh) -> f64 {
+    mesh.triangles.iter().map(|triangle| triangle_area_m2(mesh, triangle)).sum()
+}
+
+/// Area of a triangle of a mesh, square metres.
+pub(crate) fn triangle_area_m2(mesh: &Mesh, triangle: &[u32; 3]) -> f64 {
     let corner = |index: u32| mesh.vertices_m.get(index as usize).map_or([0.0; 3], |p| p.map(f64::from));
-    let twice = |corners: &[u32; 3]| {
-        let [a, b, c] = corners.map(corner);
-        let (u, v) = ([0, 1, 2].map(|i| b[i] - a[i]), [0, 1, 2].map(|i| c[i] - a[i]));
-        let cross = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
-        cross.iter().map(|value| value * value).sum::<f64>().sqrt()
-    };
-    mesh.triangles.iter().map(twice).sum::<f64>() / 2.0
+    let [a, b, c] = triangle.map(corner);
+    let (u, v) = ([0, 1, 2].map(|i| b[i] - a[i]), [0, 1, 2].map(|i| c[i] - a[i]));
+    let cross = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    cross.iter().map(|value| value * value).sum::<f64>().sqrt() / 2.0
 }
 
 /// A small model for the tests of the formats: a wall with a window, a floor, and one loose triangle.

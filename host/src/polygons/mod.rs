@@ -11,8 +11,10 @@ pub mod clearance;
 pub mod finish;
 pub mod frame;
 pub mod gaps;
+pub mod islands;
 pub mod lay;
 pub mod line;
+pub mod paper;
 pub mod seam;
 pub mod thin;
 pub mod union;
@@ -29,9 +31,22 @@ use rayon::prelude::*;
 use serde::Serialize;
 use union::{Ring, doubled_area, union};
 
+/// Which polygons of one plane become one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Merging {
+    /// All that hang together: one wall, one polygon, its doors and windows holes of it.
+    #[default]
+    Holes,
+    /// Two that share exactly one sequence of edges, as in the paper ([`paper`]): no holes, more polygons.
+    Paper,
+}
+
 /// How triangles of one plane become polygons.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PolygonParams {
+    /// Which polygons of one plane become one.
+    pub merging: Merging,
     /// A border may move by this much when it is straightened, metres. Larger: fewer corners. Smaller: noisy borders.
     pub border_tolerance_m: f64,
     /// Openings smaller than this are closed, square metres. Larger: windows close. Smaller: pinholes of noise stay.
@@ -56,6 +71,7 @@ pub struct PolygonParams {
 impl Default for PolygonParams {
     fn default() -> Self {
         Self {
+            merging: Merging::default(),
             border_tolerance_m: 0.03,
             min_hole_m2: 0.02,
             min_polygon_m2: 0.002,
@@ -85,6 +101,8 @@ pub fn merge(params: &PolygonParams, cloud: &Cloud, mesh: &Mesh, planes: &Planes
         return Merged { rest: (0..mesh.triangles.len()).collect(), ..Merged::default() };
     }
     let labels = thin::without(cloud, &planes.labels, &planes.planes);
+    let speck = islands::Speck { area_m2: params.min_hole_m2, off_m: params.step_m };
+    let labels = islands::join(cloud, mesh, &labels, &planes.planes, speck);
     let labels = adopt::adopt(cloud, mesh, &labels, &planes.planes, params.step_m);
     let laid_m = lay::onto_planes(cloud, &labels, &planes.planes);
     let assigner = Assigner { params, cloud, planes: &planes.planes, labels: &labels, laid_m };
@@ -96,6 +114,9 @@ pub fn merge(params: &PolygonParams, cloud: &Cloud, mesh: &Mesh, planes: &Planes
     let mut polygons: Vec<PlanarPolygon> = polygons.into_iter().flatten().collect();
     let pairs: Vec<(usize, usize)> = pieces.seams.iter().copied().collect();
     weld::weld(&planes.planes, &mut polygons, &pairs, params.border_tolerance_m);
+    if params.merging == Merging::Paper {
+        polygons = paper::without_holes(&planes.planes, polygons);
+    }
     Merged { polygons, rest: pieces.rest, veils: pieces.veils }
 }
 

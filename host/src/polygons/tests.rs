@@ -2,7 +2,7 @@
 
 use super::assign::{Assigner, Pieces};
 use super::frame::cross;
-use super::{PolygonParams, merge};
+use super::{Merging, PolygonParams, merge};
 use crate::fixture::{corridor, drive};
 use crate::model::{Cloud, Mesh, Plane};
 use crate::planes::Planes;
@@ -162,6 +162,13 @@ fn a_window_stays_a_hole_and_a_pinhole_is_closed() {
     assert_eq!(with(PolygonParams { min_hole_m2: 0.0, ..Default::default() })[0].holes_m.len(), 2);
     assert_eq!(with(PolygonParams { min_hole_m2: 1.0, ..Default::default() })[0].holes_m.len(), 0);
     assert!(with(PolygonParams { min_polygon_m2: 10.0, ..Default::default() }).is_empty());
+    let parts = with(PolygonParams { merging: Merging::Paper, ..Default::default() });
+    assert!(
+        (2..=4).contains(&parts.len()),
+        "round the window the paper's rule leaves more than one: {}",
+        parts.len()
+    );
+    assert!(parts.iter().all(|part| part.holes_m.is_empty() && validate::check(part, &WALL) == Ok(())));
 }
 
 #[test]

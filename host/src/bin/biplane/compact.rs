@@ -10,15 +10,14 @@ use biplane::export::ply::{self, PointRows};
 use biplane::mesh_file::{self, MeshFile};
 use biplane::model::Cloud;
 use biplane::output::{OutputFolder, write_file};
-use biplane::params::BuildParams;
 use biplane::pipeline::BuildOutput;
-use biplane::planes::PlaneParams;
+use biplane::polygons::Merging;
 use biplane::summary::{Parameters, Summary};
 
 use crate::Outcome;
 use crate::build::formats::{self, Format};
 use crate::build::stages::Stages;
-use crate::build::{files, tell_bounded, tell_noise};
+use crate::build::{files, merging, surface_parameters, tell_bounded, tell_noise};
 use crate::console::Console;
 use crate::doubt;
 use crate::planes::length;
@@ -43,6 +42,14 @@ pub struct Args {
     /// Model files to write, separated by commas [possible values: glb, ply, obj, cityjson]
     #[arg(long, value_delimiter = ',', value_parser = formats::parse, default_value = "glb,ply,obj,cityjson", hide_possible_values = true)]
     formats: Vec<Format>,
+    /// Which polygons of one plane become one: `holes` all that hang together, `paper` those that share exactly one sequence of edges, so
+    /// that none has a hole
+    #[arg(long, value_name = "RULE", value_parser = merging, default_value = "holes")]
+    merging: Merging,
+    /// Simplify the triangles on no plane; none of their vertices is then further than this from the model, metres
+    #[cfg(feature = "simplify")]
+    #[arg(long, value_name = "M", value_parser = length)]
+    simplify_leftovers: Option<f64>,
     /// Bound on the model's triangles: borders become coarser, loose and small pieces go, until it fits
     #[arg(long, value_name = "N")]
     max_triangles: Option<usize>,
@@ -77,8 +84,11 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
             file.triangles
         ));
     }
-    let planes = PlaneParams { sigma_m: args.sigma, ..PlaneParams::default() };
-    let build = BuildParams { planes, ..BuildParams::default() };
+    #[cfg(feature = "simplify")]
+    let tolerance_m = args.simplify_leftovers;
+    #[cfg(not(feature = "simplify"))]
+    let tolerance_m = None;
+    let build = surface_parameters(args.sigma, args.merging, tolerance_m);
     let mut output = compact(std::mem::take(&mut file.mesh), &build, &mut stages);
     if let Some(most) = args.max_triangles {
         let bounded = budget::bound(&mut output.model, most);

@@ -19,7 +19,7 @@ use biplane::occupancy::OccupancyGrid;
 use biplane::output::OutputFolder;
 use biplane::params::BuildParams;
 use biplane::pipeline::{self, BuildInput, BuildOutput, Counts};
-use biplane::planes::PlaneParams;
+use biplane::polygons::Merging;
 use biplane::run::{Run, VerticalScans};
 use biplane::stamp_text::format_seconds;
 use biplane::summary::{Parameters, ScanFigures, Summary};
@@ -61,6 +61,14 @@ pub struct Args {
     /// Model files to write, separated by commas [possible values: glb, ply, obj, cityjson]
     #[arg(long, value_delimiter = ',', value_parser = formats::parse, default_value = "glb,ply,obj,cityjson", hide_possible_values = true)]
     formats: Vec<Format>,
+    /// Which polygons of one plane become one: `holes` all that hang together, `paper` those that share exactly one sequence of edges, so
+    /// that none has a hole
+    #[arg(long, value_name = "RULE", value_parser = merging, default_value = "holes")]
+    merging: Merging,
+    /// Simplify the triangles on no plane; none of their vertices is then further than this from the model, metres
+    #[cfg(feature = "simplify")]
+    #[arg(long, value_name = "M", value_parser = length)]
+    simplify_leftovers: Option<f64>,
     /// Bound on the model's triangles: borders become coarser, loose and small pieces go, until it fits
     #[arg(long, value_name = "N")]
     max_triangles: Option<usize>,
@@ -74,9 +82,12 @@ pub struct Args {
 
 impl Args {
     fn parameters(&self, map: &FloorMapParams) -> Parameters {
-        let planes = PlaneParams { sigma_m: self.sigma, ..PlaneParams::default() };
+        #[cfg(feature = "simplify")]
+        let tolerance_m = self.simplify_leftovers;
+        #[cfg(not(feature = "simplify"))]
+        let tolerance_m = None;
         Parameters {
-            build: BuildParams { planes, ..BuildParams::default() },
+            build: surface_parameters(self.sigma, self.merging, tolerance_m),
             map_resolution_m: map.grid.resolution_m,
             max_triangles: self.max_triangles,
             seed: self.seed,
@@ -91,12 +102,33 @@ impl Args {
             output: output.to_owned(),
             poses: None,
             sigma: None,
+            merging: Merging::default(),
+            #[cfg(feature = "simplify")]
+            simplify_leftovers: None,
             force: false,
             formats: Format::ALL.to_vec(),
             max_triangles: None,
             seed: 0,
             threads: None,
         }
+    }
+}
+
+/// The parameters that `build` and `compact` have in common: noise of the points, merging, and how far leftovers may be simplified, metres.
+pub fn surface_parameters(sigma_m: Option<f64>, merging: Merging, tolerance_m: Option<f64>) -> BuildParams {
+    let mut build = BuildParams::default();
+    build.planes.sigma_m = sigma_m;
+    build.polygons.merging = merging;
+    build.leftovers.tolerance_m = tolerance_m.map(|tolerance_m| tolerance_m as f32);
+    build
+}
+
+/// A rule of merging by its name.
+pub fn merging(name: &str) -> Result<Merging, String> {
+    match name {
+        "holes" => Ok(Merging::Holes),
+        "paper" => Ok(Merging::Paper),
+        _ => Err("the rules are: holes, paper".to_owned()),
     }
 }
 
