@@ -6,6 +6,7 @@
 pub mod agreement;
 pub mod cells;
 pub mod choice;
+pub mod clutter;
 pub mod coplanar;
 pub mod cubes;
 pub mod curtain;
@@ -297,7 +298,9 @@ impl Work<'_> {
     /// Gives up planes that are curtains of mixed pixels; their points choose anew.
     fn drop_curtains(&mut self, cloud: &Cloud) {
         let curtains = curtain::find(cloud, &self.labelling.labels(cloud.len()), &self.fits);
-        self.fits.iter_mut().zip(curtains).filter(|(_, curtain)| *curtain).for_each(|(fit, _)| *fit = None);
+        let clutter = clutter::find(&self.labelling, &self.fits, self.noise);
+        let given_up = curtains.iter().zip(clutter).map(|(curtain, clutter)| *curtain || clutter);
+        self.fits.iter_mut().zip(given_up).filter(|(_, up)| *up).for_each(|(fit, _)| *fit = None);
         self.labelling.wake_all();
         self.labelling.choose(&self.fits);
     }

@@ -249,6 +249,38 @@ impl<'a> Labelling<'a> {
         all.then_some(label)
     }
 
+    /// Counts for each label the points on no plane in and around its cells, on either side as `side` says.
+    pub fn free_beside(
+        &self,
+        labels: usize,
+        side: impl Fn(i32, [f64; 3]) -> Option<bool> + Sync,
+    ) -> Vec<[u32; 2]> {
+        let of_cell = |cell: usize| {
+            let mut found: Vec<(i32, bool)> = Vec::new();
+            if !self.votes_of(cell).iter().any(|vote| vote.label < 0) {
+                return found;
+            }
+            let mut around: Vec<(i32, f64)> = Vec::new();
+            add_votes(&mut around, self.votes_of(cell), 1.0);
+            self.neighbours
+                .of(cell)
+                .iter()
+                .for_each(|other| add_votes(&mut around, self.votes_of(*other as usize), 1.0));
+            for place in self.places(cell).filter(|place| self.labels[*place] < 0) {
+                let p = self.points_m[place].map(f64::from);
+                let beside = around.iter().filter(|vote| vote.0 >= 0);
+                found.extend(beside.filter_map(|vote| Some((vote.0, side(vote.0, p)?))));
+            }
+            found
+        };
+        let mut counts = vec![[0; 2]; labels];
+        let cells = (0..self.grid.len()).into_par_iter().with_min_len(CELLS_A_TASK);
+        for (label, above) in cells.flat_map_iter(of_cell).collect::<Vec<_>>() {
+            counts[label as usize][usize::from(above)] += 1;
+        }
+        counts
+    }
+
     fn places(&self, cell: usize) -> Range<usize> {
         self.grid.starts[cell] as usize..self.grid.starts[cell + 1] as usize
     }

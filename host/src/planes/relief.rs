@@ -4,8 +4,9 @@
 //! parallel plane, which stays when it explains its points clearly better than the wall. Metres.
 
 use super::eigen::orthogonal_to;
-use super::grid::{Grid, Neighbours};
+use super::grid::{CELLS_A_TASK, Grid, Neighbours};
 use super::noise::{DEVIATIONS, Noise};
+use super::refine::POINTS_A_PIECE;
 use super::scatter::{Fit, dot};
 use rayon::prelude::*;
 
@@ -73,7 +74,7 @@ impl<'a> Raised<'a> {
             let p = points_m[*point as usize].map(f64::from);
             [dot(across, p) as f32, 0.0, dot(along, p) as f32]
         };
-        let flat: Vec<[f32; 3]> = members.iter().map(flat).collect();
+        let flat: Vec<[f32; 3]> = members.par_iter().with_min_len(POINTS_A_PIECE / 4).map(flat).collect();
         let grid = Grid::new(&flat, 0.5 * cell_m);
         let sum_of = |cell: usize| {
             let off_m = |place: &u32| {
@@ -83,7 +84,7 @@ impl<'a> Raised<'a> {
             let points = grid.points_of(cell);
             (points.len() as f64, points.iter().map(off_m).sum())
         };
-        let sums = (0..grid.len()).map(sum_of).collect();
+        let sums = (0..grid.len()).into_par_iter().with_min_len(CELLS_A_TASK).map(sum_of).collect();
         let neighbours = grid.neighbours();
         Self { members, grid, neighbours, sums, sigma_m }
     }
@@ -111,7 +112,7 @@ impl<'a> Raised<'a> {
                 > SUGGEST_DEVIATIONS * SUGGEST_DEVIATIONS + CHANCE_DEVIATIONS * CHANCE_DEVIATIONS / square.0;
             (off.abs() > SUGGEST_DEVIATIONS).then_some((off_m(square), clear))
         };
-        (0..self.grid.len()).map(height_of).collect()
+        (0..self.grid.len()).into_par_iter().with_min_len(CELLS_A_TASK).map(height_of).collect()
     }
 
     fn steps(&self, within: i32, fit: &Fit, min_points: usize) -> Vec<Step> {
@@ -183,22 +184,7 @@ pub fn judge(
     fits: &[Option<Fit>],
     (noise, min_points): (Noise, usize),
 ) -> Vec<bool> {
-    let mut gathered = vec![Gathered::default(); steps.len()];
-    let limit = 0.5 * DEVIATIONS * DEVIATIONS;
-    let cost = |off_m: f64, wall: &Fit| (0.5 * off_m * off_m / noise.variance_of(wall)).min(limit);
-    for (p, label) in points_m.iter().zip(labels) {
-        let Some(which) = usize::try_from(*label).ok().and_then(|label| label.checked_sub(first)) else {
-            continue;
-        };
-        let Some(step) = steps.get(which) else { continue };
-        let p = p.map(f64::from);
-        let Some(wall) = fit_of(fits, step.within) else { continue };
-        let own = &mut gathered[which];
-        let off_m = dot(step.fit.normal, p) - step.fit.offset_m;
-        own.count += 1.0;
-        own.sum_m += off_m;
-        own.gain += cost(wall.distance_m(p), wall) - cost(off_m, wall);
-    }
+    let gathered = gather((points_m, labels), (steps, first), fits, noise);
     let judged = steps.iter_mut().zip(gathered).map(|(step, own)| {
         let mean_m = own.sum_m / own.count.max(1.0);
         step.fit.offset_m += mean_m;
@@ -218,6 +204,43 @@ struct Gathered {
     count: f64,
     sum_m: f64,
     gain: f64,
+}
+
+/// Adds up what the points of each step say, in pieces of a fixed size, so that threads make no difference.
+fn gather(
+    (points_m, labels): (&[[f32; 3]], &[i32]),
+    (steps, first): (&[Step], usize),
+    fits: &[Option<Fit>],
+    noise: Noise,
+) -> Vec<Gathered> {
+    let limit = 0.5 * DEVIATIONS * DEVIATIONS;
+    let cost = |off_m: f64, wall: &Fit| (0.5 * off_m * off_m / noise.variance_of(wall)).min(limit);
+    let of_piece = |(points_m, labels): (&[[f32; 3]], &[i32])| {
+        let mut gathered = vec![Gathered::default(); steps.len()];
+        for (p, label) in points_m.iter().zip(labels) {
+            let which = usize::try_from(*label).ok().and_then(|label| label.checked_sub(first));
+            let Some((which, step)) = which.and_then(|which| Some((which, steps.get(which)?))) else {
+                continue;
+            };
+            let Some(wall) = fit_of(fits, step.within) else { continue };
+            let p = p.map(f64::from);
+            let off_m = dot(step.fit.normal, p) - step.fit.offset_m;
+            let own = &mut gathered[which];
+            own.count += 1.0;
+            own.sum_m += off_m;
+            own.gain += cost(wall.distance_m(p), wall) - cost(off_m, wall);
+        }
+        gathered
+    };
+    let pieces = points_m.par_chunks(POINTS_A_PIECE).zip(labels.par_chunks(POINTS_A_PIECE));
+    let parts: Vec<Vec<Gathered>> = pieces.map(of_piece).collect();
+    let mut gathered = vec![Gathered::default(); steps.len()];
+    for (own, part) in parts.iter().flat_map(|parts| parts.iter().enumerate()) {
+        gathered[own].count += part.count;
+        gathered[own].sum_m += part.sum_m;
+        gathered[own].gain += part.gain;
+    }
+    gathered
 }
 
 fn fit_of(fits: &[Option<Fit>], label: i32) -> Option<&Fit> {
