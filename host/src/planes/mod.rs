@@ -129,11 +129,11 @@ fn extract_distinct(params: &PlaneParams, cloud: &Cloud, told: &mut dyn FnMut(u6
     drop(grid);
     let grid = Grid::new(&cloud.points_m, 0.5 * cell_m);
     told(65);
-    let (labels, fits) = refine(params, cloud, &grid, &searched, cell_m);
+    let (sigma_m, sigma_source) = (searched.sigma_m, searched.sigma_source);
+    let (labels, fits) = refine(params, cloud, &grid, searched, cell_m);
     told(95);
-    let sigma_m = searched.sigma_m;
     let found = finish::finish(params, cloud, labels, &fits, sigma_m);
-    Planes { sigma_source: searched.sigma_source, ..found }
+    Planes { sigma_source, ..found }
 }
 
 /// What the search found: a label for every point, and the planes of the labels.
@@ -166,13 +166,14 @@ fn refine(
     params: &PlaneParams,
     cloud: &Cloud,
     grid: &Grid,
-    searched: &Searched,
+    searched: Searched,
     cell_m: f64,
 ) -> (Vec<i32>, Vec<Option<Fit>>) {
     let neighbours = grid.neighbours();
     let noise = Noise::new(searched.sigma_m);
-    let (labels, fits) = (&searched.labels, searched.fits.clone());
-    let labelling = Labelling::new(&cloud.points_m, (grid, &neighbours), noise, (labels, fits.len()));
+    let Searched { labels, fits, .. } = searched;
+    let labelling = Labelling::new(&cloud.points_m, (grid, &neighbours), noise, (&labels, fits.len()));
+    drop(labels);
     let mut work = Work { params, noise, labelling, fits };
     work.add_steps(cell_m);
     work.unite();
