@@ -17,6 +17,7 @@ pub mod floor_map;
 pub mod import;
 pub mod info;
 pub mod leftovers;
+pub mod loops;
 pub mod map_files;
 pub mod mesh;
 pub mod mesh_file;

@@ -76,6 +76,8 @@ pub struct RunPoses {
     pub vertical_poses: Vec<StampedPose>,
     /// Vertical scans in the recording.
     pub vertical_scans: usize,
+    /// The base's own odometry: poses of the base in `odom`.
+    pub odometry: Vec<StampedPose>,
 }
 
 impl RunPoses {
@@ -89,19 +91,32 @@ impl RunPoses {
     /// One pose a horizontal scan, with the scan's own stamp, in file order: the pose recorded with that stamp, else the one
     /// between its neighbours. `None` where nothing is near.
     pub fn at_scans(&self) -> Vec<Option<StampedPose>> {
-        let mut by_stamp: BTreeMap<i64, VecDeque<StampedPose>> = BTreeMap::new();
-        for pose in &self.poses {
-            by_stamp.entry(pose.stamp_ns).or_default().push_back(*pose);
-        }
-        let trajectory = self.trajectory();
-        let of_scan = |stamp_ns: &i64| match by_stamp.get_mut(stamp_ns) {
-            // Several scans of one stamp have as many poses, in the same order; the last one serves the rest.
-            Some(poses) if poses.len() > 1 => poses.pop_front(),
-            Some(poses) => poses.front().copied(),
-            None => trajectory.at(*stamp_ns, LONGEST_GAP_NS),
-        };
-        self.scan_stamps_ns.iter().map(of_scan).collect()
+        one_a_stamp(&self.scan_stamps_ns, &self.poses, &self.trajectory())
     }
+
+    /// The odometry's pose at each horizontal scan, found as [`RunPoses::at_scans`] finds the matched ones.
+    pub fn odometry_at_scans(&self) -> Vec<Option<StampedPose>> {
+        one_a_stamp(&self.scan_stamps_ns, &self.odometry, &Trajectory::new(self.odometry.clone()))
+    }
+}
+
+/// One pose a stamp: the one that has it, else the one between its neighbours.
+fn one_a_stamp(
+    stamps_ns: &[i64],
+    poses: &[StampedPose],
+    trajectory: &Trajectory,
+) -> Vec<Option<StampedPose>> {
+    let mut by_stamp: BTreeMap<i64, VecDeque<StampedPose>> = BTreeMap::new();
+    for pose in poses {
+        by_stamp.entry(pose.stamp_ns).or_default().push_back(*pose);
+    }
+    let of_stamp = |stamp_ns: &i64| match by_stamp.get_mut(stamp_ns) {
+        // Several scans of one stamp have as many poses, in the same order; the last one serves the rest.
+        Some(poses) if poses.len() > 1 => poses.pop_front(),
+        Some(poses) => poses.front().copied(),
+        None => trajectory.at(*stamp_ns, LONGEST_GAP_NS),
+    };
+    stamps_ns.iter().map(of_stamp).collect()
 }
 
 /// The scans of the vertical laser.
@@ -169,14 +184,21 @@ impl Run {
             match entry.topic {
                 Some(Topic::ScanVertical) => found.vertical_scans += 1,
                 Some(Topic::Serial(..)) => serial = true,
-                Some(Topic::ScanHorizontal | Topic::Pose | Topic::PoseVertical) => match entry.decode()? {
-                    AnyMessage::Scan(scan) => found.scan_stamps_ns.push(scan.stamp_ns),
-                    AnyMessage::Pose(pose) if entry.topic == Some(Topic::Pose) => {
-                        found.poses.push(planar(&pose));
+                Some(Topic::ScanHorizontal | Topic::Pose | Topic::PoseVertical | Topic::Odom) => {
+                    match entry.decode()? {
+                        AnyMessage::Scan(scan) => found.scan_stamps_ns.push(scan.stamp_ns),
+                        AnyMessage::Pose(pose) if entry.topic == Some(Topic::Pose) => {
+                            found.poses.push(planar(&pose));
+                        }
+                        AnyMessage::Pose(pose) => found.vertical_poses.push(planar(&pose)),
+                        AnyMessage::Odometry(odometry) => found.odometry.push(stamped(
+                            odometry.stamp_ns,
+                            odometry.position_m,
+                            odometry.orientation_xyzw,
+                        )),
+                        _ => {}
                     }
-                    AnyMessage::Pose(pose) => found.vertical_poses.push(planar(&pose)),
-                    _ => {}
-                },
+                }
                 _ => {}
             }
         }
@@ -249,8 +271,11 @@ pub fn fan_of(scan: &LaserScan, laser: &Laser) -> Fan {
 }
 
 fn planar(pose: &PoseWithCovarianceStamped) -> StampedPose {
-    let [x_m, y_m, _] = pose.position_m;
-    StampedPose { stamp_ns: pose.stamp_ns, x_m, y_m, theta_rad: heading_rad(pose.orientation_xyzw) }
+    stamped(pose.stamp_ns, pose.position_m, pose.orientation_xyzw)
+}
+
+fn stamped(stamp_ns: i64, [x_m, y_m, _]: [f64; 3], orientation_xyzw: [f64; 4]) -> StampedPose {
+    StampedPose { stamp_ns, x_m, y_m, theta_rad: heading_rad(orientation_xyzw) }
 }
 
 #[cfg(test)]

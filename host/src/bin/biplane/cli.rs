@@ -5,7 +5,8 @@ use clap::{Parser, Subcommand};
 #[cfg(feature = "demo")]
 use crate::demo;
 use crate::{
-    build, compact, compare, evaluate, import, info, map, papers, planes, plot, recover, render, traj,
+    build, compact, compare, evaluate, import, info, map, optimize, papers, planes, plot, recover, render,
+    traj,
 };
 
 /// Compact 3D building models from recordings of a robot with two laser scanners.
@@ -33,6 +34,8 @@ pub enum Command {
     Info(info::Args),
     /// Turn other people's recordings into ours
     Import(import::Args),
+    /// Close loops and optimise the poses of recordings; put several into one frame
+    Optimize(optimize::Args),
     /// Write the trajectory of a recording as text
     Traj(traj::Args),
     /// Draw the floor map of a recording

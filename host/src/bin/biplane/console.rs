@@ -86,6 +86,13 @@ impl Drop for Bar {
 /// See [`Console::spinner`].
 pub struct Spinner(ProgressBar);
 
+impl Spinner {
+    /// Another text.
+    pub fn say(&self, text: impl Into<Cow<'static, str>>) {
+        self.0.set_message(text);
+    }
+}
+
 impl Drop for Spinner {
     fn drop(&mut self) {
         self.0.finish_and_clear();

@@ -13,6 +13,7 @@ mod import;
 mod info;
 mod map;
 mod moment;
+mod optimize;
 mod papers;
 mod planes;
 mod plot;
@@ -59,6 +60,7 @@ fn run(command: Command, console: &Console) -> anyhow::Result<Outcome> {
         Command::Demo(args) => demo::run(&args, console),
         Command::Info(args) => info::run(&args),
         Command::Import(args) => import::run(&args, console),
+        Command::Optimize(args) => optimize::run(&args, console),
         Command::Traj(args) => traj::run(&args, console),
         Command::Map(args) => map::run(&args, console),
         Command::Build(args) => build::run(&args, console),

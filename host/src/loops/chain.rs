@@ -1,0 +1,111 @@
+//! From node to node: what the recording, the scans and the odometry say of each step, as edges.
+//!
+//! A step is the scan's place among the scans of the last metres, held by the recorded poses. Where these jump (the onboard matcher
+//! found back to places it had mapped before drifting) the odometry holds instead: a jump is no motion.
+
+use biplane_matcher::{Pose2, wrap_angle};
+use nalgebra::{Matrix3, Vector3};
+use rayon::prelude::*;
+
+use super::align::{align, difference};
+use super::graph::Edge;
+use super::surfaces::{Surfaces, merged};
+use super::trail::Node;
+
+/// How steps are believed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChainParams {
+    /// Nodes before a node whose scans it is matched with. More: steadier steps, at more time.
+    pub behind: usize,
+    /// Standard deviation of a step a metre driven, metres. Larger: loops bend the way more easily.
+    pub position_m_per_m: f64,
+    /// Standard deviation of a step's heading for each root of a metre, radians; errors add up like a random walk.
+    pub heading_rad_per_root_m: f64,
+    /// Standard deviation that every step has, metres.
+    pub floor_m: f64,
+    /// Standard deviation of heading that every step has, radians.
+    pub floor_rad: f64,
+}
+
+impl Default for ChainParams {
+    fn default() -> Self {
+        Self {
+            behind: 3,
+            position_m_per_m: 0.02,
+            heading_rad_per_root_m: 0.005,
+            floor_m: 0.003,
+            floor_rad: 0.001,
+        }
+    }
+}
+
+/// Standard deviations of odometry a metre driven: metres, radians; and a radian turned: metres, radians.
+const ODOMETRY: [f64; 4] = [0.1, 0.05, 0.05, 0.15];
+/// The recorded step is a jump when it differs from the odometry's by so many standard deviations.
+const JUMP: f64 = 4.0;
+
+/// The edges from each node to the next one; `first` is the number of the first node in the graph.
+pub fn edges(nodes: &[Node], first: usize, params: &ChainParams) -> Vec<Edge> {
+    let edge = |at: usize| {
+        let step = step(nodes, at, params);
+        Edge { from: first + at - 1, to: first + at, measured: step.0, information: step.1 }
+    };
+    (1..nodes.len()).into_par_iter().map(edge).collect()
+}
+
+fn step(nodes: &[Node], at: usize, params: &ChainParams) -> (Pose2, Matrix3<f64>) {
+    let (last, node) = (&nodes[at - 1], &nodes[at]);
+    let recorded = last.recorded.between(&node.recorded);
+    let odometry = match (&last.odometry, &node.odometry) {
+        (Some(last), Some(now)) => Some(last.between(now)),
+        _ => None,
+    };
+    let (prior, sigma) = match odometry {
+        Some(odometry) if is_jump(&recorded, &odometry) => (odometry, odometry_sigma(&odometry)),
+        _ => (recorded, recorded_sigma(&recorded, params)),
+    };
+    let held = information(&sigma);
+    let from = at.saturating_sub(params.behind);
+    let near = nodes[from..at].iter().map(|node| (last.recorded.between(&node.recorded), &node.outline));
+    let surfaces = Surfaces::new(&merged(near));
+    let found = align(&surfaces, &node.outline.points, &prior, &held, &[0.2, 0.1, 0.05, 0.05, 0.05]);
+    let away = difference(&found.pose, &prior);
+    if found.sums.share() < 0.5 || away.dot(&(held * away)) > 40.0 {
+        return (prior, information(&[2.0 * sigma[0] + 0.02, 2.0 * sigma[1] + 0.02, 2.0 * sigma[2] + 0.01]));
+    }
+    let known = found.sums.information + held;
+    let drift = recorded_sigma(&found.pose, params);
+    (found.pose, with_floor(&known, &drift))
+}
+
+fn is_jump(recorded: &Pose2, odometry: &Pose2) -> bool {
+    let [x, y, turn] = odometry_sigma(odometry);
+    let away = difference(recorded, odometry);
+    let squared = (away[0] / x).powi(2) + (away[1] / y).powi(2) + (wrap_angle(away[2]) / turn).powi(2);
+    squared > JUMP * JUMP * 2.0
+}
+
+fn odometry_sigma(step: &Pose2) -> [f64; 3] {
+    let (way, turn) = (step.distance_m(), step.theta_rad.abs());
+    let position = 0.02 + ODOMETRY[0] * way + ODOMETRY[2] * turn;
+    [position, position, 0.01 + ODOMETRY[1] * way + ODOMETRY[3] * turn]
+}
+
+fn recorded_sigma(step: &Pose2, params: &ChainParams) -> [f64; 3] {
+    let (way, turn) = (step.distance_m(), step.theta_rad.abs());
+    let position = params.floor_m + params.position_m_per_m * way + 0.005 * turn;
+    let heading = params.floor_rad + params.heading_rad_per_root_m * way.sqrt() + 0.005 * turn;
+    [position, position, heading]
+}
+
+fn information(sigma: &[f64; 3]) -> Matrix3<f64> {
+    Matrix3::from_diagonal(&Vector3::from(sigma.map(|sigma| 1.0 / (sigma * sigma))))
+}
+
+/// The information when an error of these standard deviations comes on top.
+pub fn with_floor(known: &Matrix3<f64>, sigma: &[f64; 3]) -> Matrix3<f64> {
+    let floor = Matrix3::from_diagonal(&Vector3::from(sigma.map(|sigma| sigma * sigma)));
+    let Some(factors) = known.cholesky() else { return Matrix3::zeros() };
+    let covariance = factors.inverse() + floor;
+    covariance.cholesky().map_or_else(Matrix3::zeros, |factors| factors.inverse())
+}

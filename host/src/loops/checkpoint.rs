@@ -1,0 +1,124 @@
+//! What was searched and found so far, in a file beside the output: a job that was stopped goes on where it was.
+//!
+//! Searches are pure functions of what they are asked, and asked in the same order each time. So an answer that is kept under its
+//! question, bit by bit, makes a resumed run give the very bytes of one that was never stopped. One JSON array a line; a line that was
+//! cut off by the stop is left out. The first line says what the answers belong to.
+
+use std::collections::BTreeMap;
+use std::fs::{File, OpenOptions};
+use std::io::{self, BufRead, BufReader, BufWriter, Write};
+use std::path::Path;
+
+use biplane_matcher::Pose2;
+use nalgebra::Matrix3;
+
+use super::refine::Found;
+use super::search::Window;
+
+/// What was asked: which stretches, around which guess, in which window; numbers by their bits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Asked([u64; 7]);
+
+impl Asked {
+    /// The question of a search.
+    pub fn new(stretches: [usize; 2], guess: &Pose2, window: Window) -> Self {
+        let [a, b] = stretches.map(|number| number as u64);
+        let [x, y, t] = [guess.x_m, guess.y_m, guess.theta_rad].map(f64::to_bits);
+        Self([a, b, x, y, t, window.half_m.to_bits(), window.half_rad.to_bits()])
+    }
+}
+
+/// Numbers of a found loop: pose, information row by row, score.
+const FOUND: usize = 13;
+
+/// See the module's text.
+#[derive(Debug, Default)]
+pub struct Checkpoint {
+    known: BTreeMap<Asked, Option<Found>>,
+    file: Option<BufWriter<File>>,
+}
+
+impl Checkpoint {
+    /// Goes on with the file when it belongs to the same job, else begins it anew. `job` names inputs and parameters.
+    ///
+    /// # Errors
+    /// When the system refuses.
+    pub fn open(path: &Path, job: &str) -> io::Result<Self> {
+        let mut known = BTreeMap::new();
+        if let Ok(file) = File::open(path) {
+            let mut lines = BufReader::new(file).lines().map_while(Result::ok);
+            if lines.next().as_deref() == Some(job) {
+                known.extend(lines.filter_map(|line| parse(&line)));
+            }
+        }
+        // Written anew, so that a line that was cut off is gone.
+        let file = OpenOptions::new().write(true).create(true).truncate(true).open(path)?;
+        let mut checkpoint = Self { known: BTreeMap::new(), file: Some(BufWriter::new(file)) };
+        if let Some(file) = &mut checkpoint.file {
+            writeln!(file, "{job}")?;
+        }
+        let answers: Vec<_> = known.into_iter().collect();
+        checkpoint.add(&answers);
+        checkpoint.known = answers.into_iter().collect();
+        Ok(checkpoint)
+    }
+
+    /// How many answers are kept from before.
+    pub fn len(&self) -> usize {
+        self.known.len()
+    }
+
+    /// Whether none is.
+    pub fn is_empty(&self) -> bool {
+        self.known.is_empty()
+    }
+
+    /// The answer, if it is known: a loop, or that there is none.
+    pub fn answer(&self, asked: &Asked) -> Option<Option<Found>> {
+        self.known.get(asked).copied()
+    }
+
+    /// Keeps answers. A file that cannot be written is given up: the job itself does not need it.
+    pub fn add(&mut self, answers: &[(Asked, Option<Found>)]) {
+        let Some(file) = &mut self.file else { return };
+        let fresh = answers.iter().filter(|(asked, _)| !self.known.contains_key(asked));
+        let written = fresh
+            .into_iter()
+            .try_for_each(|answer| writeln!(file, "{}", line(answer)))
+            .and_then(|()| file.flush());
+        if written.is_err() {
+            self.file = None;
+        }
+    }
+}
+
+fn line((asked, found): &(Asked, Option<Found>)) -> String {
+    let mut numbers = asked.0.to_vec();
+    if let Some(found) = found {
+        let pose = [found.pose.x_m, found.pose.y_m, found.pose.theta_rad];
+        let rows = found.information.transpose();
+        let all = pose.into_iter().chain(rows.iter().copied()).chain([found.score]);
+        numbers.extend(all.map(f64::to_bits));
+    }
+    let texts: Vec<String> = numbers.iter().map(u64::to_string).collect();
+    format!("[{}]", texts.join(","))
+}
+
+fn parse(line: &str) -> Option<(Asked, Option<Found>)> {
+    let numbers: Vec<u64> = serde_json::from_str(line).ok()?;
+    let (asked, rest) = numbers.split_first_chunk::<7>()?;
+    let found = match rest.len() {
+        0 => None,
+        FOUND => {
+            let values: Vec<f64> = rest.iter().copied().map(f64::from_bits).collect();
+            Some(Found {
+                pose: Pose2::new(values[0], values[1], values[2]),
+                information: Matrix3::from_row_slice(&values[3..12]),
+                score: values[12],
+                agreement: Default::default(),
+            })
+        }
+        _ => return None,
+    };
+    Some((Asked(*asked), found))
+}

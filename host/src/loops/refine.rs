@@ -1,0 +1,216 @@
+//! From the cell that a search found to a loop: points on surfaces, then the questions that a true loop answers.
+//!
+//! Do the points of each stretch lie on the other one's surfaces? Does neither see through the other one's walls? Is there a second
+//! place that looks the same? Along a bare corridor the information stays near zero, so that a loop there holds only across.
+
+use biplane_matcher::Pose2;
+use nalgebra::{Matrix3, Vector3};
+
+use super::align::{Aligned, align};
+use super::chain::with_floor;
+use super::outline::OutlinePoint;
+use super::search::{Search, Window};
+use super::submap::Submap;
+use super::surfaces::placed;
+
+/// When a match is a loop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RefineParams {
+    /// Mean value of the points in the grid from which on a place is looked at, 0 to 1. Smaller: more places to judge, slower.
+    pub least_score: f64,
+    /// Share of the points that lie on the other's surfaces, of those that lie where the other one looked, in a window up to
+    /// `narrow_m`. Smaller: more loops, more false ones.
+    pub least_agreement: f64,
+    /// The same in a wide window: a corridor shifted along itself reaches 0.8.
+    pub least_agreement_wide: f64,
+    /// The same of the points that tell where along a corridor one is. Smaller: corridors match shifted by a door.
+    pub least_along: f64,
+    /// So many points are needed to tell that; with fewer the loop holds only across. Smaller: noise passes for structure.
+    pub along_points: usize,
+    /// Share of one stretch's points that the other one explains. Smaller: loops where little is common.
+    pub least_overlap: f64,
+    /// Windows up to this are narrow, metres. Larger: look-alikes pass.
+    pub narrow_m: f64,
+    /// Standard deviation that every loop has, metres: what the points have in common does not average out.
+    pub floor_m: f64,
+    /// The same of the heading, radians.
+    pub floor_rad: f64,
+}
+
+impl Default for RefineParams {
+    fn default() -> Self {
+        Self {
+            least_score: 0.45,
+            least_agreement: 0.72,
+            least_agreement_wide: 0.84,
+            least_along: 0.6,
+            along_points: 12,
+            least_overlap: 0.4,
+            narrow_m: 1.5,
+            floor_m: 0.03,
+            floor_rad: 0.005,
+        }
+    }
+}
+
+/// A stretch found in another one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Found {
+    /// The found stretch's frame in the other one's.
+    pub pose: Pose2,
+    /// Inverse covariance of the pose.
+    pub information: Matrix3<f64>,
+    /// How well it fits, 0 to 1.
+    pub score: f64,
+    pub agreement: Agreement,
+}
+
+/// Looks for a stretch in another one.
+pub fn find(
+    reference: &Submap,
+    query: &Submap,
+    guess: &Pose2,
+    window: Window,
+    params: &RefineParams,
+) -> Option<Found> {
+    let mut search = Search::new(&reference.pyramid, &query.few, *guess, window);
+    let peak = search.run(params.least_score, None)?;
+    let aligned = settle(reference, query, &peak.pose);
+    let weak = weakest(&reference.points);
+    let agreement = Agreement::of(reference, query, &aligned.pose, weak);
+    let wide = window.half_m > params.narrow_m;
+    let least = if wide { params.least_agreement_wide } else { params.least_agreement };
+    if agreement.share < least || agreement.overlap < params.least_overlap {
+        return None;
+    }
+    let mut information = aligned.sums.information;
+    if agreement.along_points < params.along_points {
+        if wide {
+            return None; // the same corridor, perhaps, but who knows where
+        }
+        information = without(&information, Vector3::new(f64::from(weak[0]), f64::from(weak[1]), 0.0));
+    } else if agreement.along < params.least_along {
+        return None;
+    }
+    let information = known_with_floor(&information, params);
+    Some(Found { pose: aligned.pose, information, score: agreement.share, agreement })
+}
+
+fn settle(reference: &Submap, query: &Submap, pose: &Pose2) -> Aligned {
+    let held = Matrix3::from_diagonal(&Vector3::new(25.0, 25.0, 400.0));
+    align(&reference.surfaces, &query.points, pose, &held, &[0.3, 0.2, 0.1, 0.1, 0.05, 0.05, 0.05, 0.05])
+}
+
+/// Information that is left when a direction is not known.
+fn without(information: &Matrix3<f64>, direction: Vector3<f64>) -> Matrix3<f64> {
+    let direction = direction.normalize();
+    let held = information * direction;
+    let along = direction.dot(&held);
+    if along <= 0.0 { *information } else { information - held * held.transpose() / along }
+}
+
+/// With the floor's error on top, where nothing may be known along some direction.
+fn known_with_floor(information: &Matrix3<f64>, params: &RefineParams) -> Matrix3<f64> {
+    const LEAST: f64 = 1e-3;
+    let known = information + Matrix3::identity() * LEAST;
+    with_floor(&known, &[params.floor_m, params.floor_m, params.floor_rad])
+}
+
+/// How two stretches agree at a pose.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Agreement {
+    /// Of the points that lie where the other stretch looked, the share that it explains; the smaller of both ways.
+    pub share: f64,
+    /// The same of the points whose surfaces face along the direction that is known least: a corridor's door jambs and ends.
+    pub along: f64,
+    /// How many such points there are to tell.
+    pub along_points: usize,
+    /// Share of all points that the other stretch explains; the larger of both ways.
+    pub overlap: f64,
+}
+
+impl Agreement {
+    /// At a pose of `query` in `reference`; `weak` is the direction known least, in the reference's axes.
+    fn of(reference: &Submap, query: &Submap, pose: &Pose2, weak: [f32; 2]) -> Self {
+        let back = pose.inverse();
+        let (sin, cos) = back.theta_rad.sin_cos();
+        let (sin, cos) = (sin as f32, cos as f32);
+        let turned = [cos * weak[0] - sin * weak[1], sin * weak[0] + cos * weak[1]];
+        let one = Tally::of(reference, &query.points, pose, weak);
+        let other = Tally::of(query, &reference.points, &back, turned);
+        Self {
+            share: one.all.share().min(other.all.share()),
+            along: one.along.share().min(other.along.share()),
+            along_points: one.along.judged().min(other.along.judged()),
+            overlap: one.overlap().max(other.overlap()),
+        }
+    }
+}
+
+/// Points of one kind, counted.
+#[derive(Clone, Copy, Debug, Default)]
+struct Votes {
+    explained: usize,
+    contradicted: usize,
+}
+
+impl Votes {
+    fn judged(&self) -> usize {
+        self.explained + self.contradicted
+    }
+
+    fn share(&self) -> f64 {
+        self.explained as f64 / self.judged().max(1) as f64
+    }
+}
+
+/// What a stretch says of another one's points.
+#[derive(Clone, Copy, Debug, Default)]
+struct Tally {
+    all: Votes,
+    along: Votes,
+    points: usize,
+}
+
+/// A point this close to a surface is explained, metres.
+const EXPLAINED_M: f32 = 0.1;
+/// A point farther from every surface than this, and not in free space, lies where nobody looked, metres.
+const DISPLACED_M: f32 = 0.3;
+
+impl Tally {
+    fn of(submap: &Submap, points: &[OutlinePoint], pose: &Pose2, weak: [f32; 2]) -> Self {
+        let (sin, cos) = pose.theta_rad.sin_cos();
+        let (turn, shift_m) = ((sin as f32, cos as f32), [pose.x_m as f32, pose.y_m as f32]);
+        let mut tally = Self { points: points.len(), ..Self::default() };
+        for point in points {
+            let point = placed(point, turn, shift_m);
+            let is_along = (point.normal[0] * weak[0] + point.normal[1] * weak[1]).abs() > 0.7;
+            let explained = submap.surfaces.nearest(&point, EXPLAINED_M).is_some();
+            // Beside a surface, not on it: a wall that has moved.
+            let contradicted = !explained
+                && (submap.free.is_free(point.at_m)
+                    || submap.surfaces.nearest(&point, DISPLACED_M).is_some());
+            for votes in [Some(&mut tally.all), is_along.then_some(&mut tally.along)].into_iter().flatten() {
+                votes.explained += usize::from(explained);
+                votes.contradicted += usize::from(contradicted);
+            }
+        }
+        tally
+    }
+
+    fn overlap(&self) -> f64 {
+        self.all.explained as f64 / self.points.max(1) as f64
+    }
+}
+
+/// The direction of the plane that the points' normals say least of.
+fn weakest(points: &[OutlinePoint]) -> [f32; 2] {
+    let (mut difference, mut product) = (0.0_f32, 0.0_f32);
+    for point in points {
+        difference += point.normal[0] * point.normal[0] - point.normal[1] * point.normal[1];
+        product += 2.0 * point.normal[0] * point.normal[1];
+    }
+    // Half the angle of the sum of doubled normals is the strongest direction.
+    let angle = 0.5 * product.atan2(difference) + std::f32::consts::FRAC_PI_2;
+    [angle.cos(), angle.sin()]
+}

@@ -1,0 +1,58 @@
+//! Which loops to believe: graduated non-convexity over the truncated squares of their errors (Yang et al. 2020), after Black and
+//! Rangarajan. Steps of the chain always count; a loop that the others contradict ends with weight zero, wherever one begins.
+
+use biplane_matcher::Pose2;
+
+use super::graph::{self, Edge};
+
+/// A loop whose squared Mahalanobis distance is larger than this is false: 99.9 % of the true ones with three degrees of freedom.
+const LARGEST_SQUARED: f64 = 16.3;
+/// The surrogate comes so much closer to the truncated square each round.
+const GRADUATION: f64 = 1.6;
+/// Rounds at most.
+const ROUNDS: usize = 40;
+
+/// Poses that fit chain and loops, and a weight for each loop, 0 or 1 but for doubtful ones.
+pub fn optimise(poses: &mut [Pose2], chain: &[Edge], loops: &[Edge]) -> Vec<f64> {
+    if loops.is_empty() {
+        return Vec::new();
+    }
+    let edges: Vec<Edge> = chain.iter().chain(loops).copied().collect();
+    let structure = graph::structure(poses.len(), &edges);
+    let mut weights = vec![1.0; edges.len()];
+    let start = poses.to_vec();
+    graph::optimise(poses, &edges, &weights, &structure);
+    let largest = loops.iter().map(|edge| edge.squared(poses)).fold(0.0, f64::max);
+    if largest <= LARGEST_SQUARED {
+        return weights.split_off(chain.len());
+    }
+    // The first weights come from the poses before any loop pulled: a single grossly false loop bends everything.
+    let mut control = LARGEST_SQUARED / (2.0 * largest - LARGEST_SQUARED);
+    for _ in 0..ROUNDS {
+        let mut decided = true;
+        for (weight, edge) in weights[chain.len()..].iter_mut().zip(loops) {
+            *weight = weight_of(edge.squared(poses), control);
+            decided &= *weight == 0.0 || *weight == 1.0;
+        }
+        poses.copy_from_slice(&start);
+        graph::optimise(poses, &edges, &weights, &structure);
+        if decided {
+            break;
+        }
+        control *= GRADUATION;
+    }
+    weights.split_off(chain.len())
+}
+
+/// The weight of the surrogate of the truncated square.
+fn weight_of(squared: f64, control: f64) -> f64 {
+    let above = (control + 1.0) / control * LARGEST_SQUARED;
+    let below = control / (control + 1.0) * LARGEST_SQUARED;
+    if squared >= above {
+        0.0
+    } else if squared <= below {
+        1.0
+    } else {
+        (LARGEST_SQUARED * control * (control + 1.0) / squared).sqrt() - control
+    }
+}

@@ -1,0 +1,159 @@
+//! Where the points of one stretch lie best in another's grid: every place and heading of a window, by branch and bound (Olson 2009;
+//! Hess, Kohler, Rapp and Andor 2016). Finds the best cell of the window for certain, or that none is good enough.
+
+use biplane_matcher::Pose2;
+
+use super::outline::OutlinePoint;
+use super::submap::{LEVELS, Pyramid};
+
+/// Where to look, around a guess.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Window {
+    /// So far along x and y, metres.
+    pub half_m: f64,
+    /// So far in heading, radians.
+    pub half_rad: f64,
+}
+
+/// A place that was found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Peak {
+    /// The points' frame in the grid's.
+    pub pose: Pose2,
+    /// Mean value of the points there, 0 to 1.
+    pub score: f64,
+}
+
+/// A heading that is tried: the points' cells before they are shifted.
+struct Turned {
+    theta_rad: f64,
+    cells: Vec<[i64; 2]>,
+}
+
+/// A square of shifts at one heading.
+#[derive(Clone, Copy)]
+struct Branch {
+    bound: u32,
+    turned: usize,
+    shift: [i64; 2],
+}
+
+/// One search.
+pub struct Search<'a> {
+    pyramid: &'a Pyramid,
+    turned: Vec<Turned>,
+    guess: Pose2,
+    half: i64,
+    points: usize,
+    /// Nothing within 1 m and 15 degrees of it counts.
+    besides: Option<Pose2>,
+    best: Option<Branch>,
+    floor: u32,
+}
+
+impl<'a> Search<'a> {
+    /// A search for points of the given outline around a guess.
+    pub fn new(pyramid: &'a Pyramid, points: &[OutlinePoint], guess: Pose2, window: Window) -> Self {
+        let reach_m = points.iter().map(|point| point.at_m[0].hypot(point.at_m[1])).fold(1.0, f32::max);
+        // The farthest points move by a cell from one heading to the next.
+        let step_rad = f64::from(pyramid.cell_m / reach_m.min(12.0));
+        let half_rad = window.half_rad.min(std::f64::consts::PI);
+        let steps = (half_rad / step_rad).ceil() as i64;
+        let turned = |step: i64| {
+            let theta_rad = guess.theta_rad + step as f64 * step_rad;
+            let (sin, cos) = theta_rad.sin_cos();
+            let cell = |point: &OutlinePoint| {
+                let [x, y] = point.at_m.map(f64::from);
+                [guess.x_m + cos * x - sin * y, guess.y_m + sin * x + cos * y]
+                    .map(|value| (value / f64::from(pyramid.cell_m)).floor() as i64)
+            };
+            Turned { theta_rad, cells: points.iter().map(cell).collect() }
+        };
+        Self {
+            pyramid,
+            turned: (-steps..=steps).map(turned).collect(),
+            guess,
+            half: (window.half_m / f64::from(pyramid.cell_m)).ceil() as i64,
+            points: points.len(),
+            besides: None,
+            best: None,
+            floor: 0,
+        }
+    }
+
+    /// The best place whose score is above `least`, apart from the surroundings of `besides`.
+    pub fn run(&mut self, least: f64, besides: Option<Pose2>) -> Option<Peak> {
+        (self.besides, self.best) = (besides, None);
+        let whole = 255.0 * self.points as f64;
+        self.floor = (least * whole) as u32;
+        let level = (0..=LEVELS).rev().find(|level| 1 << level <= self.half.max(1)).unwrap_or(0);
+        let side = 1_i64 << level;
+        let mut branches = Vec::new();
+        for turned in 0..self.turned.len() {
+            for y in (-self.half..=self.half).step_by(side as usize) {
+                for x in (-self.half..=self.half).step_by(side as usize) {
+                    self.push(&mut branches, level, turned, [x, y]);
+                }
+            }
+        }
+        branches.sort_by_key(|branch| std::cmp::Reverse(branch.bound));
+        for branch in branches {
+            self.descend(level, branch);
+        }
+        self.best.map(|best| Peak { pose: self.pose(&best), score: f64::from(best.bound) / whole })
+    }
+
+    fn push(&self, branches: &mut Vec<Branch>, level: usize, turned: usize, shift: [i64; 2]) {
+        if shift[0] > self.half || shift[1] > self.half {
+            return;
+        }
+        let bound = self.bound(level, turned, shift);
+        if bound > self.floor {
+            branches.push(Branch { bound, turned, shift });
+        }
+    }
+
+    fn bound(&self, level: usize, turned: usize, shift: [i64; 2]) -> u32 {
+        let cells = &self.turned[turned].cells;
+        cells
+            .iter()
+            .map(|cell| u32::from(self.pyramid.bound(level, [cell[0] + shift[0], cell[1] + shift[1]])))
+            .sum()
+    }
+
+    fn pose(&self, branch: &Branch) -> Pose2 {
+        let cell_m = f64::from(self.pyramid.cell_m);
+        let [x, y] = branch.shift.map(|shift| shift as f64 * cell_m);
+        Pose2::new(self.guess.x_m + x, self.guess.y_m + y, self.turned[branch.turned].theta_rad)
+    }
+
+    fn descend(&mut self, level: usize, branch: Branch) {
+        if branch.bound <= self.floor {
+            return;
+        }
+        if level == 0 {
+            if !self.is_beside(&branch) {
+                (self.floor, self.best) = (branch.bound, Some(branch));
+            }
+            return;
+        }
+        let side = 1_i64 << (level - 1);
+        let mut branches = Vec::with_capacity(4);
+        for (x, y) in [(0, 0), (side, 0), (0, side), (side, side)] {
+            self.push(&mut branches, level - 1, branch.turned, [branch.shift[0] + x, branch.shift[1] + y]);
+        }
+        branches.sort_by_key(|branch| std::cmp::Reverse(branch.bound));
+        for branch in branches {
+            self.descend(level - 1, branch);
+        }
+    }
+
+    /// Whether it lies in the surroundings that do not count.
+    fn is_beside(&self, branch: &Branch) -> bool {
+        self.besides.is_some_and(|known| {
+            let pose = self.pose(branch);
+            (pose.x_m - known.x_m).hypot(pose.y_m - known.y_m) < 1.0
+                && biplane_matcher::wrap_angle(pose.theta_rad - known.theta_rad).abs() < 0.26
+        })
+    }
+}

@@ -1,0 +1,115 @@
+//! How well the graph knows one pose from another: covariances added up along the surest way between them (Dijkstra).
+//!
+//! The surest single way, not all ways together, so what it says is never too little. Covariances are of (x, y) along the axes of the
+//! pose that one starts at, and the turn.
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use biplane_matcher::Pose2;
+use nalgebra::Matrix3;
+
+use super::graph::Edge;
+
+/// Heading counts as much as position this far off, metres.
+const LEVER_M: f64 = 5.0;
+
+/// Steps of a graph with their covariances, by pose.
+#[derive(Clone, Debug)]
+pub struct Ways {
+    steps: Vec<Vec<(usize, Pose2, Matrix3<f64>)>>,
+}
+
+/// What is known of a pose.
+#[derive(Clone, Copy, Debug)]
+pub struct Known {
+    /// Covariance seen from the start.
+    pub covariance: Matrix3<f64>,
+    /// Length of the way there, metres.
+    pub way_m: f64,
+}
+
+#[derive(PartialEq)]
+struct Reached {
+    cost: f64,
+    pose: usize,
+}
+
+impl Eq for Reached {}
+
+impl Ord for Reached {
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.cost.total_cmp(&self.cost).then_with(|| other.pose.cmp(&self.pose))
+    }
+}
+
+impl PartialOrd for Reached {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ways {
+    /// The ways of a graph.
+    pub fn new<'a>(count: usize, edges: impl Iterator<Item = &'a Edge>) -> Self {
+        let mut steps = vec![Vec::new(); count];
+        for edge in edges {
+            let Some(factors) = (edge.information + Matrix3::identity() * 1e-6).cholesky() else { continue };
+            let covariance = factors.inverse();
+            steps[edge.from].push((edge.to, edge.measured, covariance));
+            let (pose, covariance) = reversed(&edge.measured, &covariance);
+            steps[edge.to].push((edge.from, pose, covariance));
+        }
+        Self { steps }
+    }
+
+    /// What is known of every pose seen from `start`; `None` for those that no way leads to.
+    pub fn from(&self, start: usize) -> Vec<Option<Known>> {
+        let mut known: Vec<Option<Known>> = vec![None; self.steps.len()];
+        let mut best: Vec<Option<(Pose2, Known)>> = vec![None; self.steps.len()];
+        best[start] = Some((Pose2::IDENTITY, Known { covariance: Matrix3::zeros(), way_m: 0.0 }));
+        let mut queue = BinaryHeap::from([Reached { cost: 0.0, pose: start }]);
+        while let Some(Reached { pose: at, .. }) = queue.pop() {
+            let Some((pose, here)) = best[at].filter(|_| known[at].is_none()) else { continue };
+            known[at] = Some(here);
+            for (to, step, more) in &self.steps[at] {
+                if known[*to].is_some() {
+                    continue;
+                }
+                let (reached, covariance) = joined((&pose, &here.covariance), (step, more));
+                let cost = cost(&covariance);
+                if best[*to].as_ref().is_none_or(|(_, held)| cost < self::cost(&held.covariance)) {
+                    best[*to] = Some((reached, Known { covariance, way_m: here.way_m + step.distance_m() }));
+                    queue.push(Reached { cost, pose: *to });
+                }
+            }
+        }
+        known
+    }
+}
+
+fn cost(covariance: &Matrix3<f64>) -> f64 {
+    covariance[(0, 0)] + covariance[(1, 1)] + LEVER_M * LEVER_M * covariance[(2, 2)]
+}
+
+/// Two steps after each other.
+pub fn joined(
+    (first, one): (&Pose2, &Matrix3<f64>),
+    (second, other): (&Pose2, &Matrix3<f64>),
+) -> (Pose2, Matrix3<f64>) {
+    let whole = *first * *second;
+    let arm = [whole.x_m - first.x_m, whole.y_m - first.y_m];
+    let a = Matrix3::new(1.0, 0.0, -arm[1], 0.0, 1.0, arm[0], 0.0, 0.0, 1.0);
+    let (sin, cos) = first.theta_rad.sin_cos();
+    let b = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
+    (whole, a * one * a.transpose() + b * other * b.transpose())
+}
+
+/// The same step the other way.
+pub fn reversed(step: &Pose2, covariance: &Matrix3<f64>) -> (Pose2, Matrix3<f64>) {
+    let back = step.inverse();
+    let (sin, cos) = step.theta_rad.sin_cos();
+    // x' = -R^T x, and the turn swings it.
+    let jacobian = Matrix3::new(-cos, -sin, back.y_m, sin, -cos, -back.x_m, 0.0, 0.0, -1.0);
+    (back, jacobian * covariance * jacobian.transpose())
+}
