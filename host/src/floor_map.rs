@@ -58,8 +58,23 @@ pub fn draw(
     trajectory: &Trajectory,
     params: &FloorMapParams,
 ) -> Result<OccupancyGrid, RunError> {
-    let laser = run.rig()?.horizontal;
     let mut grid = OccupancyGrid::new(params.grid);
+    draw_into(&mut grid, run, poses, trajectory, params)?;
+    Ok(grid)
+}
+
+/// Draws the horizontal scans of one run more into a map.
+///
+/// # Errors
+/// As [`draw`].
+pub fn draw_into(
+    grid: &mut OccupancyGrid,
+    run: &Run,
+    poses: &[Option<StampedPose>],
+    trajectory: &Trajectory,
+    params: &FloorMapParams,
+) -> Result<(), RunError> {
+    let laser = run.rig()?.horizontal;
     let mut drawn: Option<StampedPose> = None;
     let mut poses = poses.iter();
     let mut fan: Option<(Geometry, Fan)> = None;
@@ -78,8 +93,7 @@ pub fn draw(
         rays.clear();
         rays.extend(rays_of(&scan, fan, pose, trajectory));
         grid.add_scan(&rays);
-    })?;
-    Ok(grid)
+    })
 }
 
 /// What a fan depends on.

@@ -4,6 +4,8 @@
 //! a loop that they find makes the others' windows narrow. In a wide window much looks alike, so a loop found there needs others,
 //! of other stretches, that agree with it within what the way between them allows.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use biplane_matcher::{Pose2, wrap_angle};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
@@ -85,7 +87,9 @@ pub struct Closing<'a> {
     /// Whether each is believed.
     pub believed: Vec<bool>,
     /// What was searched, and around which guess.
-    tried: std::collections::BTreeMap<[usize; 2], (Pose2, f64)>,
+    tried: BTreeMap<[usize; 2], (Pose2, f64)>,
+    /// Loops whose company was looked for, and those found so.
+    sought: BTreeSet<[usize; 2]>,
     /// Pairs searched.
     pub searched: usize,
     /// See [`super::LoopParams::spoilt_share`].
@@ -97,10 +101,19 @@ struct Pair {
     stretches: [usize; 2],
     guess: Pose2,
     window: Window,
+    /// How widely the place was searched before: a guess that comes from a loop found in a wide window is as doubtful as that.
+    doubt_m: f64,
 }
 
 /// Up to this window one other loop is company enough, metres.
 const NARROW_M: f64 = 4.0;
+/// Stretches before and after the two of a loop.
+const BESIDE: [(isize, isize); 8] = [(0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (-1, -1), (1, -1), (-1, 1)];
+/// Around where a loop says that they are, metres and radians.
+const BESIDE_M: f64 = 0.8;
+const BESIDE_RAD: f64 = 0.1;
+/// So many points that tell where along a corridor one is are many.
+const RICH: usize = 150;
 /// Windows beyond this are searched sparingly, metres.
 const WIDE_M: f64 = 4.0;
 /// Pairs between two savings of what was found.
@@ -115,7 +128,7 @@ impl<'a> Closing<'a> {
         poses: Vec<Pose2>,
         (params, refine): (CandidateParams, RefineParams),
     ) -> Self {
-        let tried = std::collections::BTreeMap::new();
+        let tried = BTreeMap::new();
         Self {
             submaps,
             recording_of,
@@ -126,6 +139,7 @@ impl<'a> Closing<'a> {
             loops: vec![],
             believed: vec![],
             tried,
+            sought: BTreeSet::new(),
             searched: 0,
             spoilt_share: 0.0,
         }
@@ -138,15 +152,8 @@ impl<'a> Closing<'a> {
             let pairs = self.pairs(widest_m);
             let before = self.believed_count();
             self.search(&pairs, checkpoint, progress);
+            self.seek_company(checkpoint, progress);
             self.believe();
-            if std::env::var_os("LP").is_some() {
-                eprintln!(
-                    "widest {widest_m} pairs {} loops {} believed {}",
-                    pairs.len(),
-                    self.loops.len(),
-                    self.believed_count()
-                );
-            }
             if self.believed_count() <= before || pairs.is_empty() {
                 if widest_m >= self.params.widest_m {
                     return;
@@ -176,17 +183,23 @@ impl<'a> Closing<'a> {
         for query in (0..self.submaps.len()).step_by(2) {
             for other in (0..query).step_by(2) {
                 if group_of(query) != group_of(other) && !self.tried.contains_key(&[other, query]) {
-                    pairs.push(Pair { stretches: [other, query], guess: Pose2::IDENTITY, window });
+                    pairs.push(Pair {
+                        stretches: [other, query],
+                        guess: Pose2::IDENTITY,
+                        window,
+                        doubt_m: f64::INFINITY,
+                    });
                 }
             }
         }
         self.search(&pairs, checkpoint, progress);
+        self.seek_company(checkpoint, progress);
         let edges = self.edges();
         let company = self.company(&edges);
         let apart = |edge: &Edge| group_of(edge.from) != group_of(edge.to);
         let best = (0..edges.len()).filter(|&at| apart(&edges[at]) && company[at] >= 2).max_by(|&a, &b| {
-            (company[a], self.loops[a].found.score)
-                .partial_cmp(&(company[b], self.loops[b].found.score))
+            (company[a], self.loops[a].found.agreement.share)
+                .partial_cmp(&(company[b], self.loops[b].found.agreement.share))
                 .unwrap_or(std::cmp::Ordering::Equal)
         });
         let Some(best) = best else { return false };
@@ -211,19 +224,25 @@ impl<'a> Closing<'a> {
         for batch in pairs.chunks(BATCH) {
             let known: &Checkpoint = checkpoint;
             let answer = |pair: &Pair| {
-                let asked = Asked::new(pair.stretches, &pair.guess, pair.window);
+                let asked = Asked::new(pair.stretches, &pair.guess, pair.window, pair.doubt_m);
                 if let Some(found) = known.answer(&asked) {
                     return (asked, found);
                 }
                 let [a, b] = pair.stretches;
-                (asked, find(&self.submaps[a], &self.submaps[b], &pair.guess, pair.window, &self.refine))
+                (asked, find(
+                    &self.submaps[a],
+                    &self.submaps[b],
+                    &pair.guess,
+                    (pair.window, pair.doubt_m),
+                    &self.refine,
+                ))
             };
             let answers: Vec<(Asked, Option<Found>)> = batch.par_iter().map(answer).collect();
             for (pair, (_, found)) in batch.iter().zip(&answers) {
                 self.tried.insert(pair.stretches, (pair.guess, pair.window.half_m));
                 if let Some(found) = *found {
                     let found = spoilt(found, pair, self.loops.len(), self.spoilt_share);
-                    self.loops.push(Loop { stretches: pair.stretches, found, half_m: pair.window.half_m });
+                    self.loops.push(Loop { stretches: pair.stretches, found, half_m: pair.window.half_m.max(pair.doubt_m) });
                 }
             }
             checkpoint.add(&answers);
@@ -288,7 +307,7 @@ impl<'a> Closing<'a> {
             }
         }
         let half_rad = self.params.sigmas * covariance[(2, 2)].sqrt() + 0.03;
-        Some((away_m, Pair { stretches: [other, query], guess, window: Window { half_m, half_rad } }))
+        Some((away_m, Pair { stretches: [other, query], guess, window: Window { half_m, half_rad }, doubt_m: half_m }))
     }
 
     fn edges(&self) -> Vec<Edge> {
@@ -314,6 +333,34 @@ impl<'a> Closing<'a> {
         }
     }
 
+    /// For loops that need company: the stretches before and after are looked for where the loop says that they are.
+    fn seek_company(&mut self, checkpoint: &mut Checkpoint, progress: &mut dyn FnMut(usize, usize)) {
+        let mut pairs: Vec<Pair> = Vec::new();
+        let needy = self.loops.iter().filter(|found| found.half_m > self.params.alone_up_to_m);
+        for found in needy.filter(|found| !self.sought.contains(&found.stretches)) {
+            let [a, b] = found.stretches;
+            for (da, db) in BESIDE {
+                let (Some(one), Some(two)) = (a.checked_add_signed(da), b.checked_add_signed(db)) else { continue };
+                let is_there = |stretch: usize, of: usize| {
+                    stretch < self.submaps.len() && self.recording_of[stretch] == self.recording_of[of]
+                };
+                let known = self.loops.iter().any(|other| other.stretches == [one, two])
+                    || pairs.iter().any(|pair| pair.stretches == [one, two]);
+                if known || !is_there(one, a) || !is_there(two, b) || one >= two {
+                    continue;
+                }
+                let guess = self.poses[one].between(&self.poses[a])
+                    * found.found.pose
+                    * self.poses[b].between(&self.poses[two]);
+                let window = Window { half_m: BESIDE_M, half_rad: BESIDE_RAD };
+                pairs.push(Pair { stretches: [one, two], guess, window, doubt_m: found.half_m });
+            }
+        }
+        self.sought.extend(self.loops.iter().map(|found| found.stretches));
+        self.search(&pairs, checkpoint, progress);
+        self.sought.extend(pairs.iter().map(|pair| pair.stretches));
+    }
+
     /// Whether a loop is narrow, or others agree with it.
     fn in_company(&self, edges: &[Edge]) -> Vec<bool> {
         let needed = |at: usize| match self.loops[at].half_m {
@@ -321,7 +368,9 @@ impl<'a> Closing<'a> {
             half_m if half_m <= NARROW_M => 1,
             _ => 2,
         };
-        self.company(edges).into_iter().enumerate().map(|(at, agreeing)| agreeing >= needed(at)).collect()
+        // A place with much to tell it by is company to itself.
+        let own = |at: usize| usize::from(self.loops[at].found.agreement.along_points >= RICH);
+        self.company(edges).into_iter().enumerate().map(|(at, agreeing)| agreeing + own(at) >= needed(at)).collect()
     }
 
     /// How many other loops agree with each.

@@ -1,7 +1,8 @@
 //! From node to node: what the recording, the scans and the odometry say of each step, as edges.
 //!
-//! A step is the scan's place among the scans of the last metres, held by the recorded poses. Where these jump (the onboard matcher
-//! found back to places it had mapped before drifting) the odometry holds instead: a jump is no motion.
+//! A step is the scan's place among the scans of the last metres, held by the recorded poses. Where these contradict the odometry
+//! (the onboard matcher found back to places it had mapped before drifting, which is no motion; or the odometry slipped) both are
+//! tried, and the scan tells which it was.
 
 use biplane_matcher::{Pose2, wrap_angle};
 use nalgebra::{Matrix3, Vector3};
@@ -30,7 +31,7 @@ pub struct ChainParams {
 impl Default for ChainParams {
     fn default() -> Self {
         Self {
-            behind: 3,
+            behind: 8,
             position_m_per_m: 0.02,
             heading_rad_per_root_m: 0.005,
             floor_m: 0.003,
@@ -57,26 +58,43 @@ fn step(nodes: &[Node], at: usize, params: &ChainParams) -> (Pose2, Matrix3<f64>
     let (last, node) = (&nodes[at - 1], &nodes[at]);
     let recorded = last.recorded.between(&node.recorded);
     let odometry = match (&last.odometry, &node.odometry) {
-        (Some(last), Some(now)) => Some(last.between(now)),
+        (Some(last), Some(now)) => Some(last.between(now)).filter(|odometry| is_jump(&recorded, odometry)),
         _ => None,
     };
-    let (prior, sigma) = match odometry {
-        Some(odometry) if is_jump(&recorded, &odometry) => (odometry, odometry_sigma(&odometry)),
-        _ => (recorded, recorded_sigma(&recorded, params)),
-    };
-    let held = information(&sigma);
     let from = at.saturating_sub(params.behind);
     let near = nodes[from..at].iter().map(|node| (last.recorded.between(&node.recorded), &node.outline));
     let surfaces = Surfaces::new(&merged(near));
-    let found = align(&surfaces, &node.outline.points, &prior, &held, &[0.2, 0.1, 0.05, 0.05, 0.05]);
+    let lay = |prior: &Pose2, sigma: &[f64; 3]| {
+        align(&surfaces, &node.outline.points, prior, &information(sigma), &SCALES_M)
+    };
+    let sigma = recorded_sigma(&recorded, params);
+    let found = lay(&recorded, &sigma);
+    // Odometry and recorded pose contradict each other: either may be wrong, and the scan tells which.
+    let other = odometry.map(|odometry| (lay(&odometry, &odometry_sigma(&odometry)), odometry));
+    let (prior, sigma, found) = match other {
+        Some((other, odometry)) if other.sums.share() > found.sums.share() + CLEARLY => {
+            (odometry, odometry_sigma(&odometry), other)
+        }
+        _ => (recorded, sigma, found),
+    };
     let away = difference(&found.pose, &prior);
-    if found.sums.share() < 0.5 || away.dot(&(held * away)) > 40.0 {
+    let held = information(&sigma);
+    if found.sums.share() < LEAST_SHARE || away.dot(&(held * away)) > FARTHEST_SQUARED {
         return (prior, information(&[2.0 * sigma[0] + 0.02, 2.0 * sigma[1] + 0.02, 2.0 * sigma[2] + 0.01]));
     }
     let known = found.sums.information + held;
     let drift = recorded_sigma(&found.pose, params);
     (found.pose, with_floor(&known, &drift))
 }
+
+/// Scales of the residuals' weights, iteration by iteration, metres.
+const SCALES_M: [f32; 5] = [0.2, 0.1, 0.05, 0.05, 0.05];
+/// The odometry's step has to explain so much more of the scan than the recorded one.
+const CLEARLY: f64 = 0.1;
+/// A scan of which less is explained by those before it says nothing.
+const LEAST_SHARE: f64 = 0.5;
+/// A scan that is drawn farther from what was expected was drawn astray: squared Mahalanobis distance.
+const FARTHEST_SQUARED: f64 = 40.0;
 
 fn is_jump(recorded: &Pose2, odometry: &Pose2) -> bool {
     let [x, y, turn] = odometry_sigma(odometry);

@@ -12,24 +12,24 @@ use std::path::Path;
 use biplane_matcher::Pose2;
 use nalgebra::Matrix3;
 
-use super::refine::Found;
+use super::refine::{Agreement, Found};
 use super::search::Window;
 
 /// What was asked: which stretches, around which guess, in which window; numbers by their bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Asked([u64; 7]);
+pub struct Asked([u64; 8]);
 
 impl Asked {
     /// The question of a search.
-    pub fn new(stretches: [usize; 2], guess: &Pose2, window: Window) -> Self {
+    pub fn new(stretches: [usize; 2], guess: &Pose2, window: Window, doubt_m: f64) -> Self {
         let [a, b] = stretches.map(|number| number as u64);
         let [x, y, t] = [guess.x_m, guess.y_m, guess.theta_rad].map(f64::to_bits);
-        Self([a, b, x, y, t, window.half_m.to_bits(), window.half_rad.to_bits()])
+        Self([a, b, x, y, t, window.half_m.to_bits(), window.half_rad.to_bits(), doubt_m.to_bits()])
     }
 }
 
-/// Numbers of a found loop: pose, information row by row, score.
-const FOUND: usize = 13;
+/// Numbers of a found loop: pose, information row by row, agreement.
+const FOUND: usize = 16;
 
 /// See the module's text.
 #[derive(Debug, Default)]
@@ -97,16 +97,20 @@ fn line((asked, found): &(Asked, Option<Found>)) -> String {
     if let Some(found) = found {
         let pose = [found.pose.x_m, found.pose.y_m, found.pose.theta_rad];
         let rows = found.information.transpose();
-        let all = pose.into_iter().chain(rows.iter().copied()).chain([found.score]);
+        let all = pose.into_iter().chain(rows.iter().copied()).chain(of_agreement(&found.agreement));
         numbers.extend(all.map(f64::to_bits));
     }
     let texts: Vec<String> = numbers.iter().map(u64::to_string).collect();
     format!("[{}]", texts.join(","))
 }
 
+fn of_agreement(agreement: &Agreement) -> [f64; 4] {
+    [agreement.share, agreement.along, agreement.along_points as f64, agreement.overlap]
+}
+
 fn parse(line: &str) -> Option<(Asked, Option<Found>)> {
     let numbers: Vec<u64> = serde_json::from_str(line).ok()?;
-    let (asked, rest) = numbers.split_first_chunk::<7>()?;
+    let (asked, rest) = numbers.split_first_chunk::<8>()?;
     let found = match rest.len() {
         0 => None,
         FOUND => {
@@ -114,8 +118,7 @@ fn parse(line: &str) -> Option<(Asked, Option<Found>)> {
             Some(Found {
                 pose: Pose2::new(values[0], values[1], values[2]),
                 information: Matrix3::from_row_slice(&values[3..12]),
-                score: values[12],
-                agreement: Default::default(),
+                agreement: Agreement { share: values[12], along: values[13], along_points: values[14] as usize, overlap: values[15] },
             })
         }
         _ => return None,

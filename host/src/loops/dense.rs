@@ -58,10 +58,6 @@ pub fn refine(
         );
         let weights = vec![1.0; edges.len()];
         let structure = graph::structure(poses.len(), &edges);
-        if std::env::var_os("LP").is_some() {
-            let squared: f64 = edges.iter().map(|edge| edge.squared(poses)).sum();
-            eprintln!("dense {round}: {} edges, chi2 {squared:.1}", edges.len());
-        }
         for _ in 0..3 {
             if graph::step(poses, &edges, &weights, &structure).is_none_or(|largest| largest < 1e-4) {
                 break;

@@ -94,10 +94,8 @@ pub struct LoopFound {
     pub pose: Pose2,
     /// How far around the guess was searched, metres.
     pub half_m: f64,
-    /// How well it fits, 0 to 1.
-    pub score: f64,
+    /// How well it fits.
     pub agreement: refine::Agreement,
-    pub weak: f64,
     /// Whether the others agree with it.
     pub believed: bool,
 }
@@ -147,6 +145,7 @@ pub fn optimise(
     let structure = graph::structure(poses.len(), &all);
     graph::optimise(&mut poses, &all, &vec![1.0; all.len()], &structure);
     let groups = closing.groups(runs.len());
+    let is_closed = closed(&closing, &groups);
     let group_of: Vec<usize> =
         runs.iter().zip(&groups).flat_map(|(run, group)| run.clone().map(|_| *group)).collect();
     dense::refine(&nodes, &mut poses, &chain, &group_of, &params.dense, &mut |round| {
@@ -156,12 +155,7 @@ pub fn optimise(
         nodes: found.stretches.map(|stretch| submaps[stretch].middle),
         pose: found.found.pose,
         half_m: found.half_m,
-        score: found.found.score,
         agreement: found.found.agreement,
-        weak: {
-            let e = found.found.information.fixed_view::<2, 2>(0, 0).symmetric_eigenvalues();
-            1.0 / e.min().sqrt()
-        },
         believed,
     });
     let counts = Counts {
@@ -171,12 +165,27 @@ pub fn optimise(
         loops_found: closing.loops.len(),
         loops: loops.len(),
     };
+    let of_run = |(run, closed): (&Range<usize>, &bool)| match closed {
+        true => poses[run.clone()].to_vec(),
+        false => nodes[run.clone()].iter().map(|node| node.recorded).collect(),
+    };
     Optimised {
-        poses: runs.iter().map(|run| poses[run.clone()].to_vec()).collect(),
+        poses: runs.iter().zip(&is_closed).map(of_run).collect(),
         groups,
         loops: found.collect(),
         counts,
     }
+}
+
+/// Whether a recording is part of any loop. One without keeps its recorded poses: nothing says where they would be wrong.
+fn closed(closing: &Closing<'_>, groups: &[usize]) -> Vec<bool> {
+    let mut closed = vec![false; groups.len()];
+    for edge in closing.believed_edges(|stretch| closing.recording_of[stretch]) {
+        closed[edge.from] = true;
+        closed[edge.to] = true;
+    }
+    let group_is = |group: usize| groups.iter().zip(&closed).any(|(of, closed)| *of == group && *closed);
+    groups.iter().map(|group| group_is(*group)).collect()
 }
 
 /// The nodes of each recording.

@@ -107,7 +107,11 @@ impl DecodePosed for Entry {
     }
 }
 
-fn is_optimised(run: &Run) -> Result<bool, ReadError> {
+/// Whether a recording is the output of an optimisation.
+///
+/// # Errors
+/// When it is damaged.
+pub fn is_optimised(run: &Run) -> Result<bool, ReadError> {
     for entry in run.recording().messages() {
         match entry?.topic {
             Some(Topic::PoseIncremental) => return Ok(true),

@@ -60,17 +60,16 @@ pub struct Found {
     pub pose: Pose2,
     /// Inverse covariance of the pose.
     pub information: Matrix3<f64>,
-    /// How well it fits, 0 to 1.
-    pub score: f64,
+    /// How well it fits.
     pub agreement: Agreement,
 }
 
-/// Looks for a stretch in another one.
+/// Looks for a stretch in another one. `doubt_m` is how widely the place was searched before the guess came about.
 pub fn find(
     reference: &Submap,
     query: &Submap,
     guess: &Pose2,
-    window: Window,
+    (window, doubt_m): (Window, f64),
     params: &RefineParams,
 ) -> Option<Found> {
     let mut search = Search::new(&reference.pyramid, &query.few, *guess, window);
@@ -78,8 +77,12 @@ pub fn find(
     let aligned = settle(reference, query, &peak.pose);
     let weak = weakest(&reference.points);
     let agreement = Agreement::of(reference, query, &aligned.pose, weak);
-    let wide = window.half_m > params.narrow_m;
-    let least = if wide { params.least_agreement_wide } else { params.least_agreement };
+    let wide = doubt_m > params.narrow_m;
+    let least = match (wide, window.half_m > params.narrow_m) {
+        (true, true) => params.least_agreement_wide,
+        (true, false) => 0.5 * (params.least_agreement + params.least_agreement_wide),
+        (false, _) => params.least_agreement,
+    };
     if agreement.share < least || agreement.overlap < params.least_overlap {
         return None;
     }
@@ -93,7 +96,7 @@ pub fn find(
         return None;
     }
     let information = known_with_floor(&information, params);
-    Some(Found { pose: aligned.pose, information, score: agreement.share, agreement })
+    Some(Found { pose: aligned.pose, information, agreement })
 }
 
 fn settle(reference: &Submap, query: &Submap, pose: &Pose2) -> Aligned {
