@@ -229,20 +229,27 @@ impl<'a> Closing<'a> {
                     return (asked, found);
                 }
                 let [a, b] = pair.stretches;
-                (asked, find(
-                    &self.submaps[a],
-                    &self.submaps[b],
-                    &pair.guess,
-                    (pair.window, pair.doubt_m),
-                    &self.refine,
-                ))
+                (
+                    asked,
+                    find(
+                        &self.submaps[a],
+                        &self.submaps[b],
+                        &pair.guess,
+                        (pair.window, pair.doubt_m),
+                        &self.refine,
+                    ),
+                )
             };
             let answers: Vec<(Asked, Option<Found>)> = batch.par_iter().map(answer).collect();
             for (pair, (_, found)) in batch.iter().zip(&answers) {
                 self.tried.insert(pair.stretches, (pair.guess, pair.window.half_m));
                 if let Some(found) = *found {
                     let found = spoilt(found, pair, self.loops.len(), self.spoilt_share);
-                    self.loops.push(Loop { stretches: pair.stretches, found, half_m: pair.window.half_m.max(pair.doubt_m) });
+                    self.loops.push(Loop {
+                        stretches: pair.stretches,
+                        found,
+                        half_m: pair.window.half_m.max(pair.doubt_m),
+                    });
                 }
             }
             checkpoint.add(&answers);
@@ -307,7 +314,10 @@ impl<'a> Closing<'a> {
             }
         }
         let half_rad = self.params.sigmas * covariance[(2, 2)].sqrt() + 0.03;
-        Some((away_m, Pair { stretches: [other, query], guess, window: Window { half_m, half_rad }, doubt_m: half_m }))
+        Some((
+            away_m,
+            Pair { stretches: [other, query], guess, window: Window { half_m, half_rad }, doubt_m: half_m },
+        ))
     }
 
     fn edges(&self) -> Vec<Edge> {
@@ -340,7 +350,9 @@ impl<'a> Closing<'a> {
         for found in needy.filter(|found| !self.sought.contains(&found.stretches)) {
             let [a, b] = found.stretches;
             for (da, db) in BESIDE {
-                let (Some(one), Some(two)) = (a.checked_add_signed(da), b.checked_add_signed(db)) else { continue };
+                let (Some(one), Some(two)) = (a.checked_add_signed(da), b.checked_add_signed(db)) else {
+                    continue;
+                };
                 let is_there = |stretch: usize, of: usize| {
                     stretch < self.submaps.len() && self.recording_of[stretch] == self.recording_of[of]
                 };
@@ -370,7 +382,11 @@ impl<'a> Closing<'a> {
         };
         // A place with much to tell it by is company to itself.
         let own = |at: usize| usize::from(self.loops[at].found.agreement.along_points >= RICH);
-        self.company(edges).into_iter().enumerate().map(|(at, agreeing)| agreeing + own(at) >= needed(at)).collect()
+        self.company(edges)
+            .into_iter()
+            .enumerate()
+            .map(|(at, agreeing)| agreeing + own(at) >= needed(at))
+            .collect()
     }
 
     /// How many other loops agree with each.

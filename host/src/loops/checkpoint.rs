@@ -118,7 +118,12 @@ fn parse(line: &str) -> Option<(Asked, Option<Found>)> {
             Some(Found {
                 pose: Pose2::new(values[0], values[1], values[2]),
                 information: Matrix3::from_row_slice(&values[3..12]),
-                agreement: Agreement { share: values[12], along: values[13], along_points: values[14] as usize, overlap: values[15] },
+                agreement: Agreement {
+                    share: values[12],
+                    along: values[13],
+                    along_points: values[14] as usize,
+                    overlap: values[15],
+                },
             })
         }
         _ => return None,

@@ -2,17 +2,16 @@
 
 pub mod files;
 pub mod formats;
+mod posed;
 pub mod stages;
 
-use std::fs::File;
-use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use biplane::budget;
-use biplane::deskew::{StampedPose, Trajectory};
+use biplane::deskew::StampedPose;
 use biplane::export::Shapes;
-use biplane::floor_map::{self, FloorMapParams};
+use biplane::floor_map::FloorMapParams;
 use biplane::map_files::MapImage;
 use biplane::model::Model;
 use biplane::occupancy::OccupancyGrid;
@@ -21,19 +20,15 @@ use biplane::params::BuildParams;
 use biplane::pipeline::{self, BuildInput, BuildOutput, Counts};
 use biplane::polygons::Merging;
 use biplane::run::{Run, VerticalScans};
-use biplane::stamp_text::format_seconds;
 use biplane::summary::{Parameters, ScanFigures, Summary};
-use biplane::trajectory::read_poses;
 
 use crate::Outcome;
 use crate::console::Console;
 use crate::planes::length;
-use crate::replace;
+use crate::{optimize, replace};
 use formats::Format;
+use posed::Posed;
 use stages::Stages;
-
-/// Scans farther than this from any pose of a foreign trajectory are not posed.
-const LONGEST_GAP_NS: i64 = 1_000_000_000;
 
 /// Words of the command.
 #[derive(Clone, Debug, clap::Args)]
@@ -42,7 +37,7 @@ const LONGEST_GAP_NS: i64 = 1_000_000_000;
     map.png, trajectory.tum, summary.json.\nNot made yet: report.html, model.dxf, model.ifc, points.laz."
 )]
 pub struct Args {
-    /// A posed recording; of one in parts all of them, in any order, or its name without the number
+    /// Posed recordings; of one in parts all of them, in any order, or its name without the number
     #[arg(required = true, value_name = "RUN.mcap")]
     recordings: Vec<PathBuf>,
     /// The folder to write
@@ -51,6 +46,9 @@ pub struct Args {
     /// Use this trajectory (TUM: t x y z qx qy qz qw) instead of the recorded one
     #[arg(long, value_name = "T.tum")]
     poses: Option<PathBuf>,
+    /// Take the poses as they were recorded: no loops are closed, and several recordings have to be in one frame already
+    #[arg(long, conflicts_with = "poses")]
+    no_optimize: bool,
     /// Range noise of the laser, one standard deviation, metres. Larger: steps between surfaces disappear; smaller: a wall becomes several
     /// planes [default: estimated from the points]
     #[arg(long, value_name = "M", value_parser = length)]
@@ -101,6 +99,7 @@ impl Args {
             recordings: vec![recording.to_owned()],
             output: output.to_owned(),
             poses: None,
+            no_optimize: false,
             sigma: None,
             merging: Merging::default(),
             #[cfg(feature = "simplify")]
@@ -137,23 +136,22 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     if let Some(threads) = args.threads {
         rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global()?;
     }
-    let run = Run::open(&args.recordings)?;
-    console.tell_missing(run.recording());
+    let runs = optimize::open(&args.recordings, console)?;
     if args.force {
-        let inputs: Vec<PathBuf> =
-            run.recording().paths().map(Path::to_owned).chain(args.poses.clone()).collect();
+        let read = runs.iter().flat_map(|run| run.recording().paths()).map(Path::to_owned);
+        let inputs: Vec<PathBuf> = read.chain(args.poses.clone()).collect();
         replace::check(&files::KNOWN, &args.output, &inputs)?;
     }
-    let posed = Posed::load(&run, args.poses.as_deref())?;
     let mut stages = Stages::new(console);
+    let posed = poses(args, &runs, &mut stages, console)?;
     let vertical = stages.time("read", || {
-        let scans = run.vertical_scans()?;
+        let scans = posed.vertical_scans()?;
         let count = scans.as_ref().map_or(0, |scans| scans.sweeps.len());
         anyhow::Ok((scans, count))
     })?;
     let map_params = FloorMapParams::default();
     let grid = stages.time("map", || {
-        let grid = floor_map::draw(&run, &posed.at_scans, &posed.trajectory, &map_params)?;
+        let grid = posed.map(&map_params)?;
         let cells = grid.bounds().map_or(0, |bounds| bounds.size().iter().product::<u64>() as usize);
         anyhow::Ok((grid, cells))
     })?;
@@ -166,15 +164,15 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     if let (Some(vertical), Some(built)) = (&vertical, &built)
         && built.counts.scans_unposed == vertical.sweeps.len()
     {
-        let source = args.poses.as_deref().unwrap_or(run.path()).display();
+        let source = args.poses.as_deref().unwrap_or(runs[0].path()).display();
         bail!("none of the {} vertical scans lies within the poses of {source}", vertical.sweeps.len());
     }
     let counts = built.as_ref().map(|built| built.counts);
     let mut summary = write_all(args, &folder, built, (&grid, &posed), &mut stages)?;
-    summary.recordings = run.recording().paths().map(|path| path.display().to_string()).collect();
+    summary.recordings =
+        runs.iter().flat_map(|run| run.recording().paths()).map(|path| path.display().to_string()).collect();
     summary.parameters = parameters;
-    summary.scans.horizontal = posed.at_scans.len();
-    summary.scans.horizontal_unposed = posed.at_scans.iter().filter(|pose| pose.is_none()).count();
+    (summary.scans.horizontal, summary.scans.horizontal_unposed) = posed.scans();
     summary.scans.vertical =
         vertical.as_ref().map_or(0, |vertical| vertical.sweeps.len() + vertical.odd_scans);
     summary.scans.vertical_odd = vertical.as_ref().map_or(0, |vertical| vertical.odd_scans);
@@ -184,6 +182,20 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     counts.iter().for_each(|counts| tell_noise(counts, console));
     tell(args, &summary, vertical.is_some(), console);
     Ok(Outcome::Done)
+}
+
+/// Somebody else's poses, the optimised ones, or those of the recording.
+fn poses<'a>(
+    args: &Args,
+    runs: &'a [Run],
+    stages: &mut Stages<'_>,
+    console: &Console,
+) -> anyhow::Result<Posed<'a>> {
+    match &args.poses {
+        Some(path) => Posed::foreign(runs, path),
+        None if args.no_optimize => Posed::recorded(runs),
+        None => stages.time("optimize", || Posed::optimised(runs, console)),
+    }
 }
 
 fn tell(args: &Args, summary: &Summary, has_vertical: bool, console: &Console) {
@@ -247,7 +259,7 @@ fn write_all(
     stages: &mut Stages<'_>,
 ) -> anyhow::Result<Summary> {
     let part = folder.part();
-    let known: Vec<StampedPose> = posed.at_scans.iter().flatten().copied().collect();
+    let known: Vec<StampedPose> = posed.known();
     let image = MapImage::new(grid, &known)?;
     let mut output = built.unwrap_or_default();
     if let Some(most) = args.max_triangles {
@@ -273,51 +285,4 @@ fn write_all(
         ..ScanFigures::default()
     };
     Ok(summary)
-}
-
-/// The poses of a build, from the recording or from somebody else.
-pub struct Posed {
-    trajectory: Trajectory,
-    /// One a horizontal scan.
-    at_scans: Vec<Option<StampedPose>>,
-    /// The poses as they go to `trajectory.tum`.
-    used: Vec<StampedPose>,
-}
-
-impl Posed {
-    fn load(run: &Run, foreign: Option<&Path>) -> anyhow::Result<Self> {
-        let Some(path) = foreign else {
-            let poses = run.poses()?;
-            let at_scans = poses.at_scans();
-            let used = at_scans.iter().flatten().copied().collect();
-            return Ok(Self { trajectory: poses.trajectory(), at_scans, used });
-        };
-        let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
-        let used =
-            read_poses(BufReader::new(file)).with_context(|| format!("cannot read {}", path.display()))?;
-        let trajectory = Trajectory::new(used.clone());
-        let stamps_ns = run.stamps_and_poses()?.scan_stamps_ns;
-        let at_scans: Vec<Option<StampedPose>> =
-            stamps_ns.iter().map(|&stamp_ns| trajectory.at(stamp_ns, LONGEST_GAP_NS)).collect();
-        if at_scans.iter().all(Option::is_none) {
-            bail!(
-                "no scan of {} lies in the time of {}: {}",
-                run.path().display(),
-                path.display(),
-                spans(&stamps_ns, &used)
-            );
-        }
-        Ok(Self { trajectory, at_scans, used })
-    }
-}
-
-fn spans(scan_stamps_ns: &[i64], poses: &[StampedPose]) -> String {
-    let span = |stamps_ns: &mut dyn Iterator<Item = i64>| {
-        let (first_ns, last_ns) =
-            stamps_ns.fold((i64::MAX, i64::MIN), |(first, last), stamp| (first.min(stamp), last.max(stamp)));
-        format!("{} to {}", format_seconds(first_ns), format_seconds(last_ns))
-    };
-    let scans = span(&mut scan_stamps_ns.iter().copied());
-    let poses = span(&mut poses.iter().map(|pose| pose.stamp_ns));
-    format!("the scans are from {scans} s, the poses from {poses} s")
 }

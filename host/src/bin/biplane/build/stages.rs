@@ -59,6 +59,7 @@ fn unit(stage: &str) -> &'static str {
         "read" => "scans",
         "load" => "triangles",
         "map" => "cells",
+        "optimize" => "loops",
         "cloud" => "points",
         "mesh" | "leftovers" => "triangles",
         "planes" => "planes",

@@ -1,0 +1,191 @@
+//! The poses of a build: optimised, as recorded, or somebody else's; of one recording or of several in one frame.
+//!
+//! Recordings may overlap in time (two robots, one clock). A model wants one trajectory, so each recording's time is shifted inside the
+//! program to follow the one before; no stamp that is written is changed.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+use anyhow::{Context, bail};
+use biplane::cloud::Sweep;
+use biplane::deskew::{StampedPose, Trajectory};
+use biplane::floor_map::{self, FloorMapParams};
+use biplane::loops::checkpoint::Checkpoint;
+use biplane::loops::corrected::Corrected;
+use biplane::loops::{LoopParams, output};
+use biplane::occupancy::OccupancyGrid;
+use biplane::run::{Run, VerticalScans};
+use biplane::stamp_text::format_seconds;
+use biplane::trajectory::read_poses;
+
+use crate::console::Console;
+use crate::optimize;
+
+/// Scans farther than this from any pose of a foreign trajectory are not posed.
+const LONGEST_GAP_NS: i64 = 1_000_000_000;
+/// Time between two recordings inside the program, nanoseconds: longer than any gap that is bridged.
+const BETWEEN_NS: i64 = 3_600_000_000_000;
+
+/// One recording with its poses.
+struct Drive<'a> {
+    run: &'a Run,
+    trajectory: Trajectory,
+    /// One a horizontal scan.
+    at_scans: Vec<Option<StampedPose>>,
+    /// What is added to its stamps inside the program.
+    shift_ns: i64,
+}
+
+/// See the module's text.
+pub struct Posed<'a> {
+    drives: Vec<Drive<'a>>,
+    /// All poses, in the program's time.
+    pub trajectory: Trajectory,
+    /// The poses as they go to `trajectory.tum`.
+    pub used: Vec<StampedPose>,
+}
+
+impl<'a> Posed<'a> {
+    /// Somebody else's trajectory.
+    pub fn foreign(runs: &'a [Run], path: &Path) -> anyhow::Result<Self> {
+        let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
+        let used =
+            read_poses(BufReader::new(file)).with_context(|| format!("cannot read {}", path.display()))?;
+        let trajectory = Trajectory::new(used.clone());
+        let mut drives = Vec::new();
+        for run in runs {
+            let stamps_ns = run.stamps_and_poses()?.scan_stamps_ns;
+            let at_scans: Vec<Option<StampedPose>> =
+                stamps_ns.iter().map(|&stamp_ns| trajectory.at(stamp_ns, LONGEST_GAP_NS)).collect();
+            if at_scans.iter().all(Option::is_none) {
+                bail!(
+                    "no scan of {} lies in the time of {}: {}",
+                    run.path().display(),
+                    path.display(),
+                    spans(&stamps_ns, &used)
+                );
+            }
+            drives.push((run, trajectory.clone(), at_scans));
+        }
+        Ok(Self { used, ..Self::of(drives) })
+    }
+
+    /// As they were recorded.
+    pub fn recorded(runs: &'a [Run]) -> anyhow::Result<Self> {
+        let mut drives = Vec::new();
+        for run in runs {
+            let poses = run.poses()?;
+            drives.push((run, poses.trajectory(), poses.at_scans()));
+        }
+        Ok(Self::of(drives))
+    }
+
+    /// Optimised, and how many loops were closed. A single recording that is optimised already is taken as it is. Those that match
+    /// none of the others are left out, and that is said.
+    pub fn optimised(runs: &'a [Run], console: &Console) -> anyhow::Result<(Self, usize)> {
+        if let [run] = runs
+            && output::is_optimised(run)?
+        {
+            return Ok((Self::recorded(runs)?, 0));
+        }
+        let params = LoopParams::default();
+        let trails = optimize::read(runs, &params, console)?;
+        let optimised = optimize::work(&trails, &params, &mut Checkpoint::default(), console);
+        let mut drives = Vec::new();
+        for (number, run) in runs.iter().enumerate() {
+            if optimised.groups[number] != 0 {
+                eprintln!(
+                    "biplane: {} saw no place that the others saw; it is left out",
+                    run.path().display()
+                );
+                continue;
+            }
+            let corrected = Corrected::new(&trails[number], &optimised.poses[number]);
+            let moved = |pose: &StampedPose| {
+                let new = corrected.at(pose);
+                StampedPose { stamp_ns: pose.stamp_ns, x_m: new.x_m, y_m: new.y_m, theta_rad: new.theta_rad }
+            };
+            let mut poses: Vec<StampedPose> = corrected.scans.iter().flatten().copied().collect();
+            poses.extend(run.poses()?.vertical_poses.iter().map(moved));
+            drives.push((run, Trajectory::new(poses), corrected.scans));
+        }
+        Ok((Self::of(drives), optimised.counts.loops))
+    }
+
+    fn of(found: Vec<(&'a Run, Trajectory, Vec<Option<StampedPose>>)>) -> Self {
+        let mut drives: Vec<Drive<'a>> = Vec::new();
+        let mut all = Vec::new();
+        let mut end_ns: Option<i64> = None;
+        for (run, trajectory, at_scans) in found {
+            let poses = trajectory.poses();
+            let first_ns = poses.first().map_or(0, |pose| pose.stamp_ns);
+            let shift_ns = end_ns.map_or(0, |end_ns| (end_ns + BETWEEN_NS).saturating_sub(first_ns));
+            all.extend(poses.iter().map(|pose| StampedPose { stamp_ns: pose.stamp_ns + shift_ns, ..*pose }));
+            end_ns = all.last().map(|pose: &StampedPose| pose.stamp_ns);
+            drives.push(Drive { run, trajectory, at_scans, shift_ns });
+        }
+        let used = drives.iter().flat_map(|drive| drive.at_scans.iter().flatten().copied()).collect();
+        Self { drives, trajectory: Trajectory::new(all), used }
+    }
+
+    /// The pose of each horizontal scan that has one.
+    pub fn known(&self) -> Vec<StampedPose> {
+        self.drives.iter().flat_map(|drive| drive.at_scans.iter().flatten().copied()).collect()
+    }
+
+    /// Horizontal scans, and how many of them have no pose.
+    pub fn scans(&self) -> (usize, usize) {
+        let all = self.drives.iter().map(|drive| drive.at_scans.len()).sum();
+        (all, all - self.known().len())
+    }
+
+    /// Draws the floor map.
+    pub fn map(&self, params: &FloorMapParams) -> anyhow::Result<OccupancyGrid> {
+        let mut grid = OccupancyGrid::new(params.grid);
+        for drive in &self.drives {
+            floor_map::draw_into(&mut grid, drive.run, &drive.at_scans, &drive.trajectory, params)?;
+        }
+        Ok(grid)
+    }
+
+    /// The vertical scans of all recordings, in the program's time.
+    pub fn vertical_scans(&self) -> anyhow::Result<Option<VerticalScans>> {
+        let mut all: Option<VerticalScans> = None;
+        for drive in &self.drives {
+            let Some(mut scans) = drive.run.vertical_scans()? else { continue };
+            for sweep in &mut scans.sweeps {
+                sweep.stamp_ns = sweep.stamp_ns.saturating_add(drive.shift_ns);
+            }
+            let Some(all) = &mut all else {
+                all = Some(scans);
+                continue;
+            };
+            if all.fan != scans.fan {
+                bail!(
+                    "the vertical laser of {} is another than the first recording's",
+                    drive.run.path().display()
+                );
+            }
+            // An empty scan between them: the last one of a recording is no neighbour of the next one's first.
+            all.sweeps.extend(scans.sweeps.first().map(|first| Sweep {
+                stamp_ns: first.stamp_ns,
+                ranges_m: vec![f32::NAN; first.ranges_m.len()],
+            }));
+            all.sweeps.append(&mut scans.sweeps);
+            all.odd_scans += scans.odd_scans;
+        }
+        Ok(all)
+    }
+}
+
+fn spans(scan_stamps_ns: &[i64], poses: &[StampedPose]) -> String {
+    let span = |stamps_ns: &mut dyn Iterator<Item = i64>| {
+        let (first_ns, last_ns) =
+            stamps_ns.fold((i64::MAX, i64::MIN), |(first, last), stamp| (first.min(stamp), last.max(stamp)));
+        format!("{} to {}", format_seconds(first_ns), format_seconds(last_ns))
+    };
+    let scans = span(&mut scan_stamps_ns.iter().copied());
+    let poses = span(&mut poses.iter().map(|pose| pose.stamp_ns));
+    format!("the scans are from {scans} s, the poses from {poses} s")
+}
