@@ -137,3 +137,51 @@ pub fn difference(pose: &Pose2, other: &Pose2) -> Vector3<f64> {
 pub fn moved(pose: &Pose2, step: &Vector3<f64>) -> Pose2 {
     Pose2::new(pose.x_m + step[0], pose.y_m + step[1], wrap_angle(pose.theta_rad + step[2]))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::align;
+    use crate::loops::outline::OutlinePoint;
+    use crate::loops::surfaces::Surfaces;
+    use biplane_matcher::Pose2;
+    use nalgebra::Matrix3;
+
+    /// Walls of a room 6 m by 4 m, or of a corridor without ends, seen from inside at a pose.
+    fn walls(pose: Pose2, ends: bool) -> Vec<OutlinePoint> {
+        let long = (-60..=60).flat_map(|at| {
+            let x = f64::from(at) * 0.05;
+            [([x, 2.0], [0.0, -1.0]), ([x, -2.0], [0.0, 1.0])]
+        });
+        let short = (-40..=40).filter(|_| ends).flat_map(|at| {
+            let y = f64::from(at) * 0.05;
+            [([3.0, y], [-1.0, 0.0]), ([-3.0, y], [1.0, 0.0])]
+        });
+        let inside = pose.inverse();
+        let turn = Pose2::new(0.0, 0.0, inside.theta_rad);
+        long.chain(short)
+            .map(|(at, normal)| OutlinePoint {
+                at_m: inside.transform(at).map(|value| value as f32),
+                normal: turn.transform(normal).map(|value| value as f32),
+                weight: 1.0,
+            })
+            .collect()
+    }
+
+    const SCALES_M: [f32; 8] = [0.3, 0.2, 0.1, 0.05, 0.05, 0.05, 0.05, 0.05];
+
+    #[test]
+    fn a_room_is_found_back_and_a_corridor_only_across() {
+        let truth = Pose2::new(0.15, -0.1, 0.05);
+        let held = Matrix3::identity();
+        let room = Surfaces::new(&walls(Pose2::IDENTITY, true));
+        let found = align(&room, &walls(truth, true), &Pose2::IDENTITY, &held, &SCALES_M);
+        let off = super::difference(&found.pose, &truth);
+        assert!(off.norm() < 5e-3, "{off}");
+        assert!(found.sums.share() > 0.95);
+        let corridor = Surfaces::new(&walls(Pose2::IDENTITY, false));
+        let found = align(&corridor, &walls(truth, false), &Pose2::IDENTITY, &held, &SCALES_M);
+        assert!((found.pose.y_m - truth.y_m).abs() < 5e-3, "{:?}", found.pose);
+        let known = found.sums.information;
+        assert!(known[(0, 0)] < 1e-3 * known[(1, 1)], "{known}");
+    }
+}

@@ -7,7 +7,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use biplane_matcher::{Pose2, wrap_angle};
-use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 use super::align::difference;
@@ -17,7 +16,7 @@ use super::refine::{Found, RefineParams, find};
 use super::robust;
 use super::search::Window;
 use super::submap::Submap;
-use super::uncertain::{Known, Ways, joined, reversed};
+use super::uncertain::{Known, Ways, reversed};
 
 /// How loops are looked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,12 +72,12 @@ impl Loop {
 /// The search for loops: stretches as poses of a graph of their own.
 #[derive(Debug)]
 pub struct Closing<'a> {
-    submaps: &'a [Submap],
+    pub(super) submaps: &'a [Submap],
     /// Which recording each stretch is of.
     pub recording_of: &'a [usize],
     /// Steps between the middles of following stretches of one recording.
-    chain: &'a [Edge],
-    params: CandidateParams,
+    pub(super) chain: &'a [Edge],
+    pub(super) params: CandidateParams,
     refine: RefineParams,
     /// The middles' poses.
     pub poses: Vec<Pose2>,
@@ -87,9 +86,9 @@ pub struct Closing<'a> {
     /// Whether each is believed.
     pub believed: Vec<bool>,
     /// What was searched, and around which guess.
-    tried: BTreeMap<[usize; 2], (Pose2, f64)>,
+    pub(super) tried: BTreeMap<[usize; 2], (Pose2, f64)>,
     /// Loops whose company was looked for, and those found so.
-    sought: BTreeSet<[usize; 2]>,
+    pub(super) sought: BTreeSet<[usize; 2]>,
     /// Pairs searched.
     pub searched: usize,
     /// See [`super::LoopParams::spoilt_share`].
@@ -97,23 +96,14 @@ pub struct Closing<'a> {
 }
 
 /// A pair to be searched.
-struct Pair {
-    stretches: [usize; 2],
-    guess: Pose2,
-    window: Window,
+pub(super) struct Pair {
+    pub(super) stretches: [usize; 2],
+    pub(super) guess: Pose2,
+    pub(super) window: Window,
     /// How widely the place was searched before: a guess that comes from a loop found in a wide window is as doubtful as that.
-    doubt_m: f64,
+    pub(super) doubt_m: f64,
 }
 
-/// Up to this window one other loop is company enough, metres.
-const NARROW_M: f64 = 4.0;
-/// Stretches before and after the two of a loop.
-const BESIDE: [(isize, isize); 8] = [(0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (-1, -1), (1, -1), (-1, 1)];
-/// Around where a loop says that they are, metres and radians.
-const BESIDE_M: f64 = 0.8;
-const BESIDE_RAD: f64 = 0.1;
-/// So many points that tell where along a corridor one is are many.
-const RICH: usize = 150;
 /// Windows beyond this are searched sparingly, metres.
 const WIDE_M: f64 = 4.0;
 /// Pairs between two savings of what was found.
@@ -168,54 +158,7 @@ impl<'a> Closing<'a> {
         self.believed.iter().filter(|believed| **believed).count()
     }
 
-    /// Where nothing is known of two recordings: every second stretch of one against every second one of the other, all around.
-    /// Whether any came together.
-    pub fn join(
-        &mut self,
-        recordings: usize,
-        checkpoint: &mut Checkpoint,
-        progress: &mut dyn FnMut(usize, usize),
-    ) -> bool {
-        let groups = self.groups(recordings);
-        let group_of = |stretch: usize| groups[self.recording_of[stretch]];
-        let window = Window { half_m: self.params.near_m, half_rad: std::f64::consts::PI };
-        let mut pairs = Vec::new();
-        for query in (0..self.submaps.len()).step_by(2) {
-            for other in (0..query).step_by(2) {
-                if group_of(query) != group_of(other) && !self.tried.contains_key(&[other, query]) {
-                    pairs.push(Pair {
-                        stretches: [other, query],
-                        guess: Pose2::IDENTITY,
-                        window,
-                        doubt_m: f64::INFINITY,
-                    });
-                }
-            }
-        }
-        self.search(&pairs, checkpoint, progress);
-        self.seek_company(checkpoint, progress);
-        let edges = self.edges();
-        let company = self.company(&edges);
-        let apart = |edge: &Edge| group_of(edge.from) != group_of(edge.to);
-        let best = (0..edges.len()).filter(|&at| apart(&edges[at]) && company[at] >= 2).max_by(|&a, &b| {
-            (company[a], self.loops[a].found.agreement.share)
-                .partial_cmp(&(company[b], self.loops[b].found.agreement.share))
-                .unwrap_or(std::cmp::Ordering::Equal)
-        });
-        let Some(best) = best else { return false };
-        let edge = edges[best];
-        let moved = self.poses[edge.from] * edge.measured * self.poses[edge.to].inverse();
-        let joining = group_of(edge.to);
-        for (stretch, pose) in self.poses.iter_mut().enumerate() {
-            if groups[self.recording_of[stretch]] == joining {
-                *pose = moved * *pose;
-            }
-        }
-        self.believe();
-        self.groups(recordings) != groups
-    }
-
-    fn search(
+    pub(super) fn search(
         &mut self,
         pairs: &[Pair],
         checkpoint: &mut Checkpoint,
@@ -279,8 +222,10 @@ impl<'a> Closing<'a> {
     /// The pairs of a stretch to search in this round, of those nearest first. Wide windows, which cost most, are searched
     /// sparingly: one loop found makes the others narrow.
     fn sparing(&self, query: usize, pairs: Vec<(f64, Pair)>) -> impl Iterator<Item = Pair> {
-        let mut left =
-            [self.params.pairs_a_round, if query % 2 == 0 { self.params.pairs_a_round / 2 } else { 0 }];
+        let mut left = [
+            self.params.pairs_a_round,
+            if query.is_multiple_of(2) { self.params.pairs_a_round / 2 } else { 0 },
+        ];
         pairs.into_iter().map(|(_, pair)| pair).filter(move |pair| {
             let left = &mut left[usize::from(pair.window.half_m > WIDE_M)];
             let chosen = *left > 0;
@@ -320,7 +265,7 @@ impl<'a> Closing<'a> {
         ))
     }
 
-    fn edges(&self) -> Vec<Edge> {
+    pub(super) fn edges(&self) -> Vec<Edge> {
         self.loops.iter().map(|found| found.edge(|stretch| stretch)).collect()
     }
 
@@ -331,7 +276,7 @@ impl<'a> Closing<'a> {
     }
 
     /// Which loops are believed now, and the poses that they make.
-    fn believe(&mut self) {
+    pub(super) fn believe(&mut self) {
         let edges = self.edges();
         let in_company = self.in_company(&edges);
         let chosen: Vec<usize> = (0..edges.len()).filter(|&at| in_company[at]).collect();
@@ -341,90 +286,6 @@ impl<'a> Closing<'a> {
         for (&at, weight) in chosen.iter().zip(weights) {
             self.believed[at] = weight > 0.5;
         }
-    }
-
-    /// For loops that need company: the stretches before and after are looked for where the loop says that they are.
-    fn seek_company(&mut self, checkpoint: &mut Checkpoint, progress: &mut dyn FnMut(usize, usize)) {
-        let mut pairs: Vec<Pair> = Vec::new();
-        let needy = self.loops.iter().filter(|found| found.half_m > self.params.alone_up_to_m);
-        for found in needy.filter(|found| !self.sought.contains(&found.stretches)) {
-            let [a, b] = found.stretches;
-            for (da, db) in BESIDE {
-                let (Some(one), Some(two)) = (a.checked_add_signed(da), b.checked_add_signed(db)) else {
-                    continue;
-                };
-                let is_there = |stretch: usize, of: usize| {
-                    stretch < self.submaps.len() && self.recording_of[stretch] == self.recording_of[of]
-                };
-                let known = self.loops.iter().any(|other| other.stretches == [one, two])
-                    || pairs.iter().any(|pair| pair.stretches == [one, two]);
-                if known || !is_there(one, a) || !is_there(two, b) || one >= two {
-                    continue;
-                }
-                let guess = self.poses[one].between(&self.poses[a])
-                    * found.found.pose
-                    * self.poses[b].between(&self.poses[two]);
-                let window = Window { half_m: BESIDE_M, half_rad: BESIDE_RAD };
-                pairs.push(Pair { stretches: [one, two], guess, window, doubt_m: found.half_m });
-            }
-        }
-        self.sought.extend(self.loops.iter().map(|found| found.stretches));
-        self.search(&pairs, checkpoint, progress);
-        self.sought.extend(pairs.iter().map(|pair| pair.stretches));
-    }
-
-    /// Whether a loop is narrow, or others agree with it.
-    fn in_company(&self, edges: &[Edge]) -> Vec<bool> {
-        let needed = |at: usize| match self.loops[at].half_m {
-            half_m if half_m <= self.params.alone_up_to_m => 0,
-            half_m if half_m <= NARROW_M => 1,
-            _ => 2,
-        };
-        // A place with much to tell it by is company to itself.
-        let own = |at: usize| usize::from(self.loops[at].found.agreement.along_points >= RICH);
-        self.company(edges)
-            .into_iter()
-            .enumerate()
-            .map(|(at, agreeing)| agreeing + own(at) >= needed(at))
-            .collect()
-    }
-
-    /// How many other loops agree with each.
-    fn company(&self, edges: &[Edge]) -> Vec<usize> {
-        let ways = Ways::new(self.submaps.len(), self.chain.iter());
-        let mut starts: Vec<usize> = edges.iter().flat_map(|edge| [edge.from, edge.to]).collect();
-        starts.sort_unstable();
-        starts.dedup();
-        let known: Vec<Vec<Option<Known>>> = starts.par_iter().map(|&start| ways.from(start)).collect();
-        let from = |start: usize, to: usize| {
-            starts.binary_search(&start).ok().and_then(|at| known[at][to]).map(|known| known.covariance)
-        };
-        let agreeing = |at: usize| {
-            let one = &edges[at];
-            let agrees =
-                |other: &Edge| self.agree(one, other, [from(one.from, other.from), from(one.to, other.to)]);
-            edges.iter().enumerate().filter(|(other, edge)| *other != at && agrees(edge)).count()
-        };
-        (0..edges.len()).into_par_iter().map(agreeing).collect()
-    }
-
-    /// Whether the cycle of two loops and the ways between their ends closes; the ways have to be short for that to say anything.
-    fn agree(&self, one: &Edge, other: &Edge, known: [Option<Matrix3<f64>>; 2]) -> bool {
-        let [Some(at_from), Some(at_to)] = known else { return false };
-        let limit = 1.0;
-        if at_from[(0, 0)] + at_from[(1, 1)] > limit || at_to[(0, 0)] + at_to[(1, 1)] > limit {
-            return false;
-        }
-        let Some(own) = covariance(&one.information) else { return false };
-        let Some(its) = covariance(&other.information) else { return false };
-        // Over the first ends and back over the second ones.
-        let from_way = self.poses[one.from].between(&self.poses[other.from]);
-        let to_way = self.poses[one.to].between(&self.poses[other.to]);
-        let (there, there_known) = joined((&one.measured, &own), (&to_way, &at_to));
-        let (here, here_known) = joined((&from_way, &at_from), (&other.measured, &its));
-        let away = difference(&there, &here);
-        let away = nalgebra::Vector3::new(away[0], away[1], wrap_angle(away[2]));
-        (there_known + here_known).cholesky().is_some_and(|factors| away.dot(&factors.solve(&away)) < 11.3)
     }
 }
 
@@ -446,8 +307,4 @@ fn spoilt(mut found: Found, pair: &Pair, number: usize, share: f64) -> Found {
         );
     }
     found
-}
-
-fn covariance(information: &Matrix3<f64>) -> Option<Matrix3<f64>> {
-    Some((information + Matrix3::identity() * 1e-3).cholesky()?.inverse())
 }

@@ -16,7 +16,7 @@ use super::trail::Node;
 /// How steps are believed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChainParams {
-    /// Nodes before a node whose scans it is matched with. More: steadier steps, at more time.
+    /// How many nodes back the scans reach that a node is matched with. More: steadier steps, at more time.
     pub behind: usize,
     /// Standard deviation of a step a metre driven, metres. Larger: loops bend the way more easily.
     pub position_m_per_m: f64,
@@ -61,8 +61,9 @@ fn step(nodes: &[Node], at: usize, params: &ChainParams) -> (Pose2, Matrix3<f64>
         (Some(last), Some(now)) => Some(last.between(now)).filter(|odometry| is_jump(&recorded, odometry)),
         _ => None,
     };
-    let from = at.saturating_sub(params.behind);
-    let near = nodes[from..at].iter().map(|node| (last.recorded.between(&node.recorded), &node.outline));
+    // The last ones, and fewer of those farther back: they see the same walls again.
+    let back = BACK.iter().filter(|back| **back <= params.behind).filter_map(|back| at.checked_sub(*back));
+    let near = back.map(|at| (last.recorded.between(&nodes[at].recorded), &nodes[at].outline));
     let surfaces = Surfaces::new(&merged(near));
     let lay = |prior: &Pose2, sigma: &[f64; 3]| {
         align(&surfaces, &node.outline.points, prior, &information(sigma), &SCALES_M)
@@ -87,6 +88,8 @@ fn step(nodes: &[Node], at: usize, params: &ChainParams) -> (Pose2, Matrix3<f64>
     (found.pose, with_floor(&known, &drift))
 }
 
+/// How far back the nodes lie that a node is matched with.
+const BACK: [usize; 8] = [1, 2, 3, 4, 5, 6, 7, 8];
 /// Scales of the residuals' weights, iteration by iteration, metres.
 const SCALES_M: [f32; 5] = [0.2, 0.1, 0.05, 0.05, 0.05];
 /// The odometry's step has to explain so much more of the scan than the recorded one.

@@ -130,3 +130,47 @@ fn parse(line: &str) -> Option<(Asked, Option<Found>)> {
     };
     Some((Asked(*asked), found))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Agreement, Asked, Checkpoint, Found};
+    use crate::loops::search::Window;
+    use biplane_matcher::Pose2;
+    use nalgebra::Matrix3;
+
+    fn asked(number: usize) -> Asked {
+        let window = Window { half_m: 1.0 / 3.0, half_rad: 0.1 };
+        Asked::new([number, 7], &Pose2::new(0.1, -0.0, 3.0), window, 2.0)
+    }
+
+    fn found() -> Found {
+        Found {
+            pose: Pose2::new(1.0 / 3.0, -2.0, 0.1),
+            information: Matrix3::new(1.0, 0.2, 0.3, 0.2, 5.0, 0.7, 0.3, 0.7, 1e9 / 7.0),
+            agreement: Agreement { share: 0.9, along: 0.8, along_points: 40, overlap: 0.7 },
+        }
+    }
+
+    #[test]
+    fn answers_come_back_bit_by_bit_for_the_same_job_only() {
+        let path = std::env::temp_dir().join(format!("biplane-loops-{}", std::process::id()));
+        let _ = std::fs::remove_file(&path);
+        let mut checkpoint = Checkpoint::open(&path, "one").unwrap();
+        checkpoint.add(&[(asked(1), None), (asked(2), Some(found()))]);
+        drop(checkpoint);
+        // The stop came in the middle of a line.
+        let mut text = std::fs::read_to_string(&path).unwrap();
+        text.push_str("[3,7,12");
+        std::fs::write(&path, text).unwrap();
+        let mut again = Checkpoint::open(&path, "one").unwrap();
+        assert_eq!(again.len(), 2);
+        assert_eq!(again.answer(&asked(1)), Some(None));
+        assert_eq!(again.answer(&asked(2)), Some(Some(found())));
+        assert_eq!(again.answer(&asked(3)), None);
+        again.add(&[(asked(3), None)]);
+        drop(again);
+        assert_eq!(Checkpoint::open(&path, "one").unwrap().len(), 3);
+        assert!(Checkpoint::open(&path, "another").unwrap().is_empty());
+        std::fs::remove_file(&path).unwrap();
+    }
+}

@@ -245,3 +245,79 @@ fn divided(block: &Block, root: &Block) -> Block {
     }
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, DVector};
+
+    use super::{Block, NotPositive, Structure, System};
+
+    /// A number between -1 and 1 that looks random.
+    fn noise(at: usize) -> f64 {
+        ((at * 7919 + 104_729) % 1009) as f64 / 504.5 - 1.0
+    }
+
+    fn block(salt: usize) -> Block {
+        std::array::from_fn(|at| noise(17 * salt + at))
+    }
+
+    /// `a a^T`, positive with something on the diagonal.
+    fn square(a: &Block, diagonal: f64) -> Block {
+        std::array::from_fn(|at| {
+            let (row, column) = (at / 3, at % 3);
+            let product: f64 = (0..3).map(|k| a[3 * row + k] * a[3 * column + k]).sum();
+            product + if row == column { diagonal } else { 0.0 }
+        })
+    }
+
+    #[test]
+    fn a_sparse_system_has_the_solution_of_the_dense_one() {
+        let count = 23;
+        // A chain with loops.
+        let pairs: Vec<(usize, usize)> =
+            (1..count).map(|at| (at, at - 1)).chain([(0, 9), (20, 3), (5, 17), (22, 11), (2, 15)]).collect();
+        let structure = Structure::new(count, pairs.iter().copied());
+        let mut system = System::new(&structure);
+        let mut dense: DMatrix<f64> = DMatrix::zeros(3 * count, 3 * count);
+        let mut right: DVector<f64> = DVector::zeros(3 * count);
+        for at in 0..count {
+            let block = square(&block(at), 9.0);
+            let values = [noise(3 * at), noise(3 * at + 1), noise(3 * at + 2)];
+            system.add(at, &block, values);
+            for k in 0..9 {
+                dense[(3 * at + k / 3, 3 * at + k % 3)] += block[k];
+            }
+            for axis in 0..3 {
+                right[3 * at + axis] += values[axis];
+            }
+        }
+        for (salt, &(row, column)) in pairs.iter().enumerate() {
+            let block = block(100 + salt);
+            system.add_pair(row, column, &block);
+            for k in 0..9 {
+                dense[(3 * row + k / 3, 3 * column + k % 3)] += block[k];
+                dense[(3 * column + k % 3, 3 * row + k / 3)] += block[k];
+            }
+        }
+        let found = system.solve().unwrap();
+        let expected = dense.lu().solve(&right).unwrap();
+        for (at, value) in found.iter().flatten().enumerate() {
+            assert!(f64::abs(value - expected[at]) < 1e-10, "{at}: {value} is not {}", expected[at]);
+        }
+    }
+
+    #[test]
+    fn a_system_that_nothing_holds_is_not_positive() {
+        let structure = Structure::new(2, [(0, 1)].into_iter());
+        let mut system = System::new(&structure);
+        system.add(0, &square(&block(1), 1.0), [0.0; 3]);
+        assert_eq!(system.solve().unwrap_err(), NotPositive);
+    }
+
+    #[test]
+    fn a_chain_fills_nothing_in() {
+        let structure = Structure::new(1000, (1..1000).map(|at| (at - 1, at)));
+        let blocks: usize = structure.columns.iter().map(Vec::len).sum();
+        assert_eq!(blocks, 999);
+    }
+}

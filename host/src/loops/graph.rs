@@ -95,3 +95,83 @@ fn add(system: &mut System<'_>, edge: &Edge, weight: f64, poses: &[Pose2]) {
 fn block(matrix: &Matrix3<f64>) -> Block {
     std::array::from_fn(|at| matrix[(at / 3, at % 3)])
 }
+
+#[cfg(test)]
+pub mod tests {
+    use biplane_matcher::Pose2;
+    use nalgebra::Matrix3;
+
+    use super::{Edge, optimise, structure};
+
+    /// A way around a square of 10 m, twice, a pose a metre; and what its steps measure when each turns `drift_rad` too far.
+    pub fn square(drift_rad: f64) -> (Vec<Pose2>, Vec<Edge>) {
+        let mut truth = vec![Pose2::IDENTITY];
+        let mut chain = Vec::new();
+        for step in 1..=80 {
+            let turn = if step % 10 == 0 { std::f64::consts::FRAC_PI_2 } else { 0.0 };
+            let way = Pose2::new(1.0, 0.0, turn);
+            truth.push(truth[step - 1] * way);
+            let measured = Pose2::new(1.0, 0.0, turn + drift_rad);
+            chain.push(edge(step - 1, step, measured, [0.05, 0.05, 0.02]));
+        }
+        (truth, chain)
+    }
+
+    /// An edge of standard deviations.
+    pub fn edge(from: usize, to: usize, measured: Pose2, sigma: [f64; 3]) -> Edge {
+        let information = Matrix3::from_diagonal(&sigma.map(|sigma| 1.0 / (sigma * sigma)).into());
+        Edge { from, to, measured, information }
+    }
+
+    /// Poses by the chain alone.
+    pub fn chained(chain: &[Edge]) -> Vec<Pose2> {
+        let mut poses = vec![Pose2::IDENTITY];
+        for edge in chain {
+            poses.push(poses[edge.from] * edge.measured);
+        }
+        poses
+    }
+
+    /// The largest error of a position, metres.
+    pub fn worst_m(poses: &[Pose2], truth: &[Pose2]) -> f64 {
+        let away = |(pose, truth): (&Pose2, &Pose2)| (pose.x_m - truth.x_m).hypot(pose.y_m - truth.y_m);
+        poses.iter().zip(truth).map(away).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn exact_loops_take_a_drift_of_metres_out_of_a_square() {
+        let (truth, chain) = square(0.01);
+        let mut poses = chained(&chain);
+        assert!(worst_m(&poses, &truth) > 3.0);
+        let loops =
+            (0..41).step_by(5).map(|at| edge(at, at + 40, truth[at].between(&truth[at + 40]), [0.01; 3]));
+        let edges: Vec<Edge> = chain.iter().copied().chain(loops).collect();
+        let structure = structure(truth.len(), &edges);
+        optimise(&mut poses, &edges, &vec![1.0; edges.len()], &structure);
+        assert!(worst_m(&poses, &truth) < 0.4, "{}", worst_m(&poses, &truth));
+        // The cost is at rest: it falls in no direction.
+        let cost = |poses: &[Pose2]| edges.iter().map(|edge| edge.squared(poses)).sum::<f64>();
+        let least = cost(&poses);
+        for at in [1, 20, 57, 80] {
+            for (x, y, turn) in [(1e-3, 0.0, 0.0), (0.0, -1e-3, 0.0), (0.0, 0.0, 1e-3)] {
+                let mut other = poses.clone();
+                let pose = other[at];
+                other[at] = Pose2::new(pose.x_m + x, pose.y_m + y, pose.theta_rad + turn);
+                assert!(cost(&other) > least);
+            }
+        }
+    }
+
+    #[test]
+    fn along_a_direction_without_information_the_chain_decides() {
+        let (truth, chain) = square(0.0);
+        let mut poses = chained(&chain);
+        // A corridor match that is 2 m off along the corridor, about which it claims nothing.
+        let mut corridor = edge(5, 45, Pose2::new(2.0, 0.0, 0.0), [0.01; 3]);
+        corridor.information[(0, 0)] = 0.0;
+        let edges: Vec<Edge> = chain.iter().copied().chain([corridor]).collect();
+        let structure = structure(truth.len(), &edges);
+        optimise(&mut poses, &edges, &vec![1.0; edges.len()], &structure);
+        assert!(worst_m(&poses, &truth) < 1e-3, "{}", worst_m(&poses, &truth));
+    }
+}

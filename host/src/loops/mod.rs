@@ -2,7 +2,7 @@
 //!
 //! The way, one file a step: scans kept along the way ([`trail`]) -> steps between them ([`chain`]) -> stretches with grids
 //! ([`submap`]) -> pairs that might see one place ([`candidate`], [`uncertain`]; of several recordings [`join`]) -> the place
-//! ([`search`], [`refine`]) -> which loops to believe ([`robust`] over the [`graph`]) -> every scan among all scans around it
+//! ([`search`], [`refine`], [`company`]) -> which loops to believe ([`robust`] over the [`graph`]) -> every scan among all scans around it
 //! ([`dense`]) -> the recording again ([`output`]).
 //!
 //! Frame `map`, metres, radians. Results do not depend on the number of threads.
@@ -12,6 +12,7 @@ pub mod candidate;
 pub mod chain;
 pub mod checkpoint;
 pub mod cholesky;
+pub mod company;
 pub mod corrected;
 pub mod dense;
 pub mod graph;

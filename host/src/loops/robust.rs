@@ -56,3 +56,34 @@ fn weight_of(squared: f64, control: f64) -> f64 {
         (LARGEST_SQUARED * control * (control + 1.0) / squared).sqrt() - control
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use biplane_matcher::Pose2;
+
+    use super::super::graph::Edge;
+    use super::super::graph::tests::{chained, edge, square, worst_m};
+    use super::optimise;
+
+    #[test]
+    fn three_false_loops_of_ten_are_told_and_change_nothing() {
+        let (truth, chain) = square(0.003);
+        let sigma = [0.03, 0.03, 0.005];
+        let true_loop = |at: usize| edge(at, at + 40, truth[at].between(&truth[at + 40]), sigma);
+        let loops: Vec<Edge> = (0..40).step_by(4).map(true_loop).collect();
+        let mut clean = chained(&chain);
+        assert_eq!(optimise(&mut clean, &chain, &loops), vec![1.0; 10]);
+        let mut spoilt = loops.clone();
+        for (at, off) in [(1, [3.0, -2.0, 0.3]), (4, [-1.5, 0.5, -0.2]), (8, [0.0, 4.0, 0.4])] {
+            let was = spoilt[at].measured;
+            spoilt[at].measured = Pose2::new(was.x_m + off[0], was.y_m + off[1], was.theta_rad + off[2]);
+        }
+        let mut poses = chained(&chain);
+        let weights = optimise(&mut poses, &chain, &spoilt);
+        let believed: Vec<bool> = weights.iter().map(|weight| *weight > 0.5).collect();
+        let expected: Vec<bool> = (0..10).map(|at| ![1, 4, 8].contains(&at)).collect();
+        assert_eq!(believed, expected, "{weights:?}");
+        let (without, with) = (worst_m(&clean, &truth), worst_m(&poses, &truth));
+        assert!(with < 1.1 * without + 0.01, "{with} m with false loops, {without} m without");
+    }
+}

@@ -157,3 +157,65 @@ impl<'a> Search<'a> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Search, Window};
+    use crate::loops::outline::OutlinePoint;
+    use crate::loops::submap::Pyramid;
+    use biplane_matcher::Pose2;
+
+    fn points(shift: Pose2) -> Vec<OutlinePoint> {
+        // An L of walls with a niche.
+        let wall = (0..60).map(|at| [f64::from(at) * 0.1, if (20..25).contains(&at) { 3.3 } else { 3.0 }]);
+        let other = (0..40).map(|at| [-2.0, f64::from(at) * 0.1 - 1.0]);
+        let inside = shift.inverse();
+        wall.chain(other)
+            .map(|at| OutlinePoint {
+                at_m: inside.transform(at).map(|value| value as f32),
+                weight: 1.0,
+                ..OutlinePoint::default()
+            })
+            .collect()
+    }
+
+    #[test]
+    fn branch_and_bound_finds_what_trying_everything_finds() {
+        let pyramid = Pyramid::new(&points(Pose2::IDENTITY), 0.1);
+        let truth = Pose2::new(1.7, -0.8, 0.3);
+        let moved = points(truth);
+        let window = Window { half_m: 3.0, half_rad: 0.5 };
+        let mut search = Search::new(&pyramid, &moved, Pose2::IDENTITY, window);
+        let found = search.run(0.3, None).unwrap();
+        assert!((found.pose.x_m - 1.7).abs() < 0.11 && (found.pose.y_m + 0.8).abs() < 0.11, "{found:?}");
+        let mut best = 0;
+        for turned in 0..search.turned.len() {
+            for y in -30..=30 {
+                for x in -30..=30 {
+                    best = best.max(search.bound(0, turned, [x, y]));
+                }
+            }
+        }
+        assert_eq!(f64::from(best) / (255.0 * moved.len() as f64), found.score);
+        assert!(search.run(found.score, None).is_none());
+    }
+
+    #[test]
+    fn a_square_of_the_pyramid_is_never_below_a_cell_that_it_stands_for() {
+        let pyramid = Pyramid::new(&points(Pose2::new(0.3, 0.1, 0.2)), 0.1);
+        for level in 1..=crate::loops::submap::LEVELS {
+            let side = 1_i64 << level;
+            for (column, row) in
+                (-80..90).step_by(7).flat_map(|row| (-80..90).step_by(5).map(move |c| (c, row)))
+            {
+                let bound = pyramid.bound(level, [column, row]);
+                for (x, y) in (0..side).flat_map(|y| (0..side).map(move |x| (x, y))) {
+                    assert!(
+                        pyramid.bound(0, [column + x, row + y]) <= bound,
+                        "{level} {column} {row} {x} {y}"
+                    );
+                }
+            }
+        }
+    }
+}

@@ -145,7 +145,8 @@ impl Level {
 }
 
 impl Pyramid {
-    fn new(points: &[OutlinePoint], cell_m: f32) -> Self {
+    /// Of points, with cells of this side (metres).
+    pub fn new(points: &[OutlinePoint], cell_m: f32) -> Self {
         let cells: Vec<[i64; 2]> =
             points.iter().map(|point| point.at_m.map(|value| (value / cell_m).floor() as i64)).collect();
         let bound = |axis: usize, pick: fn(i64, i64) -> i64| {

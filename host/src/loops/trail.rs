@@ -71,7 +71,7 @@ impl Trail {
             if !trail.nodes.last().is_none_or(|last| is_news(&last.recorded, &pose.pose(), params)) {
                 return;
             }
-            if !fan.as_ref().is_some_and(|fan| fan.beams.len() == scan.ranges_m.len()) {
+            if fan.as_ref().is_none_or(|fan| fan.beams.len() != scan.ranges_m.len()) {
                 fan = Some(fan_of(&scan, &laser));
             }
             let Some(fan) = &fan else { return };

@@ -113,3 +113,65 @@ pub fn reversed(step: &Pose2, covariance: &Matrix3<f64>) -> (Pose2, Matrix3<f64>
     let jacobian = Matrix3::new(-cos, -sin, back.y_m, sin, -cos, -back.x_m, 0.0, 0.0, -1.0);
     (back, jacobian * covariance * jacobian.transpose())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::graph::tests::{edge, square};
+    use super::{Ways, joined, reversed};
+    use biplane_matcher::Pose2;
+    use nalgebra::{Matrix3, Vector3};
+
+    fn covariance() -> Matrix3<f64> {
+        Matrix3::new(0.04, 0.01, 0.002, 0.01, 0.09, -0.003, 0.002, -0.003, 0.01)
+    }
+
+    #[test]
+    fn errors_of_two_steps_add_up_as_their_differences_do() {
+        let (first, second) = (Pose2::new(3.0, -1.0, 0.7), Pose2::new(2.0, 0.5, -1.1));
+        let (whole, found) = joined((&first, &covariance()), (&second, &(2.0 * covariance())));
+        // By difference quotients.
+        let shifted = |by: [f64; 6]| {
+            let add = |pose: &Pose2, by: &[f64]| {
+                Pose2::new(pose.x_m + by[0], pose.y_m + by[1], pose.theta_rad + by[2])
+            };
+            let pose = add(&first, &by[..3]) * add(&second, &by[3..]);
+            Vector3::new(pose.x_m - whole.x_m, pose.y_m - whole.y_m, pose.theta_rad - whole.theta_rad)
+        };
+        let mut expected = Matrix3::zeros();
+        let column = |at: usize| {
+            let mut by = [0.0; 6];
+            by[at] = 1e-6;
+            shifted(by) / 1e-6
+        };
+        for (offset, held) in [(0, covariance()), (3, 2.0 * covariance())] {
+            let jacobian = Matrix3::from_columns(&[column(offset), column(offset + 1), column(offset + 2)]);
+            expected += jacobian * held * jacobian.transpose();
+        }
+        assert!((found - expected).norm() < 1e-5, "{found} {expected}");
+    }
+
+    #[test]
+    fn a_step_turned_round_twice_is_itself() {
+        let step = Pose2::new(3.0, -1.0, 0.7);
+        let (back, turned) = reversed(&step, &covariance());
+        let (again, held) = reversed(&back, &turned);
+        assert!((again.x_m - step.x_m).abs() < 1e-12 && (held - covariance()).norm() < 1e-12);
+    }
+
+    #[test]
+    fn a_loop_makes_a_far_pose_as_sure_as_a_near_one() {
+        let (truth, chain) = square(0.0);
+        let known = |edges: &[super::Edge]| {
+            let ways = Ways::new(truth.len(), edges.iter());
+            ways.from(0)[80].map(|known| (known.covariance.trace(), known.way_m)).unwrap()
+        };
+        let open = known(&chain);
+        let mut closed = chain.clone();
+        closed.push(edge(0, 80, Pose2::IDENTITY, [0.05; 3]));
+        let closed = known(&closed);
+        assert!((open.1 - 80.0).abs() < 1e-9 && closed.1 < 1e-9, "{open:?} {closed:?}");
+        assert!(open.0 > 1.0 && (closed.0 - 3.0 * 0.05 * 0.05).abs() < 1e-6, "{open:?} {closed:?}");
+        let apart = Ways::new(truth.len() + 1, chain.iter());
+        assert!(apart.from(0)[81].is_none());
+    }
+}
