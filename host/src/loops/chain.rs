@@ -31,7 +31,7 @@ pub struct ChainParams {
 impl Default for ChainParams {
     fn default() -> Self {
         Self {
-            behind: 8,
+            behind: 23,
             position_m_per_m: 0.02,
             heading_rad_per_root_m: 0.005,
             floor_m: 0.003,
@@ -89,7 +89,7 @@ fn step(nodes: &[Node], at: usize, params: &ChainParams) -> (Pose2, Matrix3<f64>
 }
 
 /// How far back the nodes lie that a node is matched with.
-const BACK: [usize; 8] = [1, 2, 3, 4, 5, 6, 7, 8];
+const BACK: [usize; 8] = [1, 2, 3, 5, 8, 12, 17, 23];
 /// Scales of the residuals' weights, iteration by iteration, metres.
 const SCALES_M: [f32; 5] = [0.2, 0.1, 0.05, 0.05, 0.05];
 /// The odometry's step has to explain so much more of the scan than the recorded one.

@@ -97,7 +97,7 @@ fn block(matrix: &Matrix3<f64>) -> Block {
 }
 
 #[cfg(test)]
-pub mod tests {
+pub(super) mod tests {
     use biplane_matcher::Pose2;
     use nalgebra::Matrix3;
 

@@ -139,10 +139,6 @@ fn what_is_not_supported_yet_is_said() {
     room::record(&folder.path("run.mcap"), Content { poses: true, vertical: false });
     folder.expect("build run.mcap -o x --formats glb,dxf", 2, &["dxf is not supported yet"]);
     folder.expect("build run.mcap -o x --formats toast", 2, &["there are glb, ply, obj and cityjson"]);
-    folder.expect(
-        "build run.mcap run.mcap -o x",
-        1,
-        &["no parts of one recording", "several recordings are not taken together"],
-    );
+    folder.expect("build run.mcap run.mcap -o x", 1, &["run.mcap is given twice"]);
     assert_eq!(folder.names(), ["run.mcap"]);
 }

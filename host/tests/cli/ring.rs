@@ -21,7 +21,7 @@ pub struct Drive {
     pub from_m: f64,
     /// The recorded poses turn so much too far each metre, radians.
     pub drift_rad_per_m: f64,
-    /// Another building.
+    /// Another building: a third larger, with other niches.
     pub elsewhere: bool,
     /// Seed of the range noise.
     pub seed: u64,
@@ -67,7 +67,7 @@ fn walls(elsewhere: bool) -> Vec<[f64; 4]> {
 }
 
 /// The pose on the ring after so many metres: around a rectangle of 16 m by 10 m with corners turned over a metre.
-fn pose_at(way_m: f64) -> Pose2 {
+pub fn pose_at(way_m: f64) -> Pose2 {
     let raw = |way_m: f64| {
         let s = way_m.rem_euclid(52.0);
         match s {
@@ -110,17 +110,24 @@ pub fn record(path: &Path, drive: Drive) -> Vec<Pose2> {
     let mount = rig.horizontal.mount;
     let mut writer = Writer::create(path, &WriterOptions::default()).unwrap();
     writer.attach("rig.toml", "application/toml", rig.to_toml().as_bytes()).unwrap();
-    let walls = walls(drive.elsewhere);
     let mut noise = drive.seed;
     let mut next = move || {
         noise = noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         ((noise >> 33) as f64 / f64::from(1_u32 << 31) - 0.5) * 0.03
     };
-    let first = pose_at(drive.from_m);
+    // A larger building is driven through at a larger step.
+    let scale = if drive.elsewhere { 1.35 } else { 1.0 };
+    let place = |way_m: f64| {
+        let pose = pose_at(way_m / scale);
+        Pose2::new(scale * pose.x_m, scale * pose.y_m, pose.theta_rad)
+    };
+    let walls: Vec<[f64; 4]> =
+        walls(drive.elsewhere).into_iter().map(|wall| wall.map(|value| scale * value)).collect();
+    let first = place(drive.from_m);
     let (mut truth, mut drifting): (Vec<Pose2>, Pose2) = (Vec::new(), Pose2::IDENTITY);
     for number in 0..(drive.rounds * 52.0 / STEP_M) as i64 {
         let stamp_ns = START_NS + number * 200_000_000;
-        let here = pose_at(drive.from_m + number as f64 * STEP_M);
+        let here = place(drive.from_m + number as f64 * STEP_M);
         if let Some(last) = truth.last() {
             let mut step = (first * *last).between(&here);
             step.theta_rad += drive.drift_rad_per_m * step.distance_m();

@@ -105,6 +105,12 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
 
 /// Opens recordings; parts of one count as one.
 pub fn open(paths: &[PathBuf], console: &Console) -> anyhow::Result<Vec<Run>> {
+    for (number, path) in paths.iter().enumerate() {
+        let same = |other: &PathBuf| other == path || other.canonicalize().ok() == path.canonicalize().ok();
+        if path.exists() && paths[..number].iter().any(same) {
+            bail!("{} is given twice", path.display());
+        }
+    }
     let one = Run::open(paths);
     let runs = match one {
         Ok(run) => vec![run],
