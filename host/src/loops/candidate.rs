@@ -46,7 +46,7 @@ impl Default for CandidateParams {
             widest_m: 40.0,
             pairs_a_round: 4,
             alone_up_to_m: 1.5,
-            known_m: 0.1,
+            known_m: 0.15,
         }
     }
 }
