@@ -22,6 +22,9 @@ const PART_SHARE: f64 = 0.3;
 const SAME_STEP_DEVIATIONS: f64 = 0.7;
 /// What a step must gain over all its points, in units of half a squared deviation: far beyond what chance gives.
 const LEAST_GAIN: f64 = 80.0;
+/// The points of a step spread by at least this share of the wall's variance. Less have points of the wall that chose the step each for
+/// its own error (half of a normal distribution has 0.36) or whose ranges were rounded to the same number.
+const LEAST_SPREAD: f64 = 0.4;
 
 /// A plane that may be a step within another.
 #[derive(Clone, Debug)]
@@ -194,6 +197,7 @@ pub fn judge(
         own.count >= min_points as f64
             && own.gain >= LEAST_GAIN
             && off_m * off_m >= LEAST_STEP_DEVIATIONS * LEAST_STEP_DEVIATIONS * variance_m2
+            && own.squares_m2 / own.count - mean_m * mean_m >= LEAST_SPREAD * variance_m2
     });
     judged.collect()
 }
@@ -203,6 +207,7 @@ pub fn judge(
 struct Gathered {
     count: f64,
     sum_m: f64,
+    squares_m2: f64,
     gain: f64,
 }
 
@@ -228,6 +233,7 @@ fn gather(
             let own = &mut gathered[which];
             own.count += 1.0;
             own.sum_m += off_m;
+            own.squares_m2 += off_m * off_m;
             own.gain += cost(wall.distance_m(p), wall) - cost(off_m, wall);
         }
         gathered
@@ -238,6 +244,7 @@ fn gather(
     for (own, part) in parts.iter().flat_map(|parts| parts.iter().enumerate()) {
         gathered[own].count += part.count;
         gathered[own].sum_m += part.sum_m;
+        gathered[own].squares_m2 += part.squares_m2;
         gathered[own].gain += part.gain;
     }
     gathered
