@@ -46,8 +46,12 @@ pub struct Args {
     /// Use this trajectory (TUM: t x y z qx qy qz qw) instead of the recorded one
     #[arg(long, value_name = "T.tum")]
     poses: Option<PathBuf>,
-    /// Take the poses as they were recorded: no loops are closed, and several recordings have to be in one frame already
+    /// Close loops first, as `biplane optimize` does. Several recordings are always joined so, unless --no-optimize says that they are in
+    /// one frame already
     #[arg(long, conflicts_with = "poses")]
+    optimize: bool,
+    /// Take the poses as they were recorded, of several recordings too
+    #[arg(long, conflicts_with_all = ["poses", "optimize"])]
     no_optimize: bool,
     /// Range noise of the laser, one standard deviation, metres. Larger: steps between surfaces disappear; smaller: a wall becomes several
     /// planes [default: estimated from the points]
@@ -99,6 +103,7 @@ impl Args {
             recordings: vec![recording.to_owned()],
             output: output.to_owned(),
             poses: None,
+            optimize: false,
             no_optimize: false,
             sigma: None,
             merging: Merging::default(),
@@ -193,7 +198,9 @@ fn poses<'a>(
 ) -> anyhow::Result<Posed<'a>> {
     match &args.poses {
         Some(path) => Posed::foreign(runs, path),
-        None if args.no_optimize => Posed::recorded(runs),
+        // One recording's poses stay as they are unless asked: where a drive had little drift, the optimiser's steps between scans are
+        // less exact than the matcher's, which sees the whole map.
+        None if args.no_optimize || (runs.len() == 1 && !args.optimize) => Posed::recorded(runs),
         None => stages.time("optimize", || Posed::optimised(runs, console)),
     }
 }
