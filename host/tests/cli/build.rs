@@ -89,7 +89,7 @@ fn a_model_is_compared_with_the_raw_points_and_a_closed_door_is_noticed() {
     let bare = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n";
     folder.write("out/points.ply", bare);
     assert!(blocked().is_null());
-    assert!(folder.expect("compare out", 0, &[]).stdout.contains("build it again"));
+    assert!(folder.expect("compare out", 0, &[]).stdout.contains("a model by build has one"));
 }
 
 #[test]

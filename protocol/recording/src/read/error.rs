@@ -16,7 +16,7 @@ pub enum ReadError {
     },
     /// Several files were given that are no parts of one recording.
     #[error(
-        "{} and {} are no parts of one recording (NAME_0.mcap, NAME_1.mcap, ...); several recordings are not taken together",
+        "{} and {} are no parts of one recording (NAME_0.mcap, NAME_1.mcap, ...); `biplane optimize` joins several recordings to one",
         other.display(),
         path.display()
     )]

@@ -49,7 +49,7 @@ pub fn print(out: &mut impl Write, report: &Report) -> io::Result<()> {
         )?,
         None => writeln!(
             out,
-            "blocked: not known, points.ply does not tell where its points were seen from (build it again)"
+            "blocked: not known, no points.ply here that tells where its points were seen from (a model by build has one)"
         )?,
     }
     if let (Some(faces), Some(polygons)) = (report.true_faces_seen, report.model.polygons) {
