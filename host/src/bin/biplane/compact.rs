@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
-use biplane::budget;
 use biplane::compact::compact;
 use biplane::export::Shapes;
 use biplane::export::ply::{self, PointRows};
@@ -11,17 +10,17 @@ use biplane::mesh_file::{self, MeshFile};
 use biplane::model::Cloud;
 use biplane::output::{OutputFolder, write_file};
 use biplane::pipeline::BuildOutput;
-use biplane::polygons::Merging;
 use biplane::summary::{Parameters, Summary};
 
 use crate::Outcome;
-use crate::build::formats::{self, Format};
 use crate::build::stages::Stages;
-use crate::build::{files, merging, surface_parameters, tell_bounded, tell_noise};
+use crate::build::{files, tell_noise};
 use crate::console::Console;
 use crate::doubt;
 use crate::planes::length;
 use crate::replace;
+use crate::shaping::Shaping;
+use crate::threads::Threads;
 
 /// Words of the command.
 #[derive(Clone, Debug, clap::Args)]
@@ -39,23 +38,10 @@ pub struct Args {
     /// How far vertices of a flat surface lie off it, one standard deviation, metres [default: estimated from the mesh]
     #[arg(long, value_name = "M", value_parser = length)]
     sigma: Option<f64>,
-    /// Model files to write, separated by commas [possible values: glb, ply, obj, cityjson]
-    #[arg(long, value_delimiter = ',', value_parser = formats::parse, default_value = "glb,ply,obj,cityjson", hide_possible_values = true)]
-    formats: Vec<Format>,
-    /// Which polygons of one plane become one: `holes` all that hang together, `paper` those that share exactly one sequence of edges, so
-    /// that none has a hole
-    #[arg(long, value_name = "RULE", value_parser = merging, default_value = "holes")]
-    merging: Merging,
-    /// Simplify the triangles on no plane; none of their vertices is then further than this from the model, metres
-    #[cfg(feature = "simplify")]
-    #[arg(long, value_name = "M", value_parser = length)]
-    simplify_leftovers: Option<f64>,
-    /// Bound on the model's triangles: borders become coarser, loose and small pieces go, until it fits
-    #[arg(long, value_name = "N")]
-    max_triangles: Option<usize>,
-    /// Threads to use; the result does not depend on it [default: all processors]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    threads: Option<u16>,
+    #[command(flatten)]
+    shaping: Shaping,
+    #[command(flatten)]
+    threads: Threads,
     /// Replace the folder if it exists
     #[arg(long)]
     force: bool,
@@ -63,9 +49,7 @@ pub struct Args {
 
 /// Runs the command.
 pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
-    if let Some(threads) = args.threads {
-        rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global()?;
-    }
+    args.threads.take()?;
     if args.force {
         replace::check(&files::KNOWN, &args.output, std::slice::from_ref(&args.mesh))?;
     }
@@ -84,27 +68,20 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
             file.triangles
         ));
     }
-    #[cfg(feature = "simplify")]
-    let tolerance_m = args.simplify_leftovers;
-    #[cfg(not(feature = "simplify"))]
-    let tolerance_m = None;
-    let build = surface_parameters(args.sigma, args.merging, tolerance_m);
+    let build = args.shaping.parameters(args.sigma);
     let mut output = compact(std::mem::take(&mut file.mesh), &build, &mut stages);
-    if let Some(most) = args.max_triangles {
-        let bounded = budget::bound(&mut output.model, most);
-        output.counts.recount(&output.model);
-        tell_bounded(bounded, &output.model, most);
-    }
+    args.shaping.bound(&mut output);
     let shapes = Shapes { shift_m: file.shift_m, ..Shapes::new(&output.model) };
     stages.time("write", || {
         let raw = write_raw(folder.part(), &file, &output)?;
-        Ok(((), raw + files::write_model(folder.part(), &shapes, &args.formats)?))
+        Ok(((), raw + files::write_model(folder.part(), &shapes, &args.shaping.formats)?))
     })?;
     let mut summary = Summary::new(&output.counts, &output.model, shapes.triangles());
     summary.raw_points = file.vertex_of.len();
     summary.mesh = Some(args.mesh.display().to_string());
     summary.shift_m = Some(file.shift_m);
-    summary.parameters = Parameters { build, max_triangles: args.max_triangles, ..Parameters::default() };
+    summary.parameters =
+        Parameters { build, max_triangles: args.shaping.max_triangles, ..Parameters::default() };
     stages.finish(&mut summary);
     files::write_summary(folder.part(), &summary)?;
     folder.finish()?;

@@ -20,6 +20,8 @@ mod plot;
 mod recover;
 mod render;
 mod replace;
+mod shaping;
+mod threads;
 mod traj;
 
 use std::io;

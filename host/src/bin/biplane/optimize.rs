@@ -15,6 +15,7 @@ use serde::Serialize;
 use crate::Outcome;
 use crate::console::Console;
 use crate::moment::Moment;
+use crate::threads::Threads;
 
 /// Words of the command.
 #[derive(Clone, Debug, clap::Args)]
@@ -36,9 +37,8 @@ pub struct Args {
     /// Print what was found as JSON
     #[arg(long)]
     json: bool,
-    /// Threads to use; the result does not depend on it [default: all processors]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    threads: Option<u16>,
+    #[command(flatten)]
+    threads: Threads,
     /// Replace this share of the loops found by random ones: a test of how well false ones are told
     #[arg(long, value_name = "SHARE", default_value_t = 0.0, value_parser = share, hide = true)]
     spoil_loops: f64,
@@ -75,9 +75,7 @@ struct RecordingReport {
 /// Runs the command.
 pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let moment = Moment::now();
-    if let Some(threads) = args.threads {
-        rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global()?;
-    }
+    args.threads.take()?;
     let runs = open(&args.recordings, console)?;
     let apart = |number: usize| args.output.with_extension(format!("apart-{}.mcap", number + 1));
     check_outputs(args, &runs, &apart)?;

@@ -22,6 +22,7 @@ use crate::console::Console;
 use crate::doubt;
 use crate::moment::Moment;
 use crate::replace::{self, Known};
+use crate::threads::Threads;
 
 /// Words of the command.
 #[derive(Clone, Debug, clap::Args)]
@@ -49,9 +50,8 @@ pub struct Args {
     against: Option<PathBuf>,
     #[command(flatten)]
     search: Search,
-    /// Threads to use; the result does not depend on it [default: all processors]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    threads: Option<u16>,
+    #[command(flatten)]
+    threads: Threads,
     /// Print planes.json instead of a table
     #[arg(long)]
     json: bool,
@@ -145,9 +145,7 @@ fn refuse(why: &str) -> ! {
 /// Runs the command.
 pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let method = args.method();
-    if let Some(threads) = args.threads {
-        rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global()?;
-    }
+    args.threads.take()?;
     if args.force {
         replace::check(&KNOWN, &args.output, std::slice::from_ref(&args.cloud))?;
     }

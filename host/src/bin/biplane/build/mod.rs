@@ -8,25 +8,22 @@ pub mod stages;
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
-use biplane::budget;
 use biplane::deskew::StampedPose;
 use biplane::export::Shapes;
 use biplane::floor_map::FloorMapParams;
 use biplane::map_files::MapImage;
-use biplane::model::Model;
 use biplane::occupancy::OccupancyGrid;
 use biplane::output::OutputFolder;
-use biplane::params::BuildParams;
 use biplane::pipeline::{self, BuildInput, BuildOutput, Counts};
-use biplane::polygons::Merging;
 use biplane::run::{Run, VerticalScans};
 use biplane::summary::{Parameters, ScanFigures, Summary};
 
 use crate::Outcome;
 use crate::console::Console;
 use crate::planes::length;
+use crate::shaping::Shaping;
+use crate::threads::Threads;
 use crate::{optimize, replace};
-use formats::Format;
 use posed::Posed;
 use stages::Stages;
 
@@ -60,38 +57,21 @@ pub struct Args {
     /// Replace the folder if it exists
     #[arg(long)]
     force: bool,
-    /// Model files to write, separated by commas [possible values: glb, ply, obj, cityjson]
-    #[arg(long, value_delimiter = ',', value_parser = formats::parse, default_value = "glb,ply,obj,cityjson", hide_possible_values = true)]
-    formats: Vec<Format>,
-    /// Which polygons of one plane become one: `holes` all that hang together, `paper` those that share exactly one sequence of edges, so
-    /// that none has a hole
-    #[arg(long, value_name = "RULE", value_parser = merging, default_value = "holes")]
-    merging: Merging,
-    /// Simplify the triangles on no plane; none of their vertices is then further than this from the model, metres
-    #[cfg(feature = "simplify")]
-    #[arg(long, value_name = "M", value_parser = length)]
-    simplify_leftovers: Option<f64>,
-    /// Bound on the model's triangles: borders become coarser, loose and small pieces go, until it fits
-    #[arg(long, value_name = "N")]
-    max_triangles: Option<usize>,
+    #[command(flatten)]
+    shaping: Shaping,
     /// Seed of everything drawn at random; kept in summary.json (no stage draws at random today)
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
-    /// Threads to use; the result does not depend on it [default: all processors]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    threads: Option<u16>,
+    #[command(flatten)]
+    threads: Threads,
 }
 
 impl Args {
     fn parameters(&self, map: &FloorMapParams) -> Parameters {
-        #[cfg(feature = "simplify")]
-        let tolerance_m = self.simplify_leftovers;
-        #[cfg(not(feature = "simplify"))]
-        let tolerance_m = None;
         Parameters {
-            build: surface_parameters(self.sigma, self.merging, tolerance_m),
+            build: self.shaping.parameters(self.sigma),
             map_resolution_m: map.grid.resolution_m,
-            max_triangles: self.max_triangles,
+            max_triangles: self.shaping.max_triangles,
             seed: self.seed,
         }
     }
@@ -106,41 +86,17 @@ impl Args {
             optimize: false,
             no_optimize: false,
             sigma: None,
-            merging: Merging::default(),
-            #[cfg(feature = "simplify")]
-            simplify_leftovers: None,
             force: false,
-            formats: Format::ALL.to_vec(),
-            max_triangles: None,
+            shaping: Shaping::unsaid(),
             seed: 0,
-            threads: None,
+            threads: Threads::default(),
         }
-    }
-}
-
-/// The parameters that `build` and `compact` have in common: noise of the points, merging, and how far leftovers may be simplified, metres.
-pub fn surface_parameters(sigma_m: Option<f64>, merging: Merging, tolerance_m: Option<f64>) -> BuildParams {
-    let mut build = BuildParams::default();
-    build.planes.sigma_m = sigma_m;
-    build.polygons.merging = merging;
-    build.leftovers.tolerance_m = tolerance_m.map(|tolerance_m| tolerance_m as f32);
-    build
-}
-
-/// A rule of merging by its name.
-pub fn merging(name: &str) -> Result<Merging, String> {
-    match name {
-        "holes" => Ok(Merging::Holes),
-        "paper" => Ok(Merging::Paper),
-        _ => Err("the rules are: holes, paper".to_owned()),
     }
 }
 
 /// Runs the command.
 pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
-    if let Some(threads) = args.threads {
-        rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global()?;
-    }
+    args.threads.take()?;
     let runs = optimize::open(&args.recordings, console)?;
     if args.force {
         let read = runs.iter().flat_map(|run| run.recording().paths()).map(Path::to_owned);
@@ -227,26 +183,6 @@ pub fn tell_noise(counts: &Counts, console: &Console) {
     console.note(format!("noise {:.1} cm ({})", 100.0 * counts.sigma_m, counts.sigma_source.words()));
 }
 
-/// What `--max-triangles` cost, where there was a cost.
-pub fn tell_bounded(bounded: Option<budget::Bounded>, model: &Model, most_triangles: usize) {
-    let Some(cost) = bounded else { return };
-    eprintln!(
-        "biplane: to keep within {most_triangles} triangles borders are straightened by up to {:.0} cm, {} polygons and {} triangles of \
-        fine structure are left out",
-        100.0 * cost.tolerance_m,
-        cost.polygons,
-        cost.leftover_triangles
-    );
-    if cost.forced {
-        eprintln!(
-            "biplane: {most_triangles} triangles are too few for this model: large surfaces are left out too"
-        );
-    }
-    if model.polygons.is_empty() && model.leftovers.triangles.is_empty() {
-        eprintln!("biplane: nothing of the model fits into {most_triangles} triangles");
-    }
-}
-
 fn model(
     vertical: &VerticalScans,
     posed: &Posed,
@@ -269,18 +205,14 @@ fn write_all(
     let known: Vec<StampedPose> = posed.known();
     let image = MapImage::new(grid, &known)?;
     let mut output = built.unwrap_or_default();
-    if let Some(most) = args.max_triangles {
-        let bounded = budget::bound(&mut output.model, most);
-        output.counts.recount(&output.model);
-        tell_bounded(bounded, &output.model, most);
-    }
+    args.shaping.bound(&mut output);
     let shapes = Shapes::new(&output.model);
     let has_model = !output.cloud.is_empty();
     stages.time("write", || {
         let mut written = files::write_floor(part, &image, &known, &posed.used)?;
         if has_model {
             written += files::write_raw(part, &output)?;
-            written += files::write_model(part, &shapes, &args.formats)?;
+            written += files::write_model(part, &shapes, &args.shaping.formats)?;
         }
         anyhow::Ok(((), written))
     })?;
