@@ -43,7 +43,7 @@ pub use named::{Parameter, ParameterError};
 pub use odometry::Odometry;
 pub use pair::{Guess, PairMatch, PairMatcher};
 pub use params::{Method, TrackerParams, UnknownMethod};
-pub use points::PointParams;
+pub use points::{EndPoint, EndPoints, Kind, PointParams};
 pub use pose::{Pose2, wrap_angle};
 pub use scan::{Beam, Scan};
 pub use search::SearchParams;

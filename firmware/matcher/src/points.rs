@@ -77,6 +77,14 @@ pub struct EndPoint {
     pub alone: bool,
 }
 
+impl EndPoint {
+    /// Whether it knows the direction of the surface it lies on.
+    #[must_use]
+    pub fn has_normal(&self) -> bool {
+        self.normal != [0.0; 2]
+    }
+}
+
 /// So many neighbours on either side tell whether a point stands alone.
 const ASIDE: usize = 3;
 /// A point stands alone when the way by it is so many times as long as the way past it.

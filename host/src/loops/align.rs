@@ -6,8 +6,8 @@
 use biplane_matcher::{Pose2, wrap_angle};
 use nalgebra::{Matrix3, Vector3};
 
-use super::outline::OutlinePoint;
 use super::surfaces::{Surfaces, placed};
+use biplane_matcher::EndPoint;
 
 /// Noise of an end point across its wall, metres.
 const NOISE_M: f32 = 0.02;
@@ -39,13 +39,7 @@ impl Sums {
 }
 
 /// Sums up at a pose. Residuals beyond `scale_m` count less (Cauchy).
-pub fn sum_up(
-    surfaces: &Surfaces,
-    points: &[OutlinePoint],
-    pose: &Pose2,
-    reach_m: f32,
-    scale_m: f32,
-) -> Sums {
+pub fn sum_up(surfaces: &Surfaces, points: &[EndPoint], pose: &Pose2, reach_m: f32, scale_m: f32) -> Sums {
     let (sin, cos) = pose.theta_rad.sin_cos();
     let (turn, shift_m) = ((sin as f32, cos as f32), [pose.x_m as f32, pose.y_m as f32]);
     let mut sums =
@@ -104,7 +98,7 @@ pub struct Aligned {
 /// Aligns points with surfaces from `prior`, which holds the pose with `held` (information) where the surfaces say little.
 pub fn align(
     surfaces: &Surfaces,
-    points: &[OutlinePoint],
+    points: &[EndPoint],
     prior: &Pose2,
     held: &Matrix3<f64>,
     scales_m: &[f32],
@@ -141,13 +135,13 @@ pub fn moved(pose: &Pose2, step: &Vector3<f64>) -> Pose2 {
 #[cfg(test)]
 mod tests {
     use super::align;
-    use crate::loops::outline::OutlinePoint;
     use crate::loops::surfaces::Surfaces;
+    use biplane_matcher::EndPoint;
     use biplane_matcher::Pose2;
     use nalgebra::Matrix3;
 
     /// Walls of a room 6 m by 4 m, or of a corridor without ends, seen from inside at a pose.
-    fn walls(pose: Pose2, ends: bool) -> Vec<OutlinePoint> {
+    fn walls(pose: Pose2, ends: bool) -> Vec<EndPoint> {
         let long = (-60..=60).flat_map(|at| {
             let x = f64::from(at) * 0.05;
             [([x, 2.0], [0.0, -1.0]), ([x, -2.0], [0.0, 1.0])]
@@ -159,10 +153,11 @@ mod tests {
         let inside = pose.inverse();
         let turn = Pose2::new(0.0, 0.0, inside.theta_rad);
         long.chain(short)
-            .map(|(at, normal)| OutlinePoint {
+            .map(|(at, normal)| EndPoint {
                 at_m: inside.transform(at).map(|value| value as f32),
                 normal: turn.transform(normal).map(|value| value as f32),
                 weight: 1.0,
+                ..EndPoint::default()
             })
             .collect()
     }

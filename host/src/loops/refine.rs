@@ -8,10 +8,10 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::align::{Aligned, align};
 use super::chain::with_floor;
-use super::outline::OutlinePoint;
 use super::search::{Search, Window};
 use super::submap::Submap;
 use super::surfaces::placed;
+use biplane_matcher::EndPoint;
 
 /// When a match is a loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -181,7 +181,7 @@ const EXPLAINED_M: f32 = 0.1;
 const DISPLACED_M: f32 = 0.3;
 
 impl Tally {
-    fn of(submap: &Submap, points: &[OutlinePoint], pose: &Pose2, weak: [f32; 2]) -> Self {
+    fn of(submap: &Submap, points: &[EndPoint], pose: &Pose2, weak: [f32; 2]) -> Self {
         let (sin, cos) = pose.theta_rad.sin_cos();
         let (turn, shift_m) = ((sin as f32, cos as f32), [pose.x_m as f32, pose.y_m as f32]);
         let mut tally = Self { points: points.len(), ..Self::default() };
@@ -207,7 +207,7 @@ impl Tally {
 }
 
 /// The direction of the plane that the points' normals say least of.
-fn weakest(points: &[OutlinePoint]) -> [f32; 2] {
+fn weakest(points: &[EndPoint]) -> [f32; 2] {
     let (mut difference, mut product) = (0.0_f32, 0.0_f32);
     for point in points {
         difference += point.normal[0] * point.normal[0] - point.normal[1] * point.normal[1];

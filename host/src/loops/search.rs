@@ -3,8 +3,8 @@
 
 use biplane_matcher::Pose2;
 
-use super::outline::OutlinePoint;
 use super::submap::{LEVELS, Pyramid};
+use biplane_matcher::EndPoint;
 
 /// Where to look, around a guess.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,7 +53,7 @@ pub struct Search<'a> {
 
 impl<'a> Search<'a> {
     /// A search for points of the given outline around a guess.
-    pub fn new(pyramid: &'a Pyramid, points: &[OutlinePoint], guess: Pose2, window: Window) -> Self {
+    pub fn new(pyramid: &'a Pyramid, points: &[EndPoint], guess: Pose2, window: Window) -> Self {
         let reach_m = points.iter().map(|point| point.at_m[0].hypot(point.at_m[1])).fold(1.0, f32::max);
         // The farthest points move by a cell from one heading to the next.
         let step_rad = f64::from(pyramid.cell_m / reach_m.min(12.0));
@@ -62,7 +62,7 @@ impl<'a> Search<'a> {
         let turned = |step: i64| {
             let theta_rad = guess.theta_rad + step as f64 * step_rad;
             let (sin, cos) = theta_rad.sin_cos();
-            let cell = |point: &OutlinePoint| {
+            let cell = |point: &EndPoint| {
                 let [x, y] = point.at_m.map(f64::from);
                 [guess.x_m + cos * x - sin * y, guess.y_m + sin * x + cos * y]
                     .map(|value| (value / f64::from(pyramid.cell_m)).floor() as i64)
@@ -161,20 +161,20 @@ impl<'a> Search<'a> {
 #[cfg(test)]
 mod tests {
     use super::{Search, Window};
-    use crate::loops::outline::OutlinePoint;
     use crate::loops::submap::Pyramid;
+    use biplane_matcher::EndPoint;
     use biplane_matcher::Pose2;
 
-    fn points(shift: Pose2) -> Vec<OutlinePoint> {
+    fn points(shift: Pose2) -> Vec<EndPoint> {
         // An L of walls with a niche.
         let wall = (0..60).map(|at| [f64::from(at) * 0.1, if (20..25).contains(&at) { 3.3 } else { 3.0 }]);
         let other = (0..40).map(|at| [-2.0, f64::from(at) * 0.1 - 1.0]);
         let inside = shift.inverse();
         wall.chain(other)
-            .map(|at| OutlinePoint {
+            .map(|at| EndPoint {
                 at_m: inside.transform(at).map(|value| value as f32),
                 weight: 1.0,
-                ..OutlinePoint::default()
+                ..EndPoint::default()
             })
             .collect()
     }

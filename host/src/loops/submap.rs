@@ -7,9 +7,9 @@ use std::ops::Range;
 
 use biplane_matcher::Pose2;
 
-use super::outline::OutlinePoint;
 use super::surfaces::{Surfaces, merged, placed};
 use super::trail::Node;
+use biplane_matcher::EndPoint;
 
 /// How stretches are cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,9 +47,9 @@ pub struct Submap {
     /// The middle one.
     pub middle: usize,
     /// Its points, thinned.
-    pub points: Vec<OutlinePoint>,
+    pub points: Vec<EndPoint>,
     /// A few of them, evenly chosen, for the search.
-    pub few: Vec<OutlinePoint>,
+    pub few: Vec<EndPoint>,
     /// The farthest point, metres from the middle.
     pub reach_m: f32,
     /// The points to align with.
@@ -88,7 +88,7 @@ impl Submap {
         let from_node: Vec<Pose2> = poses.iter().map(|pose| poses[middle].between(pose)).collect();
         let points = thinned(merged(from_node.iter().copied().zip(nodes.iter().map(|node| &node.outline))));
         let with_normal = points.iter().filter(|point| point.has_normal()).count();
-        let pool: Vec<&OutlinePoint> =
+        let pool: Vec<&EndPoint> =
             points.iter().filter(|point| point.has_normal() || with_normal < 40).collect();
         let few = (0..pool.len().min(FEW)).map(|at| *pool[at * pool.len() / pool.len().min(FEW)]).collect();
         let reach_m = points.iter().map(|point| point.at_m[0].hypot(point.at_m[1])).fold(0.0, f32::max);
@@ -110,9 +110,9 @@ impl Submap {
 const FEW: usize = 100;
 
 /// One point a cell, in the order of the cells.
-fn thinned(points: Vec<OutlinePoint>) -> Vec<OutlinePoint> {
-    let cell = |point: &OutlinePoint| point.at_m.map(|value| (value / THIN_M).floor() as i32);
-    let mut keyed: Vec<([i32; 2], usize, OutlinePoint)> =
+fn thinned(points: Vec<EndPoint>) -> Vec<EndPoint> {
+    let cell = |point: &EndPoint| point.at_m.map(|value| (value / THIN_M).floor() as i32);
+    let mut keyed: Vec<([i32; 2], usize, EndPoint)> =
         points.into_iter().enumerate().map(|(index, point)| (cell(&point), index, point)).collect();
     keyed.sort_by_key(|(cell, index, point)| (*cell, !point.has_normal(), *index));
     keyed.dedup_by_key(|(cell, ..)| *cell);
@@ -146,7 +146,7 @@ impl Level {
 
 impl Pyramid {
     /// Of points, with cells of this side (metres).
-    pub fn new(points: &[OutlinePoint], cell_m: f32) -> Self {
+    pub fn new(points: &[EndPoint], cell_m: f32) -> Self {
         let cells: Vec<[i64; 2]> =
             points.iter().map(|point| point.at_m.map(|value| (value / cell_m).floor() as i64)).collect();
         let bound = |axis: usize, pick: fn(i64, i64) -> i64| {
@@ -210,7 +210,7 @@ pub struct FreeSpace {
 }
 
 impl FreeSpace {
-    fn new(nodes: &[Node], poses: &[Pose2], points: &[OutlinePoint]) -> Self {
+    fn new(nodes: &[Node], poses: &[Pose2], points: &[EndPoint]) -> Self {
         let bound = |axis: usize, start: f32, pick: fn(f32, f32) -> f32| {
             let lasers = poses.iter().map(|pose| [pose.x_m, pose.y_m][axis] as f32);
             points.iter().map(|point| point.at_m[axis]).chain(lasers).fold(start, pick)
@@ -222,7 +222,7 @@ impl FreeSpace {
         for (node, pose) in nodes.iter().zip(poses).step_by(3) {
             let (sin, cos) = pose.theta_rad.sin_cos();
             let place = ((sin as f32, cos as f32), [pose.x_m as f32, pose.y_m as f32]);
-            let laser = OutlinePoint { at_m: node.outline.laser_m, ..OutlinePoint::default() };
+            let laser = EndPoint { at_m: node.outline.laser_m, ..EndPoint::default() };
             let from = placed(&laser, place.0, place.1).at_m;
             for point in node.outline.points.iter().step_by(2) {
                 free.pass(from, placed(point, place.0, place.1).at_m);

@@ -2,7 +2,8 @@
 
 use biplane_matcher::Pose2;
 
-use super::outline::{Outline, OutlinePoint};
+use super::outline::Outline;
+use biplane_matcher::EndPoint;
 
 /// Side of a cell, metres: no point farther than this is found.
 pub const REACH_M: f32 = 0.3;
@@ -17,19 +18,19 @@ pub struct Surfaces {
     rows: usize,
     /// Where each cell's points begin; one more than there are cells.
     starts: Vec<u32>,
-    points: Vec<OutlinePoint>,
+    points: Vec<EndPoint>,
 }
 
 /// A point of an outline in another frame.
-pub fn placed(point: &OutlinePoint, sin_cos: (f32, f32), shift_m: [f32; 2]) -> OutlinePoint {
+pub fn placed(point: &EndPoint, sin_cos: (f32, f32), shift_m: [f32; 2]) -> EndPoint {
     let (sin, cos) = sin_cos;
     let turn = |[x, y]: [f32; 2]| [cos * x - sin * y, sin * x + cos * y];
     let [x, y] = turn(point.at_m);
-    OutlinePoint { at_m: [x + shift_m[0], y + shift_m[1]], normal: turn(point.normal), weight: point.weight }
+    EndPoint { at_m: [x + shift_m[0], y + shift_m[1]], normal: turn(point.normal), ..*point }
 }
 
 /// All points of outlines, each placed by its pose.
-pub fn merged<'a>(outlines: impl Iterator<Item = (Pose2, &'a Outline)>) -> Vec<OutlinePoint> {
+pub fn merged<'a>(outlines: impl Iterator<Item = (Pose2, &'a Outline)>) -> Vec<EndPoint> {
     let mut points = Vec::new();
     for (pose, outline) in outlines {
         let (sin, cos) = pose.theta_rad.sin_cos();
@@ -41,7 +42,7 @@ pub fn merged<'a>(outlines: impl Iterator<Item = (Pose2, &'a Outline)>) -> Vec<O
 
 impl Surfaces {
     /// Sorts points into cells.
-    pub fn new(points: &[OutlinePoint]) -> Self {
+    pub fn new(points: &[EndPoint]) -> Self {
         let bound = |start: f32, pick: fn(f32, f32) -> f32, axis: usize| {
             points.iter().map(|point| point.at_m[axis]).fold(start, pick)
         };
@@ -61,7 +62,7 @@ impl Surfaces {
             starts[cell] += starts[cell - 1];
         }
         let mut next = starts.clone();
-        made.points = vec![OutlinePoint::default(); points.len()];
+        made.points = vec![EndPoint::default(); points.len()];
         for (point, &cell) in points.iter().zip(&cells) {
             made.points[next[cell] as usize] = *point;
             next[cell] += 1;
@@ -76,7 +77,7 @@ impl Surfaces {
     }
 
     /// The nearest point within `reach_m` (at most [`REACH_M`]) that looks the same way, or has no direction.
-    pub fn nearest(&self, point: &OutlinePoint, reach_m: f32) -> Option<&OutlinePoint> {
+    pub fn nearest(&self, point: &EndPoint, reach_m: f32) -> Option<&EndPoint> {
         if self.points.is_empty() {
             return None;
         }
@@ -106,7 +107,7 @@ impl Surfaces {
     }
 }
 
-fn alike(one: &OutlinePoint, other: &OutlinePoint) -> bool {
+fn alike(one: &EndPoint, other: &EndPoint) -> bool {
     let dot = one.normal[0] * other.normal[0] + one.normal[1] * other.normal[1];
     dot > SAME_DIRECTION || !one.has_normal() || !other.has_normal()
 }

@@ -5,7 +5,7 @@ use biplane_matcher::{Pose2, wrap_angle};
 use biplane_recording::Topic;
 use biplane_recording::msg::LaserScan;
 
-use super::outline::Outline;
+use super::outline::{Outline, Outliner};
 use crate::cloud::Fan;
 use crate::deskew::{StampedPose, Trajectory};
 use crate::run::{Run, RunError, RunPoses, fan_of};
@@ -63,6 +63,7 @@ impl Trail {
         let odometry = poses.odometry_at_scans();
         let trajectory = poses.trajectory();
         let mut fan: Option<Fan> = None;
+        let mut outliner = Outliner::new(params.longest_m);
         let mut scan_number = 0;
         run.for_each_scan(Topic::ScanHorizontal, |scan| {
             let number = scan_number;
@@ -76,7 +77,7 @@ impl Trail {
             }
             let Some(fan) = &fan else { return };
             let twist = twist(&scan, fan, pose, &trajectory);
-            let outline = Outline::of(&scan, fan, twist, params.longest_m as f32);
+            let outline = outliner.outline(&scan, fan, twist);
             let odometry = odometry.get(number).copied().flatten().map(|pose| pose.pose());
             trail.nodes.push(Node { scan: number, recorded: pose.pose(), odometry, outline });
         })?;
