@@ -4,6 +4,7 @@
 //! Frame `map` (x forward at the start, z up), metres, stamps in whole nanoseconds.
 
 pub mod budget;
+pub mod building;
 pub mod cloud;
 pub mod cloud_file;
 pub mod compact;

@@ -100,7 +100,7 @@ mod tests {
     fn each_polygon_is_a_surface_with_its_holes_as_inner_rings() {
         let model = sample::model();
         let mut bytes = Vec::new();
-        write(&mut bytes, &Shapes { model: &model, faces: Vec::new(), shift_m: [0.0; 3] }).unwrap();
+        write(&mut bytes, &Shapes::new(&model)).unwrap();
         let document: Value = serde_json::from_slice(&bytes).unwrap();
         assert_eq!((&document["type"], &document["version"]), (&json!("CityJSON"), &json!("2.0")));
         let geometry = &document["CityObjects"]["building"]["geometry"][0];

@@ -269,8 +269,7 @@ mod tests {
     fn each_plane_is_a_mesh_whose_accessors_lead_to_its_triangles() {
         let model = sample::model();
         let mut bytes = Vec::new();
-        write(&mut bytes, &Shapes { model: &model, faces: sample::faces(&model), shift_m: [0.0; 3] })
-            .unwrap();
+        write(&mut bytes, &Shapes { faces: sample::faces(&model), ..Shapes::new(&model) }).unwrap();
         let (document, binary) = read(&bytes);
         let names: Vec<&str> =
             document["nodes"].as_array().unwrap().iter().map(|node| node["name"].as_str().unwrap()).collect();
@@ -303,7 +302,7 @@ mod tests {
     fn an_empty_model_is_a_valid_file_without_a_binary_chunk() {
         let model = Model::default();
         let mut bytes = Vec::new();
-        write(&mut bytes, &Shapes { model: &model, faces: Vec::new(), shift_m: [0.0; 3] }).unwrap();
+        write(&mut bytes, &Shapes::new(&model)).unwrap();
         let (document, binary) = read(&bytes);
         assert!(binary.is_empty() && document.get("buffers").is_none() && document.get("meshes").is_none());
         assert_eq!(document["nodes"][0]["name"], "map");

@@ -3,6 +3,7 @@
 //! All are in `map` axes (z up) and metres but glTF, whose root node turns to its own axes (y up). The same model gives the same bytes.
 
 pub mod cityjson;
+pub mod dxf;
 pub mod gltf;
 mod keyhole;
 pub mod obj;
@@ -23,6 +24,8 @@ pub struct Shapes<'a> {
     pub faces: Vec<Mesh>,
     /// What is added to every coordinate that is written, metres: models far from zero are kept near it ([`crate::shift`]).
     pub shift_m: [f64; 3],
+    /// What the model was made of: names of files, without folders.
+    pub source: String,
 }
 
 impl<'a> Shapes<'a> {
@@ -36,7 +39,12 @@ impl<'a> Shapes<'a> {
                 triangles: flat.triangles,
             }
         };
-        Self { model, faces: model.polygons.par_iter().map(cut).collect(), shift_m: [0.0; 3] }
+        Self {
+            model,
+            faces: model.polygons.par_iter().map(cut).collect(),
+            shift_m: [0.0; 3],
+            source: String::new(),
+        }
     }
 
     /// A plane's offset where the model is written, metres.
@@ -67,6 +75,12 @@ fn generator() -> String {
     format!("biplane {}", env!("CARGO_PKG_VERSION"))
 }
 
+/// What a file of the model says of itself in one line: program, source, frame, unit.
+fn description(shapes: &Shapes<'_>) -> String {
+    let source = if shapes.source.is_empty() { String::new() } else { format!(" from {}", shapes.source) };
+    format!("{}{source}: frame map (z up), metres", generator())
+}
+
 /// Adds a mesh's vertices and triangles to lists that hold others already.
 fn append(mesh: &Mesh, vertices_m: &mut Vec<[f32; 3]>, triangles: &mut Vec<[u32; 3]>) {
     let first = vertices_m.len() as u32;
@@ -86,6 +100,19 @@ pub(crate) fn triangle_area_m2(mesh: &Mesh, triangle: &[u32; 3]) -> f64 {
     let (u, v) = ([0, 1, 2].map(|i| b[i] - a[i]), [0, 1, 2].map(|i| c[i] - a[i]));
     let cross = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
     cross.iter().map(|value| value * value).sum::<f64>().sqrt() / 2.0
+}
+
+/// Area of a flat ring, square metres.
+pub(crate) fn ring_area_m2(ring_m: &[[f64; 3]]) -> f64 {
+    let Some(first) = ring_m.first() else { return 0.0 };
+    let from_first = |p: &[f64; 3]| [0, 1, 2].map(|k| p[k] - first[k]);
+    let mut sum = [0.0; 3];
+    for pair in ring_m.windows(2) {
+        let (u, v) = (from_first(&pair[0]), from_first(&pair[1]));
+        let cross = crate::polygons::frame::cross(u, v);
+        sum = [0, 1, 2].map(|k| sum[k] + cross[k]);
+    }
+    sum.iter().map(|value| value * value).sum::<f64>().sqrt() / 2.0
 }
 
 /// A small model for the tests of the formats: a wall with a window, a floor, and one loose triangle.

@@ -102,8 +102,7 @@ mod tests {
     fn each_polygon_is_a_face_over_shared_vertices() {
         let model = sample::model();
         let mut bytes = Vec::new();
-        write(&mut bytes, &Shapes { model: &model, faces: sample::faces(&model), shift_m: [0.0; 3] })
-            .unwrap();
+        write(&mut bytes, &Shapes { faces: sample::faces(&model), ..Shapes::new(&model) }).unwrap();
         let text = String::from_utf8(bytes).unwrap();
         let vertices: Vec<[f64; 3]> = text
             .lines()

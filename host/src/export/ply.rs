@@ -249,7 +249,7 @@ mod tests {
     #[test]
     fn the_model_holds_the_triangles_of_its_polygons_with_their_planes_and_the_leftovers() {
         let model = sample::model();
-        let shapes = Shapes { model: &model, faces: sample::faces(&model), shift_m: [0.0; 3] };
+        let shapes = Shapes { faces: sample::faces(&model), ..Shapes::new(&model) };
         let mut bytes = Vec::new();
         write_model(&mut bytes, &shapes).unwrap();
         let (lines, elements) = read(&bytes);

@@ -60,9 +60,13 @@ fn a_room_becomes_a_few_flat_surfaces_in_every_format() {
     assert!(report["true_faces_seen"].is_null(), "{report}");
 
     folder.expect("build run.mcap -o out", 1, &["out exists already", "--force"]);
-    let more = "--force --formats glb --threads 1 --sigma 0.006";
+    let more = "--force --formats glb,dxf --threads 1 --sigma 0.006";
     folder.expect(&format!("build run.mcap -o out {more}"), 0, &["noise 0.6 cm (as given)"]);
-    assert!(!names(&folder.path("out")).contains(&"model.obj".to_owned()));
+    let written = names(&folder.path("out"));
+    assert!(!written.contains(&"model.obj".to_owned()) && written.contains(&"model.dxf".to_owned()));
+    // The robot stands on the floor, so there is a plan though the laser saw no floor.
+    let plan = fs::read_to_string(folder.path("out/model.dxf")).unwrap();
+    assert!(plan.contains("floor +0.00 m, cut 1.20 m above it") && plan.contains("run.mcap"));
 }
 
 #[test]
@@ -134,11 +138,10 @@ fn foreign_poses_are_taken_when_their_time_fits() {
 }
 
 #[test]
-fn what_is_not_supported_yet_is_said() {
-    let folder = Folder::new("unsupported");
+fn formats_are_chosen_by_name_and_unknown_ones_refused_with_the_list() {
+    let folder = Folder::new("formats");
     room::record(&folder.path("run.mcap"), Content { poses: true, vertical: false });
-    folder.expect("build run.mcap -o x --formats glb,dxf", 2, &["dxf is not supported yet"]);
-    folder.expect("build run.mcap -o x --formats toast", 2, &["there are glb, ply, obj and cityjson"]);
+    folder.expect("build run.mcap -o x --formats glb,toast", 2, &["there are glb, ply, obj, cityjson, dxf"]);
     folder.expect("build run.mcap run.mcap -o x", 1, &["run.mcap is given twice"]);
     assert_eq!(folder.names(), ["run.mcap"]);
 }

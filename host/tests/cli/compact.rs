@@ -77,3 +77,15 @@ fn the_raw_mesh_of_a_build_becomes_about_the_model_of_the_build_on_any_number_of
     folder.expect("compact one/raw.ply -o one --force", 1, &["name another output"]);
     folder.expect("compact run.mcap -o other", 1, &["cannot read run.mcap", "not a PLY file"]);
 }
+
+#[test]
+fn a_plan_is_left_out_where_there_is_no_floor_and_drawn_where_one_is_given() {
+    let folder = Folder::new("compact-plan");
+    folder.write("walls.obj", WALLS);
+    folder.expect("compact walls.obj -o out --formats dxf", 0, &["no floor with walls over it was found"]);
+    let plan = |out: &str| fs::read_to_string(folder.path(out).join("model.dxf")).unwrap();
+    assert!(!plan("out").contains("WALLS") && plan("out").contains("3DFACE"));
+    folder.expect("compact walls.obj -o given --formats dxf --floor 100", 0, &["2 polygons"]);
+    assert!(plan("given").contains("floor +100.00 m") && plan("given").contains("WALLS"));
+    folder.expect("compact walls.obj -o x --floor nan", 2, &["expected metres"]);
+}

@@ -14,7 +14,7 @@ use biplane::summary::{Parameters, Summary};
 
 use crate::Outcome;
 use crate::build::stages::Stages;
-use crate::build::{files, tell_noise};
+use crate::build::{files, formats, tell_noise};
 use crate::console::Console;
 use crate::doubt;
 use crate::planes::length;
@@ -38,6 +38,10 @@ pub struct Args {
     /// How far vertices of a flat surface lie off it, one standard deviation, metres [default: estimated from the mesh]
     #[arg(long, value_name = "M", value_parser = length)]
     sigma: Option<f64>,
+    /// Height of a floor, metres: for the plans of model.dxf, where the mesh has none [default: found, where there are walls over a level
+    /// surface]
+    #[arg(long, value_name = "M", value_parser = height, allow_negative_numbers = true)]
+    floor: Option<f64>,
     #[command(flatten)]
     shaping: Shaping,
     #[command(flatten)]
@@ -45,6 +49,10 @@ pub struct Args {
     /// Replace the folder if it exists
     #[arg(long)]
     force: bool,
+}
+
+fn height(text: &str) -> Result<f64, String> {
+    text.parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(|| "expected metres".to_owned())
 }
 
 /// Runs the command.
@@ -71,10 +79,13 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let build = args.shaping.parameters(args.sigma);
     let mut output = compact(std::mem::take(&mut file.mesh), &build, &mut stages);
     args.shaping.bound(&mut output);
-    let shapes = Shapes { shift_m: file.shift_m, ..Shapes::new(&output.model) };
+    let source = args.mesh.file_name().map(|name| name.display().to_string()).unwrap_or_default();
+    let shapes = Shapes { shift_m: file.shift_m, source, ..Shapes::new(&output.model) };
+    let floor_m = args.floor.map(|floor_m| floor_m - file.shift_m[2]);
+    let building = formats::building(&args.shaping.formats, &output.model, floor_m);
     stages.time("write", || {
         let raw = write_raw(folder.part(), &file, &output)?;
-        Ok(((), raw + files::write_model(folder.part(), &shapes, &args.shaping.formats)?))
+        Ok(((), raw + files::write_model(folder.part(), &shapes, building.as_ref(), &args.shaping.formats)?))
     })?;
     let mut summary = Summary::new(&output.counts, &output.model, shapes.triangles());
     summary.raw_points = file.vertex_of.len();
@@ -89,6 +100,7 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     tell(args, &summary, console);
     let doubt = doubt::of_mesh(&output.cloud.points_m, summary.polygons);
     doubt.into_iter().for_each(|why| console.note(why));
+    formats::doubt(building.as_ref()).into_iter().for_each(|why| console.note(why));
     Ok(Outcome::Done)
 }
 

@@ -6,16 +6,18 @@ use biplane::params::BuildParams;
 use biplane::pipeline::BuildOutput;
 use biplane::polygons::Merging;
 
-use crate::build::formats::{self, Format};
+#[cfg(feature = "demo")]
+use crate::build::formats::Format;
+use crate::build::formats::{self, Formats};
 #[cfg(feature = "simplify")]
 use crate::planes::length;
 
 /// Words that both share.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Shaping {
-    /// Model files to write, separated by commas [possible values: glb, ply, obj, cityjson]
+    /// Files to write of the model, separated by commas: glb, ply, obj, cityjson, dxf (floor plan, 3D faces), or all
     #[arg(long, value_delimiter = ',', value_parser = formats::parse, default_value = "glb,ply,obj,cityjson", hide_possible_values = true)]
-    pub formats: Vec<Format>,
+    pub formats: Vec<Formats>,
     /// Which polygons of one plane become one: `holes` all that hang together, `paper` those that share exactly one sequence of edges, so
     /// that none has a hole
     #[arg(long, value_name = "RULE", value_parser = merging, default_value = "holes")]
@@ -34,7 +36,7 @@ impl Shaping {
     #[cfg(feature = "demo")]
     pub fn unsaid() -> Self {
         Self {
-            formats: Format::ALL.to_vec(),
+            formats: vec![&Format::USUAL],
             merging: Merging::default(),
             #[cfg(feature = "simplify")]
             simplify_leftovers: None,

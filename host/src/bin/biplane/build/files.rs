@@ -1,11 +1,13 @@
 //! The files of a build's folder (interfaces.md section 5), written into its unfinished form.
 
-use std::io::Write;
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
+use biplane::building::Building;
 use biplane::deskew::StampedPose;
 use biplane::export::ply::PointRows;
-use biplane::export::{Shapes, cityjson, gltf, obj, ply};
+use biplane::export::{Shapes, cityjson, dxf, gltf, obj, ply};
 use biplane::map_files::{MapError, MapImage, write_map};
 use biplane::output::{OutputError, write_file};
 use biplane::pipeline::BuildOutput;
@@ -13,15 +15,16 @@ use biplane::summary::Summary;
 use biplane::trajectory::{TrajectoryFormat, write_poses};
 use serde_json::Value;
 
-use super::formats::Format;
+use super::formats::{Format, Formats};
 use crate::replace::Known;
 
 /// Every name that a build writes.
-const NAMES: [&str; 12] = [
+const NAMES: [&str; 13] = [
     "map.pgm",
     "map.png",
     "map.yaml",
     "model.city.json",
+    "model.dxf",
     "model.glb",
     "model.obj",
     "model.ply",
@@ -64,18 +67,26 @@ pub fn write_raw(folder: &Path, output: &BuildOutput) -> Result<usize, OutputErr
     Ok(2)
 }
 
-/// Writes the model in the formats asked for, and its flat surfaces alone.
-pub fn write_model(folder: &Path, shapes: &Shapes<'_>, formats: &[Format]) -> Result<usize, OutputError> {
-    write_file(&folder.join("planes.ply"), true, |out| ply::write_planes(out, shapes))?;
+/// Writes the model in the formats asked for, and its flat surfaces alone. `building` is there when a format wants it.
+pub fn write_model(
+    folder: &Path,
+    shapes: &Shapes<'_>,
+    building: Option<&Building>,
+    formats: &[Formats],
+) -> Result<usize, OutputError> {
+    let write = |name: &str, fill: &dyn Fn(&mut BufWriter<File>) -> io::Result<()>| {
+        write_file(&folder.join(name), true, |out| fill(out))
+    };
+    write("planes.ply", &|out| ply::write_planes(out, shapes))?;
     let mut written = 1;
-    for format in Format::ALL.into_iter().filter(|format| formats.contains(format)) {
-        match format {
-            Format::Glb => write_file(&folder.join("model.glb"), true, |out| gltf::write(out, shapes))?,
-            Format::Ply => write_file(&folder.join("model.ply"), true, |out| ply::write_model(out, shapes))?,
-            Format::Obj => write_file(&folder.join("model.obj"), true, |out| obj::write(out, shapes))?,
-            Format::CityJson => {
-                write_file(&folder.join("model.city.json"), true, |out| cityjson::write(out, shapes))?;
-            }
+    for format in Format::ALL.into_iter().filter(|format| formats.iter().any(|some| some.contains(format))) {
+        match (format, building) {
+            (Format::Glb, _) => write("model.glb", &|out| gltf::write(out, shapes))?,
+            (Format::Ply, _) => write("model.ply", &|out| ply::write_model(out, shapes))?,
+            (Format::Obj, _) => write("model.obj", &|out| obj::write(out, shapes))?,
+            (Format::CityJson, _) => write("model.city.json", &|out| cityjson::write(out, shapes))?,
+            (Format::Dxf, Some(building)) => write("model.dxf", &|out| dxf::write(out, shapes, building))?,
+            (Format::Dxf, None) => continue,
         }
         written += 1;
     }

@@ -1,6 +1,9 @@
-//! The model formats that `--formats` chooses from.
+//! The formats that `--formats` chooses from.
 
-/// One of them.
+use biplane::building::Building;
+use biplane::model::Model;
+
+/// One of them; each is one file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// glTF 2.0 binary.
@@ -11,23 +14,57 @@ pub enum Format {
     Obj,
     /// CityJSON 2.0.
     CityJson,
+    /// DXF: plans and 3D faces.
+    Dxf,
 }
+
+/// What one word of `--formats` stands for.
+pub type Formats = &'static [Format];
 
 impl Format {
     /// All that are supported.
-    pub const ALL: [Self; 4] = [Self::Glb, Self::Ply, Self::Obj, Self::CityJson];
+    pub const ALL: [Self; 5] = [Self::Glb, Self::Ply, Self::Obj, Self::CityJson, Self::Dxf];
+
+    /// Those that are written when nothing is said.
+    #[cfg(feature = "demo")]
+    pub const USUAL: [Self; 4] = [Self::Glb, Self::Ply, Self::Obj, Self::CityJson];
+
+    /// Whether the model has to be read as a building for it.
+    fn is_of_buildings(self) -> bool {
+        self == Self::Dxf
+    }
 }
 
-/// Reads a format's name; planned ones are told apart from unknown ones.
-pub fn parse(text: &str) -> Result<Format, String> {
-    match text {
-        "glb" => Ok(Format::Glb),
-        "ply" => Ok(Format::Ply),
-        "obj" => Ok(Format::Obj),
-        "cityjson" | "city.json" => Ok(Format::CityJson),
-        "dxf" | "ifc" | "laz" | "las" => {
-            Err(format!("{text} is not supported yet; there are glb, ply, obj and cityjson"))
-        }
-        _ => Err("there are glb, ply, obj and cityjson".to_owned()),
-    }
+/// Words of `--formats`.
+const WORDS: [(&str, Formats); 7] = [
+    ("glb", &[Format::Glb]),
+    ("ply", &[Format::Ply]),
+    ("obj", &[Format::Obj]),
+    ("cityjson", &[Format::CityJson]),
+    ("city.json", &[Format::CityJson]),
+    ("dxf", &[Format::Dxf]),
+    ("all", &Format::ALL),
+];
+
+/// Reads a word.
+pub fn parse(text: &str) -> Result<Formats, String> {
+    let known = WORDS.into_iter().find(|(word, _)| *word == text).map(|(_, formats)| formats);
+    known.ok_or_else(|| {
+        let words: Vec<&str> =
+            WORDS.iter().map(|(word, _)| *word).filter(|word| *word != "city.json").collect();
+        format!("there are {}", words.join(", "))
+    })
+}
+
+/// The model as a building, when one of these formats wants one.
+pub fn building(formats: &[Formats], model: &Model, known_floor_m: Option<f64>) -> Option<Building> {
+    let wanted = formats.iter().copied().flatten().any(|format| format.is_of_buildings());
+    wanted.then(|| Building::read(model, known_floor_m))
+}
+
+/// What cannot be drawn of a building, in words.
+pub fn doubt(building: Option<&Building>) -> Option<&'static str> {
+    building.filter(|building| building.floors_m.is_empty()).map(|_| {
+        "no floor with walls over it was found (z must be up), so model.dxf has no plan; --floor M says where it is"
+    })
 }

@@ -31,7 +31,7 @@ use stages::Stages;
 #[derive(Clone, Debug, clap::Args)]
 #[command(
     after_help = "Written: model.glb, model.ply, model.obj, model.city.json, planes.ply, raw.ply, points.ply, map.pgm, map.yaml, \
-    map.png, trajectory.tum, summary.json.\nNot made yet: report.html, model.dxf, model.ifc, points.laz."
+    map.png, trajectory.tum, summary.json; with --formats also model.dxf.\nNot made yet: report.html, model.ifc, points.laz."
 )]
 pub struct Args {
     /// Posed recordings; of one in parts all of them, in any order, or its name without the number
@@ -206,13 +206,14 @@ fn write_all(
     let image = MapImage::new(grid, &known)?;
     let mut output = built.unwrap_or_default();
     args.shaping.bound(&mut output);
-    let shapes = Shapes::new(&output.model);
+    let shapes = Shapes { source: posed.source(), ..Shapes::new(&output.model) };
+    let building = formats::building(&args.shaping.formats, &output.model, Some(0.0));
     let has_model = !output.cloud.is_empty();
     stages.time("write", || {
         let mut written = files::write_floor(part, &image, &known, &posed.used)?;
         if has_model {
             written += files::write_raw(part, &output)?;
-            written += files::write_model(part, &shapes, &args.shaping.formats)?;
+            written += files::write_model(part, &shapes, building.as_ref(), &args.shaping.formats)?;
         }
         anyhow::Ok(((), written))
     })?;

@@ -134,6 +134,12 @@ impl<'a> Posed<'a> {
         self.drives.iter().flat_map(|drive| drive.at_scans.iter().flatten().copied()).collect()
     }
 
+    /// Names of the recordings, without folders and numbers of parts.
+    pub fn source(&self) -> String {
+        let name = |drive: &Drive<'_>| drive.run.path().file_name().map(|name| name.display().to_string());
+        self.drives.iter().filter_map(name).collect::<Vec<_>>().join(", ")
+    }
+
     /// Horizontal scans, and how many of them have no pose.
     pub fn scans(&self) -> (usize, usize) {
         let all = self.drives.iter().map(|drive| drive.at_scans.len()).sum();
