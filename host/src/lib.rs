@@ -26,6 +26,7 @@ pub mod model;
 pub mod obj_read;
 pub mod occupancy;
 pub mod output;
+pub mod page;
 pub mod palette;
 pub mod params;
 pub mod pipeline;

@@ -12,7 +12,7 @@ use crate::output::{self, OutputError};
 
 mod picture;
 
-pub use picture::write_png;
+pub use picture::{write_cells_png, write_png};
 
 /// A cell counts as a wall above this probability.
 const OCCUPIED: f64 = 0.65;

@@ -39,6 +39,21 @@ pub fn write_png(out: &mut impl Write, image: &MapImage<'_>, poses: &[StampedPos
     let scale = scale_of(image.size());
     let mut picture = paint_cells(image, scale);
     draw_path(&mut picture, image, poses, scale);
+    encode(out, &picture)
+}
+
+/// Writes the cells alone as PNG, a pixel a cell.
+///
+/// # Errors
+/// When writing fails.
+pub fn write_cells_png(out: &mut impl Write, image: &MapImage<'_>) -> io::Result<()> {
+    let [columns, rows] = image.size();
+    let cell = |index: u32| color_of(image.probability(index % columns, index / columns));
+    let pixels = (0..columns * rows).map(cell).collect();
+    encode(out, &Picture { size: [columns, rows], pixels })
+}
+
+fn encode(out: &mut impl Write, picture: &Picture) -> io::Result<()> {
     let mut encoder = png::Encoder::new(out, picture.size[0], picture.size[1]);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);

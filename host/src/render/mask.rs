@@ -98,7 +98,9 @@ fn distance_to_segment(p: [f64; 2], a: [f64; 2], b: [f64; 2]) -> f64 {
     } else {
         0.0
     };
-    (p[0] - a[0] - part * along[0]).hypot(p[1] - a[1] - part * along[1])
+    let off = [p[0] - a[0] - part * along[0], p[1] - a[1] - part * along[1]];
+    // Not hypot: its last bit differs between systems' libraries.
+    (off[0] * off[0] + off[1] * off[1]).sqrt()
 }
 
 #[cfg(test)]

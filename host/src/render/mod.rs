@@ -7,6 +7,7 @@ pub mod font;
 pub mod mask;
 pub mod raster;
 pub mod scene;
+pub mod sheet;
 pub mod vector;
 pub mod views;
 

@@ -84,6 +84,11 @@ impl Extent {
         Some(Self { min, max, points_m, along_x })
     }
 
+    /// Least and greatest coordinates of most of the points, metres.
+    pub fn bounds_m(&self) -> [Vec3; 2] {
+        [self.min, self.max]
+    }
+
     fn middle(&self) -> Vec3 {
         scale(add(self.min, self.max), 0.5)
     }
@@ -190,37 +195,62 @@ fn inside(scene: &Scene, height_over_width: f64, poses: &[StampedPose]) -> Optio
     best.map(|(_, camera)| camera)
 }
 
+/// The camera of someone who stands where the robot was after this part of its way (0 to 1), looking ahead; `None` without poses.
+pub fn inside_at(poses: &[StampedPose], part: f64) -> Option<Camera> {
+    let (eye, ahead) = Way::along(poses).stand(part)?;
+    Some(Camera::new(eye, ahead, UP, Lens::Perspective { width: WIDE_LENS }))
+}
+
 fn inside_candidates(poses: &[StampedPose]) -> Vec<(Camera, f64)> {
-    let at = |pose: &StampedPose| [pose.x_m, pose.y_m, EYE_HEIGHT_M];
-    let mut way_m = vec![0.0];
-    for pair in poses.windows(2) {
-        let step = sub(at(&pair[1]), at(&pair[0]));
-        way_m.push(way_m[way_m.len() - 1] + dot(step, step).sqrt());
-    }
-    let all_m = way_m[way_m.len() - 1];
-    let after =
-        |way: f64| poses.get(way_m.partition_point(|so_far| *so_far < way).min(poses.len().max(1) - 1));
+    let way = Way::along(poses);
     let mut candidates = Vec::new();
     for part in PLACES {
-        let (Some(here), Some(there)) =
-            (after(part * all_m), after(part * all_m + LOOK_AHEAD_M.min(0.2 * all_m)))
-        else {
-            continue;
-        };
-        let ahead = sub(at(there), at(here));
-        let ahead = if dot(ahead, ahead) > 0.01 { ahead } else { [1.0, 0.0, 0.0] };
+        let Some((eye, ahead)) = way.stand(part) else { continue };
         for (cos, sin, weight) in DIRECTIONS {
             let direction = [cos * ahead[0] - sin * ahead[1], sin * ahead[0] + cos * ahead[1], 0.0];
             candidates
-                .push((Camera::new(at(here), direction, UP, Lens::Perspective { width: WIDE_LENS }), weight));
+                .push((Camera::new(eye, direction, UP, Lens::Perspective { width: WIDE_LENS }), weight));
         }
     }
     candidates
 }
 
+/// The robot's way with the length of it so far at each pose.
+struct Way<'a> {
+    poses: &'a [StampedPose],
+    so_far_m: Vec<f64>,
+}
+
+impl<'a> Way<'a> {
+    fn along(poses: &'a [StampedPose]) -> Self {
+        let mut so_far_m = vec![0.0];
+        for pair in poses.windows(2) {
+            let step = sub(eye_at(&pair[1]), eye_at(&pair[0]));
+            so_far_m.push(so_far_m[so_far_m.len() - 1] + dot(step, step).sqrt());
+        }
+        Self { poses, so_far_m }
+    }
+
+    /// The eye after this part of the way, and the level direction ahead.
+    fn stand(&self, part: f64) -> Option<(Vec3, Vec3)> {
+        let all_m = self.so_far_m[self.so_far_m.len() - 1];
+        let after = |way_m: f64| {
+            let index = self.so_far_m.partition_point(|so_far| *so_far < way_m);
+            self.poses.get(index.min(self.poses.len().max(1) - 1)).map(eye_at)
+        };
+        let here = after(part * all_m)?;
+        let ahead = sub(after(part * all_m + LOOK_AHEAD_M.min(0.2 * all_m))?, here);
+        Some((here, if dot(ahead, ahead) > 0.01 { ahead } else { [1.0, 0.0, 0.0] }))
+    }
+}
+
+fn eye_at(pose: &StampedPose) -> Vec3 {
+    [pose.x_m, pose.y_m, EYE_HEIGHT_M]
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{Extent, View, aspect, camera};
+    use super::{Extent, View, aspect, camera, inside_at};
     use crate::deskew::StampedPose;
     use crate::render::scene::{Facet, Scene};
 
@@ -252,6 +282,9 @@ mod tests {
         let ahead = camera(View::Inside, &Scene::default(), &corridor(), 0.6, &poses);
         assert!((ahead.eye_m[0] - 2.0).abs() < 0.11 && ahead.eye_m[2] == 1.5);
         assert!(ahead.forward()[0] > 0.999);
+        let half_way = inside_at(&poses, 0.5).unwrap();
+        assert!((half_way.eye_m[0] - 5.0).abs() < 0.11 && half_way.forward() == [1.0, 0.0, 0.0]);
+        assert_eq!(inside_at(&[], 0.5), None);
         // A facade far to the left of the way, as a robot outdoors has it.
         let [a, b] = [[-90.0, 6.0, 0.0], [99.0, 6.0, 0.0]];
         let facet = |corners_m| Facet {

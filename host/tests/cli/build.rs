@@ -7,7 +7,7 @@ use serde_json::Value;
 use crate::room::{self, Content};
 use crate::run::{Folder, names};
 
-const EVERYTHING: [&str; 12] = [
+const EVERYTHING: [&str; 13] = [
     "map.pgm",
     "map.png",
     "map.yaml",
@@ -18,6 +18,7 @@ const EVERYTHING: [&str; 12] = [
     "planes.ply",
     "points.ply",
     "raw.ply",
+    "report.html",
     "summary.json",
     "trajectory.tum",
 ];
@@ -60,10 +61,14 @@ fn a_room_becomes_a_few_flat_surfaces_in_every_format() {
     assert!(report["true_faces_seen"].is_null(), "{report}");
 
     folder.expect("build run.mcap -o out", 1, &["out exists already", "--force"]);
-    let more = "--force --formats glb,dxf --threads 1 --sigma 0.006";
+    let report = fs::read_to_string(folder.path("out/report.html")).unwrap();
+    assert!(report.contains("<h1>run</h1>") && report.contains("data-mesh=\"raw\">"));
+    assert!(report.len() < 2_000_000, "{}", report.len());
+    let more = "--force --formats glb,dxf --threads 1 --sigma 0.006 --no-report";
     folder.expect(&format!("build run.mcap -o out {more}"), 0, &["noise 0.6 cm (as given)"]);
     let written = names(&folder.path("out"));
-    assert!(!written.contains(&"model.obj".to_owned()) && written.contains(&"model.dxf".to_owned()));
+    let has = |name: &str| written.iter().any(|written| written == name);
+    assert!(!has("model.obj") && has("model.dxf") && !has("report.html"), "{written:?}");
     // The robot stands on the floor, so there is a plan though the laser saw no floor.
     let plan = fs::read_to_string(folder.path("out/model.dxf")).unwrap();
     assert!(plan.contains("floor +0.00 m, cut 1.20 m above it") && plan.contains("run.mcap"));
@@ -79,6 +84,18 @@ fn a_model_is_compared_with_the_raw_points_and_a_closed_door_is_noticed() {
         assert!(ran.stdout.contains(word), "{word}: {}", ran.stdout);
     }
     folder.expect("compare out --pictures all.png", 1, &["all.png exists already"]);
+    folder.expect("compare out --report compared.html", 0, &[]);
+    let report = fs::read_to_string(folder.path("compared.html")).unwrap();
+    assert!(report.contains("How true it is") && report.contains("Distances to raw points"));
+    folder.expect("compare out --report compared.html", 1, &["compared.html exists already"]);
+    folder.expect("render out -o planes.png --what planes --width 300", 0, &["planes.png: 300 x"]);
+    folder.expect(
+        "render out -o half.png --view inside --at 50 --width 300 --height 200",
+        0,
+        &["half.png: 300 x"],
+    );
+    folder.expect("render out -o x.png --at 50", 1, &["--at goes with --view inside"]);
+    folder.expect("render out -o x.png --view inside --at 101", 2, &["expected a number from 0 to 100"]);
     folder.expect("compare out --margin -1", 2, &["expected a length"]);
     // A wall across the room, in the way of half of what the laser saw of the sides, is in no one's way once points.ply does not tell where they were
     // seen from.
@@ -102,7 +119,8 @@ fn any_number_of_threads_writes_the_same_bytes() {
     room::record(&folder.path("run.mcap"), Content { poses: true, vertical: true });
     folder.expect("build run.mcap -o one --threads 1", 0, &[]);
     folder.expect("build run.mcap -o three --threads 3", 0, &[]);
-    for name in EVERYTHING.iter().filter(|name| **name != "summary.json") {
+    // These two hold measured times.
+    for name in EVERYTHING.iter().filter(|name| !["summary.json", "report.html"].contains(name)) {
         let of = |run: &str| fs::read(folder.path(run).join(name)).unwrap();
         assert!(of("one") == of("three"), "{name} differs");
     }
@@ -113,7 +131,7 @@ fn without_a_vertical_laser_there_are_map_and_trajectory_and_a_word_about_it() {
     let folder = Folder::new("flat");
     room::record(&folder.path("run.mcap"), Content { poses: true, vertical: false });
     folder.expect("build run.mcap -o out", 0, &["no scan of a vertical laser"]);
-    let expected = ["map.pgm", "map.png", "map.yaml", "summary.json", "trajectory.tum"];
+    let expected = ["map.pgm", "map.png", "map.yaml", "report.html", "summary.json", "trajectory.tum"];
     assert_eq!(names(&folder.path("out")), expected);
     folder.expect("compare out", 1, &["out holds no model"]);
 }

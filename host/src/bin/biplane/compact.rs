@@ -18,15 +18,15 @@ use crate::build::{files, formats, tell_noise};
 use crate::console::Console;
 use crate::doubt;
 use crate::planes::length;
-use crate::replace;
 use crate::shaping::Shaping;
 use crate::threads::Threads;
+use crate::{replace, report};
 
 /// Words of the command.
 #[derive(Clone, Debug, clap::Args)]
 #[command(
     after_help = "Written: model.glb, model.ply, model.obj, model.city.json, planes.ply, raw.ply (the mesh), points.ply (its vertices with the property \
-    `plane`, -1 = none), summary.json.\nCoordinates are metres. Flat surfaces face the way their triangles do."
+    `plane`, -1 = none), summary.json, report.html.\nCoordinates are metres. Flat surfaces face the way their triangles do."
 )]
 pub struct Args {
     /// A triangle mesh: PLY (ASCII or binary) or OBJ
@@ -87,6 +87,11 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         let raw = write_raw(folder.part(), &file, &output)?;
         Ok(((), raw + files::write_model(folder.part(), &shapes, building.as_ref(), &args.shaping.formats)?))
     })?;
+    let page = if args.shaping.no_report {
+        None
+    } else {
+        Some(report::prepare(&args.mesh, &output, &shapes, None, &mut stages)?)
+    };
     let mut summary = Summary::new(&output.counts, &output.model, shapes.triangles());
     summary.raw_points = file.vertex_of.len();
     summary.mesh = Some(args.mesh.display().to_string());
@@ -95,6 +100,7 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         Parameters { build, max_triangles: args.shaping.max_triangles, ..Parameters::default() };
     stages.finish(&mut summary);
     files::write_summary(folder.part(), &summary)?;
+    page.iter().try_for_each(|page| report::write(folder.part(), page, &summary))?;
     folder.finish()?;
     tell_noise(&output.counts, console);
     tell(args, &summary, console);

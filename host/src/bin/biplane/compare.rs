@@ -16,6 +16,7 @@ use serde::Serialize;
 use crate::Outcome;
 use crate::console::Console;
 use crate::render::{self, ViewName};
+use crate::report;
 use folder::Built;
 pub use folder::{load, simplified};
 
@@ -44,10 +45,13 @@ pub struct Args {
     /// Where the pictures look from
     #[arg(long, value_enum, default_value_t = ViewName::Outside)]
     view: ViewName,
+    /// Write the build's report.html once more, with these figures in it
+    #[arg(long, value_name = "REPORT.html")]
+    report: Option<PathBuf>,
     /// Print JSON
     #[arg(long)]
     json: bool,
-    /// Replace the picture if it exists
+    /// Replace the picture and the report if they exist
     #[arg(long)]
     force: bool,
 }
@@ -115,6 +119,9 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     }
     if report.qslim.is_none() {
         console.note(NO_SIMPLIFIER);
+    }
+    if let Some(page) = &args.report {
+        report::write_compared(&args.folder, page, &report, args.force)?;
     }
     if let Some(picture) = &args.pictures {
         render::run(&render::Args::for_comparison(&args.folder, picture, args.view, args.force), console)?;

@@ -20,6 +20,7 @@ mod plot;
 mod recover;
 mod render;
 mod replace;
+mod report;
 mod shaping;
 mod threads;
 mod traj;

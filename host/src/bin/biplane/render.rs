@@ -8,24 +8,16 @@ use anyhow::{Context, bail};
 use biplane::deskew::StampedPose;
 use biplane::model::Mesh;
 use biplane::output::{check_free, check_not_input, write_file};
-use biplane::palette;
 use biplane::ply_read::Ply;
-use biplane::render::Picture;
-use biplane::render::camera::Camera;
-use biplane::render::font;
-use biplane::render::raster::{Style, draw};
 use biplane::render::scene::Scene;
-use biplane::render::views::{Extent, View, aspect, camera};
+use biplane::render::sheet::{SheetSize, Subject, compose, grouped, noisy_scene};
+use biplane::render::views::{Extent, View, camera, inside_at};
 use biplane::trajectory::read_poses;
 use clap::ValueEnum;
 
 use crate::Outcome;
 use crate::compare::{NO_SIMPLIFIER, load, simplified};
 use crate::console::Console;
-
-/// Pixels between two pictures.
-const GAP: usize = 16;
-const CAPTION: palette::Rgb = [70, 74, 84];
 
 /// Words of the command.
 #[derive(Clone, Debug, clap::Args)]
@@ -38,6 +30,9 @@ pub struct Args {
     /// Where to look from
     #[arg(long, value_enum, default_value_t = ViewName::Outside)]
     view: ViewName,
+    /// With `--view inside`: where on the robot's way to stand, in percent of its length, looking ahead [default: where most is seen]
+    #[arg(long, value_name = "PERCENT", value_parser = percent)]
+    at: Option<f64>,
     /// What to show
     #[arg(long, value_enum, default_value_t = What::Both)]
     what: What,
@@ -67,8 +62,11 @@ pub enum ViewName {
 enum What {
     /// The raw mesh
     Raw,
-    /// The model
+    /// The model: flat surfaces and what is left over
+    #[value(alias = "compact")]
     Model,
+    /// The flat surfaces alone
+    Planes,
     /// The raw mesh beside the model
     Both,
     /// Raw mesh, its simplification by others to as many triangles as the model has surfaces, and the model
@@ -83,6 +81,7 @@ impl Args {
             folder: folder.to_owned(),
             output: output.to_owned(),
             view,
+            at: None,
             what: What::Both,
             width: 1600,
             height: None,
@@ -96,6 +95,7 @@ impl Args {
             folder: folder.to_owned(),
             output: output.to_owned(),
             view,
+            at: None,
             what: What::All,
             width: 2400,
             height: None,
@@ -104,9 +104,19 @@ impl Args {
     }
 }
 
+fn percent(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(percent) if (0.0..=100.0).contains(&percent) => Ok(percent),
+        _ => Err("expected a number from 0 to 100".to_owned()),
+    }
+}
+
 /// Runs the command.
 pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
-    for name in ["model.ply", "raw.ply", "trajectory.tum"] {
+    if args.at.is_some() && !matches!(args.view, ViewName::Inside) {
+        bail!("--at goes with --view inside");
+    }
+    for name in ["model.ply", "planes.ply", "raw.ply", "trajectory.tum"] {
         check_not_input(&args.output, ".part", &args.folder.join(name))?;
     }
     check_free(&args.output, args.force)?;
@@ -116,37 +126,38 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         ViewName::Inside => View::Inside,
         ViewName::Top => View::Top,
     };
-    let model = load(&args.folder.join("model.ply"))?;
+    let model = load(&args.folder.join(if args.what == What::Planes { "planes.ply" } else { "model.ply" }))?;
     let raw_mesh = load(&args.folder.join("raw.ply"))?.mesh;
-    let raw = raw_scene(&raw_mesh);
+    let raw = noisy_scene(&raw_mesh);
     // The raw points are spread evenly over what was seen, a model's corners are not.
     let Some(extent) = Extent::of(view, &raw) else {
         bail!("{} holds no triangle to draw", args.folder.join("raw.ply").display())
     };
     let poses = poses_of(&args.folder)?;
     let raw = Subject { caption: format!("raw mesh: {} triangles", grouped(raw.facets.len())), scene: raw };
-    let model = Subject { caption: model_caption(&args.folder, &model), scene: model_scene(&model) };
+    let model = Subject { caption: model_caption(args, &model), scene: model_scene(&model) };
     let simple = if args.what == What::All { simple_subject(&args.folder, &raw_mesh)? } else { None };
     if args.what == What::All && simple.is_none() {
         console.note(NO_SIMPLIFIER);
     }
     let subjects: Vec<&Subject> = match args.what {
         What::Raw => vec![&raw],
-        What::Model => vec![&model],
+        What::Model | What::Planes => vec![&model],
         What::Both | What::All => [Some(&raw), simple.as_ref(), Some(&model)].into_iter().flatten().collect(),
     };
-    let camera = |shape: f64| camera(view, &model.scene, &extent, shape, &poses);
-    let picture = compose(&subjects, args, (view, &extent), camera);
+    let at_percent = args.at.and_then(|percent| inside_at(&poses, percent / 100.0));
+    if args.at.is_some() && at_percent.is_none() {
+        bail!("{} has no trajectory to stand on", args.folder.display());
+    }
+    let camera =
+        |shape: f64| at_percent.unwrap_or_else(|| camera(view, &model.scene, &extent, shape, &poses));
+    let size =
+        SheetSize { width: args.width as usize, scene_height: args.height.map(|height| height as usize) };
+    let picture = compose(&subjects, size, (view, &extent), camera);
     write_file(&args.output, args.force, |out| picture.write_png(out))?;
     drop(spinner);
     console.note(format!("{}: {} x {} pixels", args.output.display(), picture.width, picture.height));
     Ok(Outcome::Done)
-}
-
-/// A scene with what is said of it.
-struct Subject {
-    scene: Scene,
-    caption: String,
 }
 
 /// The raw mesh as others simplify it to as many triangles as the model has surfaces; `None` when this program has no simplifier.
@@ -155,21 +166,8 @@ fn simple_subject(folder: &Path, raw: &Mesh) -> anyhow::Result<Option<Subject>> 
         surfaces(folder).with_context(|| format!("{}: no figures in summary.json", folder.display()))?;
     Ok(simplified(raw, polygons + leftovers).map(|mesh| Subject {
         caption: format!("QSlim-like: {} triangles", grouped(mesh.triangles.len())),
-        scene: raw_scene(&mesh),
+        scene: noisy_scene(&mesh),
     }))
-}
-
-/// 159114 as 159,114.
-fn grouped(number: usize) -> String {
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (index, digit) in digits.chars().enumerate() {
-        if index > 0 && (digits.len() - index).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
 }
 
 /// Polygons and leftover triangles of a build, as its summary says.
@@ -180,8 +178,9 @@ fn surfaces(folder: &Path) -> Option<(usize, usize)> {
     Some((count("polygons")?, count("leftover_triangles")?))
 }
 
-fn model_caption(folder: &Path, model: &Ply) -> String {
-    match surfaces(folder) {
+fn model_caption(args: &Args, model: &Ply) -> String {
+    match surfaces(&args.folder) {
+        Some((polygons, _)) if args.what == What::Planes => format!("flat surfaces: {}", grouped(polygons)),
         Some((polygons, leftovers)) => {
             format!("model: {} polygons + {} triangles", grouped(polygons), grouped(leftovers))
         }
@@ -189,46 +188,14 @@ fn model_caption(folder: &Path, model: &Ply) -> String {
     }
 }
 
-/// Draws each scene with the same camera; wide scenes one above the other, others side by side.
-fn compose(
-    subjects: &[&Subject],
-    args: &Args,
-    (view, extent): (View, &Extent),
-    camera: impl Fn(f64) -> Camera,
-) -> Picture {
-    let (width, count) = (args.width as usize, subjects.len());
-    let shape = aspect(view, extent).clamp(0.2, 1.2) * 1.04;
-    let beside = count > 1 && shape > 0.5;
-    let scene_width = if beside { (width - (count - 1) * GAP) / count } else { width };
-    let scene_height =
-        args.height.map_or((scene_width as f64 * shape) as usize, |height| height as usize).max(1);
-    let dot = (scene_width / 360).clamp(1, 3);
-    let caption_height = (font::HEIGHT + 8) * dot;
-    let cell_height = scene_height + caption_height;
-    let height = if beside { cell_height } else { count * cell_height + (count - 1) * GAP };
-    let camera = camera(scene_height as f64 / scene_width as f64);
-    let style = Style { cull_backs: view != View::Inside };
-    let mut picture = Picture::blank(width, height);
-    for (index, subject) in subjects.iter().enumerate() {
-        let drawn = draw(&subject.scene, &camera, [scene_width, scene_height], style);
-        let (left, top) =
-            if beside { (index * (scene_width + GAP), 0) } else { (0, index * (cell_height + GAP)) };
-        picture.put(&drawn, left, top + caption_height);
-        picture.write_text(&subject.caption, [left + 6 * dot, top + 4 * dot], dot, CAPTION);
-    }
-    picture
-}
-
+/// The trajectory of a build; none in a folder of `compact`.
 fn poses_of(folder: &Path) -> anyhow::Result<Vec<StampedPose>> {
     let path = folder.join("trajectory.tum");
+    if !path.exists() {
+        return Ok(Vec::new());
+    }
     let file = File::open(&path).with_context(|| format!("cannot read {}", path.display()))?;
     read_poses(BufReader::new(file)).with_context(|| format!("cannot read {}", path.display()))
-}
-
-fn raw_scene(mesh: &Mesh) -> Scene {
-    let mut scene = Scene::default();
-    scene.add_noisy_mesh(mesh, palette::RAW);
-    scene
 }
 
 /// The model in the colours of its file, with lines around its flat surfaces.

@@ -29,6 +29,9 @@ pub struct Shaping {
     /// Bound on the model's triangles: borders become coarser, loose and small pieces go, until it fits
     #[arg(long, value_name = "N")]
     pub max_triangles: Option<usize>,
+    /// Write no report.html: it takes a part of the time, and a few megabytes
+    #[arg(long)]
+    pub no_report: bool,
 }
 
 impl Shaping {
@@ -41,6 +44,7 @@ impl Shaping {
             #[cfg(feature = "simplify")]
             simplify_leftovers: None,
             max_triangles: None,
+            no_report: false,
         }
     }
 

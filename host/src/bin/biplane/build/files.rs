@@ -31,6 +31,7 @@ const NAMES: [&str; 13] = [
     "planes.ply",
     "points.ply",
     "raw.ply",
+    "report.html",
     "summary.json",
     "trajectory.tum",
 ];

@@ -14,6 +14,7 @@ use biplane::floor_map::FloorMapParams;
 use biplane::map_files::MapImage;
 use biplane::occupancy::OccupancyGrid;
 use biplane::output::OutputFolder;
+use biplane::page::Page;
 use biplane::pipeline::{self, BuildInput, BuildOutput, Counts};
 use biplane::run::{Run, VerticalScans};
 use biplane::summary::{Parameters, ScanFigures, Summary};
@@ -23,7 +24,7 @@ use crate::console::Console;
 use crate::planes::length;
 use crate::shaping::Shaping;
 use crate::threads::Threads;
-use crate::{optimize, replace};
+use crate::{optimize, replace, report};
 use posed::Posed;
 use stages::Stages;
 
@@ -31,7 +32,7 @@ use stages::Stages;
 #[derive(Clone, Debug, clap::Args)]
 #[command(
     after_help = "Written: model.glb, model.ply, model.obj, model.city.json, planes.ply, raw.ply, points.ply, map.pgm, map.yaml, \
-    map.png, trajectory.tum, summary.json; with --formats also model.dxf.\nNot made yet: report.html, model.ifc, points.laz."
+    map.png, trajectory.tum, summary.json, report.html (look at this one first); with --formats also model.dxf.\nNot made yet: model.ifc, points.laz."
 )]
 pub struct Args {
     /// Posed recordings; of one in parts all of them, in any order, or its name without the number
@@ -129,7 +130,7 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         bail!("none of the {} vertical scans lies within the poses of {source}", vertical.sweeps.len());
     }
     let counts = built.as_ref().map(|built| built.counts);
-    let mut summary = write_all(args, &folder, built, (&grid, &posed), &mut stages)?;
+    let (mut summary, page) = write_all(args, &folder, built, (&grid, &posed), &mut stages)?;
     summary.recordings =
         runs.iter().flat_map(|run| run.recording().paths()).map(|path| path.display().to_string()).collect();
     summary.parameters = parameters;
@@ -139,6 +140,7 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     summary.scans.vertical_odd = vertical.as_ref().map_or(0, |vertical| vertical.odd_scans);
     stages.finish(&mut summary);
     files::write_summary(folder.part(), &summary)?;
+    page.iter().try_for_each(|page| report::write(folder.part(), page, &summary))?;
     folder.finish()?;
     counts.iter().for_each(|counts| tell_noise(counts, console));
     tell(args, &summary, vertical.is_some(), console);
@@ -193,14 +195,14 @@ fn model(
     Ok(pipeline::build(&input, &parameters.build, stages)?)
 }
 
-/// Writes every file but the summary, whose counts it returns.
+/// Writes every file but the summary, whose counts it returns, and the report, which it prepares.
 fn write_all(
     args: &Args,
     folder: &OutputFolder,
     built: Option<BuildOutput>,
     (grid, posed): (&OccupancyGrid, &Posed),
     stages: &mut Stages<'_>,
-) -> anyhow::Result<Summary> {
+) -> anyhow::Result<(Summary, Option<Page>)> {
     let part = folder.part();
     let known: Vec<StampedPose> = posed.known();
     let image = MapImage::new(grid, &known)?;
@@ -217,6 +219,12 @@ fn write_all(
         }
         anyhow::Ok(((), written))
     })?;
+    let page = if args.shaping.no_report {
+        None
+    } else {
+        let floor = Some((&image, &known[..]));
+        Some(report::prepare(&args.recordings[0], &output, &shapes, floor, stages)?)
+    };
     let mut summary = Summary::new(&output.counts, &output.model, shapes.triangles());
     summary.poses = args.poses.as_ref().map(|path| path.display().to_string());
     summary.scans = ScanFigures {
@@ -224,5 +232,5 @@ fn write_all(
         vertical_unposed: output.counts.scans_unposed,
         ..ScanFigures::default()
     };
-    Ok(summary)
+    Ok((summary, page))
 }

@@ -64,7 +64,7 @@ fn unit(stage: &str) -> &'static str {
         "mesh" | "leftovers" => "triangles",
         "planes" => "planes",
         "polygons" => "polygons",
-        "write" => "files",
+        "write" | "report" => "files",
         _ => "",
     }
 }

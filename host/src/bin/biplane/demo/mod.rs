@@ -15,7 +15,7 @@ use biplane_onboard::RunReport;
 
 use crate::console::Console;
 use crate::render::ViewName;
-use crate::{Outcome, build, compare, render};
+use crate::{Outcome, build, compare, render, report};
 use drive::Drive;
 
 const DEFAULT_FOLDER: &str = "biplane-demo";
@@ -69,6 +69,7 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     write_file(&folder.join("compare.json"), false, |out| {
         Ok(serde_json::to_writer_pretty(out, &comparison)?)
     })?;
+    report::write_compared(&model, &model.join(report::NAME), &comparison, true)?;
     say("done".to_owned());
     print_results(&folder, &report, &comparison);
     Ok(if report.exit_code() == 0 { Outcome::Done } else { Outcome::Lossy })
@@ -109,6 +110,7 @@ fn print_results(folder: &Path, report: &RunReport, comparison: &compare::Report
         100.0 * model.to_truth.rms_m
     );
     let rows = [
+        (at("model/report.html"), "everything on one page, in 3D: open it in a browser"),
         (at("outside.png"), "raw mesh beside the model, into the corridor"),
         (at("inside.png"), "the same from where the robot drove"),
         (at("model/model.glb"), "the model: open it in Blender, Windows 3D Viewer or any glTF viewer"),

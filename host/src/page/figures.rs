@@ -1,0 +1,188 @@
+//! The figures of a run, beside the paper's.
+
+use std::fmt::Write;
+use std::io;
+
+use super::paper::{EXPERIMENTS, Experiment};
+use super::text::{duration, escaped, grouped};
+use crate::deskew::StampedPose;
+use crate::planes::SigmaSource;
+use crate::summary::Summary;
+
+/// Poses farther apart than this in time belong to two drives, nanoseconds.
+const LONGEST_PAUSE_NS: i64 = 60_000_000_000;
+/// Steps longer than this are no driving, metres.
+const LONGEST_STEP_M: f64 = 5.0;
+
+/// How long and how far the robot drove.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Way {
+    /// Seconds.
+    pub duration_s: f64,
+    /// Metres.
+    pub length_m: f64,
+}
+
+impl Way {
+    /// Of poses, those of several drives one after the other.
+    pub fn of(poses: &[StampedPose]) -> Self {
+        let mut way = Self::default();
+        for pair in poses.windows(2) {
+            let pause_ns = pair[1].stamp_ns.saturating_sub(pair[0].stamp_ns);
+            let (x_m, y_m) = (pair[1].x_m - pair[0].x_m, pair[1].y_m - pair[0].y_m);
+            let step_m = (x_m * x_m + y_m * y_m).sqrt();
+            if (0..=LONGEST_PAUSE_NS).contains(&pause_ns) && step_m <= LONGEST_STEP_M {
+                way.duration_s += pause_ns as f64 * 1e-9;
+                way.length_m += step_m;
+            }
+        }
+        way
+    }
+}
+
+/// The headline: what became of the raw mesh.
+pub fn lead(summary: &Summary, way: &Way) -> String {
+    let mut tiles = String::new();
+    let mut tile = |value: &str, words: &str| {
+        let _ = write!(tiles, "<div><dt>{words}</dt><dd>{value}</dd></div>");
+    };
+    if summary.raw_triangles > 0 {
+        tile(&grouped(summary.raw_triangles), "raw triangles");
+        tile(&grouped(summary.polygons), "flat polygons");
+        tile(&grouped(summary.leftover_triangles), "triangles left over");
+        tile(&format!("{:.1} %", summary.reduction_percent), "fewer surfaces");
+        tile(&format!("{:.1} cm", 100.0 * summary.errors.rms_m), "points off their planes, RMS");
+    }
+    if way.length_m > 0.0 {
+        tile(&format!("{:.1} m", way.length_m), "driven");
+    }
+    tile(&duration(summary.wall_s), "computed in");
+    format!("<dl class=\"tiles\">{tiles}</dl>")
+}
+
+/// The table beside the paper's experiments, and how exact the planes are.
+pub fn section(summary: &Summary, way: &Way) -> String {
+    let mut html = String::new();
+    if summary.raw_triangles > 0 {
+        html.push_str(&beside_paper(summary));
+        html.push_str(&exactness(summary));
+    }
+    html.push_str(&recording(summary, way));
+    html
+}
+
+fn beside_paper(summary: &Summary) -> String {
+    let count = |number: Option<usize>| number.map_or_else(|| "–".to_owned(), grouped);
+    type Cell<'a> = &'a dyn Fn(&Experiment) -> String;
+    let rows: [(&str, String, Cell<'_>); 7] = [
+        ("3D points", grouped(summary.raw_points), &|e| count(e.points)),
+        ("triangles of the raw mesh", grouped(summary.raw_triangles), &|e| grouped(e.triangles)),
+        ("polygons", grouped(summary.polygons), &|e| count(e.polygons)),
+        ("triangles on no plane", grouped(summary.leftover_triangles), &|e| count(e.leftovers)),
+        ("polygons and triangles", grouped(summary.polygons + summary.leftover_triangles), &|e| {
+            grouped(e.surfaces)
+        }),
+        ("fewer", format!("{:.1} %", summary.reduction_percent), &|e| format!("{} %", e.reduction_percent)),
+        ("time", duration(summary.wall_s), &|e| e.time.to_owned()),
+    ];
+    let mut body = String::new();
+    for (name, ours, theirs) in rows {
+        let _ = write!(body, "<tr><th scope=\"row\">{name}</th><td class=\"ours\">{ours}</td>");
+        EXPERIMENTS.iter().for_each(|experiment| {
+            let _ = write!(body, "<td>{}</td>", theirs(experiment));
+        });
+        body.push_str("</tr>");
+    }
+    let heads: String =
+        EXPERIMENTS.iter().map(|e| format!("<th scope=\"col\">paper: {}</th>", e.name)).collect();
+    format!(
+        "<section><h2>Beside the paper</h2><div class=\"scroll\"><table class=\"figures\"><thead><tr><td></td>\
+         <th scope=\"col\">this run</th>{heads}</tr></thead><tbody>{body}</tbody></table></div>\
+         <p class=\"note\">Paper: D. Hähnel, W. Burgard, S. Thrun, “Learning Compact 3D Models of Indoor and Outdoor Environments with a \
+         Mobile Robot”, 2001. Other buildings, other lasers: figures to compare orders of magnitude with, not to beat.</p></section>"
+    )
+}
+
+fn exactness(summary: &Summary) -> String {
+    let errors = &summary.errors;
+    let source = match errors.sigma_source {
+        SigmaSource::Given => "as given",
+        _ => "estimated from the points",
+    };
+    let on_planes = 100.0 * errors.points as f64 / summary.raw_points.max(1) as f64;
+    let rows = [
+        ("points on planes", format!("{} ({on_planes:.1} %)", grouped(errors.points))),
+        (
+            "planes, polygons, openings",
+            format!("{}, {}, {}", grouped(summary.planes), grouped(summary.polygons), grouped(summary.holes)),
+        ),
+        ("RMS of these points to their planes", format!("{:.2} cm", 100.0 * errors.rms_m)),
+        ("RMS of the worst plane", format!("{:.2} cm", 100.0 * errors.worst_plane_rms_m)),
+        (&*format!("noise of one point, {source}"), format!("{:.2} cm", 100.0 * errors.sigma_m)),
+        ("triangles of the whole model", grouped(summary.model_triangles)),
+    ]
+    .map(|(name, value)| (name.to_owned(), value));
+    format!("<section><h2>How well planes fit</h2>{}</section>", pairs(&rows))
+}
+
+fn recording(summary: &Summary, way: &Way) -> String {
+    let scans = &summary.scans;
+    let mut rows = Vec::new();
+    let mut row = |name: &str, value: String| rows.push((name.to_owned(), value));
+    for path in summary.recordings.iter().chain(&summary.mesh) {
+        row("from", escaped(path));
+    }
+    if let Some(poses) = &summary.poses {
+        row("poses from", escaped(poses));
+    }
+    if way.duration_s > 0.0 {
+        row("length", format!("{}, {:.1} m", duration(way.duration_s), way.length_m));
+    }
+    if scans.horizontal + scans.vertical > 0 {
+        row(
+            "scans, horizontal and vertical",
+            format!("{} and {}", grouped(scans.horizontal), grouped(scans.vertical)),
+        );
+        row("vertical scans while the robot stood, left out", grouped(scans.vertical_still));
+        row("scans without a pose", grouped(scans.horizontal_unposed + scans.vertical_unposed));
+    }
+    if let Some(loops) = summary.stages.iter().find(|stage| stage.stage == "optimize") {
+        row("loops closed", grouped(loops.count));
+    }
+    if rows.is_empty() {
+        return String::new();
+    }
+    format!("<section><h2>The input</h2>{}</section>", pairs(&rows))
+}
+
+/// All parameters, folded away.
+///
+/// # Errors
+/// When a parameter is no JSON.
+pub fn parameters(summary: &Summary) -> io::Result<String> {
+    let json = serde_json::to_string_pretty(&summary.parameters)?;
+    Ok(format!("<details><summary>Parameters</summary><pre>{}</pre></details>", escaped(&json)))
+}
+
+/// Names and values, both HTML.
+fn pairs(rows: &[(String, String)]) -> String {
+    let rows: String =
+        rows.iter().map(|(name, value)| format!("<div><dt>{name}</dt><dd>{value}</dd></div>")).collect();
+    format!("<dl class=\"pairs\">{rows}</dl>")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Way;
+    use crate::deskew::StampedPose;
+
+    #[test]
+    fn pauses_between_drives_are_no_driving() {
+        let pose =
+            |t_s: i64, x_m: f64| StampedPose { stamp_ns: t_s * 1_000_000_000, x_m, ..StampedPose::default() };
+        let poses =
+            [pose(0, 0.0), pose(10, 3.0), pose(1000, 3.5), pose(1010, 4.5), pose(5, 50.0), pose(6, 50.0)];
+        let way = Way::of(&poses);
+        assert_eq!((way.duration_s, way.length_m), (21.0, 4.0));
+    }
+}

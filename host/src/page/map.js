@@ -1,0 +1,95 @@
+// The floor map: zoomed and moved by its view box. A click says where to stand in the 3D view, which says where its camera is.
+
+function startMap(svg) {
+  const whole = svg.viewBox.baseVal;
+  const all = { x: 0, y: 0, width: whole.width, height: whole.height };
+  let box = { ...all };
+  const [originX, originY, cell] = ['originX', 'originY', 'cell'].map((name) => Number(svg.dataset[name]));
+
+  const apply = () => {
+    box.x = Math.min(Math.max(box.x, -box.width / 2), all.width - box.width / 2);
+    box.y = Math.min(Math.max(box.y, -box.height / 2), all.height - box.height / 2);
+    svg.setAttribute('viewBox', `${box.x} ${box.y} ${box.width} ${box.height}`);
+  };
+  const zoom = (factor, [x, y] = [box.x + box.width / 2, box.y + box.height / 2]) => {
+    const width = Math.min(Math.max(box.width / factor, all.width / 60), all.width);
+    const by = width / box.width;
+    box = { x: x - (x - box.x) * by, y: y - (y - box.y) * by, width, height: box.height * by };
+    apply();
+  };
+  const place = (event) => {
+    const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
+    return [at.x, at.y];
+  };
+  const showAll = () => {
+    box = { ...all };
+    apply();
+  };
+
+  const pointers = new Map();
+  let still = true;
+  svg.addEventListener('pointerdown', (event) => {
+    if (event.pointerType !== 'touch') svg.setPointerCapture(event.pointerId);
+    pointers.set(event.pointerId, event);
+    still = pointers.size === 1;
+  });
+  svg.addEventListener('pointermove', (event) => {
+    const last = pointers.get(event.pointerId);
+    if (!last) return;
+    const [from, to] = [place(last), place(event)];
+    if (Math.hypot(event.clientX - last.clientX, event.clientY - last.clientY) < 4 && still) return;
+    still = false;
+    const other = [...pointers.values()].find((each) => each.pointerId !== event.pointerId);
+    if (other) {
+      const middle = place(other);
+      const apart = ([x, y]) => Math.hypot(x - middle[0], y - middle[1]) || 1;
+      zoom(apart(to) / apart(from), middle);
+    } else {
+      box.x -= to[0] - from[0];
+      box.y -= to[1] - from[1];
+      apply();
+    }
+    pointers.set(event.pointerId, event);
+  });
+  const up = (event) => {
+    if (pointers.delete(event.pointerId) && event.type === 'pointerup' && still) {
+      const [x, y] = place(event);
+      const detail = [originX + x * cell, originY + (all.height - y) * cell];
+      document.dispatchEvent(new CustomEvent('stand', { detail }));
+    }
+  };
+  for (const end of ['pointerup', 'pointercancel']) svg.addEventListener(end, up);
+  svg.addEventListener('wheel', (event) => {
+    if (document.activeElement !== svg) return;
+    event.preventDefault();
+    zoom(Math.exp(-Math.min(Math.max(event.deltaY, -200), 200) * 0.003), place(event));
+  }, { passive: false });
+  svg.addEventListener('keydown', (event) => {
+    const step = box.width / 8;
+    const act = {
+      '+': () => zoom(1.4), '=': () => zoom(1.4), '-': () => zoom(1 / 1.4), 0: showAll,
+      ArrowLeft: () => { box.x -= step; apply(); }, ArrowRight: () => { box.x += step; apply(); },
+      ArrowUp: () => { box.y -= step; apply(); }, ArrowDown: () => { box.y += step; apply(); },
+    }[event.key];
+    if (!act || event.ctrlKey || event.metaKey) return;
+    event.preventDefault();
+    act();
+  });
+  for (const [id, act] of [['map-in', () => zoom(1.4)], ['map-out', () => zoom(1 / 1.4)], ['map-all', showAll]]) {
+    document.getElementById(id).addEventListener('click', act);
+  }
+  document.addEventListener('seen', ({ detail: { eye, yaw } }) => {
+    const [x, y] = [(eye[0] - originX) / cell, all.height - (eye[1] - originY) / cell];
+    const here = document.getElementById('here');
+    const size = box.width / 60;
+    here.setAttribute('transform', `translate(${x} ${y}) rotate(${-yaw * 180 / Math.PI}) scale(${size})`);
+    if (!here.firstChild) {
+      const arrow = document.createElementNS(svg.namespaceURI, 'path');
+      arrow.setAttribute('d', 'M1.2 0L-0.8 0.8L-0.4 0L-0.8 -0.8Z');
+      here.append(arrow);
+    }
+  });
+}
+
+const mapElement = document.getElementById('map');
+if (mapElement) startMap(mapElement);

@@ -1,0 +1,45 @@
+// What is known of the picked surface.
+
+class Panel {
+  constructor(contents, element) {
+    Object.assign(this, { contents, element });
+  }
+
+  show(index) {
+    const { element, contents } = this;
+    element.hidden = index === null;
+    element.replaceChildren();
+    for (const row of document.querySelectorAll('#planes tr.picked')) row.classList.remove('picked');
+    if (index === null) return;
+    if (index < 0) return this.fill('Fine structure', [['', 'on no plane: kept as triangles']]);
+    const polygon = contents.polygons[index];
+    const plane = contents.planes[polygon.plane];
+    const siblings = contents.polygons.filter((other) => other.plane === polygon.plane);
+    document.querySelector(`#planes tr[data-polygon="${index}"]`)?.classList.add('picked');
+    const all = siblings.reduce((sum, other) => sum + other.area_m2, 0);
+    this.fill(`${plane.kind} ${index + 1}`, [
+      ['area', `${polygon.area_m2.toFixed(2)} m²`],
+      ['normal', plane.normal.map((value) => (Math.round(1000 * value) / 1000 + 0).toFixed(3)).join(', ')],
+      ['RMS', `${(100 * plane.rms_m).toFixed(2)} cm`],
+      ['points', plane.points.toLocaleString('en')],
+      ['openings', polygon.holes],
+      ['corners', polygon.corners],
+      ['triangles', polygon.triangles],
+      ...(siblings.length > 1 ? [['its plane', `${siblings.length} surfaces, ${all.toFixed(2)} m²`]] : []),
+    ]);
+  }
+
+  fill(title, rows) {
+    const heading = document.createElement('h3');
+    heading.textContent = title;
+    const list = document.createElement('dl');
+    for (const [name, value] of rows) {
+      const row = document.createElement('div');
+      for (const [tag, text] of [['dt', name], ['dd', value]]) {
+        if (text !== '') row.appendChild(document.createElement(tag)).textContent = text;
+      }
+      list.append(row);
+    }
+    this.element.append(heading, list);
+  }
+}

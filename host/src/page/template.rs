@@ -1,0 +1,91 @@
+//! The page's files, and how places in them are filled: `{{name}}`.
+
+use std::io::{self, Write};
+
+/// The page.
+pub const PAGE: &str = include_str!("page.html");
+/// The 3D view's part of it.
+pub const VIEW: &str = include_str!("view.html");
+/// The pane of the simplification by others, left out without one.
+pub const SIMPLE_PANE: &str = include_str!("simple_pane.html");
+/// Its button.
+pub const SIMPLE_TAB: &str = "<button type=\"button\" data-show=\"simple\">QSlim-like</button>";
+/// How it looks.
+pub const STYLE: &str = include_str!("style.css");
+
+/// What the page does, in the order in which the files use each other; without a 3D view only the first.
+const SCRIPTS: [&str; 14] = [
+    include_str!("map.js"),
+    include_str!("bytes.js"),
+    include_str!("matrix.js"),
+    include_str!("normals.js"),
+    include_str!("edges.js"),
+    include_str!("coarse.js"),
+    include_str!("camera.js"),
+    include_str!("controls.js"),
+    include_str!("pane.js"),
+    include_str!("pick.js"),
+    include_str!("panel.js"),
+    include_str!("pace.js"),
+    include_str!("viewer.js"),
+    include_str!("main.js"),
+];
+
+/// The shaders with the names by which the script finds them.
+const SHADERS: [(&str, &str); 4] = [
+    ("surface.vert", include_str!("surface.vert")),
+    ("surface.frag", include_str!("surface.frag")),
+    ("line.vert", include_str!("line.vert")),
+    ("line.frag", include_str!("line.frag")),
+];
+
+/// Writes a template; `place` writes what belongs where a name stands. What it writes is not looked at again.
+pub fn fill(
+    out: &mut dyn Write,
+    template: &str,
+    mut place: impl FnMut(&mut dyn Write, &str) -> io::Result<()>,
+) -> io::Result<()> {
+    let mut rest = template;
+    while let Some((before, after)) = rest.split_once("{{") {
+        out.write_all(before.as_bytes())?;
+        let (name, behind) = after.split_once("}}").unwrap_or((after, ""));
+        place(out, name)?;
+        rest = behind;
+    }
+    out.write_all(rest.as_bytes())
+}
+
+/// Writes the script, and the shaders when there is a 3D view.
+pub fn write_scripts(out: &mut dyn Write, with_view: bool) -> io::Result<()> {
+    if with_view {
+        for (name, source) in SHADERS {
+            writeln!(out, "<script type=\"text/plain\" id=\"{name}\">{source}</script>")?;
+        }
+    }
+    let files = if with_view { &SCRIPTS[..] } else { &SCRIPTS[..1] };
+    out.write_all(b"<script>\n'use strict';\n(() => {\n")?;
+    files.iter().try_for_each(|file| out.write_all(file.as_bytes()))?;
+    out.write_all(b"})();\n</script>\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{SCRIPTS, SHADERS, fill};
+
+    #[test]
+    fn places_are_filled_once_and_what_fills_them_is_left_alone() {
+        let mut out = Vec::new();
+        fill(&mut out, "a{{x}}b{{y}}", |out, name| write!(out, "[{name} {{{{x}}}}]")).unwrap();
+        assert_eq!(out, b"a[x {{x}}]b[y {{x}}]");
+    }
+
+    #[test]
+    fn no_file_of_ours_ends_the_script_it_stands_in_or_fetches_anything() {
+        for text in SCRIPTS.iter().chain(SHADERS.iter().map(|(_, source)| source)) {
+            assert!(!text.contains("</script") && !text.contains("<!--"), "{text}");
+            for word in ["http:", "https:", "fetch(", "XMLHttpRequest", "import("] {
+                assert!(!text.contains(word), "{word} in {text}");
+            }
+        }
+    }
+}
