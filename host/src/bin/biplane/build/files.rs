@@ -19,7 +19,7 @@ use super::formats::{Format, Formats};
 use crate::replace::Known;
 
 /// Every name that a build writes.
-const NAMES: [&str; 13] = [
+const NAMES: &[&str] = &[
     "map.pgm",
     "map.png",
     "map.yaml",
@@ -37,7 +37,7 @@ const NAMES: [&str; 13] = [
 ];
 
 /// What a folder of a build is known by; one of `compact` has some of its names.
-pub const KNOWN: Known = Known { by: "build", names: &NAMES, sign: "summary.json", is_ours };
+pub const KNOWN: Known = Known { by: "build", names: NAMES, sign: "summary.json", is_ours };
 
 fn is_ours(summary: &Value) -> bool {
     summary["raw_points"].is_u64() && summary["stages"].is_array()
