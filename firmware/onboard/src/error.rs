@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::basin::PairsError;
+use crate::live::LiveAddress;
 use biplane_recording::{ReadError, RigError, WriteError};
 
 /// Why a run could not be made.
@@ -99,6 +100,22 @@ pub enum OnboardError {
         /// Where the recording would lie.
         folder: PathBuf,
     },
+    /// The address of the live view cannot be had.
+    #[error(
+        "cannot serve a live view at {address}: {source} (is another recording there? --live {}:PORT takes another port)",
+        address.socket().ip()
+    )]
+    LiveView {
+        /// The address.
+        address: LiveAddress,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The program was built without the live view.
+    #[error(
+        "this program was built without the live view (feature `live` of biplane-onboard): leave out --live"
+    )]
+    NoLiveView,
     /// Two devices on one port.
     #[error("{port} is the port of {} and of {}: each device needs its own", devices[0], devices[1])]
     SharedPort {

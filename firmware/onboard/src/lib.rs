@@ -13,6 +13,8 @@ pub mod error;
 pub mod health;
 pub mod journal;
 pub mod link;
+pub mod live;
+pub mod message_ring;
 pub mod odometry;
 pub mod ports;
 pub mod probe;

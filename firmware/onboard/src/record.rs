@@ -33,6 +33,7 @@ use crate::engine::{Engine, EngineOptions, Feed};
 use crate::error::OnboardError;
 use crate::journal::JournalThread;
 use crate::link::SERIAL_LINKS;
+use crate::live::{self, LiveAddress, LiveView};
 use crate::ports;
 use crate::provenance;
 use crate::report::{RunEnd, RunReport};
@@ -71,6 +72,8 @@ pub struct RecordOptions {
     pub realtime: bool,
     /// Where links are that follow an adapter, in `by-id` and `by-path`: usually [`SERIAL_LINKS`].
     pub serial_links: PathBuf,
+    /// Where to serve a live view, if anywhere.
+    pub live: Option<LiveAddress>,
     /// How the state is shown while it records.
     pub status: StatusMode,
     /// With less room on the disk than this, bytes, the run ends while it can still be closed; usually [`disk::STOP_BYTES`].
@@ -93,6 +96,7 @@ impl RecordOptions {
             wait: false,
             realtime: false,
             serial_links: PathBuf::from(SERIAL_LINKS),
+            live: None,
             status: StatusMode::Silent,
             stop_free_bytes: disk::STOP_BYTES,
         }
@@ -122,6 +126,8 @@ pub fn record_with(options: &RecordOptions, controls: Controls<'_>) -> Result<Ru
     check_folder(&folder)?;
     let service = Service::find();
     find_room(options, &folder, service, controls.stop)?;
+    // A service that would be started again and again shall record all the same.
+    let door = live::open(options.live, options.wait)?;
     let opened = opening::open_ports(options, service, controls.stop)?;
     // Not before: a machine that waits for its devices may not have had its time set.
     let clock = RunClock::start();
@@ -139,7 +145,8 @@ pub fn record_with(options: &RecordOptions, controls: Controls<'_>) -> Result<Ru
     let has_priority = options.realtime && realtime::is_allowed();
     let lines = Lines::start(opened, clock, has_priority)?;
     let (sink, source) = queue::queue(Arc::clone(lines.dropped()), (told, Arc::clone(voice.untold())));
-    let writing = Writing::start(writer, source, folder, options.stop_free_bytes, clock)?;
+    let (tap, view) = live::start(door, &options.rig)?;
+    let writing = Writing::start(writer, source, folder, options.stop_free_bytes, clock, tap)?;
     let (journal_in, journal) = options.journal.as_deref().map(JournalThread::start).transpose()?.unzip();
     let engine = engine(options, sink.with_journal(journal_in), start_ns);
     if options.realtime {
@@ -158,7 +165,8 @@ pub fn record_with(options: &RecordOptions, controls: Controls<'_>) -> Result<Ru
     let written = writing.finish();
     telling.finish();
     let (files, delays) = written?;
-    let report = RunReport { end, pose_delays: Some(delays), ..report.with_files(&files) };
+    let live = view.map(LiveView::finish);
+    let report = RunReport { end, live, pose_delays: Some(delays), ..report.with_files(&files) };
     journal.map_or(Ok(()), JournalThread::finish)?;
     // Who stops a run while its devices are still started has what was asked for, if not much.
     if report.scans_horizontal == 0 && report.end != RunEnd::Stopped {

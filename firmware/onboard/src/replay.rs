@@ -15,6 +15,7 @@ use biplane_recording::{PartsWriter, Recording, Rig, Rotation, WriterOptions};
 use crate::engine::{Engine, EngineOptions, Feed};
 use crate::error::OnboardError;
 use crate::journal::JournalFile;
+use crate::live::{self, Door, LiveAddress, LiveView};
 use crate::provenance;
 use crate::report::{RunEnd, RunReport};
 use crate::sink::{DirectSink, Sink};
@@ -65,6 +66,8 @@ pub struct ReplayOptions {
     pub rig: Option<Rig>,
     /// How fast.
     pub speed: Speed,
+    /// Where to serve a live view, if anywhere.
+    pub live: Option<LiveAddress>,
     /// How scans are matched.
     pub matcher: TrackerParams,
     /// A table of the iterations of all matches, to be made besides.
@@ -84,6 +87,7 @@ impl ReplayOptions {
             output: output.into(),
             rig: None,
             speed: Speed::Max,
+            live: None,
             matcher: TrackerParams::default(),
             journal: None,
             overwrite: false,
@@ -114,8 +118,9 @@ pub fn replay(options: &ReplayOptions, stop: &AtomicBool) -> Result<RunReport, O
         None => input.rig()?.ok_or_else(|| OnboardError::NoRig { path: input.path().to_owned() })?,
     };
     let (content, start_ns) = survey(&input, &rig)?;
+    let door = live::open(options.live, false)?;
     let writer = PartsWriter::create(&options.output, &writer_options, options.rotation)?;
-    let made = run_into(writer, options, rig, (&input, content, start_ns), stop);
+    let made = run_into((writer, door), options, rig, (&input, content, start_ns), stop);
     if made.is_err() {
         // What this run itself began: left there, it would only stand in the way of the next attempt.
         PartsWriter::remove_begun(&options.output, &writer_options, options.rotation);
@@ -129,17 +134,18 @@ pub fn replay(options: &ReplayOptions, stop: &AtomicBool) -> Result<RunReport, O
 
 /// The replay itself, from a begun output to a finished one.
 fn run_into(
-    mut writer: PartsWriter,
+    (mut writer, door): (PartsWriter, Option<Door>),
     options: &ReplayOptions,
     rig: Rig,
     (input, content, start_ns): (&Recording, Content, i64),
     stop: &AtomicBool,
 ) -> Result<RunReport, OnboardError> {
     provenance::write(&mut writer, &rig, &options.matcher, "biplane-onboard replay", start_ns)?;
+    let (tap, view) = live::start(door, &rig)?;
     let engine_options = EngineOptions { rig, matcher: options.matcher, feed: Feed::Recorded, raw: false };
     let journal = options.journal.as_deref().map(JournalFile::create).transpose()?;
     let keeps_journal = journal.is_some();
-    let mut engine = Engine::new(&engine_options, DirectSink::new(writer, journal), start_ns);
+    let mut engine = Engine::new(&engine_options, DirectSink::new(writer, journal, tap), start_ns);
     if keeps_journal {
         engine.keep_journal();
     }
@@ -148,10 +154,11 @@ fn run_into(
     let end = feeding.feed(input, |log_time_ns| pace.wait_for(log_time_ns, stop), stop)?;
     let (report, mut sink) = feeding.finish();
     sink.check()?;
+    // The tap goes with it: the live view sees that nothing more comes.
     let (writer, journal) = sink.into_files();
     let written = writer.finish()?;
     journal.map_or(Ok(()), JournalFile::finish)?;
-    Ok(RunReport { end, ..report.with_files(&written) })
+    Ok(RunReport { end, live: view.map(LiveView::finish), ..report.with_files(&written) })
 }
 
 fn same_file(input: &Path, output: &Path) -> bool {

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use biplane_recording::PartsReport;
 use serde::Serialize;
 
+use crate::live::LiveReport;
 use crate::record::delays::PoseDelays;
 
 /// Why a run ended.
@@ -83,6 +84,8 @@ pub struct RunReport {
     pub dropped: u64,
     /// What the log and the status were not told, because whoever reads them did not keep up: no loss of the recording.
     pub untold: u64,
+    /// What a live view has done, where there was one.
+    pub live: Option<LiveReport>,
     /// How long poses took into the file; nothing in a replay.
     pub pose_delays: Option<PoseDelays>,
 }

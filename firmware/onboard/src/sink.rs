@@ -1,10 +1,12 @@
 //! Where messages go: straight into a file (replay), or over a queue to the thread that writes one (record).
 
 use biplane_matcher::Iteration;
+use biplane_recording::msg::Message;
 use biplane_recording::{PartsWriter, Topic, WriteError};
 
 use crate::health::Health;
 use crate::journal::JournalFile;
+use crate::live::Tap;
 
 /// Takes what the engine makes, in its order.
 pub trait Sink {
@@ -40,13 +42,16 @@ pub struct DirectSink {
     writer: PartsWriter,
     failed: Option<WriteError>,
     journal: Option<JournalFile>,
+    tap: Option<Tap>,
+    cdr: Vec<u8>,
 }
 
 impl DirectSink {
-    /// A sink that writes to this file, and the iterations of matches to that one.
+    /// A sink that writes to this file, and the iterations of matches to that one; what is in the file goes to the tap of a live
+    /// view as well.
     #[must_use]
-    pub fn new(writer: PartsWriter, journal: Option<JournalFile>) -> Self {
-        Self { writer, failed: None, journal }
+    pub fn new(writer: PartsWriter, journal: Option<JournalFile>, tap: Option<Tap>) -> Self {
+        Self { writer, failed: None, journal, tap, cdr: Vec::new() }
     }
 
     /// What it wrote to, to be finished.
@@ -60,14 +65,17 @@ impl Sink for DirectSink {
     fn message(&mut self, topic: Topic, log_time_ns: i64, publish_time_ns: i64, cdr: &[u8]) {
         if self.failed.is_none() {
             self.failed = self.writer.write_encoded(topic, log_time_ns, publish_time_ns, cdr).err();
+            if let Some(tap) = &mut self.tap {
+                tap.message(topic, log_time_ns, publish_time_ns, cdr);
+            }
         }
     }
 
     fn health(&mut self, now_ns: i64, health: &Health) {
-        if self.failed.is_none() {
-            let message = crate::diagnostics::message(now_ns, health);
-            self.failed = self.writer.write(Topic::Diagnostics, now_ns, now_ns, &message).err();
-        }
+        let mut cdr = std::mem::take(&mut self.cdr);
+        crate::diagnostics::message(now_ns, health).encode(&mut cdr);
+        self.message(Topic::Diagnostics, now_ns, now_ns, &cdr);
+        self.cdr = cdr;
     }
 
     fn iterations(&mut self, stamp_ns: i64, iterations: &[Iteration]) {

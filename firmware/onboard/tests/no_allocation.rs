@@ -1,5 +1,5 @@
 //! After start-up, the loop (sessions, stamps, matcher, publishing into the queue) allocates nothing, nor do the threads that read the
-//! ports: a counting allocator watches them, in a run of the engine alone and in a live run on pseudo-terminals.
+//! ports: a counting allocator watches them, in a run of the engine alone and in a live run on pseudo-terminals, which somebody watches.
 
 #[allow(dead_code)] // The tests in `live` use the rest.
 #[path = "live/mock.rs"]
@@ -199,6 +199,40 @@ fn sessions_of_bases_that_count_allocate_nothing() {
     }
 }
 
+/// The same with a live view, and a viewer that looks at all of it, by hand: a frame of a request has a mask, here of zeros.
+#[cfg(feature = "live")]
+fn watched(options: RecordOptions) -> (RecordOptions, thread::JoinHandle<()>) {
+    use std::io::{Read, Write};
+    use std::net::{TcpListener, TcpStream};
+    let address = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
+    let viewer = thread::Builder::new().name("viewer".to_owned()).spawn(move || {
+        let connected = (0..100).find_map(|_| {
+            thread::sleep(Duration::from_millis(50));
+            TcpStream::connect(address).ok()
+        });
+        let mut stream = connected.expect("there is a live view");
+        let hello = "GET / HTTP/1.1\r\nHost: robot\r\nConnection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n\
+                     Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: foxglove.sdk.v1\r\n\r\n";
+        let mut all = [0; 1 << 14];
+        stream.write_all(hello.as_bytes()).unwrap();
+        assert!(stream.read(&mut all).unwrap() > 0);
+        let wishes: Vec<_> = (1..=10).map(|id| format!(r#"{{"id":{id},"channelId":{id}}}"#)).collect();
+        let text = format!(r#"{{"op":"subscribe","subscriptions":[{}]}}"#, wishes.join(","));
+        let mut frame = vec![0x81, 0x80 | 126];
+        frame.extend((text.len() as u16).to_be_bytes());
+        frame.extend([0; 4]);
+        frame.extend(text.as_bytes());
+        stream.write_all(&frame).unwrap();
+        while stream.read(&mut all).is_ok_and(|count| count > 0) {}
+    });
+    (RecordOptions { live: Some(address.to_string().parse().unwrap()), ..options }, viewer.unwrap())
+}
+
+#[cfg(not(feature = "live"))]
+fn watched(options: RecordOptions) -> (RecordOptions, thread::JoinHandle<()>) {
+    (options, thread::spawn(|| {}))
+}
+
 #[test]
 fn a_live_run_allocates_nothing_in_its_loop_and_in_the_threads_that_read_once_it_streams() {
     let mock = mock::Mock::start("alloc", |_| {});
@@ -209,6 +243,7 @@ fn a_live_run_allocates_nothing_in_its_loop_and_in_the_threads_that_read_once_it
         journal: Some(mock.folder.join("journal.csv")),
         ..mock.options(mock.rig(), 60.0)
     };
+    let (options, viewer) = watched(options);
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);
     let run = thread::Builder::new().name("loop".to_owned()).spawn(move || record(&options, &flag)).unwrap();
@@ -220,6 +255,10 @@ fn a_live_run_allocates_nothing_in_its_loop_and_in_the_threads_that_read_once_it
     WATCHING.store(true, Ordering::Relaxed);
     stop.store(true, Ordering::Relaxed);
     let report = run.join().unwrap().unwrap();
+    viewer.join().unwrap();
+    if let Some(live) = report.live {
+        assert!(live.viewers == 1 && live.sent > 100 && live.missed == 0, "{live:?}");
+    }
     assert_eq!(counts, [0, 0], "allocations of the loop and of the reading threads");
     assert!(LIVE[0].load(Ordering::Relaxed) > 0, "the watch watches: the end of a run allocates");
     assert!(report.scans_horizontal > 40 && report.parts.len() > 3 && report.lost == 0, "{report:?}");

@@ -28,6 +28,12 @@ const ODOMETRY: &str = "std_msgs/Header header\nstring child_frame_id\ngeometry_
 const POSE_STAMPED: &str = "std_msgs/Header header\ngeometry_msgs/PoseWithCovariance pose";
 const TF_MESSAGE: &str = "geometry_msgs/TransformStamped[] transforms";
 const DIAGNOSTIC_ARRAY: &str = "std_msgs/Header header\ndiagnostic_msgs/DiagnosticStatus[] status";
+const OCCUPANCY_GRID: &str = "std_msgs/Header header\nnav_msgs/MapMetaData info\nint8[] data";
+const MAP_META_DATA: &str = "builtin_interfaces/Time map_load_time\nfloat32 resolution\nuint32 width\nuint32 height\ngeometry_msgs/Pose origin";
+const POINT_CLOUD2: &str = "std_msgs/Header header\nuint32 height\nuint32 width\nsensor_msgs/PointField[] fields\nbool is_bigendian\n\
+     uint32 point_step\nuint32 row_step\nuint8[] data\nbool is_dense";
+const POINT_FIELD: &str = "uint8 INT8=1\nuint8 UINT8=2\nuint8 INT16=3\nuint8 UINT16=4\nuint8 INT32=5\nuint8 UINT32=6\n\
+     uint8 FLOAT32=7\nuint8 FLOAT64=8\nstring name\nuint32 offset\nuint8 datatype\nuint32 count";
 const UINT8_MULTI_ARRAY: &str = "std_msgs/MultiArrayLayout layout\nuint8[] data";
 
 /// One type inside another: its name as `MSG:` wants it, and its definition.
@@ -53,10 +59,17 @@ const TRANSFORM_PARTS: [Part; 3] = [
 ];
 const DIAGNOSTIC_PARTS: [Part; 2] =
     [("diagnostic_msgs/DiagnosticStatus", DIAGNOSTIC_STATUS), ("diagnostic_msgs/KeyValue", KEY_VALUE)];
+const MAP_PARTS: [Part; 4] = [
+    ("nav_msgs/MapMetaData", MAP_META_DATA),
+    ("geometry_msgs/Pose", POSE),
+    ("geometry_msgs/Point", POINT),
+    ("geometry_msgs/Quaternion", QUATERNION),
+];
+const POINT_CLOUD_PARTS: [Part; 1] = [("sensor_msgs/PointField", POINT_FIELD)];
 const LAYOUT_PARTS: [Part; 2] =
     [("std_msgs/MultiArrayLayout", LAYOUT), ("std_msgs/MultiArrayDimension", DIMENSION)];
 
-/// The complete `ros2msg` text of a type that Biplane writes (`package/msg/Type`); `None` for another.
+/// The complete `ros2msg` text of a type that Biplane writes or shows live (`package/msg/Type`); `None` for another.
 #[must_use]
 pub fn ros2msg(type_name: &str) -> Option<String> {
     let (own, groups): (&str, &[&[Part]]) = match type_name {
@@ -65,6 +78,8 @@ pub fn ros2msg(type_name: &str) -> Option<String> {
         "geometry_msgs/msg/PoseWithCovarianceStamped" => (POSE_STAMPED, &[&STAMPED, &POSE_PARTS]),
         "tf2_msgs/msg/TFMessage" => (TF_MESSAGE, &[&TRANSFORM_STAMPED_PART, &STAMPED, &TRANSFORM_PARTS]),
         "diagnostic_msgs/msg/DiagnosticArray" => (DIAGNOSTIC_ARRAY, &[&STAMPED, &DIAGNOSTIC_PARTS]),
+        "nav_msgs/msg/OccupancyGrid" => (OCCUPANCY_GRID, &[&STAMPED, &MAP_PARTS]),
+        "sensor_msgs/msg/PointCloud2" => (POINT_CLOUD2, &[&STAMPED, &POINT_CLOUD_PARTS]),
         "std_msgs/msg/UInt8MultiArray" => (UINT8_MULTI_ARRAY, &[&LAYOUT_PARTS]),
         _ => return None,
     };
@@ -93,9 +108,10 @@ mod tests {
     }
 
     #[test]
-    fn every_topic_has_a_schema_that_defines_exactly_the_types_it_names() {
-        for topic in Topic::ALL {
-            let text = ros2msg(topic.type_name()).unwrap_or_else(|| panic!("{topic:?} has none"));
+    fn every_type_has_a_schema_that_defines_exactly_the_types_it_names() {
+        let shown_live = ["nav_msgs/msg/OccupancyGrid", "sensor_msgs/msg/PointCloud2"];
+        for name in Topic::ALL.map(Topic::type_name).into_iter().chain(shown_live) {
+            let text = ros2msg(name).unwrap_or_else(|| panic!("{name} has none"));
             let defined: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("MSG: ")).collect();
             let unique: BTreeSet<&str> = defined.iter().copied().collect();
             assert_eq!(unique.len(), defined.len(), "a type is defined twice:\n{text}");

@@ -6,6 +6,7 @@ use std::time::Duration;
 use biplane_recording::Rig;
 
 use crate::error::OnboardError;
+use crate::live::LiveAddress;
 use crate::record::{Controls, RecordOptions, StatusMode, record_with};
 
 /// Sets up lasers and base, streams, matches, and records posed scans until SIGINT, SIGTERM or the duration.
@@ -39,6 +40,10 @@ pub struct Args {
     /// Real-time priority and locked memory; goes on without where the right is missing.
     #[arg(long)]
     realtime: bool,
+    /// Serve a live view for Foxglove or Lichtblick: scans, poses, a growing map and points, at ws://ADDR (127.0.0.1:8765 when left out,
+    /// which this machine alone can reach). ADDR is an IP address, a port or both. Recording never waits for viewers.
+    #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = "127.0.0.1:8765")]
+    live: Option<LiveAddress>,
     /// Replace the output if it exists.
     #[arg(long)]
     force: bool,
@@ -67,6 +72,7 @@ pub(super) fn run(args: &Args, quiet: bool) -> Result<u8, OnboardError> {
         rotation: args.rotation.rotation(),
         wait: args.wait,
         realtime: args.realtime,
+        live: args.live,
         status: match (args.json_status, quiet) {
             (true, _) => StatusMode::Json,
             (false, false) => StatusMode::Line,

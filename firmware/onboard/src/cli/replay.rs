@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use biplane_recording::Rig;
 
 use crate::error::OnboardError;
+use crate::live::LiveAddress;
 use crate::replay::{ReplayOptions, Speed};
 
 /// Runs the onboard process on a capture's bytes, or on the scans and odometry of a recording or import.
@@ -22,9 +23,12 @@ pub struct Args {
     /// The rig; without it, the input's own.
     #[arg(long)]
     rig: Option<PathBuf>,
-    /// `max`, or how many times as fast as it was recorded.
-    #[arg(long, default_value = "max")]
-    speed: Speed,
+    /// `max`, or how many times as fast as it was recorded. [default: max; 1 with --live]
+    #[arg(long)]
+    speed: Option<Speed>,
+    /// Serve a live view for Foxglove or Lichtblick at ws://ADDR (127.0.0.1:8765 when left out), as `record --live` does.
+    #[arg(long, value_name = "ADDR", num_args = 0..=1, default_missing_value = "127.0.0.1:8765")]
+    live: Option<LiveAddress>,
     #[command(flatten)]
     matcher: super::matcher::MatcherArgs,
     /// A table of what each iteration of each match did (CSV), to be written besides.
@@ -46,7 +50,9 @@ pub(super) fn run(args: &Args) -> Result<u8, OnboardError> {
         inputs: args.inputs.clone(),
         output: args.output.clone(),
         rig,
-        speed: args.speed,
+        // Nobody can look at all of it at once.
+        speed: args.speed.unwrap_or(if args.live.is_some() { Speed::Times(1.0) } else { Speed::Max }),
+        live: args.live,
         matcher: args.matcher.params(),
         journal: args.journal.clone(),
         overwrite: args.force,

@@ -7,7 +7,7 @@ use biplane_recording::Topic;
 use biplane_recording::msg::{DiagnosticStatus, KeyValue};
 use serde::Serialize;
 
-use super::queue::Head;
+use crate::message_ring::Head;
 
 /// A step of the histogram, nanoseconds.
 const STEP_NS: i64 = 50_000;

@@ -11,19 +11,18 @@ use rtrb::{Consumer, Producer, RingBuffer};
 use super::telling::States;
 use crate::health::Health;
 use crate::journal::JournalQueue;
+use crate::message_ring::{Head, MessagesIn, MessagesOut, message_ring};
 use crate::sink::Sink;
 
 /// Bytes that may wait for the disk: over a minute of both lasers at full rate with raw bytes.
 const QUEUE_BYTES: usize = 32 << 20;
 /// States that may wait.
 const QUEUE_HEALTHS: usize = 64;
-/// Before each message: topic, two times, length.
-const HEAD_BYTES: usize = 1 + 8 + 8 + 4;
 
 /// The loop's end.
 #[derive(Debug)]
 pub struct QueueSink {
-    messages: Producer<u8>,
+    messages: MessagesIn,
     healths: Producer<(i64, Health)>,
     told: States,
     dropped: u64,
@@ -35,19 +34,8 @@ pub struct QueueSink {
 /// The writing thread's end.
 #[derive(Debug)]
 pub struct QueueSource {
-    messages: Consumer<u8>,
+    messages: MessagesOut,
     healths: Consumer<(i64, Health)>,
-}
-
-/// A message as it comes out of the queue.
-#[derive(Copy, Clone, Debug, PartialEq, Eq)]
-pub struct Head {
-    /// Its topic.
-    pub topic: Topic,
-    /// When it was made or received, nanoseconds.
-    pub log_time_ns: i64,
-    /// Its own stamp, nanoseconds.
-    pub publish_time_ns: i64,
 }
 
 /// Both ends. `reads_dropped` counts reads of the ports that were lost before they came to the loop; they are told with the messages.
@@ -57,7 +45,7 @@ pub fn queue(
     reads_dropped: Arc<AtomicU64>,
     (told, untold): (States, Arc<AtomicU64>),
 ) -> (QueueSink, QueueSource) {
-    let (message_in, messages) = RingBuffer::new(QUEUE_BYTES);
+    let (message_in, messages) = message_ring(QUEUE_BYTES);
     let (health_in, healths) = RingBuffer::new(QUEUE_HEALTHS);
     let sink = QueueSink {
         messages: message_in,
@@ -71,39 +59,18 @@ pub fn queue(
     (sink, QueueSource { messages, healths })
 }
 
-fn topic_byte(topic: Topic) -> u8 {
-    Topic::ALL.iter().position(|&other| other == topic).unwrap_or_default() as u8
-}
-
 impl QueueSink {
     /// Hands on the iterations of matches to this queue as well.
     #[must_use]
     pub fn with_journal(self, journal: Option<JournalQueue>) -> Self {
         Self { journal, ..self }
     }
-
-    /// Adds a message whole, or not at all.
-    fn push(&mut self, head: &[u8; HEAD_BYTES], cdr: &[u8]) -> bool {
-        let Ok(mut chunk) = self.messages.write_chunk(HEAD_BYTES + cdr.len()) else { return false };
-        let (first, second) = chunk.as_mut_slices();
-        let slots = first.iter_mut().chain(second);
-        for (slot, byte) in slots.zip(head.iter().chain(cdr)) {
-            *slot = *byte;
-        }
-        chunk.commit_all();
-        true
-    }
 }
 
 impl Sink for QueueSink {
     fn message(&mut self, topic: Topic, log_time_ns: i64, publish_time_ns: i64, cdr: &[u8]) {
-        let length = u32::try_from(cdr.len()).unwrap_or(u32::MAX);
-        let mut head = [0; HEAD_BYTES];
-        head[0] = topic_byte(topic);
-        head[1..9].copy_from_slice(&log_time_ns.to_le_bytes());
-        head[9..17].copy_from_slice(&publish_time_ns.to_le_bytes());
-        head[17..].copy_from_slice(&length.to_le_bytes());
-        self.dropped += u64::from(!self.push(&head, cdr));
+        let head = Head { topic, log_time_ns, publish_time_ns };
+        self.dropped += u64::from(!self.messages.push(head, cdr));
     }
 
     fn health(&mut self, now_ns: i64, health: &Health) {
@@ -131,18 +98,7 @@ impl Sink for QueueSink {
 impl QueueSource {
     /// The next message, its bytes in `cdr`.
     pub fn next_message(&mut self, cdr: &mut Vec<u8>) -> Option<Head> {
-        let mut head = [0; HEAD_BYTES];
-        self.messages.pop_entire_slice(&mut head).ok()?;
-        let word =
-            |at: usize| head.get(at..).and_then(|rest| rest.first_chunk()).copied().unwrap_or_default();
-        let topic = Topic::ALL.get(usize::from(head[0])).copied()?;
-        let length = u32::from_le_bytes(head.last_chunk().copied().unwrap_or_default());
-        cdr.clear();
-        cdr.resize(length as usize, 0);
-        // A message goes in whole, so it is there when its head is.
-        self.messages.pop_entire_slice(cdr).ok()?;
-        let (log_time_ns, publish_time_ns) = (i64::from_le_bytes(word(1)), i64::from_le_bytes(word(9)));
-        Some(Head { topic, log_time_ns, publish_time_ns })
+        self.messages.pop(cdr)
     }
 
     /// The next state.
@@ -153,33 +109,13 @@ impl QueueSource {
     /// Whether the loop has gone and nothing is left.
     #[must_use]
     pub fn is_over(&self) -> bool {
-        self.messages.is_abandoned() && self.messages.is_empty() && self.healths.is_empty()
+        self.messages.is_over() && self.healths.is_empty()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn messages_come_out_as_they_went_in_also_over_the_end_of_the_ring() {
-        let (mut sink, mut source) =
-            queue(Arc::new(AtomicU64::new(0)), (RingBuffer::new(1).0, Arc::default()));
-        let mut cdr = Vec::new();
-        // 400 messages of 200 kB go twice round the ring.
-        for round in 0..400_i64 {
-            let bytes = vec![round as u8; 200_000 + round as usize];
-            sink.message(Topic::Pose, round, -round, &bytes);
-            let head = source.next_message(&mut cdr).unwrap();
-            assert_eq!(head, Head { topic: Topic::Pose, log_time_ns: round, publish_time_ns: -round });
-            assert_eq!(cdr, bytes);
-        }
-        assert_eq!(source.next_message(&mut cdr), None);
-        assert_eq!(sink.dropped(), 0);
-        assert!(!source.is_over());
-        drop(sink);
-        assert!(source.is_over());
-    }
 
     #[test]
     fn what_does_not_fit_is_dropped_whole_and_counted() {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 
-use biplane_recording::msg::{DiagnosticStatus, KeyValue};
+use biplane_recording::msg::{DiagnosticStatus, KeyValue, Message};
 use biplane_recording::{PartsReport, PartsWriter, Topic, WriteError};
 
 use super::RunClock;
@@ -15,6 +15,8 @@ use super::disk;
 use super::queue::QueueSource;
 use crate::diagnostics;
 use crate::error::OnboardError;
+use crate::live::Tap;
+use crate::message_ring::Head;
 
 /// How long the thread sleeps when there is nothing to write, nanoseconds.
 const IDLE_NS: i64 = 2_000_000;
@@ -30,7 +32,7 @@ pub struct Writing {
 
 impl Writing {
     /// Starts to write what comes out of the queue; `folder` is where the file lies. With less than `stop_bytes` of room left there,
-    /// [`Writing::is_disk_low`] says so.
+    /// [`Writing::is_disk_low`] says so. What is in the file goes to the tap of a live view as well.
     ///
     /// # Errors
     /// When no thread can be started.
@@ -40,6 +42,7 @@ impl Writing {
         folder: PathBuf,
         stop_bytes: u64,
         clock: RunClock,
+        tap: Option<Tap>,
     ) -> Result<Self, OnboardError> {
         let [failed, disk_low, rotate] = std::array::from_fn(|_| Arc::new(AtomicBool::new(false)));
         let worker = Worker {
@@ -52,6 +55,7 @@ impl Writing {
             rotate: Arc::clone(&rotate),
             cdr: Vec::new(),
             delays: Delays::default(),
+            tap,
         };
         let flag = Arc::clone(&failed);
         let thread = thread::Builder::new()
@@ -107,6 +111,7 @@ struct Worker {
     rotate: Arc<AtomicBool>,
     cdr: Vec<u8>,
     delays: Delays,
+    tap: Option<Tap>,
 }
 
 impl Worker {
@@ -119,6 +124,7 @@ impl Worker {
                 is_idle = false;
                 self.writer.write_encoded(head.topic, head.log_time_ns, head.publish_time_ns, &self.cdr)?;
                 self.delays.written(self.clock.now_ns(), &head);
+                self.show(&head);
             }
             while let Some((now_ns, health)) = self.source.next_health() {
                 let free_bytes = disk::free_bytes(&self.folder);
@@ -129,7 +135,10 @@ impl Worker {
                 message.status.push(disk_status(free_bytes));
                 message.status.push(self.delays.status());
                 message.status.push(clock_status(self.clock.utc_offset_ns()));
-                self.writer.write(Topic::Diagnostics, now_ns, now_ns, &message)?;
+                message.encode(&mut self.cdr);
+                let head = Head { topic: Topic::Diagnostics, log_time_ns: now_ns, publish_time_ns: now_ns };
+                self.writer.write_encoded(head.topic, now_ns, now_ns, &self.cdr)?;
+                self.show(&head);
             }
             if self.rotate.swap(false, Ordering::Relaxed) && !self.writer.rotate_now()? {
                 tracing::warn!(
@@ -143,6 +152,15 @@ impl Worker {
             if is_idle {
                 biplane_clock::sleep_ns(IDLE_NS);
             }
+        }
+    }
+}
+
+impl Worker {
+    /// The message in hand, which is in the file, to the live view.
+    fn show(&mut self, head: &Head) {
+        if let Some(tap) = &mut self.tap {
+            tap.message(head.topic, head.log_time_ns, head.publish_time_ns, &self.cdr);
         }
     }
 }
@@ -185,7 +203,7 @@ mod tests {
             let (mut sink, source) =
                 queue(Arc::new(AtomicU64::new(0)), (RingBuffer::new(4).0, Arc::default()));
             let writing =
-                Writing::start(writer, source, folder.clone(), stop_bytes, RunClock::start()).unwrap();
+                Writing::start(writer, source, folder.clone(), stop_bytes, RunClock::start(), None).unwrap();
             assert!(!writing.is_disk_low());
             sink.health(1, &Health::default());
             drop(sink);
