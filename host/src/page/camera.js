@@ -25,8 +25,7 @@ class Camera {
 
   orbit(yaw, pitch, lens) {
     Object.assign(this, { walking: false, yaw, pitch, lens });
-    this.target = scale(add(...this.bounds), 0.5);
-    this.distance = this.distanceToFit();
+    this.fit();
   }
 
   inside() {
@@ -68,16 +67,28 @@ class Camera {
     return across(up) / across(right);
   }
 
-  distanceToFit() {
+  /** The points that a picture should hold: what of the model faces the camera, or the corners of the bounds. */
+  pointsToSee(forward) {
+    const [low, high] = this.bounds;
+    const seen = (this.model || []).filter(({ at, normal }) => dot(normal, forward) < 0.05 && at.every((v, i) => v >= low[i] && v <= high[i]));
+    if (seen.length > 2) return seen.map(({ at }) => at);
+    return [0, 1, 2, 3, 4, 5, 6, 7].map((corner) => [0, 1, 2].map((axis) => this.bounds[corner >> axis & 1][axis]));
+  }
+
+  /** As near as shows all points. Each bounds the eye on both sides; the tightest of each side fix its place. */
+  fit() {
+    const middle = scale(add(...this.bounds), 0.5);
+    Object.assign(this, { target: middle, distance: 1 });
     const { right, up, forward } = this.frame();
-    const half = this.half();
-    let distance = 0.1;
-    for (let corner = 0; corner < 8; corner++) {
-      const p = sub([0, 1, 2].map((axis) => this.bounds[corner >> axis & 1][axis]), this.target);
-      const wide = Math.max(Math.abs(dot(p, right)) / half[0], Math.abs(dot(p, up)) / half[1]);
-      distance = Math.max(distance, wide * 1.04 - dot(p, forward));
-    }
-    return distance;
+    const points = this.pointsToSee(forward).map((p) => sub(p, middle));
+    const half = this.half().map((side) => side * 0.94);
+    const along = (axis, reach) => {
+      const [plus, minus] = [1, -1].map((sign) => Math.max(...points.map((p) => sign * dot(p, axis) - reach * dot(p, forward))));
+      return [(plus - minus) / 2, (plus + minus) / (2 * reach)];
+    };
+    const [[across, wide], [above, high]] = [along(right, half[0]), along(up, half[1])];
+    this.distance = Math.max(wide, high, 0.5);
+    this.target = add(middle, add(scale(right, across), scale(up, above)));
   }
 
   /** Radians: round the target, or the head. */

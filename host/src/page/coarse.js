@@ -1,15 +1,13 @@
-// A coarser index of a large mesh, over the same vertices: all vertices of a cell become its first one. Slow computers draw this one while
-// the view moves, and the whole mesh when it stands.
+// Coarser indices of a large mesh, over the same vertices: all vertices of a cell become its first one. Slow computers draw these while the
+// view moves, and the whole mesh when it stands.
 
-const ENOUGH = 150000;
+/** Triangles of the two coarser ones, at most. */
+const COARSE = [150000, 40000];
 
-/** Corners of at most about ENOUGH triangles, or null when the mesh has no more than that. */
-async function coarser({ positions, corners }, step_m) {
-  if (corners.length / 3 <= ENOUGH) return null;
-  for (let cell = 0.06 / step_m; ; cell *= 1.5) {
-    const coarse = await clustered(positions, corners, cell);
-    if (coarse.length / 3 <= ENOUGH) return coarse;
-  }
+/** Corners of a mesh of at most so many triangles, from one that may have more. */
+async function coarser(positions, corners, most, step_m) {
+  for (let cell = 0.06 / step_m; corners.length / 3 > most; cell *= 1.5) corners = await clustered(positions, corners, cell);
+  return corners;
 }
 
 async function clustered(positions, corners, cell) {

@@ -50,7 +50,7 @@ pub fn lead(summary: &Summary, way: &Way) -> String {
         tile(&grouped(summary.raw_triangles), "raw triangles");
         tile(&grouped(summary.polygons), "flat polygons");
         tile(&grouped(summary.leftover_triangles), "triangles left over");
-        tile(&format!("{:.1} %", summary.reduction_percent), "fewer surfaces");
+        tile(&percent(summary.reduction_percent), "fewer surfaces");
         tile(&format!("{:.1} cm", 100.0 * summary.errors.rms_m), "points off their planes, RMS");
     }
     if way.length_m > 0.0 {
@@ -58,6 +58,11 @@ pub fn lead(summary: &Summary, way: &Way) -> String {
     }
     tile(&duration(summary.wall_s), "computed in");
     format!("<dl class=\"tiles\">{tiles}</dl>")
+}
+
+/// With so many digits that almost all is not all.
+fn percent(value: f64) -> String {
+    if value > 99.9 && value < 100.0 { format!("{value:.2} %") } else { format!("{value:.1} %") }
 }
 
 /// The table beside the paper's experiments, and how exact the planes are.
@@ -82,7 +87,7 @@ fn beside_paper(summary: &Summary) -> String {
         ("polygons and triangles", grouped(summary.polygons + summary.leftover_triangles), &|e| {
             grouped(e.surfaces)
         }),
-        ("fewer", format!("{:.1} %", summary.reduction_percent), &|e| format!("{} %", e.reduction_percent)),
+        ("fewer", percent(summary.reduction_percent), &|e| format!("{} %", e.reduction_percent)),
         ("time", duration(summary.wall_s), &|e| e.time.to_owned()),
     ];
     let mut body = String::new();

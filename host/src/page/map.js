@@ -78,7 +78,10 @@ function startMap(svg) {
   for (const [id, act] of [['map-in', () => zoom(1.4)], ['map-out', () => zoom(1 / 1.4)], ['map-all', showAll]]) {
     document.getElementById(id).addEventListener('click', act);
   }
-  document.addEventListener('seen', ({ detail: { eye, yaw } }) => {
+  let onScreen = true;
+  new IntersectionObserver(([entry]) => { onScreen = entry.isIntersecting; }).observe(svg);
+  document.addEventListener('seen', ({ detail: { eye, yaw, still } }) => {
+    if (!onScreen && !still) return;
     const [x, y] = [(eye[0] - originX) / cell, all.height - (eye[1] - originY) / cell];
     const here = document.getElementById('here');
     const size = box.width / 60;

@@ -32,6 +32,8 @@ pub use versus::{Row, with_comparison};
 
 /// Triangles of the raw mesh that a page shows at most. More would make the file larger than 20 MB and turning it jerky.
 const MOST_RAW_TRIANGLES: usize = 1_500_000;
+/// Triangles of the raw mesh in the pictures at most: more would be smaller than their pixels.
+const MOST_DRAWN_TRIANGLES: usize = 400_000;
 /// Bytes of a block of packed data in the page; a browser decodes one without holding up the page.
 const BLOCK_BYTES: usize = 3 << 18;
 
@@ -146,7 +148,8 @@ impl View {
             );
             packed.push((name, bytes));
         }
-        let pictures = pictures::draw(raw, sources)?;
+        let simpler = reduce::to_fit(raw, MOST_DRAWN_TRIANGLES);
+        let pictures = pictures::draw(simpler.as_ref().map_or(raw, |(mesh, _)| mesh), sources)?;
         let contents = contents::json(sources, &lattice, &packed, &pictures)?;
         let table = contents::table(sources.shapes);
         Ok(Self {
@@ -173,6 +176,9 @@ impl View {
             }),
             "simple" => out.write_all(if self.has_simple { template::SIMPLE_PANE } else { "" }.as_bytes()),
             "simple_tab" => out.write_all(if self.has_simple { template::SIMPLE_TAB } else { "" }.as_bytes()),
+            "simple_note" => {
+                out.write_all(if self.has_simple { template::SIMPLE_NOTE } else { "" }.as_bytes())
+            }
             "reduced" => {
                 self.reduced.iter().try_for_each(|words| write!(out, "<p class=\"note\">{words}</p>"))
             }

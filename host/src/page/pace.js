@@ -5,7 +5,7 @@ const QUICK_MS = 20;
 
 class Pace {
   constructor() {
-    // 0: everything; 1: the coarser mesh; 2: that at half the resolution.
+    // 0: everything; 1: the coarser mesh; 2: the coarsest, at half the resolution.
     this.level = 0;
     this.quick = 0;
     this.until = 0;

@@ -1,7 +1,11 @@
 // One picture of one mesh, by WebGL2. A mesh is drawn in pieces, and those beside the picture are left out.
 
 const PIECE = 8192;
-const INK = { light: [0.2, 0.22, 0.26, 0.55], dark: [0.08, 0.09, 0.11, 0.6], way: [0.13, 0.46, 0.84, 1] };
+const INK = { light: [0.2, 0.22, 0.26], dark: [0.08, 0.09, 0.11] };
+const WAY = [0.13, 0.46, 0.84, 1];
+const GRID = [0.5, 0.55, 0.62, 0.28];
+// Lines have their full strength where a metre is so many pixels; far away less, so that small detail does not turn black.
+const FULL_PIXELS = 45;
 const BACKGROUND = { light: [0.965, 0.969, 0.976], dark: [0.086, 0.098, 0.118] };
 
 class Pane {
@@ -37,11 +41,21 @@ class Pane {
     else gl.vertexAttrib1f(3, 0);
     this.triangles = indices(gl, mesh.corners);
     this.pieces = await pieces(mesh.positions, mesh.corners, lattice);
-    const coarse = await coarser(mesh, lattice.step_m);
-    gl.bindVertexArray(this.vertices);
-    this.coarse = coarse && { buffer: indices(gl, coarse), pieces: await pieces(mesh.positions, coarse, lattice) };
+    this.coarse = [];
+    let coarse = mesh.corners;
+    for (const most of COARSE) {
+      coarse = await coarser(mesh.positions, coarse, most, lattice.step_m);
+      if (coarse !== mesh.corners) this.coarse.push(await this.coarsePart(coarse, lattice));
+    }
     this.borders = mesh.borders && this.lines(mesh.borders);
-    this.way = this.loadWay(mesh.way);
+    this.way = this.floorLines(mesh.way, gl.LINE_STRIP, WAY);
+    this.grid = this.floorLines(mesh.grid, gl.LINES, GRID);
+  }
+
+  async coarsePart(corners, lattice) {
+    const parts = await pieces(this.mesh.positions, corners, lattice);
+    this.gl.bindVertexArray(this.vertices);
+    return { buffer: indices(this.gl, corners), pieces: parts };
   }
 
   lines(vertices) {
@@ -49,13 +63,12 @@ class Pane {
     return { buffer: indices(this.gl, vertices), count: vertices.length };
   }
 
-  loadWay(way) {
-    if (!way || way.length < 8) return null;
+  floorLines(positions, kind, ink) {
     const { gl } = this;
     const vertices = gl.createVertexArray();
     gl.bindVertexArray(vertices);
-    attribute(gl, 0, way, 3, gl.UNSIGNED_SHORT, false, 8);
-    return { vertices, count: way.length / 4 };
+    attribute(gl, 0, positions, 3, gl.UNSIGNED_SHORT, false, 8);
+    return { vertices, count: positions.length / 4, kind, ink };
   }
 
   /** Fits the canvas to its place. */
@@ -72,11 +85,12 @@ class Pane {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     if (!this.mesh) return;
     const { frame, matrix } = camera.clip(canvas.width / canvas.height);
+    look.pixels_a_metre = camera.walking ? FULL_PIXELS : canvas.clientHeight / (2 * camera.half(canvas.width / canvas.height)[1] * camera.distance);
     gl.enable(gl.DEPTH_TEST);
     this.drawSurfaces(frame, matrix, look);
     if (this.borders && !look.wireframe) this.drawLines(this.borders, matrix, frame, look);
-    if (look.wireframe && (look.level === 0 || !this.coarse)) this.drawLines(this.wires ||= this.lines(allEdges(this.mesh.corners)), matrix, frame, look);
-    if (look.way && this.way) this.drawWay(matrix, frame);
+    if (look.wireframe && (look.level === 0 || this.coarse.length === 0)) this.drawLines(this.wires ||= this.lines(allEdges(this.mesh.corners)), matrix, frame, look);
+    if (look.way) for (const lines of [this.grid, this.way]) this.drawFloor(lines, matrix, frame);
   }
 
   drawSurfaces(frame, matrix, look) {
@@ -86,7 +100,7 @@ class Pane {
     gl.uniform1i(surface.at('coloring'), look.coloring);
     gl.uniform1f(surface.at('picked'), look.picked + 1);
     gl.bindVertexArray(this.vertices);
-    const { buffer, pieces } = look.level > 0 && this.coarse || { buffer: this.triangles, pieces: this.pieces };
+    const { buffer, pieces } = this.coarse[Math.min(look.level, this.coarse.length) - 1] || { buffer: this.triangles, pieces: this.pieces };
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);
     gl.enable(gl.POLYGON_OFFSET_FILL);
     gl.polygonOffset(1, 1);
@@ -99,7 +113,7 @@ class Pane {
   drawLines({ buffer, count }, matrix, frame, look) {
     const { gl, line } = this;
     this.use(line, frame, matrix, look.cut);
-    gl.uniform4fv(line.at('ink'), INK[look.theme]);
+    gl.uniform4fv(line.at('ink'), [...INK[look.theme], clamp(0.65 * look.pixels_a_metre / FULL_PIXELS, 0.1, 0.65)]);
     gl.bindVertexArray(this.vertices);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);
     gl.enable(gl.BLEND);
@@ -108,12 +122,15 @@ class Pane {
     gl.disable(gl.BLEND);
   }
 
-  drawWay(matrix, frame) {
+  drawFloor({ vertices, count, kind, ink }, matrix, frame) {
     const { gl, line } = this;
     this.use(line, frame, matrix, false);
-    gl.uniform4fv(line.at('ink'), INK.way);
-    gl.bindVertexArray(this.way.vertices);
-    gl.drawArrays(gl.LINE_STRIP, 0, this.way.count);
+    gl.uniform4fv(line.at('ink'), ink);
+    gl.bindVertexArray(vertices);
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+    gl.drawArrays(kind, 0, count);
+    gl.disable(gl.BLEND);
   }
 
   use(program, frame, matrix, cut) {

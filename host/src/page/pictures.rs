@@ -39,9 +39,9 @@ pub struct Drawn {
     pub inside: [Vec3; 2],
 }
 
-/// Draws raw mesh, simplification and model from outside and, when the robot was inside, from there.
+/// Draws raw mesh (which may be a coarser one than that of the sources), simplification and model from outside and, when the robot was inside, from there.
 pub fn draw(raw: &Mesh, sources: &Sources<'_>) -> io::Result<Drawn> {
-    let raw_subject = subject("raw mesh", raw.triangles.len(), noisy_scene(raw));
+    let raw_subject = subject("raw mesh", sources.raw.triangles.len(), noisy_scene(raw));
     let simple = sources.simple.map(|mesh| subject("QSlim-like", mesh.triangles.len(), noisy_scene(mesh)));
     let model = model_subject(sources);
     let subjects: Vec<&Subject> =

@@ -6,10 +6,10 @@ use crate::model::Mesh;
 
 /// The first cells' side, metres: about the points' spacing.
 const FIRST_CELL_M: f64 = 0.03;
-/// Each round's cells are larger by this.
-const GROWTH: f64 = 1.3;
-/// Rounds; the last cells are then 160 m wide.
-const ROUNDS: usize = 33;
+/// Each round's cells are larger by this at least.
+const LEAST_GROWTH: f64 = 1.1;
+/// Rounds; far more than are needed.
+const ROUNDS: usize = 50;
 
 /// The mesh with at most so many triangles, and the side of the cells; `None` when it fits as it is.
 pub fn to_fit(mesh: &Mesh, most_triangles: usize) -> Option<(Mesh, f64)> {
@@ -22,7 +22,8 @@ pub fn to_fit(mesh: &Mesh, most_triangles: usize) -> Option<(Mesh, f64)> {
         if smaller.triangles.len() <= most_triangles {
             break;
         }
-        cell_m *= GROWTH;
+        // A surface has so many cells as their area goes into it.
+        cell_m *= (smaller.triangles.len() as f64 / most_triangles.max(1) as f64).sqrt().max(LEAST_GROWTH);
         smaller = clustered(mesh, cell_m);
     }
     Some((smaller, cell_m))

@@ -10,6 +10,9 @@ pub const VIEW: &str = include_str!("view.html");
 pub const SIMPLE_PANE: &str = include_str!("simple_pane.html");
 /// Its button.
 pub const SIMPLE_TAB: &str = "<button type=\"button\" data-show=\"simple\">QSlim-like</button>";
+/// What it is.
+pub const SIMPLE_NOTE: &str = "<p class=\"note\">QSlim-like: the raw mesh simplified by quadric errors to as many triangles as the \
+    model has polygons and triangles.</p>";
 /// How it looks.
 pub const STYLE: &str = include_str!("style.css");
 

@@ -145,7 +145,7 @@ class Viewer {
     const { camera } = this;
     this.section.querySelector('#pad').hidden = !camera.walking;
     for (const button of this.section.querySelectorAll('[data-preset]')) button.setAttribute('aria-pressed', button.dataset.preset === camera.preset);
-    document.dispatchEvent(new CustomEvent('seen', { detail: { eye: camera.frame().eye, yaw: camera.yaw, walking: camera.walking } }));
+    document.dispatchEvent(new CustomEvent('seen', { detail: { eye: camera.frame().eye, yaw: camera.yaw, still: !moving } }));
     if (moving) this.changed();
     else if (level > 0 && this.controls.pointers.size === 0) setTimeout(() => this.changed(), 260);
   }
