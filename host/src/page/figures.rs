@@ -51,7 +51,7 @@ pub fn lead(summary: &Summary, way: &Way) -> String {
         tile(&grouped(summary.polygons), "flat polygons");
         tile(&grouped(summary.leftover_triangles), "triangles left over");
         tile(&percent(summary.reduction_percent), "fewer surfaces");
-        tile(&format!("{:.1} cm", 100.0 * summary.errors.rms_m), "points off their planes, RMS");
+        tile(&format!("{:.1} cm", 100.0 * summary.errors.rms_m), "RMS off planes");
     }
     if way.length_m > 0.0 {
         tile(&format!("{:.1} m", way.length_m), "driven");
