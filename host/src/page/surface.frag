@@ -10,12 +10,12 @@ flat in float surface_number;
 out vec4 pixel;
 
 void main() {
-  if (cut && dot(facing, from_eye) >= 0.0) discard;
+  bool chosen = picked > 0.0 && surface_number == picked;
+  if (cut && !chosen && dot(facing, from_eye) >= 0.0) discard;
   // A flat surface has its plane's normal, anything else that of its own triangle.
   vec3 normal = surface_number > 0.0 ? normalize(facing) : normalize(cross(dFdx(from_eye), dFdy(from_eye)));
   if (dot(normal, from_eye) > 0.0) normal = -normal;
   vec3 color = coloring == 0 ? own_color : coloring == 1 ? vec3(0.80, 0.81, 0.83) : 0.68 + 0.26 * normalize(facing);
-  bool chosen = picked > 0.0 && surface_number == picked;
   if (chosen) color = vec3(1.0, 0.62, 0.18);
   vec3 lamp = normalize(1.1 * up - 0.7 * right - 0.6 * forward);
   float light = 0.74 + 0.22 * max(dot(normal, lamp), 0.0) + 0.05 * (0.5 + 0.5 * normal.z) + 0.17 * max(dot(normal, -forward), 0.0);
