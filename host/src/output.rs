@@ -164,16 +164,30 @@ pub struct OutputFolder {
 }
 
 impl OutputFolder {
+    /// Whether [`OutputFolder::create`] would find the name free, for whoever wants to know before long work. Nothing is made.
+    ///
+    /// # Errors
+    /// [`OutputError::NotEmpty`] and [`OutputError::PartExists`].
+    pub fn check(path: &Path, overwrite: bool) -> Result<(), OutputError> {
+        let path: PathBuf = path.components().collect();
+        let part = with_suffix(&path, ".part");
+        if !overwrite && holds_something(&path) {
+            return Err(OutputError::NotEmpty { path });
+        }
+        if part.exists() {
+            return Err(OutputError::PartExists { part, path });
+        }
+        Ok(())
+    }
+
     /// Makes `PATH.part`. What is there of that name stays: it may be somebody's.
     ///
     /// # Errors
     /// When `path` exists, is not an empty folder and `overwrite` is not set; when `PATH.part` exists; when the system refuses.
     pub fn create(path: &Path, overwrite: bool) -> Result<Self, OutputError> {
+        Self::check(path, overwrite)?;
         // "results/" and "results" are one folder; its sibling must not land inside.
         let path: PathBuf = path.components().collect();
-        if !overwrite && holds_something(&path) {
-            return Err(OutputError::NotEmpty { path });
-        }
         let part = with_suffix(&path, ".part");
         if let Some(parent) = part.parent() {
             fs::create_dir_all(parent).map_err(OutputError::io("create", parent))?;

@@ -2,6 +2,7 @@
 
 mod build;
 mod careful;
+mod comfort;
 mod compact;
 #[cfg(feature = "demo")]
 mod demo;

@@ -1,12 +1,14 @@
 //! The command line as types. Each command's own words stand in its file.
 
+use std::path::PathBuf;
+
 use clap::{Parser, Subcommand};
 
 #[cfg(feature = "demo")]
 use crate::demo;
 use crate::{
-    build, compact, compare, evaluate, import, info, map, optimize, papers, planes, plot, recover, render,
-    traj,
+    build, compact, compare, evaluate, import, info, map, optimize, papers, parameters, planes, plot,
+    recover, render, traj,
 };
 
 /// Compact 3D building models from recordings of a robot with two laser scanners.
@@ -16,6 +18,9 @@ pub struct Cli {
     /// Say nothing but results and errors
     #[arg(long, short, global = true)]
     pub quiet: bool,
+    /// Take flags from this TOML file too, a section a command: `biplane parameters` prints one. The command line wins
+    #[arg(long, global = true, value_name = "FILE")]
+    pub config: Option<PathBuf>,
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
@@ -56,6 +61,8 @@ pub enum Command {
     Render(render::Args),
     /// Salvage a recording that was cut off
     Recover(recover::Args),
+    /// Print the flags of commands with their defaults, as a file for --config
+    Parameters(parameters::Args),
     /// Print the completions of this program for a shell
     Completions(papers::Completions),
     /// Write the manual pages of this program, one for each command, into a folder

@@ -17,6 +17,7 @@ use crate::build::stages::Stages;
 use crate::build::{files, formats, tell_noise};
 use crate::console::Console;
 use crate::doubt;
+use crate::plan::Plan;
 use crate::planes::length;
 use crate::shaping::Shaping;
 use crate::threads::Threads;
@@ -49,6 +50,9 @@ pub struct Args {
     /// Replace the folder if it exists
     #[arg(long)]
     force: bool,
+    /// Say what would be read, done and written, and do none of it
+    #[arg(long)]
+    dry_run: bool,
 }
 
 fn height(text: &str) -> Result<f64, String> {
@@ -60,6 +64,10 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     args.threads.take()?;
     if args.force {
         replace::check(&files::KNOWN, &args.output, std::slice::from_ref(&args.mesh))?;
+    }
+    if args.dry_run {
+        OutputFolder::check(&args.output, args.force)?;
+        return Ok(plan(args).tell());
     }
     let folder = OutputFolder::create(&args.output, args.force)?;
     let mut stages = Stages::new(console);
@@ -108,6 +116,22 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     doubt.into_iter().for_each(|why| console.note(why));
     formats::doubt(building.as_ref()).into_iter().for_each(|why| console.note(why));
     Ok(Outcome::Done)
+}
+
+/// What [`run`] would do.
+fn plan(args: &Args) -> Plan<'_> {
+    // No robot drove: no map, no way.
+    let is_of_meshes = |name: &&str| !name.starts_with("map.") && *name != "trajectory.tum";
+    let mut steps = vec!["load", "planes", "polygons", "leftovers", "write", "report"];
+    steps.retain(|step| *step != "report" || !args.shaping.no_report);
+    Plan {
+        reads: vec![&args.mesh],
+        steps,
+        writes: files::names(&args.shaping.formats, !args.shaping.no_report)
+            .filter(is_of_meshes)
+            .map(|name| args.output.join(name).display().to_string())
+            .collect(),
+    }
 }
 
 /// Writes the mesh, and its vertices as they were in the file.

@@ -4,6 +4,7 @@ mod build;
 mod cli;
 mod compact;
 mod compare;
+mod config;
 mod console;
 #[cfg(feature = "demo")]
 mod demo;
@@ -15,6 +16,8 @@ mod map;
 mod moment;
 mod optimize;
 mod papers;
+mod parameters;
+mod plan;
 mod planes;
 mod plot;
 mod recover;
@@ -43,7 +46,14 @@ enum Outcome {
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::parse(); // wrong arguments: clap says what, and ends with 2
+    let words = match config::words(std::env::args_os().collect()) {
+        Ok(words) => words,
+        Err(error) => {
+            eprintln!("biplane: {}", sentence(&error));
+            return ExitCode::from(2);
+        }
+    };
+    let cli = Cli::parse_from(words); // wrong arguments: clap says what, and ends with 2
     let console = Console::new(cli.quiet);
     match run(cli.command, &console) {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
@@ -74,6 +84,7 @@ fn run(command: Command, console: &Console) -> anyhow::Result<Outcome> {
         Command::Plot(args) => plot::run(&args, console),
         Command::Render(args) => render::run(&args, console),
         Command::Recover(args) => recover::run(&args, console),
+        Command::Parameters(args) => parameters::run(&args),
         Command::Completions(args) => papers::completions(&args),
         Command::Man(args) => papers::man(&args),
     }

@@ -15,6 +15,7 @@ use serde::Serialize;
 use crate::Outcome;
 use crate::console::Console;
 use crate::moment::Moment;
+use crate::plan::Plan;
 use crate::threads::Threads;
 
 /// Words of the command.
@@ -34,6 +35,9 @@ pub struct Args {
     /// Replace the output if it exists
     #[arg(long)]
     force: bool,
+    /// Say what would be read, done and written, and do none of it
+    #[arg(long)]
+    dry_run: bool,
     /// Print what was found as JSON
     #[arg(long)]
     json: bool,
@@ -79,6 +83,14 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let runs = open(&args.recordings, console)?;
     let apart = |number: usize| args.output.with_extension(format!("apart-{}.mcap", number + 1));
     check_outputs(args, &runs, &apart)?;
+    if args.dry_run {
+        let plan = Plan {
+            reads: runs.iter().flat_map(|run| run.recording().paths()).collect(),
+            steps: vec!["read", "optimize", "write"],
+            writes: vec![args.output.display().to_string()],
+        };
+        return Ok(plan.tell());
+    }
     let params = LoopParams { spoilt_share: args.spoil_loops, ..LoopParams::default() };
     let trails = read(&runs, &params, console)?;
     let (kept, mut checkpoint) = checkpoint(args, &runs, console)?;

@@ -36,6 +36,15 @@ const NAMES: &[&str] = &[
     "trajectory.tum",
 ];
 
+/// The names that a build with these formats writes.
+pub fn names(formats: &[Formats], report: bool) -> impl Iterator<Item = &'static str> {
+    let chosen = move |name: &&str| match Format::ALL.into_iter().find(|format| format.file() == *name) {
+        Some(format) => formats.iter().any(|formats| formats.contains(&format)),
+        None => report || *name != "report.html",
+    };
+    NAMES.iter().copied().filter(chosen)
+}
+
 /// What a folder of a build is known by; one of `compact` has some of its names.
 pub const KNOWN: Known = Known { by: "build", names: NAMES, sign: "summary.json", is_ours };
 

@@ -29,6 +29,17 @@ impl Format {
     #[cfg(feature = "demo")]
     pub const USUAL: [Self; 4] = [Self::Glb, Self::Ply, Self::Obj, Self::CityJson];
 
+    /// The file's name.
+    pub const fn file(self) -> &'static str {
+        match self {
+            Self::Glb => "model.glb",
+            Self::Ply => "model.ply",
+            Self::Obj => "model.obj",
+            Self::CityJson => "model.city.json",
+            Self::Dxf => "model.dxf",
+        }
+    }
+
     /// Whether the model has to be read as a building for it.
     fn is_of_buildings(self) -> bool {
         self == Self::Dxf

@@ -21,6 +21,7 @@ use biplane::summary::{Parameters, ScanFigures, Summary};
 
 use crate::Outcome;
 use crate::console::Console;
+use crate::plan::Plan;
 use crate::planes::length;
 use crate::shaping::Shaping;
 use crate::threads::Threads;
@@ -58,6 +59,9 @@ pub struct Args {
     /// Replace the folder if it exists
     #[arg(long)]
     force: bool,
+    /// Say what would be read, done and written, and do none of it
+    #[arg(long)]
+    dry_run: bool,
     #[command(flatten)]
     shaping: Shaping,
     /// Seed of everything drawn at random; kept in summary.json (no stage draws at random today)
@@ -88,6 +92,7 @@ impl Args {
             no_optimize: false,
             sigma: None,
             force: false,
+            dry_run: false,
             shaping: Shaping::unsaid(),
             seed: 0,
             threads: Threads::default(),
@@ -103,6 +108,10 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         let read = runs.iter().flat_map(|run| run.recording().paths()).map(Path::to_owned);
         let inputs: Vec<PathBuf> = read.chain(args.poses.clone()).collect();
         replace::check(&files::KNOWN, &args.output, &inputs)?;
+    }
+    OutputFolder::check(&args.output, args.force)?;
+    if args.dry_run {
+        return Ok(plan(args, &runs).tell());
     }
     let mut stages = Stages::new(console);
     let posed = poses(args, &runs, &mut stages, console)?;
@@ -147,6 +156,31 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
+/// What [`run`] would do.
+fn plan<'a>(args: &'a Args, runs: &'a [Run]) -> Plan<'a> {
+    let recordings = runs.iter().flat_map(|run| run.recording().paths());
+    let optimises = args.poses.is_none() && !takes_recorded_poses(args, runs);
+    let mut steps =
+        vec!["read", "map", "cloud", "mesh", "planes", "polygons", "leftovers", "write", "report"];
+    steps.retain(|step| *step != "report" || !args.shaping.no_report);
+    if optimises {
+        steps.insert(0, "optimize");
+    }
+    Plan {
+        reads: recordings.chain(args.poses.as_deref()).collect(),
+        steps,
+        writes: files::names(&args.shaping.formats, !args.shaping.no_report)
+            .map(|name| args.output.join(name).display().to_string())
+            .collect(),
+    }
+}
+
+/// One recording's poses stay as they are unless asked: where a drive had little drift, the optimiser's steps between scans are
+/// less exact than the matcher's, which sees the whole map.
+fn takes_recorded_poses(args: &Args, runs: &[Run]) -> bool {
+    args.no_optimize || (runs.len() == 1 && !args.optimize)
+}
+
 /// Somebody else's poses, the optimised ones, or those of the recording.
 fn poses<'a>(
     args: &Args,
@@ -156,9 +190,7 @@ fn poses<'a>(
 ) -> anyhow::Result<Posed<'a>> {
     match &args.poses {
         Some(path) => Posed::foreign(runs, path),
-        // One recording's poses stay as they are unless asked: where a drive had little drift, the optimiser's steps between scans are
-        // less exact than the matcher's, which sees the whole map.
-        None if args.no_optimize || (runs.len() == 1 && !args.optimize) => Posed::recorded(runs),
+        None if takes_recorded_poses(args, runs) => Posed::recorded(runs),
         None => stages.time("optimize", || Posed::optimised(runs, console)),
     }
 }
