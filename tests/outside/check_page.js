@@ -226,6 +226,18 @@ async function onAPhone() {
   await close();
 }
 
+async function onPaper(page) {
+  await page.click('[data-show="all"]');
+  await page.click('[data-preset="outside"]');
+  const before = (await pictures(page)).model.sum;
+  await page.emulateMedia({ media: 'print' });
+  await frame(page);
+  check(await page.locator('#pictures img').first().isVisible() && await page.locator('#panes').isHidden(), 'no pictures on paper');
+  await page.emulateMedia({ media: 'screen' });
+  await page.waitForTimeout(500);
+  check((await pictures(page)).model.sum === before, 'printing changes the view');
+}
+
 async function withoutWebGL() {
   const { page, close } = await open({ viewport: { width: 1200, height: 800 } });
   await page.addInitScript(() => { HTMLCanvasElement.prototype.getContext = () => null; });
@@ -245,6 +257,7 @@ async function withoutWebGL() {
   await picks(page);
   await answersToMouseAndKeys(page);
   await frameTime(page);
+  await onPaper(page);
   await close();
   await onAPhone();
   await withoutWebGL();

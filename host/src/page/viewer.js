@@ -81,7 +81,10 @@ class Viewer {
   resized() {
     const { camera } = this;
     const pane = this.panes.find((each) => !each.figure.hidden);
-    camera.aspect = pane.canvas.clientWidth / Math.max(1, pane.canvas.clientHeight);
+    const { clientWidth, clientHeight } = pane.canvas;
+    // On paper there are pictures instead.
+    if (clientWidth * clientHeight === 0) return;
+    camera.aspect = clientWidth / clientHeight;
     // Who has not moved yet sees all of it in the new shape too.
     if (camera.preset === 'outside' || camera.preset === 'top') camera[camera.preset]();
     this.changed();
