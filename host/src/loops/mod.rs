@@ -93,6 +93,8 @@ pub struct LoopFound {
     pub nodes: [usize; 2],
     /// The second one seen from the first.
     pub pose: Pose2,
+    /// Inverse covariance of the pose.
+    pub information: Matrix3<f64>,
     /// How far around the guess was searched, metres.
     pub half_m: f64,
     /// How well it fits.
@@ -155,6 +157,7 @@ pub fn optimise(
     let found = closing.loops.iter().zip(&closing.believed).map(|(found, &believed)| LoopFound {
         nodes: found.stretches.map(|stretch| submaps[stretch].middle),
         pose: found.found.pose,
+        information: found.found.information,
         half_m: found.half_m,
         agreement: found.found.agreement,
         believed,

@@ -1,5 +1,7 @@
 //! `biplane optimize`: loop closing and pose-graph optimisation of recordings.
 
+mod loops_found;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -7,7 +9,7 @@ use anyhow::{Context, bail};
 use biplane::loops::checkpoint::Checkpoint;
 use biplane::loops::corrected::Corrected;
 use biplane::loops::trail::Trail;
-use biplane::loops::{self, Counts, LoopParams, Optimised, Progress, output};
+use biplane::loops::{self, Counts, LoopFound, LoopParams, Optimised, Progress, output};
 use biplane::output::{check_free, check_not_input, with_suffix};
 use biplane::run::Run;
 use serde::Serialize;
@@ -41,6 +43,9 @@ pub struct Args {
     /// Print what was found as JSON
     #[arg(long)]
     json: bool,
+    /// Write the loops found, a line each: where, how sure, and whether believed
+    #[arg(long, value_name = "LOOPS.csv")]
+    loops: Option<PathBuf>,
     #[command(flatten)]
     threads: Threads,
     /// Replace this share of the loops found by random ones: a test of how well false ones are told
@@ -74,6 +79,23 @@ struct RecordingReport {
     output: String,
     /// Whether it lies in one frame with another one.
     joined: bool,
+    /// Stretches of its way that were found in other recordings: a few are a weak reason to join.
+    shared_stretches: usize,
+    /// Share of their points that the others explain, 0 to 1, on average. Two floors of one plan come near 1, too.
+    shared_agreement: f64,
+}
+
+/// What a recording, by number, has in common with the others.
+fn shared(number: usize, trails: &[Trail], loops: &[LoopFound]) -> (usize, f64) {
+    let first: usize = trails[..number].iter().map(|trail| trail.nodes.len()).sum();
+    let own = first..first + trails[number].nodes.len();
+    let across = loops
+        .iter()
+        .filter(|found| found.believed && own.contains(&found.nodes[0]) != own.contains(&found.nodes[1]));
+    let of: BTreeMap<usize, f64> = across
+        .map(|found| (found.nodes[usize::from(own.contains(&found.nodes[1]))], found.agreement.share))
+        .collect();
+    (of.len(), of.values().sum::<f64>() / of.len().max(1) as f64)
 }
 
 /// Runs the command.
@@ -106,6 +128,10 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         output::write(&path, &members, args.force, &told)?;
     }
     drop(spinner);
+    if let Some(path) = &args.loops {
+        loops_found::write(path, &trails, &optimised.loops)
+            .with_context(|| format!("cannot write {}", path.display()))?;
+    }
     // What was kept to go on with is of no use any more.
     let _ = std::fs::remove_file(kept);
     let report = report(&runs, &trails, &optimised, (&args.output, &apart), &moment);
@@ -137,7 +163,7 @@ pub fn open(paths: &[PathBuf], console: &Console) -> anyhow::Result<Vec<Run>> {
 
 fn check_outputs(args: &Args, runs: &[Run], apart: &impl Fn(usize) -> PathBuf) -> anyhow::Result<()> {
     let names = std::iter::once(args.output.clone()).chain((1..runs.len()).map(apart));
-    for name in names {
+    for name in names.chain(args.loops.iter().cloned()) {
         for input in runs.iter().flat_map(|run| run.recording().paths()) {
             check_not_input(&name, ".active", input)?;
         }
@@ -222,11 +248,16 @@ fn report(
 ) -> Report {
     let (wall_s, cpu_s) = moment.elapsed_s();
     let groups = &optimised.groups;
-    let recordings = runs.iter().zip(trails).zip(groups).map(|((run, trail), group)| RecordingReport {
-        path: run.path().display().to_string(),
-        scans: trail.scans.len(),
-        output: if *group == 0 { output.to_owned() } else { apart(*group) }.display().to_string(),
-        joined: groups.iter().filter(|other| *other == group).count() > 1,
+    let recordings = runs.iter().zip(groups).enumerate().map(|(number, (run, group))| {
+        let (shared_stretches, shared_agreement) = shared(number, trails, &optimised.loops);
+        RecordingReport {
+            path: run.path().display().to_string(),
+            scans: trails[number].scans.len(),
+            output: if *group == 0 { output.to_owned() } else { apart(*group) }.display().to_string(),
+            joined: groups.iter().filter(|other| *other == group).count() > 1,
+            shared_stretches,
+            shared_agreement,
+        }
     });
     Report {
         recordings: recordings.collect(),
@@ -247,6 +278,14 @@ fn tell(args: &Args, report: &Report, console: &Console) -> anyhow::Result<()> {
                 recording.path, recording.output
             );
         }
+    }
+    for recording in report.recordings.iter().filter(|recording| recording.joined) {
+        console.note(format!(
+            "{}: {} stretches of its way are in other recordings, {:.0} % of their points alike",
+            recording.path,
+            recording.shared_stretches,
+            100.0 * recording.shared_agreement
+        ));
     }
     console.note(format!(
         "{output}: {} loops between {} stretches of the way, {} scans moved, {:.1} s",
