@@ -57,6 +57,23 @@ pub fn bound(model: &mut Model, most_triangles: usize) -> Option<Bounded> {
     })
 }
 
+/// A model with borders straightened by `from_m` at least, and then by steps until it has no more than `most_triangles` or they moved by `to_m`;
+/// and the length they moved by, metres. Leftovers are simplified within the same length.
+pub fn coarsened(model: &Model, (from_m, to_m): (f64, f64), most_triangles: usize) -> (Model, f64) {
+    let mut tolerance_m = from_m;
+    loop {
+        let mut coarse = coarser(model, tolerance_m);
+        #[cfg(feature = "simplify")]
+        {
+            coarse.leftovers = crate::simplify::freely(&coarse.leftovers, tolerance_m as f32);
+        }
+        if tolerance_m >= to_m || Shapes::new(&coarse).triangles() <= most_triangles {
+            return (coarse, tolerance_m);
+        }
+        tolerance_m = (tolerance_m * STEP).min(to_m);
+    }
+}
+
 fn triangles(faces: &[Mesh]) -> usize {
     faces.iter().map(|face| face.triangles.len()).sum()
 }

@@ -81,6 +81,7 @@ pub fn pose_sweeps(params: &CloudParams, fan: &Fan, sweeps: &[Sweep], trajectory
     let mut out = PosedCloud::default();
     let beams = fan.beams.len().min(usize::from(u16::MAX));
     out.cloud.beams_per_scan = beams;
+    out.cloud.delays_ns = fan.beams.iter().take(beams).map(|beam| beam.delay_ns).collect();
     let Some(middle) = fan.beams.get(beams / 2) else {
         out.scans_unposed = sweeps.len();
         return out;
@@ -100,6 +101,7 @@ pub fn pose_sweeps(params: &CloudParams, fan: &Fan, sweeps: &[Sweep], trajectory
         pose_beams(params, fan, sweep, trajectory, &mut out);
         let origin = map_from_base(&pose) * fan.base_from_laser.translation.vector;
         out.cloud.origins_m.push(to_f32(origin.into()));
+        out.cloud.stamps_ns.push(sweep.stamp_ns);
     }
     out
 }

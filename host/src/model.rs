@@ -18,6 +18,10 @@ pub struct Cloud {
     pub origins_m: Vec<[f32; 3]>,
     /// Beams of one scan, seen or not; 0 when the cloud is not organised.
     pub beams_per_scan: usize,
+    /// Stamp of each scan, nanoseconds of Unix time; empty when the times are not known.
+    pub stamps_ns: Vec<i64>,
+    /// Time of each beam after its scan's stamp, nanoseconds.
+    pub delays_ns: Vec<i64>,
 }
 
 impl Cloud {
@@ -35,6 +39,12 @@ impl Cloud {
     pub fn origin_of(&self, index: usize) -> Option<[f32; 3]> {
         let scan = *self.scan.get(index)?;
         self.origins_m.get(scan as usize).copied()
+    }
+
+    /// When point `index` was measured, nanoseconds of Unix time; `None` when the cloud does not say.
+    pub fn stamp_of(&self, index: usize) -> Option<i64> {
+        let stamp_ns = *self.stamps_ns.get(*self.scan.get(index)? as usize)?;
+        Some(stamp_ns.saturating_add(*self.delays_ns.get(usize::from(*self.beam.get(index)?))?))
     }
 }
 
@@ -108,7 +118,10 @@ mod tests {
             beam: vec![3, 3],
             origins_m: vec![[1.0; 3], [2.0; 3]],
             beams_per_scan: 181,
+            stamps_ns: vec![5_000, 6_000],
+            delays_ns: vec![0, 1, 2, 30],
         };
+        assert_eq!((cloud.stamp_of(1), cloud.stamp_of(2)), (Some(6_030), None));
         assert_eq!(cloud.origin_of(1), Some([2.0; 3]));
         assert_eq!(cloud.origin_of(2), None);
         assert_eq!(cloud.len(), 2);

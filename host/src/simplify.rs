@@ -52,6 +52,24 @@ pub fn within(mesh: &Mesh, tolerance_m: f32) -> Mesh {
     out
 }
 
+/// A mesh with fewer triangles, an error of about `tolerance_m` away: borders move too, and pieces smaller than that go. For views from afar;
+/// [`within`] keeps to its bound.
+pub fn freely(mesh: &Mesh, tolerance_m: f32) -> Mesh {
+    if !mesh.vertices_m.as_flattened().iter().all(|v| v.is_finite()) || mesh.triangles.is_empty() {
+        return mesh.clone();
+    }
+    let options = SimplifyOptions::ErrorAbsolute | SimplifyOptions::Permissive | SimplifyOptions::Prune;
+    let corners = meshopt::simplify_decoder(
+        mesh.triangles.as_flattened(),
+        &mesh.vertices_m,
+        0,
+        tolerance_m,
+        options,
+        None,
+    );
+    compact(&mesh.vertices_m, corners.as_chunks().0.to_vec())
+}
+
 /// The library bounds a mean of squares; where a vertex ends up too far off all the same, the simplification is made again with a smaller bound.
 fn piece_within(piece: Mesh, tolerance_m: f32) -> Mesh {
     if !piece.vertices_m.as_flattened().iter().all(|v| v.is_finite()) {

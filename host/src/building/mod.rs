@@ -61,6 +61,8 @@ pub struct Building {
     pub parts: Vec<Part>,
     /// Doors and windows.
     pub openings: Vec<Opening>,
+    /// Leaves of closed doors: index of the polygon, index of the opening.
+    pub leaves: Vec<(usize, usize)>,
 }
 
 impl Building {
@@ -69,10 +71,11 @@ impl Building {
         let floors_m = storeys::find(model, known_floor_m);
         let mut parts: Vec<Part> = model.polygons.iter().map(|p| part(model, p, &floors_m)).collect();
         let openings = openings::find(model, &floors_m, &parts);
-        for polygon in openings::leaves(model, &parts, &openings) {
-            parts[polygon].kind = Kind::Leaf;
+        let leaves = openings::leaves(model, &parts, &openings);
+        for (polygon, opening) in &leaves {
+            parts[*polygon] = Part { kind: Kind::Leaf, storey: openings[*opening].storey };
         }
-        Self { floors_m, parts, openings }
+        Self { floors_m, parts, openings, leaves }
     }
 }
 

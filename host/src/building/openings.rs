@@ -222,14 +222,20 @@ struct Looked {
     under_m: Option<f64>,
 }
 
-/// The polygons that close a door: parallel to its wall, close behind it, and no wider or higher than it.
-pub(super) fn leaves(model: &Model, parts: &[Part], openings: &[Opening]) -> Vec<usize> {
-    let doors: Vec<&Opening> = openings.iter().filter(|o| o.kind == OpeningKind::Door).collect();
-    let is_leaf = |index: &usize| {
-        matches!(parts[*index].kind, Kind::Wall | Kind::Other)
-            && doors.iter().any(|door| door.polygon != *index && closes(model, *index, door))
+/// The polygons that close a door, and the door's index: parallel to its wall, close behind it, and no wider or higher than it.
+pub(super) fn leaves(model: &Model, parts: &[Part], openings: &[Opening]) -> Vec<(usize, usize)> {
+    let door_of = |index: usize| {
+        let closed = |door: &Opening| {
+            door.kind == OpeningKind::Door && door.polygon != index && closes(model, index, door)
+        };
+        openings.iter().position(closed).map(|door| (index, door))
     };
-    (0..model.polygons.len()).filter(is_leaf).collect()
+    let has_opening = |index: &usize| openings.iter().any(|opening| opening.polygon == *index);
+    let upright = |index: &usize| matches!(parts[*index].kind, Kind::Wall | Kind::Other);
+    (0..model.polygons.len())
+        .filter(|index| upright(index) && !has_opening(index))
+        .filter_map(door_of)
+        .collect()
 }
 
 fn closes(model: &Model, index: usize, door: &Opening) -> bool {

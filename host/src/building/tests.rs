@@ -133,7 +133,7 @@ fn the_leaf_of_a_closed_door_is_no_wall_and_a_board_on_the_wall_no_window() {
     let board = [[2.0, 3.97, 0.9], [3.2, 3.97, 0.9], [3.2, 3.97, 2.1], [2.0, 3.97, 2.1]];
     add(&mut model, [0.0, -1.0, 0.0], &[&board]);
     let building = Building::read(&model, None);
-    assert_eq!(building.parts[7].kind, Kind::Leaf);
+    assert_eq!((building.parts[7].kind, building.leaves.as_slice()), (Kind::Leaf, [(7, 0)].as_slice()));
     assert_eq!(building.openings.len(), 1);
     let plan = plan::draw(&model, &building, 0).unwrap();
     assert_eq!(sorted(&plan.leaves), [[[1000, -80], [1900, -80]]]);

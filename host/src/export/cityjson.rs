@@ -8,7 +8,7 @@ use std::io::{self, Write};
 use serde_json::{Value, json};
 
 use super::welded::WeldedVertices;
-use super::{Shapes, generator};
+use super::{Shapes, description, generator};
 use crate::model::{PlanarPolygon, Plane};
 use crate::palette::Orientation;
 use crate::shift::restored;
@@ -74,12 +74,15 @@ pub fn write(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Result<()> {
         "boundaries": boundaries,
         "semantics": { "surfaces": surfaces, "values": values }
     }]);
+    let attributes = json!({
+        "program": generator(), "source": shapes.source, "frame": "map (x ahead of the robot at its start, z up)", "unit": "metre"
+    });
     let mut document = json!({
         "type": "CityJSON",
         "version": "2.0",
         "transform": { "scale": [STEP_M, STEP_M, STEP_M], "translate": shapes.shift_m },
-        "metadata": { "title": format!("{}: flat surfaces in frame map (z up), metres", generator()) },
-        "CityObjects": { "building": { "type": "Building", "geometry": geometry } },
+        "metadata": { "title": format!("flat surfaces by {}", description(shapes)) },
+        "CityObjects": { "building": { "type": "Building", "attributes": attributes, "geometry": geometry } },
         "vertices": vertices.lattice(),
     });
     if let Some(extent) = extent(&vertices, shapes.shift_m) {

@@ -32,6 +32,8 @@ struct Builder {
     nodes: Vec<Value>,
     /// See [`Shapes::shift_m`].
     shift_m: [f64; 3],
+    /// See [`Shapes::source`].
+    source: String,
 }
 
 /// Buffer views, in the order of the binary chunk.
@@ -133,7 +135,10 @@ impl Builder {
         let mut document = json!({
             "asset": {
                 "version": "2.0", "generator": generator(),
-                "extras": { "unit": "metre", "frame": "children of the node map are in frame map, z up" }
+                "extras": {
+                    "unit": "metre", "frame": "children of the node map are in frame map, z up",
+                    "source": self.source
+                }
             },
             "scene": 0,
             "scenes": [{ "name": "model", "nodes": [root] }],
@@ -201,7 +206,8 @@ fn plane_extras(shapes: &Shapes<'_>, index: usize, plane: &Plane, polygons: &[us
 /// # Errors
 /// When writing fails, or the model is larger than a GLB can be (4 GiB).
 pub fn write(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Result<()> {
-    let mut builder = Builder { shift_m: shapes.shift_m, ..Builder::default() };
+    let mut builder =
+        Builder { shift_m: shapes.shift_m, source: shapes.source.clone(), ..Builder::default() };
     for (index, polygons) in shapes.polygons_by_plane().iter().enumerate() {
         let plane = &shapes.model.planes[index];
         let mesh = plane_mesh(shapes, polygons);

@@ -5,10 +5,16 @@
 pub mod cityjson;
 pub mod dxf;
 pub mod gltf;
+pub mod ifc;
 mod keyhole;
+#[cfg(feature = "las")]
+pub mod las;
+pub mod lod;
 pub mod obj;
 pub mod ply;
 mod welded;
+
+use std::path::Path;
 
 use rayon::prelude::*;
 
@@ -73,6 +79,12 @@ impl<'a> Shapes<'a> {
 /// What a file says of itself.
 fn generator() -> String {
     format!("biplane {}", env!("CARGO_PKG_VERSION"))
+}
+
+/// The name by which files tell what they were made of: a file's name without folders, in printable ASCII, because headers hold no more.
+pub fn source_name(path: &Path) -> String {
+    let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    name.chars().map(|c| if c.is_ascii_graphic() || c == ' ' { c } else { '_' }).collect()
 }
 
 /// What a file of the model says of itself in one line: program, source, frame, unit.

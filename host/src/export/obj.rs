@@ -6,7 +6,7 @@
 use std::io::{self, Write};
 
 use super::welded::WeldedVertices;
-use super::{Shapes, generator, keyhole};
+use super::{Shapes, description, keyhole};
 use crate::model::{Mesh, Plane};
 use crate::palette::Orientation;
 use crate::shift::restored;
@@ -42,7 +42,7 @@ pub fn write(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Result<()> {
         groups.push(Group { name: "leftovers".to_owned(), normal: None, faces: leftovers });
     }
 
-    writeln!(out, "# {}: frame map (z up), metres", generator())?;
+    writeln!(out, "# {}", description(shapes))?;
     writeln!(out, "# one face a polygon; a polygon with holes is one ring with cuts of no width")?;
     for position_m in vertices.positions_m() {
         let [x, y, z] = restored(position_m, shapes.shift_m);

@@ -24,6 +24,11 @@ fn header(out: &mut impl Write, comment: &str, elements: &[(&str, usize, &[&str]
     writeln!(out, "end_header")
 }
 
+/// What is in a file, and what of.
+fn of(what: &str, source: &str) -> String {
+    if source.is_empty() { what.to_owned() } else { format!("{what}, of {source}") }
+}
+
 const XYZ: [&str; 3] = ["float x", "float y", "float z"];
 const FACE: &str = "list uchar int vertex_indices";
 const FAR_XYZ: [&str; 3] = ["double x", "double y", "double z"];
@@ -114,7 +119,7 @@ fn polygons(shapes: &Shapes<'_>) -> Colored {
 /// # Errors
 /// When writing fails.
 pub fn write_planes(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Result<()> {
-    polygons(shapes).write(out, shapes.shift_m, "flat surfaces as triangles")
+    polygons(shapes).write(out, shapes.shift_m, &of("flat surfaces as triangles", &shapes.source))
 }
 
 /// Writes the polygons as triangles and the leftovers (`model.ply`).
@@ -124,7 +129,8 @@ pub fn write_planes(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Result<()>
 pub fn write_model(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Result<()> {
     let mut colored = polygons(shapes);
     colored.add(&shapes.model.leftovers, palette::LEFTOVERS, -1);
-    colored.write(out, shapes.shift_m, "flat surfaces as triangles, and fine structure (plane -1)")
+    let comment = of("flat surfaces as triangles, and fine structure (plane -1)", &shapes.source);
+    colored.write(out, shapes.shift_m, &comment)
 }
 
 /// Writes a mesh without colours (`raw.ply`).
@@ -160,6 +166,26 @@ pub struct PointRows<'a> {
     pub order: Option<&'a [u32]>,
     /// What is added to every coordinate; 64-bit coordinates are written when it is not zero.
     pub shift_m: [f64; 3],
+    /// What they come from, see [`super::source_name`].
+    pub source: &'a str,
+}
+
+impl PointRows<'_> {
+    /// The point of the cloud that stands in a row.
+    pub(super) fn index(&self, row: usize) -> usize {
+        self.order.map_or(row, |order| order[row] as usize)
+    }
+
+    /// Plane, scan and beam of a point; -1 where there is none.
+    pub(super) fn numbers(&self, index: usize) -> [i32; 3] {
+        let number =
+            |scan: &u32| self.scan_numbers.get(*scan as usize).map_or(*scan, |number| *number) as i32;
+        [
+            self.labels.get(index).copied().unwrap_or(-1),
+            self.cloud.scan.get(index).map_or(-1, number),
+            self.cloud.beam.get(index).map_or(-1, |&beam| i32::from(beam)),
+        ]
+    }
 }
 
 /// Writes the points with the plane, scan and beam of each (`points.ply`), and where each scan was taken from, if that is known: element
@@ -180,16 +206,11 @@ pub fn write_points(out: &mut impl Write, rows: &PointRows<'_>) -> io::Result<()
     if !origins.is_empty() {
         elements.push(("scan", origins.len(), &properties[..3]));
     }
-    header(out, "raw points; plane -1 = none", &elements)?;
+    header(out, &of("raw points; plane -1 = none", rows.source), &elements)?;
     for row in 0..rows.cloud.len() {
-        let index = rows.order.map_or(row, |order| order[row] as usize);
+        let index = rows.index(row);
         coordinates.put(out, &rows.cloud.points_m[index])?;
-        let plane = rows.labels.get(index).copied().unwrap_or(-1);
-        let number =
-            |scan: &u32| rows.scan_numbers.get(*scan as usize).map_or(*scan, |number| *number) as i32;
-        let scan = rows.cloud.scan.get(index).map_or(-1, number);
-        let beam = rows.cloud.beam.get(index).map_or(-1, |&beam| i32::from(beam));
-        for value in [plane, scan, beam] {
+        for value in rows.numbers(index) {
             out.write_all(&value.to_le_bytes())?;
         }
     }
@@ -281,8 +302,14 @@ mod tests {
             beam: vec![90, 180],
             ..Cloud::default()
         };
-        let rows =
-            PointRows { cloud: &cloud, labels: &[4], scan_numbers: &[0, 7], order: None, shift_m: [0.0; 3] };
+        let rows = PointRows {
+            cloud: &cloud,
+            labels: &[4],
+            scan_numbers: &[0, 7],
+            order: None,
+            shift_m: [0.0; 3],
+            source: "",
+        };
         let written = |rows: &PointRows<'_>| {
             let mut bytes = Vec::new();
             write_points(&mut bytes, rows).unwrap();

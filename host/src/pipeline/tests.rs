@@ -167,6 +167,7 @@ fn degenerate_clouds_give_small_valid_models() {
             origins_m: vec![[0.0; 3]; count.div_ceil(50)],
             points_m: points,
             beams_per_scan: 50,
+            ..Cloud::default()
         }
     };
     let mut random = Random::new(8);

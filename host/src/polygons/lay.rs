@@ -48,6 +48,7 @@ mod tests {
             beam: vec![0, 1, 2],
             origins_m: vec![[0.0; 3]],
             beams_per_scan: 3,
+            ..Cloud::default()
         };
         let laid = onto_planes(&cloud, &[0, 0, -1], &[wall]);
         let expected = [[1.0, 1.0, 0.0], [8.0, 1.0, 0.0], [3.0, 3.0, 3.0]];

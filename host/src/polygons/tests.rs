@@ -26,6 +26,7 @@ fn pieces_with(min_structure_points: usize, planes: &[Plane], corners: [([f32; 3
         beam: vec![0, 1, 2],
         origins_m: vec![[0.0; 3]],
         beams_per_scan: 3,
+        ..Cloud::default()
     };
     let labels: Vec<i32> = corners.iter().map(|c| c.1).collect();
     let params = PolygonParams { min_structure_points, ..Default::default() };

@@ -64,11 +64,16 @@ fn a_room_becomes_a_few_flat_surfaces_in_every_format() {
     let report = fs::read_to_string(folder.path("out/report.html")).unwrap();
     assert!(report.contains("<h1>run</h1>") && report.contains("data-mesh=\"raw\">"));
     assert!(report.len() < 2_000_000, "{}", report.len());
-    let more = "--force --formats glb,dxf --threads 1 --sigma 0.006 --no-report";
+    let more = "--force --formats all --threads 1 --sigma 0.006 --no-report";
     folder.expect(&format!("build run.mcap -o out {more}"), 0, &["noise 0.6 cm (as given)"]);
-    let written = names(&folder.path("out"));
-    let has = |name: &str| written.iter().any(|written| written == name);
-    assert!(!has("model.obj") && has("model.dxf") && !has("report.html"), "{written:?}");
+    let has = |name: &str| names(&folder.path("out")).contains(&name.to_owned());
+    for name in ["model.dxf", "model.glb", "model.ifc", "model.lod1.glb", "model.lod2.glb", "model.obj"] {
+        assert!(has(name), "{name}");
+    }
+    assert_eq!((has("points.laz"), has("report.html")), (cfg!(feature = "las"), false));
+    // Its own folder may be replaced, and only what is asked for is there again.
+    folder.expect("build run.mcap -o out --force --formats glb,dxf", 0, &[]);
+    assert!(has("model.dxf") && !has("model.obj"));
     // The robot stands on the floor, so there is a plan though the laser saw no floor.
     let plan = fs::read_to_string(folder.path("out/model.dxf")).unwrap();
     assert!(plan.contains("floor +0.00 m, cut 1.20 m above it") && plan.contains("run.mcap"));
@@ -117,10 +122,12 @@ fn a_model_is_compared_with_the_raw_points_and_a_closed_door_is_noticed() {
 fn any_number_of_threads_writes_the_same_bytes() {
     let folder = Folder::new("threads");
     room::record(&folder.path("run.mcap"), Content { poses: true, vertical: true });
-    folder.expect("build run.mcap -o one --threads 1", 0, &[]);
-    folder.expect("build run.mcap -o three --threads 3", 0, &[]);
+    folder.expect("build run.mcap -o one --formats all --threads 1", 0, &[]);
+    folder.expect("build run.mcap -o three --formats all --threads 3", 0, &[]);
+    let all = names(&folder.path("one"));
+    assert!(all.len() > EVERYTHING.len() && all == names(&folder.path("three")));
     // These two hold measured times.
-    for name in EVERYTHING.iter().filter(|name| !["summary.json", "report.html"].contains(name)) {
+    for name in all.iter().filter(|name| !["summary.json", "report.html"].contains(&name.as_str())) {
         let of = |run: &str| fs::read(folder.path(run).join(name)).unwrap();
         assert!(of("one") == of("three"), "{name} differs");
     }
@@ -159,7 +166,11 @@ fn foreign_poses_are_taken_when_their_time_fits() {
 fn formats_are_chosen_by_name_and_unknown_ones_refused_with_the_list() {
     let folder = Folder::new("formats");
     room::record(&folder.path("run.mcap"), Content { poses: true, vertical: false });
-    folder.expect("build run.mcap -o x --formats glb,toast", 2, &["there are glb, ply, obj, cityjson, dxf"]);
+    folder.expect(
+        "build run.mcap -o x --formats glb,toast",
+        2,
+        &["there are glb, ply, obj, cityjson, dxf, ifc, lod"],
+    );
     folder.expect("build run.mcap run.mcap -o x", 1, &["run.mcap is given twice"]);
     assert_eq!(folder.names(), ["run.mcap"]);
 }

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context;
 use biplane::compact::compact;
-use biplane::export::Shapes;
 use biplane::export::ply::{self, PointRows};
+use biplane::export::{Shapes, source_name};
 use biplane::mesh_file::{self, MeshFile};
 use biplane::model::Cloud;
 use biplane::output::{OutputFolder, write_file};
@@ -13,8 +13,9 @@ use biplane::pipeline::BuildOutput;
 use biplane::summary::{Parameters, Summary};
 
 use crate::Outcome;
+use crate::build::formats::{self, Formats};
 use crate::build::stages::Stages;
-use crate::build::{files, formats, tell_noise};
+use crate::build::{files, tell_noise};
 use crate::console::Console;
 use crate::doubt;
 use crate::plan::Plan;
@@ -87,12 +88,12 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let build = args.shaping.parameters(args.sigma);
     let mut output = compact(std::mem::take(&mut file.mesh), &build, &mut stages);
     args.shaping.bound(&mut output);
-    let source = args.mesh.file_name().map(|name| name.display().to_string()).unwrap_or_default();
+    let source = source_name(&args.mesh);
     let shapes = Shapes { shift_m: file.shift_m, source, ..Shapes::new(&output.model) };
     let floor_m = args.floor.map(|floor_m| floor_m - file.shift_m[2]);
     let building = formats::building(&args.shaping.formats, &output.model, floor_m);
     stages.time("write", || {
-        let raw = write_raw(folder.part(), &file, &output)?;
+        let raw = write_raw(folder.part(), &file, &output, &shapes.source, &args.shaping.formats)?;
         Ok(((), raw + files::write_model(folder.part(), &shapes, building.as_ref(), &args.shaping.formats)?))
     })?;
     let page = if args.shaping.no_report {
@@ -135,17 +136,29 @@ fn plan(args: &Args) -> Plan<'_> {
 }
 
 /// Writes the mesh, and its vertices as they were in the file.
-fn write_raw(folder: &Path, file: &MeshFile, output: &BuildOutput) -> anyhow::Result<usize> {
+fn write_raw(
+    folder: &Path,
+    file: &MeshFile,
+    output: &BuildOutput,
+    source: &str,
+    formats: &[Formats],
+) -> anyhow::Result<usize> {
     write_file(&folder.join("raw.ply"), true, |out| {
-        ply::write_far_mesh(out, &output.mesh, file.shift_m, "the mesh, vertices at one place made one")
+        let comment = format!("the mesh {source}, vertices at one place made one");
+        ply::write_far_mesh(out, &output.mesh, file.shift_m, &comment)
     })?;
     let of_file = |vertex: &u32| output.cloud.points_m[*vertex as usize];
     let cloud = Cloud { points_m: file.vertex_of.iter().map(of_file).collect(), ..Cloud::default() };
     let labels: Vec<i32> = file.vertex_of.iter().map(|vertex| output.labels[*vertex as usize]).collect();
-    let rows =
-        PointRows { cloud: &cloud, labels: &labels, scan_numbers: &[], order: None, shift_m: file.shift_m };
-    write_file(&folder.join("points.ply"), true, |out| ply::write_points(out, &rows))?;
-    Ok(2)
+    let rows = PointRows {
+        cloud: &cloud,
+        labels: &labels,
+        scan_numbers: &[],
+        order: None,
+        shift_m: file.shift_m,
+        source,
+    };
+    Ok(1 + files::write_points(folder, &rows, formats)?)
 }
 
 fn tell(args: &Args, summary: &Summary, console: &Console) {

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use biplane::cloud_file::{self, CloudFile};
 use biplane::export::ply::{self, PointRows};
+use biplane::export::source_name;
 use biplane::output::{OutputFolder, write_file};
 use biplane::plane_report::{Cost, Method, PaperSearch, PlaneReport};
 use biplane::planes::agreement::agreement;
@@ -160,7 +161,7 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     if let Some(others) = others {
         report.agreement = Some(agreement(&file.in_file_order(&found.labels), &others));
     }
-    write(folder.part(), &file, &found, &report)?;
+    write(folder.part(), &file, &found, &report, &source_name(&args.cloud))?;
     folder.finish()?;
     tell(args, &report, console)?;
     let doubt = doubt::of_cloud(&file.cloud.points_m, report.points_on_planes, args.search.delta);
@@ -212,7 +213,13 @@ fn labels_of(path: &Path, points: usize) -> anyhow::Result<Vec<i32>> {
     Ok(labels.iter().map(|label| i32::from_le_bytes(*label)).collect())
 }
 
-fn write(folder: &Path, file: &CloudFile, found: &Planes, report: &PlaneReport) -> anyhow::Result<()> {
+fn write(
+    folder: &Path,
+    file: &CloudFile,
+    found: &Planes,
+    report: &PlaneReport,
+    source: &str,
+) -> anyhow::Result<()> {
     // `order` says where each point of the cloud was in the file; rows are written the other way round.
     let places: Vec<u32> = (0..file.cloud.len() as u32).collect();
     let order = file.in_file_order(&places);
@@ -222,6 +229,7 @@ fn write(folder: &Path, file: &CloudFile, found: &Planes, report: &PlaneReport) 
         scan_numbers: &file.scan_numbers,
         order: Some(&order),
         shift_m: file.shift_m,
+        source,
     };
     write_file(&folder.join("points.ply"), true, |out| ply::write_points(out, &rows))?;
     write_file(&folder.join("labels.bin"), true, |out| {

@@ -15,7 +15,8 @@ use crate::planes::length;
 /// Words that both share.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Shaping {
-    /// Files to write of the model, separated by commas: glb, ply, obj, cityjson, dxf (floor plan, 3D faces), or all
+    /// Files to write of the model, separated by commas: glb, ply, obj, cityjson, dxf (floor plan, 3D faces), ifc (storeys, walls,
+    /// doors), lod (model.glb in two coarser levels), las and laz (points with plane and time), or all
     #[arg(long, value_delimiter = ',', value_parser = formats::parse, default_value = "glb,ply,obj,cityjson", hide_possible_values = true)]
     pub formats: Vec<Formats>,
     /// Which polygons of one plane become one: `holes` all that hang together, `paper` those that share exactly one sequence of edges, so
@@ -39,7 +40,7 @@ impl Shaping {
     #[cfg(feature = "demo")]
     pub fn unsaid() -> Self {
         Self {
-            formats: vec![&Format::USUAL],
+            formats: vec![Format::USUAL],
             merging: Merging::default(),
             #[cfg(feature = "simplify")]
             simplify_leftovers: None,

@@ -6,8 +6,10 @@ use std::path::Path;
 
 use biplane::building::Building;
 use biplane::deskew::StampedPose;
+#[cfg(feature = "las")]
+use biplane::export::las;
 use biplane::export::ply::PointRows;
-use biplane::export::{Shapes, cityjson, dxf, gltf, obj, ply};
+use biplane::export::{Shapes, cityjson, dxf, gltf, ifc, lod, obj, ply};
 use biplane::map_files::{MapError, MapImage, write_map};
 use biplane::output::{OutputError, write_file};
 use biplane::pipeline::BuildOutput;
@@ -26,9 +28,14 @@ const NAMES: &[&str] = &[
     "model.city.json",
     "model.dxf",
     "model.glb",
+    "model.ifc",
+    "model.lod1.glb",
+    "model.lod2.glb",
     "model.obj",
     "model.ply",
     "planes.ply",
+    "points.las",
+    "points.laz",
     "points.ply",
     "raw.ply",
     "report.html",
@@ -65,16 +72,46 @@ pub fn write_floor(
 }
 
 /// Writes the raw points and the raw mesh.
-pub fn write_raw(folder: &Path, output: &BuildOutput) -> Result<usize, OutputError> {
-    write_file(&folder.join("points.ply"), true, |out| {
-        let (cloud, labels) = (&output.cloud, &output.labels);
-        ply::write_points(
-            out,
-            &PointRows { cloud, labels, scan_numbers: &[], order: None, shift_m: [0.0; 3] },
-        )
+pub fn write_raw(
+    folder: &Path,
+    output: &BuildOutput,
+    source: &str,
+    formats: &[Formats],
+) -> Result<usize, OutputError> {
+    let (cloud, labels) = (&output.cloud, &output.labels);
+    let rows = PointRows { cloud, labels, scan_numbers: &[], order: None, shift_m: [0.0; 3], source };
+    let written = write_points(folder, &rows, formats)?;
+    write_file(&folder.join("raw.ply"), true, |out| {
+        ply::write_mesh(out, &output.mesh, &format!("raw mesh of {source}"))
     })?;
-    write_file(&folder.join("raw.ply"), true, |out| ply::write_mesh(out, &output.mesh, "raw mesh"))?;
-    Ok(2)
+    Ok(written + 1)
+}
+
+/// Writes the points, in the formats asked for too.
+pub fn write_points(folder: &Path, rows: &PointRows<'_>, formats: &[Formats]) -> Result<usize, OutputError> {
+    write_file(&folder.join("points.ply"), true, |out| ply::write_points(out, rows))?;
+    let written = 1;
+    #[cfg(not(feature = "las"))]
+    let _ = formats;
+    #[cfg(feature = "las")]
+    let written = written + write_las(folder, rows, formats)?;
+    Ok(written)
+}
+
+#[cfg(feature = "las")]
+fn write_las(folder: &Path, rows: &PointRows<'_>, formats: &[Formats]) -> Result<usize, OutputError> {
+    let mut written = 0;
+    for (name, format) in [("points.las", Format::Las), ("points.laz", Format::Laz)] {
+        if formats.iter().any(|some| some.contains(&format)) {
+            write_file(&folder.join(name), true, |out| {
+                // The library wants a file of its own; both names are of one.
+                let file = BufWriter::new(out.get_ref().try_clone()?);
+                las::write(file, rows, format == Format::Laz)
+            })?;
+            written += 1;
+        }
+    }
+    Ok(written)
 }
 
 /// Writes the model in the formats asked for, and its flat surfaces alone. `building` is there when a format wants it.
@@ -89,18 +126,37 @@ pub fn write_model(
     };
     write("planes.ply", &|out| ply::write_planes(out, shapes))?;
     let mut written = 1;
-    for format in Format::ALL.into_iter().filter(|format| formats.iter().any(|some| some.contains(format))) {
+    for format in
+        Format::ALL.iter().copied().filter(|format| formats.iter().any(|some| some.contains(format)))
+    {
         match (format, building) {
             (Format::Glb, _) => write("model.glb", &|out| gltf::write(out, shapes))?,
             (Format::Ply, _) => write("model.ply", &|out| ply::write_model(out, shapes))?,
             (Format::Obj, _) => write("model.obj", &|out| obj::write(out, shapes))?,
             (Format::CityJson, _) => write("model.city.json", &|out| cityjson::write(out, shapes))?,
             (Format::Dxf, Some(building)) => write("model.dxf", &|out| dxf::write(out, shapes, building))?,
-            (Format::Dxf, None) => continue,
+            (Format::Ifc, Some(building)) => write("model.ifc", &|out| ifc::write(out, shapes, building))?,
+            (Format::Dxf | Format::Ifc, None) => continue,
+            (Format::Lod, _) => written += write_levels(folder, shapes)? - 1,
+            // Of points, not of the model.
+            #[cfg(feature = "las")]
+            (Format::Las | Format::Laz, _) => continue,
         }
         written += 1;
     }
     Ok(written)
+}
+
+/// Writes the levels of detail.
+fn write_levels(folder: &Path, shapes: &Shapes<'_>) -> Result<usize, OutputError> {
+    let triangles = shapes.triangles();
+    for (number, level) in (1..).zip(&lod::LEVELS) {
+        let (coarse, moved_m) = lod::coarse(shapes.model, level, triangles);
+        let source = format!("{}, borders within {:.0} cm", shapes.source, 100.0 * moved_m);
+        let coarse = Shapes { shift_m: shapes.shift_m, source, ..Shapes::new(&coarse) };
+        write_file(&folder.join(format!("model.lod{number}.glb")), true, |out| gltf::write(out, &coarse))?;
+    }
+    Ok(lod::LEVELS.len())
 }
 
 /// Writes the summary.

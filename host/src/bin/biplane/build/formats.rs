@@ -16,6 +16,16 @@ pub enum Format {
     CityJson,
     /// DXF: plans and 3D faces.
     Dxf,
+    /// Coarser copies of the glTF.
+    Lod,
+    /// IFC4: walls, slabs, doors, windows.
+    Ifc,
+    /// LAS: the points.
+    #[cfg(feature = "las")]
+    Las,
+    /// LAZ: the points, compressed.
+    #[cfg(feature = "las")]
+    Laz,
 }
 
 /// What one word of `--formats` stands for.
@@ -23,11 +33,23 @@ pub type Formats = &'static [Format];
 
 impl Format {
     /// All that are supported.
-    pub const ALL: [Self; 5] = [Self::Glb, Self::Ply, Self::Obj, Self::CityJson, Self::Dxf];
+    pub const ALL: &[Self] = &[
+        Self::Glb,
+        Self::Ply,
+        Self::Obj,
+        Self::CityJson,
+        Self::Dxf,
+        Self::Ifc,
+        Self::Lod,
+        #[cfg(feature = "las")]
+        Self::Las,
+        #[cfg(feature = "las")]
+        Self::Laz,
+    ];
 
     /// Those that are written when nothing is said.
     #[cfg(feature = "demo")]
-    pub const USUAL: [Self; 4] = [Self::Glb, Self::Ply, Self::Obj, Self::CityJson];
+    pub const USUAL: &[Self] = &[Self::Glb, Self::Ply, Self::Obj, Self::CityJson];
 
     /// The file's name.
     pub const fn file(self) -> &'static str {
@@ -42,24 +64,30 @@ impl Format {
 
     /// Whether the model has to be read as a building for it.
     fn is_of_buildings(self) -> bool {
-        self == Self::Dxf
+        matches!(self, Self::Dxf | Self::Ifc)
     }
 }
 
 /// Words of `--formats`.
-const WORDS: [(&str, Formats); 7] = [
+const WORDS: &[(&str, Formats)] = &[
     ("glb", &[Format::Glb]),
     ("ply", &[Format::Ply]),
     ("obj", &[Format::Obj]),
     ("cityjson", &[Format::CityJson]),
     ("city.json", &[Format::CityJson]),
     ("dxf", &[Format::Dxf]),
-    ("all", &Format::ALL),
+    ("ifc", &[Format::Ifc]),
+    ("lod", &[Format::Lod]),
+    #[cfg(feature = "las")]
+    ("las", &[Format::Las]),
+    #[cfg(feature = "las")]
+    ("laz", &[Format::Laz]),
+    ("all", Format::ALL),
 ];
 
 /// Reads a word.
 pub fn parse(text: &str) -> Result<Formats, String> {
-    let known = WORDS.into_iter().find(|(word, _)| *word == text).map(|(_, formats)| formats);
+    let known = WORDS.iter().find(|(word, _)| *word == text).map(|(_, formats)| *formats);
     known.ok_or_else(|| {
         let words: Vec<&str> =
             WORDS.iter().map(|(word, _)| *word).filter(|word| *word != "city.json").collect();
@@ -76,6 +104,6 @@ pub fn building(formats: &[Formats], model: &Model, known_floor_m: Option<f64>) 
 /// What cannot be drawn of a building, in words.
 pub fn doubt(building: Option<&Building>) -> Option<&'static str> {
     building.filter(|building| building.floors_m.is_empty()).map(|_| {
-        "no floor with walls over it was found (z must be up), so model.dxf has no plan; --floor M says where it is"
+        "no floor with walls over it was found (z must be up), so model.dxf has no plan and model.ifc no storeys; --floor M says where it is"
     })
 }

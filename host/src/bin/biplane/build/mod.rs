@@ -33,7 +33,8 @@ use stages::Stages;
 #[derive(Clone, Debug, clap::Args)]
 #[command(
     after_help = "Written: model.glb, model.ply, model.obj, model.city.json, planes.ply, raw.ply, points.ply, map.pgm, map.yaml, \
-    map.png, trajectory.tum, summary.json, report.html (look at this one first); with --formats also model.dxf.\nNot made yet: model.ifc, points.laz."
+    map.png, trajectory.tum, summary.json, report.html (look at this one first); with --formats also model.dxf, model.ifc, \
+    model.lod1.glb, model.lod2.glb, points.las, points.laz."
 )]
 pub struct Args {
     /// Posed recordings; of one in parts all of them, in any order, or its name without the number
@@ -239,6 +240,7 @@ fn write_all(
     let known: Vec<StampedPose> = posed.known();
     let image = MapImage::new(grid, &known)?;
     let mut output = built.unwrap_or_default();
+    posed.restore(&mut output.cloud.stamps_ns);
     args.shaping.bound(&mut output);
     let shapes = Shapes { source: posed.source(), ..Shapes::new(&output.model) };
     let building = formats::building(&args.shaping.formats, &output.model, Some(0.0));
@@ -246,7 +248,7 @@ fn write_all(
     stages.time("write", || {
         let mut written = files::write_floor(part, &image, &known, &posed.used)?;
         if has_model {
-            written += files::write_raw(part, &output)?;
+            written += files::write_raw(part, &output, &shapes.source, &args.shaping.formats)?;
             written += files::write_model(part, &shapes, building.as_ref(), &args.shaping.formats)?;
         }
         anyhow::Ok(((), written))

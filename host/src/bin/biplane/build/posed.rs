@@ -10,6 +10,7 @@ use std::path::Path;
 use anyhow::{Context, bail};
 use biplane::cloud::Sweep;
 use biplane::deskew::{StampedPose, Trajectory};
+use biplane::export::source_name;
 use biplane::floor_map::{self, FloorMapParams};
 use biplane::loops::checkpoint::Checkpoint;
 use biplane::loops::corrected::Corrected;
@@ -134,10 +135,22 @@ impl<'a> Posed<'a> {
         self.drives.iter().flat_map(|drive| drive.at_scans.iter().flatten().copied()).collect()
     }
 
+    /// Turns stamps in the program's time into those of the recordings.
+    pub fn restore(&self, stamps_ns: &mut [i64]) {
+        let begins_ns = |drive: &Drive<'_>| {
+            let first_ns = drive.trajectory.poses().first().map_or(0, |pose| pose.stamp_ns);
+            first_ns.saturating_add(drive.shift_ns).saturating_sub(BETWEEN_NS / 2)
+        };
+        let shifts: Vec<(i64, i64)> = self.drives.iter().map(|d| (begins_ns(d), d.shift_ns)).collect();
+        for stamp_ns in stamps_ns {
+            let of_drive = shifts.iter().rfind(|(begins_ns, _)| begins_ns <= stamp_ns);
+            *stamp_ns = stamp_ns.saturating_sub(of_drive.map_or(0, |(_, shift_ns)| *shift_ns));
+        }
+    }
+
     /// Names of the recordings, without folders and numbers of parts.
     pub fn source(&self) -> String {
-        let name = |drive: &Drive<'_>| drive.run.path().file_name().map(|name| name.display().to_string());
-        self.drives.iter().filter_map(name).collect::<Vec<_>>().join(", ")
+        self.drives.iter().map(|drive| source_name(drive.run.path())).collect::<Vec<_>>().join(", ")
     }
 
     /// Horizontal scans, and how many of them have no pose.

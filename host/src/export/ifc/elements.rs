@@ -1,0 +1,257 @@
+//! Walls, slabs, coverings, openings with their doors and windows, and proxies for everything else.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use super::project::Project;
+use super::step::{Id, Ids, Maybe, Real, Reals, Step, global_id};
+use crate::building::{Building, Kind, Opening, OpeningKind};
+use crate::export::welded::WeldedVertices;
+use crate::export::{Shapes, ring_area_m2};
+use crate::model::PlanarPolygon;
+use crate::palette::{self, Rgb};
+
+/// Step of coordinates, metres.
+const STEP_M: f64 = 1e-4;
+
+/// Adds the elements of a model.
+pub(super) struct Elements<'a> {
+    step: &'a mut Step,
+    shapes: &'a Shapes<'a>,
+    building: &'a Building,
+    project: &'a Project,
+    styles: BTreeMap<Rgb, Id>,
+    /// Elements of each storey.
+    contained: Vec<Vec<Id>>,
+}
+
+impl<'a> Elements<'a> {
+    /// None yet.
+    pub(super) fn new(
+        step: &'a mut Step,
+        shapes: &'a Shapes<'a>,
+        building: &'a Building,
+        project: &'a Project,
+    ) -> Self {
+        let contained = vec![Vec::new(); project.storeys.len()];
+        Self { step, shapes, building, project, styles: BTreeMap::new(), contained }
+    }
+
+    /// Adds everything.
+    pub(super) fn add_all(mut self) {
+        let parts = self.building.parts.iter().enumerate();
+        let mut walls = BTreeMap::new();
+        for (index, part) in parts.filter(|(_, part)| part.kind != Kind::Leaf) {
+            if let Some(id) = self.surface(index, part.kind, part.storey) {
+                walls.insert(index, id);
+            }
+        }
+        for (index, opening) in self.building.openings.iter().enumerate() {
+            if let Some(wall) = walls.get(&opening.polygon) {
+                self.opening(index, opening, *wall);
+            }
+        }
+        self.leftovers();
+        let owner = self.project.owner;
+        for (storey, elements) in self.project.storeys.iter().zip(&self.contained) {
+            if !elements.is_empty() {
+                let id = global_id(format_args!("content of {} {}", storey.id, elements.len()));
+                self.step.add(format_args!(
+                    "IFCRELCONTAINEDINSPATIALSTRUCTURE('{id}',{owner},$,$,{},{})",
+                    Ids(elements),
+                    storey.id
+                ));
+            }
+        }
+    }
+
+    /// A polygon as the element that it is; `None` when nothing is left of it.
+    fn surface(&mut self, index: usize, kind: Kind, storey: usize) -> Option<Id> {
+        let polygon = &self.shapes.model.polygons[index];
+        let item = self.face_set(polygon, storey)?;
+        self.paint(item, palette::plane_color(polygon.plane, self.shapes.model.planes.get(polygon.plane)?));
+        let (entity, word, class) = match kind {
+            Kind::Wall => ("IFCWALL", "wall", "NOTDEFINED"),
+            Kind::Floor => ("IFCSLAB", "floor", "FLOOR"),
+            Kind::Ceiling => ("IFCCOVERING", "ceiling", "CEILING"),
+            Kind::Leaf | Kind::Other => ("IFCBUILDINGELEMENTPROXY", "surface", "NOTDEFINED"),
+        };
+        let shape = self.shape(self.project.body, "Body", "Tessellation", &[item]);
+        let place = self.place(storey);
+        let (owner, id) =
+            (self.project.owner, global_id(format_args!("{word} {index} {:?}", polygon.outer_m)));
+        let element = self.step.add(format_args!(
+            "{entity}('{id}',{owner},'{word} {index}',$,$,{place},{shape},'{index}',.{class}.)"
+        ));
+        self.contained[storey].push(element);
+        self.properties(element, &id, polygon);
+        Some(element)
+    }
+
+    /// A polygon as a set of one face with its holes.
+    fn face_set(&mut self, polygon: &PlanarPolygon, storey: usize) -> Option<Id> {
+        let floor_m = self.project.storeys[storey].floor_m;
+        let mut vertices = WeldedVertices::new(STEP_M);
+        let mut ring = |points: &[[f64; 3]]| {
+            let moved: Vec<[f64; 3]> = points.iter().map(|[x, y, z]| [*x, *y, z - floor_m]).collect();
+            vertices.ring(&moved)
+        };
+        let outer = ring(&polygon.outer_m);
+        let holes: Vec<Vec<usize>> =
+            polygon.holes_m.iter().map(|hole| ring(hole)).filter(|hole| !hole.is_empty()).collect();
+        if outer.is_empty() {
+            return None;
+        }
+        let points = self.points(vertices.positions_m());
+        let face = if holes.is_empty() {
+            self.step.add(format_args!("IFCINDEXEDPOLYGONALFACE({})", numbers(&outer)))
+        } else {
+            let holes: Vec<String> = holes.iter().map(|hole| numbers(hole)).collect();
+            self.step.add(format_args!(
+                "IFCINDEXEDPOLYGONALFACEWITHVOIDS({},({}))",
+                numbers(&outer),
+                holes.join(",")
+            ))
+        };
+        Some(self.step.add(format_args!("IFCPOLYGONALFACESET({points},.F.,({face}),$)")))
+    }
+
+    fn points(&mut self, points_m: impl Iterator<Item = [f64; 3]>) -> Id {
+        let mut list = String::new();
+        for (place, point) in points_m.enumerate() {
+            let _ = write!(list, "{}{}", if place > 0 { "," } else { "" }, Reals(&point));
+        }
+        self.step.add(format_args!("IFCCARTESIANPOINTLIST3D(({list}))"))
+    }
+
+    fn paint(&mut self, item: Id, color: Rgb) {
+        let step = &mut *self.step;
+        let style = *self.styles.entry(color).or_insert_with(|| {
+            let [r, g, b] = color.map(|value| f64::from(value) / 255.0);
+            let color = step.add(format_args!("IFCCOLOURRGB($,{},{},{})", Real(r), Real(g), Real(b)));
+            let shading = step.add(format_args!("IFCSURFACESTYLESHADING({color},$)"));
+            step.add(format_args!("IFCSURFACESTYLE($,.BOTH.,({shading}))"))
+        });
+        self.step.add(format_args!("IFCSTYLEDITEM({item},({style}),$)"));
+    }
+
+    fn shape(&mut self, context: Id, name: &str, kind: &str, items: &[Id]) -> Id {
+        let representation =
+            self.step.add(format_args!("IFCSHAPEREPRESENTATION({context},'{name}','{kind}',{})", Ids(items)));
+        self.step.add(format_args!("IFCPRODUCTDEFINITIONSHAPE($,$,({representation}))"))
+    }
+
+    fn place(&mut self, storey: usize) -> Id {
+        let (place, axes) = (self.project.storeys[storey].place, self.project.axes);
+        self.step.add(format_args!("IFCLOCALPLACEMENT({place},{axes})"))
+    }
+
+    fn properties(&mut self, element: Id, id: &str, polygon: &PlanarPolygon) {
+        let Some(plane) = self.shapes.model.planes.get(polygon.plane) else { return };
+        let holes_m2: f64 = polygon.holes_m.iter().map(|hole| ring_area_m2(hole)).sum();
+        let values = [
+            ("Area", format!("IFCAREAMEASURE({})", Real(ring_area_m2(&polygon.outer_m) - holes_m2))),
+            ("RootMeanSquareError", format!("IFCLENGTHMEASURE({:.6})", plane.rms_m)),
+            ("PointsOfPlane", format!("IFCINTEGER({})", plane.points)),
+            ("Plane", format!("IFCINTEGER({})", polygon.plane)),
+        ];
+        let values = values
+            .map(|(name, value)| self.step.add(format_args!("IFCPROPERTYSINGLEVALUE('{name}',$,{value},$)")));
+        let owner = self.project.owner;
+        let own = global_id(format_args!("properties {id}"));
+        let set = self
+            .step
+            .add(format_args!("IFCPROPERTYSET('{own}',{owner},'Biplane_Surface',$,{})", Ids(&values)));
+        let own = global_id(format_args!("has properties {id}"));
+        self.step.add(format_args!("IFCRELDEFINESBYPROPERTIES('{own}',{owner},$,$,({element}),{set})"));
+    }
+
+    /// An opening, and the door or window that fills it.
+    fn opening(&mut self, index: usize, opening: &Opening, wall: Id) {
+        let corners = corners(opening);
+        let outline = PlanarPolygon { outer_m: corners.to_vec(), ..PlanarPolygon::default() };
+        let Some(item) = self.face_set(&outline, opening.storey) else { return };
+        let shape = self.shape(self.project.reference, "Reference", "Tessellation", &[item]);
+        let place = self.place(opening.storey);
+        let owner = self.project.owner;
+        let [id, voids, fills, own] = ["opening", "voids", "fills", "filling"]
+            .map(|word| global_id(format_args!("{word} {index} {corners:?}")));
+        let hole = self.step.add(format_args!(
+            "IFCOPENINGELEMENT('{id}',{owner},'opening {index}',$,$,{place},{shape},'{index}',.OPENING.)"
+        ));
+        self.step.add(format_args!("IFCRELVOIDSELEMENT('{voids}',{owner},$,$,{wall},{hole})"));
+        let (entity, word, class) = match opening.kind {
+            OpeningKind::Door => ("IFCDOOR", "door", "DOOR"),
+            OpeningKind::Window => ("IFCWINDOW", "window", "WINDOW"),
+            OpeningKind::Passage => return,
+        };
+        let shape = self.filling(index, opening, &corners);
+        let place = self.place(opening.storey);
+        let (height, width) = (Real(opening.height_m()), Real(opening.width_m()));
+        let filling = self.step.add(format_args!(
+            "{entity}('{own}',{owner},'{word} {index}',$,$,{place},{shape},'{index}',{height},{width},.{class}.,.NOTDEFINED.,$)"
+        ));
+        self.step.add(format_args!("IFCRELFILLSELEMENT('{fills}',{owner},$,$,{hole},{filling})"));
+        self.contained[opening.storey].push(filling);
+    }
+
+    /// The leaf of a closed door; the outline of everything else.
+    fn filling(&mut self, index: usize, opening: &Opening, corners: &[[f64; 3]; 4]) -> Maybe {
+        let leaves = self.building.leaves.iter().filter(|(_, of)| *of == index);
+        let polygons: Vec<usize> = leaves.map(|(polygon, _)| *polygon).collect();
+        let mut items = Vec::new();
+        for polygon in polygons.into_iter().map(|polygon| &self.shapes.model.polygons[polygon]) {
+            items.extend(self.face_set(polygon, opening.storey));
+        }
+        if !items.is_empty() {
+            return Maybe(Some(self.shape(self.project.body, "Body", "Tessellation", &items)));
+        }
+        let floor_m = self.project.storeys[opening.storey].floor_m;
+        let closed = corners.iter().chain(&corners[..1]);
+        let points: Vec<Id> = closed
+            .map(|[x, y, z]| {
+                self.step.add(format_args!("IFCCARTESIANPOINT({})", Reals(&[*x, *y, z - floor_m])))
+            })
+            .collect();
+        let outline = self.step.add(format_args!("IFCPOLYLINE({})", Ids(&points)));
+        Maybe(Some(self.shape(self.project.profile, "Profile", "Curve3D", &[outline])))
+    }
+
+    /// Fine structure as one proxy of the lowest storey.
+    fn leftovers(&mut self) {
+        let mesh = &self.shapes.model.leftovers;
+        if mesh.triangles.is_empty() {
+            return;
+        }
+        let floor_m = self.project.storeys[0].floor_m;
+        let points = self
+            .points(mesh.vertices_m.iter().map(|p| p.map(f64::from)).map(|[x, y, z]| [x, y, z - floor_m]));
+        let mut list = String::new();
+        for (place, [a, b, c]) in mesh.triangles.iter().enumerate() {
+            let _ = write!(list, "{}({},{},{})", if place > 0 { "," } else { "" }, a + 1, b + 1, c + 1);
+        }
+        let item = self.step.add(format_args!("IFCTRIANGULATEDFACESET({points},$,.F.,({list}),$)"));
+        self.paint(item, palette::LEFTOVERS);
+        let shape = self.shape(self.project.body, "Body", "Tessellation", &[item]);
+        let place = self.place(0);
+        let owner = self.project.owner;
+        let id = global_id(format_args!("leftovers {}", self.shapes.source));
+        let element = self.step.add(format_args!(
+            "IFCBUILDINGELEMENTPROXY('{id}',{owner},'fine structure',$,$,{place},{shape},$,.NOTDEFINED.)"
+        ));
+        self.contained[0].push(element);
+    }
+}
+
+/// The corners of an opening, metres.
+fn corners(opening: &Opening) -> [[f64; 3]; 4] {
+    let [a, b] = opening.ends_m;
+    let (low, high) = (opening.bottom_m, opening.top_m);
+    [[a[0], a[1], low], [b[0], b[1], low], [b[0], b[1], high], [a[0], a[1], high]]
+}
+
+/// Numbers of vertices from 1, as a tuple.
+fn numbers(ring: &[usize]) -> String {
+    let words: Vec<String> = ring.iter().map(|vertex| (vertex + 1).to_string()).collect();
+    format!("({})", words.join(","))
+}
