@@ -62,16 +62,21 @@ pub fn bound(model: &mut Model, most_triangles: usize) -> Option<Bounded> {
 pub fn coarsened(model: &Model, (from_m, to_m): (f64, f64), most_triangles: usize) -> (Model, f64) {
     let mut tolerance_m = from_m;
     loop {
-        let mut coarse = coarser(model, tolerance_m);
-        #[cfg(feature = "simplify")]
-        {
-            coarse.leftovers = crate::simplify::freely(&coarse.leftovers, tolerance_m as f32);
-        }
+        let coarse = simplified(coarser(model, tolerance_m), tolerance_m);
         if tolerance_m >= to_m || Shapes::new(&coarse).triangles() <= most_triangles {
             return (coarse, tolerance_m);
         }
         tolerance_m = (tolerance_m * STEP).min(to_m);
     }
+}
+
+/// The model with simpler leftovers, where the program can.
+fn simplified(model: Model, tolerance_m: f64) -> Model {
+    #[cfg(feature = "simplify")]
+    let model = Model { leftovers: crate::simplify::freely(&model.leftovers, tolerance_m as f32), ..model };
+    #[cfg(not(feature = "simplify"))]
+    let _ = tolerance_m;
+    model
 }
 
 fn triangles(faces: &[Mesh]) -> usize {

@@ -10,7 +10,7 @@ fn a_dry_run_says_what_a_run_then_does() {
     let folder = Folder::new("dry");
     room::record(&folder.path("run.mcap"), Content { poses: true, vertical: true });
     for (command, output) in [
-        ("build run.mcap -o out --formats dxf,glb", "out"),
+        ("build run.mcap -o out --formats all", "out"),
         ("compact out/raw.ply -o small --no-report", "small"),
     ] {
         let before = folder.names();

@@ -45,9 +45,14 @@ const NAMES: &[&str] = &[
 
 /// The names that a build with these formats writes.
 pub fn names(formats: &[Formats], report: bool) -> impl Iterator<Item = &'static str> {
-    let chosen = move |name: &&str| match Format::ALL.into_iter().find(|format| format.file() == *name) {
-        Some(format) => formats.iter().any(|formats| formats.contains(&format)),
-        None => report || *name != "report.html",
+    let chosen = move |name: &&str| match Format::ALL.iter().find(|format| format.files().contains(name)) {
+        Some(format) => formats.iter().any(|formats| formats.contains(format)),
+        None => match *name {
+            "report.html" => report,
+            // A program without the feature `las` makes neither.
+            "points.las" | "points.laz" => false,
+            _ => true,
+        },
     };
     NAMES.iter().copied().filter(chosen)
 }

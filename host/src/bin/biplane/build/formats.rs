@@ -3,7 +3,7 @@
 use biplane::building::Building;
 use biplane::model::Model;
 
-/// One of them; each is one file.
+/// One of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// glTF 2.0 binary.
@@ -51,14 +51,20 @@ impl Format {
     #[cfg(feature = "demo")]
     pub const USUAL: &[Self] = &[Self::Glb, Self::Ply, Self::Obj, Self::CityJson];
 
-    /// The file's name.
-    pub const fn file(self) -> &'static str {
+    /// The names of its files.
+    pub const fn files(self) -> &'static [&'static str] {
         match self {
-            Self::Glb => "model.glb",
-            Self::Ply => "model.ply",
-            Self::Obj => "model.obj",
-            Self::CityJson => "model.city.json",
-            Self::Dxf => "model.dxf",
+            Self::Glb => &["model.glb"],
+            Self::Ply => &["model.ply"],
+            Self::Obj => &["model.obj"],
+            Self::CityJson => &["model.city.json"],
+            Self::Dxf => &["model.dxf"],
+            Self::Ifc => &["model.ifc"],
+            Self::Lod => &["model.lod1.glb", "model.lod2.glb"],
+            #[cfg(feature = "las")]
+            Self::Las => &["points.las"],
+            #[cfg(feature = "las")]
+            Self::Laz => &["points.laz"],
         }
     }
 
