@@ -6,7 +6,7 @@
 
 use crate::grid::{Cell, Claim, Grid, MAX_SURFACES, TILE};
 use crate::paint::Brush;
-use crate::points::{EndPoints, Kind};
+use crate::points::{EndPoint, EndPoints, Kind};
 use crate::pose::Pose2;
 use crate::surface::{Placement, Surface, dot, minus};
 use crate::tracker::MapSize;
@@ -159,6 +159,18 @@ impl LocalMap {
         self.surfaces.get(self.grid.cell(x, y).surface()? as usize)
     }
 
+    /// The same surface's number among [`Self::surfaces`].
+    #[inline]
+    pub fn nearest_index(&self, point_m: [f32; 2]) -> Option<u32> {
+        let [x, y] = self.cell_of(point_m);
+        self.grid.cell(x, y).surface()
+    }
+
+    /// All places for surfaces that were ever used.
+    pub fn surfaces(&self) -> &[Surface] {
+        &self.surfaces
+    }
+
     /// Whether the directions seen on a surface agree so well that it is a line.
     #[inline]
     pub fn is_line(&self, surface: &Surface) -> bool {
@@ -175,14 +187,34 @@ impl LocalMap {
     /// Adds a scan taken at this pose: first what its beams passed through, then where they ended.
     /// A base too close to the edge of what the directory covers adds nothing: there the map ends.
     pub fn learn(&mut self, map_from_base: &Pose2, points: &EndPoints) {
-        let limit_m = (Grid::HALF_SIDE - 2 * TILE) as f32 / self.cells_per_m - points.reach_m();
-        if map_from_base.x_m.abs().max(map_from_base.y_m.abs()) > f64::from(limit_m) {
+        if !self.covers(map_from_base, points.reach_m()) {
             return;
         }
         self.grid.advance();
         self.look_through(map_from_base, points);
+        self.hit_all(map_from_base, points.as_slice());
+    }
+
+    /// Adds where a scan's beams ended, taken at this pose; what stood in their way before stays. Too close to the edge of what the
+    /// directory covers nothing is added.
+    pub fn add(&mut self, map_from_base: &Pose2, points: &[EndPoint]) {
+        let reach_m = points.iter().map(|point| dot(point.at_m, point.at_m).sqrt()).fold(0.0, f32::max);
+        if !self.covers(map_from_base, reach_m) {
+            return;
+        }
+        self.grid.advance();
+        self.hit_all(map_from_base, points);
+    }
+
+    /// Whether the directory covers all around a pose, so far.
+    fn covers(&self, map_from_base: &Pose2, reach_m: f32) -> bool {
+        let limit_m = (Grid::HALF_SIDE - 2 * TILE) as f32 / self.cells_per_m - reach_m;
+        map_from_base.x_m.abs().max(map_from_base.y_m.abs()) <= f64::from(limit_m)
+    }
+
+    fn hit_all(&mut self, map_from_base: &Pose2, points: &[EndPoint]) {
         let placement = Placement::new(map_from_base);
-        for point in points.as_slice() {
+        for point in points {
             let (at_m, normal) = placement.place_point(point);
             self.hit(at_m, normal, point.kind);
         }

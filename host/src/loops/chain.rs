@@ -1,8 +1,8 @@
 //! From node to node: what the recording, the scans and the odometry say of each step, as edges.
 //!
-//! A step is the scan's place among the scans of the last metres, held by the recorded poses. Where these contradict the odometry
-//! (the onboard matcher found back to places it had mapped before drifting, which is no motion; or the odometry slipped) both are
-//! tried, and the scan tells which it was.
+//! A step is the recorded one where the scan, laid among the scans of the last metres, agrees: the onboard matcher saw the whole map.
+//! Where the scan lies elsewhere, its place there is the step. Where the recorded step contradicts the odometry (the matcher found back
+//! to places it had mapped before drifting, which is no motion; or the odometry slipped) both are tried, and the scan tells which it was.
 
 use biplane_matcher::{Pose2, wrap_angle};
 use nalgebra::{Matrix3, Vector3};
@@ -84,6 +84,9 @@ fn step(nodes: &[Node], at: usize, params: &ChainParams) -> (Pose2, Matrix3<f64>
         return (prior, information(&[2.0 * sigma[0] + 0.02, 2.0 * sigma[1] + 0.02, 2.0 * sigma[2] + 0.01]));
     }
     let known = found.sums.information + held;
+    if prior == recorded && away.dot(&(known * away)) < AGREES_SQUARED {
+        return (recorded, information(&recorded_sigma(&recorded, params)));
+    }
     let drift = recorded_sigma(&found.pose, params);
     (found.pose, with_floor(&known, &drift))
 }
@@ -96,6 +99,9 @@ const SCALES_M: [f32; 5] = [0.2, 0.1, 0.05, 0.05, 0.05];
 const CLEARLY: f64 = 0.1;
 /// A scan of which less is explained by those before it says nothing.
 const LEAST_SHARE: f64 = 0.5;
+/// A recorded step closer than this to where the scan lies among the last ones is taken as it is: the matcher saw more of the map.
+/// Squared Mahalanobis distance.
+const AGREES_SQUARED: f64 = 9.0;
 /// A scan that is drawn farther from what was expected was drawn astray: squared Mahalanobis distance.
 const FARTHEST_SQUARED: f64 = 40.0;
 

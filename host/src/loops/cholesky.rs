@@ -142,7 +142,16 @@ impl<'a> System<'a> {
     ///
     /// # Errors
     /// When the matrix is not positive.
-    pub fn solve(mut self) -> Result<Vec<[f64; 3]>, NotPositive> {
+    pub fn solve(self) -> Result<Vec<[f64; 3]>, NotPositive> {
+        let right: Vec<[f64; 3]> = self.structure.position.iter().map(|&at| self.right[at]).collect();
+        Ok(self.factor()?.solve(&right))
+    }
+
+    /// Factors the matrix, to be solved for many right hand sides.
+    ///
+    /// # Errors
+    /// When the matrix is not positive.
+    pub fn factor(mut self) -> Result<Factor<'a>, NotPositive> {
         for column in 0..self.diagonal.len() {
             let root = root(&self.diagonal[column]).ok_or(NotPositive)?;
             self.diagonal[column] = root;
@@ -165,28 +174,29 @@ impl<'a> System<'a> {
             }
             self.below[column] = blocks;
         }
-        Ok(self.substitute())
+        Ok(Factor(self))
     }
 
-    fn substitute(mut self) -> Vec<[f64; 3]> {
-        for column in 0..self.right.len() {
-            let [a, b, c] = self.right[column];
+    /// The unknowns, in the order of the variables, of a right hand side in the order of elimination.
+    fn substitute(&self, mut right: Vec<[f64; 3]>) -> Vec<[f64; 3]> {
+        for column in 0..right.len() {
+            let [a, b, c] = right[column];
             let l = &self.diagonal[column];
             let x = a / l[0];
             let y = (b - l[3] * x) / l[4];
             let z = (c - l[6] * x - l[7] * y) / l[8];
-            self.right[column] = [x, y, z];
+            right[column] = [x, y, z];
             for (&row, block) in self.structure.columns[column].iter().zip(&self.below[column]) {
                 for axis in 0..3 {
-                    self.right[row as usize][axis] -=
+                    right[row as usize][axis] -=
                         block[3 * axis] * x + block[3 * axis + 1] * y + block[3 * axis + 2] * z;
                 }
             }
         }
-        for column in (0..self.right.len()).rev() {
-            let mut sum = self.right[column];
+        for column in (0..right.len()).rev() {
+            let mut sum = right[column];
             for (&row, block) in self.structure.columns[column].iter().zip(&self.below[column]) {
-                let known = self.right[row as usize];
+                let known = right[row as usize];
                 for (axis, value) in sum.iter_mut().enumerate() {
                     *value -=
                         block[axis] * known[0] + block[3 + axis] * known[1] + block[6 + axis] * known[2];
@@ -196,9 +206,24 @@ impl<'a> System<'a> {
             let z = sum[2] / l[8];
             let y = (sum[1] - l[7] * z) / l[4];
             let x = (sum[0] - l[3] * y - l[6] * z) / l[0];
-            self.right[column] = [x, y, z];
+            right[column] = [x, y, z];
         }
-        self.structure.position.iter().map(|&at| self.right[at]).collect()
+        self.structure.position.iter().map(|&at| right[at]).collect()
+    }
+}
+
+/// A factored system.
+#[derive(Clone, Debug)]
+pub struct Factor<'a>(System<'a>);
+
+impl Factor<'_> {
+    /// The unknowns for a right hand side, both in the order of the variables.
+    pub fn solve(&self, right: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        let mut ordered = vec![[0.0; 3]; right.len()];
+        for (&at, right) in self.0.structure.position.iter().zip(right) {
+            ordered[at] = *right;
+        }
+        self.0.substitute(ordered)
     }
 }
 

@@ -39,9 +39,9 @@ const ITERATIONS: usize = 20;
 /// Steps shorter than this end it, metres and radians.
 const REST: f64 = 1e-5;
 /// Keeps poses that nothing holds where they are.
-const DAMPING: f64 = 1e-6;
+pub const DAMPING: f64 = 1e-6;
 /// How surely the first pose stays, 1 / m^2.
-const ANCHOR: f64 = 1e12;
+pub const ANCHOR: f64 = 1e12;
 
 /// The structure of a graph's system.
 pub fn structure(count: usize, edges: &[Edge]) -> Structure {
@@ -76,23 +76,55 @@ pub fn step(poses: &mut [Pose2], edges: &[Edge], weights: &[f64], structure: &St
     Some(largest)
 }
 
-fn add(system: &mut System<'_>, edge: &Edge, weight: f64, poses: &[Pose2]) {
+/// An edge's part of the normal equations.
+#[derive(Clone, Copy, Debug)]
+pub struct Parts {
+    /// Block of the pose `from`.
+    pub from_from: Matrix3<f64>,
+    /// Block of both.
+    pub from_to: Matrix3<f64>,
+    /// Block of the pose `to`.
+    pub to_to: Matrix3<f64>,
+    /// Right hand side of the pose `from`.
+    pub right_from: [f64; 3],
+    /// Right hand side of the pose `to`.
+    pub right_to: [f64; 3],
+}
+
+/// What an edge says at these poses.
+pub fn parts(edge: &Edge, poses: &[Pose2]) -> Parts {
     let error = edge.error(poses);
     let seen = poses[edge.from].between(&poses[edge.to]);
     let (sin, cos) = poses[edge.from].theta_rad.sin_cos();
     let to = Matrix3::new(cos, sin, 0.0, -sin, cos, 0.0, 0.0, 0.0, 1.0);
     let mut from = -to;
     (from[(0, 2)], from[(1, 2)]) = (seen.y_m, -seen.x_m);
-    let information = edge.information * weight;
+    let information = &edge.information;
     let (held_from, held_to) = (information * from, information * to);
     let right =
         |jacobian: &Matrix3<f64>| -> [f64; 3] { (-(jacobian.transpose() * (information * error))).into() };
-    system.add(edge.from, &block(&(from.transpose() * held_from)), right(&from));
-    system.add(edge.to, &block(&(to.transpose() * held_to)), right(&to));
-    system.add_pair(edge.from, edge.to, &block(&(from.transpose() * held_to)));
+    Parts {
+        from_from: from.transpose() * held_from,
+        from_to: from.transpose() * held_to,
+        to_to: to.transpose() * held_to,
+        right_from: right(&from),
+        right_to: right(&to),
+    }
 }
 
-fn block(matrix: &Matrix3<f64>) -> Block {
+fn add(system: &mut System<'_>, edge: &Edge, weight: f64, poses: &[Pose2]) {
+    add_parts(system, edge, &parts(edge, poses), weight);
+}
+
+/// Adds an edge's part, times a weight, to a system.
+pub fn add_parts(system: &mut System<'_>, edge: &Edge, parts: &Parts, weight: f64) {
+    system.add(edge.from, &block(&(parts.from_from * weight)), parts.right_from.map(|value| value * weight));
+    system.add(edge.to, &block(&(parts.to_to * weight)), parts.right_to.map(|value| value * weight));
+    system.add_pair(edge.from, edge.to, &block(&(parts.from_to * weight)));
+}
+
+/// A matrix as the solver takes it.
+pub fn block(matrix: &Matrix3<f64>) -> Block {
     std::array::from_fn(|at| matrix[(at / 3, at % 3)])
 }
 

@@ -2,8 +2,8 @@
 //!
 //! The way, one file a step: scans kept along the way ([`trail`]) -> steps between them ([`chain`]) -> stretches with grids
 //! ([`submap`]) -> pairs that might see one place ([`candidate`], [`uncertain`]; of several recordings [`join`]) -> the place
-//! ([`search`], [`refine`], [`company`]) -> which loops to believe ([`robust`] over the [`graph`]) -> every scan among all scans around it
-//! ([`dense`]) -> the recording again ([`output`]).
+//! ([`search`], [`refine`], [`company`]) -> which loops to believe ([`robust`] over the [`graph`], [`cholesky`]) -> every scan among all scans around it
+//! ([`joint`], [`sights`], [`descent`]) -> the recording again ([`output`]).
 //!
 //! Frame `map`, metres, radians. Results do not depend on the number of threads.
 
@@ -12,16 +12,20 @@ pub mod candidate;
 pub mod chain;
 pub mod checkpoint;
 pub mod cholesky;
+
 pub mod company;
 pub mod corrected;
-pub mod dense;
+pub mod descent;
 pub mod graph;
 pub mod join;
+pub mod joint;
 pub mod outline;
 pub mod output;
 pub mod refine;
 pub mod robust;
 pub mod search;
+pub mod sights;
+
 pub mod submap;
 pub mod surfaces;
 pub mod trail;
@@ -37,8 +41,8 @@ use serde::Serialize;
 use candidate::{CandidateParams, Closing};
 use chain::ChainParams;
 use checkpoint::Checkpoint;
-use dense::DenseParams;
 use graph::Edge;
+use joint::JointParams;
 use refine::RefineParams;
 use submap::{Submap, SubmapParams, stretches};
 use trail::{Node, Trail, TrailParams};
@@ -57,7 +61,7 @@ pub struct LoopParams {
     /// When they match.
     pub refine: RefineParams,
     /// The last step.
-    pub dense: DenseParams,
+    pub joint: JointParams,
     /// This share of the loops found is replaced by random ones before they are judged, for tests of the judging.
     pub spoilt_share: f64,
 }
@@ -70,7 +74,7 @@ pub enum Progress {
     /// So many pairs were searched, so many loops are believed.
     Searched(usize, usize),
     /// The last step, of so many rounds this one.
-    Dense(usize, usize),
+    Joint(usize, usize),
 }
 
 /// What became of the recordings.
@@ -149,11 +153,13 @@ pub fn optimise(
     graph::optimise(&mut poses, &all, &vec![1.0; all.len()], &structure);
     let groups = closing.groups(runs.len());
     let is_closed = closed(&closing, &groups);
-    let group_of: Vec<usize> =
-        runs.iter().zip(&groups).flat_map(|(run, group)| run.clone().map(|_| *group)).collect();
-    dense::refine(&nodes, &mut poses, &chain, &group_of, &params.dense, &mut |round| {
-        progress(Progress::Dense(round, params.dense.rounds));
-    });
+    for group in (0..runs.len()).filter(|&run| groups[run] == run && is_closed[run]) {
+        let members = runs.iter().zip(&groups).filter(|(_, of)| **of == group);
+        let members: Vec<usize> = members.flat_map(|(run, _)| run.clone()).collect();
+        joint::refine_some(&members, &nodes, &mut poses, &chain, &params.joint, &mut |round| {
+            progress(Progress::Joint(round, params.joint.rounds()));
+        });
+    }
     let found = closing.loops.iter().zip(&closing.believed).map(|(found, &believed)| LoopFound {
         nodes: found.stretches.map(|stretch| submaps[stretch].middle),
         pose: found.found.pose,

@@ -212,7 +212,7 @@ pub fn work(
         spinner.say(match progress {
             Progress::Stretches(scans) => format!("stretches of {scans} scans"),
             Progress::Searched(pairs, loops) => format!("{pairs} pairs searched, {loops} loops"),
-            Progress::Dense(round, rounds) => format!("all scans among all, round {} of {rounds}", round + 1),
+            Progress::Joint(round, rounds) => format!("all scans among all, round {} of {rounds}", round + 1),
         });
     })
 }
