@@ -8,9 +8,9 @@ use biplane_matcher::Pose2;
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
-use super::cholesky::{Factor, Structure, System};
 use super::graph::{self, ANCHOR, DAMPING, Edge, Parts};
 use super::sights::Sights;
+use super::solver::{Factor, Structure, System};
 
 /// Nodes so many before are compared with.
 const BACK: [usize; 3] = [1, 4, 16];
@@ -54,7 +54,7 @@ impl<'a> Descent<'a> {
         self.descend(sights, &parts, &factor)
     }
 
-    fn preconditioner(&self, sights: &Sights, parts: &[Parts]) -> Option<Factor<'_>> {
+    fn preconditioner(&self, sights: &Sights, parts: &[Parts]) -> Option<Factor> {
         let mut system = System::new(&self.structure);
         for (edge, part) in self.chain.iter().zip(parts) {
             graph::add_parts(&mut system, edge, part, 1.0);
@@ -84,7 +84,7 @@ impl<'a> Descent<'a> {
     }
 
     /// Preconditioned conjugate gradients (Hestenes and Stiefel 1952).
-    fn descend(&self, sights: &Sights, parts: &[Parts], factor: &Factor<'_>) -> Option<Steps> {
+    fn descend(&self, sights: &Sights, parts: &[Parts], factor: &Factor) -> Option<Steps> {
         let mut found = vec![[0.0; 3]; self.structure.len()];
         let mut rest = self.downhill(sights, parts);
         let mut way = factor.solve(&rest);

@@ -6,7 +6,7 @@ use biplane_matcher::Pose2;
 use nalgebra::{Matrix3, Vector3};
 
 use super::align::{difference, moved};
-use super::cholesky::{Block, Structure, System};
+use super::solver::{Block, Structure, System};
 
 /// A measurement between two poses.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,7 +2,7 @@
 //!
 //! The way, one file a step: scans kept along the way ([`trail`]) -> steps between them ([`chain`]) -> stretches with grids
 //! ([`submap`]) -> pairs that might see one place ([`candidate`], [`uncertain`]; of several recordings [`join`]) -> the place
-//! ([`search`], [`refine`], [`company`]) -> which loops to believe ([`robust`] over the [`graph`], [`cholesky`]) -> every scan among all scans around it
+//! ([`search`], [`refine`], [`company`]) -> which loops to believe ([`robust`] over the [`graph`], [`solver`]) -> every scan among all scans around it
 //! ([`joint`], [`sights`], [`descent`]) -> the recording again ([`output`]).
 //!
 //! Frame `map`, metres, radians. Results do not depend on the number of threads.
@@ -11,8 +11,6 @@ pub mod align;
 pub mod candidate;
 pub mod chain;
 pub mod checkpoint;
-pub mod cholesky;
-
 pub mod company;
 pub mod corrected;
 pub mod descent;
@@ -25,7 +23,7 @@ pub mod refine;
 pub mod robust;
 pub mod search;
 pub mod sights;
-
+pub mod solver;
 pub mod submap;
 pub mod surfaces;
 pub mod trail;
