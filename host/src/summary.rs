@@ -73,6 +73,20 @@ pub struct ScanFigures {
     pub vertical_odd: usize,
 }
 
+/// Where the poses of a model are from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PosesFrom {
+    /// The recording, as it stands: it was asked for so, or no loop was found.
+    Recorded,
+    /// The recording, which is one that was optimised before.
+    OptimizedBefore,
+    /// This program, which closed the recording's loops.
+    Optimized,
+    /// A file.
+    Given,
+}
+
 /// Everything in `summary.json`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Summary {
@@ -106,6 +120,12 @@ pub struct Summary {
     pub shift_m: Option<[f64; 3]>,
     /// The foreign trajectory, if one was given.
     pub poses: Option<String>,
+    /// Where the poses are from, when there are any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub poses_from: Option<PosesFrom>,
+    /// Loops that were closed. Zero: none was found, and a single recording keeps its poses. Absent: none was searched for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub loops: Option<usize>,
     /// Stages in the order in which they ran.
     pub stages: Vec<StageFigures>,
     /// Seconds of everything, on the clock.
@@ -151,6 +171,8 @@ impl Summary {
             mesh: None,
             shift_m: None,
             poses: None,
+            poses_from: None,
+            loops: None,
             stages: Vec::new(),
             wall_s: 0.0,
             cpu_s: 0.0,

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use biplane_matcher::Pose2;
 use biplane_recording::{AnyMessage, Reader, Topic};
+use serde_json::{Value, json};
 
 use crate::ring::{Drive, pose_at, record};
 use crate::run::Folder;
@@ -111,6 +112,46 @@ fn two_recordings_that_began_at_different_places_come_into_one_frame_and_a_stran
     truth.extend(other.iter().map(|pose| began * *pose));
     let found = poses(&folder, "opt.mcap");
     assert!(error_m(&found, &truth) < 0.08, "{} m", error_m(&found, &truth));
+}
+
+/// What `summary.json` says of the poses.
+fn poses_told(folder: &Folder, model: &str) -> (Value, Value) {
+    let bytes = fs::read(folder.path(&format!("{model}/summary.json"))).unwrap();
+    let summary: Value = serde_json::from_slice(&bytes).unwrap();
+    (summary["poses_from"].clone(), summary["loops"].clone())
+}
+
+#[test]
+fn a_model_is_made_with_loops_closed_unless_its_recording_has_none_or_it_is_not_wanted() {
+    let folder = Folder::new("optimize-build");
+    let truth = record(&folder.path("run.mcap"), Drive::default());
+    let trajectory =
+        |model: &str| fs::read_to_string(folder.path(&format!("{model}/trajectory.tum"))).unwrap();
+    let recorded = |run: &str| folder.expect(&format!("traj {run} -o -"), 0, &[]).stdout;
+    folder.expect("build run.mcap -o model", 0, &["loops closed, all poses optimised"]);
+    let found = trajectory("model");
+    let pose = |line: &str| {
+        let values: Vec<f64> = line.split(' ').map(|value| value.parse().unwrap()).collect();
+        Pose2::new(values[1], values[2], 2.0 * values[6].atan2(values[7]))
+    };
+    let poses: Vec<Pose2> = found.lines().map(pose).collect();
+    assert!(error_m(&poses, &truth) < 0.03, "{} m", error_m(&poses, &truth));
+    let (from, loops) = poses_told(&folder, "model");
+    assert!(from == "optimized" && loops.as_u64() > Some(0), "{from} {loops}");
+
+    folder.expect("build run.mcap -o recorded --no-optimize", 0, &[]);
+    assert_eq!(trajectory("recorded"), recorded("run.mcap"));
+    assert_eq!(poses_told(&folder, "recorded"), (json!("recorded"), Value::Null));
+
+    folder.expect("optimize run.mcap -o opt.mcap", 0, &[]);
+    folder.expect("build opt.mcap -o again", 0, &["the recording is optimised already: its poses stay"]);
+    assert_eq!(trajectory("again"), found);
+    assert_eq!(poses_told(&folder, "again"), (json!("optimized_before"), Value::Null));
+
+    record(&folder.path("part.mcap"), Drive { rounds: 0.3, ..Drive::default() });
+    folder.expect("build part.mcap -o open", 0, &["no loop found: the poses stay as they were recorded"]);
+    assert_eq!(trajectory("open"), recorded("part.mcap"));
+    assert_eq!(poses_told(&folder, "open"), (json!("recorded"), json!(0)));
 }
 
 #[test]

@@ -17,7 +17,7 @@ use biplane::output::OutputFolder;
 use biplane::page::Page;
 use biplane::pipeline::{self, BuildInput, BuildOutput, Counts};
 use biplane::run::{Run, VerticalScans};
-use biplane::summary::{Parameters, ScanFigures, Summary};
+use biplane::summary::{Parameters, PosesFrom, ScanFigures, Summary};
 
 use crate::Outcome;
 use crate::console::Console;
@@ -46,11 +46,11 @@ pub struct Args {
     /// Use this trajectory (TUM: t x y z qx qy qz qw) instead of the recorded one
     #[arg(long, value_name = "T.tum")]
     poses: Option<PathBuf>,
-    /// Close loops first, as `biplane optimize` does. Several recordings are always joined so, unless --no-optimize says that they are in
-    /// one frame already
+    /// Close loops first, as `biplane optimize` does: what is done without this word, too, unless --no-optimize is given
     #[arg(long, conflicts_with = "poses")]
     optimize: bool,
-    /// Take the poses as they were recorded, of several recordings too
+    /// Take the poses as they were recorded; several recordings are then in one frame already. Otherwise loops are closed first. A
+    /// recording that has none keeps its poses, and so does one that is optimised already
     #[arg(long, conflicts_with_all = ["poses", "optimize"])]
     no_optimize: bool,
     /// Range noise of the laser, one standard deviation, metres. Larger: steps between surfaces disappear; smaller: a wall becomes several
@@ -141,6 +141,7 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     }
     let counts = built.as_ref().map(|built| built.counts);
     let (mut summary, page) = write_all(args, &folder, built, (&grid, &posed), &mut stages)?;
+    (summary.poses_from, summary.loops) = (Some(posed.from), posed.loops);
     summary.recordings =
         runs.iter().flat_map(|run| run.recording().paths()).map(|path| path.display().to_string()).collect();
     summary.parameters = parameters;
@@ -160,7 +161,7 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
 /// What [`run`] would do.
 fn plan<'a>(args: &'a Args, runs: &'a [Run]) -> Plan<'a> {
     let recordings = runs.iter().flat_map(|run| run.recording().paths());
-    let optimises = args.poses.is_none() && !takes_recorded_poses(args, runs);
+    let optimises = args.poses.is_none() && !args.no_optimize;
     let mut steps =
         vec!["read", "map", "cloud", "mesh", "planes", "polygons", "leftovers", "write", "report"];
     steps.retain(|step| *step != "report" || !args.shaping.no_report);
@@ -176,12 +177,6 @@ fn plan<'a>(args: &'a Args, runs: &'a [Run]) -> Plan<'a> {
     }
 }
 
-/// One recording's poses stay as they are unless asked: where a drive had little drift, the optimiser's steps between scans are
-/// less exact than the matcher's, which sees the whole map.
-fn takes_recorded_poses(args: &Args, runs: &[Run]) -> bool {
-    args.no_optimize || (runs.len() == 1 && !args.optimize)
-}
-
 /// Somebody else's poses, the optimised ones, or those of the recording.
 fn poses<'a>(
     args: &Args,
@@ -191,8 +186,30 @@ fn poses<'a>(
 ) -> anyhow::Result<Posed<'a>> {
     match &args.poses {
         Some(path) => Posed::foreign(runs, path),
-        None if takes_recorded_poses(args, runs) => Posed::recorded(runs),
-        None => stages.time("optimize", || Posed::optimised(runs, console)),
+        None if args.no_optimize => Posed::recorded(runs),
+        None => {
+            let posed = stages.time("optimize", || {
+                let posed = Posed::optimised(runs, console)?;
+                let loops = posed.loops.unwrap_or(0);
+                anyhow::Ok((posed, loops))
+            })?;
+            tell_poses(&posed, console);
+            Ok(posed)
+        }
+    }
+}
+
+/// Whether the poses are the recorded ones still.
+fn tell_poses(posed: &Posed<'_>, console: &Console) {
+    match (posed.from, posed.loops) {
+        (PosesFrom::Optimized, Some(loops)) => {
+            console.note(format!("{loops} loops closed, all poses optimised (not with --no-optimize)"));
+        }
+        (PosesFrom::OptimizedBefore, _) => {
+            console.note("the recording is optimised already: its poses stay");
+        }
+        (_, Some(_)) => console.note("no loop found: the poses stay as they were recorded"),
+        _ => {}
     }
 }
 

@@ -18,6 +18,7 @@ use biplane::loops::{LoopParams, output};
 use biplane::occupancy::OccupancyGrid;
 use biplane::run::{Run, VerticalScans};
 use biplane::stamp_text::format_seconds;
+use biplane::summary::PosesFrom;
 use biplane::trajectory::read_poses;
 
 use crate::console::Console;
@@ -45,6 +46,10 @@ pub struct Posed<'a> {
     pub trajectory: Trajectory,
     /// The poses as they go to `trajectory.tum`.
     pub used: Vec<StampedPose>,
+    /// Where they are from.
+    pub from: PosesFrom,
+    /// Loops that were closed, where any were searched for.
+    pub loops: Option<usize>,
 }
 
 impl<'a> Posed<'a> {
@@ -69,7 +74,7 @@ impl<'a> Posed<'a> {
             }
             drives.push((run, trajectory.clone(), at_scans));
         }
-        Ok(Self { used, ..Self::of(drives) })
+        Ok(Self { used, ..Self::of(drives, PosesFrom::Given, None) })
     }
 
     /// As they were recorded.
@@ -79,20 +84,27 @@ impl<'a> Posed<'a> {
             let poses = run.poses()?;
             drives.push((run, poses.trajectory(), poses.at_scans()));
         }
-        Ok(Self::of(drives))
+        Ok(Self::of(drives, PosesFrom::Recorded, None))
     }
 
-    /// Optimised, and how many loops were closed. A single recording that is optimised already is taken as it is. Those that match
-    /// none of the others are left out, and that is said.
-    pub fn optimised(runs: &'a [Run], console: &Console) -> anyhow::Result<(Self, usize)> {
-        if let [run] = runs
-            && output::is_optimised(run)?
-        {
-            return Ok((Self::recorded(runs)?, 0));
+    /// Optimised. A single recording that is optimised already, that has no loop, or whose scans have no poses, is taken as it is. Those
+    /// of several that match none of the others are left out, and that is said.
+    pub fn optimised(runs: &'a [Run], console: &Console) -> anyhow::Result<Self> {
+        if let [run] = runs {
+            if output::is_optimised(run)? {
+                return Ok(Self { from: PosesFrom::OptimizedBefore, ..Self::recorded(runs)? });
+            }
+            if run.poses()?.at_scans().iter().all(Option::is_none) {
+                return Self::recorded(runs);
+            }
         }
         let params = LoopParams::default();
         let trails = optimize::read(runs, &params, console)?;
         let optimised = optimize::work(&trails, &params, &mut Checkpoint::default(), console);
+        let loops = optimised.counts.loops;
+        if runs.len() == 1 && loops == 0 {
+            return Ok(Self { loops: Some(0), ..Self::recorded(runs)? });
+        }
         let mut drives = Vec::new();
         for (number, run) in runs.iter().enumerate() {
             if optimised.groups[number] != 0 {
@@ -111,10 +123,14 @@ impl<'a> Posed<'a> {
             poses.extend(run.poses()?.vertical_poses.iter().map(moved));
             drives.push((run, Trajectory::new(poses), corrected.scans));
         }
-        Ok((Self::of(drives), optimised.counts.loops))
+        Ok(Self::of(drives, PosesFrom::Optimized, Some(loops)))
     }
 
-    fn of(found: Vec<(&'a Run, Trajectory, Vec<Option<StampedPose>>)>) -> Self {
+    fn of(
+        found: Vec<(&'a Run, Trajectory, Vec<Option<StampedPose>>)>,
+        from: PosesFrom,
+        loops: Option<usize>,
+    ) -> Self {
         let mut drives: Vec<Drive<'a>> = Vec::new();
         let mut all = Vec::new();
         let mut end_ns: Option<i64> = None;
@@ -127,7 +143,7 @@ impl<'a> Posed<'a> {
             drives.push(Drive { run, trajectory, at_scans, shift_ns });
         }
         let used = drives.iter().flat_map(|drive| drive.at_scans.iter().flatten().copied()).collect();
-        Self { drives, trajectory: Trajectory::new(all), used }
+        Self { drives, trajectory: Trajectory::new(all), used, from, loops }
     }
 
     /// The pose of each horizontal scan that has one.
