@@ -8,11 +8,16 @@ use super::step::{Id, Ids, Maybe, Real, Reals, Step, global_id};
 use crate::building::{Building, Kind, Opening, OpeningKind};
 use crate::export::welded::WeldedVertices;
 use crate::export::{Shapes, ring_area_m2};
-use crate::model::PlanarPolygon;
+use crate::model::{Mesh, PlanarPolygon};
 use crate::palette::{self, Rgb};
 
 /// Step of coordinates, metres.
 const STEP_M: f64 = 1e-4;
+
+/// Polygons with more corners than this, those of holes among them, are written as triangles. Fewer, and walls with a few windows can no
+/// longer be edited by their corners; more, and readers that cut polygons themselves get ragged ones wrong: ifcopenshell 0.9.0 made areas of
+/// some with 153 corners and more that were up to 98 % off.
+const MOST_CORNERS: usize = 64;
 
 /// Adds the elements of a model.
 pub(super) struct Elements<'a> {
@@ -68,7 +73,7 @@ impl<'a> Elements<'a> {
     /// A polygon as the element that it is; `None` when nothing is left of it.
     fn surface(&mut self, index: usize, kind: Kind, storey: usize) -> Option<Id> {
         let polygon = &self.shapes.model.polygons[index];
-        let item = self.face_set(polygon, storey)?;
+        let item = self.polygon(index, storey)?;
         self.paint(item, palette::plane_color(polygon.plane, self.shapes.model.planes.get(polygon.plane)?));
         let (entity, word, class) = match kind {
             Kind::Wall => ("IFCWALL", "wall", "NOTDEFINED"),
@@ -86,6 +91,31 @@ impl<'a> Elements<'a> {
         self.contained[storey].push(element);
         self.properties(element, &id, polygon);
         Some(element)
+    }
+
+    /// A polygon of the model as one face, or as triangles where it has many corners.
+    fn polygon(&mut self, index: usize, storey: usize) -> Option<Id> {
+        let shapes = self.shapes;
+        let polygon = &shapes.model.polygons[index];
+        let corners = polygon.outer_m.len() + polygon.holes_m.iter().map(Vec::len).sum::<usize>();
+        match shapes.faces.get(index) {
+            Some(mesh) if corners > MOST_CORNERS && !mesh.triangles.is_empty() => {
+                Some(self.triangles(mesh, storey))
+            }
+            _ => self.face_set(polygon, storey),
+        }
+    }
+
+    /// A mesh as a set of triangles.
+    fn triangles(&mut self, mesh: &Mesh, storey: usize) -> Id {
+        let floor_m = self.project.storeys[storey].floor_m;
+        let points = self
+            .points(mesh.vertices_m.iter().map(|p| p.map(f64::from)).map(|[x, y, z]| [x, y, z - floor_m]));
+        let mut list = String::new();
+        for (place, [a, b, c]) in mesh.triangles.iter().enumerate() {
+            let _ = write!(list, "{}({},{},{})", if place > 0 { "," } else { "" }, a + 1, b + 1, c + 1);
+        }
+        self.step.add(format_args!("IFCTRIANGULATEDFACESET({points},$,.F.,({list}),$)"))
     }
 
     /// A polygon as a set of one face with its holes.
@@ -200,8 +230,8 @@ impl<'a> Elements<'a> {
         let leaves = self.building.leaves.iter().filter(|(_, of)| *of == index);
         let polygons: Vec<usize> = leaves.map(|(polygon, _)| *polygon).collect();
         let mut items = Vec::new();
-        for polygon in polygons.into_iter().map(|polygon| &self.shapes.model.polygons[polygon]) {
-            items.extend(self.face_set(polygon, opening.storey));
+        for polygon in polygons {
+            items.extend(self.polygon(polygon, opening.storey));
         }
         if !items.is_empty() {
             return Maybe(Some(self.shape(self.project.body, "Body", "Tessellation", &items)));
@@ -223,14 +253,7 @@ impl<'a> Elements<'a> {
         if mesh.triangles.is_empty() {
             return;
         }
-        let floor_m = self.project.storeys[0].floor_m;
-        let points = self
-            .points(mesh.vertices_m.iter().map(|p| p.map(f64::from)).map(|[x, y, z]| [x, y, z - floor_m]));
-        let mut list = String::new();
-        for (place, [a, b, c]) in mesh.triangles.iter().enumerate() {
-            let _ = write!(list, "{}({},{},{})", if place > 0 { "," } else { "" }, a + 1, b + 1, c + 1);
-        }
-        let item = self.step.add(format_args!("IFCTRIANGULATEDFACESET({points},$,.F.,({list}),$)"));
+        let item = self.triangles(mesh, 0);
         self.paint(item, palette::LEFTOVERS);
         let shape = self.shape(self.project.body, "Body", "Tessellation", &[item]);
         let place = self.place(0);

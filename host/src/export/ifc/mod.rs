@@ -44,7 +44,7 @@ mod tests {
     use crate::building::Building;
     use crate::building::tests::{add_room, room};
     use crate::export::{Shapes, sample};
-    use crate::model::Model;
+    use crate::model::{Mesh, Model};
 
     fn written(model: &Model) -> String {
         let mut bytes = Vec::new();
@@ -105,6 +105,22 @@ mod tests {
             .skip(1)
             .map(|rest| rest.split(|c: char| !c.is_ascii_digit()).next().unwrap().parse::<usize>().unwrap());
         assert_eq!(named.max(), Some(lines));
+    }
+
+    #[test]
+    fn a_wall_with_a_ragged_edge_is_triangles_and_one_with_few_corners_a_face() {
+        let mut model = Model { leftovers: Mesh::default(), ..sample::model() };
+        // Teeth of 5 cm along the upper edge, 4 m long at 3 m.
+        let tooth = |at: i32| [f64::from(at) * 0.05, 2.0, if at % 2 == 0 { 3.0 } else { 2.95 }];
+        model.polygons[0].outer_m.truncate(2);
+        model.polygons[0].outer_m.extend((0..=80).rev().map(tooth));
+        let text = written(&model);
+        assert_eq!((count(&text, "IFCWALL"), count(&text, "IFCSLAB")), (1, 1));
+        assert_eq!(count(&text, "IFCTRIANGULATEDFACESET"), 1);
+        assert_eq!(count(&text, "IFCINDEXEDPOLYGONALFACEWITHVOIDS"), 0);
+        // A ring of n corners with one hole makes n triangles, counted with the hole's corners: 83 + 4.
+        let mesh = text.lines().find(|line| line.contains("IFCTRIANGULATEDFACESET")).unwrap();
+        assert_eq!(mesh.matches("),(").count() + 1, 87);
     }
 
     #[test]
