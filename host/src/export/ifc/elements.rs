@@ -16,8 +16,8 @@ const STEP_M: f64 = 1e-4;
 
 /// Polygons with more corners than this, those of holes among them, are written as triangles. Fewer, and walls with a few windows can no
 /// longer be edited by their corners; more, and readers that cut polygons themselves get ragged ones wrong: ifcopenshell 0.9.0 made areas of
-/// some with 153 corners and more that were up to 98 % off.
-const MOST_CORNERS: usize = 64;
+/// some with 53 corners and more that were up to 98 % off.
+const MOST_CORNERS: usize = 32;
 
 /// Adds the elements of a model.
 pub(super) struct Elements<'a> {
