@@ -238,6 +238,25 @@ async function onPaper(page) {
   check((await pictures(page)).model.sum === before, 'printing changes the view');
 }
 
+/** A slow computer draws again and again while it is still loading: every pause of the page's is long here, with a frame asked for in it. */
+async function whileItLoads() {
+  const { page, close } = await open({ viewport: { width: 1200, height: 800 } });
+  await page.addInitScript(() => {
+    const later = window.setTimeout.bind(window);
+    window.drawn = 0;
+    window.setTimeout = (act, ms) => {
+      if (ms) return later(act, ms);
+      document.querySelector('#wireframe').dispatchEvent(new Event('change'));
+      return requestAnimationFrame(() => requestAnimationFrame(() => { window.drawn += 1; act(); }));
+    };
+  });
+  await page.reload();
+  await page.waitForSelector('#view[data-state="ready"]', { timeout: 120000 });
+  check(await page.evaluate(() => window.drawn) > 5, 'nothing was drawn while the page loaded');
+  for (const [name, { share }] of Object.entries(await pictures(page))) check(share > LEAST_SHARE[name], `${name}, loaded slowly, is empty: ${share}`);
+  await close();
+}
+
 async function withoutWebGL() {
   const { page, close } = await open({ viewport: { width: 1200, height: 800 } });
   await page.addInitScript(() => { HTMLCanvasElement.prototype.getContext = () => null; });
@@ -260,6 +279,7 @@ async function withoutWebGL() {
   await onPaper(page);
   await close();
   await onAPhone();
+  await whileItLoads();
   await withoutWebGL();
   problems.forEach((problem) => console.error(`FAILED: ${problem}`));
   console.log(`${passed} checks passed, ${problems.length} failed`);

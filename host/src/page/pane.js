@@ -26,10 +26,9 @@ class Pane {
     });
   }
 
-  /** `mesh`: positions, corners, normals, and of a model colors and surfaces; `lattice`: origin_m and step_m. */
+  /** `mesh`: positions, corners, normals, and of a model colors and surfaces; `lattice`: origin_m and step_m. Nothing is drawn before all of it is there. */
   async load(mesh, lattice) {
     const { gl } = this;
-    this.mesh = mesh;
     this.lattice = lattice;
     this.vertices = gl.createVertexArray();
     gl.bindVertexArray(this.vertices);
@@ -39,21 +38,21 @@ class Pane {
     else gl.vertexAttrib3f(2, 0.808, 0.816, 0.831);
     if (mesh.surfaces) attribute(gl, 3, mesh.surfaces, 1, gl.FLOAT, false, 4);
     else gl.vertexAttrib1f(3, 0);
-    this.triangles = indices(gl, mesh.corners);
-    this.pieces = await pieces(mesh.positions, mesh.corners, lattice);
+    this.whole = await this.part(mesh, mesh.corners);
     this.coarse = [];
-    let coarse = mesh.corners;
+    let corners = mesh.corners;
     for (const most of COARSE) {
-      coarse = await coarser(mesh.positions, coarse, most, lattice.step_m);
-      if (coarse !== mesh.corners) this.coarse.push(await this.coarsePart(coarse, lattice));
+      corners = await coarser(mesh.positions, corners, most, lattice.step_m);
+      if (corners !== mesh.corners) this.coarse.push(await this.part(mesh, corners));
     }
     this.borders = mesh.borders && this.lines(mesh.borders);
     this.way = this.floorLines(mesh.way, gl.LINE_STRIP, WAY);
     this.grid = this.floorLines(mesh.grid, gl.LINES, GRID);
+    this.mesh = mesh;
   }
 
-  async coarsePart(corners, lattice) {
-    const parts = await pieces(this.mesh.positions, corners, lattice);
+  async part({ positions }, corners) {
+    const parts = await pieces(positions, corners, this.lattice);
     this.gl.bindVertexArray(this.vertices);
     return { buffer: indices(this.gl, corners), pieces: parts };
   }
@@ -100,7 +99,7 @@ class Pane {
     gl.uniform1i(surface.at('coloring'), look.coloring);
     gl.uniform1f(surface.at('picked'), look.picked + 1);
     gl.bindVertexArray(this.vertices);
-    const { buffer, pieces } = this.coarse[Math.min(look.level, this.coarse.length) - 1] || { buffer: this.triangles, pieces: this.pieces };
+    const { buffer, pieces } = this.coarse[Math.min(look.level, this.coarse.length) - 1] || this.whole;
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);
     gl.enable(gl.POLYGON_OFFSET_FILL);
     gl.polygonOffset(1, 1);
