@@ -1,8 +1,10 @@
 //! `parameters`: what `--set` can change.
 
+use std::borrow::Cow;
 use std::fmt::Write;
 
 use biplane_matcher::{Parameter, TrackerParams};
+use textwrap::{Options, WordSplitter, WrapAlgorithm};
 
 /// Lists the parameters of the matchers: name, default, range, and what each trades.
 ///
@@ -35,19 +37,14 @@ fn text() -> String {
     text
 }
 
-/// A text in lines of [`WIDTH`].
+/// A text in lines of [`WIDTH`], broken at blanks only.
 fn lines(text: &str) -> Vec<String> {
-    let mut lines = vec![String::new()];
-    for word in text.split_whitespace() {
-        match lines.last_mut() {
-            Some(line) if line.is_empty() => line.push_str(word),
-            Some(line) if line.chars().count() + 1 + word.chars().count() <= WIDTH => {
-                *line += &format!(" {word}");
-            }
-            _ => lines.push(word.to_owned()),
-        }
-    }
-    lines
+    let one_line = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let options = Options::new(WIDTH)
+        .wrap_algorithm(WrapAlgorithm::FirstFit)
+        .word_splitter(WordSplitter::NoHyphenation)
+        .break_words(false);
+    textwrap::wrap(&one_line, options).into_iter().map(Cow::into_owned).collect()
 }
 
 fn json() -> String {

@@ -1,10 +1,12 @@
 //! `biplane parameters`: every flag that a `--config` file can give, with its default and what it does, as such a file.
 
+use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::io::Write as _;
 
 use anyhow::Context;
 use clap::{Arg, Command, CommandFactory};
+use textwrap::{Options, WordSplitter, WrapAlgorithm};
 
 use crate::Outcome;
 use crate::cli::Cli;
@@ -76,16 +78,12 @@ fn default(flag: &Arg) -> Option<String> {
     }
 }
 
+/// A text in lines of [`WIDTH`], broken at blanks only.
 fn lines(text: &str) -> Vec<String> {
-    let mut lines = vec![String::new()];
-    for word in text.split_whitespace() {
-        match lines.last_mut() {
-            Some(line) if line.is_empty() => line.push_str(word),
-            Some(line) if line.chars().count() + 1 + word.chars().count() <= WIDTH => {
-                let _ = write!(line, " {word}");
-            }
-            _ => lines.push(word.to_owned()),
-        }
-    }
-    lines
+    let one_line = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let options = Options::new(WIDTH)
+        .wrap_algorithm(WrapAlgorithm::FirstFit)
+        .word_splitter(WordSplitter::NoHyphenation)
+        .break_words(false);
+    textwrap::wrap(&one_line, options).into_iter().map(Cow::into_owned).collect()
 }
