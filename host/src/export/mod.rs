@@ -10,6 +10,7 @@ mod keyhole;
 #[cfg(feature = "las")]
 pub mod las;
 pub mod lod;
+mod number;
 pub mod obj;
 pub mod ply;
 mod welded;

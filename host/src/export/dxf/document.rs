@@ -3,6 +3,8 @@
 use std::fmt::Write as _;
 use std::io::{self, Write};
 
+use crate::export::number::Number;
+
 /// How a layer looks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Layer {
@@ -280,16 +282,6 @@ impl Document {
             pair(text, 370, layer.weight);
         }
         pair(text, 0, "ENDTAB");
-    }
-}
-
-/// A number in tenths of a millimetre, never minus zero.
-struct Number(f64);
-
-impl std::fmt::Display for Number {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let rounded = (self.0 * 1e4).round() / 1e4;
-        write!(f, "{:.4}", if rounded == 0.0 { 0.0 } else { rounded })
     }
 }
 

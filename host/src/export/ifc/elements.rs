@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::project::Project;
-use super::step::{Id, Ids, Maybe, Real, Reals, Step, global_id};
+use super::step::{Id, Ids, Maybe, Reals, Step, global_id};
 use crate::building::{Building, Kind, Opening, OpeningKind};
+use crate::export::number::Number;
 use crate::export::welded::WeldedVertices;
 use crate::export::{Shapes, ring_area_m2};
 use crate::model::{Mesh, PlanarPolygon};
@@ -158,7 +159,7 @@ impl<'a> Elements<'a> {
         let step = &mut *self.step;
         let style = *self.styles.entry(color).or_insert_with(|| {
             let [r, g, b] = color.map(|value| f64::from(value) / 255.0);
-            let color = step.add(format_args!("IFCCOLOURRGB($,{},{},{})", Real(r), Real(g), Real(b)));
+            let color = step.add(format_args!("IFCCOLOURRGB($,{},{},{})", Number(r), Number(g), Number(b)));
             let shading = step.add(format_args!("IFCSURFACESTYLESHADING({color},$)"));
             step.add(format_args!("IFCSURFACESTYLE($,.BOTH.,({shading}))"))
         });
@@ -180,7 +181,7 @@ impl<'a> Elements<'a> {
         let Some(plane) = self.shapes.model.planes.get(polygon.plane) else { return };
         let holes_m2: f64 = polygon.holes_m.iter().map(|hole| ring_area_m2(hole)).sum();
         let values = [
-            ("Area", format!("IFCAREAMEASURE({})", Real(ring_area_m2(&polygon.outer_m) - holes_m2))),
+            ("Area", format!("IFCAREAMEASURE({})", Number(ring_area_m2(&polygon.outer_m) - holes_m2))),
             ("RootMeanSquareError", format!("IFCLENGTHMEASURE({:.6})", plane.rms_m)),
             ("PointsOfPlane", format!("IFCINTEGER({})", plane.points)),
             ("Plane", format!("IFCINTEGER({})", polygon.plane)),
@@ -217,7 +218,7 @@ impl<'a> Elements<'a> {
         };
         let shape = self.filling(index, opening, &corners);
         let place = self.place(opening.storey);
-        let (height, width) = (Real(opening.height_m()), Real(opening.width_m()));
+        let (height, width) = (Number(opening.height_m()), Number(opening.width_m()));
         let filling = self.step.add(format_args!(
             "{entity}('{own}',{owner},'{word} {index}',$,$,{place},{shape},'{index}',{height},{width},.{class}.,.NOTDEFINED.,$)"
         ));

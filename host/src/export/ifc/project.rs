@@ -1,7 +1,8 @@
 //! What every IFC file has: owner, units, contexts, and the tree of project, site, building and storeys.
 
-use super::step::{Id, Ids, Maybe, Real, Reals, Step, Text, global_id};
+use super::step::{Id, Ids, Maybe, Reals, Step, Text, global_id};
 use crate::building::Building;
+use crate::export::number::Number;
 use crate::export::{Shapes, description, generator};
 
 /// The entities that elements refer to.
@@ -104,7 +105,7 @@ fn storeys(step: &mut Step, building: &Building, owner: Id, place: Id) -> Vec<St
         let at = axes(step, [0.0, 0.0, floor_m.unwrap_or(0.0)]);
         let place = step.add(format_args!("IFCLOCALPLACEMENT({place},{at})"));
         let id = global_id(format_args!("storey {number} {floor_m:?}"));
-        let elevation = floor_m.map_or("$".to_owned(), |floor_m| Real(floor_m).to_string());
+        let elevation = floor_m.map_or("$".to_owned(), |floor_m| Number(floor_m).to_string());
         let name =
             if floor_m.is_some() { format!("storey {}", number + 1) } else { "no floor seen".to_owned() };
         let none = Maybe(None);

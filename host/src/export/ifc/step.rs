@@ -2,6 +2,8 @@
 
 use std::fmt::{self, Write as _};
 
+use crate::export::number::Number;
+
 /// The number of an entity in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Id(u64);
@@ -58,26 +60,16 @@ impl fmt::Display for Text<'_> {
     }
 }
 
-/// Numbers as a tuple, in tenths of a millimetre and never minus zero.
+/// Numbers as a tuple.
 pub(super) struct Reals<'a>(pub(super) &'a [f64]);
 
 impl fmt::Display for Reals<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("(")?;
         for (place, value) in self.0.iter().enumerate() {
-            write!(f, "{}{}", if place > 0 { "," } else { "" }, Real(*value))?;
+            write!(f, "{}{}", if place > 0 { "," } else { "" }, Number(*value))?;
         }
         f.write_str(")")
-    }
-}
-
-/// One such number.
-pub(super) struct Real(pub(super) f64);
-
-impl fmt::Display for Real {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let rounded = (self.0 * 1e4).round() / 1e4;
-        write!(f, "{:.4}", if rounded == 0.0 { 0.0 } else { rounded })
     }
 }
 
@@ -118,7 +110,7 @@ pub(super) fn global_id(content: fmt::Arguments<'_>) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{Real, Step, Text, global_id};
+    use super::{Reals, Step, Text, global_id};
 
     #[test]
     fn texts_numbers_and_entities_are_written_as_the_standard_wants() {
@@ -126,7 +118,7 @@ mod tests {
             Text("it's a\\b \u{e9}\u{1d11e}").to_string(),
             "'it''s a\\\\b \\X2\\00E9\\X0\\\\X2\\D834DD1E\\X0\\'"
         );
-        assert_eq!([-0.00001, 2.0, -1.23456].map(|v| Real(v).to_string()), ["0.0000", "2.0000", "-1.2346"]);
+        assert_eq!(Reals(&[-0.00001, 2.0]).to_string(), "(0.0000,2.0000)");
         let mut step = Step::default();
         let point = step.add(format_args!("IFCCARTESIANPOINT((0.,0.))"));
         step.add(format_args!("IFCAXIS2PLACEMENT2D({point},$)"));
