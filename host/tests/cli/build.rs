@@ -80,6 +80,16 @@ fn a_room_becomes_a_few_flat_surfaces_in_every_format() {
 }
 
 #[test]
+fn a_report_of_several_recordings_names_them_all() {
+    let folder = Folder::new("several");
+    room::record(&folder.path("first.mcap"), Content { poses: true, vertical: true });
+    fs::copy(folder.path("first.mcap"), folder.path("zw\u{f6}lf.mcap")).unwrap();
+    let report = || fs::read_to_string(folder.path("out/report.html")).unwrap();
+    folder.expect("build first.mcap zw\u{f6}lf.mcap -o out --no-optimize", 0, &[]);
+    assert!(report().contains("<h1>first, zw\u{f6}lf</h1>") && !report().contains("loops closed"));
+}
+
+#[test]
 fn a_model_is_compared_with_the_raw_points_and_a_closed_door_is_noticed() {
     let folder = Folder::new("compare");
     room::record(&folder.path("run.mcap"), Content { poses: true, vertical: true });

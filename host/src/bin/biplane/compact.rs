@@ -99,7 +99,7 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let page = if args.shaping.no_report {
         None
     } else {
-        Some(report::prepare(&args.mesh, &output, &shapes, None, &mut stages)?)
+        Some(report::prepare(&report::title(&args.mesh), &output, &shapes, None, &mut stages)?)
     };
     let mut summary = Summary::new(&output.counts, &output.model, shapes.triangles());
     summary.raw_points = file.vertex_of.len();

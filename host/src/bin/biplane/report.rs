@@ -18,9 +18,14 @@ use crate::compare::{Report, simplified};
 /// The page's name in a folder.
 pub const NAME: &str = "report.html";
 
+/// What a page of this input is called: its name without folders and ending. Unlike an export's header a page can hold any letter.
+pub fn title(path: &Path) -> String {
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
 /// Prepares the page of a build or a mesh: its figures come last, when everything else is done.
 pub fn prepare(
-    title: &Path,
+    title: &str,
     output: &BuildOutput,
     shapes: &Shapes<'_>,
     floor: Option<(&MapImage<'_>, &[StampedPose])>,
@@ -30,7 +35,7 @@ pub fn prepare(
         let surfaces = output.counts.polygons + output.counts.leftover_triangles;
         let simple = if output.mesh.triangles.is_empty() { None } else { simplified(&output.mesh, surfaces) };
         let page = Page::new(&Sources {
-            title: &title.file_stem().unwrap_or_default().to_string_lossy(),
+            title,
             raw: &output.mesh,
             simple: simple.as_ref(),
             shapes,

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use biplane::deskew::StampedPose;
-use biplane::export::Shapes;
+use biplane::export::{Shapes, source_name};
 use biplane::floor_map::FloorMapParams;
 use biplane::map_files::MapImage;
 use biplane::occupancy::OccupancyGrid;
@@ -259,7 +259,7 @@ fn write_all(
     let mut output = built.unwrap_or_default();
     posed.restore(&mut output.cloud.stamps_ns);
     args.shaping.bound(&mut output);
-    let shapes = Shapes { source: posed.source(), ..Shapes::new(&output.model) };
+    let shapes = Shapes { source: posed.named(source_name), ..Shapes::new(&output.model) };
     let building = formats::building(&args.shaping.formats, &output.model, Some(0.0));
     let has_model = !output.cloud.is_empty();
     stages.time("write", || {
@@ -274,7 +274,7 @@ fn write_all(
         None
     } else {
         let floor = Some((&image, &known[..]));
-        Some(report::prepare(&args.recordings[0], &output, &shapes, floor, stages)?)
+        Some(report::prepare(&posed.named(report::title), &output, &shapes, floor, stages)?)
     };
     let mut summary = Summary::new(&output.counts, &output.model, shapes.triangles());
     summary.poses = args.poses.as_ref().map(|path| path.display().to_string());

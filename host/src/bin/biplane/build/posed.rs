@@ -10,7 +10,6 @@ use std::path::Path;
 use anyhow::{Context, bail};
 use biplane::cloud::Sweep;
 use biplane::deskew::{StampedPose, Trajectory};
-use biplane::export::source_name;
 use biplane::floor_map::{self, FloorMapParams};
 use biplane::loops::checkpoint::Checkpoint;
 use biplane::loops::corrected::Corrected;
@@ -164,9 +163,9 @@ impl<'a> Posed<'a> {
         }
     }
 
-    /// Names of the recordings, without folders and numbers of parts.
-    pub fn source(&self) -> String {
-        self.drives.iter().map(|drive| source_name(drive.run.path())).collect::<Vec<_>>().join(", ")
+    /// The recordings by name, each as `name` calls its path; parts of one have one.
+    pub fn named(&self, name: impl Fn(&Path) -> String) -> String {
+        self.drives.iter().map(|drive| name(drive.run.path())).collect::<Vec<_>>().join(", ")
     }
 
     /// Horizontal scans, and how many of them have no pose.
