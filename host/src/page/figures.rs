@@ -151,8 +151,8 @@ fn recording(summary: &Summary, way: &Way) -> String {
         row("vertical scans while the robot stood, left out", grouped(scans.vertical_still));
         row("scans without a pose", grouped(scans.horizontal_unposed + scans.vertical_unposed));
     }
-    if let Some(loops) = summary.stages.iter().find(|stage| stage.stage == "optimize") {
-        row("loops closed", grouped(loops.count));
+    if let Some(loops) = summary.loops {
+        row("loops closed", grouped(loops));
     }
     if rows.is_empty() {
         return String::new();

@@ -32,10 +32,11 @@ fn summary(model: &Model) -> Summary {
     };
     let mut summary = Summary::new(&counts, model, 11);
     summary.recordings = vec!["</script><script>alert(1)</script>&.mcap".to_owned()];
+    summary.loops = Some(17);
     summary.stages = vec![
         StageFigures {
             stage: "optimize".to_owned(),
-            count: 17,
+            count: 16,
             wall_s: 3.25,
             cpu_s: 4.5,
             peak_memory_bytes: Some(77_000_000),
