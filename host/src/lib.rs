@@ -20,6 +20,7 @@ pub mod info;
 pub mod leftovers;
 pub mod loops;
 pub mod map_files;
+mod markup;
 pub mod mesh;
 pub mod mesh_file;
 pub mod model;

@@ -8,9 +8,10 @@ use serde::Serialize;
 use super::Sources;
 use super::pack::{Lattice, Packed};
 use super::pictures::Drawn;
-use super::text::{grouped, inline_json};
+use super::text::grouped;
 use crate::deskew::StampedPose;
 use crate::export::{Shapes, area_m2};
+use crate::markup::inline_json;
 use crate::model::{Mesh, Model};
 use crate::palette::{self, Orientation, Rgb};
 

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::io;
 
 use super::paper::{EXPERIMENTS, Experiment};
-use super::text::{duration, escaped, grouped};
+use super::text::{duration, grouped};
 use crate::deskew::StampedPose;
 use crate::planes::SigmaSource;
 use crate::summary::Summary;

@@ -24,6 +24,7 @@ use base64::engine::general_purpose::STANDARD;
 use crate::deskew::StampedPose;
 use crate::export::Shapes;
 use crate::map_files::MapImage;
+use crate::markup::escaped;
 use crate::model::Mesh;
 use crate::summary::Summary;
 use pack::Lattice;
@@ -102,7 +103,7 @@ impl Page {
     /// When writing fails.
     pub fn write(&self, out: &mut impl Write, summary: &Summary) -> io::Result<()> {
         template::fill(out, template::PAGE, |out, name| match name {
-            "title" => out.write_all(text::escaped(&self.title).as_bytes()),
+            "title" => out.write_all(escaped(&self.title).as_bytes()),
             "style" => out.write_all(template::STYLE.as_bytes()),
             "lead" => out.write_all(figures::lead(summary, &self.way).as_bytes()),
             "view" => self.view.as_ref().map_or(Ok(()), |view| view.write_section(out)),
@@ -111,7 +112,7 @@ impl Page {
             "floor" => out.write_all(self.floor.as_bytes()),
             "planes" => self.view.as_ref().map_or(Ok(()), |view| out.write_all(view.table.as_bytes())),
             "parameters" => out.write_all(figures::parameters(summary)?.as_bytes()),
-            "version" => out.write_all(text::escaped(summary.version).as_bytes()),
+            "version" => out.write_all(escaped(summary.version).as_bytes()),
             "comparison" => out.write_all(versus::PLACE.as_bytes()),
             "data" => self.view.as_ref().map_or(Ok(()), |view| view.write_data(out)),
             "script" => template::write_scripts(out, self.view.is_some()),
@@ -171,7 +172,7 @@ impl View {
                     picture.base64,
                     picture.size[0],
                     picture.size[1],
-                    text::escaped(&picture.words)
+                    escaped(&picture.words)
                 )
             }),
             "simple" => out.write_all(if self.has_simple { template::SIMPLE_PANE } else { "" }.as_bytes()),

@@ -2,7 +2,8 @@
 
 use std::fmt::Write;
 
-use super::text::{duration, escaped, grouped};
+use super::text::{duration, grouped};
+use crate::markup::escaped;
 use crate::summary::Summary;
 
 /// The section; nothing when no stage was timed.

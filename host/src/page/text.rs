@@ -1,27 +1,6 @@
-//! Words and numbers as HTML and JSON that cannot end what they stand in.
+//! Numbers as people read them.
 
 pub use crate::render::sheet::grouped;
-
-/// Text for an element or an attribute.
-pub fn escaped(text: &str) -> String {
-    let mut safe = String::with_capacity(text.len());
-    for character in text.chars() {
-        match character {
-            '&' => safe.push_str("&amp;"),
-            '<' => safe.push_str("&lt;"),
-            '>' => safe.push_str("&gt;"),
-            '"' => safe.push_str("&quot;"),
-            '\'' => safe.push_str("&#39;"),
-            other => safe.push(other),
-        }
-    }
-    safe
-}
-
-/// JSON for a `<script>` element: no `<` can end it.
-pub fn inline_json(json: &str) -> String {
-    json.replace('<', "\\u003c")
-}
 
 /// Seconds as people say them.
 pub fn duration(seconds: f64) -> String {
@@ -36,13 +15,7 @@ pub fn duration(seconds: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{duration, escaped, inline_json};
-
-    #[test]
-    fn nothing_in_a_text_is_markup() {
-        assert_eq!(escaped("a<b>&'\"</script>"), "a&lt;b&gt;&amp;&#39;&quot;&lt;/script&gt;");
-        assert_eq!(inline_json("{\"a\":\"</script><!--\"}"), "{\"a\":\"\\u003c/script>\\u003c!--\"}");
-    }
+    use super::duration;
 
     #[test]
     fn durations_have_the_unit_that_suits_them() {

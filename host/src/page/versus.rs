@@ -2,7 +2,8 @@
 
 use std::fmt::Write;
 
-use super::text::{escaped, grouped};
+use super::text::grouped;
+use crate::markup::escaped;
 
 /// Where they go. No text of a recording can look like it: a page holds no `<` of theirs.
 pub const PLACE: &str = "<!--biplane:comparison-->";

@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::drawing::{AREA_OPACITY, Anchor, CURVES, Drawing, Ink, Item};
+use crate::markup::escaped;
 use crate::palette::Rgb;
 
 /// Writes the drawing as an SVG document. Numbers have one decimal: the same drawing gives the same bytes everywhere.
@@ -79,10 +80,6 @@ fn element(item: &Item) -> String {
 
 fn places(points: &[[f64; 2]]) -> String {
     points.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect::<Vec<_>>().join(" ")
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 #[cfg(test)]
