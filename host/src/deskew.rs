@@ -19,6 +19,15 @@ pub struct StampedPose {
 }
 
 impl StampedPose {
+    /// Poses that follow each other farther apart than this are not joined: the robot did not drive from one to the other, metres.
+    pub const LONGEST_STEP_M: f64 = 5.0;
+
+    /// How far it is to another pose, metres. A square root and not `hypot`, whose last bit differs between systems' libraries.
+    pub fn step_m(&self, to: &Self) -> f64 {
+        let (x_m, y_m) = (to.x_m - self.x_m, to.y_m - self.y_m);
+        (x_m * x_m + y_m * y_m).sqrt()
+    }
+
     /// The pose without its time: `map_from_base`.
     pub fn pose(&self) -> Pose2 {
         Pose2::new(self.x_m, self.y_m, self.theta_rad)

@@ -22,8 +22,6 @@ const MARGIN: u32 = 12;
 const HALF_LINE: f64 = 1.1;
 /// Radius of the dots at its ends, pixels.
 const DOT: f64 = 6.0;
-/// Poses farther apart than this are not joined, metres.
-const LONGEST_STEP_M: f64 = 5.0;
 
 struct Picture {
     size: [u32; 2],
@@ -103,8 +101,7 @@ fn draw_path(picture: &mut Picture, image: &MapImage<'_>, poses: &[StampedPose],
     let size = picture.size.map(|side| side as usize);
     let mut line = Mask::new(size);
     for pair in poses.windows(2) {
-        let step_m = (pair[1].x_m - pair[0].x_m).hypot(pair[1].y_m - pair[0].y_m);
-        if step_m <= LONGEST_STEP_M {
+        if pair[0].step_m(&pair[1]) <= StampedPose::LONGEST_STEP_M {
             line.cover_segment([place(&pair[0]), place(&pair[1])], HALF_LINE);
         }
     }

@@ -6,13 +6,12 @@ use std::io;
 use super::paper::{EXPERIMENTS, Experiment};
 use super::text::{duration, grouped};
 use crate::deskew::StampedPose;
+use crate::markup::escaped;
 use crate::planes::SigmaSource;
 use crate::summary::Summary;
 
 /// Poses farther apart than this in time belong to two drives, nanoseconds.
 const LONGEST_PAUSE_NS: i64 = 60_000_000_000;
-/// Steps longer than this are no driving, metres.
-const LONGEST_STEP_M: f64 = 5.0;
 
 /// How long and how far the robot drove.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -29,9 +28,8 @@ impl Way {
         let mut way = Self::default();
         for pair in poses.windows(2) {
             let pause_ns = pair[1].stamp_ns.saturating_sub(pair[0].stamp_ns);
-            let (x_m, y_m) = (pair[1].x_m - pair[0].x_m, pair[1].y_m - pair[0].y_m);
-            let step_m = (x_m * x_m + y_m * y_m).sqrt();
-            if (0..=LONGEST_PAUSE_NS).contains(&pause_ns) && step_m <= LONGEST_STEP_M {
+            let step_m = pair[0].step_m(&pair[1]);
+            if (0..=LONGEST_PAUSE_NS).contains(&pause_ns) && step_m <= StampedPose::LONGEST_STEP_M {
                 way.duration_s += pause_ns as f64 * 1e-9;
                 way.length_m += step_m;
             }

@@ -11,8 +11,6 @@ use crate::map_files::{MapImage, write_cells_png};
 
 /// The way has no corners nearer to each other than this, metres: a cell's size.
 const CORNER_M: f64 = 0.05;
-/// Poses farther apart than this are not joined, metres.
-const LONGEST_STEP_M: f64 = 5.0;
 
 /// The section. The picture's unit is a cell; y points down.
 ///
@@ -63,13 +61,9 @@ fn way(poses: &[StampedPose], place: &dyn Fn(&StampedPose) -> [f64; 2]) -> Strin
     let mut path = String::new();
     let mut last: Option<&StampedPose> = None;
     for pose in poses {
-        let step_m = last.map(|last| {
-            let (x_m, y_m) = (pose.x_m - last.x_m, pose.y_m - last.y_m);
-            (x_m * x_m + y_m * y_m).sqrt()
-        });
-        let letter = match step_m {
+        let letter = match last.map(|last| last.step_m(pose)) {
             Some(step_m) if step_m < CORNER_M => continue,
-            Some(step_m) if step_m <= LONGEST_STEP_M => 'L',
+            Some(step_m) if step_m <= StampedPose::LONGEST_STEP_M => 'L',
             _ => 'M',
         };
         let [x, y] = place(pose);
