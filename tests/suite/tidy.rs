@@ -108,3 +108,61 @@ fn only_the_clock_crate_switches_the_clock_lint_off() {
         );
     }
 }
+
+fn documents() -> Vec<PathBuf> {
+    let mut pages: Vec<PathBuf> = ["README.md", "ARCHITECTURE.md", "hil-fixtures/README.md"]
+        .iter()
+        .map(|name| root().join(name))
+        .collect();
+    let docs = fs::read_dir(root().join("docs")).unwrap().map(|entry| entry.unwrap().path());
+    pages.extend(docs.filter(|path| path.extension().is_some_and(|extension| extension == "md")));
+    pages
+}
+
+/// Headings as GitHub names them in links: lower case, spaces as hyphens, no other punctuation.
+fn anchors(page: &str) -> Vec<String> {
+    let headings = page.lines().filter(|line| line.starts_with('#'));
+    headings
+        .map(|line| {
+            let kept = line.trim_start_matches('#').trim().to_lowercase();
+            kept.chars()
+                .filter(|c| c.is_alphanumeric() || " -_".contains(*c))
+                .collect::<String>()
+                .replace(' ', "-")
+        })
+        .collect()
+}
+
+/// What is between `](` and `)`: targets of links and pictures.
+fn targets(page: &str) -> Vec<&str> {
+    page.split("](").skip(1).filter_map(|rest| rest.split(')').next()).collect()
+}
+
+#[test]
+fn every_link_in_the_documents_leads_somewhere() {
+    for page in documents() {
+        let text = fs::read_to_string(&page).unwrap();
+        for target in targets(&text).into_iter().filter(|target| !target.contains("://")) {
+            let (file, anchor) = target.split_once('#').unwrap_or((target, ""));
+            let linked = if file.is_empty() { page.clone() } else { page.parent().unwrap().join(file) };
+            assert!(linked.exists(), "{} links to {target}, which is not there", page.display());
+            let found = anchor.is_empty()
+                || anchors(&fs::read_to_string(&linked).unwrap()).iter().any(|name| name == anchor);
+            assert!(found, "{} links to {target}: no such heading", page.display());
+        }
+    }
+}
+
+#[test]
+fn the_index_of_the_documents_names_every_page() {
+    let index = fs::read_to_string(root().join("docs/README.md")).unwrap();
+    for page in
+        documents().iter().filter(|page| page.ends_with(Path::new("docs").join(page.file_name().unwrap())))
+    {
+        let name = page.file_name().unwrap().to_string_lossy();
+        assert!(
+            name == "README.md" || index.contains(&format!("]({name}")),
+            "docs/README.md does not name {name}"
+        );
+    }
+}
