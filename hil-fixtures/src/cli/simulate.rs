@@ -9,8 +9,9 @@ use std::path::PathBuf;
 
 /// Drive a rig through a known world: the serial bytes that its devices would send, and the truth.
 ///
-/// The truth folder gets surfaces.ply (a plane label per face), trajectory.tum (dense), poses.tum and scans_horizontal.txt (at each scan's
-/// first beam) and the vertical laser's. The same options and seed give byte-identical files.
+/// The truth folder gets surfaces.ply (a plane label per face), trajectory.tum (dense), poses.tum
+/// and scans_horizontal.txt (at each scan's first beam) and the vertical laser's. The same options
+/// and seed give byte-identical files.
 ///
 /// Example: biplane-mock simulate --world corridor --seed 1 -o corridor.mcap --truth truth
 #[derive(Debug, clap::Args)]
