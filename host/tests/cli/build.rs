@@ -109,6 +109,11 @@ fn a_model_is_compared_with_the_raw_points_and_a_closed_door_is_noticed() {
         0,
         &["half.png: 300 x"],
     );
+    folder.expect(
+        "render other -o x.png",
+        1,
+        &["other/model.ply does not exist", "with ply among its --formats?"],
+    );
     folder.expect("render out -o x.png --at 50", 1, &["--at goes with --view inside"]);
     folder.expect("render out -o x.png --view inside --at 101", 2, &["expected a number from 0 to 100"]);
     folder.expect("compare out --margin -1", 2, &["expected a length"]);

@@ -18,7 +18,7 @@ use crate::console::Console;
 use crate::render::{self, ViewName};
 use crate::report;
 use folder::Built;
-pub use folder::{load, simplified};
+pub use folder::{load_built, simplified};
 
 /// What a build without the feature `simplify` says.
 pub const NO_SIMPLIFIER: &str =
@@ -136,7 +136,7 @@ pub fn report(folder: &Path, truth: Option<&Path>, parameters: &CompareParams) -
     let rays = built.rays(&parameters.rays);
     let (reference, true_faces_seen) = match truth {
         Some(path) => {
-            let truth = load(path)?;
+            let truth = folder::load(path)?;
             let faces = truth.face_column("plane");
             let seen = faces.map(|faces| faces_seen(parameters, &truth.mesh, faces, &rays));
             (Reference::truth(parameters, &truth.mesh, &raw_surface), seen.filter(|_| !rays.is_empty()))

@@ -16,7 +16,7 @@ use biplane::trajectory::read_poses;
 use clap::ValueEnum;
 
 use crate::Outcome;
-use crate::compare::{NO_SIMPLIFIER, load, simplified};
+use crate::compare::{NO_SIMPLIFIER, load_built, simplified};
 use crate::console::Console;
 
 /// Words of the command.
@@ -126,8 +126,8 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         ViewName::Inside => View::Inside,
         ViewName::Top => View::Top,
     };
-    let model = load(&args.folder.join(if args.what == What::Planes { "planes.ply" } else { "model.ply" }))?;
-    let raw_mesh = load(&args.folder.join("raw.ply"))?.mesh;
+    let model = load_built(&args.folder, if args.what == What::Planes { "planes.ply" } else { "model.ply" })?;
+    let raw_mesh = load_built(&args.folder, "raw.ply")?.mesh;
     let raw = noisy_scene(&raw_mesh);
     // The raw points are spread evenly over what was seen, a model's corners are not.
     let Some(extent) = Extent::of(view, &raw) else {

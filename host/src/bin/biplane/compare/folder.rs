@@ -37,8 +37,8 @@ impl Built {
                 summary.get(key).and_then(Value::as_u64).and_then(|count| usize::try_from(count).ok());
             found.ok_or_else(|| anyhow!("{}/summary.json has no count `{key}`", folder.display()))
         };
-        let mesh = |name: &str| anyhow::Ok(load(&folder.join(name))?.mesh);
-        let points = load(&folder.join("points.ply"))?;
+        let mesh = |name: &str| anyhow::Ok(load_built(folder, name)?.mesh);
+        let points = load_built(folder, "points.ply")?;
         Ok(Self {
             folder: folder.to_owned(),
             raw: mesh("raw.ply")?,
@@ -74,6 +74,19 @@ impl Built {
 pub fn load(path: &Path) -> anyhow::Result<Ply> {
     let bytes = fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
     ply_read::read(&bytes).with_context(|| format!("cannot read {}", path.display()))
+}
+
+/// Reads a PLY file of a build's folder.
+pub fn load_built(folder: &Path, name: &str) -> anyhow::Result<Ply> {
+    let path = folder.join(name);
+    if !path.exists() {
+        bail!(
+            "{} does not exist: is {} a folder of `biplane build`, with ply among its --formats?",
+            path.display(),
+            folder.display()
+        );
+    }
+    load(&path)
 }
 
 /// Size of a mesh as PLY, as `raw.ply` is written.
