@@ -11,6 +11,7 @@ import pathlib
 import ifcopenshell
 import ifcopenshell.geom
 import ifcopenshell.util.element
+import ifcopenshell.util.placement
 import ifcopenshell.validate
 import numpy as np
 
@@ -35,7 +36,7 @@ fine = {
 }
 ragged = set(model.by_type("IfcTriangulatedFaceSet")) - fine
 openings = model.by_type("IfcOpeningElement")
-polygons = len(faces) + len(ragged) - len(openings)
+polygons = len(faces) + len(ragged)
 assert polygons == summary["polygons"], (polygons, summary["polygons"])
 
 
@@ -52,18 +53,14 @@ assert holes == summary["holes"], (holes, summary["holes"])
 triangles = sum(len(mesh.CoordIndex) for mesh in fine)
 assert triangles == summary["leftover_triangles"], (triangles, summary["leftover_triangles"])
 
-# Our openings are of identifier Reference: the standard says that they are cut out of the body already. ifcopenshell cuts all the same,
-# which does nothing to a polygon and breaks triangles, so walls of triangles are read without.
-as_usual, uncut = ifcopenshell.geom.settings(), ifcopenshell.geom.settings()
-for settings in (as_usual, uncut):
-    settings.set("use-world-coords", True)
-uncut.set("disable-opening-subtractions", True)
+# Read as any program reads, which cuts openings that have a shape: ours have none, the surfaces are cut already.
+settings = ifcopenshell.geom.settings()
+settings.set("use-world-coords", True)
 kinds = ["IfcWall", "IfcSlab", "IfcCovering", "IfcBuildingElementProxy"]
 counts = {kind: len(model.by_type(kind)) for kind in [*kinds, "IfcDoor", "IfcWindow", "IfcBuildingStorey"]}
 worst = 0.0
 for element in (element for kind in kinds for element in model.by_type(kind)):
-    is_ragged = element.Representation.Representations[0].Items[0] in ragged
-    shape = ifcopenshell.geom.create_shape(uncut if is_ragged else as_usual, element)
+    shape = ifcopenshell.geom.create_shape(settings, element)
     corners = np.array(shape.geometry.verts).reshape(-1, 3)[np.array(shape.geometry.faces).reshape(-1, 3)]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
     values = ifcopenshell.util.element.get_pset(element, "Biplane_Surface")
@@ -74,4 +71,17 @@ for element in (element for kind in kinds for element in model.by_type(kind)):
 assert counts["IfcDoor"] >= args.least_doors, counts
 for element in model.by_type("IfcDoor") + model.by_type("IfcWindow"):
     assert element.FillsVoids and element.FillsVoids[0].RelatingOpeningElement.VoidsElements, element
+    size = ifcopenshell.util.element.get_pset(
+        element.FillsVoids[0].RelatingOpeningElement, "Qto_OpeningElementBaseQuantities"
+    )
+    assert (size["Width"], size["Height"]) == (element.OverallWidth, element.OverallHeight), (element, size)
+for opening in openings:
+    at = ifcopenshell.util.placement.get_local_placement(opening.ObjectPlacement)
+    size = ifcopenshell.util.element.get_pset(opening, "Qto_OpeningElementBaseQuantities")
+    shape = ifcopenshell.geom.create_shape(settings, opening.VoidsElements[0].RelatingBuildingElement)
+    wall = np.array(shape.geometry.verts).reshape(-1, 3)
+    # It lies in its wall: beside it by no more than a leaf is thick, and below its upper edge. A laser may see no wall near the floor.
+    corners = np.array([(at @ [x, 0, z, 1])[:3] for x in (0, size["Width"]) for z in (0, size["Height"])])
+    beside = np.maximum(wall.min(axis=0) - corners, corners - wall.max(axis=0))
+    assert (beside[:, :2] < 0.2).all() and (beside[1::2, 2] < 0).all(), (opening, corners)
 print(f"{path}: valid, geometry of every element (areas within {worst:.4f} m2), {len(ragged)} of triangles, {counts}")

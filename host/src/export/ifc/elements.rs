@@ -200,16 +200,14 @@ impl<'a> Elements<'a> {
     /// An opening, and the door or window that fills it.
     fn opening(&mut self, index: usize, opening: &Opening, wall: Id) {
         let corners = corners(opening);
-        let outline = PlanarPolygon { outer_m: corners.to_vec(), ..PlanarPolygon::default() };
-        let Some(item) = self.face_set(&outline, opening.storey) else { return };
-        let shape = self.shape(self.project.reference, "Reference", "Tessellation", &[item]);
-        let place = self.place(opening.storey);
+        let place = self.foot(opening, corners[0]);
         let owner = self.project.owner;
         let [id, voids, fills, own] = ["opening", "voids", "fills", "filling"]
             .map(|word| global_id(format_args!("{word} {index} {corners:?}")));
         let hole = self.step.add(format_args!(
-            "IFCOPENINGELEMENT('{id}',{owner},'opening {index}',$,$,{place},{shape},'{index}',.OPENING.)"
+            "IFCOPENINGELEMENT('{id}',{owner},'opening {index}',$,$,{place},$,'{index}',.OPENING.)"
         ));
+        self.quantities(hole, &id, opening);
         self.step.add(format_args!("IFCRELVOIDSELEMENT('{voids}',{owner},$,$,{wall},{hole})"));
         let (entity, word, class) = match opening.kind {
             OpeningKind::Door => ("IFCDOOR", "door", "DOOR"),
@@ -224,6 +222,38 @@ impl<'a> Elements<'a> {
         ));
         self.step.add(format_args!("IFCRELFILLSELEMENT('{fills}',{owner},$,$,{hole},{filling})"));
         self.contained[opening.storey].push(filling);
+    }
+
+    /// Where an opening is: its lower corner, x along its width, z up.
+    fn foot(&mut self, opening: &Opening, [x, y, z]: [f64; 3]) -> Id {
+        let storey = &self.project.storeys[opening.storey];
+        let ([a, b], width_m) = (opening.ends_m, opening.width_m());
+        let along = [(b[0] - a[0]) / width_m, (b[1] - a[1]) / width_m, 0.0];
+        let corner = self.step.add(format_args!("IFCCARTESIANPOINT({})", Reals(&[x, y, z - storey.floor_m])));
+        let [up, along] =
+            [[0.0, 0.0, 1.0], along].map(|to| self.step.add(format_args!("IFCDIRECTION({})", Reals(&to))));
+        let axes = self.step.add(format_args!("IFCAXIS2PLACEMENT3D({corner},{up},{along})"));
+        self.step.add(format_args!("IFCLOCALPLACEMENT({},{axes})", storey.place))
+    }
+
+    /// The size of an opening, which has no shape that would tell it.
+    fn quantities(&mut self, hole: Id, id: &str, opening: &Opening) {
+        let (width_m, height_m) = (opening.width_m(), opening.height_m());
+        let quantities = [
+            ("LENGTH", "Width", width_m),
+            ("LENGTH", "Height", height_m),
+            ("AREA", "Area", width_m * height_m),
+        ]
+        .map(|(kind, name, value)| {
+            self.step.add(format_args!("IFCQUANTITY{kind}('{name}',$,$,{},$)", Number(value)))
+        });
+        let owner = self.project.owner;
+        let [own, has] = ["quantities", "has quantities"].map(|word| global_id(format_args!("{word} {id}")));
+        let set = self.step.add(format_args!(
+            "IFCELEMENTQUANTITY('{own}',{owner},'Qto_OpeningElementBaseQuantities',$,$,{})",
+            Ids(&quantities)
+        ));
+        self.step.add(format_args!("IFCRELDEFINESBYPROPERTIES('{has}',{owner},$,$,({hole}),{set})"));
     }
 
     /// The leaf of a closed door; the outline of everything else.

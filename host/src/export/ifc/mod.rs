@@ -1,8 +1,9 @@
 //! IFC4: storeys with walls, slabs, doors and windows as surfaces, for BIM programs (Revit, ArchiCAD, BlenderBIM, FreeCAD, BIMvision).
 //!
 //! What was seen is surfaces, so elements are open face sets with their openings cut out, and no thickness is invented. Openings are
-//! therefore of representation `Reference`: programs must not cut them once more. Site at the model's far offset, storeys at their
-//! floors; metres, frame `map`, z up. Identifiers follow from the content, dates are zero: the same model gives the same bytes.
+//! therefore without a shape, which programs would cut once more: their place and quantities tell where and how large they are. Site at
+//! the model's far offset, storeys at their floors; metres, frame `map`, z up. Identifiers follow from the content, dates are zero: the
+//! same model gives the same bytes.
 //! Source: IFC4 ADD2 TC1 (ISO 16739-1:2018).
 
 mod elements;
@@ -74,6 +75,7 @@ mod tests {
             ("IFCDOOR", 2),
             ("IFCWINDOW", 2),
             ("IFCINDEXEDPOLYGONALFACEWITHVOIDS", 2),
+            ("IFCELEMENTQUANTITY", 4),
         ];
         for (entity, number) in expected {
             assert_eq!(count(&text, entity), number, "{entity}");
@@ -81,6 +83,10 @@ mod tests {
         assert!(text.contains("from it''s.mcap"));
         assert!(text.contains(",.ELEMENT.,3.0000)"), "the upper storey's elevation");
         assert!(text.contains(",2.0000,0.9000,.DOOR."), "the door's height and width");
+        let openings = text.lines().filter(|line| line.contains("=IFCOPENINGELEMENT("));
+        openings.for_each(|line| {
+            assert_eq!(line.split(',').nth(6), Some("$"), "a shape would be cut again: {line}");
+        });
         // Corners are counted from their storey's floor.
         assert!(!text.contains("5.6000"));
     }

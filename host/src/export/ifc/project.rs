@@ -11,8 +11,6 @@ pub(super) struct Project {
     pub(super) owner: Id,
     /// Context of surfaces.
     pub(super) body: Id,
-    /// Context of openings that are cut out already.
-    pub(super) reference: Id,
     /// Context of outlines of doors and windows.
     pub(super) profile: Id,
     /// Where everything local is: origin, z up.
@@ -43,7 +41,7 @@ impl Project {
                 "IFCGEOMETRICREPRESENTATIONSUBCONTEXT('{name}','Model',*,*,*,*,{context},$,.MODEL_VIEW.,$)"
             ))
         };
-        let [body, reference, profile] = ["Body", "Reference", "Profile"].map(&mut part);
+        let [body, profile] = ["Body", "Profile"].map(&mut part);
         let units = units(step);
         let about = description(shapes);
         let id = global_id(format_args!("project {about}"));
@@ -66,7 +64,7 @@ impl Project {
             let id = global_id(format_args!("parts of {whole} {about}"));
             step.add(format_args!("IFCRELAGGREGATES('{id}',{owner},$,$,{whole},{})", Ids(&parts)));
         }
-        Self { owner, body, reference, profile, axes: origin, storeys }
+        Self { owner, body, profile, axes: origin, storeys }
     }
 }
 
