@@ -30,9 +30,10 @@ struct Labelled {
 /// Builds the compact model of a mesh. The cloud of the output are the mesh's vertices.
 pub fn compact(mesh: Mesh, params: &BuildParams, observer: &mut dyn Observer) -> BuildOutput {
     observer.begins(Stage::Planes);
+    let mut told = |percent: u64| observer.goes_on(Stage::Planes, percent as f64 / 100.0);
     let mut labelled = match divide::divide(&mesh) {
         Some(fine) => drawn::labelled(&mesh, &fine, params),
-        None => scanned(&mesh, &spacing::suited(params, &mesh)),
+        None => scanned(&mesh, &spacing::suited(params, &mesh), &mut told),
     };
     orient::by_faces(&mut labelled.found, &labelled.mesh);
     let Labelled { mesh: own, found, vertex_labels, leftovers: left } = labelled;
@@ -63,9 +64,9 @@ pub fn compact(mesh: Mesh, params: &BuildParams, observer: &mut dyn Observer) ->
 }
 
 /// A mesh of dense, noisy points: its vertices are the cloud.
-fn scanned(mesh: &Mesh, params: &BuildParams) -> Labelled {
+fn scanned(mesh: &Mesh, params: &BuildParams, told: &mut dyn FnMut(u64)) -> Labelled {
     let points = Cloud { points_m: mesh.vertices_m.clone(), ..Cloud::default() };
-    let found = planes::extract(&params.planes, &points);
+    let found = planes::extract_telling(&params.planes, &points, told);
     let vertex_labels = found.labels.clone();
     Labelled { mesh: mesh.clone(), found, vertex_labels, leftovers: params.leftovers.clone() }
 }

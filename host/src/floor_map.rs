@@ -59,27 +59,30 @@ pub fn draw(
     params: &FloorMapParams,
 ) -> Result<OccupancyGrid, RunError> {
     let mut grid = OccupancyGrid::new(params.grid);
-    draw_into(&mut grid, run, poses, trajectory, params)?;
+    draw_into(&mut grid, run, (poses, trajectory), params, &mut |_| ())?;
     Ok(grid)
 }
 
-/// Draws the horizontal scans of one run more into a map.
+/// Draws the horizontal scans of one run more into a map. `told` hears after each how many there were.
 ///
 /// # Errors
 /// As [`draw`].
 pub fn draw_into(
     grid: &mut OccupancyGrid,
     run: &Run,
-    poses: &[Option<StampedPose>],
-    trajectory: &Trajectory,
+    (poses, trajectory): (&[Option<StampedPose>], &Trajectory),
     params: &FloorMapParams,
+    told: &mut dyn FnMut(usize),
 ) -> Result<(), RunError> {
     let laser = run.rig()?.horizontal;
     let mut drawn: Option<StampedPose> = None;
     let mut poses = poses.iter();
     let mut fan: Option<(Geometry, Fan)> = None;
     let mut rays = Vec::new();
+    let mut scans = 0;
     run.for_each_scan(Topic::ScanHorizontal, |scan| {
+        scans += 1;
+        told(scans);
         let Some(Some(pose)) = poses.next() else { return };
         if !params.is_news(drawn.as_ref(), pose) {
             return;

@@ -54,6 +54,8 @@ impl Stage {
 pub trait Observer {
     /// A stage begins.
     fn begins(&mut self, stage: Stage);
+    /// This share of a stage's work is done, 0 to 1; said of stages that know it.
+    fn goes_on(&mut self, _stage: Stage, _share: f64) {}
     /// A stage ended with `count` things made (points, triangles, planes, polygons, triangles).
     fn ended(&mut self, stage: Stage, count: usize);
 }
@@ -172,7 +174,8 @@ pub fn model_of(cloud: Cloud, params: &BuildParams, observer: &mut dyn Observer)
     observer.ended(Stage::Mesh, mesh.triangles.len());
 
     observer.begins(Stage::Planes);
-    let found = planes::extract(&params.planes, &cloud);
+    let mut told = |percent: u64| observer.goes_on(Stage::Planes, percent as f64 / 100.0);
+    let found = planes::extract_telling(&params.planes, &cloud, &mut told);
     observer.ended(Stage::Planes, found.planes.len());
 
     observer.begins(Stage::Polygons);

@@ -38,6 +38,28 @@ fn a_dry_run_says_what_a_run_then_does() {
 }
 
 #[test]
+fn a_terminal_shows_the_stages_to_come_and_a_file_only_those_that_are_done() {
+    let folder = Folder::new("stages");
+    room::record(&folder.path("run.mcap"), Content { poses: true, vertical: true });
+    let written = folder.expect("build run.mcap -o out --no-optimize --threads 1", 0, &["  polygons  "]);
+    assert!(
+        !written.stderr.contains('\u{1b}') && !written.stderr.contains("left in all"),
+        "{}",
+        written.stderr
+    );
+    let Some(drawn) = folder.on_terminal("build run.mcap -o drawn --no-optimize") else { return };
+    let place = |text: &str| drawn.find(text).unwrap_or_else(|| panic!("no {text:?} in {drawn:?}"));
+    // To come before the first is done, dim; then done, with what it made.
+    assert!(place("report") < place(" scans "), "{drawn:?}");
+    assert!(place("report") < place(" files "), "{drawn:?}");
+    assert!(drawn.contains(" left in all"), "{drawn:?}");
+    // Nothing but results stays: the last thing drawn is the note of what came out.
+    assert!(drawn.trim_end().ends_with("% fewer"), "{drawn:?}");
+    let quiet = folder.on_terminal("build run.mcap -o quiet --no-optimize --quiet").unwrap();
+    assert_eq!(quiet, "");
+}
+
+#[test]
 fn the_file_of_all_defaults_changes_nothing_and_another_does() {
     let folder = Folder::new("config");
     room::record(&folder.path("run.mcap"), Content { poses: true, vertical: true });

@@ -53,6 +53,17 @@ impl Folder {
         }
     }
 
+    /// Runs `biplane` on a terminal and returns all that it drew there; `None` where there is no program `script` to make one.
+    pub fn on_terminal(&self, arguments: &str) -> Option<String> {
+        let command = format!("{} {arguments}", env!("CARGO_BIN_EXE_biplane"));
+        let mut script = Command::new("script");
+        script.args(["--quiet", "--return", "--command", &command, "/dev/null"]).env("TERM", "xterm");
+        let output = script.current_dir(&self.0).output().ok()?;
+        let drawn = String::from_utf8_lossy(&output.stdout).into_owned();
+        assert!(output.status.success(), "{command}\n{drawn}");
+        Some(drawn)
+    }
+
     /// Runs `biplane`, which must end with this code and say all of these words on stderr.
     #[track_caller]
     pub fn expect(&self, arguments: &str, code: i32, words: &[&str]) -> Ran {

@@ -71,7 +71,7 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         return Ok(plan(args).tell());
     }
     let folder = OutputFolder::create(&args.output, args.force)?;
-    let mut stages = Stages::new(console);
+    let mut stages = Stages::new(console, &steps(args));
     let mut file = stages.time("load", || {
         let file =
             mesh_file::read(&args.mesh).with_context(|| format!("cannot read {}", args.mesh.display()))?;
@@ -119,15 +119,20 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
+/// The stages in their order.
+fn steps(args: &Args) -> Vec<&'static str> {
+    let mut steps = vec!["load", "planes", "polygons", "leftovers", "write", "report"];
+    steps.retain(|step| *step != "report" || !args.shaping.no_report);
+    steps
+}
+
 /// What [`run`] would do.
 fn plan(args: &Args) -> Plan<'_> {
     // No robot drove: no map, no way.
     let is_of_meshes = |name: &&str| !name.starts_with("map.") && *name != "trajectory.tum";
-    let mut steps = vec!["load", "planes", "polygons", "leftovers", "write", "report"];
-    steps.retain(|step| *step != "report" || !args.shaping.no_report);
     Plan {
         reads: vec![&args.mesh],
-        steps,
+        steps: steps(args),
         writes: files::names(&args.shaping.formats, !args.shaping.no_report)
             .filter(is_of_meshes)
             .map(|name| args.output.join(name).display().to_string())

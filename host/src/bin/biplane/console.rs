@@ -1,28 +1,64 @@
 //! What a person at the terminal sees besides results: notes and progress, on stderr only.
 
 use std::borrow::Cow;
+use std::cell::Cell;
 use std::io::IsTerminal;
 
 use biplane_recording::Recording;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 
 /// Where notes go.
 #[derive(Debug)]
 pub struct Console {
     quiet: bool,
-    terminal: bool,
+    /// Lines that change, where a person looks on.
+    lines: Option<Lines>,
+}
+
+#[derive(Debug)]
+struct Lines {
+    all: MultiProgress,
+    /// So many of them stay at the bottom, below what comes and goes.
+    below: Cell<usize>,
 }
 
 impl Console {
     /// On stderr, or nowhere when quiet.
     pub fn new(quiet: bool) -> Self {
-        Self { quiet, terminal: std::io::stderr().is_terminal() }
+        let is_seen = !quiet && std::io::stderr().is_terminal();
+        let lines = is_seen.then(|| Lines { all: MultiProgress::new(), below: Cell::new(0) });
+        Self { quiet, lines }
     }
 
     /// Says a line.
     pub fn note(&self, text: impl AsRef<str>) {
         if !self.quiet {
-            eprintln!("{}", text.as_ref());
+            self.warn(text);
+        }
+    }
+
+    /// Says a line, also when quiet.
+    pub fn warn(&self, text: impl AsRef<str>) {
+        let say = || eprintln!("{}", text.as_ref());
+        match &self.lines {
+            // Lines that change make way for it.
+            Some(lines) => lines.all.suspend(say),
+            None => say(),
+        }
+    }
+
+    /// Puts a line that changes above those that stay at the bottom; hidden where nobody looks on.
+    pub fn line(&self, bar: ProgressBar) -> ProgressBar {
+        match &self.lines {
+            Some(lines) => lines.all.insert_from_back(lines.below.get(), bar),
+            None => ProgressBar::hidden(),
+        }
+    }
+
+    /// The last so many lines stay at the bottom from now on.
+    pub fn keep_below(&self, count: usize) {
+        if let Some(lines) = &self.lines {
+            lines.below.set(count);
         }
     }
 
@@ -40,30 +76,31 @@ impl Console {
 
     /// A bar that fills as work is done, when a person looks on; gone when it is dropped.
     pub fn bar(&self, whole: u64, text: impl Into<Cow<'static, str>>) -> Bar {
-        if self.quiet || !self.terminal {
-            return Bar(ProgressBar::hidden());
-        }
-        let bar = ProgressBar::new(whole).with_message(text);
+        let bar = self.line(ProgressBar::new(whole)).with_message(text);
         if let Ok(style) =
             ProgressStyle::with_template("{wide_bar} {human_pos}/{human_len} {msg} ({elapsed})")
         {
             bar.set_style(style);
         }
-        bar.enable_steady_tick(std::time::Duration::from_millis(120));
+        tick(&bar);
         Bar(bar)
     }
 
     /// A turning sign with a text, when a person looks on; gone when it is dropped.
     pub fn spinner(&self, text: impl Into<Cow<'static, str>>) -> Spinner {
-        if self.quiet || !self.terminal {
-            return Spinner(ProgressBar::hidden());
-        }
-        let bar = ProgressBar::new_spinner().with_message(text);
+        let bar = self.line(ProgressBar::new_spinner()).with_message(text);
         if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {
             bar.set_style(style);
         }
-        bar.enable_steady_tick(std::time::Duration::from_millis(120));
+        tick(&bar);
         Spinner(bar)
+    }
+}
+
+/// Draws a line anew from time to time, unless nobody sees it.
+pub fn tick(bar: &ProgressBar) {
+    if !bar.is_hidden() {
+        bar.enable_steady_tick(std::time::Duration::from_millis(120));
     }
 }
 

@@ -1,8 +1,10 @@
 //! `biplane build`: from a recording to the model and everything around it, in one folder.
 
+mod ahead;
 pub mod files;
 pub mod formats;
 mod posed;
+mod stage_list;
 pub mod stages;
 
 use std::path::{Path, PathBuf};
@@ -114,7 +116,7 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     if args.dry_run {
         return Ok(plan(args, &runs).tell());
     }
-    let mut stages = Stages::new(console);
+    let mut stages = Stages::new(console, &steps(args));
     let posed = poses(args, &runs, &mut stages, console)?;
     let vertical = stages.time("read", || {
         let scans = posed.vertical_scans()?;
@@ -122,8 +124,8 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         anyhow::Ok((scans, count))
     })?;
     let map_params = FloorMapParams::default();
-    let grid = stages.time("map", || {
-        let grid = posed.map(&map_params)?;
+    let grid = stages.time_telling("map", |told| {
+        let grid = posed.map(&map_params, told)?;
         let cells = grid.bounds().map_or(0, |bounds| bounds.size().iter().product::<u64>() as usize);
         anyhow::Ok((grid, cells))
     })?;
@@ -158,9 +160,8 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// What [`run`] would do.
-fn plan<'a>(args: &'a Args, runs: &'a [Run]) -> Plan<'a> {
-    let recordings = runs.iter().flat_map(|run| run.recording().paths());
+/// The stages in their order.
+fn steps(args: &Args) -> Vec<&'static str> {
     let optimises = args.poses.is_none() && !args.no_optimize;
     let mut steps =
         vec!["read", "map", "cloud", "mesh", "planes", "polygons", "leftovers", "write", "report"];
@@ -168,9 +169,15 @@ fn plan<'a>(args: &'a Args, runs: &'a [Run]) -> Plan<'a> {
     if optimises {
         steps.insert(0, "optimize");
     }
+    steps
+}
+
+/// What [`run`] would do.
+fn plan<'a>(args: &'a Args, runs: &'a [Run]) -> Plan<'a> {
+    let recordings = runs.iter().flat_map(|run| run.recording().paths());
     Plan {
         reads: recordings.chain(args.poses.as_deref()).collect(),
-        steps,
+        steps: steps(args),
         writes: files::names(&args.shaping.formats, !args.shaping.no_report)
             .map(|name| args.output.join(name).display().to_string())
             .collect(),

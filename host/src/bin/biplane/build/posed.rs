@@ -107,10 +107,10 @@ impl<'a> Posed<'a> {
         let mut drives = Vec::new();
         for (number, run) in runs.iter().enumerate() {
             if optimised.groups[number] != 0 {
-                eprintln!(
+                console.warn(format!(
                     "biplane: {} saw no place that the others saw; it is left out",
                     run.path().display()
-                );
+                ));
                 continue;
             }
             let corrected = Corrected::new(&trails[number], &optimised.poses[number]);
@@ -174,11 +174,16 @@ impl<'a> Posed<'a> {
         (all, all - self.known().len())
     }
 
-    /// Draws the floor map.
-    pub fn map(&self, params: &FloorMapParams) -> anyhow::Result<OccupancyGrid> {
+    /// Draws the floor map; `told` hears which share of the scans is in it.
+    pub fn map(&self, params: &FloorMapParams, told: &dyn Fn(f64)) -> anyhow::Result<OccupancyGrid> {
         let mut grid = OccupancyGrid::new(params.grid);
+        let (all, _) = self.scans();
+        let mut before = 0;
         for drive in &self.drives {
-            floor_map::draw_into(&mut grid, drive.run, &drive.at_scans, &drive.trajectory, params)?;
+            let poses = (&drive.at_scans[..], &drive.trajectory);
+            let mut tell = |scans: usize| told((before + scans) as f64 / all.max(1) as f64);
+            floor_map::draw_into(&mut grid, drive.run, poses, params, &mut tell)?;
+            before += drive.at_scans.len();
         }
         Ok(grid)
     }
