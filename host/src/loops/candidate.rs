@@ -25,6 +25,10 @@ pub struct CandidateParams {
     pub near_m: f64,
     /// Standard deviations of the window. Larger: surer to hold the loop, slower.
     pub sigmas: f64,
+    /// Share of the drift that steps may have with which is looked first. A matcher that works as it should drifts by so little; loops found in
+    /// such windows make the others narrow, so that corridors which look alike are never compared from afar. Larger: more look alike.
+    /// Smaller: more is left to the wide windows.
+    pub first_share: f64,
     /// Lengths may all be off by this share, so much of the way wider is the window. Larger: the same.
     pub scale_share: f64,
     /// Windows wider than this are not searched, metres each way.
@@ -42,6 +46,7 @@ impl Default for CandidateParams {
         Self {
             near_m: 7.0,
             sigmas: 3.0,
+            first_share: 0.2,
             scale_share: 0.01,
             widest_m: 40.0,
             pairs_a_round: 4,
@@ -78,7 +83,7 @@ pub struct Closing<'a> {
     /// Steps between the middles of following stretches of one recording.
     pub(super) chain: &'a [Edge],
     pub(super) params: CandidateParams,
-    refine: RefineParams,
+    pub(super) refine: RefineParams,
     /// The middles' poses.
     pub poses: Vec<Pose2>,
     /// All loops found.
@@ -135,11 +140,18 @@ impl<'a> Closing<'a> {
         }
     }
 
-    /// Looks until nothing more is found. `progress` hears of pairs searched and loops believed.
+    /// Looks until nothing more is found, with windows of a small drift first. `progress` hears of pairs searched and loops believed.
     pub fn run(&mut self, checkpoint: &mut Checkpoint, progress: &mut dyn FnMut(usize, usize)) {
+        for share in [self.params.first_share, 1.0] {
+            self.run_with(share, checkpoint, progress);
+        }
+    }
+
+    /// Looks until nothing more is found in windows of this share of the drift, narrow ones first.
+    fn run_with(&mut self, share: f64, checkpoint: &mut Checkpoint, progress: &mut dyn FnMut(usize, usize)) {
         let mut widest_m = 1.0;
         loop {
-            let pairs = self.pairs(widest_m);
+            let pairs = self.pairs(widest_m, share);
             let before = self.believed_count();
             self.search(&pairs, checkpoint, progress);
             self.seek_company(checkpoint, progress);
@@ -201,17 +213,17 @@ impl<'a> Closing<'a> {
         }
     }
 
-    /// Pairs worth a search, with windows up to `widest_m`.
-    fn pairs(&self, widest_m: f64) -> Vec<Pair> {
-        let believed = self.edges().into_iter().zip(&self.believed).filter(|(_, believed)| **believed);
-        let edges: Vec<Edge> = self.chain.iter().copied().chain(believed.map(|(edge, _)| edge)).collect();
-        let ways = Ways::new(self.submaps.len(), edges.iter());
+    /// Pairs worth a search, with windows up to `widest_m` when the steps have this share of their drift. What was found there is in doubt by
+    /// all of it.
+    fn pairs(&self, widest_m: f64, share: f64) -> Vec<Pair> {
+        let loops = self.believed_edges(|stretch| stretch);
+        let ways = Ways::new(self.submaps.len(), self.chain.iter().chain(&loops));
         (0..self.submaps.len())
             .into_par_iter()
             .flat_map_iter(|query| {
                 let known = ways.from(query);
                 let mut pairs: Vec<(f64, Pair)> = (0..query)
-                    .filter_map(|other| self.pair(other, query, known[other].as_ref()?, widest_m))
+                    .filter_map(|other| self.pair(other, query, known[other].as_ref()?, widest_m, share))
                     .collect();
                 pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
                 self.sparing(query, pairs)
@@ -235,7 +247,14 @@ impl<'a> Closing<'a> {
     }
 
     /// Whether a pair is worth a search; how likely it is seen by its distance, nearer first.
-    fn pair(&self, other: usize, query: usize, known: &Known, widest_m: f64) -> Option<(f64, Pair)> {
+    fn pair(
+        &self,
+        other: usize,
+        query: usize,
+        known: &Known,
+        widest_m: f64,
+        share: f64,
+    ) -> Option<(f64, Pair)> {
         let (one, two) = (&self.submaps[other], &self.submaps[query]);
         if one.nodes.end >= two.nodes.start || self.loops.iter().any(|l| l.stretches == [other, query]) {
             return None;
@@ -246,7 +265,8 @@ impl<'a> Closing<'a> {
         if sigma_m < self.params.known_m && covariance[(2, 2)].sqrt() < 0.2 * self.params.known_m {
             return None;
         }
-        let half_m = self.params.sigmas * sigma_m + self.params.scale_share * known.way_m + 0.3;
+        let doubt_m = self.params.sigmas * sigma_m + self.params.scale_share * known.way_m;
+        let half_m = share * doubt_m + 0.3;
         let away_m = guess.distance_m();
         if half_m > widest_m || away_m > self.params.near_m + half_m {
             return None;
@@ -254,14 +274,20 @@ impl<'a> Closing<'a> {
         if let Some((tried, tried_m)) = self.tried.get(&[other, query]) {
             let moved = difference(&guess, tried);
             // The same window again finds the same.
-            if moved[0].hypot(moved[1]) < 0.5 * tried_m && moved[2].abs() < 0.1 && half_m > 0.3 * tried_m {
+            let is_like = half_m > 0.3 * tried_m && half_m < 1.5 * tried_m;
+            if moved[0].hypot(moved[1]) < 0.5 * tried_m && moved[2].abs() < 0.1 && is_like {
                 return None;
             }
         }
-        let half_rad = self.params.sigmas * covariance[(2, 2)].sqrt() + 0.03;
+        let half_rad = share * self.params.sigmas * covariance[(2, 2)].sqrt() + 0.03;
         Some((
             away_m,
-            Pair { stretches: [other, query], guess, window: Window { half_m, half_rad }, doubt_m: half_m },
+            Pair {
+                stretches: [other, query],
+                guess,
+                window: Window { half_m, half_rad },
+                doubt_m: doubt_m + 0.3,
+            },
         ))
     }
 

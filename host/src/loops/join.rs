@@ -63,9 +63,14 @@ impl Closing<'_> {
         let edges = self.edges();
         let company = self.company(&edges);
         let apart = |edge: &Edge| group_of(edge.from) != group_of(edge.to);
-        let best = (0..edges.len()).filter(|&at| apart(&edges[at]) && company[at] >= 2).max_by(|&a, &b| {
-            (company[a], self.loops[a].found.agreement.share)
-                .partial_cmp(&(company[b], self.loops[b].found.agreement.share))
+        let joins = |at: &usize| {
+            apart(&edges[*at])
+                && company[*at].len() >= 2
+                && self.refine.tells(&self.loops[*at].found.agreement)
+        };
+        let best = (0..edges.len()).filter(joins).max_by(|&a, &b| {
+            (company[a].len(), self.loops[a].found.agreement.share)
+                .partial_cmp(&(company[b].len(), self.loops[b].found.agreement.share))
                 .unwrap_or(std::cmp::Ordering::Equal)
         });
         let Some(best) = best else { return false };

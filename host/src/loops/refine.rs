@@ -53,6 +53,13 @@ impl Default for RefineParams {
     }
 }
 
+impl RefineParams {
+    /// Whether there is enough to tell where along a corridor one is.
+    pub fn tells(&self, agreement: &Agreement) -> bool {
+        agreement.along_points >= self.along_points
+    }
+}
+
 /// A stretch found in another one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Found {
@@ -87,16 +94,69 @@ pub fn find(
         return None;
     }
     let mut information = aligned.sums.information;
-    if agreement.along_points < params.along_points {
-        if wide {
+    if !params.tells(&agreement) {
+        if window.half_m > params.narrow_m {
             return None; // the same corridor, perhaps, but who knows where
         }
         information = without(&information, Vector3::new(f64::from(weak[0]), f64::from(weak[1]), 0.0));
     } else if agreement.along < params.least_along {
         return None;
+    } else if wide && has_rival((reference, query), &aligned.pose, &agreement, weak, doubt_m) {
+        return None; // what there is to see comes again: the next door, the next pillar
     }
     let information = known_with_floor(&information, params);
     Some(Found { pose: aligned.pose, information, agreement })
+}
+
+/// How far along a corridor other places are looked for that look the same, metres; and how far they are from this one at least.
+const RIVAL_M: (f64, f64) = (12.0, 1.0);
+/// So many of the likeliest are looked at.
+const RIVALS: usize = 4;
+/// Of the others the points that tell hardly lie on anything: their score is at most so much of this place's.
+const RIVAL_SCORE: f64 = 0.5;
+/// A rival's agreement is at most so much worse, and its share of points along at most so many times smaller.
+const RIVAL_SHARE: f64 = 0.04;
+const RIVAL_ALONG: f64 = 0.75;
+
+/// Whether there is another place along the direction that is known least that looks the same: the next door, the next pillar.
+fn has_rival(
+    (reference, query): (&Submap, &Submap),
+    pose: &Pose2,
+    own: &Agreement,
+    weak: [f32; 2],
+    doubt_m: f64,
+) -> bool {
+    let step_m = f64::from(reference.pyramid.cell_m);
+    let reach = (RIVAL_M.0.min(doubt_m) / step_m) as i64;
+    let shifted = |step: i64| {
+        let [x, y] = weak.map(|part| f64::from(part) * step_m * step as f64);
+        Pose2::new(pose.x_m + x, pose.y_m + y, pose.theta_rad)
+    };
+    // Walls along the corridor fit everywhere: only what stands across tells one place from the next.
+    let (sin, cos) = pose.theta_rad.sin_cos();
+    let (sin, cos) = (sin as f32, cos as f32);
+    let across = [cos * weak[0] + sin * weak[1], cos * weak[1] - sin * weak[0]];
+    let stands = |point: &&EndPoint| (point.normal[0] * across[0] + point.normal[1] * across[1]).abs() > 0.7;
+    let telling: Vec<EndPoint> = query.points.iter().filter(stands).copied().collect();
+    let scores: Vec<f64> =
+        (-reach..=reach).map(|step| reference.pyramid.score(&telling, &shifted(step))).collect();
+    let at =
+        |step: i64| scores.get(usize::try_from(step + reach).unwrap_or(usize::MAX)).copied().unwrap_or(0.0);
+    let here = (-3..=3).map(at).fold(0.0, f64::max);
+    let mut peaks: Vec<i64> = (-reach..=reach)
+        .filter(|step| step.abs() as f64 * step_m >= RIVAL_M.1)
+        .filter(|&step| (-3..=3).all(|near| at(step + near) <= at(step)) && at(step) > RIVAL_SCORE * here)
+        .collect();
+    peaks.sort_by(|one, other| at(*other).total_cmp(&at(*one)));
+    peaks.into_iter().take(RIVALS).any(|step| {
+        let there = settle(reference, query, &shifted(step)).pose;
+        let rival = Agreement::of(reference, query, &there, weak);
+        let away = [there.x_m - pose.x_m, there.y_m - pose.y_m];
+        away[0].hypot(away[1]) > 0.5 * RIVAL_M.1
+            && rival.share > own.share - RIVAL_SHARE
+            && rival.along > RIVAL_ALONG * own.along
+            && 2 * rival.along_points >= own.along_points
+    })
 }
 
 fn settle(reference: &Submap, query: &Submap, pose: &Pose2) -> Aligned {
@@ -216,4 +276,85 @@ fn weakest(points: &[EndPoint]) -> [f32; 2] {
     // Half the angle of the sum of doubled normals is the strongest direction.
     let angle = 0.5 * product.atan2(difference) + std::f32::consts::FRAC_PI_2;
     [angle.cos(), angle.sin()]
+}
+
+#[cfg(test)]
+mod tests {
+    use biplane_matcher::{EndPoint, Pose2};
+
+    use super::{RefineParams, find};
+    use crate::loops::outline::Outline;
+    use crate::loops::search::Window;
+    use crate::loops::submap::{Submap, SubmapParams};
+    use crate::loops::trail::Node;
+
+    /// A corridor of 2.4 m along x, seen from 20 places 0.4 m apart, with recesses of 1 m at these places, each so deep.
+    fn corridor(recesses: &[(f64, f64)]) -> Submap {
+        let node = |at_m: f64| {
+            let mut points = Vec::new();
+            let mut add = |x: f64, y: f64, normal: [f32; 2]| {
+                if (x - at_m).abs() < 6.0 {
+                    let at_m = [(x - at_m) as f32, y as f32];
+                    points.push(EndPoint { at_m, normal, weight: 1.0, ..EndPoint::default() });
+                }
+            };
+            for step in -200..400 {
+                let x = 0.05 * f64::from(step);
+                add(x, -1.2, [0.0, 1.0]);
+                let within = recesses.iter().find(|(begin, _)| (0.0..1.0).contains(&(x - begin)));
+                add(x, 1.2 + within.map_or(0.0, |(_, deep)| *deep), [0.0, -1.0]);
+            }
+            for (begin, deep) in recesses {
+                for step in 0..(deep / 0.05) as i32 {
+                    let y = 1.2 + 0.05 * f64::from(step);
+                    add(*begin, y, [1.0, 0.0]);
+                    add(begin + 1.0, y, [-1.0, 0.0]);
+                }
+            }
+            Node {
+                scan: 0,
+                recorded: Pose2::new(at_m, 0.0, 0.0),
+                odometry: None,
+                outline: Outline { points, laser_m: [0.0; 2] },
+            }
+        };
+        let nodes: Vec<Node> = (0..20).map(|at| node(0.4 * f64::from(at))).collect();
+        let poses: Vec<Pose2> = nodes.iter().map(|node| node.recorded).collect();
+        Submap::new(&nodes, &poses, 0, &SubmapParams::default())
+    }
+
+    const NEXT_DOORS: [(f64, f64); 5] = [(-4.0, 0.5), (0.0, 0.5), (4.0, 0.5), (8.0, 0.5), (12.0, 0.5)];
+    const ODD_ONES: [(f64, f64); 3] = [(-3.0, 0.3), (2.2, 0.9), (5.1, 0.5)];
+
+    fn found(recesses: &[(f64, f64)], doubt_m: f64) -> Option<super::Found> {
+        let (one, other) = (corridor(recesses), corridor(recesses));
+        let window = Window { half_m: doubt_m.min(1.0), half_rad: 0.05 };
+        find(&one, &other, &Pose2::new(0.2, -0.1, 0.0), (window, doubt_m), &RefineParams::default())
+    }
+
+    #[test]
+    fn equal_doors_do_not_tell_where_along_a_corridor_one_is_unless_little_is_in_doubt() {
+        assert!(found(&NEXT_DOORS, 20.0).is_none());
+        let sure = found(&NEXT_DOORS, 1.0).unwrap();
+        assert!(
+            RefineParams::default().tells(&sure.agreement) && sure.information[(0, 0)] > 100.0,
+            "{sure:?}"
+        );
+    }
+
+    #[test]
+    fn doors_that_differ_tell_it_however_much_is_in_doubt() {
+        let loop_ = found(&ODD_ONES, 20.0).unwrap();
+        assert!(RefineParams::default().tells(&loop_.agreement), "{loop_:?}");
+        assert!(loop_.pose.distance_m() < 0.03 && loop_.information[(0, 0)] > 100.0, "{loop_:?}");
+    }
+
+    #[test]
+    fn a_corridor_with_other_doors_is_no_loop() {
+        let (one, other) =
+            (corridor(&ODD_ONES), corridor(&[(-1.5, 0.9), (1.0, 0.3), (3.9, 0.9), (6.6, 0.3)]));
+        let window = Window { half_m: 7.0, half_rad: 0.05 };
+        let found = find(&one, &other, &Pose2::IDENTITY, (window, 20.0), &RefineParams::default());
+        assert!(found.is_none(), "{found:?}");
+    }
 }

@@ -82,12 +82,13 @@ impl Surfaces {
             return None;
         }
         let mut best = (reach_m * reach_m, None);
-        let middle = [0, 1].map(|axis| ((point.at_m[axis] - self.origin_m[axis]) / REACH_M).floor() as i64);
-        let span = |middle: i64, count: usize| {
+        let span = |axis: usize, count: usize| {
+            let cell =
+                |away_m: f32| ((point.at_m[axis] + away_m - self.origin_m[axis]) / REACH_M).floor() as i64;
             let count = count as i64;
-            ((middle - 1).clamp(0, count) as usize, (middle + 2).clamp(0, count) as usize)
+            (cell(-reach_m).clamp(0, count) as usize, (cell(reach_m) + 1).clamp(0, count) as usize)
         };
-        let (columns, rows) = (span(middle[0], self.columns), span(middle[1], self.rows));
+        let (columns, rows) = (span(0, self.columns), span(1, self.rows));
         if columns.0 >= columns.1 {
             return None;
         }
