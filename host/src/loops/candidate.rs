@@ -1,6 +1,7 @@
 //! Which stretches might see the same place, closest guess first; and the loops found so, believed only in company.
 //!
-//! The window of a search is three standard deviations of what the graph knows of the two stretches. Narrow windows come first:
+//! The window of a search is three standard deviations of what the graph knows of the two stretches; at first of a fifth of that (see
+//! [`CandidateParams::first_share`]). Narrow windows come first:
 //! a loop that they find makes the others' windows narrow. In a wide window much looks alike, so a loop found there needs others,
 //! of other stretches, that agree with it within what the way between them allows.
 
