@@ -214,8 +214,8 @@ impl<'a> Closing<'a> {
         }
     }
 
-    /// Pairs worth a search, with windows up to `widest_m` when the steps have this share of their drift. What was found there is in doubt by
-    /// all of it.
+    /// Pairs worth a search, with windows up to `widest_m` when the steps have this share of their drift. That they have is an assumption:
+    /// what is found so is in doubt by the geometric mean of both.
     fn pairs(&self, widest_m: f64, share: f64) -> Vec<Pair> {
         let loops = self.believed_edges(|stretch| stretch);
         let ways = Ways::new(self.submaps.len(), self.chain.iter().chain(&loops));
@@ -287,7 +287,7 @@ impl<'a> Closing<'a> {
                 stretches: [other, query],
                 guess,
                 window: Window { half_m, half_rad },
-                doubt_m: doubt_m + 0.3,
+                doubt_m: share.sqrt() * doubt_m + 0.3,
             },
         ))
     }
