@@ -80,7 +80,7 @@ pub fn find(
     params: &RefineParams,
 ) -> Option<Found> {
     let mut search = Search::new(&reference.pyramid, &query.few, *guess, window);
-    let peak = search.run(params.least_score, None)?;
+    let peak = search.run(params.least_score)?;
     let aligned = settle(reference, query, &peak.pose);
     let weak = weakest(&reference.points);
     let agreement = Agreement::of(reference, query, &aligned.pose, weak);
@@ -133,9 +133,7 @@ fn has_rival(
         Pose2::new(pose.x_m + x, pose.y_m + y, pose.theta_rad)
     };
     // Walls along the corridor fit everywhere: only what stands across tells one place from the next.
-    let (sin, cos) = pose.theta_rad.sin_cos();
-    let (sin, cos) = (sin as f32, cos as f32);
-    let across = [cos * weak[0] + sin * weak[1], cos * weak[1] - sin * weak[0]];
+    let across = seen_from(pose, weak);
     let stands = |point: &&EndPoint| (point.normal[0] * across[0] + point.normal[1] * across[1]).abs() > 0.7;
     let telling: Vec<EndPoint> = query.points.iter().filter(stands).copied().collect();
     let scores: Vec<f64> =
@@ -157,6 +155,13 @@ fn has_rival(
             && rival.along > RIVAL_ALONG * own.along
             && 2 * rival.along_points >= own.along_points
     })
+}
+
+/// A direction in the axes of a pose.
+fn seen_from(pose: &Pose2, [x, y]: [f32; 2]) -> [f32; 2] {
+    let (sin, cos) = pose.theta_rad.sin_cos();
+    let (sin, cos) = (sin as f32, cos as f32);
+    [cos * x + sin * y, cos * y - sin * x]
 }
 
 fn settle(reference: &Submap, query: &Submap, pose: &Pose2) -> Aligned {
@@ -196,9 +201,7 @@ impl Agreement {
     /// At a pose of `query` in `reference`; `weak` is the direction known least, in the reference's axes.
     fn of(reference: &Submap, query: &Submap, pose: &Pose2, weak: [f32; 2]) -> Self {
         let back = pose.inverse();
-        let (sin, cos) = back.theta_rad.sin_cos();
-        let (sin, cos) = (sin as f32, cos as f32);
-        let turned = [cos * weak[0] - sin * weak[1], sin * weak[0] + cos * weak[1]];
+        let turned = seen_from(pose, weak);
         let one = Tally::of(reference, &query.points, pose, weak);
         let other = Tally::of(query, &reference.points, &back, turned);
         Self {

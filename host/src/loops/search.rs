@@ -45,8 +45,6 @@ pub struct Search<'a> {
     guess: Pose2,
     half: i64,
     points: usize,
-    /// Nothing within 1 m and 15 degrees of it counts.
-    besides: Option<Pose2>,
     best: Option<Branch>,
     floor: u32,
 }
@@ -61,13 +59,8 @@ impl<'a> Search<'a> {
         let steps = (half_rad / step_rad).ceil() as i64;
         let turned = |step: i64| {
             let theta_rad = guess.theta_rad + step as f64 * step_rad;
-            let (sin, cos) = theta_rad.sin_cos();
-            let cell = |point: &EndPoint| {
-                let [x, y] = point.at_m.map(f64::from);
-                [guess.x_m + cos * x - sin * y, guess.y_m + sin * x + cos * y]
-                    .map(|value| (value / f64::from(pyramid.cell_m)).floor() as i64)
-            };
-            Turned { theta_rad, cells: points.iter().map(cell).collect() }
+            let pose = Pose2::new(guess.x_m, guess.y_m, theta_rad);
+            Turned { theta_rad, cells: pyramid.cells(points, &pose).collect() }
         };
         Self {
             pyramid,
@@ -75,15 +68,14 @@ impl<'a> Search<'a> {
             guess,
             half: (window.half_m / f64::from(pyramid.cell_m)).ceil() as i64,
             points: points.len(),
-            besides: None,
             best: None,
             floor: 0,
         }
     }
 
-    /// The best place whose score is above `least`, apart from the surroundings of `besides`.
-    pub fn run(&mut self, least: f64, besides: Option<Pose2>) -> Option<Peak> {
-        (self.besides, self.best) = (besides, None);
+    /// The best place whose score is above `least`.
+    pub fn run(&mut self, least: f64) -> Option<Peak> {
+        self.best = None;
         let whole = 255.0 * self.points as f64;
         self.floor = (least * whole) as u32;
         let level = (0..=LEVELS).rev().find(|level| 1 << level <= self.half.max(1)).unwrap_or(0);
@@ -132,9 +124,7 @@ impl<'a> Search<'a> {
             return;
         }
         if level == 0 {
-            if !self.is_beside(&branch) {
-                (self.floor, self.best) = (branch.bound, Some(branch));
-            }
+            (self.floor, self.best) = (branch.bound, Some(branch));
             return;
         }
         let side = 1_i64 << (level - 1);
@@ -146,15 +136,6 @@ impl<'a> Search<'a> {
         for branch in branches {
             self.descend(level - 1, branch);
         }
-    }
-
-    /// Whether it lies in the surroundings that do not count.
-    fn is_beside(&self, branch: &Branch) -> bool {
-        self.besides.is_some_and(|known| {
-            let pose = self.pose(branch);
-            (pose.x_m - known.x_m).hypot(pose.y_m - known.y_m) < 1.0
-                && biplane_matcher::wrap_angle(pose.theta_rad - known.theta_rad).abs() < 0.26
-        })
     }
 }
 
@@ -186,7 +167,7 @@ mod tests {
         let moved = points(truth);
         let window = Window { half_m: 3.0, half_rad: 0.5 };
         let mut search = Search::new(&pyramid, &moved, Pose2::IDENTITY, window);
-        let found = search.run(0.3, None).unwrap();
+        let found = search.run(0.3).unwrap();
         assert!((found.pose.x_m - 1.7).abs() < 0.11 && (found.pose.y_m + 0.8).abs() < 0.11, "{found:?}");
         let mut best = 0;
         for turned in 0..search.turned.len() {
@@ -197,7 +178,7 @@ mod tests {
             }
         }
         assert_eq!(f64::from(best) / (255.0 * moved.len() as f64), found.score);
-        assert!(search.run(found.score, None).is_none());
+        assert!(search.run(found.score).is_none());
     }
 
     #[test]

@@ -174,15 +174,20 @@ impl Pyramid {
         Self { cell_m, origin, levels }
     }
 
+    /// The cells of the lowest level that points lie in at a pose.
+    pub fn cells(&self, points: &[EndPoint], pose: &Pose2) -> impl Iterator<Item = [i64; 2]> {
+        let (sin, cos) = pose.theta_rad.sin_cos();
+        points.iter().map(move |point| {
+            let [x, y] = point.at_m.map(f64::from);
+            [pose.x_m + cos * x - sin * y, pose.y_m + sin * x + cos * y]
+                .map(|value| (value / f64::from(self.cell_m)).floor() as i64)
+        })
+    }
+
     /// Mean value of points at a pose, 0 to 1.
     pub fn score(&self, points: &[EndPoint], pose: &Pose2) -> f64 {
-        let (sin, cos) = pose.theta_rad.sin_cos();
-        let value = |point: &EndPoint| {
-            let [x, y] = point.at_m.map(f64::from);
-            let at = [pose.x_m + cos * x - sin * y, pose.y_m + sin * x + cos * y];
-            f64::from(self.bound(0, at.map(|value| (value / f64::from(self.cell_m)).floor() as i64)))
-        };
-        points.iter().map(value).sum::<f64>() / (255.0 * points.len().max(1) as f64)
+        let sum: f64 = self.cells(points, pose).map(|cell| f64::from(self.bound(0, cell))).sum();
+        sum / (255.0 * points.len().max(1) as f64)
     }
 
     /// The most that a point in this cell of the lowest level can find in the `2^level` cells from there on along both axes.

@@ -1,10 +1,9 @@
 //! `parameters`: what `--set` can change.
 
-use std::borrow::Cow;
 use std::fmt::Write;
 
 use biplane_matcher::{Parameter, TrackerParams};
-use textwrap::{Options, WordSplitter, WrapAlgorithm};
+use textwrap::{Options, WordSplitter};
 
 /// Lists the parameters of the matchers: name, default, range, and what each trades.
 ///
@@ -27,24 +26,15 @@ const WIDTH: usize = 100;
 
 fn text() -> String {
     let mut text = String::new();
+    let at_blanks = Options::new(WIDTH).word_splitter(WordSplitter::NoHyphenation).break_words(false);
     for parameter in TrackerParams::parameters() {
         let Parameter { name, least, most, .. } = parameter;
         let _ = writeln!(text, "{name} = {}   ({least} to {most})", default(parameter));
-        for line in lines(parameter.meaning) {
+        for line in textwrap::wrap(parameter.meaning, &at_blanks) {
             let _ = writeln!(text, "    {line}");
         }
     }
     text
-}
-
-/// A text in lines of [`WIDTH`], broken at blanks only.
-fn lines(text: &str) -> Vec<String> {
-    let one_line = text.split_whitespace().collect::<Vec<_>>().join(" ");
-    let options = Options::new(WIDTH)
-        .wrap_algorithm(WrapAlgorithm::FirstFit)
-        .word_splitter(WordSplitter::NoHyphenation)
-        .break_words(false);
-    textwrap::wrap(&one_line, options).into_iter().map(Cow::into_owned).collect()
 }
 
 fn json() -> String {

@@ -1,12 +1,11 @@
 //! `biplane parameters`: every flag that a `--config` file can give, with its default and what it does, as such a file.
 
-use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::io::Write as _;
 
 use anyhow::Context;
 use clap::{Arg, Command, CommandFactory};
-use textwrap::{Options, WordSplitter, WrapAlgorithm};
+use textwrap::{Options, WordSplitter};
 
 use crate::Outcome;
 use crate::cli::Cli;
@@ -40,11 +39,12 @@ pub fn run(args: &Args) -> anyhow::Result<Outcome> {
 }
 
 fn section(command: &Command, text: &mut String) {
+    let at_blanks = Options::new(WIDTH).word_splitter(WordSplitter::NoHyphenation).break_words(false);
     let gap = if text.is_empty() { "" } else { "\n" };
     let _ = writeln!(text, "{gap}[{}]", command.get_name());
     for flag in config::flags(command) {
         let help = flag.get_long_help().or(flag.get_help()).map(ToString::to_string).unwrap_or_default();
-        for line in lines(&help) {
+        for line in textwrap::wrap(&help, &at_blanks) {
             let _ = writeln!(text, "# {line}");
         }
         let long = flag.get_long().unwrap_or_default();
@@ -76,14 +76,4 @@ fn default(flag: &Arg) -> Option<String> {
             Some(format!("{all:?}"))
         }
     }
-}
-
-/// A text in lines of [`WIDTH`], broken at blanks only.
-fn lines(text: &str) -> Vec<String> {
-    let one_line = text.split_whitespace().collect::<Vec<_>>().join(" ");
-    let options = Options::new(WIDTH)
-        .wrap_algorithm(WrapAlgorithm::FirstFit)
-        .word_splitter(WordSplitter::NoHyphenation)
-        .break_words(false);
-    textwrap::wrap(&one_line, options).into_iter().map(Cow::into_owned).collect()
 }
