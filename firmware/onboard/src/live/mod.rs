@@ -38,6 +38,8 @@ mod absent;
 use absent as server;
 
 pub use address::{LiveAddress, NotAnAddress};
+#[cfg(feature = "live")]
+pub use protocol::{Request, Subscription, request};
 pub use report::LiveReport;
 pub use server::{Door, LiveView};
 pub use tap::Tap;

@@ -1,0 +1,47 @@
+//! Text files of other programs: CARMEN logs, trajectories, relations.
+
+use biplane::evaluate::relations::{RelationsParams, read_relations, relation_errors, report};
+use biplane::import::carmen::import;
+use biplane::trajectory::{TrajectoryFormat, read_poses, write_poses};
+use biplane_recording::{Reader, Topic, WriterOptions};
+
+use super::memory_file::{MemoryFile, Scratch};
+
+/// A log with a scan becomes a recording that reads whole, with as many scans and odometry messages as the report says.
+pub fn carmen(input: &[u8]) {
+    let (log, recording) = (MemoryFile::of(input), Scratch::new());
+    let options = WriterOptions { overwrite: true, ..WriterOptions::default() };
+    let Ok(report) = import(&log.path(), &recording.0, &options) else { return };
+    let entries: Vec<_> = Reader::open(&recording.0)
+        .expect("a whole file")
+        .messages()
+        .map(|entry| entry.expect("a whole file").topic_name)
+        .collect();
+    let count = |topic: Topic| entries.iter().filter(|name| **name == topic.name()).count();
+    assert_eq!(count(Topic::ScanHorizontal), report.scans);
+    assert_eq!(count(Topic::Odom), report.odometry);
+}
+
+/// Poses are written and read back: stamps to the nanosecond, places to the micrometre.
+pub fn poses(input: &[u8]) {
+    let Ok(poses) = read_poses(input) else { return };
+    for format in [TrajectoryFormat::Tum, TrajectoryFormat::XyTheta] {
+        let mut text = Vec::new();
+        write_poses(&mut text, &poses, format).expect("memory takes it");
+        let again = read_poses(text.as_slice()).expect("what is written reads");
+        assert_eq!(again.len(), poses.len());
+        for (a, b) in again.iter().zip(&poses) {
+            assert_eq!(a.stamp_ns, b.stamp_ns);
+            assert!((a.x_m - b.x_m).abs() < 1e-6 && (a.y_m - b.y_m).abs() < 1e-6, "{a:?} {b:?}");
+        }
+    }
+}
+
+/// Relations that read can be held against poses, those of a robot that stands still among them.
+pub fn relations(input: &[u8]) {
+    let Ok(relations) = read_relations(input) else { return };
+    let poses = read_poses(&b"0 0 0 0\n1 1 0 0\n2 1e6 -1e6 3\n"[..]).expect("three poses");
+    let (errors, found) = relation_errors(&relations, &poses, &RelationsParams::default());
+    assert!(errors.len() <= relations.len());
+    let _ = report(&errors, found);
+}

@@ -1,0 +1,103 @@
+//! What each parser of outside bytes promises for any bytes whatever: a function that panics where a promise is broken.
+//!
+//! Besides "no panic": what parses is written back as the same bytes or reads back as the same value, every byte of a stream is
+//! accounted for, memory grows with the input and with no number in it, and the time is bounded. The same functions are run
+//! - on stable Rust over a corpus and seeded mutations of it (`tests/inputs`),
+//! - by a coverage-guided fuzzer (`tests/fuzz`).
+
+pub mod corpus;
+mod geometry;
+mod logs;
+mod memory_file;
+mod messages;
+pub mod mutate;
+pub mod peak;
+mod recordings;
+mod rigs;
+mod sessions;
+mod wire;
+mod words;
+
+use biplane_clock::thread_cpu_ns;
+
+/// Memory that any parser may take for itself, bytes: chunks of a megabyte as they are written, the models of a LAZ decompressor.
+const OWN_BYTES: usize = 4 << 20;
+/// Processor time that an input may take, nanoseconds: a hundred times what the slowest takes in a debug build.
+const TIME_NS: i64 = 10_000_000_000;
+
+/// How an input is written, which says how it is best damaged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// Numbers in their own bytes.
+    Binary,
+    /// Words and numbers as people read them.
+    Text,
+}
+
+/// A parser of outside bytes and what it promises.
+#[derive(Clone, Copy, Debug)]
+pub struct Target {
+    /// Its name: of the corpus' folder, and for the command line.
+    pub name: &'static str,
+    /// How its inputs are written.
+    pub form: Form,
+    /// Panics when a promise is broken.
+    pub check: fn(&[u8]),
+    /// Bytes of memory that each byte of the input may cost.
+    pub memory_factor: usize,
+    /// Bytes that the input really unpacks to, each of which may cost `memory_factor` bytes as well; 0 where nothing is packed.
+    pub unpacked: fn(&[u8]) -> usize,
+}
+
+const fn target(name: &'static str, form: Form, memory_factor: usize, check: fn(&[u8])) -> Target {
+    Target { name, form, check, memory_factor, unpacked: |_| 0 }
+}
+
+/// All of them.
+pub const TARGETS: &[Target] = &[
+    target("lms", Form::Binary, 64, wire::lms),
+    target("p2os", Form::Binary, 64, wire::p2os),
+    target("rflex", Form::Binary, 64, wire::rflex),
+    target("roboclaw", Form::Binary, 64, wire::roboclaw),
+    target("laser_session", Form::Binary, 1024, sessions::laser),
+    target("base_session", Form::Binary, 1024, sessions::base),
+    target("message", Form::Binary, 16, messages::any),
+    Target { unpacked: recordings::unpacked, ..target("mcap", Form::Binary, 16, recordings::file) },
+    target("rig", Form::Text, 400, rigs::rig),
+    target("carmen", Form::Text, 64, logs::carmen),
+    target("poses", Form::Text, 64, logs::poses),
+    target("relations", Form::Text, 64, logs::relations),
+    target("obj", Form::Text, 64, geometry::obj),
+    target("ply", Form::Binary, 64, geometry::ply),
+    target("las", Form::Binary, 4096, geometry::las),
+    target("world_path", Form::Text, 400, rigs::world_path),
+    target("live_request", Form::Text, 64, words::live_request),
+    target("words", Form::Text, 64, words::command_line),
+];
+
+/// The target of that name.
+#[must_use]
+pub fn named(name: &str) -> Option<&'static Target> {
+    TARGETS.iter().find(|target| target.name == name)
+}
+
+/// Runs one input: panics where the parser breaks a promise of its own, takes more memory than the input is worth, or does not come back.
+/// Memory is measured where [`peak::PeakAllocator`] is installed.
+///
+/// # Panics
+/// With what is wrong.
+pub fn judge(target: &Target, input: &[u8]) {
+    let before_ns = thread_cpu_ns();
+    let ((), taken) = peak::during(|| (target.check)(input));
+    let spent_ns = thread_cpu_ns() - before_ns;
+    assert!(spent_ns < TIME_NS, "{}: {} bytes took {spent_ns} ns", target.name, input.len());
+    if taken > OWN_BYTES {
+        let allowed = OWN_BYTES + target.memory_factor * (input.len() + (target.unpacked)(input));
+        assert!(
+            taken <= allowed,
+            "{}: {} bytes took {taken} bytes of memory, {allowed} are allowed",
+            target.name,
+            input.len()
+        );
+    }
+}

@@ -1,0 +1,234 @@
+//! Streams of the serial lines: every byte accounted for, the same frames at any cut, and what parses writes back as it was.
+//!
+//! The first byte of an input says how it is taken: bit 0 which side speaks, bit 1 that checksums are mended first (so that damage gets
+//! past them), bit 2 that every other frame is taken back, the others how the stream is cut up.
+
+use biplane_wire::deframe::{Deframer, Framing, Measure};
+use biplane_wire::lms::{self, Telegram};
+use biplane_wire::p2os::{self, Packet, Report};
+use biplane_wire::roboclaw::{Collector, Motor, Question, Request as Asked, StatusWidth};
+use biplane_wire::{Item, WireError, rflex};
+
+/// Bits of an input's first byte.
+#[derive(Clone, Copy)]
+struct How(u8);
+
+impl How {
+    fn is_host(self) -> bool {
+        self.0 & 1 != 0
+    }
+    fn mended(self) -> bool {
+        self.0 & 2 != 0
+    }
+    fn takes_back(self) -> bool {
+        self.0 & 4 != 0
+    }
+    /// Longest piece that the stream comes in.
+    fn piece(self) -> usize {
+        1 + usize::from(self.0 >> 3) * 5
+    }
+}
+
+/// SICK LMS telegrams, either way.
+pub fn lms(input: &[u8]) {
+    let Some((how, bytes)) = input.split_first() else { return };
+    let how = How(*how);
+    let mend = |frame: &mut [u8]| {
+        let at = frame.len() - 2;
+        let sum = lms::checksum(&frame[..at]).to_le_bytes();
+        frame[at..].copy_from_slice(&sum);
+    };
+    if how.is_host() {
+        stream(lms::HostDeframer::new, how, bytes, mend, laser_frame);
+    } else {
+        stream(lms::DeviceDeframer::new, how, bytes, mend, laser_frame);
+    }
+}
+
+/// P2OS packets.
+pub fn p2os(input: &[u8]) {
+    let Some((how, bytes)) = input.split_first() else { return };
+    let mend = |frame: &mut [u8]| {
+        let at = frame.len() - 2;
+        let sum = p2os::checksum(&frame[3..at]).to_be_bytes();
+        frame[at..].copy_from_slice(&sum);
+    };
+    stream(p2os::Deframer::new, How(*how), bytes, mend, pioneer_frame);
+}
+
+/// rFLEX packets.
+pub fn rflex(input: &[u8]) {
+    let Some((how, bytes)) = input.split_first() else { return };
+    let mend = |frame: &mut [u8]| {
+        let at = frame.len() - 3;
+        frame[at] = rflex::checksum(&frame[2..at]);
+        frame[at + 1..].copy_from_slice(&rflex::TRAILER);
+    };
+    stream(rflex::Deframer::new, How(*how), bytes, mend, rflex_frame);
+}
+
+/// Answers of a RoboClaw to questions: an input is a row of a question's number, a count, and so many bytes.
+pub fn roboclaw(input: &[u8]) {
+    const QUESTIONS: [Question; 7] = [
+        Question::Encoders,
+        Question::Encoder(Motor::M1),
+        Question::Encoder(Motor::M2),
+        Question::MainBattery,
+        Question::Status(StatusWidth::Wide),
+        Question::Status(StatusWidth::Narrow),
+        Question::Firmware,
+    ];
+    let _ = Asked::parse(input).map(|asked| {
+        let mut out = [0; 8];
+        let count = asked.emit(&mut out).expect("it was read");
+        assert_eq!(&out[..count], input);
+    });
+    let mut collector = Collector::new();
+    let (mut rest, mut sent) = (input, 0);
+    while let [number, count, behind @ ..] = rest {
+        let (bytes, behind) = behind.split_at(usize::from(*count).min(behind.len()));
+        rest = behind;
+        let asked = Asked { address: 0x80, question: QUESTIONS[usize::from(*number) % QUESTIONS.len()] };
+        if number & 0x80 == 0 {
+            collector.ask(asked);
+        }
+        if let Ok(answer) = asked.question.accept(asked.address, bytes) {
+            let mut out = [0; 64];
+            let count = answer.emit(asked, &mut out).expect("it was read");
+            assert_eq!(&out[..count], bytes);
+        }
+        let _ = collector.take(bytes);
+        sent += bytes.len() as u64;
+        assert_eq!(collector.counts().bytes() + collector.buffered() as u64, sent);
+    }
+}
+
+/// A stream whole and in pieces: the same frames, every byte accounted for.
+fn stream<F: Framing, const N: usize>(
+    new: fn() -> Deframer<F, N>,
+    how: How,
+    bytes: &[u8],
+    mend: impl Fn(&mut [u8]),
+    frame: fn(&[u8]),
+) {
+    let mut bytes = bytes.to_vec();
+    if how.mended() {
+        mend_all::<F>(&mut bytes, mend);
+    }
+    let whole = frames(new(), how, &[&bytes], frame);
+    let pieces: Vec<&[u8]> = bytes.chunks(how.piece()).collect();
+    assert_eq!(whole, frames(new(), how, &pieces, frame), "frames depend on how the stream is cut");
+}
+
+/// Gives every announced frame a checksum that fits.
+fn mend_all<F: Framing>(bytes: &mut [u8], mend: impl Fn(&mut [u8])) {
+    let mut at = 0;
+    while at < bytes.len() {
+        at += match F::measure(&bytes[at..]) {
+            Measure::Frame(length)
+                if bytes[at] == F::START && length <= F::MAX_FRAME && at + length <= bytes.len() =>
+            {
+                mend(&mut bytes[at..at + length]);
+                length
+            }
+            _ => 1,
+        };
+    }
+}
+
+/// Where frames and control bytes stand, of a stream that ends.
+fn frames<F: Framing, const N: usize>(
+    mut deframer: Deframer<F, N>,
+    how: How,
+    pieces: &[&[u8]],
+    frame: fn(&[u8]),
+) -> Vec<(u64, usize)> {
+    let (mut found, mut seen, mut skipped, mut sent) = (Vec::new(), 0, 0, 0);
+    // After the last piece the input ends; then all is drained once more.
+    for piece in pieces.iter().copied().map(Some).chain([None]) {
+        let mut rest = piece.unwrap_or_default();
+        if piece.is_none() {
+            deframer.finish();
+        }
+        loop {
+            let taken = deframer.push(rest);
+            assert!(taken > 0 || rest.is_empty(), "a drained deframer takes something");
+            rest = &rest[taken..];
+            sent += taken as u64;
+            loop {
+                let back = match deframer.next() {
+                    None => break,
+                    Some(Item::Frame { offset, bytes }) => {
+                        frame(bytes);
+                        seen += 1;
+                        let back = how.takes_back() && seen % 2 == 0;
+                        if !back {
+                            found.push((offset, bytes.len()));
+                        }
+                        back
+                    }
+                    Some(Item::Control { offset, .. }) => {
+                        found.push((offset, 0));
+                        false
+                    }
+                    Some(Item::Skipped { count, .. }) => {
+                        skipped += count as u64;
+                        false
+                    }
+                };
+                if back {
+                    deframer.reject();
+                }
+            }
+            assert_eq!(deframer.position(), sent);
+            if rest.is_empty() {
+                break;
+            }
+        }
+    }
+    let counts = deframer.counts();
+    assert_eq!((counts.bytes(), deframer.buffered()), (sent, 0), "every byte is accounted for");
+    assert_eq!(counts.skipped_bytes, skipped);
+    let controls = found.iter().filter(|(_, length)| *length == 0).count();
+    assert_eq!((counts.control_bytes, counts.frames), (controls as u64, (found.len() - controls) as u64));
+    found
+}
+
+/// Panics unless what a writer put into `out` is `bytes`.
+fn same(written: Result<usize, WireError>, out: &[u8], bytes: &[u8]) {
+    assert_eq!(&out[..written.expect("it was read")], bytes);
+}
+
+fn laser_frame(bytes: &[u8]) {
+    let mut out = [0xA5; 2048];
+    let telegram = Telegram::parse(bytes).expect("a frame is a telegram");
+    same(telegram.emit(&mut out), &out, bytes);
+    if let Ok(request) = telegram.request() {
+        same(request.emit(telegram.address(), &mut out), &out, bytes);
+    }
+    if let (Ok(reply), Some(status)) = (telegram.reply(), telegram.status()) {
+        same(reply.emit(telegram.address(), status, &mut out), &out, bytes);
+    }
+}
+
+fn pioneer_frame(bytes: &[u8]) {
+    let mut out = [0xA5; 2048];
+    let packet = Packet::parse(bytes).expect("a frame is a packet");
+    same(packet.emit(&mut out), &out, bytes);
+    same(packet.command().emit(&mut out), &out, bytes);
+    match packet.report() {
+        // Names may be followed by anything.
+        Err(_) | Ok(Report::Identity(_)) => {}
+        Ok(report) => same(report.emit(&mut out), &out, bytes),
+    }
+}
+
+fn rflex_frame(bytes: &[u8]) {
+    let mut out = [0xA5; 2048];
+    let packet = rflex::Packet::parse(bytes).expect("a frame is a packet");
+    same(packet.emit(&mut out), &out, bytes);
+    same(packet.command().emit(packet.id, &mut out), &out, bytes);
+    if let Ok(report) = packet.report() {
+        same(report.emit(packet.id, &mut out), &out, bytes);
+    }
+}
