@@ -4,6 +4,7 @@ mod accuracy;
 mod captures;
 mod checksum;
 mod clock_steps;
+mod crash;
 mod faults;
 mod quiet_run;
 mod recorded;

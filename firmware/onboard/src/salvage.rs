@@ -2,13 +2,16 @@
 //!
 //! `NAME.mcap.active` becomes `NAME.mcap` with all that is intact in it. A file that was only cut short goes then, because nothing
 //! else was in it; one that is damaged elsewhere stays as `NAME.mcap.damaged`. One that is being written is left alone.
+//!
+//! The power may go again at any moment: the new file is on the disk itself before the old one goes, and what a salvage that was cut
+//! off left behind stops none of the next ones.
 
 use std::fs::{File, TryLockError};
-use std::io;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use biplane_recording::recover::Problem;
-use biplane_recording::{ReadError, RecoverError, RecoverReport};
+use biplane_recording::{Disk, ReadError, RecoverError, RecoverReport, WriterOptions, recover_with};
 
 /// What became of one unfinished recording.
 #[derive(Debug)]
@@ -48,6 +51,14 @@ pub struct Leftover {
 /// # Errors
 /// When the folder cannot be listed or a leftover cannot be renamed or removed.
 pub fn salvage(folder: &Path) -> io::Result<Vec<Leftover>> {
+    salvage_on(&Disk::default(), folder)
+}
+
+/// The same, on a disk of a test's own.
+///
+/// # Errors
+/// As [`salvage`].
+pub fn salvage_on(disk: &Disk, folder: &Path) -> io::Result<Vec<Leftover>> {
     let mut unfinished = Vec::new();
     for entry in std::fs::read_dir(folder)? {
         let path = entry?.path();
@@ -56,40 +67,109 @@ pub fn salvage(folder: &Path) -> io::Result<Vec<Leftover>> {
         }
     }
     unfinished.sort();
-    unfinished.into_iter().map(leftover).collect()
+    unfinished.into_iter().map(|unfinished| leftover(disk, unfinished)).collect()
 }
 
-fn leftover(unfinished: PathBuf) -> io::Result<Leftover> {
+fn leftover(disk: &Disk, unfinished: PathBuf) -> io::Result<Leftover> {
     let recording = unfinished.with_extension("");
-    let (outcome, messages) = one(&unfinished, &recording)?;
+    let (outcome, messages) = one(disk, &unfinished, &recording)?;
     Ok(Leftover { unfinished, recording, outcome, messages })
 }
 
-fn one(unfinished: &Path, recording: &Path) -> io::Result<(Salvaged, u64)> {
+fn one(disk: &Disk, unfinished: &Path, recording: &Path) -> io::Result<(Salvaged, u64)> {
     let file = File::open(unfinished)?;
     // The writer holds this lock as long as it lives.
     if let Err(TryLockError::WouldBlock) = file.try_lock() {
         return Ok((Salvaged::BeingWritten, 0));
     }
     let size = file.metadata()?.len();
-    if size == 0 {
-        std::fs::remove_file(unfinished)?;
+    // A file may have grown on the disk without its data.
+    if is_zeros(&file)? {
+        disk.storage().remove(unfinished)?;
         return Ok((Salvaged::Empty, 0));
     }
     if recording.symlink_metadata().is_ok() {
-        return Ok((Salvaged::NameTaken, 0));
+        return name_taken(disk, unfinished, recording);
     }
-    match biplane_recording::recover(unfinished, recording) {
-        Ok(report) if only_cut(&report, size) => {
-            std::fs::remove_file(unfinished)?;
-            Ok((Salvaged::Whole, report.messages))
-        }
-        Ok(report) => Ok((Salvaged::Damaged(set_aside(unfinished, recording)?), report.messages)),
+    clear_stale(disk, recording)?;
+    let options = WriterOptions { disk: disk.clone(), ..WriterOptions::default() };
+    match recover_with(unfinished, recording, &options) {
+        Ok(report) => put_away(disk, unfinished, recording, size, &report),
         Err(RecoverError::Read(ReadError::NotMcap { .. })) => {
-            Ok((Salvaged::NotOurs(set_aside(unfinished, recording)?), 0))
+            Ok((Salvaged::NotOurs(set_aside(disk, unfinished, recording)?), 0))
         }
         Err(error) => Ok((Salvaged::Failed(error), 0)),
     }
+}
+
+/// Removes the half copy of an earlier salvage, whatever the disk has made of its bytes, unless that one still goes on.
+fn clear_stale(disk: &Disk, recording: &Path) -> io::Result<()> {
+    let mut name = recording.as_os_str().to_owned();
+    name.push(".recovering");
+    match File::open(&name) {
+        Ok(file) if file.try_lock().is_ok() => disk.storage().remove(Path::new(&name)),
+        _ => Ok(()),
+    }
+}
+
+/// What is left of the unfinished file goes when nothing else was in it, and else stays beside the recording.
+fn put_away(
+    disk: &Disk,
+    unfinished: &Path,
+    recording: &Path,
+    size: u64,
+    report: &RecoverReport,
+) -> io::Result<(Salvaged, u64)> {
+    if only_cut(report, size) {
+        disk.storage().remove(unfinished)?;
+        return Ok((Salvaged::Whole, report.messages));
+    }
+    Ok((Salvaged::Damaged(set_aside(disk, unfinished, recording)?), report.messages))
+}
+
+/// The recording may be what an earlier salvage made of this very file, before the power went again: then it ends what that one began.
+fn name_taken(disk: &Disk, unfinished: &Path, recording: &Path) -> io::Result<(Salvaged, u64)> {
+    let mut name = recording.as_os_str().to_owned();
+    name.push(".again");
+    let again = PathBuf::from(name);
+    clear_stale(disk, &again)?;
+    let options = WriterOptions { disk: disk.clone(), overwrite: true, ..WriterOptions::default() };
+    let Ok(report) = recover_with(unfinished, &again, &options) else {
+        return Ok((Salvaged::NameTaken, 0));
+    };
+    let same = is_same(&File::open(&again)?, &File::open(recording)?)?;
+    disk.storage().remove(&again)?;
+    if !same {
+        return Ok((Salvaged::NameTaken, 0));
+    }
+    let size = unfinished.metadata()?.len();
+    put_away(disk, unfinished, recording, size, &report)
+}
+
+/// Whether nothing but zeros is in a file.
+fn is_zeros(file: &File) -> io::Result<bool> {
+    let mut buffer = vec![0; 1 << 16];
+    let mut file = file;
+    loop {
+        match file.read(&mut buffer)? {
+            0 => return Ok(true),
+            count if buffer.iter().take(count).any(|byte| *byte != 0) => return Ok(false),
+            _ => {}
+        }
+    }
+}
+
+fn is_same(one: &File, other: &File) -> io::Result<bool> {
+    if one.metadata()?.len() != other.metadata()?.len() {
+        return Ok(false);
+    }
+    let (one, other) = (io::BufReader::new(one).bytes(), io::BufReader::new(other).bytes());
+    for (one, other) in one.zip(other) {
+        if one? != other? {
+            return Ok(false);
+        }
+    }
+    Ok(true)
 }
 
 /// True when the file merely ends early: what cannot be used of it reaches to its end and was never whole.
@@ -101,11 +181,11 @@ fn only_cut(report: &RecoverReport, size: u64) -> bool {
     })
 }
 
-fn set_aside(unfinished: &Path, recording: &Path) -> io::Result<PathBuf> {
+fn set_aside(disk: &Disk, unfinished: &Path, recording: &Path) -> io::Result<PathBuf> {
     let mut name = recording.as_os_str().to_owned();
     name.push(".damaged");
     let aside = PathBuf::from(name);
-    std::fs::rename(unfinished, &aside)?;
+    disk.storage().rename(unfinished, &aside)?;
     Ok(aside)
 }
 

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 
 use biplane_recording::msg::{DiagnosticStatus, KeyValue, Message};
+use biplane_recording::write::PROMISED_NS;
 use biplane_recording::{PartsReport, PartsWriter, Topic, WriteError};
 
 use super::RunClock;
@@ -55,6 +56,7 @@ impl Writing {
             rotate: Arc::clone(&rotate),
             cdr: Vec::new(),
             delays: Delays::default(),
+            is_slow: false,
             tap,
         };
         let flag = Arc::clone(&failed);
@@ -111,6 +113,8 @@ struct Worker {
     rotate: Arc<AtomicBool>,
     cdr: Vec<u8>,
     delays: Delays,
+    /// Whether the disk has been told to be slow.
+    is_slow: bool,
     tap: Option<Tap>,
 }
 
@@ -132,7 +136,7 @@ impl Worker {
                     self.disk_low.store(true, Ordering::Relaxed);
                 }
                 let mut message = diagnostics::message(now_ns, &health);
-                message.status.push(disk_status(free_bytes));
+                message.status.push(disk_status(free_bytes, self.at_risk()));
                 message.status.push(self.delays.status());
                 message.status.push(clock_status(self.clock.utc_offset_ns()));
                 message.encode(&mut self.cdr);
@@ -149,7 +153,8 @@ impl Worker {
                 let delays = self.delays.report();
                 return Ok((self.writer.finish()?, delays));
             }
-            if is_idle {
+            let saved = self.writer.save_if_due(&|| self.clock.now_ns())?;
+            if is_idle && !saved {
                 biplane_clock::sleep_ns(IDLE_NS);
             }
         }
@@ -157,6 +162,18 @@ impl Worker {
 }
 
 impl Worker {
+    /// What a power cut would have cost at worst since the last time, ns. When it begins to be more than promised it is told.
+    fn at_risk(&mut self) -> i64 {
+        let at_risk_ns = self.writer.take_worst_age_ns();
+        let is_slow = at_risk_ns > PROMISED_NS;
+        if is_slow && !self.is_slow {
+            let at_risk_s = at_risk_ns as f64 / 1e9;
+            tracing::warn!("the disk is slow: a power cut would now cost the last {at_risk_s:.1} s");
+        }
+        self.is_slow = is_slow;
+        at_risk_ns
+    }
+
     /// The message in hand, which is in the file, to the live view.
     fn show(&mut self, head: &Head) {
         if let Some(tap) = &mut self.tap {
@@ -165,20 +182,25 @@ impl Worker {
     }
 }
 
-/// Room on the recording's disk.
-fn disk_status(free: Option<u64>) -> DiagnosticStatus {
+/// Room on the recording's disk, and what a power cut would have cost.
+fn disk_status(free: Option<u64>, at_risk_ns: i64) -> DiagnosticStatus {
     let (level, message) = match free {
         Some(free) if free < disk::LOW_BYTES => (DiagnosticStatus::WARN, "little room left"),
+        _ if at_risk_ns > PROMISED_NS => {
+            (DiagnosticStatus::WARN, "slow: a power cut would cost more than a second")
+        }
         Some(_) => (DiagnosticStatus::OK, "room left"),
         None => (DiagnosticStatus::STALE, "room not known"),
     };
-    let values = free.map(|free| KeyValue { key: "free_bytes".to_owned(), value: free.to_string() });
+    let value = |key: &str, value: String| KeyValue { key: key.to_owned(), value };
+    let free = free.map(|free| value("free_bytes", free.to_string()));
+    let at_risk = value("at_risk_ms", (at_risk_ns / 1_000_000).to_string());
     DiagnosticStatus {
         level,
         name: "biplane: disk".to_owned(),
         message: message.to_owned(),
         hardware_id: "disk".to_owned(),
-        values: values.into_iter().collect(),
+        values: free.into_iter().chain([at_risk]).collect(),
     }
 }
 

@@ -82,7 +82,9 @@ impl std::fmt::Display for Finding {
             write!(f, ", {missing_bytes} more missing")?;
         }
         if *kept_messages > 0 {
-            write!(f, ", {kept_messages} messages kept")?;
+            let unproven = matches!(problem, Problem::CutChunk | Problem::TornChunk);
+            let proof = if unproven { " by their form, without a checksum" } else { "" };
+            write!(f, ", {kept_messages} messages kept{proof}")?;
         }
         if *lost_messages > 0 {
             write!(f, ", {lost_messages} messages lost")?;

@@ -19,7 +19,7 @@ pub use finding::{Finding, Problem};
 
 use crate::read::{ReadError, Source};
 use crate::records::MAGIC;
-use crate::write::{WriteError, Writer, recovering_path};
+use crate::write::{WriteError, Writer, WriterOptions, recovering_path};
 use salvage::Salvage;
 use std::fs::File;
 use std::io;
@@ -127,6 +127,18 @@ pub fn recover(input: &Path, output: &Path) -> Result<RecoverReport, RecoverErro
 /// # Errors
 /// As [`recover`].
 pub fn recover_over(input: &Path, output: &Path, overwrite: bool) -> Result<RecoverReport, RecoverError> {
+    recover_with(input, output, &WriterOptions { overwrite, ..WriterOptions::default() })
+}
+
+/// The same, with all that can be told of the new file. Once it has its name it is on the disk itself, whatever the options say.
+///
+/// # Errors
+/// As [`recover`].
+pub fn recover_with(
+    input: &Path,
+    output: &Path,
+    options: &WriterOptions,
+) -> Result<RecoverReport, RecoverError> {
     let cannot = |source: io::Error| match source.kind() {
         io::ErrorKind::NotFound => ReadError::Missing { path: input.to_owned() },
         _ => ReadError::Io { path: input.to_owned(), offset: 0, source },
@@ -139,7 +151,7 @@ pub fn recover_over(input: &Path, output: &Path, overwrite: bool) -> Result<Reco
     let size = metadata.len();
     let walk = start(input, &file, size)?;
     let profile = walk::profile(&mut Source::new(&file, size)).map_err(cannot)?;
-    let writer = Writer::create_copy(output, input, &profile, overwrite)?;
+    let writer = Writer::create_copy(output, input, &profile, options)?;
     let mut salvage = Salvage::new(input, &file, size, writer);
     let report = match salvage.run(walk) {
         Ok(()) => salvage.finish().map_err(RecoverError::from),
@@ -150,7 +162,7 @@ pub fn recover_over(input: &Path, output: &Path, overwrite: bool) -> Result<Reco
     };
     if report.is_err() {
         // Half a copy is of no use, and the next attempt would take it for one of somebody else.
-        let _ = std::fs::remove_file(recovering_path(output));
+        let _ = options.disk.storage().remove(&recovering_path(output));
     }
     report
 }

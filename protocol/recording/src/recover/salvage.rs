@@ -16,8 +16,8 @@ use std::path::Path;
 
 /// The smallest piece that a disk writes: a run of so many zeros at such a place was never written.
 const SECTOR: u64 = 512;
-/// Fewer zeros at a chunk's end are no sign of anything.
-const SHORTEST_HOLE: usize = 16;
+/// Fewer zeros at a sector's end are no sign of anything: packed bytes have them too.
+const SHORTEST_HOLE: usize = 8;
 
 /// A recovery at work.
 pub(super) struct Salvage<'a> {
@@ -197,7 +197,7 @@ impl<'a> Salvage<'a> {
         error: &ChunkError,
     ) -> Result<(), RecoverError> {
         let mut tally = Tally::default();
-        let Some(hole) = find_hole(packed, offset + PREFIX_SIZE + size as u64) else {
+        let Some(hole) = hole_in(header, packed, offset + PREFIX_SIZE + size as u64) else {
             let what = error.to_string();
             self.note(offset, packed.len() as u64, &tally, Problem::DamagedChunk { what });
             return Ok(());
@@ -246,7 +246,9 @@ impl<'a> Salvage<'a> {
                 self.note(offset, 0, &tally, Problem::DamagedRecord { what });
                 kept
             }
-            Err(error) if end < self.size || error.is_damage() || hole_in(&header, packed, start) => {
+            Err(error)
+                if end < self.size || error.is_damage() || hole_in(&header, packed, start).is_some() =>
+            {
                 self.damaged_chunk(offset, (&header, size), packed, &mut unpacked, &error)
             }
             Err(_cut) => {
@@ -372,17 +374,23 @@ impl<'a> Salvage<'a> {
     }
 }
 
-/// Whether part of a packed chunk was never written. Where nothing is packed, zeros may well be data.
-fn hole_in(header: &ChunkHeader, packed: &[u8], start: u64) -> bool {
-    !header.compression.is_empty() && find_hole(packed, start).is_some()
+/// Where a part of a packed chunk begins that was never written. Where nothing is packed, zeros may well be data.
+fn hole_in(header: &ChunkHeader, packed: &[u8], start: u64) -> Option<usize> {
+    if header.compression.is_empty() { None } else { find_hole(packed, start) }
 }
 
-/// Where in `bytes`, which stand at `offset` in the file, a sector of the disk was never written: it, or what of it is in `bytes`
-/// at their end, is all zeros.
+/// Where in `bytes`, which stand at `offset` in the file, a sector of the disk was never written, or not to its end: zeros up to where it
+/// ends, or the bytes do.
 fn find_hole(bytes: &[u8], offset: u64) -> Option<usize> {
-    let first = (offset.next_multiple_of(SECTOR) - offset) as usize;
-    let mut sectors = bytes.get(first..)?.chunks(SECTOR as usize).enumerate();
-    let unwritten = |sector: &[u8]| sector.len() >= SHORTEST_HOLE && sector.iter().all(|byte| *byte == 0);
-    let (number, _) = sectors.find(|(_, sector)| unwritten(sector))?;
-    Some(first + number * SECTOR as usize)
+    let first = ((offset.next_multiple_of(SECTOR) - offset) as usize).min(bytes.len());
+    let (head, rest) = bytes.split_at(first);
+    let mut end = 0;
+    for sector in std::iter::once(head).chain(rest.chunks(SECTOR as usize)) {
+        end += sector.len();
+        let zeros = sector.iter().rev().take_while(|byte| **byte == 0).count();
+        if zeros >= SHORTEST_HOLE {
+            return Some(end - zeros);
+        }
+    }
+    None
 }

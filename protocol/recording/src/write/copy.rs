@@ -21,21 +21,22 @@ impl Stamped {
 
 impl Writer {
     /// Starts the copy of a broken file, of any profile. While it is written its name is `PATH.recovering`, because the broken file
-    /// itself may well be `PATH.active`.
+    /// itself may well be `PATH.active`. When it is finished it is on the disk itself: the broken file may then be removed.
     ///
     /// # Errors
-    /// As [`Writer::create`], without anything being replaced.
+    /// As [`Writer::create`]; [`WriteError::Recovering`] when another recovery to that name goes on.
     pub(crate) fn create_copy(
         path: &Path,
         input: &Path,
         profile: &str,
-        overwrite: bool,
+        options: &WriterOptions,
     ) -> Result<Self, WriteError> {
-        let kept = WriterOptions { inputs: vec![input.to_owned()], ..WriterOptions::default() };
-        let options = WriterOptions { overwrite, ..kept.clone() };
+        let mut options = WriterOptions { sync: true, ..options.clone() };
+        options.inputs.push(input.to_owned());
         target::check(path, &options)?;
         let recovering = recovering_path(path);
-        // A recovery that still goes on is not disturbed, whatever its output is worth.
+        target::clear_stale(&recovering, &options)?;
+        let kept = WriterOptions { overwrite: false, ..options.clone() };
         let file = target::create(&recovering, &kept).map_err(|error| match error {
             WriteError::Unfinished { path } => WriteError::Recovering { path },
             other => other,

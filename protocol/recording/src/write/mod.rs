@@ -5,13 +5,19 @@
 
 mod copy;
 mod error;
+mod options;
 mod parts;
+mod saving;
+mod storage;
 mod target;
 
 pub(crate) use copy::recovering_path;
 pub use error::WriteError;
+pub use options::WriterOptions;
 pub use parts::{PartsReport, PartsWriter, Rotation, part_path};
 pub(crate) use parts::{part_of, parts_on_disk};
+pub use saving::PROMISED_NS;
+pub use storage::{Disk, Storage, StoredFile};
 pub use target::active_path;
 
 use crate::msg::{ByteArray, Message};
@@ -22,43 +28,11 @@ use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use mcap::{Compression, McapResult, WriteOptions};
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use storage::Stream;
 use target::sync_folder;
-
-/// How a recording is written.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub struct WriterOptions {
-    /// Replace an existing file, and an unfinished one, of that name. Otherwise both are an error.
-    pub overwrite: bool,
-    /// Files that the output is made from: they are never replaced, under no name, not even when told to overwrite.
-    pub inputs: Vec<PathBuf>,
-    /// Wait until each chunk is on the disk itself (`fdatasync`), so that a power cut costs a second at most. For live recording;
-    /// a replay writes hours in seconds and would only wait.
-    pub sync: bool,
-    /// A chunk is closed before a message whose log time is this much after the chunk's first, in ns. Larger packs better and loses
-    /// more in a crash. The default of 0.9 s leaves time for writing within the second that is promised.
-    pub chunk_span_ns: i64,
-    /// A chunk is closed when its messages take this many bytes.
-    pub chunk_bytes: u64,
-    /// Raise a log time before an earlier one to it. Without this a file may step back in time, as one of a recorder that trusts a
-    /// clock that steps: for tests of those who have to read it.
-    pub in_order: bool,
-}
-
-impl Default for WriterOptions {
-    fn default() -> Self {
-        Self {
-            overwrite: false,
-            inputs: Vec::new(),
-            sync: false,
-            chunk_span_ns: 900_000_000,
-            chunk_bytes: 1 << 20,
-            in_order: true,
-        }
-    }
-}
 
 /// What a finished file holds.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -73,7 +47,7 @@ pub struct WriteReport {
     pub bytes: u64,
 }
 
-type Sink = NoSeek<BufWriter<File>>;
+type Sink = NoSeek<BufWriter<Stream>>;
 
 /// A channel of the file: its id in it, and how many messages it has.
 #[derive(Copy, Clone)]
@@ -99,7 +73,7 @@ type ChannelKey = (String, String, String);
 /// Dropped before [`Writer::finish`], it leaves `NAME.active` behind.
 pub struct Writer {
     inner: mcap::Writer<Sink>,
-    file: File,
+    file: Arc<dyn StoredFile>,
     path: PathBuf,
     active: PathBuf,
     options: WriterOptions,
@@ -109,6 +83,8 @@ pub struct Writer {
     first_numbers: BTreeMap<Topic, u32>,
     log_time_ns: i64,
     chunk_start_ns: Option<i64>,
+    /// Log time of the first message that no flush has taken yet.
+    unsaved_since_ns: Option<i64>,
     messages: u64,
     flushed_bytes: u64,
     failed: bool,
@@ -134,7 +110,7 @@ impl Writer {
         let active = active_path(path);
         let file = target::create(&active, options)?;
         if options.sync {
-            sync_folder(&active)?;
+            sync_folder(&active, options)?;
         }
         Self::start(path, active, file, options, "ros2")
     }
@@ -152,15 +128,10 @@ impl Writer {
     fn start(
         path: &Path,
         active: PathBuf,
-        file: File,
+        file: Arc<dyn StoredFile>,
         options: &WriterOptions,
         profile: &str,
     ) -> Result<Self, WriteError> {
-        let sink = file.try_clone().map_err(|source| WriteError::Io {
-            action: "open",
-            path: active.clone(),
-            source,
-        })?;
         // Without seeking, a chunk is put together in memory and written whole: what is on the disk never holds a chunk whose
         // length is still a placeholder, on which other people's readers give up.
         let inner = WriteOptions::new()
@@ -170,7 +141,7 @@ impl Writer {
             .compression_threads(0)
             .chunk_size(Some(options.chunk_bytes))
             .disable_seeking(true)
-            .create(NoSeek::new(BufWriter::new(sink)))
+            .create(NoSeek::new(BufWriter::new(Stream(Arc::clone(&file)))))
             .map_err(|error| explain(&active, error))?;
         Ok(Self {
             inner,
@@ -183,6 +154,7 @@ impl Writer {
             first_numbers: BTreeMap::new(),
             log_time_ns: 0,
             chunk_start_ns: None,
+            unsaved_since_ns: None,
             messages: 0,
             flushed_bytes: 0,
             failed: false,
@@ -279,9 +251,10 @@ impl Writer {
     fn put(&mut self, stamped: Stamped, bytes: &[u8]) -> Result<(), WriteError> {
         let start = *self.chunk_start_ns.get_or_insert(stamped.log_time_ns);
         if stamped.log_time_ns.saturating_sub(start) >= self.options.chunk_span_ns {
-            self.flush()?;
+            self.close_chunk()?;
             self.chunk_start_ns = Some(stamped.log_time_ns);
         }
+        self.unsaved_since_ns.get_or_insert(stamped.log_time_ns);
         let header = MessageHeader {
             channel_id: stamped.channel,
             sequence: stamped.sequence,
@@ -317,15 +290,27 @@ impl Writer {
     /// # Errors
     /// As [`Writer::write`].
     pub fn flush(&mut self) -> Result<(), WriteError> {
-        self.chunk_start_ns = None;
-        self.attempt(mcap::Writer::flush)?;
+        self.close_chunk()?;
         if self.options.sync {
-            let synced = self.file.sync_data();
+            let synced = self.file.sync();
             self.attempt(|_| Ok(synced?))?;
         }
-        let metadata = self.file.metadata();
-        self.flushed_bytes = self.attempt(|_| Ok(metadata?.len()))?;
+        self.unsaved_since_ns = None;
         Ok(())
+    }
+
+    /// Closes the chunk and hands it to the system: the end of the process no longer matters to it.
+    fn close_chunk(&mut self) -> Result<(), WriteError> {
+        self.chunk_start_ns = None;
+        self.attempt(mcap::Writer::flush)?;
+        let size = self.file.size();
+        self.flushed_bytes = self.attempt(|_| Ok(size?))?;
+        Ok(())
+    }
+
+    /// Log time of the first message that was written since the last flush, in ns.
+    pub(super) fn unsaved_since_ns(&self) -> Option<i64> {
+        self.unsaved_since_ns
     }
 
     /// Does something with the file, unless something failed before: after an error nothing more is written.
@@ -379,16 +364,18 @@ impl Writer {
     pub fn finish(mut self) -> Result<WriteReport, WriteError> {
         let summary = self.attempt(mcap::Writer::finish)?;
         if self.options.sync {
-            self.file.sync_all().map_err(|source| refused("sync", &self.active, source))?;
+            self.file.sync().map_err(|source| refused("sync", &self.active, source))?;
         }
         // Somebody may have put a file there while we wrote.
         target::check(&self.path, &self.options)?;
-        std::fs::rename(&self.active, &self.path)
+        let storage = self.options.disk.storage();
+        storage
+            .rename(&self.active, &self.path)
             .map_err(|source| refused("rename to its name", &self.active, source))?;
         if self.options.sync {
-            sync_folder(&self.path)?;
+            sync_folder(&self.path, &self.options)?;
         }
-        let bytes = self.file.metadata().map_err(|source| refused("look at", &self.path, source))?.len();
+        let bytes = self.file.size().map_err(|source| refused("look at", &self.path, source))?;
         let chunks = summary.chunk_indexes.len() as u64;
         Ok(WriteReport { path: self.path, messages: self.messages, chunks, bytes })
     }

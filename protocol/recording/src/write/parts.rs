@@ -7,6 +7,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+use super::saving::Pace;
 use super::target::{self, active_path};
 use super::{WriteError, WriteReport, Writer, WriterOptions};
 use crate::msg::Message;
@@ -93,6 +94,7 @@ pub struct PartsWriter {
     /// The last message of each topic that is told once for all: its stamp and its bytes.
     latched: BTreeMap<Topic, (i64, Vec<u8>)>,
     finished: Vec<WriteReport>,
+    pub(super) pace: Pace,
     scratch: Vec<u8>,
 }
 
@@ -115,6 +117,7 @@ impl PartsWriter {
             metadata: Vec::new(),
             latched: BTreeMap::new(),
             finished: Vec::new(),
+            pace: Pace::default(),
             scratch: Vec::new(),
         })
     }
@@ -138,13 +141,13 @@ impl PartsWriter {
     /// where nothing was to be overwritten, so that every part is of that run, the finished parts.
     pub fn remove_begun(path: &Path, options: &WriterOptions, rotation: Rotation) {
         if !rotation.is_on() {
-            let _ = std::fs::remove_file(active_path(path));
+            let _ = options.disk.storage().remove(&active_path(path));
             return;
         }
         for part in parts_on_disk(path).into_iter().map(|number| part_path(path, number)) {
-            let _ = std::fs::remove_file(active_path(&part));
+            let _ = options.disk.storage().remove(&active_path(&part));
             if !options.overwrite {
-                let _ = std::fs::remove_file(part);
+                let _ = options.disk.storage().remove(&part);
             }
         }
     }
@@ -262,7 +265,7 @@ impl PartsWriter {
         self.writer()?.flush()
     }
 
-    fn writer(&mut self) -> Result<&mut Writer, WriteError> {
+    pub(super) fn writer(&mut self) -> Result<&mut Writer, WriteError> {
         match &mut self.writer {
             Some(writer) => Ok(writer),
             None => Err(WriteError::Failed { path: part_path(&self.path, self.number) }),

@@ -4,12 +4,13 @@
 //! earlier output only when asked.
 
 use super::error::refused;
-use super::{WriteError, WriterOptions};
+use super::{StoredFile, WriteError, WriterOptions};
 use std::ffi::OsString;
 use std::fs::{File, Metadata};
 use std::io::{self, Read};
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use crate::records::MAGIC;
 
@@ -26,14 +27,13 @@ pub(super) fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
 }
 
 /// Brings a new or renamed file's name to the disk: it stands in the folder, not in the file.
-pub(super) fn sync_folder(path: &Path) -> Result<(), WriteError> {
+pub(super) fn sync_folder(path: &Path, options: &WriterOptions) -> Result<(), WriteError> {
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };
-    File::open(folder)
-        .and_then(|folder| folder.sync_all())
-        .map_err(|source| refused("sync the folder of", path, source))
+    let synced = options.disk.storage().sync_folder(folder);
+    synced.map_err(|source| refused("sync the folder of", path, source))
 }
 
 /// Whether `path` may become the output: an error when it is there and is an input, no regular file, or not to be replaced.
@@ -66,25 +66,36 @@ pub(super) fn check_temporary(temporary: &Path, options: &WriterOptions) -> Resu
 }
 
 /// Creates `temporary`, which nothing but an unfinished recording that may go can have stood for.
-pub(super) fn create(temporary: &Path, options: &WriterOptions) -> Result<File, WriteError> {
+pub(super) fn create(temporary: &Path, options: &WriterOptions) -> Result<Arc<dyn StoredFile>, WriteError> {
     check_temporary(temporary, options)?;
     if options.overwrite {
         // Its name goes, not its bytes: whoever has it under another name keeps it.
-        match std::fs::remove_file(temporary) {
+        match options.disk.storage().remove(temporary) {
             Err(source) if source.kind() != io::ErrorKind::NotFound => {
                 return Err(refused("replace", temporary, source));
             }
             _ => {}
         }
     }
-    let file = File::options().write(true).create_new(true).open(temporary);
-    let file = file.map_err(|source| match source.kind() {
+    options.disk.storage().create(temporary).map_err(|source| match source.kind() {
         io::ErrorKind::AlreadyExists => WriteError::Unfinished { path: temporary.to_owned() },
-        _ => WriteError::Io { action: "create", path: temporary.to_owned(), source },
-    })?;
-    // Tells whoever salvages unfinished recordings that this one is being written; a file system without locks cannot.
-    let _ = file.try_lock();
-    Ok(file)
+        _ => refused("create", temporary, source),
+    })
+}
+
+/// Removes the unfinished copy of a recovery that was itself cut off: what it was made from is still there, and nobody holds its lock. One
+/// that still goes on is left, and what is no recording.
+pub(super) fn clear_stale(recovering: &Path, options: &WriterOptions) -> Result<(), WriteError> {
+    let is_file = recovering.symlink_metadata().is_ok_and(|entry| entry.is_file());
+    if !is_file || !begins_as_recording(recovering).unwrap_or(false) {
+        return Ok(());
+    }
+    check_temporary(recovering, &WriterOptions { overwrite: true, ..options.clone() })?;
+    // Without locks nobody can tell; it stays then.
+    if File::open(recovering).is_ok_and(|file| file.try_lock().is_ok()) {
+        options.disk.storage().remove(recovering).map_err(|source| refused("replace", recovering, source))?;
+    }
+    Ok(())
 }
 
 /// Removes a part of an earlier recording that the output was to replace; one that is not there, or was never finished, is left.
@@ -96,7 +107,7 @@ pub(super) fn remove_replaced(path: &Path, options: &WriterOptions) -> Result<()
     if !begins_as_recording(path).unwrap_or(false) {
         return Err(WriteError::InTheWay { path: path.to_owned() });
     }
-    std::fs::remove_file(path).map_err(|source| refused("replace", path, source))
+    options.disk.storage().remove(path).map_err(|source| refused("replace", path, source))
 }
 
 fn refuse_input(path: &Path, found: &Metadata, options: &WriterOptions) -> Result<(), WriteError> {

@@ -16,7 +16,7 @@ fn after_a_write_that_failed_nothing_more_is_written_and_the_file_gets_no_name()
     let (path, active) = (folder.join("run.mcap"), folder.join("run.mcap.active"));
     std::fs::write(&active, b"").unwrap();
     // Opened for reading: every write is refused.
-    let file = File::open(&active).unwrap();
+    let file = Arc::new(std::fs::File::open(&active).unwrap());
     let mut writer = Writer::start(&path, active.clone(), file, &WriterOptions::default(), "ros2").unwrap();
     let bytes = vec![0x5A; 5000];
     let mut errors = Vec::new();
