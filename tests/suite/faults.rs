@@ -10,11 +10,13 @@ mod outcome;
 use std::ops::RangeInclusive;
 
 use biplane_mock::faults::Preset;
-use biplane_recording::rig::{Laser, Units};
+use biplane_recording::rig::{BaseProtocol, Laser, Units};
 use biplane_recording::{Port, Rig};
 
+use crate::rig::bytes::Harm;
 use crate::rig::devices::{rflex_base, rig_at, roboclaw_base};
-use crate::rig::seeds;
+use crate::rig::fault_seeds as seeds;
+use crate::rig::strangers::Stranger;
 use fault::Fault;
 use judge::run;
 use outcome::{HEAD, Outcome};
@@ -55,7 +57,7 @@ fn conclude(rows: &str, wrong: &[String]) {
 #[track_caller]
 fn check_at(fault: Fault, ports: &[Port]) {
     let mut wrong = Vec::new();
-    let mut table = rows(fault, ports, &rig_at(38_400), seeds(2, 1), &mut wrong);
+    let mut table = rows(fault, ports, &rig_at(38_400), seeds(fault.few(), 1), &mut wrong);
     table += &rows(fault, &LASERS, &rig_at(500_000), seeds(1, 10), &mut wrong);
     conclude(&table, &wrong);
 }
@@ -143,6 +145,103 @@ fn devices_left_streaming() {
 #[test]
 fn bit_noise_behind_a_stalling_adapter_with_a_loose_connector() {
     check(Fault::Noise(&[Preset::LooseConnector, Preset::BitNoise, Preset::UsbStall]));
+}
+
+/// How often bytes are harmed: a scan now and then, a third of them, nearly all.
+const ONCE_IN: [u32; 3] = [10_000, 1000, 200];
+
+#[track_caller]
+fn check_harm(harm: Harm) {
+    for once_in in ONCE_IN {
+        check(Fault::Harm(harm, once_in));
+    }
+    check(Fault::HarmAtStart(harm, 50));
+}
+
+#[test]
+fn bytes_dropped() {
+    check_harm(Harm::Drop);
+}
+
+#[test]
+fn bits_flipped() {
+    check_harm(Harm::Flip);
+}
+
+#[test]
+fn bytes_duplicated() {
+    check_harm(Harm::Duplicate);
+}
+
+#[test]
+fn bytes_reordered() {
+    check_harm(Harm::Reorder);
+}
+
+#[test]
+fn bytes_stalled() {
+    check_harm(Harm::Stall);
+}
+
+#[test]
+fn bursts_of_noise() {
+    check_harm(Harm::Burst);
+}
+
+#[test]
+fn a_laser_at_another_rate_all_at_once() {
+    for baud in [9600, 19_200, 38_400, 500_000] {
+        let mut wrong = Vec::new();
+        let rig = rig_at(if baud == 38_400 { 500_000 } else { 38_400 });
+        let table = rows(Fault::OtherRate(baud), &LASERS, &rig, seeds(1, 2), &mut wrong);
+        conclude(&table, &wrong);
+    }
+}
+
+#[test]
+fn another_device_on_a_lasers_port() {
+    let mut wrong = Vec::new();
+    let mut table = String::new();
+    for stranger in [
+        Stranger::Pioneer,
+        Stranger::Rflex(9600),
+        Stranger::RoboClaw(38_400),
+        Stranger::Receiver,
+        Stranger::Modem,
+        Stranger::Echo,
+    ] {
+        for fault in [Fault::Stranger(stranger), Fault::StrangerFirst(stranger)] {
+            table += &rows(fault, &LASERS, &rig_at(38_400), seeds(1, 2), &mut wrong);
+        }
+    }
+    conclude(&table, &wrong);
+}
+
+#[test]
+fn another_device_on_the_bases_port() {
+    let mut wrong = Vec::new();
+    let mut table = String::new();
+    for base in [Rig::default().base, roboclaw_base(), rflex_base()] {
+        let baud = base.baud;
+        let mut strangers = vec![
+            Stranger::Laser(baud),
+            Stranger::Laser(500_000),
+            Stranger::Receiver,
+            Stranger::Modem,
+            Stranger::Echo,
+        ];
+        match base.protocol {
+            BaseProtocol::P2os { .. } => strangers.extend([Stranger::RoboClaw(baud), Stranger::Rflex(baud)]),
+            _ => strangers.push(Stranger::Pioneer),
+        }
+        let rig = Rig { base, ..rig_at(38_400) };
+        for stranger in strangers {
+            for fault in [Fault::Stranger(stranger), Fault::StrangerFirst(stranger)] {
+                table += &rows(fault, &[Port::Base], &rig, seeds(1, 2), &mut wrong);
+            }
+        }
+    }
+    conclude(&table, &wrong);
 }
 
 #[test]

@@ -5,7 +5,7 @@ use biplane_recording::Port;
 
 use crate::rig::devices::{idle_lines, rig_at};
 use crate::rig::plan::Plan;
-use crate::rig::truth::{base_account, laser_account, sent_reports, sent_scans};
+use crate::rig::truth::{LONGEST_STUMP_NS, base_account, laser_account, sent_reports, sent_scans};
 use crate::rig::witness::Witness;
 use crate::rig::{S, SimRig};
 
@@ -33,7 +33,7 @@ fn without_faults_every_telegram_that_was_sent_is_recorded() {
             assert!(account.undetected == 0 && account.wrongly_kept == 0, "{port:?} {account:?}");
         }
         let packets = sent_reports(&base.sent, &base.delivered);
-        let account = base_account(&packets, &witness.odometry_ns, &sim.said);
+        let account = base_account(&packets, &witness.odometry_ns, &sim.said, LONGEST_STUMP_NS);
         assert!(account.intact > 80 && account.lost() == 0 && account.undetected == 0, "{account:?}");
         assert!(witness.poses > 80);
     }

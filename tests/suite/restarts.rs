@@ -3,14 +3,12 @@
 //!
 //! The same reads then go through a replay, which sees nothing but a pause.
 
-use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 
 use biplane_matcher::TrackerParams;
 use biplane_mock::lms_device::feed::MirrorFeed;
 use biplane_mock::lms_device::settings::Variant;
 use biplane_mock::lms_device::{LmsDevice, LmsParams};
-use biplane_mock::source::{ScanSource, ScanWords};
 use biplane_onboard::engine::{Engine, EngineOptions, Feed};
 use biplane_recording::rig::Laser;
 use biplane_recording::{Port, Rig};
@@ -20,29 +18,10 @@ use crate::rig::line::SimLine;
 use crate::rig::plan::{Happening, Plan};
 use crate::rig::usb::UsbParams;
 use crate::rig::witness::{RecordedScan, Witness};
-use crate::rig::world::{Room, SameTime};
+use crate::rig::world::{Remembering, Room, SameTime, Taken};
 use crate::rig::{MS, S, SimRig, seeds};
 
 const BAUD: u32 = 500_000;
-/// A scan and its first beam's time.
-type Taken = Arc<Mutex<HashMap<Vec<u32>, i64>>>;
-
-/// A laser's room that remembers when each scan was taken.
-struct Remembering {
-    room: Room,
-    taken: Taken,
-}
-
-impl ScanSource for Remembering {
-    fn scan(&mut self, t0_ns: i64, fov_deg: u16, resolution_cdeg: u16, mm: bool) -> Option<ScanWords> {
-        let words = self.room.scan(t0_ns, fov_deg, resolution_cdeg, mm)?;
-        let unit_mm = if mm { 1 } else { 10 };
-        let ranges_mm = words.iter().map(|&word| u32::from(word) * unit_mm).collect();
-        self.taken.lock().unwrap().insert(ranges_mm, t0_ns);
-        Some(words)
-    }
-}
-
 /// The outage of a run.
 #[derive(Clone, Copy, Debug)]
 struct Outage {

@@ -5,12 +5,19 @@ use biplane_mock::rng::Rng;
 use biplane_recording::Port;
 
 use crate::rig::S;
+use crate::rig::bytes::Harm;
 use crate::rig::plan::Happening;
+use crate::rig::strangers::Stranger;
 
 /// Streaming again, after the device answers at the rate that the session last used.
 const BACK_KNOWN_NS: i64 = 2 * S;
 /// Streaming again, when its rate must be searched.
 const BACK_SEARCHED_NS: i64 = 9 * S;
+/// Where hardly a telegram passes, a device may be just being set up when that ends: a laser may take 3.2 s for a change that it has
+/// acknowledged, of which the answer was damaged; a base that waits for the rest of a packet is woken by the next round, 2.5 s later.
+const BACK_ACKNOWLEDGED_NS: i64 = 3_200_000_000 + BACK_KNOWN_NS;
+/// Bytes harmed more often than once in so many leave hardly a scan whole.
+const HEAVY_ONCE_IN: u32 = 500;
 
 /// What is done to a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,6 +38,16 @@ pub enum Fault {
     Garbage,
     /// Presets: those of the line for eight seconds, those of the device or its measurements from the start.
     Noise(&'static [Preset]),
+    /// Single bytes from the device are harmed for eight seconds, once in so many.
+    Harm(Harm, u32),
+    /// Those to the device, from the start, so that it is set up through them.
+    HarmAtStart(Harm, u32),
+    /// The laser is found at another rate all at once, and streams.
+    OtherRate(u32),
+    /// Another device is on the line for a while.
+    Stranger(Stranger),
+    /// From the start on, and then its own.
+    StrangerFirst(Stranger),
 }
 
 /// A fault in time.
@@ -48,7 +65,8 @@ pub struct Outage {
 impl Fault {
     /// The fault in a run with these random numbers, at a device that takes so long to start.
     pub fn outage(self, port: Port, boot_ns: i64, rng: &mut Rng) -> Outage {
-        let begin_ns = 3 * S + (rng.unit() * 1e9) as i64;
+        let chance_ns = (rng.unit() * 1e9) as i64;
+        let begin_ns = if self.is_at_start() { 0 } else { 3 * S + chance_ns };
         let mut lasts = |from_s: f64, to_s: f64| (rng.between(from_s, to_s) * 1e9) as i64;
         let (length_ns, begins, ends, back_within_ns) = match self {
             Self::Unplug => (lasts(0.1, 9.0), Happening::Unplug, Happening::Plug, BACK_KNOWN_NS),
@@ -64,14 +82,55 @@ impl Fault {
                 let begins = Happening::Faults(presets.to_vec());
                 (8 * S, begins, Happening::Faults(Vec::new()), BACK_KNOWN_NS)
             }
+            Self::Harm(harm, once_in) => {
+                let begins = Happening::Harm([Some((harm, once_in)), None]);
+                let within_ns = if once_in < HEAVY_ONCE_IN { BACK_ACKNOWLEDGED_NS } else { BACK_KNOWN_NS };
+                (8 * S, begins, Happening::Harm([None; 2]), within_ns)
+            }
+            Self::HarmAtStart(harm, once_in) => {
+                let begins = Happening::Harm([None, Some((harm, once_in))]);
+                (8 * S, begins, Happening::Harm([None; 2]), BACK_ACKNOWLEDGED_NS)
+            }
+            Self::OtherRate(baud) => {
+                (0, Happening::OtherRate(baud), Happening::OtherRate(baud), BACK_SEARCHED_NS)
+            }
+            Self::Stranger(stranger) | Self::StrangerFirst(stranger) => {
+                (lasts(1.3, 9.0), Happening::Stranger(stranger), Happening::Own, BACK_KNOWN_NS)
+            }
         };
         let ends_ns = begin_ns + length_ns;
         // A lost port is looked for every quarter of a second.
         let seen_ns = if self == Self::Unplug { lasts(0.0, 0.25) } else { 0 };
-        let happenings = vec![(begin_ns, begins), (ends_ns + seen_ns, ends)];
+        let mut happenings = vec![(begin_ns, begins), (ends_ns + seen_ns, ends)];
+        if matches!(self, Self::OtherRate(_)) {
+            happenings.pop();
+        }
         let boot_ns = if matches!(self, Self::PowerCycle | Self::LongStart) { boot_ns } else { 0 };
         let answering_ns = ends_ns + boot_ns;
         Outage { begin_ns, answering_ns, happenings, back_within_ns }
+    }
+
+    /// Seeds in a quick run.
+    pub fn few(self) -> u64 {
+        if matches!(self, Self::Harm(..) | Self::HarmAtStart(..)) { 1 } else { 2 }
+    }
+
+    /// Whether it is there from the start.
+    pub fn is_at_start(self) -> bool {
+        matches!(self, Self::HarmAtStart(..) | Self::StrangerFirst(_))
+    }
+
+    /// Whether the line goes on under it, be it badly.
+    pub fn is_noise(self) -> bool {
+        matches!(self, Self::Noise(_) | Self::Harm(..) | Self::HarmAtStart(..))
+    }
+
+    /// Who is there instead of the line's own device.
+    pub fn stranger(self) -> Option<Stranger> {
+        match self {
+            Self::Stranger(stranger) | Self::StrangerFirst(stranger) => Some(stranger),
+            _ => None,
+        }
     }
 
     /// The mock's presets in it.
@@ -95,6 +154,13 @@ impl Fault {
             Self::Noise(presets) => {
                 presets.iter().map(|preset| preset.name()).collect::<Vec<_>>().join(" + ")
             }
+            Self::Harm(harm, once_in) => format!("{}, 1 in {once_in}", harm.name()),
+            Self::HarmAtStart(harm, once_in) => {
+                format!("{}, 1 in {once_in}, to the device from the start", harm.name())
+            }
+            Self::OtherRate(baud) => format!("another rate all at once: {baud} Bd"),
+            Self::Stranger(stranger) => format!("instead of it {}, 1.3 to 9 s", stranger.name()),
+            Self::StrangerFirst(stranger) => format!("instead of it {} from the start", stranger.name()),
         }
     }
 }

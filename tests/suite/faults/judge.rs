@@ -6,6 +6,7 @@ use biplane_mock::base_device::roboclaw::RoboClawParams;
 use biplane_mock::faults::{Faults, Preset};
 use biplane_mock::lms_device::LmsParams;
 use biplane_mock::rng::Rng;
+use biplane_onboard::engine::Speech;
 use biplane_onboard::health::{Health, LineFault, LineHealth};
 use biplane_onboard::session::Event;
 use biplane_recording::rig::BaseProtocol;
@@ -17,7 +18,9 @@ use crate::rig::devices::{idle_laser, idle_lines, laser};
 use crate::rig::line::SimLine;
 use crate::rig::pairs::{sent_axes, sent_counts};
 use crate::rig::plan::Plan;
-use crate::rig::truth::{Account, base_account, laser_account, sent_reports, sent_scans};
+use crate::rig::truth::{
+    Account, LONGEST_PROMISE_NS, LONGEST_STUMP_NS, base_account, laser_account, sent_reports, sent_scans,
+};
 use crate::rig::witness::Witness;
 use crate::rig::{MS, S, SimRig, place};
 
@@ -27,6 +30,8 @@ const UP_NS: i64 = 3 * S;
 const NOTICED_NS: i64 = S;
 /// Shorter ones need not be.
 const SURELY_NOTICED_NS: i64 = 12 * S / 10;
+/// Another device is named within this time, if it can be heard.
+const SURELY_NAMED_NS: i64 = 5 * S;
 /// An outage of this length stands in the diagnostics, which come once a second.
 const SURELY_TOLD_NS: i64 = 22 * S / 10;
 /// The longest that the telegram listing allows a laser from power-on until it speaks.
@@ -57,10 +62,12 @@ pub fn run(faults: &[(Port, Fault)], rig: &Rig, seed: u64) -> Outcome {
     let mut outcome = Outcome { runs: 1, ..Outcome::default() };
     for (port, fault, outage) in &outages {
         judge(&mut sim, *port, *fault, outage, &mut outcome);
+        judge_stranger(&sim, rig, *port, *fault, outage, &mut outcome);
+        judge_damage(&sim, *port, &mut outcome);
     }
     for port in Port::ALL {
-        let is_hit = faults.iter().any(|(hit, _)| *hit == port);
-        judge_telegrams(&mut sim, rig, port, is_hit, &mut outcome);
+        let fault = faults.iter().find(|(hit, _)| *hit == port).map(|(_, fault)| *fault);
+        judge_telegrams(&mut sim, rig, port, fault, &mut outcome);
     }
     if !outcome.wrong.is_empty() {
         let what = outcome.wrong.join("; ");
@@ -94,21 +101,25 @@ fn boot_ns(rig: &Rig, port: Port, fault: Fault) -> i64 {
     }
 }
 
-fn account(sim: &mut SimRig<Witness>, rig: &Rig, port: Port) -> Account {
+fn account(sim: &mut SimRig<Witness>, rig: &Rig, port: Port, fault: Option<Fault>) -> Account {
+    let wait_ns = match fault {
+        Some(Fault::Harm(..)) => LONGEST_PROMISE_NS,
+        _ => LONGEST_STUMP_NS,
+    };
     let Some(line) = &sim.lines[place(port)] else { return Account::default() };
     let witness = sim.engine.sink();
     match (port, rig.base.protocol) {
         (Port::Base, BaseProtocol::P2os { .. }) => {
             let packets = sent_reports(&line.sent, &line.delivered);
-            base_account(&packets, &witness.odometry_ns, &sim.said)
+            base_account(&packets, &witness.odometry_ns, &sim.said, wait_ns)
         }
         (Port::Base, BaseProtocol::RoboClaw { address, .. }) => {
             let answers = sent_counts(address, &line.asked, &line.sent, &line.delivered);
-            base_account(&answers, &witness.odometry_ns, &sim.said)
+            base_account(&answers, &witness.odometry_ns, &sim.said, wait_ns)
         }
         (Port::Base, BaseProtocol::Rflex { .. }) => {
             let pairs = sent_axes(&line.sent, &line.delivered);
-            base_account(&pairs, &witness.odometry_ns, &sim.said)
+            base_account(&pairs, &witness.odometry_ns, &sim.said, wait_ns)
         }
         (laser, _) => {
             let telegrams = sent_scans(&line.sent, &line.delivered);
@@ -118,9 +129,20 @@ fn account(sim: &mut SimRig<Witness>, rig: &Rig, port: Port) -> Account {
 }
 
 /// Nothing that arrived intact is lost, nothing that is damaged is kept; a line without a fault says nothing and is told of as well.
-fn judge_telegrams(sim: &mut SimRig<Witness>, rig: &Rig, port: Port, is_hit: bool, outcome: &mut Outcome) {
-    let account = account(sim, rig, port);
-    if account.lost() > 0 || account.wrongly_kept > 0 || (!is_hit && account.undetected > 0) {
+fn judge_telegrams(
+    sim: &mut SimRig<Witness>,
+    rig: &Rig,
+    port: Port,
+    fault: Option<Fault>,
+    outcome: &mut Outcome,
+) {
+    let is_hit = fault.is_some();
+    let account = account(sim, rig, port, fault);
+    // The exclusive or of an rFLEX packet is the same in any order of its bytes: one that nobody can tell from a true one takes the place of
+    // that which it was made of.
+    let is_blind = matches!((port, rig.base.protocol), (Port::Base, BaseProtocol::Rflex { .. }));
+    let misled = if is_blind && matches!(fault, Some(Fault::Harm(..))) { account.undetected } else { 0 };
+    if account.lost() > misled || account.wrongly_kept > 0 || (!is_hit && account.undetected > 0) {
         outcome.wrong.push(format!("{port:?}: {account:?}"));
     }
     if is_hit {
@@ -159,8 +181,8 @@ fn recorded_ns(sim: &mut SimRig<Witness>, port: Port) -> Vec<i64> {
 }
 
 fn judge(sim: &mut SimRig<Witness>, port: Port, fault: Fault, outage: &Outage, outcome: &mut Outcome) {
-    if !matches!(fault, Fault::Noise(_)) {
-        judge_notice(sim, port, outage, outcome);
+    if !fault.is_noise() {
+        judge_notice(sim, port, fault, outage, outcome);
     }
     let recorded_ns = recorded_ns(sim, port);
     match recorded_ns.iter().find(|at_ns| **at_ns > outage.answering_ns) {
@@ -173,7 +195,7 @@ fn judge(sim: &mut SimRig<Witness>, port: Port, fault: Fault, outage: &Outage, o
         }
         None => outcome.wrong.push(format!("{port:?} not back")),
     }
-    if recorded_ns.first().is_none_or(|first_ns| *first_ns > UP_NS) {
+    if !fault.is_at_start() && recorded_ns.first().is_none_or(|first_ns| *first_ns > UP_NS) {
         outcome.wrong.push(format!("{port:?} did not come up in time"));
     }
     let end_ns = sim.now_ns();
@@ -185,14 +207,56 @@ fn judge(sim: &mut SimRig<Witness>, port: Port, fault: Fault, outage: &Outage, o
     }
 }
 
+/// Who is on a port instead is said once, and rightly; of the device that belongs there nothing of the kind is ever said.
+fn judge_stranger(
+    sim: &SimRig<Witness>,
+    rig: &Rig,
+    port: Port,
+    fault: Fault,
+    outage: &Outage,
+    outcome: &mut Outcome,
+) {
+    let baud = if port == Port::Base { rig.base.baud } else { rig.horizontal.baud };
+    let wanted = fault.stranger().and_then(|stranger| stranger.heard_by(port, baud));
+    let said: Vec<Speech> = sim
+        .said
+        .iter()
+        .filter(|said| said.port == port)
+        .filter_map(|said| match said.event {
+            Event::Stranger(speech) => Some(speech),
+            _ => None,
+        })
+        .collect();
+    let is_long = outage.answering_ns - outage.begin_ns >= SURELY_NAMED_NS;
+    if said.len() > 1 || said.first().is_some_and(|speech| Some(*speech) != wanted) {
+        outcome.wrong.push(format!("{port:?}: said {said:?}, is {wanted:?}"));
+    } else if is_long && said.first().copied() != wanted {
+        outcome.wrong.push(format!("{port:?}: did not say {wanted:?}"));
+    }
+}
+
+/// That telegrams arrive damaged is said once, and so is that they no longer do.
+fn judge_damage(sim: &SimRig<Witness>, port: Port, outcome: &mut Outcome) {
+    let of_damage = sim.said.iter().filter(|said| said.port == port).filter_map(|said| match said.event {
+        Event::Damaged { percent } => Some(percent.is_some()),
+        _ => None,
+    });
+    let of_damage: Vec<bool> = of_damage.collect();
+    if !matches!(of_damage[..], [] | [true] | [true, false]) {
+        outcome.wrong.push(format!("{port:?}: said to be damaged, or no more, {of_damage:?}"));
+    }
+    outcome.damage_said += u64::from(!of_damage.is_empty());
+}
+
 /// An outage is noticed in time, stands in the diagnostics while it lasts, and each thing is said of it once.
-fn judge_notice(sim: &mut SimRig<Witness>, port: Port, outage: &Outage, outcome: &mut Outcome) {
-    let kinds = [
+fn judge_notice(sim: &mut SimRig<Witness>, port: Port, fault: Fault, outage: &Outage, outcome: &mut Outcome) {
+    let kinds: [fn(&Event) -> bool; 4] = [
         |event: &Event| matches!(event, Event::PortLost),
         |event: &Event| matches!(event, Event::Silent { .. } | Event::Garbled { .. }),
         |event: &Event| matches!(event, Event::PoweredOn),
         |event: &Event| matches!(event, Event::NotFound { .. }),
     ];
+    let is_stranger: fn(&Event) -> bool = |event| matches!(event, Event::Stranger(_));
     let said = |is_kind: fn(&Event) -> bool| {
         let of_kind = sim.said.iter().filter(move |said| said.port == port && is_kind(&said.event));
         of_kind.map(|said| said.at_ns)
@@ -202,6 +266,14 @@ fn judge_notice(sim: &mut SimRig<Witness>, port: Port, outage: &Outage, outcome:
         outcome.wrong.push(format!("{port:?}: said {} times", outcome.said));
     }
     let length_ns = outage.answering_ns - outage.begin_ns;
+    if fault.is_at_start() {
+        // That nobody answers is said when all rates have been tried.
+        let is_said = [kinds[3], is_stranger].into_iter().any(|kind| said(kind).next().is_some());
+        if length_ns >= SURELY_TOLD_NS && !is_said {
+            outcome.wrong.push(format!("{port:?}: that nobody answers is not said"));
+        }
+        return;
+    }
     match kinds[..3].iter().filter_map(|kind| said(*kind).next()).min() {
         Some(at_ns) => {
             let noticed_ns = at_ns - outage.begin_ns;

@@ -12,6 +12,8 @@ pub struct Outcome {
     pub noticed_ns: i64,
     /// Most times that the same thing was said of one outage.
     pub said: u64,
+    /// Runs in which it was said that telegrams arrive damaged.
+    pub damage_said: u64,
     /// Slowest return.
     pub back_ns: i64,
     /// Telegrams of the lines with the fault, and of the others.
@@ -28,6 +30,7 @@ impl Outcome {
         self.runs += other.runs;
         self.noticed_ns = self.noticed_ns.max(other.noticed_ns);
         self.said = self.said.max(other.said);
+        self.damage_said += other.damage_said;
         self.back_ns = self.back_ns.max(other.back_ns);
         self.hit.add(&other.hit);
         self.others.add(&other.others);

@@ -11,7 +11,9 @@ use biplane_mock::line::transfer_ns;
 use biplane_mock::rng::Rng;
 
 use super::MS;
+use super::bytes::Harm;
 use super::plan::Happening;
+use super::strangers::streaming_laser;
 use super::tape::Tape;
 use super::usb::{Usb, UsbParams};
 
@@ -33,6 +35,8 @@ pub struct SimLine {
     /// Share of requests that the device does not hear at all ("at some mirror positions").
     pub missed_share: f64,
     device: Box<dyn Device>,
+    /// The line's own device and its next turn, while a stranger is in its place.
+    away: Option<(Box<dyn Device>, i64)>,
     dark: bool,
     device_ns: i64,
     host_baud: u32,
@@ -62,6 +66,7 @@ impl SimLine {
             keeps_tapes: true,
             missed_share: 0.0,
             device,
+            away: None,
             dark: false,
             device_ns: 0,
             host_baud: 9600,
@@ -142,14 +147,52 @@ impl SimLine {
             Happening::Babble => self.babble_ns = now_ns,
             Happening::Clear => self.babble_ns = i64::MAX,
             Happening::Faults(presets) => {
-                // What a fault held back comes when the fault ends.
-                let mut held = Vec::new();
-                self.to_host.take(i64::MAX, &mut held);
-                self.usb.push(now_ns, &held);
                 let faults = Faults::new(&presets, self.seed);
-                self.to_host = faults.channel(2 * self.stream);
-                self.from_host = faults.channel(2 * self.stream + 1);
+                let channels = [0, 1].map(|way| faults.channel(2 * self.stream + way));
+                self.set_channels(now_ns, channels);
             }
+            Happening::Harm(harms) => {
+                let stream = 2 * self.stream;
+                let [to_host, from_host] = harms;
+                let channel = |harm: Option<(Harm, u32)>, way| {
+                    harm.map(|(harm, once_in)| harm.channel(once_in, self.seed, stream + way))
+                };
+                let channels = [channel(to_host, 0), channel(from_host, 1)].map(Option::unwrap_or_default);
+                self.set_channels(now_ns, channels);
+            }
+            Happening::Stranger(stranger) => {
+                let stranger = stranger.device(self.seed, self.stream);
+                let own = std::mem::replace(&mut self.device, stranger);
+                self.away.get_or_insert((own, self.device_ns));
+                self.device_ns = now_ns;
+            }
+            Happening::Own => {
+                if let Some(own) = self.away.take() {
+                    (self.device, self.device_ns) = own;
+                    self.catch_up(now_ns);
+                }
+            }
+            Happening::OtherRate(baud) => {
+                // Its own noise: the telegram under way began before, when the other one measured too.
+                self.device = streaming_laser(baud, self.seed, self.stream + 5);
+                self.device_ns = now_ns;
+            }
+        }
+    }
+
+    fn set_channels(&mut self, now_ns: i64, [to_host, from_host]: [Channel; 2]) {
+        // What a fault held back comes when the fault ends.
+        let mut held = Vec::new();
+        self.to_host.take(i64::MAX, &mut held);
+        self.usb.push(now_ns, &held);
+        (self.to_host, self.from_host) = (to_host, from_host);
+    }
+
+    /// What the device said while it was elsewhere, nobody heard.
+    fn catch_up(&mut self, now_ns: i64) {
+        while self.device_ns <= now_ns {
+            self.scratch.clear();
+            self.device_ns = self.device.poll(self.device_ns, &mut self.scratch).max(self.device_ns + 1);
         }
     }
 
@@ -197,11 +240,17 @@ impl SimLine {
         if self.dark {
             return;
         }
-        if self.device.baud() == baud {
+        if self.device_hears(baud) {
             self.from_host.push(at_ns, &[byte]);
         } else {
             self.device.handle_noise(at_ns, 1);
         }
+    }
+
+    /// A device of no rate hears all.
+    fn device_hears(&self, baud: u32) -> bool {
+        let own = self.device.baud();
+        own == baud || own == 0
     }
 
     fn hear(&mut self, now_ns: i64) {
@@ -220,13 +269,13 @@ impl SimLine {
         let baud = self.device.baud();
         self.scratch.clear();
         self.device_ns = self.device.poll(now_ns, &mut self.scratch).max(now_ns + 1);
-        if self.keeps_tapes {
+        if self.keeps_tapes && self.away.is_none() {
             self.sent.push(now_ns, &self.scratch);
         }
         if self.muted || self.babble_ns != i64::MAX || self.scratch.is_empty() {
             return;
         }
-        if baud == self.host_baud {
+        if baud == self.host_baud || baud == 0 {
             self.to_host.push(now_ns, &self.scratch);
         } else {
             let noise = garble(&self.scratch, baud, self.host_baud, &mut self.rng);

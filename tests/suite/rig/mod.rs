@@ -9,10 +9,12 @@
 //! happens to a line. Times are nanoseconds since the start.
 
 pub mod before;
+pub mod bytes;
 pub mod devices;
 pub mod line;
 pub mod pairs;
 pub mod plan;
+pub mod strangers;
 pub mod tape;
 pub mod truth;
 pub mod usb;
@@ -40,8 +42,18 @@ pub const S: i64 = 1_000_000_000;
 /// a seed costs more; `BIPLANE_SEED` for one alone, to look at.
 #[must_use]
 pub fn seeds(few: u64, share: u64) -> RangeInclusive<u64> {
+    asked_seeds(few, share, &["BIPLANE_SEEDS"])
+}
+
+/// The same for the fault matrix, which is large: `BIPLANE_FAULT_SEEDS` asks for another number of it.
+#[must_use]
+pub fn fault_seeds(few: u64, share: u64) -> RangeInclusive<u64> {
+    asked_seeds(few, share, &["BIPLANE_FAULT_SEEDS", "BIPLANE_SEEDS"])
+}
+
+fn asked_seeds(few: u64, share: u64, names: &[&str]) -> RangeInclusive<u64> {
     let number = |name| std::env::var(name).ok().and_then(|text: String| text.parse::<u64>().ok());
-    match (number("BIPLANE_SEED"), number("BIPLANE_SEEDS")) {
+    match (number("BIPLANE_SEED"), names.iter().copied().find_map(number)) {
         (Some(seed), _) => seed..=seed,
         (None, Some(many)) => 1..=many.div_ceil(share),
         (None, None) => 1..=few,

@@ -3,6 +3,9 @@
 use biplane_mock::faults::Preset;
 use biplane_recording::Port;
 
+use super::bytes::Harm;
+use super::strangers::Stranger;
+
 /// Something that happens to one line.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Happening {
@@ -28,6 +31,14 @@ pub enum Happening {
     Clear,
     /// The line has these presets from now on, in both directions; none ends them.
     Faults(Vec<Preset>),
+    /// This harm comes to bytes, once in so many on average: to those for the host and to those for the device. None ends it.
+    Harm([Option<(Harm, u32)>; 2]),
+    /// Another device is on the line; its own goes on elsewhere, unheard.
+    Stranger(Stranger),
+    /// Its own device is there again.
+    Own,
+    /// The laser runs at another rate from now on, and streams as before.
+    OtherRate(u32),
 }
 
 /// Happenings in the order of their times.

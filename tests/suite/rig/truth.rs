@@ -17,8 +17,10 @@ use super::{S, Said};
 /// A telegram that was on the line for longer than this after it was sent is not looked for any more: no fault holds bytes so long.
 const LONGEST_DELAY_NS: i64 = 2 * S;
 
-/// A packet of a base may be recorded so much later than its last byte arrived: two cycles of the base.
-const LONGEST_STUMP_NS: i64 = S / 2;
+/// A packet of a base may be recorded so much later than its last byte arrived.
+pub const LONGEST_STUMP_NS: i64 = S / 2;
+/// The same behind bytes that came twice or in another order: they promise any length, 203 bytes for a Pioneer, which reports 340 a second.
+pub const LONGEST_PROMISE_NS: i64 = 3 * S / 4;
 
 /// A telegram as it was sent.
 #[derive(Clone, Debug)]
@@ -218,7 +220,7 @@ fn passes_all_checks(scan: &RecordedScan, delivered: &Tape) -> bool {
 
 /// Holds what was recorded of a base against what it sent: by order and times, because its poses are continued over restarts.
 #[must_use]
-pub fn base_account(packets: &[Telegram], recorded_ns: &[i64], said: &[Said]) -> Account {
+pub fn base_account(packets: &[Telegram], recorded_ns: &[i64], said: &[Said], wait_ns: i64) -> Account {
     let first_ns = said
         .iter()
         .find(|said| said.port == Port::Base && said.event == Event::Streaming)
@@ -238,7 +240,7 @@ pub fn base_account(packets: &[Telegram], recorded_ns: &[i64], said: &[Said]) ->
             account.undetected += 1;
         }
         // A packet behind a stump may have to wait until the stump is known to be one.
-        let waited = recorded.next_if(|recorded_ns| recorded_ns - at_ns <= LONGEST_STUMP_NS);
+        let waited = recorded.next_if(|recorded_ns| recorded_ns - at_ns <= wait_ns);
         account.recorded += u64::from(waited.is_some());
     }
     account.undetected += recorded.count() as u64;

@@ -2,6 +2,9 @@
 //!
 //! Each scan has its own noise, so that no two telegrams are the same bytes. Metres; nanoseconds on the device's clock.
 
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex};
+
 use biplane_mock::lms_device::feed::Timeline;
 use biplane_mock::rng::Rng;
 use biplane_mock::source::{OdometrySample, OdometrySource, ScanSource, ScanWords};
@@ -76,6 +79,27 @@ impl ScanSource for Room {
             (range_m * units).round().clamp(1.0, 8100.0) as u16
         });
         Some(words.collect())
+    }
+}
+
+/// A scan and its first beam's time.
+pub type Taken = Arc<Mutex<HashMap<Vec<u32>, i64>>>;
+
+/// A laser's room that remembers when each scan was taken.
+pub struct Remembering {
+    /// The room.
+    pub room: Room,
+    /// What was measured in it.
+    pub taken: Taken,
+}
+
+impl ScanSource for Remembering {
+    fn scan(&mut self, t0_ns: i64, fov_deg: u16, resolution_cdeg: u16, mm: bool) -> Option<ScanWords> {
+        let words = self.room.scan(t0_ns, fov_deg, resolution_cdeg, mm)?;
+        let unit_mm = if mm { 1 } else { 10 };
+        let ranges_mm = words.iter().map(|&word| u32::from(word) * unit_mm).collect();
+        self.taken.lock().unwrap().insert(ranges_mm, t0_ns);
+        Some(words)
     }
 }
 

@@ -24,6 +24,7 @@ impl<S: Sink> Engine<S> {
     }
 
     pub(super) fn scan(&mut self, now_ns: i64, port: Port, reading: &ScanReading) {
+        self.stranger_of(port).measured();
         let (topic, data) = match (port, &mut self.vertical) {
             (Port::Vertical, Some(vertical)) => (Topic::ScanVertical, vertical.stamped(now_ns, reading)),
             _ => (Topic::ScanHorizontal, self.horizontal.stamped(now_ns, reading)),
@@ -44,6 +45,7 @@ impl<S: Sink> Engine<S> {
     }
 
     pub(super) fn odometry(&mut self, now_ns: i64, reading: &OdometryReading) {
+        self.stranger_of(Port::Base).measured();
         let stamp_ns = self.base.stamp_ns(now_ns, reading);
         let sample = OdometrySample { stamp_ns, odom_from_base: reading.odom_from_base };
         self.take_odometry(now_ns, sample);

@@ -22,6 +22,7 @@ mod localise;
 mod port;
 mod poses;
 mod scan_data;
+mod stranger;
 #[cfg(test)]
 pub(crate) mod synthetic;
 mod time_line;
@@ -32,6 +33,7 @@ use biplane_recording::{Direction, Port, Rig, rig};
 
 pub use kept::KeptScans;
 pub use scan_data::{MAX_BEAMS, ScanData};
+pub use stranger::Speech;
 
 use crate::odometry::OdometryBuffer;
 use crate::publish::Publisher;
@@ -45,6 +47,7 @@ use faults::Faults;
 use heard::Heard;
 use line::{LaserLine, Line, Meter};
 use localise::Localiser;
+use stranger::Stranger;
 use time_line::TimeLine;
 use waiting::WaitingStamps;
 
@@ -102,6 +105,7 @@ pub struct Engine<S> {
     /// Decoded scans and odometry that came without a line.
     decoded: [Meter; 3],
     faults: Faults,
+    strangers: Box<[Stranger; 3]>,
     damage: [Damage; Port::ALL.len()],
     heard: Heard,
     odometry: OdometryBuffer,
@@ -157,6 +161,7 @@ impl<S: Sink> Engine<S> {
             base: Line::of_base(make_base(BaseSettings::from(&options.rig.base), now_ns), &options.rig.base),
             decoded: [Meter::default(); 3],
             faults: Faults::default(),
+            strangers: Box::new(Port::ALL.map(|port| Stranger::on(port, &options.rig.base.protocol))),
             damage: Default::default(),
             heard: Heard::default(),
             odometry: OdometryBuffer::default(),
@@ -202,6 +207,7 @@ impl<S: Sink> Engine<S> {
         for piece in bytes.chunks(MAX_INPUT_BYTES) {
             self.input(now_ns, port, Input::Bytes(piece));
         }
+        self.listen_for_strangers(now_ns, port, bytes);
         self.settle(now_ns);
     }
 
@@ -355,8 +361,11 @@ impl<S: Sink> Engine<S> {
     }
 
     fn command(&mut self, now_ns: i64, port: Port, command: Command) {
-        if let (true, Command::Write(bytes)) = (self.raw, &command) {
-            self.publisher.serial(now_ns, port, Direction::Tx, bytes);
+        if let Command::Write(bytes) = &command {
+            self.stranger_of(port).sent(bytes);
+            if self.raw {
+                self.publisher.serial(now_ns, port, Direction::Tx, bytes);
+            }
         }
         self.commands_dropped += u64::from(self.commands.push_back((port, command)).is_err());
     }

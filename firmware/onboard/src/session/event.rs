@@ -6,6 +6,7 @@ use biplane_wire::roboclaw::StatusBits;
 
 use super::ShortText;
 use super::laser::{BlockDifference, ConfigChange, FaultList, Trouble, Unpublished};
+use crate::engine::Speech;
 
 /// What a session was doing.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
@@ -178,6 +179,8 @@ pub enum Event {
     Untried,
     /// The device was left idle.
     Stopped,
+    /// Another device speaks on the port.
+    Stranger(Speech),
     /// The port has gone: an adapter was pulled.
     PortLost,
     /// The port is there again.
@@ -223,6 +226,7 @@ impl Event {
             Self::Garbled { .. } => "no intact telegram",
             Self::PoweredOn => "switched on or reset",
             Self::NotFound { .. } => "no answer at any rate",
+            Self::Stranger(_) => "another device on its port",
             Self::GivenUp { .. } => "does not do what it is asked",
             _ => return None,
         })
@@ -293,6 +297,7 @@ impl fmt::Display for Event {
             Self::BaseStatus(bits) => write!(f, "reports {bits}"),
             Self::Untried => write!(f, "this driver was never tried on hardware"),
             Self::Stopped => write!(f, "left idle"),
+            Self::Stranger(speech) => write!(f, "{speech}"),
             Self::PortLost => write!(f, "its port is gone, looking for it"),
             Self::PortBack => write!(f, "its port is back"),
             Self::Idle { baud } => write!(f, "left idle at {baud} Bd"),

@@ -20,6 +20,8 @@ pub struct Contact {
     pub(super) last_byte_ns: i64,
     /// When a port that was gone came back.
     port_back_ns: i64,
+    /// That reports stay out has been said, and none has come since.
+    is_lost_said: bool,
     /// Rounds of asking, one after the other, that nobody answered.
     rounds: u32,
 }
@@ -35,6 +37,7 @@ impl Contact {
             last_report_ns: now_ns,
             last_byte_ns: now_ns,
             port_back_ns: i64::MIN,
+            is_lost_said: false,
             rounds: 0,
         }
     }
@@ -56,6 +59,7 @@ impl Contact {
         if restarted {
             self.say(Event::OdometryRestarted);
         }
+        self.is_lost_said = false;
         self.outputs.push(Output::Odometry(reading));
     }
 
@@ -65,6 +69,11 @@ impl Contact {
         if self.rounds == 1 {
             self.say(event);
         }
+    }
+
+    /// Whether the last round of asking led to nothing.
+    pub(super) fn has_failed(&self) -> bool {
+        self.rounds > 0
     }
 
     /// The base answers: when it is lost again, that is said again.
@@ -82,8 +91,12 @@ impl Contact {
         self.now_ns >= self.silence_deadline_ns()
     }
 
-    /// Says for how long there were no reports, and whether other bytes came instead.
+    /// Says for how long there were no reports, and whether other bytes came instead; once until one comes: something may answer that never
+    /// reports.
     pub(super) fn say_lost(&mut self) {
+        if std::mem::replace(&mut self.is_lost_said, true) {
+            return;
+        }
         let silent_ns = self.now_ns - self.last_report_ns;
         let for_ms = u32::try_from(silent_ns / 1_000_000).unwrap_or(u32::MAX);
         let bytes_came = self.last_byte_ns - self.last_report_ns > self.silence_ns / 2;

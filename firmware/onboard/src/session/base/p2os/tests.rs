@@ -69,10 +69,13 @@ fn a_session_left_open_is_closed_and_its_packets_let_pass_first() {
 }
 
 #[test]
-fn a_silent_base_is_asked_four_times_then_again_after_a_rest() {
+fn a_silent_base_is_asked_four_times_then_again_after_a_rest_behind_zeros_that_end_a_packet_of_damaged_length()
+ {
+    // The longest packet has 258 bytes.
+    let zeros = format!("2500 > {}\n", "00 ".repeat(64)).repeat(5);
     let script = format!(
         "0 = 9600\n0 > {STOP}\n0 > {SYNC0}\n500 > {STOP}\n500 > {SYNC0}\n1000 > {STOP}\n1000 > {SYNC0}\n1500 > {STOP}\n1500 > {SYNC0}\n\
-         2000 ! no answer yet, asking on (is it switched on and connected?)\n2500 > {STOP}\n2500 > {SYNC0}\n2501 end"
+         2000 ! no answer yet, asking on (is it switched on and connected?)\n{zeros}2500 > {STOP}\n2500 > {SYNC0}\n2501 end"
     );
     check(&mut BaseSession::streaming(SETTINGS, 0), &script);
 }

@@ -271,8 +271,12 @@ impl PacketMachine for Machine {
         }
     }
 
+    /// An answer alone is no stream: something may answer that never reports.
     fn is_streaming(&self) -> bool {
-        matches!(self.state, State::Running { .. } | State::Listening)
+        match self.state {
+            State::Running { .. } => self.has_reported,
+            state => state == State::Listening,
+        }
     }
 
     fn is_done(&self) -> bool {
