@@ -6,6 +6,7 @@ mod checksum;
 mod clock_steps;
 mod crash;
 mod faults;
+mod mounting;
 mod quiet_run;
 mod recorded;
 mod restarts;

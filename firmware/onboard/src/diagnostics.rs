@@ -75,6 +75,13 @@ fn of_line(name: &str, line: &LineHealth) -> DiagnosticStatus {
         }
         values.extend(of_laser(laser));
     }
+    if let Some(mounting) = line.mounting {
+        if let Some(suspicion) = mounting.suspicion() {
+            level = level.max(DiagnosticStatus::WARN);
+            message = format!("{message}; {}", suspicion.short());
+        }
+        values.push(value("mounting", &mounting.words()));
+    }
     status(name, level, &message, values)
 }
 

@@ -3,6 +3,7 @@
 use biplane_matcher::{Odometry, Outcome};
 use biplane_wire::Counts;
 
+use crate::mounting::Mounting;
 use crate::session::laser::LaserHealth;
 
 /// What is wrong with a line, in two or three words.
@@ -42,6 +43,8 @@ pub struct LineHealth {
     pub latency_s: f64,
     /// What a laser's telegrams say of it; `None` for a base.
     pub laser: Option<LaserHealth>,
+    /// Whether a laser sits where the rig says, as far as what it sees tells; `None` for a base.
+    pub mounting: Option<Mounting>,
 }
 
 /// The state of the matcher.

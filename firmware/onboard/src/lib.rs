@@ -15,6 +15,7 @@ pub mod journal;
 pub mod link;
 pub mod live;
 pub mod message_ring;
+pub mod mounting;
 pub mod odometry;
 pub mod ports;
 pub mod probe;

@@ -38,6 +38,9 @@ impl<S: Sink> Engine<S> {
         });
         let horizontal = self.with_damage(Port::Horizontal, horizontal);
         let vertical = vertical.map(|line| self.with_damage(Port::Vertical, line));
+        self.tell_mounting();
+        let horizontal = self.with_mounting(Port::Horizontal, horizontal);
+        let vertical = vertical.map(|line| self.with_mounting(Port::Vertical, line));
         let streaming = self.base.session.is_streaming();
         let base = self.base.health(interval_s, streaming);
         let base = self.with_damage(Port::Base, base);
@@ -149,5 +152,5 @@ fn with_decoded(line: LineHealth, decoded: &LineHealth) -> LineHealth {
     if decoded.measurements == 0 {
         return line;
     }
-    LineHealth { streaming: true, counts: None, baud: line.baud, ..*decoded }
+    LineHealth { streaming: true, counts: None, baud: line.baud, mounting: line.mounting, ..*decoded }
 }

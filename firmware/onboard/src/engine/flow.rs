@@ -36,6 +36,7 @@ impl<S: Sink> Engine<S> {
     /// A scan, posed as soon as odometry covers it, and after `wait_ns` without.
     pub(super) fn take_scan(&mut self, now_ns: i64, topic: Topic, data: ScanData, wait_ns: i64) {
         if topic == Topic::ScanVertical {
+            self.mounting.fan_scan(&data);
             if let Some(oldest_ns) = self.waiting_verticals.push(now_ns, data.stamp_ns) {
                 self.pose_vertical(now_ns, oldest_ns);
             }
@@ -72,6 +73,7 @@ impl<S: Sink> Engine<S> {
 
     pub(super) fn localise(&mut self, now_ns: i64, scan: &ScanData) {
         let pose = self.localiser.localise(now_ns, scan, &self.odometry);
+        self.mounting.level_scan(scan, &pose);
         let odom_from_base = pose.odom_from_base.unwrap_or_default();
         let map_from_odom = pose.map_from_base * odom_from_base.inverse();
         self.publisher.pose(now_ns, Topic::Pose, pose.stamp_ns, &pose.map_from_base, &pose.covariance);
@@ -87,6 +89,7 @@ impl<S: Sink> Engine<S> {
         if let Some((map_from_base, covariance)) = self.localiser.poses().at(stamp_ns, &self.odometry) {
             self.publisher.pose(now_ns, Topic::PoseVertical, stamp_ns, &map_from_base, &covariance);
             self.poses_vertical += 1;
+            self.mounting.fan_posed(stamp_ns, &map_from_base, self.odometry.at(stamp_ns));
         }
     }
 }

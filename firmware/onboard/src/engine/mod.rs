@@ -22,6 +22,7 @@ mod localise;
 mod port;
 mod poses;
 mod scan_data;
+mod seats;
 mod stranger;
 #[cfg(test)]
 pub(crate) mod synthetic;
@@ -32,9 +33,11 @@ use biplane_matcher::TrackerParams;
 use biplane_recording::{Direction, Port, Rig, rig};
 
 pub use kept::KeptScans;
+pub use poses::MatchedPose;
 pub use scan_data::{MAX_BEAMS, ScanData};
 pub use stranger::Speech;
 
+use crate::mounting::MountWatch;
 use crate::odometry::OdometryBuffer;
 use crate::publish::Publisher;
 use crate::report::RunReport;
@@ -111,6 +114,7 @@ pub struct Engine<S> {
     odometry: OdometryBuffer,
     odometry_ns: Option<i64>,
     localiser: Localiser,
+    mounting: MountWatch,
     waiting_verticals: WaitingStamps,
     poses_vertical: u64,
     /// Reads of a line that the rig does not have.
@@ -167,6 +171,7 @@ impl<S: Sink> Engine<S> {
             odometry: OdometryBuffer::default(),
             odometry_ns: None,
             localiser: Localiser::new(&options.rig.horizontal.mount, options.matcher),
+            mounting: MountWatch::new(&options.rig),
             waiting_verticals: WaitingStamps::default(),
             poses_vertical: 0,
             unknown_reads: 0,

@@ -11,6 +11,7 @@ use biplane_recording::{Direction, Entry, Port, ReadError, Recording, Rig, Topic
 use crate::engine::{Engine, EngineOptions, Feed, KeptScans};
 use crate::error::OnboardError;
 use crate::report::{RunEnd, RunReport};
+use crate::session::Event;
 use crate::sink::{NoSink, Sink};
 
 /// What an input holds.
@@ -126,7 +127,11 @@ impl<S: Sink> Feeding<S> {
 
     fn say_events(&mut self) {
         while let Some((port, event)) = self.engine.next_event() {
-            tracing::debug!("{}: {event}", port.name());
+            match event {
+                // What devices once said is over; how they sit is in the recording.
+                Event::Mounting { begins: true, .. } => tracing::warn!("{}: {event}", port.name()),
+                _ => tracing::debug!("{}: {event}", port.name()),
+            }
         }
         while self.engine.next_command().is_some() {}
     }

@@ -7,6 +7,7 @@ use biplane_wire::roboclaw::StatusBits;
 use super::ShortText;
 use super::laser::{BlockDifference, ConfigChange, FaultList, Trouble, Unpublished};
 use crate::engine::Speech;
+use crate::mounting::Suspicion;
 
 /// What a session was doing.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
@@ -167,6 +168,13 @@ pub enum Event {
         /// Per cent of them in the last ten seconds; `None`: it is over.
         percent: Option<u8>,
     },
+    /// What a laser sees does not fit how it sits in the rig, or does again.
+    Mounting {
+        /// What is suspected.
+        suspicion: Suspicion,
+        /// Whether it begins.
+        begins: bool,
+    },
     /// The base had a session open; it is closed first.
     SessionLeftOpen,
     /// The base counts its odometry from zero again.
@@ -208,6 +216,7 @@ impl Event {
                 | Self::Idle { .. }
                 | Self::Streaming
                 | Self::Damaged { percent: None }
+                | Self::Mounting { begins: false, .. }
                 | Self::Stopped
                 | Self::PortBack
                 | Self::Untried
@@ -288,6 +297,7 @@ impl fmt::Display for Event {
                 write!(f, "{percent} % of its telegrams arrive damaged: look at cable and plug")
             }
             Self::Damaged { percent: None } => write!(f, "its telegrams arrive intact again"),
+            Self::Mounting { suspicion, begins } => suspicion.say(*begins, f),
             Self::SessionLeftOpen => write!(f, "had a session open, closing it first"),
             Self::OdometryRestarted => write!(f, "counts its odometry from zero again"),
             Self::UnitsAssumed => write!(f, "unknown subclass: one unit of its position is taken as 1 mm"),
