@@ -1,7 +1,7 @@
 //! Notices while it is recorded that a laser does not sit where the rig says: two lasers exchanged, one upside down, an axis with the
 //! wrong sign. A day's recording of such a rig is worth little, and its maker learns of it only at home.
 //!
-//! Watched is what the odometry and the two lasers say of the same motion and of the same walls ([`sense`], [`fan`]); votes are taken
+//! Watched is what the odometry and the two lasers say of the same motion and of the same walls (`sense`, `fan`); votes are taken
 //! every 0.4 m or 12 degrees, and only what wins clearly is said. Small errors of a mount are not noticed here: `biplane calibrate`
 //! finds them.
 
