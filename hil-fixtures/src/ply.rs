@@ -91,7 +91,9 @@ pub fn parse(bytes: &[u8]) -> Result<(LabelledMesh, bool), PlyError> {
             "vertex" => read_vertices(element, &mut source, &mut mesh)?,
             "face" => labelled = read_faces(element, &mut source, &mut mesh)?,
             _ => {
-                for index in 0..element.count {
+                // A row without properties has no bytes: the count of such rows means nothing, however large.
+                let rows = if element.properties.is_empty() { 0 } else { element.count };
+                for index in 0..rows {
                     read_row(element, index, &mut source, |_, _| {})?;
                 }
             }

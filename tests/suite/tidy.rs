@@ -166,3 +166,32 @@ fn the_index_of_the_documents_names_every_page() {
         );
     }
 }
+
+/// Hosts that the sources of the programs may name: the names of XML and JSON vocabularies, which nobody fetches, and this machine.
+const HOSTS: [&str; 2] = ["http://www.w3.org/", "ws://{address}"];
+
+#[test]
+fn the_programs_name_no_host_and_open_no_connection() {
+    let mut doors = Vec::new();
+    for path in SOURCES.iter().flat_map(|top| rust_files(top)) {
+        let text = fs::read_to_string(&path).unwrap();
+        let below = path.strip_prefix(root()).unwrap();
+        let is_test = below.iter().any(|part| part == "tests" || part == "tests.rs");
+        let code = text.lines().filter(|line| !line.trim_start().starts_with("//"));
+        for line in code.take(if is_test { 0 } else { lines_before_tests(&text) }) {
+            for (at, _) in line.match_indices("://") {
+                let from =
+                    line[..at].rfind(|c: char| !c.is_ascii_alphanumeric()).map_or(0, |before| before + 1);
+                let named = HOSTS.iter().any(|host| line[from..].starts_with(host));
+                assert!(named, "{} names a host: {line}", path.display());
+            }
+            for call in ["TcpStream::connect", "UdpSocket", "to_socket_addrs", "ToSocketAddrs"] {
+                assert!(!line.contains(call), "{} speaks to others: {line}", path.display());
+            }
+            if line.contains("TcpListener::bind") {
+                doors.push(path.clone());
+            }
+        }
+    }
+    assert!(matches!(&doors[..], [door] if door.ends_with("live/server.rs")), "listeners: {doors:?}");
+}

@@ -7,9 +7,12 @@ use super::{CloudFile, CloudFileError};
 use crate::model::Cloud;
 use crate::shift::{Shift, moved};
 use las::{PointDataBuilder, Reader};
+use std::cell::Cell;
 use std::fs::File;
 use std::io::{BufReader, Seek};
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::panic::{self, AssertUnwindSafe};
+use std::sync::Once;
+use std::thread;
 
 mod claims;
 
@@ -23,17 +26,39 @@ pub fn read(mut file: File) -> Result<CloudFile, CloudFileError> {
     claims::check(&mut file, length)?;
     file.rewind()?;
     // The decompressor trusts its input in places; what it then does must not end the program.
-    let read = catch_unwind(AssertUnwindSafe(|| {
+    let read = quietly(|| {
         claims::check_chunks(&mut file, length)?;
         file.rewind()?;
         positions(file)
-    }));
+    });
     let positions_m = read.unwrap_or_else(|_| {
         Err(CloudFileError::Las { what: "is damaged: its points cannot be decompressed".to_owned() })
     })?;
     let shift_m = Shift::Find.of(&positions_m);
     let cloud = Cloud { points_m: moved(&positions_m, shift_m), ..Cloud::default() };
     Ok(CloudFile { cloud, shift_m, ..CloudFile::default() })
+}
+
+thread_local! {
+    /// Whether a panic of this thread is caught and said in other words.
+    static IS_CAUGHT: Cell<bool> = const { Cell::new(false) };
+}
+
+/// What `work` returns; an error where it panics, of which nothing is printed.
+fn quietly<T>(work: impl FnOnce() -> T) -> thread::Result<T> {
+    static HOOK: Once = Once::new();
+    HOOK.call_once(|| {
+        let others = panic::take_hook();
+        panic::set_hook(Box::new(move |info| {
+            if !IS_CAUGHT.get() {
+                others(info);
+            }
+        }));
+    });
+    IS_CAUGHT.set(true);
+    let done = panic::catch_unwind(AssertUnwindSafe(work));
+    IS_CAUGHT.set(false);
+    done
 }
 
 fn broken(error: impl std::fmt::Display) -> CloudFileError {

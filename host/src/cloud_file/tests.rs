@@ -111,19 +111,27 @@ fn what_is_no_cloud_or_holds_nothing_is_said() {
 #[cfg(feature = "las")]
 mod las {
     use super::{Scratch, read};
+    use las::point::Format;
     use las::{Builder, Point, Transform, Vector, Writer};
     use std::io::Cursor;
 
     /// A LAS or LAZ file with points in UTM coordinates, 1 mm apart.
     fn written(compressed: bool, points: u32) -> Vec<u8> {
+        written_as(0, compressed, points)
+    }
+
+    fn written_as(format: u8, compressed: bool, points: u32) -> Vec<u8> {
         let mut builder = Builder::from((1, 4));
+        builder.point_format = Format::new(format).unwrap();
+        builder.has_wkt_crs = format > 5;
         builder.point_format.is_compressed = compressed;
         let axis = |offset| Transform { scale: 0.001, offset };
         builder.transforms = Vector { x: axis(400_000.0), y: axis(5_000_000.0), z: axis(0.0) };
         let mut writer = Writer::new(Cursor::new(Vec::new()), builder.into_header().unwrap()).unwrap();
         for k in 0..points {
             let along = 0.001 * f64::from(k);
-            let point = Point { x: 400_100.0 + along, y: 5_000_200.0, z: 3.0, ..Point::default() };
+            let gps_time = (format > 5).then_some(0.0);
+            let point = Point { x: 400_100.0 + along, y: 5_000_200.0, z: 3.0, gps_time, ..Point::default() };
             writer.write_point(point).unwrap();
         }
         writer.close().unwrap();
@@ -165,5 +173,34 @@ mod las {
             };
             assert!(error.contains(says), "{error}");
         }
+    }
+
+    #[test]
+    fn layers_and_records_longer_than_the_file_are_refused_before_memory_is_taken_for_them() {
+        let refused = |name: &str, bytes: &[u8]| {
+            let file = Scratch::new(name, bytes);
+            read(&file.0).map(|found| found.cloud.len()).unwrap_err().to_string()
+        };
+        // Behind the place of the chunk table and the first point as it is: a count, then the size of the first layer.
+        let mut layers = written_as(6, true, 1000);
+        let start = u32::from_le_bytes(layers[96..100].try_into().unwrap()) as usize;
+        let record = usize::from(u16::from_le_bytes(layers[105..107].try_into().unwrap()));
+        let size_at = start + 8 + record + 4;
+        layers[size_at..size_at + 4].copy_from_slice(&0xF000_0000u32.to_le_bytes());
+        let error = refused("layers", &layers);
+        assert!(error.contains("is damaged: chunk 0 claims 40265"), "{error}");
+
+        // A record behind the points: its place and number in the header, 18 bytes, an identifier, its length.
+        let mut extended = written(false, 10);
+        let end = extended.len();
+        extended[235..243].copy_from_slice(&(end as u64).to_le_bytes());
+        extended[243] = 1;
+        extended.resize(end + 64, 0);
+        extended[end + 20] = 4;
+        let file = Scratch::new("extended", &extended);
+        assert_eq!(read(&file.0).unwrap().cloud.len(), 10, "a record of four bytes is there");
+        extended[end + 24] = 0x40;
+        let error = refused("extended", &extended);
+        assert!(error.contains("claims 274877906948 bytes"), "{error}");
     }
 }

@@ -96,8 +96,8 @@ pub fn damaged(form: Form, inputs: &[Vec<u8>], rng: &mut Rng) -> Vec<u8> {
             Form::Text if below(2, rng) == 0 => strike_text(&mut bytes, rng),
             _ => strike(&mut bytes, inputs, rng),
         }
+        bytes.truncate(LONGEST);
     }
-    bytes.truncate(LONGEST);
     bytes
 }
 

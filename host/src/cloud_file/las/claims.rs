@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 
-use las::Reader;
+use las::Header;
 use laz::laszip::ChunkTable;
 use laz::{LazItemType, LazVlr};
 
@@ -16,17 +16,40 @@ const POINT_FORMAT_AT: u64 = 104;
 const RECORD_LENGTH_AT: u64 = 105;
 const SHORT_COUNT_AT: u64 = 107;
 const LONG_COUNT_AT: u64 = 247;
+/// Where the first record behind the points stands, and how many there are; from version 1.4 on.
+const EXTENDED_AT: u64 = 235;
+const EXTENDED_COUNT_AT: u64 = 243;
+/// Bytes of such a record before its data, and where in them the length stands.
+const EXTENDED_HEAD: u64 = 60;
+const EXTENDED_LENGTH_AT: u64 = 20;
 /// Bit of the point format that says that points are compressed.
 const COMPRESSED: u8 = 0x80;
 
 /// Refuses a file that claims more than it has bytes for.
 pub fn check(file: &mut File, length: u64) -> Result<(), CloudFileError> {
+    check_extended(file, length)?;
     let start = bytes_at(file, POINT_DATA_AT)?.map_or(0, |b| u64::from(u32::from_le_bytes(b)));
     match bytes_at(file, POINT_FORMAT_AT)? {
         Some([format]) if format & COMPRESSED != 0 => check_chunk_table(file, start, length),
         Some(_) => check_count(file, start, length),
         None => Ok(()),
     }
+}
+
+/// Refuses a file whose first record behind the points, the one that is read, is longer than the file.
+fn check_extended(file: &mut File, length: u64) -> Result<(), CloudFileError> {
+    let is_new = bytes_at(file, MINOR_VERSION_AT)?.is_some_and(|[minor]: [u8; 1]| minor >= 4);
+    let count = bytes_at(file, EXTENDED_COUNT_AT)?.map_or(0, u32::from_le_bytes);
+    let at = bytes_at(file, EXTENDED_AT)?.map_or(0, u64::from_le_bytes);
+    if !is_new || count == 0 || at == 0 {
+        return Ok(());
+    }
+    let claimed = bytes_at(file, at.saturating_add(EXTENDED_LENGTH_AT))?.map_or(0, u64::from_le_bytes);
+    if claimed > length.saturating_sub(at.saturating_add(EXTENDED_HEAD)) {
+        let what = format!("is cut off: the record at byte {at} of {length} claims {claimed} bytes");
+        return Err(CloudFileError::Las { what });
+    }
+    Ok(())
 }
 
 /// Refuses an uncompressed file that is shorter than its points.
@@ -76,14 +99,16 @@ fn bytes_at<const N: usize>(file: &mut File, at: u64) -> io::Result<Option<[u8; 
 /// The most points that a byte of a compressed file may stand for. Scanners' clouds take one to six bytes a point, and points all in
 /// one place still a twentieth of one.
 const POINTS_A_BYTE: u64 = 100;
+/// The longest point of a compressed file, bytes: each beyond the usual thirty costs 10 kB of tables to unpack. Twenty scalar fields of eight
+/// bytes are 190.
+const LONGEST_PACKED: u64 = 1024;
 /// Kind of a compressed file that is one piece without a chunk table, as the record `laszip encoded` says.
 const ONE_PIECE: [u8; 2] = [1, 0];
 
 /// Refuses a compressed file that claims far more points than anybody could pack into it, or a chunk whose layers claim more bytes than
 /// the file has: each layer's memory is taken before it is read.
 pub fn check_chunks(file: &mut File, length: u64) -> Result<(), CloudFileError> {
-    let reader = Reader::new(BufReader::new(file.try_clone()?)).map_err(broken)?;
-    let header = reader.header();
+    let header = Header::new(BufReader::new(&mut *file)).map_err(broken)?;
     let is_packing = |vlr: &&las::Vlr| vlr.user_id == LazVlr::USER_ID && vlr.record_id == LazVlr::RECORD_ID;
     let Some(vlr) = header.vlrs().iter().find(is_packing) else { return Ok(()) };
     let points = header.number_of_points();
@@ -91,6 +116,14 @@ pub fn check_chunks(file: &mut File, length: u64) -> Result<(), CloudFileError> 
         return Err(CloudFileError::Las { what: format!("claims {points} points in {length} bytes") });
     }
     let packing = LazVlr::from_buffer(&vlr.data).map_err(broken)?;
+    let record = u64::from(header.point_format().len());
+    if packing.items_size() != record || record > LONGEST_PACKED {
+        let packed = packing.items_size();
+        let what = format!(
+            "has points of {record} bytes packed as {packed}: both the same and {LONGEST_PACKED} at most are read"
+        );
+        return Err(CloudFileError::Las { what });
+    }
     if packing.items().first().is_none_or(|item| item.version() < 3) {
         return Ok(());
     }
