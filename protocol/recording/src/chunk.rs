@@ -5,6 +5,8 @@ use std::io::Read;
 
 /// The most that a chunk may unpack to. ROS 2 bags and ours stay near 1 MiB; a file that claims more than this is broken or hostile.
 pub const MAX_CHUNK_SIZE: u64 = 1 << 28;
+/// The most that a record other than an attachment takes in a file: a chunk that does not pack, and its header.
+pub const MAX_RECORD_SIZE: u64 = MAX_CHUNK_SIZE + (1 << 16);
 
 /// Why a chunk's bytes could not be had.
 #[derive(Clone, PartialEq, Eq, Debug)]

@@ -203,6 +203,17 @@ impl<'a> Attachment<'a> {
         Some(Self { log_time, create_time, name, media_type, data, intact })
     }
 
+    /// How long a body is by its own word, from its first bytes; `None` when these are no attachment's.
+    pub fn parse_length(front: &'a [u8]) -> Option<u64> {
+        let mut fields = Fields(front);
+        fields.take(16)?;
+        fields.string()?;
+        fields.string()?;
+        let data = fields.u64()?;
+        let before = (front.len() - fields.0.len()) as u64;
+        before.checked_add(data)?.checked_add(4)
+    }
+
     /// The name alone, from the first bytes of a body.
     pub fn parse_name(body: &'a [u8]) -> Option<&'a str> {
         let mut fields = Fields(body);

@@ -83,6 +83,7 @@ impl<'a> Messages<'a> {
         if !matches!(prefix.opcode, CHUNK | SCHEMA | CHANNEL | MESSAGE) {
             return self.pass_over(offset).map(|()| Step::Next(None));
         }
+        self.reader.check_size(offset, prefix)?;
         let whole = self.source.bytes(offset, PREFIX_SIZE + prefix.length);
         let whole = whole.map_err(|error| self.reader.io(offset, error))?.unwrap_or_default();
         self.hasher.update(whole);

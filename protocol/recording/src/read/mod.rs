@@ -17,6 +17,7 @@ pub use recording::Recording;
 pub(crate) use definitions::{Definitions, Problem};
 pub(crate) use source::Source;
 
+use crate::chunk::MAX_RECORD_SIZE;
 use crate::msg::AnyMessage;
 use crate::records::{self, ATTACHMENT, DATA_END, FOOTER, HEADER, MAGIC, METADATA, PREFIX_SIZE, Prefix};
 use crate::rig::Rig;
@@ -31,6 +32,9 @@ use std::sync::Arc;
 
 /// The name of the attachment that holds the resolved `rig.toml`.
 pub const RIG_ATTACHMENT: &str = "rig.toml";
+
+/// An attachment's name stands within its first so many bytes.
+const ATTACHMENT_FRONT: u64 = 1 << 12;
 
 /// One message of a file.
 #[derive(Clone, PartialEq, Debug)]
@@ -178,10 +182,10 @@ impl Reader {
             if prefix.opcode != ATTACHMENT {
                 return Ok(ControlFlow::Continue(()));
             }
-            let (_, body) = self.record(source, offset)?;
-            if records::Attachment::parse_name(body) != Some(name) {
+            if self.attachment_name(source, offset, prefix)?.as_deref() != Some(name) {
                 return Ok(ControlFlow::Continue(()));
             }
+            let (_, body) = self.record(source, offset)?;
             match records::Attachment::parse(body).filter(|attachment| attachment.intact) {
                 Some(attachment) => found = Some(attachment.data.to_vec()),
                 None => return Err(self.damaged(offset, format!("attachment {name:?} is not whole"))),
@@ -199,12 +203,23 @@ impl Reader {
         let mut names = Vec::new();
         self.walk(|offset, prefix, source| {
             if prefix.opcode == ATTACHMENT {
-                let (_, body) = self.record(source, offset)?;
-                names.extend(records::Attachment::parse_name(body).map(str::to_owned));
+                names.extend(self.attachment_name(source, offset, prefix)?);
             }
             Ok(ControlFlow::Continue(()))
         })?;
         Ok(names)
+    }
+
+    /// The name of the attachment at `offset`, without reading what is attached.
+    fn attachment_name(
+        &self,
+        source: &mut Source,
+        offset: u64,
+        prefix: Prefix,
+    ) -> Result<Option<String>, ReadError> {
+        let front = source.bytes(offset + PREFIX_SIZE, prefix.length.min(ATTACHMENT_FRONT));
+        let front = front.map_err(|error| self.io(offset, error))?.unwrap_or_default();
+        Ok(records::Attachment::parse_name(front).map(str::to_owned))
     }
 
     /// All metadata records by name; the last of a name counts.
@@ -267,9 +282,19 @@ impl Reader {
 
     fn record<'s>(&self, source: &'s mut Source, offset: u64) -> Result<(Prefix, &'s [u8]), ReadError> {
         let prefix = self.prefix(source, offset)?;
+        self.check_size(offset, prefix)?;
         let body =
             source.bytes(offset + PREFIX_SIZE, prefix.length).map_err(|error| self.io(offset, error))?;
         Ok((prefix, body.ok_or_else(|| self.truncated(offset))?))
+    }
+
+    /// What goes into memory whole is no larger than a writer would make it.
+    fn check_size(&self, offset: u64, prefix: Prefix) -> Result<(), ReadError> {
+        if prefix.length <= MAX_RECORD_SIZE {
+            return Ok(());
+        }
+        let what = format!("a record of {} bytes; at most {MAX_RECORD_SIZE} are taken", prefix.length);
+        Err(self.damaged(offset, what))
     }
 
     /// Why a file without an end is not whole.

@@ -13,16 +13,22 @@ pub(crate) struct Source<'a> {
     size: u64,
     buffer: Vec<u8>,
     start: u64,
+    hashed: u64,
 }
 
 impl<'a> Source<'a> {
     pub fn new(file: &'a File, size: u64) -> Self {
-        Self { file, size, buffer: Vec::new(), start: 0 }
+        Self { file, size, buffer: Vec::new(), start: 0, hashed: 0 }
     }
 
     /// The file's size.
     pub fn size(&self) -> u64 {
         self.size
+    }
+
+    /// How many bytes went through checksums so far.
+    pub fn hashed(&self) -> u64 {
+        self.hashed
     }
 
     /// Bytes between a position and the file's end.
@@ -58,6 +64,7 @@ impl<'a> Source<'a> {
     /// Adds a stretch of the file to a checksum, a piece at a time. False when the file ends before.
     pub fn hash(&mut self, hasher: &mut crc32fast::Hasher, offset: u64, length: u64) -> io::Result<bool> {
         let mut done = 0;
+        self.hashed = self.hashed.saturating_add(length);
         while done < length {
             let piece = WINDOW.min(length - done);
             match self.bytes(offset.saturating_add(done), piece)? {

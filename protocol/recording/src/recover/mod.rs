@@ -12,6 +12,7 @@
 //! was cut off may always have lost what was not on the disk yet.
 
 mod finding;
+mod hole;
 mod salvage;
 mod walk;
 

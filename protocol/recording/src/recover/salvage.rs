@@ -1,6 +1,7 @@
 //! Takes what is intact out of each stretch of a broken file, and notes what is not.
 
 use super::finding::{Finding, Problem};
+use super::hole::{hole_in, written};
 use super::walk::{self, Piece, Walk};
 use super::{RecoverError, RecoverReport};
 use crate::chunk::{self, ChunkError, MAX_CHUNK_SIZE};
@@ -14,10 +15,8 @@ use std::fs::File;
 use std::io;
 use std::path::Path;
 
-/// The smallest piece that a disk writes: a run of so many zeros at such a place was never written.
-const SECTOR: u64 = 512;
-/// Fewer zeros at a sector's end are no sign of anything: packed bytes have them too.
-const SHORTEST_HOLE: usize = 8;
+/// Enough of a chunk for its header.
+const CHUNK_FRONT: u64 = 1 << 12;
 
 /// A recovery at work.
 pub(super) struct Salvage<'a> {
@@ -115,6 +114,12 @@ impl<'a> Salvage<'a> {
     }
 
     fn record(&mut self, source: &mut Source, offset: u64, prefix: Prefix) -> Result<(), RecoverError> {
+        if !matches!(prefix.opcode, SCHEMA..=MESSAGE_INDEX | ATTACHMENT | METADATA) {
+            // Nothing that is kept, and as long as it likes.
+            let hashed = source.hash(&mut self.hasher, offset, PREFIX_SIZE + prefix.length);
+            self.damaged = None;
+            return hashed.map(drop).map_err(|error| self.io(offset, error));
+        }
         let whole = source.bytes(offset, PREFIX_SIZE + prefix.length);
         let whole = whole.map_err(|error| self.io(offset, error))?.unwrap_or_default();
         self.hasher.update(whole);
@@ -224,19 +229,20 @@ impl<'a> Salvage<'a> {
 
     /// Bytes where no whole record is: perhaps a chunk that was cut off, or whose length is damaged.
     fn broken(&mut self, source: &mut Source, offset: u64, end: u64) -> Result<(), RecoverError> {
-        let bytes = source.bytes(offset, (end - offset).min(MAX_CHUNK_SIZE));
-        let bytes = bytes.map_err(|error| self.io(offset, error))?.unwrap_or_default();
-        let body = bytes.get(PREFIX_SIZE as usize..).unwrap_or_default();
-        let mut tally = Tally { missing: self.missing(bytes, offset), ..Tally::default() };
-        let header = ChunkHeader::parse(body).filter(|_| bytes.first() == Some(&CHUNK));
+        let front = source.bytes(offset, (end - offset).min(CHUNK_FRONT));
+        let front = front.map_err(|error| self.io(offset, error))?.unwrap_or_default();
+        let mut tally = Tally { missing: self.missing(front, offset), ..Tally::default() };
+        let body = front.get(PREFIX_SIZE as usize..).unwrap_or_default();
+        let header = ChunkHeader::parse(body).filter(|_| front.first() == Some(&CHUNK));
         let Some((header, size)) = header else {
             self.note(offset, end - offset, &tally, Problem::NoRecord);
             return Ok(());
         };
-        let packed = body.get(size..).unwrap_or_default();
-        let length = usize::try_from(header.compressed_size).unwrap_or(usize::MAX).min(packed.len());
-        let packed = packed.get(..length).unwrap_or_default();
-        let start = offset + PREFIX_SIZE + size as u64;
+        let before = PREFIX_SIZE + size as u64;
+        let packed = header.compressed_size.min(MAX_CHUNK_SIZE).min(end - offset - before);
+        let packed = source.bytes(offset + before, packed);
+        let packed = packed.map_err(|error| self.io(offset, error))?.unwrap_or_default();
+        let start = offset + before;
         let mut unpacked = std::mem::take(&mut self.unpacked);
         let result = match chunk::unpack(&header, packed, &mut unpacked) {
             Ok(()) => {
@@ -252,7 +258,7 @@ impl<'a> Salvage<'a> {
                 self.damaged_chunk(offset, (&header, size), packed, &mut unpacked, &error)
             }
             Err(_cut) => {
-                let kept = self.prefix_of_chunk(&header, packed, &mut unpacked, &mut tally);
+                let kept = self.prefix_of_chunk(&header, written(packed), &mut unpacked, &mut tally);
                 let unused = if tally.kept > 0 { 0 } else { end - offset };
                 self.note(offset, unused, &tally, Problem::CutChunk);
                 kept
@@ -372,25 +378,4 @@ impl<'a> Salvage<'a> {
         }
         Ok(())
     }
-}
-
-/// Where a part of a packed chunk begins that was never written. Where nothing is packed, zeros may well be data.
-fn hole_in(header: &ChunkHeader, packed: &[u8], start: u64) -> Option<usize> {
-    if header.compression.is_empty() { None } else { find_hole(packed, start) }
-}
-
-/// Where in `bytes`, which stand at `offset` in the file, a sector of the disk was never written, or not to its end: zeros up to where it
-/// ends, or the bytes do.
-fn find_hole(bytes: &[u8], offset: u64) -> Option<usize> {
-    let first = ((offset.next_multiple_of(SECTOR) - offset) as usize).min(bytes.len());
-    let (head, rest) = bytes.split_at(first);
-    let mut end = 0;
-    for sector in std::iter::once(head).chain(rest.chunks(SECTOR as usize)) {
-        end += sector.len();
-        let zeros = sector.iter().rev().take_while(|byte| **byte == 0).count();
-        if zeros >= SHORTEST_HOLE {
-            return Some(end - zeros);
-        }
-    }
-    None
 }

@@ -1,7 +1,7 @@
 //! Finds the records of a broken file: each must prove itself before its length is believed, and behind damage the next one that
 //! does is searched for.
 
-use crate::chunk::MAX_CHUNK_SIZE;
+use crate::chunk::{MAX_CHUNK_SIZE, MAX_RECORD_SIZE};
 use crate::read::Source;
 use crate::records::{
     ATTACHMENT, Attachment, CHANNEL, CHUNK, Channel, ChunkHeader, DATA_END, FOOTER, Fields, HEADER, Header,
@@ -13,6 +13,12 @@ use std::io;
 const CHUNK_HEADER_SPAN: u64 = 256;
 /// No record is longer than this.
 const LONGEST: u64 = 1 << 40;
+/// Definitions, metadata and indexes are not longer than this.
+const LONGEST_WORDS: u64 = 1 << 24;
+/// Enough of an attachment's body for everything before what is attached.
+const ATTACHMENT_FRONT: u64 = 1 << 16;
+/// While records are searched for, at most so many times the file's size goes through checksums, so that a file made to be slow is not.
+const MOST_PASSES: u64 = 16;
 /// How much is searched at a time.
 const STRIDE: u64 = 1 << 20;
 
@@ -46,14 +52,34 @@ impl<'a> Walk<'a> {
         if self.source.left(offset) == 0 {
             return Ok(None);
         }
+        let mut end = None;
         if let Some(prefix) = proven(&mut self.source, offset, false)? {
-            self.offset = offset + PREFIX_SIZE + prefix.length;
-            return Ok(Some(Piece::Record { offset, prefix }));
+            end = swallowed(&mut self.source, offset, prefix)?;
+            if end.is_none() {
+                self.offset = offset + PREFIX_SIZE + prefix.length;
+                return Ok(Some(Piece::Record { offset, prefix }));
+            }
         }
-        let end = find_record(&mut self.source, offset + 1)?.unwrap_or(self.source.size());
+        let end = match end {
+            Some(end) => end,
+            None => find_record(&mut self.source, offset + 1)?.unwrap_or(self.source.size()),
+        };
         self.offset = end;
         Ok(Some(Piece::Broken { offset, end }))
     }
+}
+
+/// Where the first record begins that this one has swallowed: bytes of its own are gone from the file, so that its length reaches
+/// into what follows. One behind which a record stands has its right length.
+fn swallowed(source: &mut Source, offset: u64, prefix: Prefix) -> io::Result<Option<u64>> {
+    let body = offset + PREFIX_SIZE;
+    let end = body + prefix.length;
+    // What is attached may be a recording itself.
+    let is_attached = prefix.opcode == ATTACHMENT && attachment_holds(source, body, prefix.length, true)?;
+    if is_attached || follows(source, end)? {
+        return Ok(None);
+    }
+    Ok(find_record(source, offset + 1)?.filter(|found| *found < end))
 }
 
 /// The profile of the file's header; that of ROS 2 when it cannot be read.
@@ -94,14 +120,19 @@ fn proven(source: &mut Source, offset: u64, strict: bool) -> io::Result<Option<P
         CHUNK => chunk_holds(source, body, prefix.length)?,
         DATA_END => prefix.length == 4 && follows(source, body + prefix.length)?,
         MESSAGE_INDEX => index_holds(source, body, prefix.length)?,
-        HEADER | SCHEMA | CHANNEL | ATTACHMENT | METADATA => {
+        ATTACHMENT => attachment_holds(source, body, prefix.length, strict)?,
+        HEADER | SCHEMA | CHANNEL | METADATA if prefix.length <= LONGEST_WORDS => {
+            if strict && is_too_slow(source, prefix.length) {
+                return Ok(None);
+            }
             let bytes = source.bytes(body, prefix.length)?.unwrap_or_default();
             let (parses, fills) = (parses(prefix.opcode, bytes, strict), fills(prefix.opcode, bytes, strict));
             // The format lets later versions add fields.
             fills || parses && follows(source, body + prefix.length)?
         }
+        HEADER | SCHEMA | CHANNEL | METADATA => false,
         // A message says nothing of itself, nor does a record of unknown kind: what follows must be a record.
-        MESSAGE => prefix.length >= 22 && follows(source, body + prefix.length)?,
+        MESSAGE => (22..=MAX_RECORD_SIZE).contains(&prefix.length) && follows(source, body + prefix.length)?,
         _ => follows(source, body + prefix.length)?,
     };
     Ok(holds.then_some(prefix))
@@ -112,8 +143,6 @@ fn parses(opcode: u8, body: &[u8], strict: bool) -> bool {
         HEADER => Header::parse(body).is_some(),
         SCHEMA => Schema::parse(body).is_some(),
         CHANNEL => Channel::parse(body).is_some(),
-        // A damaged attachment keeps its place, so that what follows is found; by chance it must be intact.
-        ATTACHMENT => Attachment::parse(body).is_some_and(|attachment| attachment.intact || !strict),
         METADATA => Metadata::parse(body).is_some_and(|metadata| !metadata.name.is_empty() || !strict),
         _ => false,
     }
@@ -130,15 +159,44 @@ fn chunk_holds(source: &mut Source, body: u64, length: u64) -> io::Result<bool> 
     Ok(ChunkHeader::parse(front).is_some_and(|(header, size)| {
         matches!(header.compression.as_str(), "" | "zstd" | "lz4")
             && header.uncompressed_size < MAX_CHUNK_SIZE
+            && length <= MAX_RECORD_SIZE
             && (size as u64).checked_add(header.compressed_size) == Some(length)
     }))
+}
+
+/// An attachment is as long as it says. A damaged one keeps its place, so that what follows is found; one that is met by chance, or that
+/// would take much memory, must be intact.
+fn attachment_holds(source: &mut Source, body: u64, length: u64, strict: bool) -> io::Result<bool> {
+    let front = source.bytes(body, ATTACHMENT_FRONT.min(length))?.unwrap_or_default();
+    let Some(own) = Attachment::parse_length(front).filter(|own| *own <= length) else { return Ok(false) };
+    // The format lets later versions add fields.
+    let fits = own == length || follows(source, body + length)?;
+    if !fits || !strict && length <= MAX_CHUNK_SIZE {
+        return Ok(fits);
+    }
+    let Some(sum) = source.bytes(body + own - 4, 4)?.and_then(|bytes| Fields(bytes).u32()) else {
+        return Ok(false);
+    };
+    if sum == 0 {
+        return Ok(length <= MAX_CHUNK_SIZE);
+    }
+    let mut hasher = crc32fast::Hasher::new();
+    let is_read = !is_too_slow(source, own) && source.hash(&mut hasher, body, own - 4)?;
+    Ok(is_read && hasher.finalize() == sum)
+}
+
+/// Whether a search has read so much already that it does not read so many bytes more.
+fn is_too_slow(source: &Source, length: u64) -> bool {
+    let most = source.size().saturating_mul(MOST_PASSES).saturating_add(1 << 26);
+    source.hashed().saturating_add(length) > most
 }
 
 /// A message index is a channel and as many bytes of entries, 16 each, as it says.
 fn index_holds(source: &mut Source, body: u64, length: u64) -> io::Result<bool> {
     let Some(front) = source.bytes(body, 6.min(length))? else { return Ok(false) };
     let count = front.get(2..6).and_then(|count| count.try_into().ok()).map(u32::from_le_bytes);
-    Ok(count.is_some_and(|count| u64::from(count) + 6 == length && count % 16 == 0))
+    Ok(length <= LONGEST_WORDS
+        && count.is_some_and(|count| u64::from(count) + 6 == length && count.is_multiple_of(16)))
 }
 
 /// Whether a record, the closing magic or the file's end is at `offset`.

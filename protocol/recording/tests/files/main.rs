@@ -1,6 +1,8 @@
 //! Files written, read back, cut, torn and salvaged.
 
+mod bad_files;
 mod crafted;
+mod damage;
 mod folder;
 mod foreign;
 mod parts;
