@@ -331,11 +331,16 @@ impl<'a> Salvage<'a> {
         Ok(())
     }
 
-    /// Every definition that stands outside a chunk, most of all in the index at the end.
+    /// Every definition in the index at the end, if that is what was written: a damaged name would pass for another topic.
     fn fallback(&mut self) -> Result<&mut Definitions, RecoverError> {
         if self.fallback.is_none() {
             let mut all = Definitions::default();
-            let mut walk = Walk::new(Source::new(self.file, self.size), MAGIC.len() as u64);
+            let mut source = Source::new(self.file, self.size);
+            let intact = walk::index_is_whole(&mut source)
+                .and_then(|whole| Ok(whole && walk::index_is_intact(&mut source)?));
+            let start =
+                if intact.map_err(|error| self.io(0, error))? { MAGIC.len() as u64 } else { self.size };
+            let mut walk = Walk::new(source, start);
             while let Some(piece) = walk.next().map_err(|error| self.io(0, error))? {
                 let Piece::Record { offset, prefix } = piece else { continue };
                 if matches!(prefix.opcode, SCHEMA | CHANNEL) {

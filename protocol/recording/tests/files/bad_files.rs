@@ -151,7 +151,11 @@ fn judge_recovery(whole: &Whole, damage: &Damage, folder: &Folder) -> (usize, bo
     }
     let missing = whole.all.difference(&kept).count();
     assert!(missing == 0 || report.lost() || !output.exists(), "{context}: {missing} missing: {report}");
-    (missing, kept.difference(&whole.all).next().is_some())
+    let damaged = kept.difference(&whole.all).next();
+    if let Some(damaged) = damaged {
+        println!("{context}: kept though damaged: {} at {} ns; {report}", damaged.0, damaged.1);
+    }
+    (missing, damaged.is_some())
 }
 
 fn judge(whole: &Whole, damage: &Damage, folder: &Folder) -> (usize, bool) {
