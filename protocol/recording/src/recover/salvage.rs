@@ -335,19 +335,20 @@ impl<'a> Salvage<'a> {
     fn fallback(&mut self) -> Result<&mut Definitions, RecoverError> {
         if self.fallback.is_none() {
             let mut all = Definitions::default();
-            let mut source = Source::new(self.file, self.size);
-            let intact = walk::index_is_whole(&mut source)
-                .and_then(|whole| Ok(whole && walk::index_is_intact(&mut source)?));
-            let start =
-                if intact.map_err(|error| self.io(0, error))? { MAGIC.len() as u64 } else { self.size };
-            let mut walk = Walk::new(source, start);
+            let mut walk = Walk::new(Source::new(self.file, self.size), MAGIC.len() as u64);
+            let mut in_index = false;
             while let Some(piece) = walk.next().map_err(|error| self.io(0, error))? {
                 let Piece::Record { offset, prefix } = piece else { continue };
-                if matches!(prefix.opcode, SCHEMA | CHANNEL) {
-                    let body = walk.source().bytes(offset + PREFIX_SIZE, prefix.length);
-                    let body = body.map_err(|error| self.io(offset, error))?.unwrap_or_default();
+                let source = walk.source();
+                let (body, length) = (offset + PREFIX_SIZE, prefix.length);
+                if prefix.opcode == DATA_END {
+                    // Bytes that are gone before it move it, and do it no harm.
+                    let intact = walk::index_from_is_intact(source, body + length);
+                    in_index = intact.map_err(|error| self.io(offset, error))?;
+                } else if in_index && matches!(prefix.opcode, SCHEMA | CHANNEL) {
+                    let body = source.bytes(body, length).map_err(|error| self.io(offset, error))?;
                     // One that cannot be read defines nothing.
-                    let _ = all.take(prefix.opcode, body);
+                    let _ = all.take(prefix.opcode, body.unwrap_or_default());
                 }
             }
             self.fallback = Some(all);

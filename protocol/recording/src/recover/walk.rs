@@ -227,18 +227,31 @@ pub(super) fn index_is_whole(source: &mut Source) -> io::Result<bool> {
     Ok(footer && next_is_magic(source, offset + PREFIX_SIZE + 20)?)
 }
 
-/// Whether the index is what the checksum in the footer says (MCAP specification, "Footer": from the summary's start up to the
-/// checksum itself). True when there is no index, or no checksum of it.
+/// Whether the index is what the checksum in the footer says. True when there is no index, or no checksum of it.
 pub(super) fn index_is_intact(source: &mut Source) -> io::Result<bool> {
+    match footer(source)? {
+        Some((0, _)) => Ok(true),
+        Some((start, _)) => index_from_is_intact(source, start),
+        None => Ok(false),
+    }
+}
+
+/// Where the index begins, by the footer's word, and its checksum.
+fn footer(source: &mut Source) -> io::Result<Option<(u64, u32)>> {
     let end = source.size().saturating_sub(MAGIC.len() as u64);
-    let footer = source.bytes(end.saturating_sub(20), 20)?.unwrap_or_default();
-    let mut fields = Fields(footer);
-    let (Some(start), Some(_offsets), Some(expected)) = (fields.u64(), fields.u64(), fields.u32()) else {
-        return Ok(false);
-    };
-    if start == 0 || expected == 0 {
+    let mut fields = Fields(source.bytes(end.saturating_sub(20), 20)?.unwrap_or_default());
+    let (start, _offsets, sum) = (fields.u64(), fields.u64(), fields.u32());
+    Ok(start.zip(sum))
+}
+
+/// The same of the index that begins at `start`, wherever the footer says that it does (MCAP specification, "Footer": the checksum is
+/// that of all from the index's start up to itself).
+pub(super) fn index_from_is_intact(source: &mut Source, start: u64) -> io::Result<bool> {
+    let Some((_, expected)) = footer(source)? else { return Ok(false) };
+    if expected == 0 {
         return Ok(true);
     }
+    let end = source.size().saturating_sub(MAGIC.len() as u64);
     let mut hasher = crc32fast::Hasher::new();
     let (mut at, covered_end) = (start, end.saturating_sub(4));
     if start >= covered_end {
