@@ -12,7 +12,7 @@ use std::path::Path;
 
 use biplane_mock::rng::Rng;
 use biplane_onboard::salvage::{Leftover, Salvaged, salvage_on};
-use biplane_recording::{Entry, Reader, Topic, WriteError, recover};
+use biplane_recording::{Entry, Reader, Rotation, Topic, WriteError, recover};
 
 use crate::rig::{MS, S, seeds};
 use disk::{Files, Folder, Refusal, SimDisk, below, read_folder};
@@ -221,4 +221,27 @@ fn writes_that_are_interrupted_or_short_change_nothing() {
         };
         assert!(files(Some(Refusal::Stutter)) == files(None), "seed {seed}");
     }
+}
+
+#[test]
+fn a_disk_that_takes_seconds_to_sync_falls_no_further_behind_and_the_writer_knows_what_a_cut_costs() {
+    for (seed, sync_ns) in [(2, 200 * MS), (5, 400 * MS), (8, S), (11, 3 * S)] {
+        let plan = Plan { seconds: 16, rotation: Rotation::default(), silence_ns: None };
+        let (ride, ridden) = Ride::new(seed, &plan, (sync_ns, 0), None);
+        assert!(ridden.error.is_none());
+        // What came while one sync was under way waits for the end of the next.
+        let window_ns = PROMISED_NS.max(2 * sync_ns + 300 * MS);
+        assert!(ridden.said_ns < window_ns, "syncs of {sync_ns} ns: {} ns", ridden.said_ns);
+        let mut rng = Rng::new(seed, 0x510E, 0);
+        for _ in 0..10 {
+            let at_ns = START_NS + (rng.between(0.0, 15.0) * 1e9) as i64;
+            ride.judge(&ride.disk.cut(at_ns, &mut rng), at_ns, window_ns, &mut rng);
+        }
+        println!("| every sync takes {:.1} s | a cut costs {:.2} s at most |", s(sync_ns), s(ridden.said_ns));
+    }
+}
+
+/// Nanoseconds as seconds.
+fn s(ns: i64) -> f64 {
+    ns as f64 / 1e9
 }

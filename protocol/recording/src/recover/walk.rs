@@ -75,8 +75,12 @@ fn swallowed(source: &mut Source, offset: u64, prefix: Prefix) -> io::Result<Opt
     let body = offset + PREFIX_SIZE;
     let end = body + prefix.length;
     // What is attached may be a recording itself.
-    let is_attached = prefix.opcode == ATTACHMENT && attachment_holds(source, body, prefix.length, true)?;
-    if is_attached || follows(source, end)? {
+    let is_attached = prefix.opcode == ATTACHMENT
+        && source.bytes(end.saturating_sub(4), 4)? != Some(&[0; 4])
+        && attachment_holds(source, body, prefix.length, true)?;
+    let is_followed =
+        source.left(end) == 0 || next_is_magic(source, end)? || proven(source, end, false)?.is_some();
+    if is_attached || is_followed {
         return Ok(None);
     }
     Ok(find_record(source, offset + 1)?.filter(|found| *found < end))

@@ -351,6 +351,11 @@ impl Writer {
         (self.log_time_ns, numbers)
     }
 
+    /// What was written so far stands in an earlier part, too: a power cut cannot take it.
+    pub(super) fn is_repeated(&mut self) {
+        self.unsaved_since_ns = None;
+    }
+
     /// Goes on where another file ended; before the first message.
     pub(super) fn resume(&mut self, (log_time_ns, numbers): (i64, BTreeMap<Topic, u32>)) {
         self.log_time_ns = log_time_ns;

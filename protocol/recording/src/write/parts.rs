@@ -253,6 +253,7 @@ impl PartsWriter {
         for (&topic, (publish_time_ns, cdr)) in &self.latched {
             next.write_encoded(topic, log_time_ns, *publish_time_ns, cdr)?;
         }
+        next.is_repeated();
         self.writer = Some(next);
         Ok(())
     }

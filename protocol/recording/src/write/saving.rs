@@ -11,12 +11,19 @@ const RESERVE_NS: i64 = 100_000_000;
 const SHORTEST_NS: i64 = 200_000_000;
 
 /// How fast the disk has been.
-#[derive(Copy, Clone, PartialEq, Eq, Debug, Default)]
+#[derive(Copy, Clone, PartialEq, Eq, Debug)]
 pub(super) struct Pace {
     /// How long a save is expected to take, ns: as long as the slowest of the last few.
     expected_ns: i64,
     /// The greatest age that a message came to before it was on the disk, ns, since somebody asked.
     worst_ns: i64,
+}
+
+impl Default for Pace {
+    /// A slow disk, until it has shown how fast it is.
+    fn default() -> Self {
+        Self { expected_ns: 300_000_000, worst_ns: 0 }
+    }
 }
 
 impl Pace {

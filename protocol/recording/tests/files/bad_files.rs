@@ -194,7 +194,7 @@ fn files_damaged_at_seeded_places_lose_only_what_was_hit_and_say_so() {
                 let dice = &mut Dice::new(seed * 8 + number as u64);
                 let damage = damage(&whole.bytes, dice);
                 let (missing, is_damaged) = judge(whole, &damage, &folder);
-                // Bytes that were never written, at the end of a chunk that is not packed and was cut: nothing tells them from data.
+                // Other bytes at the end of a chunk that is not packed (or has no sums within) and was cut: nothing tells them from data.
                 let cannot_be_told = damage.invented_end && matches!(whole.name, "plain" | "lz4");
                 assert!(!is_damaged || cannot_be_told, "seed {seed}: {}: {}", whole.name, damage.what);
                 trials += 1;

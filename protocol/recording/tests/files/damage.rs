@@ -37,7 +37,7 @@ pub struct Damage {
     pub touched: Vec<Range<usize>>,
     /// What is whole may stand elsewhere, or twice.
     pub moved: bool,
-    /// Bytes that were never written stand at the end.
+    /// Bytes that were never written, or not there, stand where a chunk was cut.
     pub invented_end: bool,
 }
 
@@ -146,7 +146,7 @@ fn lost(whole: &[u8], dice: &mut Dice) -> Damage {
     let gone = stretch(whole, dice);
     let bytes = [&whole[..gone.start], &whole[gone.end..]].concat();
     let damage = Damage::new(format!("{gone:?} lost"), bytes, once(gone));
-    Damage { moved: true, ..damage }
+    Damage { moved: true, invented_end: true, ..damage }
 }
 
 fn doubled(whole: &[u8], dice: &mut Dice) -> Damage {
@@ -154,5 +154,5 @@ fn doubled(whole: &[u8], dice: &mut Dice) -> Damage {
     let bytes = [&whole[..twice.end], &whole[twice.start..]].concat();
     // What stands around the second copy's beginning is torn there.
     let damage = Damage::new(format!("{twice:?} twice"), bytes, once(twice));
-    Damage { moved: true, ..damage }
+    Damage { moved: true, invented_end: true, ..damage }
 }
