@@ -3,7 +3,7 @@
 //! A run lasts some 20 s of simulated time: three seconds undisturbed, the fault, and ten seconds in which everything must be as before.
 //! `BIPLANE_SEEDS=100 cargo test --release -p biplane-tests --test suite faults:: -- --nocapture` prints the full table.
 
-mod fault;
+pub mod fault;
 mod judge;
 mod outcome;
 

@@ -6,19 +6,18 @@
 use std::sync::{Arc, Mutex};
 
 use biplane_matcher::TrackerParams;
-use biplane_mock::lms_device::feed::MirrorFeed;
+use biplane_mock::lms_device::LmsParams;
 use biplane_mock::lms_device::settings::Variant;
-use biplane_mock::lms_device::{LmsDevice, LmsParams};
 use biplane_onboard::engine::{Engine, EngineOptions, Feed};
 use biplane_recording::rig::Laser;
 use biplane_recording::{Port, Rig};
 
-use crate::rig::devices::{idle_laser, mirror, rig_at};
+use crate::rig::devices::{idle_laser, remembered_laser, rig_at};
 use crate::rig::line::SimLine;
 use crate::rig::plan::{Happening, Plan};
 use crate::rig::usb::UsbParams;
 use crate::rig::witness::{RecordedScan, Witness};
-use crate::rig::world::{Remembering, Room, SameTime, Taken};
+use crate::rig::world::Taken;
 use crate::rig::{MS, S, SimRig, seeds};
 
 const BAUD: u32 = 500_000;
@@ -76,11 +75,9 @@ type Read = (i64, Vec<u8>);
 fn run(rig: &Rig, outage: Outage, usb: UsbParams, seed: u64) -> [Vec<f64>; 2] {
     let laser = rig.vertical.as_ref().unwrap();
     let variant = Variant::of(laser.fov_deg, (laser.resolution_deg * 100.0).round() as u16);
-    let params = LmsParams { variant, mirror: mirror(seed, 1), ..idle_laser(BAUD) };
     let taken = Taken::default();
-    let source = Remembering { room: Room::new(seed, 1), taken: taken.clone() };
-    let device = LmsDevice::new(params, Box::new(MirrorFeed::new(Box::new(source), Box::new(SameTime))));
-    let lines = [None, Some(SimLine::new(Box::new(device), seed, 1).behind(usb)), None];
+    let device = remembered_laser(LmsParams { variant, ..idle_laser(BAUD) }, seed, 1, &taken);
+    let lines = [None, Some(SimLine::new(device, seed, 1).behind(usb)), None];
     let mut sim = SimRig::new(rig, lines, outage.plan(), Witness::default());
     let reads = Arc::new(Mutex::new(Vec::new()));
     let tapped = reads.clone();

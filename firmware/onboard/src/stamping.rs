@@ -13,7 +13,7 @@ mod cycle_clock;
 mod envelope;
 
 pub use arrivals::{Arrivals, Bound, Extent, Pace, byte_time_ns};
-pub use cycle_clock::{CycleClock, CycleClockParams, Departure};
+pub use cycle_clock::{CycleClock, CycleClockParams, Departure, HostState};
 pub use envelope::{Envelope, EnvelopeParams};
 
 #[cfg(test)]

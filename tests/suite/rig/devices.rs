@@ -15,7 +15,7 @@ use biplane_recording::rig::{self, BaseProtocol, Rig};
 
 use super::MS;
 use super::line::SimLine;
-use super::world::{Room, SameTime, Wheels};
+use super::world::{Remembering, Room, SameTime, Taken, Wheels};
 
 /// A packet of odometry each tenth of a second.
 const SIP_CYCLE_NS: i64 = 100 * MS;
@@ -33,6 +33,14 @@ pub fn laser(params: LmsParams, faults: &Faults, seed: u64, stream: u64) -> Box<
     let params = faults.laser(LmsParams { mirror: mirror(seed, stream), ..params });
     let feed = MirrorFeed::new(Box::new(Room::new(seed, stream)), Box::new(SameTime));
     Box::new(LmsDevice::new(params, faults.feed(Box::new(feed), stream)))
+}
+
+/// The same, whose scans are remembered with the times at which they were taken.
+#[must_use]
+pub fn remembered_laser(params: LmsParams, seed: u64, stream: u64, taken: &Taken) -> Box<dyn Device> {
+    let params = LmsParams { mirror: mirror(seed, stream), ..params };
+    let source = Remembering { room: Room::new(seed, stream), taken: taken.clone() };
+    Box::new(LmsDevice::new(params, Box::new(MirrorFeed::new(Box::new(source), Box::new(SameTime)))))
 }
 
 /// The base of a rig, in the room.

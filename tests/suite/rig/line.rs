@@ -174,7 +174,8 @@ impl SimLine {
             }
             Happening::OtherRate(baud) => {
                 // Its own noise: the telegram under way began before, when the other one measured too.
-                self.device = streaming_laser(baud, self.seed, self.stream + 5);
+                let stream = self.stream + 8 * (1 + now_ns.unsigned_abs() / 1_000_000_000);
+                self.device = streaming_laser(baud, self.seed, stream);
                 self.device_ns = now_ns;
             }
         }

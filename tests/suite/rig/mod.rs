@@ -11,6 +11,9 @@
 pub mod before;
 pub mod bytes;
 pub mod devices;
+pub mod digest;
+pub mod disk;
+pub mod host;
 pub mod line;
 pub mod pairs;
 pub mod plan;
@@ -30,6 +33,7 @@ use biplane_onboard::session::Event;
 use biplane_onboard::sink::Sink;
 use biplane_recording::{Port, Rig};
 
+use host::Host;
 use line::SimLine;
 use plan::{Happening, Plan};
 
@@ -86,7 +90,10 @@ pub struct SimRig<K> {
     pub engine_allocations: u64,
     /// Is told of every read.
     pub tap: Option<Tap>,
-    plan: Plan,
+    /// The computer between the lines and the engine; without, each byte is read as soon as it comes, and each time is kept.
+    pub host: Option<Host>,
+    /// What happens.
+    pub plan: Plan,
     now_ns: i64,
     chunk: Vec<u8>,
 }
@@ -120,6 +127,7 @@ impl<K: Sink> SimRig<K> {
             said: Vec::new(),
             engine_allocations: 0,
             tap: None,
+            host: None,
             plan,
             now_ns: 0,
             chunk: Vec::new(),
@@ -168,7 +176,8 @@ impl<K: Sink> SimRig<K> {
 
     fn next_ns(&self) -> i64 {
         let lines = self.lines.iter().flatten().map(SimLine::next_ns);
-        lines.chain([self.engine.wake_ns(), self.plan.next_ns()]).min().unwrap_or(i64::MAX)
+        let host_ns = self.host.as_ref().map_or_else(|| self.engine.wake_ns(), Host::next_ns);
+        lines.chain([host_ns, self.plan.next_ns()]).min().unwrap_or(i64::MAX)
     }
 
     fn step(&mut self) {
@@ -185,6 +194,10 @@ impl<K: Sink> SimRig<K> {
             while let Some(line) = &mut self.lines[place(port)]
                 && line.read(now_ns, &mut self.chunk)
             {
+                if let Some(host) = &mut self.host {
+                    host.arrived(now_ns, place(port), &self.chunk);
+                    continue;
+                }
                 if let Some(tap) = &mut self.tap {
                     tap(port, now_ns, &self.chunk);
                 }
@@ -193,18 +206,31 @@ impl<K: Sink> SimRig<K> {
                 self.serve_engine();
             }
         }
-        if self.engine.wake_ns() <= now_ns {
+        if self.host.is_some() {
+            self.serve_host();
+        } else if self.engine.wake_ns() <= now_ns {
             let ((), allocated) = during(|| self.engine.advance(now_ns));
             self.engine_allocations += allocated.expect("this program counts");
             self.serve_engine();
         }
     }
 
+    fn serve_host(&mut self) {
+        let (now_ns, Some(host)) = (self.now_ns, &mut self.host) else { return };
+        if host.next_ns() <= now_ns && host.run(now_ns) {
+            let (lines, said) = (&mut self.lines, &mut self.said);
+            self.engine_allocations +=
+                host.turn(now_ns, &mut self.engine, |engine| serve(now_ns, engine, lines, said));
+        }
+    }
+
     fn happen(&mut self, port: Port, happening: Happening) {
         // As `record` does it: the port's reading thread tells that it is gone, and that it is back.
-        match happening {
-            Happening::Unplug => self.engine.port_lost(self.now_ns, port),
-            Happening::Plug => self.engine.port_back(self.now_ns, port),
+        match (&happening, &mut self.host) {
+            (Happening::Unplug, Some(host)) => host.port(self.now_ns, place(port), false),
+            (Happening::Plug, Some(host)) => host.port(self.now_ns, place(port), true),
+            (Happening::Unplug, None) => self.engine.port_lost(self.now_ns, port),
+            (Happening::Plug, None) => self.engine.port_back(self.now_ns, port),
             _ => {}
         }
         if let Some(line) = &mut self.lines[place(port)] {
@@ -214,15 +240,25 @@ impl<K: Sink> SimRig<K> {
     }
 
     fn serve_engine(&mut self) {
-        while let Some((port, command)) = self.engine.next_command() {
-            let Some(line) = &mut self.lines[place(port)] else { continue };
-            match command {
-                Command::Write(bytes) => line.write(self.now_ns, &bytes),
-                Command::SetBaud(baud) => line.set_baud(baud),
-            }
+        serve(self.now_ns, &mut self.engine, &mut self.lines, &mut self.said);
+    }
+}
+
+/// Does what the engine wants done, and keeps what it says.
+fn serve<K: Sink>(
+    now_ns: i64,
+    engine: &mut Engine<K>,
+    lines: &mut [Option<SimLine>; 3],
+    said: &mut Vec<Said>,
+) {
+    while let Some((port, command)) = engine.next_command() {
+        let Some(line) = &mut lines[place(port)] else { continue };
+        match command {
+            Command::Write(bytes) => line.write(now_ns, &bytes),
+            Command::SetBaud(baud) => line.set_baud(baud),
         }
-        while let Some((port, event)) = self.engine.next_event() {
-            self.said.push(Said { at_ns: self.now_ns, port, event });
-        }
+    }
+    while let Some((port, event)) = engine.next_event() {
+        said.push(Said { at_ns: now_ns, port, event });
     }
 }

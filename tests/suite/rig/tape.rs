@@ -7,6 +7,8 @@ pub struct Tape {
     pub bytes: Vec<u8>,
     /// End of a piece (index of the byte behind it), and its time, nanoseconds.
     marks: Vec<(usize, i64)>,
+    /// Beyond the usual, bytes may have been held back so long before they came here, nanoseconds.
+    pub held_ns: i64,
 }
 
 impl Tape {
@@ -16,6 +18,15 @@ impl Tape {
             self.bytes.extend_from_slice(bytes);
             self.marks.push((self.bytes.len(), now_ns));
         }
+    }
+
+    /// Forgets what passed before.
+    pub fn forget_before(&mut self, at_ns: i64) {
+        let gone = self.marks.partition_point(|(_, passed_ns)| *passed_ns < at_ns);
+        let Some(&(end, _)) = gone.checked_sub(1).and_then(|last| self.marks.get(last)) else { return };
+        self.bytes.drain(..end);
+        self.marks.drain(..gone);
+        self.marks.iter_mut().for_each(|(index, _)| *index -= end);
     }
 
     /// Pieces that passed at one time each.

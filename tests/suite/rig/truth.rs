@@ -90,7 +90,7 @@ pub fn sent_reports(sent: &Tape, delivered: &Tape) -> Vec<Telegram> {
 pub(super) fn find(telegrams: &mut [Telegram], delivered: &Tape) {
     let mut from = 0;
     for telegram in telegrams {
-        let until = delivered.index_after(telegram.sent_ns + LONGEST_DELAY_NS);
+        let until = delivered.index_after(telegram.sent_ns + LONGEST_DELAY_NS + delivered.held_ns);
         let Some(window) = delivered.bytes.get(from..until) else { continue };
         // What is near is looked at first: nearly all telegrams stand right where the last one ended.
         let found = position(window, &telegram.bytes);

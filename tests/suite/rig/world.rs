@@ -111,7 +111,7 @@ impl OdometrySource for Wheels {
         let x_mm = (way_m(t_ns) * 1000.0).round() as i32;
         OdometrySample {
             x_raw: (x_mm & 0x7FFF) as u16,
-            left_mm_s: (t_ns / 100_000_000 % 300) as i16,
+            left_mm_s: (t_ns / 100_000_000 % 30_000) as i16,
             moving: true,
             way_um: i64::from(x_mm) * 1000,
             ..OdometrySample::default()

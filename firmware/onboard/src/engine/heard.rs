@@ -30,6 +30,11 @@ fn index(port: Port) -> usize {
 }
 
 impl Heard {
+    /// For how long nobody had listened when a read returned, nanoseconds; 0 for a line that is always listened to.
+    pub(super) fn unheard_ns(&self, port: Port, read_ns: i64) -> i64 {
+        read_ns.saturating_sub(self.up_to_ns[index(port)]).max(0)
+    }
+
     fn is_due(&self, port: Port, wait_ns: i64) -> bool {
         wait_ns <= self.up_to_ns[index(port)]
     }
@@ -47,7 +52,7 @@ impl Heard {
 }
 
 impl<S: Sink> Engine<S> {
-    /// Everything that came on a line until `up_to_ns` has been given to [`Engine::bytes`]; what is due later on this line waits for the next
+    /// Everything that came on a line until `up_to_ns` has been given to [`Engine::bytes`]: said before a read, how old its bytes may be. What is due later on this line waits for the next
     /// such word. A line of which this is never said is always listened to.
     pub fn heard(&mut self, port: Port, up_to_ns: i64) {
         self.heard.up_to_ns[index(port)] = up_to_ns;

@@ -8,7 +8,14 @@ use crate::health::LineHealth;
 use crate::session::base::{BaseSession, OdometryReading};
 use crate::session::laser::{LaserSession, ScanReading};
 use crate::session::{Event, Output, Session};
-use crate::stamping::{Arrivals, Bound, CycleClock, CycleClockParams, Departure, Extent, Pace, byte_time_ns};
+use crate::stamping::{
+    Arrivals, Bound, CycleClock, CycleClockParams, Departure, Extent, HostState, Pace, byte_time_ns,
+};
+
+/// A reader that does all in time has listened less than this before a read returns, nanoseconds: its rest, and two waits for bytes.
+const IN_TIME_NS: i64 = 20_000_000;
+/// With so many bytes of a port that nobody read, a kernel's buffer was full: behind them some may be lost (Linux: n_tty).
+const KERNEL_BYTES: u64 = 4095;
 
 /// Counts what a line brings, and how fast.
 #[derive(Copy, Clone, Debug, Default)]
@@ -66,6 +73,12 @@ pub struct Line<D> {
     /// The device's cycles, where it works in such.
     cycles: Option<CycleClock>,
     bytes: u64,
+    /// Bytes in a row that came before somebody listened.
+    overdue_bytes: u64,
+    /// From where to where bytes of such a row lie behind a buffer that may have been full.
+    behind_full: (u64, u64),
+    /// Bytes were lost in the row.
+    has_lost: bool,
     /// Where the last measurement's telegram ended in the stream.
     end_offset: u64,
     wait_ns: i64,
@@ -92,15 +105,40 @@ impl<D: Session> Line<D> {
             arrivals: Arrivals::default(),
             cycles,
             bytes: 0,
+            overdue_bytes: 0,
+            behind_full: (0, 0),
+            has_lost: false,
             end_offset: 0,
             wait_ns: i64::MIN,
         }
     }
 
-    /// A read has returned; the bytes themselves go to the session in pieces.
-    pub fn arrived(&mut self, now_ns: i64, count: usize) {
+    /// A read has returned, so long after the line was listened to last; the bytes themselves go to the session in pieces.
+    pub fn arrived(&mut self, now_ns: i64, count: usize, unheard_ns: i64) {
+        let is_overdue = unheard_ns > IN_TIME_NS;
         self.bytes += count as u64;
-        self.arrivals.push(self.bytes, now_ns);
+        self.has_lost &= self.overdue_bytes > 0;
+        self.overdue_bytes = if is_overdue { self.overdue_bytes + count as u64 } else { 0 };
+        if self.overdue_bytes >= KERNEL_BYTES {
+            self.behind_full = (self.bytes - self.overdue_bytes + KERNEL_BYTES, self.bytes);
+        }
+        self.arrivals.push_read(self.bytes, now_ns, is_overdue);
+    }
+
+    /// What the host's part was in this telegram, behind so many bytes that belong to none: where a full buffer has lost bytes, a telegram
+    /// is cut.
+    fn host_state(&mut self, telegram: &Extent, bound: Bound, between: u64) -> HostState {
+        let end = telegram.offset.saturating_add(telegram.length as u64);
+        let (from, to) = self.behind_full;
+        let is_cut = between > 0 && end >= from && telegram.offset.saturating_sub(between) <= to && to > 0;
+        self.has_lost |= is_cut;
+        if bound.is_overdue && !self.has_lost {
+            HostState::Overdue
+        } else if bound.is_overdue || is_cut {
+            HostState::Resumed
+        } else {
+            HostState::Listening
+        }
     }
 
     /// What the session wants done; remembers how long it can wait.
@@ -120,9 +158,10 @@ impl<D: Session> Line<D> {
 
     /// When a telegram left, by its reads and the device's cycles; as late as now when none of its reads is remembered.
     fn departure_ns(&mut self, now_ns: i64, telegram: &Extent, cycles: Cycles) -> i64 {
-        let unknown = Bound { time_ns: now_ns, pace: Pace::AtOnce };
+        let unknown = Bound { time_ns: now_ns, pace: Pace::AtOnce, is_overdue: false };
         let bound = self.arrivals.departure(telegram).unwrap_or(unknown);
         let between = telegram.offset.saturating_sub(self.end_offset);
+        let host = self.host_state(telegram, bound, between);
         self.end_offset = telegram.offset.saturating_add(telegram.length as u64);
         let Some(clock) = &mut self.cycles else { return bound.time_ns };
         // What is between was telegrams that arrived damaged.
@@ -134,6 +173,7 @@ impl<D: Session> Line<D> {
             least_cycles: cycles.step.saturating_mul(missing.saturating_add(1)),
             is_next: between == 0,
             index: cycles.index,
+            host,
         })
     }
 

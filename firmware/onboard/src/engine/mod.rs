@@ -198,16 +198,17 @@ impl<S: Sink> Engine<S> {
         if self.raw {
             self.publisher.serial(read_ns, port, Direction::Rx, bytes);
         }
+        let unheard_ns = self.heard.unheard_ns(port, read_ns);
         match port {
-            Port::Horizontal => self.horizontal.line.arrived(read_ns, bytes.len()),
+            Port::Horizontal => self.horizontal.line.arrived(read_ns, bytes.len(), unheard_ns),
             Port::Vertical => match &mut self.vertical {
-                Some(vertical) => vertical.line.arrived(read_ns, bytes.len()),
+                Some(vertical) => vertical.line.arrived(read_ns, bytes.len(), unheard_ns),
                 None => {
                     self.unknown_reads += 1;
                     return;
                 }
             },
-            Port::Base => self.base.arrived(read_ns, bytes.len()),
+            Port::Base => self.base.arrived(read_ns, bytes.len(), unheard_ns),
         }
         for piece in bytes.chunks(MAX_INPUT_BYTES) {
             self.input(now_ns, port, Input::Bytes(piece));

@@ -46,6 +46,8 @@ pub enum News {
 pub struct Chunk {
     /// When it returned, nanoseconds.
     pub time_ns: i64,
+    /// What came before this is among the reads before, nanoseconds.
+    pub heard_ns: i64,
     /// What it returned.
     pub news: News,
 }
@@ -153,7 +155,8 @@ impl Worker {
     fn hand_on(&mut self, bytes: &[u8]) {
         let time_ns = self.shared.clock.now_ns();
         let bytes = ChunkBytes::from_slice(bytes).unwrap_or_default();
-        if self.producer.push(Chunk { time_ns, news: News::Bytes(bytes) }).is_err() {
+        let heard_ns = self.heard_ns.load(Ordering::Relaxed);
+        if self.producer.push(Chunk { time_ns, heard_ns, news: News::Bytes(bytes) }).is_err() {
             self.shared.dropped.fetch_add(1, Ordering::Relaxed);
         }
         self.shared.wake.unpark();
@@ -177,7 +180,7 @@ impl Worker {
     /// News of the port itself are never dropped.
     fn tell(&mut self, news: &News) {
         let time_ns = self.shared.clock.now_ns();
-        while self.producer.push(Chunk { time_ns, news: news.clone() }).is_err()
+        while self.producer.push(Chunk { time_ns, heard_ns: time_ns, news: news.clone() }).is_err()
             && !self.shared.stop.load(Ordering::Relaxed)
         {
             biplane_clock::sleep_ns(RETRY_NS);

@@ -96,7 +96,10 @@ impl Acquisition {
             let device = link.device;
             let Ok(chunk) = reader.chunks.pop() else { return };
             match chunk.news {
-                News::Bytes(bytes) => self.engine.bytes(chunk.time_ns, device, &bytes),
+                News::Bytes(bytes) => {
+                    self.engine.heard(device, chunk.heard_ns);
+                    self.engine.bytes(chunk.time_ns, device, &bytes);
+                }
                 News::Lost => self.engine.port_lost(chunk.time_ns, device),
                 News::Back => self.engine.port_back(chunk.time_ns, device),
             }

@@ -67,12 +67,15 @@ pub struct Bound {
     pub time_ns: i64,
     /// What that is worth.
     pub pace: Pace,
+    /// Whether nobody listened when any of it came: it may be older than its reads by as much as the host stood still.
+    pub is_overdue: bool,
 }
 
 #[derive(Copy, Clone, Debug, Default)]
 struct Read {
     end_offset: u64,
     time_ns: i64,
+    is_overdue: bool,
 }
 
 /// The latest reads of one port: up to which byte, and when.
@@ -91,8 +94,13 @@ impl Default for Arrivals {
 impl Arrivals {
     /// A read that returned at `time_ns` and brought the stream to `end_offset` bytes.
     pub fn push(&mut self, end_offset: u64, time_ns: i64) {
+        self.push_read(end_offset, time_ns, false);
+    }
+
+    /// The same of a read of which is known whether the host came too late for it.
+    pub fn push_read(&mut self, end_offset: u64, time_ns: i64, is_overdue: bool) {
         if let Some(read) = self.reads.get_mut(self.pushed % REMEMBERED_READS) {
-            *read = Read { end_offset, time_ns };
+            *read = Read { end_offset, time_ns, is_overdue };
             self.pushed += 1;
         }
     }
@@ -131,7 +139,8 @@ impl Arrivals {
         };
         let own_ns = (last..=first).map(bound_ns).min()?;
         let time_ns = if is_paced { own_ns } else { own_ns.min(self.with_what_follows(telegram, end, last)) };
-        Some(Bound { time_ns, pace })
+        let is_overdue = (last..=first).all(|back| self.back(back).is_overdue);
+        Some(Bound { time_ns, pace, is_overdue })
     }
 
     /// The read that came `back`-th from the end (1 = the last).

@@ -102,6 +102,20 @@ pub struct Departure {
     pub is_next: bool,
     /// The device's own count of cycles, modulo 256.
     pub index: Option<u8>,
+    /// What is known of the host at that time.
+    pub host: HostState,
+}
+
+/// Whether the host read in time.
+#[derive(Copy, Clone, PartialEq, Eq, Debug, Default)]
+pub enum HostState {
+    /// It did.
+    #[default]
+    Listening,
+    /// Nobody listened while the telegram came: its reads say nothing, its place in the stream everything.
+    Overdue,
+    /// It listens again, behind bytes that filled the kernel's buffer: others may be lost, and the place in the stream says nothing.
+    Resumed,
 }
 
 /// Follows the departures of one device's telegrams.
@@ -149,6 +163,9 @@ impl CycleClock {
     /// The smoothed departure of a telegram; never later than its reads allow.
     pub fn smooth(&mut self, departure: &Departure) -> i64 {
         let Some(mut state) = self.state.take() else { return self.start(departure) };
+        if departure.host == HostState::Overdue && state.trust.verdict(&self.params) != Verdict::Broken {
+            return self.follow(state, departure);
+        }
         let elapsed_ns = departure.time_ns.saturating_sub(state.envelope.at_ns(state.cycle));
         if elapsed_ns > self.params.pause_ns {
             return self.start(departure);
@@ -187,6 +204,18 @@ impl CycleClock {
         departure.time_ns
     }
 
+    /// A telegram that nobody listened to: it left when its cycle came.
+    fn follow(&mut self, mut state: State, departure: &Departure) -> i64 {
+        let by_index =
+            departure.index.zip(state.index).map(|(now, before)| i64::from(now.wrapping_sub(before)));
+        let cycles = by_index.filter(|cycles| *cycles > 0).unwrap_or_else(|| state.habit.expected(departure));
+        state.cycle = state.cycle.saturating_add(cycles);
+        state.index = departure.index;
+        let line_ns = state.envelope.at_ns(state.cycle).min(departure.time_ns);
+        self.state = Some(state);
+        line_ns
+    }
+
     /// No cycle fits: from this departure on others are sought. What was learnt of the rate stays.
     fn restart(&mut self, mut old: State, departure: &Departure, trust: Trust) -> i64 {
         old.envelope.restart(departure.time_ns);
@@ -221,6 +250,7 @@ impl CycleClock {
             && expected_late_ns > self.params.longest_timer_ns
             && is_near(late_ns(whole));
         let is_held = !departure.is_paced()
+            && departure.host != HostState::Resumed
             && !is_skip
             && (0..=self.params.longest_hold_ns).contains(&expected_late_ns);
         let is_early = expected_late_ns < 0 && expected_late_ns >= -self.cycle_ns / 2;

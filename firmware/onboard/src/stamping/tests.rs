@@ -2,6 +2,7 @@
 
 use super::*;
 
+mod overdue;
 mod reads;
 
 /// A small generator of its own (SplitMix64), so that the truth shares nothing with the code.
@@ -73,6 +74,7 @@ fn errors_s(line: &Line, scans: u32, seed: u64) -> Vec<f64> {
             is_next: scan > 0,
             least_cycles: i64::from(line.period_turns),
             index: None,
+            host: HostState::Listening,
         };
         errors.push(clock.smooth(&departure) as f64 * 1e-9 - departure_s);
     }
@@ -157,7 +159,15 @@ fn a_latency_timer_of_16_ms_leaves_less_than_a_millisecond() {
 }
 
 fn departure(time_ns: i64) -> Departure {
-    Departure { time_ns, pace: Pace::Line, unit: 1, is_next: true, least_cycles: 1, index: None }
+    Departure {
+        time_ns,
+        pace: Pace::Line,
+        unit: 1,
+        is_next: true,
+        least_cycles: 1,
+        index: None,
+        host: HostState::Listening,
+    }
 }
 
 #[test]
@@ -360,6 +370,7 @@ fn whatever_the_times_nothing_panics_and_no_stamp_is_later_than_its_departure() 
                 least_cycles: if wild { i64::MAX } else { 8 },
                 is_next: random.unit() < 0.8,
                 index: (random.unit() < 0.5).then_some((random.unit() * 256.0) as u8),
+                host: HostState::Listening,
             });
             assert!(smooth_ns <= bound.time_ns);
         }

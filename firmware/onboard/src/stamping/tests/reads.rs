@@ -23,7 +23,10 @@ fn what_came_in_the_same_read_behind_a_telegram_tells_when_it_left() {
     let fourth_ns = 100_000_000 - 4 * 1000;
     for number in 0..3_i64 {
         let bound = arrivals.departure(&extent(number as u64 * 10, 10, 1000)).unwrap();
-        assert_eq!(bound, Bound { time_ns: fourth_ns - (3 - number) * TURN_NS, pace: Pace::AtOnce });
+        assert_eq!(
+            bound,
+            Bound { time_ns: fourth_ns - (3 - number) * TURN_NS, pace: Pace::AtOnce, is_overdue: false }
+        );
     }
 }
 
