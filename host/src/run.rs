@@ -12,7 +12,7 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 use crate::cloud::{Fan, FanBeam, Sweep};
 use crate::deskew::{StampedPose, Trajectory};
-use crate::trajectory::heading_rad;
+use crate::trajectory::{FARTHEST_M, heading_rad};
 
 /// A scan without a pose of its own takes the pose between its neighbours when these are at most this far apart.
 const LONGEST_GAP_NS: i64 = 1_000_000_000;
@@ -40,14 +40,16 @@ pub enum RunError {
     },
     /// No pose.
     #[error(
-        "{} holds {scans} horizontal scans and no pose: `biplane-onboard replay` makes a posed recording of it",
-        path.display()
+        "{} holds {scans} horizontal scans and no pose{}: `biplane-onboard replay` makes a posed recording of it",
+        path.display(), but_wild(*.wild)
     )]
     NoPoses {
         /// The file.
         path: PathBuf,
         /// Horizontal scans in it.
         scans: usize,
+        /// Poses that are nowhere.
+        wild: usize,
     },
 }
 
@@ -56,6 +58,13 @@ fn hint(serial: bool) -> &'static str {
         ": it is a capture of serial bytes, `biplane-onboard replay` makes a posed recording of it"
     } else {
         ""
+    }
+}
+
+fn but_wild(wild: usize) -> String {
+    match wild {
+        0 => String::new(),
+        _ => format!(" but {wild} that are no numbers or farther than {FARTHEST_M} m from the start"),
     }
 }
 
@@ -78,6 +87,9 @@ pub struct RunPoses {
     pub vertical_scans: usize,
     /// The base's own odometry: poses of the base in `odom`.
     pub odometry: Vec<StampedPose>,
+    /// Poses that were left out because they are no numbers, or so far off that nothing is measured there any more: what spans them would
+    /// only take memory.
+    pub wild_poses: usize,
 }
 
 impl RunPoses {
@@ -167,6 +179,7 @@ impl Run {
             return Err(RunError::NoPoses {
                 path: self.path().to_owned(),
                 scans: found.scan_stamps_ns.len(),
+                wild: found.wild_poses,
             });
         }
         Ok(found)
@@ -201,6 +214,11 @@ impl Run {
                 }
                 _ => {}
             }
+        }
+        for poses in [&mut found.poses, &mut found.vertical_poses, &mut found.odometry] {
+            let before = poses.len();
+            poses.retain(|pose| [pose.x_m, pose.y_m].iter().all(|v| v.abs() <= FARTHEST_M));
+            found.wild_poses += before - poses.len();
         }
         if found.scan_stamps_ns.is_empty() {
             return Err(RunError::NoScans { path: self.path().to_owned(), serial });

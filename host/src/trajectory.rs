@@ -14,7 +14,7 @@ use crate::stamp_text::{format_seconds, parse_seconds_ns};
 const QUATERNION_TOLERANCE: f64 = 0.01;
 
 /// How far from the origin a pose may be, metres.
-const FARTHEST_M: f64 = 1e6;
+pub const FARTHEST_M: f64 = 1e6;
 
 /// What is wrong in a trajectory file.
 #[derive(Debug, thiserror::Error)]

@@ -10,6 +10,7 @@ mod evaluate;
 mod floor;
 mod import;
 mod odd_clouds;
+mod odd_recordings;
 mod optimize;
 mod parts;
 mod planes;
