@@ -5,6 +5,7 @@
 
 pub mod budget;
 pub mod building;
+pub mod calibrate;
 pub mod cloud;
 pub mod cloud_file;
 pub mod compact;

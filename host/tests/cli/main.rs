@@ -1,6 +1,7 @@
 //! The program from outside: exit codes, sentences, files.
 
 mod build;
+mod calibrate;
 mod careful;
 mod comfort;
 mod compact;

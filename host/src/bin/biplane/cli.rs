@@ -7,8 +7,8 @@ use clap::{Parser, Subcommand};
 #[cfg(feature = "demo")]
 use crate::demo;
 use crate::{
-    build, compact, compare, evaluate, import, info, map, optimize, papers, parameters, planes, plot,
-    recover, render, traj,
+    build, calibrate, compact, compare, evaluate, import, info, map, optimize, papers, parameters, planes,
+    plot, recover, render, traj,
 };
 
 /// Compact 3D building models from recordings of a robot with two laser scanners.
@@ -61,6 +61,8 @@ pub enum Command {
     Render(render::Args),
     /// Salvage a recording that was cut off
     Recover(recover::Args),
+    /// Refine the vertical laser's mount and delay and the odometry's scale from a recording
+    Calibrate(calibrate::Args),
     /// Print the flags of commands with their defaults, as a file for --config
     Parameters(parameters::Args),
     /// Print the completions of this program for a shell

@@ -1,6 +1,7 @@
 //! `biplane`: recordings in, compact models out. Words to typed options ([`cli`]), one file a command, one place for exit codes.
 
 mod build;
+mod calibrate;
 mod cli;
 mod compact;
 mod compare;
@@ -84,6 +85,7 @@ fn run(command: Command, console: &Console) -> anyhow::Result<Outcome> {
         Command::Plot(args) => plot::run(&args, console),
         Command::Render(args) => render::run(&args, console),
         Command::Recover(args) => recover::run(&args, console),
+        Command::Calibrate(args) => calibrate::run(&args, console),
         Command::Parameters(args) => parameters::run(&args),
         Command::Completions(args) => papers::completions(&args),
         Command::Man(args) => papers::man(&args),

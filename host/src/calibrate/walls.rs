@@ -1,0 +1,122 @@
+//! The walls that the horizontal laser sees: short pieces of line on the floor plan, each from a second of driving.
+//!
+//! Frame `map`, metres. A piece knows when it was seen, so that what the vertical laser sees is held against what the horizontal one saw at about the same time: the
+//! drift of the poses is then the same for both.
+
+use std::collections::HashMap;
+
+use rayon::prelude::*;
+
+use super::strips::{principal, scatter};
+use crate::cloud::{Fan, Sweep};
+use crate::deskew::{StampedPose, Trajectory};
+
+/// Side of a cell of the floor plan.
+const CELL_M: f64 = 0.3;
+/// How long scans are gathered for a piece.
+const GATHER_NS: i64 = 1_000_000_000;
+/// Points of a piece at least.
+const FEWEST: usize = 8;
+/// Root mean square distance of a piece's points from its line at most, and along it at least.
+const ROUGH_M: f64 = 0.03;
+const SHORTEST_M: f64 = 0.05;
+/// Ranges that are looked at.
+const RANGES_M: (f32, f32) = (0.3, 15.0);
+const LONGEST_GAP_NS: i64 = 500_000_000;
+
+/// A piece of wall on the floor plan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Piece {
+    /// When it was seen, nanoseconds.
+    pub stamp_ns: i64,
+    /// Mean of its points.
+    pub centre_m: [f64; 2],
+    /// Across it, unit length.
+    pub normal: [f64; 2],
+    /// Variance of its points along it.
+    pub spread_m2: f64,
+    /// Its points.
+    pub points: usize,
+}
+
+/// All pieces, by cell of the floor plan.
+#[derive(Clone, Debug, Default)]
+pub struct Walls {
+    cells: HashMap<[i32; 2], Vec<Piece>>,
+}
+
+impl Walls {
+    /// From the horizontal laser's scans.
+    pub fn of(fan: &Fan, sweeps: &[Sweep], trajectory: &Trajectory) -> Self {
+        let groups: Vec<&[Sweep]> = sweeps
+            .chunk_by(|a, b| a.stamp_ns.div_euclid(GATHER_NS) == b.stamp_ns.div_euclid(GATHER_NS))
+            .collect();
+        let pieces: Vec<Vec<Piece>> =
+            groups.par_iter().map(|group| pieces_of(fan, group, trajectory)).collect();
+        let mut walls = Self::default();
+        for piece in pieces.into_iter().flatten() {
+            walls.cells.entry(cell(piece.centre_m)).or_default().push(piece);
+        }
+        walls
+    }
+
+    /// The pieces of the cell of a point and of those around it.
+    pub fn near(&self, point_m: [f64; 2]) -> impl Iterator<Item = &Piece> {
+        let [x, y] = cell(point_m);
+        let around =
+            (-1..=1).flat_map(move |dx| (-1..=1).map(move |dy| [x.saturating_add(dx), y.saturating_add(dy)]));
+        around.filter_map(|cell| self.cells.get(&cell)).flatten()
+    }
+}
+
+fn cell(point_m: [f64; 2]) -> [i32; 2] {
+    point_m.map(|value| (value / CELL_M).floor() as i32)
+}
+
+fn pieces_of(fan: &Fan, sweeps: &[Sweep], trajectory: &Trajectory) -> Vec<Piece> {
+    let mut points: Vec<([i32; 2], [f64; 2])> = Vec::new();
+    for sweep in sweeps {
+        for (beam, &range_m) in fan.beams.iter().zip(&sweep.ranges_m) {
+            if !(range_m >= RANGES_M.0 && range_m <= RANGES_M.1) {
+                continue;
+            }
+            let stamp_ns = sweep.stamp_ns.saturating_add(beam.delay_ns);
+            let Some(pose) = trajectory.at(stamp_ns, LONGEST_GAP_NS) else { continue };
+            let (sin, cos) = beam.angle_rad.sin_cos();
+            let in_base =
+                fan.base_from_laser * nalgebra::Point3::new(cos, sin, 0.0).coords.scale(f64::from(range_m));
+            let in_base = in_base + fan.base_from_laser.translation.vector;
+            let at = on_floor(&pose, [in_base.x, in_base.y]);
+            points.push((cell(at), at));
+        }
+    }
+    points.sort_by_key(|(cell, _)| *cell);
+    let stamp_ns = sweeps.get(sweeps.len() / 2).map_or(0, |sweep| sweep.stamp_ns);
+    points.chunk_by(|a, b| a.0 == b.0).filter_map(|group| piece(stamp_ns, group)).collect()
+}
+
+fn piece(stamp_ns: i64, group: &[([i32; 2], [f64; 2])]) -> Option<Piece> {
+    if group.len() < FEWEST {
+        return None;
+    }
+    let count = group.len() as f64;
+    let mean = |axis: usize| group.iter().map(|(_, point)| point[axis]).sum::<f64>() / count;
+    let centre_m = [mean(0), mean(1)];
+    let sums = scatter(group.iter().map(|(_, point)| *point), centre_m);
+    let (along, [rough_m2, spread_m2]) = principal(sums.map(|sum| sum / count));
+    let straight =
+        rough_m2 <= ROUGH_M * ROUGH_M && spread_m2 >= SHORTEST_M * SHORTEST_M && rough_m2 < 0.1 * spread_m2;
+    straight.then_some(Piece {
+        stamp_ns,
+        centre_m,
+        normal: [-along[1], along[0]],
+        spread_m2,
+        points: group.len(),
+    })
+}
+
+/// A point of the base's frame in `map`, seen from above.
+pub fn on_floor(pose: &StampedPose, [x, y]: [f64; 2]) -> [f64; 2] {
+    let (sin, cos) = pose.theta_rad.sin_cos();
+    [pose.x_m + cos * x - sin * y, pose.y_m + sin * x + cos * y]
+}
