@@ -1,8 +1,8 @@
 //! Where the vertical laser sits, how late it is, and what the odometry's counts are worth, from a posed recording.
 //!
 //! With the matched poses of the horizontal laser, what the vertical laser saw must agree with the walls that the horizontal one saw, with what it saw of
-//! the same surface from another heading, and with the floor ([`agreement`]). The place and the delay for which it does are found by least squares ([`solve`]), from far to near: the
-//! agreements are sought anew after each step. What a drive does not tell is told as such ([`report`]).
+//! the same surface from another heading, and with the floor (`agreement`). The place and the delay for which it does are found by least squares (`solve`), from far to near: the
+//! agreements are sought anew after each step. What a drive does not tell is told as such (`report`).
 
 mod agreement;
 mod corrected;
