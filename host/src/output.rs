@@ -1,9 +1,14 @@
-//! Files that are whole or not there: each is written as `NAME.part` and takes its name when it is finished.
+//! Files that are whole or not there: each is written as `NAME.part`, brought to the disk, and takes its name when it is finished. So is a
+//! folder of them ([`OutputFolder`]).
+
+mod folder;
 
 use std::ffi::OsString;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
+
+pub use folder::{MARKER, OutputFolder};
 
 /// Why a file could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -24,6 +29,14 @@ pub enum OutputError {
     #[error("{} exists already: it is the name of {} while that is written; move it away first", part.display(), path.display())]
     PartExists {
         /// The name that is taken.
+        part: PathBuf,
+        /// What was to be written.
+        path: PathBuf,
+    },
+    /// Another run is writing the same.
+    #[error("{} is being written by another run just now, as {}", path.display(), part.display())]
+    Busy {
+        /// Its unfinished folder.
         part: PathBuf,
         /// What was to be written.
         path: PathBuf,
@@ -116,12 +129,14 @@ pub fn write_file(
     check_free(path, overwrite)?;
     if fs::metadata(path).is_ok_and(|found| !found.is_file()) {
         let file = File::create(path).map_err(OutputError::io("create", path))?;
-        return fill_file(file, path, fill);
+        return fill_file(file, path, fill).map(drop);
     }
     let part = with_suffix(path, ".part");
     // What is there of that name is somebody's.
     let file = File::create_new(&part).map_err(|source| taken_or("create", &part, path, source))?;
-    let written = fill_file(file, path, fill).and_then(|()| {
+    let written = fill_file(file, path, fill).and_then(|file| {
+        // A name must not reach the disk before what it stands for.
+        file.sync_data().map_err(OutputError::io("write", path))?;
         fs::rename(&part, path).map_err(|source| OutputError::Io {
             action: "write",
             path: path.to_owned(),
@@ -144,97 +159,15 @@ fn taken_or(action: &'static str, part: &Path, path: &Path, source: io::Error) -
     }
 }
 
-/// Fills a file; errors name the file `path` that was asked for.
+/// Fills a file and returns it; errors name the file `path` that was asked for.
 fn fill_file(
     file: File,
     path: &Path,
     fill: impl FnOnce(&mut BufWriter<File>) -> io::Result<()>,
-) -> Result<(), OutputError> {
+) -> Result<File, OutputError> {
     let mut out = BufWriter::with_capacity(1 << 18, file);
-    fill(&mut out).and_then(|()| out.flush()).map_err(OutputError::io("write", path))
-}
-
-/// A folder of results that takes its name when everything in it is written; dropped before that, it is removed.
-#[derive(Debug)]
-pub struct OutputFolder {
-    path: PathBuf,
-    part: PathBuf,
-    overwrite: bool,
-    finished: bool,
-}
-
-impl OutputFolder {
-    /// Whether [`OutputFolder::create`] would find the name free, for whoever wants to know before long work. Nothing is made.
-    ///
-    /// # Errors
-    /// [`OutputError::NotEmpty`] and [`OutputError::PartExists`].
-    pub fn check(path: &Path, overwrite: bool) -> Result<(), OutputError> {
-        let path: PathBuf = path.components().collect();
-        let part = with_suffix(&path, ".part");
-        if !overwrite && holds_something(&path) {
-            return Err(OutputError::NotEmpty { path });
-        }
-        if part.exists() {
-            return Err(OutputError::PartExists { part, path });
-        }
-        Ok(())
-    }
-
-    /// Makes `PATH.part`. What is there of that name stays: it may be somebody's.
-    ///
-    /// # Errors
-    /// When `path` exists, is not an empty folder and `overwrite` is not set; when `PATH.part` exists; when the system refuses.
-    pub fn create(path: &Path, overwrite: bool) -> Result<Self, OutputError> {
-        Self::check(path, overwrite)?;
-        // "results/" and "results" are one folder; its sibling must not land inside.
-        let path: PathBuf = path.components().collect();
-        let part = with_suffix(&path, ".part");
-        if let Some(parent) = part.parent() {
-            fs::create_dir_all(parent).map_err(OutputError::io("create", parent))?;
-        }
-        fs::create_dir(&part).map_err(|source| taken_or("create", &part, &path, source))?;
-        Ok(Self { path, part, overwrite, finished: false })
-    }
-
-    /// Where to write the files until [`OutputFolder::finish`].
-    pub fn part(&self) -> &Path {
-        &self.part
-    }
-
-    /// Gives the folder its name. An older folder of that name is replaced as a whole.
-    ///
-    /// # Errors
-    /// When the system refuses.
-    pub fn finish(mut self) -> Result<(), OutputError> {
-        if self.path.is_dir() {
-            let old = with_suffix(&self.path, ".old");
-            if self.overwrite && holds_something(&self.path) {
-                fs::rename(&self.path, &old).map_err(OutputError::io("replace", &self.path))?;
-                fs::rename(&self.part, &self.path).map_err(OutputError::io("write", &self.path))?;
-                self.finished = true;
-                return fs::remove_dir_all(&old).map_err(OutputError::io("remove", &old));
-            }
-            fs::remove_dir(&self.path).map_err(OutputError::io("replace", &self.path))?;
-        }
-        fs::rename(&self.part, &self.path).map_err(OutputError::io("write", &self.path))?;
-        self.finished = true;
-        Ok(())
-    }
-}
-
-impl Drop for OutputFolder {
-    fn drop(&mut self) {
-        if !self.finished {
-            let _ = fs::remove_dir_all(&self.part);
-        }
-    }
-}
-
-fn holds_something(path: &Path) -> bool {
-    match fs::read_dir(path) {
-        Ok(mut entries) => entries.next().is_some(),
-        Err(_) => path.exists(),
-    }
+    fill(&mut out).and_then(|()| out.flush()).map_err(OutputError::io("write", path))?;
+    out.into_inner().map_err(|error| OutputError::io("write", path)(error.into_error()))
 }
 
 #[cfg(test)]
@@ -243,7 +176,7 @@ mod tests {
     use std::io::{self, Write};
     use std::path::{Path, PathBuf};
 
-    use super::{OutputError, OutputFolder, write_file};
+    use super::{OutputError, write_file};
 
     /// A fresh folder of its own for a test.
     fn scratch(name: &str) -> PathBuf {
@@ -277,28 +210,5 @@ mod tests {
         assert!(full.to_string().starts_with("cannot write /dev/full: "), "{full}");
         let missing = write_file(Path::new("/nowhere/a.txt"), false, |_| Ok(())).unwrap_err();
         assert!(missing.to_string().starts_with("cannot create /nowhere/a.txt: "), "{missing}");
-    }
-
-    #[test]
-    fn a_folder_takes_its_name_only_when_it_is_finished() {
-        let parent = scratch("folder");
-        let path = parent.join("result");
-        let unfinished = OutputFolder::create(&path, false).unwrap();
-        fs::write(unfinished.part().join("model.glb"), b"half").unwrap();
-        drop(unfinished);
-        assert_eq!(fs::read_dir(&parent).unwrap().count(), 0);
-
-        let first = OutputFolder::create(&path, false).unwrap();
-        fs::write(first.part().join("old"), b"1").unwrap();
-        first.finish().unwrap();
-        assert!(matches!(OutputFolder::create(&path, false), Err(OutputError::NotEmpty { .. })));
-
-        let second = OutputFolder::create(&parent.join("result/"), true).unwrap();
-        fs::write(second.part().join("new"), b"2").unwrap();
-        assert!(path.join("old").exists());
-        second.finish().unwrap();
-        assert!(path.join("new").exists() && !path.join("old").exists());
-        assert_eq!(fs::read_dir(&parent).unwrap().count(), 1);
-        fs::remove_dir_all(parent).unwrap();
     }
 }

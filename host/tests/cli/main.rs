@@ -10,6 +10,7 @@ mod demo;
 mod evaluate;
 mod floor;
 mod import;
+mod killed;
 mod odd_clouds;
 mod odd_recordings;
 mod optimize;

@@ -4,6 +4,7 @@ mod loops_found;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::time::UNIX_EPOCH;
 
 use anyhow::{Context, bail};
 use biplane::loops::checkpoint::Checkpoint;
@@ -115,8 +116,10 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     }
     let params = LoopParams { spoilt_share: args.spoil_loops, ..LoopParams::default() };
     let trails = read(&runs, &params, console)?;
-    let (kept, mut checkpoint) = checkpoint(args, &runs, console)?;
+    let kept = with_suffix(&args.output, ".loops");
+    let mut checkpoint = checkpoint(&kept, &runs, &params, console)?;
     let optimised = work(&trails, &params, &mut checkpoint, console);
+    let is_resumed = !checkpoint.is_empty();
     drop(checkpoint);
     let corrected: Vec<Corrected> =
         trails.iter().zip(&optimised.poses).map(|(trail, poses)| Corrected::new(trail, poses)).collect();
@@ -125,6 +128,10 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     for (path, members) in files(&optimised.groups, &args.output, &apart) {
         let members: Vec<(&Run, &Corrected)> =
             members.iter().map(|&number| (&runs[number], &corrected[number])).collect();
+        if is_resumed {
+            // Begun by the run that was killed: the searches beside it are of this very job.
+            let _ = std::fs::remove_file(with_suffix(&path, ".active"));
+        }
         output::write(&path, &members, args.force, &told)?;
     }
     drop(spinner);
@@ -186,18 +193,30 @@ pub fn read(runs: &[Run], params: &LoopParams, console: &Console) -> anyhow::Res
     Ok(trails)
 }
 
-/// What was found before the last stop, if it belongs to the same inputs.
-fn checkpoint(args: &Args, runs: &[Run], console: &Console) -> anyhow::Result<(PathBuf, Checkpoint)> {
-    let path = with_suffix(&args.output, ".loops");
-    let inputs: Vec<(String, u64)> =
-        runs.iter().map(|run| (run.path().display().to_string(), run.recording().size())).collect();
-    let job = serde_json::to_string(&(env!("CARGO_PKG_VERSION"), inputs, args.spoil_loops))?;
+/// What was found before the last stop, if it belongs to the same inputs: the same names, sizes and times of change.
+pub fn checkpoint(
+    path: &Path,
+    runs: &[Run],
+    params: &LoopParams,
+    console: &Console,
+) -> anyhow::Result<Checkpoint> {
+    let mut inputs = Vec::new();
+    for file in runs.iter().flat_map(|run| run.recording().paths()) {
+        let found = std::fs::metadata(file).with_context(|| format!("cannot read {}", file.display()))?;
+        let changed_ns = found
+            .modified()
+            .ok()
+            .and_then(|time| time.duration_since(UNIX_EPOCH).ok())
+            .map(|age| age.as_nanos());
+        inputs.push((file.display().to_string(), found.len(), changed_ns.map(|ns| ns.to_string())));
+    }
+    let job = serde_json::to_string(&(env!("CARGO_PKG_VERSION"), inputs, params.spoilt_share))?;
     let checkpoint =
-        Checkpoint::open(&path, &job).with_context(|| format!("cannot write {}", path.display()))?;
+        Checkpoint::open(path, &job).with_context(|| format!("cannot write {}", path.display()))?;
     if !checkpoint.is_empty() {
         console.note(format!("{}: going on after {} searches", path.display(), checkpoint.len()));
     }
-    Ok((path, checkpoint))
+    Ok(checkpoint)
 }
 
 /// Optimises, and shows how far it is.

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
+use biplane::output::MARKER;
 use serde_json::Value;
 
 /// What the folders of a command are known by.
@@ -31,7 +32,9 @@ pub fn check(known: &Known, folder: &Path, inputs: &[PathBuf]) -> anyhow::Result
     for entry in fs::read_dir(folder).with_context(|| format!("cannot replace {}", folder.display()))? {
         let entry = entry?;
         empty = false;
-        let named = known.names.iter().any(|name| entry.file_name() == *name);
+        let name = entry.file_name();
+        // A run that was killed in its last moment leaves its marker.
+        let named = known.names.iter().any(|known| name == *known) || name == MARKER;
         if !named || !entry.file_type()?.is_file() {
             bail!(
                 "{} holds {}, which no {} wrote; the folder is not replaced",

@@ -117,7 +117,8 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         return Ok(plan(args, &runs).tell());
     }
     let mut stages = Stages::new(console, &steps(args));
-    let posed = poses(args, &runs, &mut stages, console)?;
+    let folder = OutputFolder::create(&args.output, args.force)?;
+    let posed = poses(args, &runs, &folder, &mut stages, console)?;
     let vertical = stages.time("read", || {
         let scans = posed.vertical_scans()?;
         let count = scans.as_ref().map_or(0, |scans| scans.sweeps.len());
@@ -129,7 +130,6 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         let cells = grid.bounds().map_or(0, |bounds| bounds.size().iter().product::<u64>() as usize);
         anyhow::Ok((grid, cells))
     })?;
-    let folder = OutputFolder::create(&args.output, args.force)?;
     let parameters = args.parameters(&map_params);
     let built = match &vertical {
         Some(vertical) => Some(model(vertical, &posed, &parameters, &mut stages)?),
@@ -188,6 +188,7 @@ fn plan<'a>(args: &'a Args, runs: &'a [Run]) -> Plan<'a> {
 fn poses<'a>(
     args: &Args,
     runs: &'a [Run],
+    folder: &OutputFolder,
     stages: &mut Stages<'_>,
     console: &Console,
 ) -> anyhow::Result<Posed<'a>> {
@@ -196,7 +197,7 @@ fn poses<'a>(
         None if args.no_optimize => Posed::recorded(runs),
         None => {
             let posed = stages.time("optimize", || {
-                let posed = Posed::optimised(runs, console)?;
+                let posed = Posed::optimised(runs, &folder.searches(), console)?;
                 let loops = posed.loops.unwrap_or(0);
                 anyhow::Ok((posed, loops))
             })?;

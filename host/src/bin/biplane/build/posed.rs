@@ -11,7 +11,6 @@ use anyhow::{Context, bail};
 use biplane::cloud::Sweep;
 use biplane::deskew::{StampedPose, Trajectory};
 use biplane::floor_map::{self, FloorMapParams};
-use biplane::loops::checkpoint::Checkpoint;
 use biplane::loops::corrected::Corrected;
 use biplane::loops::{LoopParams, output};
 use biplane::occupancy::OccupancyGrid;
@@ -87,8 +86,9 @@ impl<'a> Posed<'a> {
     }
 
     /// Optimised. A single recording that is optimised already, that has no loop, or whose scans have no poses, is taken as it is. Those
-    /// of several that match none of the others are left out, and that is said.
-    pub fn optimised(runs: &'a [Run], console: &Console) -> anyhow::Result<Self> {
+    /// of several that match none of the others are left out, and that is said. What is searched is kept in `searches`, and what a build that
+    /// was killed has left there is not searched again.
+    pub fn optimised(runs: &'a [Run], searches: &Path, console: &Console) -> anyhow::Result<Self> {
         if let [run] = runs {
             if output::is_optimised(run)? {
                 return Ok(Self { from: PosesFrom::OptimizedBefore, ..Self::recorded(runs)? });
@@ -99,7 +99,8 @@ impl<'a> Posed<'a> {
         }
         let params = LoopParams::default();
         let trails = optimize::read(runs, &params, console)?;
-        let optimised = optimize::work(&trails, &params, &mut Checkpoint::default(), console);
+        let mut checkpoint = optimize::checkpoint(searches, runs, &params, console)?;
+        let optimised = optimize::work(&trails, &params, &mut checkpoint, console);
         let loops = optimised.counts.loops;
         if runs.len() == 1 && loops == 0 {
             return Ok(Self { loops: Some(0), ..Self::recorded(runs)? });
