@@ -289,6 +289,7 @@ fn soak(folder: &Path, tally: &mut Tally) -> Rig {
     };
     let mut disk = SlowDisk::new(recording, QUEUE_BYTES, Stalls::default());
     disk.writes_at_once = false;
+    disk.touch(QUEUE_BYTES);
     let lines = idle_lines(&rig, 1, &Faults::default(), &[]);
     let mut sim = SimRig::new(&rig, lines, Plan::default(), disk);
     sim.host = Some(Host::new(Default::default()));
