@@ -28,7 +28,7 @@ use crate::rig::disk::SlowDisk;
 use crate::rig::host::{Host, Stalls, THREADS};
 use crate::rig::plan::Plan;
 use crate::rig::strangers::Stranger;
-use crate::rig::truth::{Account, LONGEST_PROMISE_NS, base_account, laser_account, sent_reports, sent_scans};
+use crate::rig::truth::{Account, LONGEST_PROMISE_NS, laser_account, pioneer_account, sent_scans};
 use crate::rig::witness::Witness;
 use crate::rig::{MS, S, Said, SimRig, place};
 
@@ -210,9 +210,8 @@ fn settle(sim: &mut Rig, from_ns: i64, tally: &mut Tally) {
         let Some(line) = &sim.lines[place(port)] else { continue };
         let delivered = host.delivered(place(port));
         let account = if port == Port::Base {
-            let mut packets = sent_reports(&line.sent, delivered);
-            packets.retain(|packet| packet.arrived_ns.is_none_or(|at_ns| at_ns >= from_ns));
-            base_account(&packets, &witness.odometry_ns, &sim.said, LONGEST_PROMISE_NS)
+            let odometry_ns = &witness.odometry_ns;
+            pioneer_account(&line.sent, delivered, from_ns, odometry_ns, &sim.said, LONGEST_PROMISE_NS)
         } else {
             let mut telegrams = sent_scans(&line.sent, delivered);
             telegrams.retain(|telegram| telegram.arrived_ns.is_none_or(|at_ns| at_ns >= from_ns));

@@ -17,7 +17,7 @@ use crate::rig::disk::SlowDisk;
 use crate::rig::host::{Host, Stalls, THREADS};
 use crate::rig::line::SimLine;
 use crate::rig::plan::Plan;
-use crate::rig::truth::{Account, LONGEST_STUMP_NS, base_account, laser_account, sent_reports, sent_scans};
+use crate::rig::truth::{Account, LONGEST_STUMP_NS, laser_account, pioneer_account, sent_scans};
 use crate::rig::witness::Witness;
 use crate::rig::world::Taken;
 use crate::rig::{MS, S, SimRig, fault_seeds as seeds, place};
@@ -153,10 +153,7 @@ fn judge(
     };
     let account = match port {
         Port::Base if rig.base != rig_at(0).base => Account::default(),
-        Port::Base => {
-            let packets = sent_reports(&line.sent, delivered);
-            base_account(&packets, &recorded_ns, &sim.said, LONGEST_STUMP_NS)
-        }
+        Port::Base => pioneer_account(&line.sent, delivered, 0, &recorded_ns, &sim.said, LONGEST_STUMP_NS),
         laser => {
             let telegrams = sent_scans(&line.sent, delivered);
             laser_account(laser, &telegrams, delivered, &witness.scans[place(laser)], &sim.said)

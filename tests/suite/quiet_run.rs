@@ -5,7 +5,7 @@ use biplane_recording::Port;
 
 use crate::rig::devices::{idle_lines, rig_at};
 use crate::rig::plan::Plan;
-use crate::rig::truth::{LONGEST_STUMP_NS, base_account, laser_account, sent_reports, sent_scans};
+use crate::rig::truth::{LONGEST_STUMP_NS, laser_account, pioneer_account, sent_scans};
 use crate::rig::witness::Witness;
 use crate::rig::{S, SimRig};
 
@@ -32,9 +32,16 @@ fn without_faults_every_telegram_that_was_sent_is_recorded() {
             assert!(account.lost() == 0 && account.damaged <= 1, "{port:?} {account:?}");
             assert!(account.undetected == 0 && account.wrongly_kept == 0, "{port:?} {account:?}");
         }
-        let packets = sent_reports(&base.sent, &base.delivered);
-        let account = base_account(&packets, &witness.odometry_ns, &sim.said, LONGEST_STUMP_NS);
-        assert!(account.intact > 80 && account.lost() == 0 && account.undetected == 0, "{account:?}");
+        let account = pioneer_account(
+            &base.sent,
+            &base.delivered,
+            0,
+            &witness.odometry_ns,
+            &sim.said,
+            LONGEST_STUMP_NS,
+        );
+        assert!(account.intact > 80 && account.lost() == 0, "{account:?}");
+        assert!(account.undetected == 0 && account.wrongly_kept == 0, "{account:?}");
         assert!(witness.poses > 80);
     }
 }

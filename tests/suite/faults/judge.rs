@@ -19,7 +19,7 @@ use crate::rig::line::SimLine;
 use crate::rig::pairs::{sent_axes, sent_counts};
 use crate::rig::plan::Plan;
 use crate::rig::truth::{
-    Account, LONGEST_PROMISE_NS, LONGEST_STUMP_NS, base_account, laser_account, sent_reports, sent_scans,
+    Account, LONGEST_PROMISE_NS, LONGEST_STUMP_NS, base_account, laser_account, pioneer_account, sent_scans,
 };
 use crate::rig::witness::Witness;
 use crate::rig::{MS, S, SimRig, place};
@@ -110,16 +110,15 @@ fn account(sim: &mut SimRig<Witness>, rig: &Rig, port: Port, fault: Option<Fault
     let witness = sim.engine.sink();
     match (port, rig.base.protocol) {
         (Port::Base, BaseProtocol::P2os { .. }) => {
-            let packets = sent_reports(&line.sent, &line.delivered);
-            base_account(&packets, &witness.odometry_ns, &sim.said, wait_ns)
+            pioneer_account(&line.sent, &line.delivered, 0, &witness.odometry_ns, &sim.said, wait_ns)
         }
         (Port::Base, BaseProtocol::RoboClaw { address, .. }) => {
             let answers = sent_counts(address, &line.asked, &line.sent, &line.delivered);
-            base_account(&answers, &witness.odometry_ns, &sim.said, wait_ns)
+            base_account(&answers, &witness.odometry_ns, &sim.said, wait_ns, |_| true)
         }
         (Port::Base, BaseProtocol::Rflex { .. }) => {
             let pairs = sent_axes(&line.sent, &line.delivered);
-            base_account(&pairs, &witness.odometry_ns, &sim.said, wait_ns)
+            base_account(&pairs, &witness.odometry_ns, &sim.said, wait_ns, |_| true)
         }
         (laser, _) => {
             let telegrams = sent_scans(&line.sent, &line.delivered);

@@ -186,6 +186,7 @@ impl Host {
     pub fn port(&mut self, now_ns: i64, place: usize, is_there: bool) {
         let reader = &mut self.readers[place];
         reader.kernel.clear();
+        reader.delivered.interrupt();
         reader.chunks.push_back((now_ns, now_ns, if is_there { News::Back } else { News::Lost }));
         self.loop_ns = self.loop_ns.min(now_ns);
         self.plan(now_ns);

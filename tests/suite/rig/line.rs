@@ -133,6 +133,7 @@ impl SimLine {
                 self.linked = false;
                 self.usb.clear();
                 self.outbound.clear();
+                self.delivered.interrupt();
             }
             Happening::Part => self.linked = false,
             Happening::Plug | Happening::Join => self.linked = true,

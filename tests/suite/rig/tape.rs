@@ -1,5 +1,7 @@
 //! All bytes that passed a place, with their times.
 
+use std::ops::Range;
+
 /// Bytes and when they passed.
 #[derive(Clone, Debug, Default)]
 pub struct Tape {
@@ -7,6 +9,8 @@ pub struct Tape {
     pub bytes: Vec<u8>,
     /// End of a piece (index of the byte behind it), and its time, nanoseconds.
     marks: Vec<(usize, i64)>,
+    /// Indices of bytes that came from a port that had been gone: whoever listens starts anew with them.
+    breaks: Vec<usize>,
     /// Beyond the usual, bytes may have been held back so long before they came here, nanoseconds.
     pub held_ns: i64,
 }
@@ -20,6 +24,17 @@ impl Tape {
         }
     }
 
+    /// What passes from now on does not belong to what has passed.
+    pub fn interrupt(&mut self) {
+        self.breaks.push(self.bytes.len());
+    }
+
+    /// Whether the bytes of these indices belong together.
+    #[must_use]
+    pub fn is_in_one(&self, bytes: &Range<usize>) -> bool {
+        self.breaks.iter().all(|index| *index <= bytes.start || bytes.end <= *index)
+    }
+
     /// Forgets what passed before.
     pub fn forget_before(&mut self, at_ns: i64) {
         let gone = self.marks.partition_point(|(_, passed_ns)| *passed_ns < at_ns);
@@ -27,6 +42,8 @@ impl Tape {
         self.bytes.drain(..end);
         self.marks.drain(..gone);
         self.marks.iter_mut().for_each(|(index, _)| *index -= end);
+        self.breaks.retain(|index| *index > end);
+        self.breaks.iter_mut().for_each(|index| *index -= end);
     }
 
     /// Pieces that passed at one time each.

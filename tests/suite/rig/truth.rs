@@ -4,6 +4,7 @@
 //! untouched when all its bytes stand together in what the reads returned.
 
 use std::collections::{HashMap, HashSet};
+use std::ops::Range;
 
 use biplane_mock::base_device::packet;
 use biplane_mock::lms_device::frame;
@@ -68,6 +69,14 @@ fn p2os_length(bytes: &[u8]) -> Option<usize> {
     (packet::checksum(body).to_be_bytes() == sum).then_some(length)
 }
 
+/// Longest packet of a Pioneer, bytes.
+const LONGEST_PACKET: usize = 210;
+
+/// Whether an intact packet of a Pioneer tells of its odometry.
+fn is_report(packet: &[u8]) -> bool {
+    packet[2] > 17 && matches!(packet[3], 0x32 | 0x33)
+}
+
 /// Scans that a laser sent whole.
 #[must_use]
 pub fn sent_scans(sent: &Tape, delivered: &Tape) -> Vec<Telegram> {
@@ -78,10 +87,9 @@ pub fn sent_scans(sent: &Tape, delivered: &Tape) -> Vec<Telegram> {
 }
 
 /// Odometry packets that a base sent whole.
-#[must_use]
-pub fn sent_reports(sent: &Tape, delivered: &Tape) -> Vec<Telegram> {
+fn sent_reports(sent: &Tape, delivered: &Tape) -> Vec<Telegram> {
     let mut packets = cut(sent, p2os_length);
-    packets.retain(|packet| matches!(packet.bytes[3], 0x32 | 0x33) && packet.bytes.len() > 20);
+    packets.retain(|packet| is_report(&packet.bytes));
     find(&mut packets, delivered);
     packets
 }
@@ -91,19 +99,19 @@ pub(super) fn find(telegrams: &mut [Telegram], delivered: &Tape) {
     let mut from = 0;
     for telegram in telegrams {
         let until = delivered.index_after(telegram.sent_ns + LONGEST_DELAY_NS + delivered.held_ns);
-        let Some(window) = delivered.bytes.get(from..until) else { continue };
         // What is near is looked at first: nearly all telegrams stand right where the last one ended.
-        let found = position(window, &telegram.bytes);
-        if let Some(at) = found {
-            let end = from + at + telegram.bytes.len();
-            telegram.arrived_ns = Some(delivered.time_ns(end - 1));
-            from = end;
+        let found = stretches(from, until, telegram.bytes.len())
+            .find(|bytes| delivered.bytes[bytes.clone()] == telegram.bytes && delivered.is_in_one(bytes));
+        if let Some(bytes) = found {
+            telegram.arrived_ns = Some(delivered.time_ns(bytes.end - 1));
+            from = bytes.end;
         }
     }
 }
 
-fn position(window: &[u8], wanted: &[u8]) -> Option<usize> {
-    window.windows(wanted.len()).position(|bytes| bytes == wanted)
+/// All places for so many bytes between two indices.
+fn stretches(from: usize, until: usize, length: usize) -> impl Iterator<Item = Range<usize>> {
+    (from..(until + 1).saturating_sub(length)).map(move |start| start..start + length)
 }
 
 /// Ranges that a telegram with measuring mode 00 says, in millimetres (SICK telegram listing, B0 reply).
@@ -218,9 +226,46 @@ fn passes_all_checks(scan: &RecordedScan, delivered: &Tape) -> bool {
     })
 }
 
-/// Holds what was recorded of a base against what it sent: by order and times, because its poses are continued over restarts.
+/// Holds what was recorded of a Pioneer since `from_ns` against what it sent.
 #[must_use]
-pub fn base_account(packets: &[Telegram], recorded_ns: &[i64], said: &[Said], wait_ns: i64) -> Account {
+pub fn pioneer_account(
+    sent: &Tape,
+    delivered: &Tape,
+    from_ns: i64,
+    recorded_ns: &[i64],
+    said: &[Said],
+    wait_ns: i64,
+) -> Account {
+    let mut packets = sent_reports(sent, delivered);
+    let true_ones: HashSet<Vec<u8>> = packets.iter().map(|packet| packet.bytes.clone()).collect();
+    packets.retain(|packet| packet.arrived_ns.is_none_or(|at_ns| at_ns >= from_ns));
+    // A packet's sum does not see the order of its words.
+    let passes_all_checks = |at_ns: i64| {
+        let (from, until) = (delivered.index_after(at_ns - wait_ns), delivered.index_after(at_ns));
+        (from.saturating_sub(LONGEST_PACKET)..until).any(|start| {
+            p2os_length(&delivered.bytes[start..until]).is_some_and(|length| {
+                is_report(&delivered.bytes[start..])
+                    && !true_ones.contains(&delivered.bytes[start..start + length])
+            })
+        })
+    };
+    base_account(&packets, recorded_ns, said, wait_ns, passes_all_checks)
+}
+
+/// Holds what was recorded of a base against what it sent: by order and times, because its poses are continued over restarts.
+/// `passes_all_checks` tells whether what was recorded then, though not sent so, is something that nobody can tell from true.
+#[must_use]
+pub fn base_account(
+    packets: &[Telegram],
+    recorded_ns: &[i64],
+    said: &[Said],
+    wait_ns: i64,
+    passes_all_checks: impl Fn(i64) -> bool,
+) -> Account {
+    let untrue = |account: &mut Account, at_ns: i64| match passes_all_checks(at_ns) {
+        true => account.undetected += 1,
+        false => account.wrongly_kept += 1,
+    };
     let first_ns = said
         .iter()
         .find(|said| said.port == Port::Base && said.event == Event::Streaming)
@@ -236,13 +281,13 @@ pub fn base_account(packets: &[Telegram], recorded_ns: &[i64], said: &[Said], wa
             continue;
         }
         account.intact += 1;
-        while recorded.next_if(|recorded_ns| *recorded_ns < at_ns).is_some() {
-            account.undetected += 1;
+        while let Some(recorded_ns) = recorded.next_if(|recorded_ns| *recorded_ns < at_ns) {
+            untrue(&mut account, recorded_ns);
         }
         // A packet behind a stump may have to wait until the stump is known to be one.
         let waited = recorded.next_if(|recorded_ns| recorded_ns - at_ns <= wait_ns);
         account.recorded += u64::from(waited.is_some());
     }
-    account.undetected += recorded.count() as u64;
+    recorded.for_each(|recorded_ns| untrue(&mut account, recorded_ns));
     account
 }
