@@ -12,7 +12,7 @@ mod conduct;
 mod cycle_clock;
 mod envelope;
 
-pub use arrivals::{Arrivals, Bound, Extent, Pace, byte_time_ns};
+pub use arrivals::{Arrivals, Bound, Extent, IN_TIME_NS, Pace, byte_time_ns};
 pub use cycle_clock::{CycleClock, CycleClockParams, Departure, HostState};
 pub use envelope::{Envelope, EnvelopeParams};
 

@@ -9,11 +9,10 @@ use crate::session::base::{BaseSession, OdometryReading};
 use crate::session::laser::{LaserSession, ScanReading};
 use crate::session::{Event, Output, Session};
 use crate::stamping::{
-    Arrivals, Bound, CycleClock, CycleClockParams, Departure, Extent, HostState, Pace, byte_time_ns,
+    Arrivals, Bound, CycleClock, CycleClockParams, Departure, Extent, HostState, IN_TIME_NS, Pace,
+    byte_time_ns,
 };
 
-/// A reader that does all in time has listened less than this before a read returns, nanoseconds: its rest, and two waits for bytes.
-const IN_TIME_NS: i64 = 20_000_000;
 /// With so many bytes of a port that nobody read, a kernel's buffer was full: behind them some may be lost (Linux: n_tty).
 const KERNEL_BYTES: u64 = 4095;
 
@@ -122,7 +121,7 @@ impl<D: Session> Line<D> {
         if self.overdue_bytes >= KERNEL_BYTES {
             self.behind_full = (self.bytes - self.overdue_bytes + KERNEL_BYTES, self.bytes);
         }
-        self.arrivals.push_read(self.bytes, now_ns, is_overdue);
+        self.arrivals.push_read(self.bytes, now_ns, unheard_ns);
     }
 
     /// What the host's part was in this telegram, behind so many bytes that belong to none: where a full buffer has lost bytes, a telegram

@@ -28,6 +28,9 @@ const AGREEING: u32 = 4;
 /// timer ran out, or a stall began. Longer than the usual hiccups of an adapter, which delay what is there.
 const PAUSE_NS: i64 = 10_500_000;
 
+/// A reader that does all in time has listened less than this before a read returns, nanoseconds: its rest, and two waits for bytes.
+pub const IN_TIME_NS: i64 = 20_000_000;
+
 /// How long one byte takes on the line, nanoseconds, at a rate in bits per second.
 #[must_use]
 pub fn byte_time_ns(baud: u32) -> i64 {
@@ -75,7 +78,21 @@ pub struct Bound {
 struct Read {
     end_offset: u64,
     time_ns: i64,
-    is_overdue: bool,
+    /// For how long before nobody had listened.
+    unheard_ns: i64,
+}
+
+impl Read {
+    /// Whether the host came too late for it.
+    fn is_overdue(&self) -> bool {
+        self.unheard_ns > IN_TIME_NS
+    }
+
+    /// Whether nothing came for long since the read before it. A host that did not look is no sign of that.
+    fn is_behind_pause(&self, before: &Self) -> bool {
+        let gap_ns = self.time_ns - before.time_ns;
+        gap_ns >= PAUSE_NS && self.unheard_ns < gap_ns
+    }
 }
 
 /// The latest reads of one port: up to which byte, and when.
@@ -94,13 +111,13 @@ impl Default for Arrivals {
 impl Arrivals {
     /// A read that returned at `time_ns` and brought the stream to `end_offset` bytes.
     pub fn push(&mut self, end_offset: u64, time_ns: i64) {
-        self.push_read(end_offset, time_ns, false);
+        self.push_read(end_offset, time_ns, 0);
     }
 
-    /// The same of a read of which is known whether the host came too late for it.
-    pub fn push_read(&mut self, end_offset: u64, time_ns: i64, is_overdue: bool) {
+    /// The same of a read of which is known for how long nobody had listened when it returned, nanoseconds.
+    pub fn push_read(&mut self, end_offset: u64, time_ns: i64, unheard_ns: i64) {
         if let Some(read) = self.reads.get_mut(self.pushed % REMEMBERED_READS) {
-            *read = Read { end_offset, time_ns, is_overdue };
+            *read = Read { end_offset, time_ns, unheard_ns };
             self.pushed += 1;
         }
     }
@@ -139,7 +156,7 @@ impl Arrivals {
         };
         let own_ns = (last..=first).map(bound_ns).min()?;
         let time_ns = if is_paced { own_ns } else { own_ns.min(self.with_what_follows(telegram, end, last)) };
-        let is_overdue = (last..=first).all(|back| self.back(back).is_overdue);
+        let is_overdue = (last..=first).all(|back| self.back(back).is_overdue());
         Some(Bound { time_ns, pace, is_overdue })
     }
 
@@ -171,7 +188,7 @@ impl Arrivals {
         }
         (last + 1..=first).any(|back| {
             let (read, next) = (self.back(back), self.back(back - 1));
-            read.end_offset < end && next.time_ns - read.time_ns >= PAUSE_NS
+            read.end_offset < end && next.is_behind_pause(&read)
         })
     }
 

@@ -51,6 +51,11 @@ impl Habit {
         if is_known { self.cycles } else { departure.least_cycles.max(1) }
     }
 
+    /// A departure has come that nobody listened to, at this time by its cycle: no distance to it is one that was seen.
+    pub(super) fn miss(&mut self, time_ns: i64) {
+        (self.before_ns, self.interval, self.repeats) = (time_ns, 0, 0);
+    }
+
     /// Another departure has come.
     pub(super) fn note(&mut self, departure: &Departure, cycle_ns: i64, params: &CycleClockParams) {
         let interval_ns = departure.time_ns.saturating_sub(self.before_ns);
@@ -112,5 +117,43 @@ impl LateRun {
         let is_long = time_ns.saturating_sub(self.since_ns) >= params.raise_after_ns;
         let is_over = (self.scans >= params.raise_scans && is_long) || self.alike >= params.alike_scans;
         is_over.then(|| std::mem::take(self).least_ns)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::arrivals::Pace;
+    use super::super::cycle_clock::HostState;
+    use super::*;
+
+    const CYCLE_NS: i64 = 13_000_000;
+
+    fn every_eighth(scan: i64) -> Departure {
+        Departure {
+            time_ns: scan * 8 * CYCLE_NS,
+            pace: Pace::Line,
+            unit: 1,
+            least_cycles: 8,
+            is_next: true,
+            index: None,
+            host: HostState::Listening,
+        }
+    }
+
+    #[test]
+    fn distances_over_telegrams_that_lay_unread_become_no_habit() {
+        let params = CycleClockParams::default();
+        let mut habit = Habit::default();
+        (0..10).for_each(|scan| habit.note(&every_eighth(scan), CYCLE_NS, &params));
+        for scan in 10..40 {
+            match scan % 2 {
+                0 => habit.miss(scan * 8 * CYCLE_NS),
+                _ => habit.note(&every_eighth(scan), CYCLE_NS, &params),
+            }
+        }
+        assert_eq!(habit.expected(&every_eighth(40)), 8);
+        // Where no telegram was missed they do.
+        (40..60).step_by(2).for_each(|scan| habit.note(&every_eighth(scan), CYCLE_NS, &params));
+        assert_eq!(habit.expected(&every_eighth(60)), 16);
     }
 }

@@ -212,6 +212,7 @@ impl CycleClock {
         state.cycle = state.cycle.saturating_add(cycles);
         state.index = departure.index;
         let line_ns = state.envelope.at_ns(state.cycle).min(departure.time_ns);
+        state.habit.miss(line_ns);
         self.state = Some(state);
         line_ns
     }
