@@ -7,6 +7,9 @@ use biplane_wire::WireError;
 use super::{BaseInfo, OdometryReading};
 use crate::session::{Event, Output, Outputs, silence};
 
+/// So many requests of zeros are longer than the longest packet (255 bytes and its head and tail).
+const FLUSHES: usize = 5;
+
 /// The line to a base, as one machine's states know it.
 #[derive(Debug)]
 pub struct Contact {
@@ -48,6 +51,16 @@ impl Contact {
 
     pub(super) fn send(&mut self, emit: impl FnOnce(&mut [u8]) -> Result<usize, WireError>) {
         self.outputs.write(emit);
+    }
+
+    /// A base that got a packet with a damaged length waits for its rest: bytes that begin no packet end that, and mean nothing otherwise.
+    pub(super) fn flush(&mut self) {
+        for _ in 0..FLUSHES {
+            self.send(|out| {
+                out.fill(0);
+                Ok(out.len())
+            });
+        }
     }
 
     pub(super) fn set_rate(&mut self) {

@@ -29,8 +29,6 @@ const CLOSES: u8 = 3;
 const ROUND_NS: i64 = 500_000_000;
 /// While an answer is awaited, a pause of this length ends a packet: longer than any adapter's usual delay.
 const ANSWER_GAP_NS: i64 = 60_000_000;
-/// So many requests of zeros are longer than the longest packet (255 bytes and a head of three).
-const FLUSHES: usize = 5;
 /// The first byte of every packet.
 const HEADER: u8 = 0xFA;
 
@@ -106,16 +104,6 @@ impl Machine {
         self.contact.send(|out| command.emit(out));
     }
 
-    /// A base that got a packet with a damaged length waits for its rest: bytes that begin no packet end that, and mean nothing otherwise.
-    fn flush(&mut self) {
-        for _ in 0..FLUSHES {
-            self.contact.send(|out| {
-                out.fill(0);
-                Ok(out.len())
-            });
-        }
-    }
-
     fn ask(&mut self, state: State, patience: Patience) {
         self.state = state;
         self.question = Some(Question::new(patience, self.contact.now_ns));
@@ -132,7 +120,7 @@ impl Machine {
             // stopped resumes the speed that it was told last.
             State::Sync(0) => {
                 if attempt == 1 && self.contact.has_failed() {
-                    self.flush();
+                    self.contact.flush();
                 }
                 self.send(&Command::Stop);
                 self.send(&Command::Sync(0));

@@ -124,6 +124,8 @@ impl Machine {
             Some(Due::GivenUp) => {
                 self.question = None;
                 self.contact.round_failed(Event::NotFound { rounds: 1 });
+                // Long before the next command, which needs a silence.
+                self.contact.flush();
                 self.state = State::Resting { until_ns: self.contact.now_ns + ROUND_NS };
             }
             _ => {}

@@ -84,10 +84,13 @@ fn a_silent_base_is_said_within_a_second_and_started_anew_when_it_is_back() {
 }
 
 #[test]
-fn nobody_there_is_said_and_asked_again_and_nothing_is_sent_at_the_stop() {
+fn nobody_there_is_said_and_asked_again_behind_zeros_that_end_a_packet_of_damaged_length_and_nothing_is_sent_at_the_stop()
+ {
+    // The longest packet has 264 bytes.
+    let zeros = format!("2000 > {}\n", "00 ".repeat(64)).repeat(5);
     let script = format!(
         "0 = 115200\n0 ! this driver was never tried on hardware\n0 > {STATUS}\n500 > {STATUS}\n1000 > {STATUS}\n1500 > {STATUS}\n\
-         2000 ! no answer yet, asking on (is it switched on and connected?)\n2500 > {STATUS}\n2600 stop\n2700 end"
+         2000 ! no answer yet, asking on (is it switched on and connected?)\n{zeros}2500 > {STATUS}\n2600 stop\n2700 end"
     );
     let mut session = BaseSession::streaming(SETTINGS, 0);
     check(&mut session, &script);
