@@ -38,6 +38,7 @@ pub fn sent_axes(sent: &Tape, delivered: &Tape) -> Vec<Telegram> {
             sent_ns: bearing.sent_ns,
             bytes: [&way.bytes[..], &bearing.bytes].concat(),
             arrived_ns: way.arrived_ns.and(bearing.arrived_ns),
+            place: 0..0,
         }),
         _ => None,
     });

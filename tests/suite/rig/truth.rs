@@ -32,6 +32,8 @@ pub struct Telegram {
     pub bytes: Vec<u8>,
     /// When its last byte arrived, if all arrived untouched and together.
     pub arrived_ns: Option<i64>,
+    /// Where it then stands in what arrived.
+    pub place: Range<usize>,
 }
 
 /// Cuts a clean stream: `measure` gives the length of the whole intact telegram at the front of bytes, if one is there.
@@ -43,7 +45,8 @@ pub(super) fn cut(tape: &Tape, measure: impl Fn(&[u8]) -> Option<usize>) -> Vec<
             Some(length) => {
                 let bytes = tape.bytes[at..at + length].to_vec();
                 at += length;
-                telegrams.push(Telegram { sent_ns: tape.time_ns(at - 1), bytes, arrived_ns: None });
+                let sent_ns = tape.time_ns(at - 1);
+                telegrams.push(Telegram { sent_ns, bytes, arrived_ns: None, place: 0..0 });
             }
             None => at += 1,
         }
@@ -105,6 +108,7 @@ pub(super) fn find(telegrams: &mut [Telegram], delivered: &Tape) {
         if let Some(bytes) = found {
             telegram.arrived_ns = Some(delivered.time_ns(bytes.end - 1));
             from = bytes.end;
+            telegram.place = bytes;
         }
     }
 }
@@ -158,6 +162,8 @@ pub struct Account {
     pub wrongly_kept: u64,
     /// Sent whole, but damaged, cut or lost on the way.
     pub damaged: u64,
+    /// Arrived untouched, but one that nobody can tell from true is made of damaged bytes and of its first ones, and was recorded instead.
+    pub displaced: u64,
 }
 
 impl Account {
@@ -175,6 +181,7 @@ impl Account {
         self.undetected += other.undetected;
         self.wrongly_kept += other.wrongly_kept;
         self.damaged += other.damaged;
+        self.displaced += other.displaced;
     }
 }
 
@@ -194,35 +201,36 @@ pub fn laser_account(
     let kept: HashSet<usize> =
         recorded.iter().filter_map(|scan| sent.get(&scan.ranges_mm).copied()).collect();
     let mut account = Account { sent: telegrams.len() as u64, ..Account::default() };
-    for (index, telegram) in telegrams.iter().enumerate() {
-        match telegram.arrived_ns {
-            Some(at_ns) if is_wanted(at_ns) => {
-                account.intact += 1;
-                account.recorded += u64::from(kept.contains(&index));
-            }
-            Some(_) => {}
-            None => account.damaged += 1,
+    let mut untrue = Vec::new();
+    for scan in recorded.iter().filter(|scan| !sent.contains_key(&scan.ranges_mm)) {
+        match that_passes_all_checks(scan, delivered) {
+            Some(place) => untrue.push(place),
+            None => account.wrongly_kept += 1,
         }
     }
-    for scan in recorded.iter().filter(|scan| !sent.contains_key(&scan.ranges_mm)) {
-        if passes_all_checks(scan, delivered) {
-            account.undetected += 1;
-        } else {
-            account.wrongly_kept += 1;
+    account.undetected = untrue.len() as u64;
+    for (index, telegram) in telegrams.iter().enumerate() {
+        let begins_inside = |place: &Range<usize>| place.contains(&telegram.place.start);
+        match telegram.arrived_ns {
+            Some(at_ns) if !is_wanted(at_ns) => {}
+            Some(_) if kept.contains(&index) => {
+                (account.intact, account.recorded) = (account.intact + 1, account.recorded + 1);
+            }
+            Some(_) if untrue.iter().any(begins_inside) => account.displaced += 1,
+            Some(_) => account.intact += 1,
+            None => account.damaged += 1,
         }
     }
     account
 }
 
-/// Whether a telegram with these ranges and a fitting checksum really stands in what arrived.
-fn passes_all_checks(scan: &RecordedScan, delivered: &Tape) -> bool {
+/// Where a telegram with these ranges and a fitting checksum really stands in what arrived.
+fn that_passes_all_checks(scan: &RecordedScan, delivered: &Tape) -> Option<Range<usize>> {
     let until = delivered.index_after(scan.log_ns);
     let from = until.saturating_sub(4096);
-    let window = &delivered.bytes[from..until];
-    (0..window.len()).any(|at| {
-        lms_length(&window[at..])
-            .and_then(|length| ranges_mm(&window[at..at + length]))
-            .is_some_and(|ranges| ranges == scan.ranges_mm)
+    let telegram_at = |at: usize| lms_length(&delivered.bytes[at..until]).map(|length| at..at + length);
+    (from..until).filter_map(telegram_at).find(|place| {
+        ranges_mm(&delivered.bytes[place.clone()]).is_some_and(|ranges| ranges == scan.ranges_mm)
     })
 }
 

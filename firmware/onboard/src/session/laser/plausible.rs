@@ -3,7 +3,8 @@
 //! While a device streams as it was asked, the form of its telegrams does not change: kind, address, count word with unit and
 //! flags, index bytes, source of the status byte. A telegram of another form than the device's configuration and its scans so far
 //! promise is one that was damaged, and is left out and counted. Should the device send that form after all, its second telegram of
-//! the kind is believed, and all that follow: the same damage does not come twice. Ranges say nothing of their truth: any of them may be.
+//! the kind is believed, and all that follow: the same damage does not come twice. Nor is the first one believed of a device that starts to stream again as it is
+//! configured as it was, when it has another form than the ones before. Ranges say nothing of their truth: any of them may be.
 
 use biplane_wire::lms::{Config, Severity, Status, Unit};
 
@@ -59,8 +60,9 @@ pub(super) struct Plausibility {
     believed: heapless::Deque<Form, FORMS>,
     /// Seen once, and left out.
     suspects: heapless::Deque<Form, FORMS>,
-    unit: Option<Unit>,
-    has_index: Option<bool>,
+    config: Option<Config>,
+    /// What came again and again, and of which configuration.
+    usual: Option<(Config, Form)>,
 }
 
 fn keep(forms: &mut heapless::Deque<Form, FORMS>, form: Form) {
@@ -73,20 +75,17 @@ fn keep(forms: &mut heapless::Deque<Form, FORMS>, form: Form) {
 impl Plausibility {
     /// The device may send another form from here on: as its configuration says, where that is known.
     pub(super) fn restart(&mut self, config: Option<&Config>) {
-        *self = Self {
-            unit: config.and_then(Config::unit),
-            has_index: config.and_then(Config::availability).map(|availability| availability.index_bytes()),
-            ..Self::default()
-        };
+        *self = Self { config: config.cloned(), usual: self.usual.take(), ..Self::default() };
     }
 
     /// Whether a telegram of this form can be one that the device sent.
     pub(super) fn accepts(&mut self, form: Form) -> bool {
         if self.believed.iter().any(|believed| *believed == form) {
             self.renew(form);
+            self.usual = self.config.clone().map(|config| (config, form));
             return true;
         }
-        let is_first = self.believed.is_empty() && self.fits_configuration(form);
+        let is_first = self.believed.is_empty() && self.fits_configuration(form) && self.is_as_usual(form);
         if is_first || self.suspects.iter().any(|suspect| *suspect == form) {
             keep(&mut self.believed, form);
             return true;
@@ -106,9 +105,16 @@ impl Plausibility {
     }
 
     fn fits_configuration(&self, form: Form) -> bool {
-        let same_unit = self.unit.is_none_or(|unit| form.unit() == Some(unit));
-        let same_index = self.has_index.is_none_or(|has_index| form.has_index == has_index);
-        same_unit && same_index && form.is_severity_named
+        let config = self.config.as_ref();
+        let same_unit = config.and_then(Config::unit).is_none_or(|unit| form.unit() == Some(unit));
+        let has_index = config.and_then(Config::availability).map(|availability| availability.index_bytes());
+        same_unit && has_index.is_none_or(|has_index| form.has_index == has_index) && form.is_severity_named
+    }
+
+    /// Whether a device that is configured as it was has sent this form before, if it has sent any.
+    fn is_as_usual(&self, form: Form) -> bool {
+        let usual = self.usual.as_ref().filter(|(config, _)| Some(config) == self.config.as_ref());
+        usual.is_none_or(|(_, usual)| *usual == form)
     }
 }
 
@@ -154,6 +160,24 @@ mod tests {
             }
             plausibility.restart(None);
         }
+    }
+
+    #[test]
+    fn of_a_device_that_streams_again_as_it_did_another_form_is_not_believed_at_first_sight() {
+        let mut plausibility = Plausibility::default();
+        let config = Config::from_bytes(&[0; 32]).unwrap();
+        let (usual, damaged) = (telegram(181, Unit::Cm, None, 0x10), telegram(181, Unit::Cm, None, 0x00));
+        for first in [&usual, &damaged] {
+            plausibility.restart(Some(&config));
+            assert_eq!(judged(&mut plausibility, first), Some(*first == usual));
+            assert_eq!(judged(&mut plausibility, &usual), Some(true));
+            assert_eq!(judged(&mut plausibility, &usual), Some(true));
+        }
+        // Configured otherwise it may send what it likes.
+        let mut other = [0; 32];
+        other[0] = 1;
+        plausibility.restart(Some(&Config::from_bytes(&other).unwrap()));
+        assert_eq!(judged(&mut plausibility, &damaged), Some(true));
     }
 
     #[test]
