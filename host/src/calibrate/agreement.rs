@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::placement::{Placement, Step};
 use super::sights::{Patch, Patches, Sight};
-use super::walls::{Piece, Walls};
+use super::walls::{Line, Piece, Walls};
 
 /// What a strip is held against.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -38,6 +38,35 @@ pub struct Agreement {
     pub slope: Step,
     /// Its standard deviation by the model, metres.
     pub sigma_m: f64,
+    /// The surface that it is of, in about a metre.
+    pub surface: Surface,
+}
+
+/// A cell of space and the axis that a surface there looks along: all agreements of one are off together by what it is not as it is taken for.
+pub type Surface = ([i32; 3], i32);
+
+/// Side of a cell, metres.
+const CELL_M: f64 = 1.0;
+
+/// What is `across_m` off a surface with this normal, which may look either way: seen from the laser more is farther.
+fn agreement(
+    kind: Kind,
+    sight: &Sight,
+    placement: &Placement,
+    (across_m, normal, slope): (f64, Vector3<f64>, Step),
+    variance: f64,
+) -> Agreement {
+    let towards = if sight.ray(placement).dot(&normal) < 0.0 { -1.0 } else { 1.0 };
+    let axis = normal.iamax();
+    let cell = [sight.at.x, sight.at.y, sight.at.z].map(|value| (value / CELL_M).floor() as i32);
+    let side = if normal[axis] * towards < 0.0 { -1 - axis as i32 } else { axis as i32 };
+    Agreement {
+        kind,
+        off_m: across_m * towards,
+        slope: slope * towards,
+        sigma_m: variance.sqrt(),
+        surface: (cell, side),
+    }
 }
 
 /// Standard deviation of a range and of a pose's place, metres, and of a pose's heading, radians.
@@ -94,29 +123,27 @@ fn with_wall(sight: &Sight, walls: &Walls, placement: &Placement, gate_m: f64) -
         return None;
     }
     let ray = sight.ray(placement);
-    let off = |piece: &Piece| {
-        let (x, y) = (sight.at.x - piece.centre_m[0], sight.at.y - piece.centre_m[1]);
-        (x * piece.normal[0] + y * piece.normal[1], y * piece.normal[0] - x * piece.normal[1])
-    };
+    let at = [sight.at.x, sight.at.y];
     let fits = |piece: &Piece| {
-        let (across_m, along_m) = off(piece);
-        let lean = sight.along.x * piece.normal[0] + sight.along.y * piece.normal[1];
-        let faces = (ray[0] * piece.normal[0] + ray[1] * piece.normal[1]).abs() > FACING;
+        let normal = piece.line.normal;
+        let [across_m, _] = piece.line.off(at);
+        let along_m = Line { centre_m: piece.centre_m, ..piece.line }.off(at)[1];
+        let lean = sight.along.x * normal[0] + sight.along.y * normal[1];
+        let faces = (ray.x * normal[0] + ray.y * normal[1]).abs() > FACING * ray.xy().norm();
         let fit = across_m.abs() < gate_m && along_m.abs() < ALONG_M && lean.abs() < LEAN && faces;
         (fit && piece.stamp_ns.abs_diff(sight.stamp_ns) < WALL_NS as u64)
             .then(|| along_m.abs() / 0.1 + apart_s(piece.stamp_ns, sight.stamp_ns))
     };
-    let (piece, _) = walls
-        .near([sight.at.x, sight.at.y])
-        .filter_map(|piece| Some((piece, fits(piece)?)))
-        .min_by(|a, b| a.1.total_cmp(&b.1))?;
-    let (off_m, along_m) = off(piece);
-    let normal = Vector3::new(piece.normal[0], piece.normal[1], 0.0);
+    let (piece, _) =
+        walls.near(at).filter_map(|piece| Some((piece, fits(piece)?))).min_by(|a, b| a.1.total_cmp(&b.1))?;
+    let line = &piece.line;
+    let [off_m, along_m] = line.off(at);
+    let normal = Vector3::new(line.normal[0], line.normal[1], 0.0);
     let variance = own_variance(sight)
-        + RANGE_M * RANGE_M / piece.points as f64 * (1.0 + along_m * along_m / piece.spread_m2)
+        + RANGE_M * RANGE_M / line.points as f64 * (1.0 + along_m * along_m / line.spread_m2)
         + DRIFT_M * DRIFT_M * apart_s(piece.stamp_ns, sight.stamp_ns);
     let slope = (normal.transpose() * sight.jacobian(placement)).transpose();
-    Some(Agreement { kind: Kind::Wall, off_m, slope, sigma_m: variance.sqrt() })
+    Some(agreement(Kind::Wall, sight, placement, (off_m, normal, slope), variance))
 }
 
 fn with_patch(sight: &Sight, patches: &Patches, placement: &Placement, gate_m: f64) -> Option<Agreement> {
@@ -137,21 +164,17 @@ fn with_patch(sight: &Sight, patches: &Patches, placement: &Placement, gate_m: f
     let level = patch.normal.z.abs() > LEVEL;
     let drift = if level { 0.0 } else { DRIFT_M * DRIFT_M * apart_s(patch.stamp_ns, sight.stamp_ns) };
     let slope = (patch.normal.transpose() * (sight.jacobian(placement) - patch.jacobian)).transpose();
-    Some(Agreement {
-        kind: if level { Kind::Level } else { Kind::Again },
-        off_m: (sight.at - patch.centre).dot(&patch.normal),
-        slope,
-        sigma_m: (own_variance(sight) + PLACE_M * PLACE_M + drift).sqrt(),
-    })
+    let kind = if level { Kind::Level } else { Kind::Again };
+    let off_m = (sight.at - patch.centre).dot(&patch.normal);
+    let variance = own_variance(sight) + PLACE_M * PLACE_M + drift;
+    Some(agreement(kind, sight, placement, (off_m, patch.normal, slope), variance))
 }
 
 fn with_floor(sight: &Sight, placement: &Placement, gate_m: f64) -> Option<Agreement> {
     let below = placement.base_from_laser.translation.z - sight.at.z > 0.2;
     let fits = below && sight.along.z.abs() < LEAN && sight.at.z.abs() < gate_m.min(0.2);
-    fits.then(|| Agreement {
-        kind: Kind::Floor,
-        off_m: sight.at.z,
-        slope: sight.jacobian(placement).row(2).transpose(),
-        sigma_m: own_variance(sight).sqrt(),
+    let slope = sight.jacobian(placement).row(2).transpose();
+    fits.then(|| {
+        agreement(Kind::Floor, sight, placement, (sight.at.z, Vector3::z(), slope), own_variance(sight))
     })
 }

@@ -46,13 +46,11 @@ pub struct Sight {
 }
 
 impl Sight {
-    /// The direction in which the laser looked at it, seen from above, unit length.
-    pub fn ray(&self, placement: &Placement) -> [f64; 2] {
+    /// The direction in which the laser looked at it.
+    pub fn ray(&self, placement: &Placement) -> Vector3<f64> {
         let laser = placement.base_from_laser.translation.vector;
-        let from = on_floor(&self.pose, [laser.x, laser.y]);
-        let (x, y) = (self.at.x - from[0], self.at.y - from[1]);
-        let length = x.hypot(y).max(1e-9);
-        [x / length, y / length]
+        let [x, y] = on_floor(&self.pose, [laser.x, laser.y]);
+        self.at.coords - Vector3::new(x, y, laser.z)
     }
 
     /// How its centre moves with the parameters.

@@ -4,9 +4,11 @@
 //! was. The covariance is that of clustered errors (sandwich; Newey and West 1987): distances of one moment share the error of its pose, and those of neighbouring
 //! moments as well, so that a million beams are worth but some hundred.
 
+use std::collections::BTreeMap;
+
 use nalgebra::SymmetricEigen;
 
-use super::agreement::{Agreement, Kind};
+use super::agreement::{Agreement, Kind, Surface};
 use super::placement::{PARAMETERS, Square, Step};
 
 /// Standard deviations of the prior: metres, radians, seconds.
@@ -16,6 +18,9 @@ const TUKEY: f64 = 4.685;
 const ROUNDS: usize = 4;
 /// Blocks of a drive that are left out one at a time.
 const BLOCKS: usize = 12;
+/// A surface is off from what it is taken for by this share of what distances of its kind come to: what a beam's spot, the angle that it comes in at and the surface's own shape do
+/// to all ranges to it.
+const OF_SURFACES: f64 = 0.5;
 
 /// A step and what is known of it.
 #[derive(Clone, Debug)]
@@ -25,8 +30,11 @@ pub struct Solution {
     /// Covariance of the parameters by the measurements alone, as far as they tell; with the prior where they do not.
     pub covariance: Square,
     /// Root mean square of the distances that count, metres, and their number, for each kind.
-    pub fits: [(f64, usize); 4],
+    pub fits: Fits,
 }
+
+/// Root mean square and number of the distances of each kind.
+type Fits = [(f64, usize); 4];
 
 /// Solves for the step. `so_far` is what was stepped from the rig's values before.
 pub fn solve(agreements: &[Agreement], so_far: &Step) -> Solution {
@@ -38,11 +46,8 @@ pub fn solve(agreements: &[Agreement], so_far: &Step) -> Solution {
         step = normal.cholesky().map_or(step, |cholesky| cholesky.solve(&-gradient));
     }
     reweigh(agreements, &step, &mut weights);
-    Solution {
-        step,
-        covariance: covariance(agreements, &weights, so_far),
-        fits: fits(agreements, &weights, &step),
-    }
+    let fits = fits(agreements, &weights, &step);
+    Solution { step, covariance: covariance(agreements, &weights, &fits, so_far), fits }
 }
 
 fn left(agreement: &Agreement, step: &Step) -> f64 {
@@ -88,12 +93,12 @@ fn normal_equations(agreements: &[Agreement], weights: &[f64], so_far: &Step) ->
     (normal, gradient)
 }
 
-/// The covariance by leaving out one block of the drive after the other (jackknife), and the prior's part.
-fn covariance(agreements: &[Agreement], weights: &[f64], so_far: &Step) -> Square {
+/// The covariance by leaving out one block of the drive after the other (jackknife), what surfaces are off, and the prior's part.
+fn covariance(agreements: &[Agreement], weights: &[f64], fits: &Fits, so_far: &Step) -> Square {
     let all = normal_equations(agreements, weights, so_far);
     let inverse = all.0.try_inverse().unwrap_or_else(Square::zeros);
     let prior = Square::from_diagonal(&Step::from(PRIOR).map(|sigma| 1.0 / (sigma * sigma)));
-    let mut covariance = inverse * prior * inverse;
+    let mut covariance = inverse * (prior + of_surfaces(agreements, weights, fits)) * inverse;
     let solved = inverse * -all.1;
     let blocks = blocks(agreements);
     let count = blocks.len() as f64;
@@ -106,13 +111,23 @@ fn covariance(agreements: &[Agreement], weights: &[f64], so_far: &Step) -> Squar
     (covariance + covariance.transpose()) * 0.5
 }
 
+/// How the gradient varies when all that was seen of one surface is off together.
+fn of_surfaces(agreements: &[Agreement], weights: &[f64], fits: &Fits) -> Square {
+    let mut surfaces: BTreeMap<Surface, Step> = BTreeMap::new();
+    for (agreement, &weight) in agreements.iter().zip(weights) {
+        let off_m = OF_SURFACES * fits[agreement.kind as usize].0;
+        *surfaces.entry(agreement.surface).or_insert_with(Step::zeros) += agreement.slope * (weight * off_m);
+    }
+    surfaces.values().map(|gradient| gradient * gradient.transpose()).sum()
+}
+
 /// Stretches of the drive with about as many agreements each. Agreements come in the order of time.
 fn blocks(agreements: &[Agreement]) -> Vec<std::ops::Range<usize>> {
     let size = agreements.len().div_ceil(BLOCKS).max(1);
     (0..agreements.len()).step_by(size).map(|start| start..(start + size).min(agreements.len())).collect()
 }
 
-fn fits(agreements: &[Agreement], weights: &[f64], step: &Step) -> [(f64, usize); 4] {
+fn fits(agreements: &[Agreement], weights: &[f64], step: &Step) -> Fits {
     Kind::ALL.map(|kind| {
         let counting = agreements.iter().zip(weights).filter(|(a, weight)| a.kind == kind && **weight > 0.0);
         let (sum, count) =

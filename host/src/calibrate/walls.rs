@@ -24,6 +24,11 @@ const SHORTEST_M: f64 = 0.05;
 const RANGES_M: (f32, f32) = (0.3, 15.0);
 const LONGEST_GAP_NS: i64 = 500_000_000;
 
+/// Pieces belong to one straight wall when one lies in the other's line but for so much, both are turned alike (cosine), and they are not farther apart.
+const STEP_M: f64 = 0.02;
+const ALIKE: f64 = 0.98;
+const FARTHEST_M: f64 = 1.2;
+
 /// A piece of wall on the floor plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Piece {
@@ -31,12 +36,29 @@ pub struct Piece {
     pub stamp_ns: i64,
     /// Mean of its points.
     pub centre_m: [f64; 2],
+    /// The line that it lies in.
+    pub line: Line,
+}
+
+/// A line through points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line {
+    /// Mean of the points.
+    pub centre_m: [f64; 2],
     /// Across it, unit length.
     pub normal: [f64; 2],
-    /// Variance of its points along it.
+    /// Variance of the points along it.
     pub spread_m2: f64,
-    /// Its points.
+    /// The points.
     pub points: usize,
+}
+
+impl Line {
+    /// Where a point is: across the line and along it from its centre.
+    pub fn off(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let (x, y) = (x - self.centre_m[0], y - self.centre_m[1]);
+        [x * self.normal[0] + y * self.normal[1], y * self.normal[0] - x * self.normal[1]]
+    }
 }
 
 /// All pieces, by cell of the floor plan.
@@ -92,10 +114,14 @@ fn pieces_of(fan: &Fan, sweeps: &[Sweep], trajectory: &Trajectory) -> Vec<Piece>
     }
     points.sort_by_key(|(cell, _)| *cell);
     let stamp_ns = sweeps.get(sweeps.len() / 2).map_or(0, |sweep| sweep.stamp_ns);
-    points.chunk_by(|a, b| a.0 == b.0).filter_map(|group| piece(stamp_ns, group)).collect()
+    let lines: Vec<Line> = points.chunk_by(|a, b| a.0 == b.0).filter_map(line).collect();
+    lines
+        .iter()
+        .map(|own| Piece { stamp_ns, centre_m: own.centre_m, line: straight_wall(own, &lines) })
+        .collect()
 }
 
-fn piece(stamp_ns: i64, group: &[([i32; 2], [f64; 2])]) -> Option<Piece> {
+fn line(group: &[([i32; 2], [f64; 2])]) -> Option<Line> {
     if group.len() < FEWEST {
         return None;
     }
@@ -106,13 +132,35 @@ fn piece(stamp_ns: i64, group: &[([i32; 2], [f64; 2])]) -> Option<Piece> {
     let (along, [rough_m2, spread_m2]) = principal(sums.map(|sum| sum / count));
     let straight =
         rough_m2 <= ROUGH_M * ROUGH_M && spread_m2 >= SHORTEST_M * SHORTEST_M && rough_m2 < 0.1 * spread_m2;
-    straight.then_some(Piece {
-        stamp_ns,
-        centre_m,
-        normal: [-along[1], along[0]],
-        spread_m2,
-        points: group.len(),
-    })
+    let normal = [-along[1], along[0]];
+    straight.then_some(Line { centre_m, normal, spread_m2, points: group.len() })
+}
+
+/// The line of the wall that a piece is of, by it and its neighbours. A short piece's own direction is that of its noise: a laser that looks across it
+/// would seem to be turned by as much, and always by as much again where it stands a little before the piece's middle.
+fn straight_wall(own: &Line, lines: &[Line]) -> Line {
+    let is_of_it = |other: &&Line| {
+        let [across_m, along_m] = own.off(other.centre_m);
+        let back_m = other.off(own.centre_m)[0];
+        let alike = own.normal[0] * other.normal[0] + own.normal[1] * other.normal[1];
+        across_m.abs() < STEP_M && back_m.abs() < STEP_M && along_m.abs() < FARTHEST_M && alike.abs() > ALIKE
+    };
+    let members: Vec<&Line> = lines.iter().filter(is_of_it).collect();
+    let points: usize = members.iter().map(|line| line.points).sum();
+    let share = |line: &Line| line.points as f64 / points as f64;
+    let mean = |axis: usize| members.iter().map(|line| line.centre_m[axis] * share(line)).sum::<f64>();
+    let centre_m = [mean(0), mean(1)];
+    let sums = members.iter().fold([0.0; 3], |[xx, xy, yy], line| {
+        let (x, y) = (line.centre_m[0] - centre_m[0], line.centre_m[1] - centre_m[1]);
+        let ([across_x, across_y], spread_m2) = (line.normal, line.spread_m2);
+        [
+            xx + share(line) * (x * x + across_y * across_y * spread_m2),
+            xy + share(line) * (x * y - across_x * across_y * spread_m2),
+            yy + share(line) * (y * y + across_x * across_x * spread_m2),
+        ]
+    });
+    let (along, [_, spread_m2]) = principal(sums);
+    Line { centre_m, normal: [-along[1], along[0]], spread_m2, points }
 }
 
 /// A point of the base's frame in `map`, seen from above.
