@@ -48,6 +48,7 @@ fn of_line(name: &str, line: &LineHealth) -> DiagnosticStatus {
         value("measurements", &line.measurements),
         value("latency_ms", &format_args!("{:.2}", line.latency_s * 1e3)),
         value("restarts", &line.restarts),
+        value("overruns", &line.overruns),
         value("baud", &line.baud),
     ];
     if let Some(counts) = &line.counts {
@@ -62,7 +63,8 @@ fn of_line(name: &str, line: &LineHealth) -> DiagnosticStatus {
     }
     if let Some(share) = line.damaged_share {
         level = level.max(DiagnosticStatus::WARN);
-        message = format!("{message}; {:.0} % of its telegrams arrive damaged", (share * 100.0).max(1.0));
+        let how = if line.is_overrun { "are cut: read too late" } else { "arrive damaged" };
+        message = format!("{message}; {:.0} % of its telegrams {how}", (share * 100.0).max(1.0));
     }
     if let Some(laser) = &line.laser {
         if laser.differs {

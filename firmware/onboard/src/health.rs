@@ -31,6 +31,8 @@ pub struct LineHealth {
     pub baud: u32,
     /// The share of its telegrams that arrived damaged in the last ten seconds, while that is too large.
     pub damaged_share: Option<f64>,
+    /// Whether some of them were cut because this computer read them too late.
+    pub is_overrun: bool,
     /// Account of its bytes.
     pub counts: Option<Counts>,
     /// Scans or odometry reports so far.
@@ -39,6 +41,8 @@ pub struct LineHealth {
     pub rate_hz: f64,
     /// Times that the session had to start again.
     pub restarts: u64,
+    /// Times that its port's buffer was full before this computer read it.
+    pub overruns: u64,
     /// From a measurement's stamp to its arrival, the largest in the last second, seconds.
     pub latency_s: f64,
     /// What a laser's telegrams say of it; `None` for a base.

@@ -237,7 +237,7 @@ fn judge_stranger(
 /// That telegrams arrive damaged is said once, and so is that they no longer do.
 fn judge_damage(sim: &SimRig<Witness>, port: Port, outcome: &mut Outcome) {
     let of_damage = sim.said.iter().filter(|said| said.port == port).filter_map(|said| match said.event {
-        Event::Damaged { percent } => Some(percent.is_some()),
+        Event::Damaged { percent, .. } => Some(percent.is_some()),
         _ => None,
     });
     let of_damage: Vec<bool> = of_damage.collect();

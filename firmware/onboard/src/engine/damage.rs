@@ -1,4 +1,5 @@
-//! The share of a line's telegrams that arrive damaged, over the last ten seconds: a cable that is about to fail is told before it does.
+//! The share of a line's telegrams that arrive damaged, over the last ten seconds: a cable that is about to fail is told before it does, and a
+//! computer that has too much to do is not taken for a bad cable.
 
 use biplane_recording::Port;
 
@@ -21,6 +22,7 @@ const LEAST: u64 = 3;
 struct Tally {
     intact: u64,
     damaged: u64,
+    overruns: u64,
 }
 
 impl Tally {
@@ -29,13 +31,14 @@ impl Tally {
         let counts = line.counts.unwrap_or_default();
         let rejected = line.laser.map_or(0, |laser| laser.rejected);
         let damaged = counts.bad_checksums + counts.bad_lengths + counts.abandoned + rejected;
-        Self { intact: counts.frames.saturating_sub(rejected), damaged }
+        Self { intact: counts.frames.saturating_sub(rejected), damaged, overruns: line.overruns }
     }
 
     fn since(self, before: Self) -> Self {
         Self {
             intact: self.intact.saturating_sub(before.intact),
             damaged: self.damaged.saturating_sub(before.damaged),
+            overruns: self.overruns.saturating_sub(before.overruns),
         }
     }
 
@@ -54,8 +57,8 @@ pub struct Damage {
 }
 
 impl Damage {
-    /// A second has passed; the share of damaged telegrams while that is too large.
-    fn see(&mut self, line: &LineHealth) -> Option<f64> {
+    /// A second has passed; the share of damaged telegrams while that is too large, and whether the port's buffer ran over meanwhile.
+    fn see(&mut self, line: &LineHealth) -> Option<(f64, bool)> {
         let now = Tally::of(line);
         // While a device is looked for, noise is what a wrong rate makes of its telegrams.
         let new = if line.streaming { now.since(self.before) } else { Tally::default() };
@@ -67,12 +70,13 @@ impl Damage {
         let lately = self.seconds.iter().fold(Tally::default(), |sum, second| Tally {
             intact: sum.intact + second.intact,
             damaged: sum.damaged + second.damaged,
+            overruns: sum.overruns + second.overruns,
         });
         self.is_on = match self.is_on {
             true => lately.share() >= ENDS,
             false => lately.share() > BEGINS && lately.damaged >= LEAST,
         };
-        self.is_on.then(|| lately.share())
+        self.is_on.then(|| (lately.share(), lately.overruns > 0))
     }
 }
 
@@ -82,12 +86,13 @@ impl<S: Sink> Engine<S> {
         let Some(place) = Port::ALL.iter().position(|&other| other == port) else { return line };
         let damage = &mut self.damage[place];
         let was_on = damage.is_on;
-        let damaged_share = damage.see(&line);
+        let seen = damage.see(&line);
+        let (damaged_share, is_overrun) = (seen.map(|(share, _)| share), seen.is_some_and(|(_, is)| is));
         if was_on != damaged_share.is_some() {
             let percent = damaged_share.map(|share| (share * 100.0).round().clamp(1.0, 100.0) as u8);
-            self.event(port, Event::Damaged { percent });
+            self.event(port, Event::Damaged { percent, is_overrun });
         }
-        LineHealth { damaged_share, ..line }
+        LineHealth { damaged_share, is_overrun, ..line }
     }
 }
 
@@ -103,7 +108,8 @@ mod tests {
         let see = |&(intact, damaged): &(u64, u64)| {
             counts.frames += intact;
             counts.bad_checksums += damaged;
-            damage.see(&LineHealth { streaming: true, counts: Some(counts), ..LineHealth::default() })
+            let line = LineHealth { streaming: true, counts: Some(counts), ..LineHealth::default() };
+            damage.see(&line).map(|(share, _)| share)
         };
         seconds.iter().map(see).collect()
     }
@@ -120,6 +126,22 @@ mod tests {
         let on: Vec<_> = (0..told.len()).filter(|&second| told[second].is_some()).collect();
         assert_eq!(on, (3..13).collect::<Vec<_>>());
         assert_eq!(told[3], Some(0.15));
+    }
+
+    #[test]
+    fn telegrams_cut_by_a_full_buffer_are_no_sign_of_a_bad_cable() {
+        let mut damage = Damage::default();
+        let mut see = |frames: u64, abandoned: u64, overruns: u64| {
+            let counts = Some(Counts { frames, abandoned, ..Counts::default() });
+            damage.see(&LineHealth { streaming: true, counts, overruns, ..LineHealth::default() })
+        };
+        assert_eq!(see(37, 0, 0), None);
+        assert_eq!(see(69, 4, 2).map(|(_, is_overrun)| is_overrun), Some(true));
+        for second in 1..10 {
+            assert_eq!(see(69 + 37 * second, 4, 2).map(|(_, is_overrun)| is_overrun), Some(true));
+        }
+        assert_eq!(see(439, 4, 2), None);
+        assert_eq!(see(470, 10, 2).map(|(_, is_overrun)| is_overrun), Some(false));
     }
 
     #[test]

@@ -25,6 +25,8 @@ pub struct Meter {
     pub backward_stamps: u64,
     /// Starts of the session beyond the first.
     pub restarts: u64,
+    /// Times that the port's buffer was full before it was read.
+    pub overruns: u64,
     last_stamp_ns: Option<i64>,
     measurements_before: u64,
     latency_ns: i64,
@@ -55,6 +57,7 @@ impl Meter {
             measurements: self.measurements,
             rate_hz: if interval_s > 0.0 { new as f64 / interval_s } else { 0.0 },
             restarts: self.restarts,
+            overruns: self.overruns,
             latency_s,
             ..LineHealth::default()
         }
@@ -117,8 +120,10 @@ impl<D: Session> Line<D> {
         let is_overdue = unheard_ns > IN_TIME_NS;
         self.bytes += count as u64;
         self.has_lost &= self.overdue_bytes > 0;
+        let was_full = self.overdue_bytes >= KERNEL_BYTES;
         self.overdue_bytes = if is_overdue { self.overdue_bytes + count as u64 } else { 0 };
         if self.overdue_bytes >= KERNEL_BYTES {
+            self.meter.overruns += u64::from(!was_full);
             self.behind_full = (self.bytes - self.overdue_bytes + KERNEL_BYTES, self.bytes);
         }
         self.arrivals.push_read(self.bytes, now_ns, unheard_ns);

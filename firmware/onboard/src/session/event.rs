@@ -167,6 +167,8 @@ pub enum Event {
     Damaged {
         /// Per cent of them in the last ten seconds; `None`: it is over.
         percent: Option<u8>,
+        /// Whether this computer read some too late, so that they were cut.
+        is_overrun: bool,
     },
     /// What a laser sees does not fit how it sits in the rig, or does again.
     Mounting {
@@ -215,7 +217,7 @@ impl Event {
                 | Self::Trouble { begins: false, .. }
                 | Self::Idle { .. }
                 | Self::Streaming
-                | Self::Damaged { percent: None }
+                | Self::Damaged { percent: None, .. }
                 | Self::Mounting { begins: false, .. }
                 | Self::Stopped
                 | Self::PortBack
@@ -239,6 +241,17 @@ impl Event {
             Self::GivenUp { .. } => "does not do what it is asked",
             _ => return None,
         })
+    }
+}
+
+fn say_damaged(percent: Option<u8>, is_overrun: bool, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    let how = match is_overrun {
+        true => "are cut: this computer reads them too late, it has too much else to do",
+        false => "arrive damaged: look at cable and plug",
+    };
+    match percent {
+        Some(percent) => write!(f, "{percent} % of its telegrams {how}"),
+        None => write!(f, "its telegrams arrive intact again"),
     }
 }
 
@@ -293,10 +306,7 @@ impl fmt::Display for Event {
             Self::Silent { for_ms } => write!(f, "silent for {for_ms} ms, starting again"),
             Self::Garbled { for_ms } => write!(f, "no intact telegram for {for_ms} ms, starting again"),
             Self::PoweredOn => write!(f, "was switched on or reset, starting again"),
-            Self::Damaged { percent: Some(percent) } => {
-                write!(f, "{percent} % of its telegrams arrive damaged: look at cable and plug")
-            }
-            Self::Damaged { percent: None } => write!(f, "its telegrams arrive intact again"),
+            Self::Damaged { percent, is_overrun } => say_damaged(*percent, *is_overrun, f),
             Self::Mounting { suspicion, begins } => suspicion.say(*begins, f),
             Self::SessionLeftOpen => write!(f, "had a session open, closing it first"),
             Self::OdometryRestarted => write!(f, "counts its odometry from zero again"),
