@@ -33,11 +33,6 @@ const SWEEP_M_PER_S: f64 = 1.5;
 /// A parameter shares a direction that nothing tells when its part is larger.
 const PART: f64 = 0.3;
 
-/// What is not known well enough to count as observed is put into the rig all the same when the correction is so many standard deviations: the rig is
-/// nearer to the truth with it.
-const SURELY: f64 = 3.0;
-const SURELY_OFF: &str = "yet surely off";
-
 /// A correction within its standard deviation is left out of the rig.
 const AS_IT_WAS: &str = "as the rig has it";
 
@@ -150,9 +145,8 @@ fn place(out: &mut Calibration, start: &Placement, at: &Placement, solution: &So
         // A standard deviation near the prior's is the prior's.
         let told = sigma_si < 0.7 * PRIOR[i];
         let observed = told && sigma <= OBSERVED[i];
-        let corrected_by = step[i].abs() * PER_UNIT[i] / sigma;
-        let written = told && corrected_by > if observed { 1.0 } else { SURELY };
-        kept[i] = if written { step[i] } else { 0.0 };
+        let moved = step[i].abs() * PER_UNIT[i] > sigma;
+        kept[i] = if observed && moved { step[i] } else { 0.0 };
         let correction = if told { step[i] * PER_UNIT[i] } else { 0.0 };
         out.rows.push(Row {
             name: NAMES[i],
@@ -162,12 +156,11 @@ fn place(out: &mut Calibration, start: &Placement, at: &Placement, solution: &So
             refined: before[i] + correction,
             sigma: told.then_some(sigma),
             observed,
-            written,
-            note: match (observed, written) {
+            written: observed && moved,
+            note: match (observed, moved) {
                 (true, true) => String::new(),
                 (true, false) => AS_IT_WAS.to_owned(),
-                (false, true) => format!("{}, {SURELY_OFF}", partners(solution, i)),
-                (false, false) => partners(solution, i),
+                (false, _) => partners(solution, i),
             },
         });
     }
