@@ -240,6 +240,21 @@ impl Reader {
         Ok(all)
     }
 
+    /// When its run began, as its metadata has it: the same in all parts of a recording. `None` where nothing tells, or the file is damaged before it.
+    pub(super) fn run_began(&self) -> Option<String> {
+        let mut began = None;
+        let walked = self.walk(|offset, prefix, source| {
+            if prefix.opcode != METADATA {
+                return Ok(ControlFlow::Continue(()));
+            }
+            let (_, body) = self.record(source, offset)?;
+            let values = records::Metadata::parse(body).map(|metadata| metadata.values);
+            began = values.and_then(|mut values| values.remove("start_time_ns"));
+            Ok(if began.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) })
+        });
+        walked.ok().and(began)
+    }
+
     /// The rig that the file was recorded with; `None` when it carries none.
     ///
     /// # Errors

@@ -18,6 +18,7 @@ pub struct Recording {
     /// Never empty.
     parts: Vec<Reader>,
     numbers: Vec<u32>,
+    unfinished: Vec<PathBuf>,
 }
 
 impl Recording {
@@ -26,10 +27,17 @@ impl Recording {
     /// # Errors
     /// As [`Reader::open`]; [`ReadError::NotOneRecording`] for several files that are no parts of one recording.
     pub fn open(paths: &[PathBuf]) -> Result<Self, ReadError> {
-        let named = meant(paths)?;
+        let (named, unfinished) = meant(paths)?;
         let parts: Vec<_> = named.iter().map(|(_, path)| Reader::open(path)).collect::<Result<_, _>>()?;
+        check_one_run(&parts)?;
         let numbers = named.into_iter().filter_map(|(number, _)| number).collect();
-        Ok(Self { parts, numbers })
+        Ok(Self { parts, numbers, unfinished })
+    }
+
+    /// Parts that belong to it by their names and are not read, because they were never finished: they are being written, or were when the power went.
+    #[must_use]
+    pub fn unfinished(&self) -> &[PathBuf] {
+        &self.unfinished
     }
 
     /// The files, in order.
@@ -91,14 +99,24 @@ impl Recording {
     }
 }
 
-/// The files that are meant, with their numbers as parts.
-fn meant(paths: &[PathBuf]) -> Result<Vec<(Option<u32>, PathBuf)>, ReadError> {
+/// Files with their numbers as parts.
+type Named = Vec<(Option<u32>, PathBuf)>;
+
+/// The files that are meant, and parts that were never finished.
+fn meant(paths: &[PathBuf]) -> Result<(Named, Vec<PathBuf>), ReadError> {
     if let [path] = paths {
         let numbers = if path.exists() { Vec::new() } else { parts_on_disk(path) };
         let parts = numbers.into_iter().map(|number| (Some(number), part_path(path, number)));
-        // One that is still being written is none yet.
-        let parts: Vec<_> = parts.filter(|(_, part)| part.exists()).collect();
-        return Ok(if parts.is_empty() { vec![(None, path.clone())] } else { parts });
+        let (finished, begun): (Named, Named) = parts.partition(|(_, part)| part.exists());
+        if finished.is_empty() {
+            return Ok((vec![(None, path.clone())], Vec::new()));
+        }
+        let active = |(_, part): (Option<u32>, PathBuf)| {
+            let mut name = part.into_os_string();
+            name.push(".active");
+            PathBuf::from(name)
+        };
+        return Ok((finished, begun.into_iter().map(active).collect()));
     }
     if paths.is_empty() {
         return Err(ReadError::Missing { path: PathBuf::new() });
@@ -112,7 +130,22 @@ fn meant(paths: &[PathBuf]) -> Result<Vec<(Option<u32>, PathBuf)>, ReadError> {
         }
         parts.insert(number, path.clone());
     }
-    Ok(parts.into_iter().map(|(number, path)| (Some(number), path)).collect())
+    Ok((parts.into_iter().map(|(number, path)| (Some(number), path)).collect(), Vec::new()))
+}
+
+/// Parts of one recording tell the same start of their run. Those that tell none may belong to any.
+fn check_one_run(parts: &[Reader]) -> Result<(), ReadError> {
+    if parts.len() < 2 {
+        return Ok(());
+    }
+    let told: Vec<_> = parts.iter().filter_map(|part| Some((part, part.run_began()?))).collect();
+    match told.windows(2).find(|pair| pair[0].1 != pair[1].1) {
+        Some(pair) => Err(ReadError::NotOneRecording {
+            path: pair[1].0.path().to_owned(),
+            other: pair[0].0.path().to_owned(),
+        }),
+        None => Ok(()),
+    }
 }
 
 fn not_one(paths: &[PathBuf], odd: &Path) -> ReadError {

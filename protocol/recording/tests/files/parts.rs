@@ -180,3 +180,37 @@ fn parts_are_read_as_one_recording_in_the_order_of_their_numbers() {
     let missing = Recording::open(&[folder.file("nothing.mcap")]).unwrap_err();
     assert!(matches!(missing, ReadError::Missing { .. }), "{missing}");
 }
+
+#[test]
+fn a_part_that_was_never_finished_is_named_and_no_other_of_the_folder() {
+    let folder = Folder::new("parts-unfinished");
+    let parts = write(&folder.file("run.mcap"), &WriterOptions::default(), BY_TIME);
+    assert!(Recording::open(&[folder.file("run.mcap")]).unwrap().unfinished().is_empty());
+    let active = folder.file("run_3.mcap.active");
+    fs::rename(&parts[3], &active).unwrap();
+    fs::write(folder.file("other_4.mcap.active"), "x").unwrap();
+    let recording = Recording::open(&[folder.file("run.mcap")]).unwrap();
+    assert_eq!((recording.parts().len(), recording.unfinished()), (3, &[active][..]));
+    assert!(recording.missing().is_empty());
+}
+
+#[test]
+fn parts_of_two_runs_are_no_recording_whatever_they_are_called() {
+    let folder = Folder::new("parts-of-two");
+    let begun = |path: &Path, start_time_ns: &str| {
+        let mut writer = Writer::create(path, &WriterOptions::default()).unwrap();
+        let values = BTreeMap::from([("start_time_ns".to_owned(), start_time_ns.to_owned())]);
+        writer.metadata("biplane", &values).unwrap();
+        writer.write_encoded(Topic::Odom, 5, 5, b"\0\x01\0\0odom").unwrap();
+        writer.finish().unwrap();
+    };
+    for (number, start_time_ns) in ["7", "7", "8"].iter().enumerate() {
+        begun(&part_path(&folder.file("run.mcap"), number as u32), start_time_ns);
+    }
+    let both = [folder.file("run_0.mcap"), folder.file("run_1.mcap")];
+    assert_eq!(Recording::open(&both).unwrap().parts().len(), 2);
+    let refused = Recording::open(&[folder.file("run.mcap")]);
+    assert!(
+        matches!(refused, Err(ReadError::NotOneRecording { path, .. }) if path == folder.file("run_2.mcap"))
+    );
+}
