@@ -143,7 +143,11 @@ fn assert_ended(leftovers: &[Leftover], folder: &Folder, context: &str) {
         assert!(
             matches!(
                 leftover.outcome,
-                Salvaged::Whole | Salvaged::Damaged(_) | Salvaged::Empty | Salvaged::NotOurs(_)
+                Salvaged::Whole
+                    | Salvaged::Cut { .. }
+                    | Salvaged::Damaged(_)
+                    | Salvaged::Empty
+                    | Salvaged::NotOurs(_)
             ),
             "{context}: {leftover:?}"
         );

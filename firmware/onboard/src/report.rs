@@ -84,6 +84,10 @@ pub struct RunReport {
     pub dropped: u64,
     /// What the log and the status were not told, because whoever reads them did not keep up: no loss of the recording.
     pub untold: u64,
+    /// Whether the horizontal laser sits as the rig says, as far as its scans told: `not known yet`, `fits`, or what does not fit.
+    pub mounting_horizontal: &'static str,
+    /// The same of the vertical one; nothing where the rig has none.
+    pub mounting_vertical: Option<&'static str>,
     /// What a live view has done, where there was one.
     pub live: Option<LiveReport>,
     /// How long poses took into the file; nothing in a replay.

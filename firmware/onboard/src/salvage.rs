@@ -19,6 +19,13 @@ use biplane_recording::{Disk, ReadError, RecoverError, RecoverReport, WriterOpti
 pub enum Salvaged {
     /// All that was in it stands in the new file.
     Whole,
+    /// All that was whole in it stands in the new file; so many bytes at its end were cut short, and as many more are missing as they announce.
+    Cut {
+        /// Bytes that cannot be used.
+        unusable_bytes: u64,
+        /// Bytes that the file announces and does not have.
+        missing_bytes: u64,
+    },
     /// What is intact stands in the new file, the rest in the file at this path.
     Damaged(PathBuf),
     /// Nothing had reached the disk; it is gone.
@@ -122,9 +129,18 @@ fn put_away(
 ) -> io::Result<(Salvaged, u64)> {
     if only_cut(report, size) {
         disk.storage().remove(unfinished)?;
-        return Ok((Salvaged::Whole, report.messages));
+        return Ok((whole_or_cut(report), report.messages));
     }
     Ok((Salvaged::Damaged(set_aside(disk, unfinished, recording)?), report.messages))
+}
+
+fn whole_or_cut(report: &RecoverReport) -> Salvaged {
+    let is_cut =
+        |problem: &Problem| matches!(problem, Problem::CutChunk | Problem::TornChunk | Problem::NoRecord);
+    match report.findings.iter().any(|finding| is_cut(&finding.problem)) {
+        true => Salvaged::Cut { unusable_bytes: report.lost_bytes(), missing_bytes: report.missing_bytes() },
+        false => Salvaged::Whole,
+    }
 }
 
 /// The recording may be what an earlier salvage made of this very file, before the power went again: then it ends what that one began.
@@ -252,7 +268,7 @@ mod tests {
             let unfinished = folder.0.join("run_2.mcap.active");
             fs::write(&unfinished, &bytes[..length]).unwrap();
             let leftover = only(salvage(&folder.0).unwrap());
-            assert!(matches!(leftover.outcome, Salvaged::Whole), "{length}: {leftover:?}");
+            assert!(matches!(leftover.outcome, Salvaged::Cut { .. }), "{length}: {leftover:?}");
             assert!((10..STEPS as u64).contains(&leftover.messages), "{length}: {}", leftover.messages);
             assert_eq!(folder.names(), ["run_2.mcap"], "{length}");
             let read = Reader::open(&folder.0.join("run_2.mcap")).unwrap().messages().count() as u64;

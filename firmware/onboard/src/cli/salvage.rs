@@ -1,5 +1,6 @@
 //! `salvage`: recordings that a power cut left unfinished.
 
+use std::io::Write as _;
 use std::path::PathBuf;
 
 use crate::error::OnboardError;
@@ -21,7 +22,8 @@ pub(super) fn run(args: &Args) -> Result<u8, OnboardError> {
     let leftovers = listed.map_err(|source| OnboardError::Place { path: args.folder.clone(), source })?;
     let mut code = 0;
     for leftover in &leftovers {
-        eprintln!("{}", line(leftover));
+        // A log that is full stops no salvage.
+        let _ = writeln!(std::io::stderr(), "{}", line(leftover));
         code = code.max(exit_code(&leftover.outcome));
     }
     // A failure says more than a loss.
@@ -35,7 +37,7 @@ pub(super) fn run(args: &Args) -> Result<u8, OnboardError> {
 fn exit_code(outcome: &Salvaged) -> u8 {
     match outcome {
         Salvaged::Whole | Salvaged::Empty | Salvaged::BeingWritten => 0,
-        Salvaged::Damaged(_) | Salvaged::NotOurs(_) | Salvaged::NameTaken => 3,
+        Salvaged::Cut { .. } | Salvaged::Damaged(_) | Salvaged::NotOurs(_) | Salvaged::NameTaken => 3,
         Salvaged::Failed(_) => 1,
     }
 }
@@ -44,7 +46,13 @@ fn line(leftover: &Leftover) -> String {
     let (from, to) = (leftover.unfinished.display(), leftover.recording.display());
     let kept = leftover.messages;
     match &leftover.outcome {
-        Salvaged::Whole => format!("{to}: {kept} messages of an unfinished recording, all that was whole"),
+        Salvaged::Whole => format!(
+            "{to}: {kept} messages of an unfinished recording, all that is in it; what had not reached the disk is lost"
+        ),
+        Salvaged::Cut { unusable_bytes, missing_bytes } => format!(
+            "{to}: {kept} messages of an unfinished recording, all that was whole; its end was cut short: {unusable_bytes} bytes unusable, \
+            {missing_bytes} bytes missing"
+        ),
         Salvaged::Damaged(aside) => {
             format!(
                 "{to}: {kept} messages of an unfinished recording; damaged parts stay in {}",

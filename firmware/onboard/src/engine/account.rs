@@ -97,6 +97,8 @@ impl<S: Sink> Engine<S> {
             untold: self.untold(),
             reads_without_laser: self.unknown_reads,
             scans_without_laser: self.unknown_scans,
+            mounting_horizontal: self.mounting.mounting(Port::Horizontal).words(),
+            mounting_vertical: self.vertical.as_ref().map(|_| self.mounting.mounting(Port::Vertical).words()),
             ..RunReport::default()
         };
         for port in Port::ALL {

@@ -7,6 +7,7 @@ use biplane_matcher::{Odometry, Outcome};
 use serde::Serialize;
 
 use crate::health::{Health, LineFault, LineHealth};
+use crate::mounting::Mounting;
 
 /// The state of one line.
 #[derive(Clone, PartialEq, Debug, Serialize)]
@@ -31,6 +32,10 @@ pub struct LineStatus {
     pub latency_ms: f64,
     /// Rate of the line, bits per second.
     pub baud: u32,
+    /// Times that its port's buffer was full before this computer read it.
+    pub overruns: u64,
+    /// Whether a laser sits as the rig says: `not known yet`, `fits`, or what does not fit; nothing for a base.
+    pub mounting: Option<&'static str>,
 }
 
 /// The state of the matcher.
@@ -170,6 +175,8 @@ fn line(line: &LineHealth) -> LineStatus {
         restarts: line.restarts,
         latency_ms: line.latency_s * 1e3,
         baud: line.baud,
+        overruns: line.overruns,
+        mounting: line.mounting.map(Mounting::words),
     }
 }
 

@@ -7,6 +7,8 @@ use biplane_wire::WireError;
 use super::{BaseInfo, OdometryReading};
 use crate::session::{Event, Output, Outputs, silence};
 
+/// While an answer is awaited, a pause of this length ends a packet: longer than any adapter's usual delay.
+const ANSWER_GAP_NS: i64 = 60_000_000;
 /// So many requests of zeros are longer than the longest packet (255 bytes and its head and tail).
 const FLUSHES: usize = 5;
 
@@ -51,6 +53,12 @@ impl Contact {
 
     pub(super) fn send(&mut self, emit: impl FnOnce(&mut [u8]) -> Result<usize, WireError>) {
         self.outputs.write(emit);
+    }
+
+    /// Whether nothing came for so long before what comes now that a packet under way was cut. While reports flow none is given up so: an
+    /// adapter may hold its bytes back.
+    pub(super) fn has_paused(&self) -> bool {
+        self.now_ns.saturating_sub(self.last_byte_ns) > ANSWER_GAP_NS
     }
 
     /// A base that got a packet with a damaged length waits for its rest: bytes that begin no packet end that, and mean nothing otherwise.

@@ -27,8 +27,6 @@ const CLOSE_NS: i64 = 250_000_000;
 const CLOSES: u8 = 3;
 /// Between two rounds of synchronising.
 const ROUND_NS: i64 = 500_000_000;
-/// While an answer is awaited, a pause of this length ends a packet: longer than any adapter's usual delay.
-const ANSWER_GAP_NS: i64 = 60_000_000;
 /// The first byte of every packet.
 const HEADER: u8 = 0xFA;
 
@@ -366,12 +364,10 @@ impl PacketMachine for Machine {
     }
 
     /// Whether the line paused before these bytes for longer than a packet may, and they begin with another one: then the one before was
-    /// cut, and an answer must not wait for its rest. While reports flow none is given up so: an adapter may hold its bytes back.
+    /// cut, and an answer must not wait for its rest.
     fn cut_before(&self, bytes: &[u8]) -> bool {
         let begins = bytes.first() == Some(&HEADER);
-        !self.is_streaming()
-            && begins
-            && self.contact.now_ns.saturating_sub(self.contact.last_byte_ns) > ANSWER_GAP_NS
+        !self.is_streaming() && begins && self.contact.has_paused()
     }
 
     fn host_sent(&mut self, bytes: &[u8]) {
