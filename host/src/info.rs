@@ -67,6 +67,9 @@ pub struct FileInfo {
     /// Numbers of parts that are not among these.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub parts_missing: Vec<u32>,
+    /// Parts that were never finished, and are not read.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub parts_unfinished: Vec<String>,
     /// Its size, bytes.
     pub bytes: u64,
     /// The MCAP profile, `ros2` for what ROS 2 opens.
@@ -185,6 +188,7 @@ pub fn read(paths: &[PathBuf]) -> Result<FileInfo, ReadError> {
         file: names[0].clone(),
         parts: if names.len() > 1 { names } else { Vec::new() },
         parts_missing: recording.missing(),
+        parts_unfinished: recording.unfinished().iter().map(|part| part.display().to_string()).collect(),
         bytes: recording.size(),
         profile: reader.profile().to_owned(),
         library: reader.library().to_owned(),

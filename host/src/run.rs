@@ -5,7 +5,7 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
 
-use biplane_recording::msg::{LaserScan, PoseWithCovarianceStamped};
+use biplane_recording::msg::{DiagnosticArray, LaserScan, Message, PoseWithCovarianceStamped};
 use biplane_recording::rig::Laser;
 use biplane_recording::{AnyMessage, ReadError, Recording, Rig, Topic};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
@@ -90,6 +90,8 @@ pub struct RunPoses {
     /// Poses that were left out because they are no numbers, or so far off that nothing is measured there any more: what spans them would
     /// only take memory.
     pub wild_poses: usize,
+    /// What the robot said of lasers that do not sit as the rig says, in the end: the laser and what was noticed.
+    pub mountings: Vec<String>,
 }
 
 impl RunPoses {
@@ -197,6 +199,11 @@ impl Run {
             match entry.topic {
                 Some(Topic::ScanVertical) => found.vertical_scans += 1,
                 Some(Topic::Serial(..)) => serial = true,
+                Some(Topic::Diagnostics) => {
+                    if let Ok(message) = DiagnosticArray::decode(&entry.bytes) {
+                        found.mountings = mountings(&message);
+                    }
+                }
                 Some(Topic::ScanHorizontal | Topic::Pose | Topic::PoseVertical | Topic::Odom) => {
                     match entry.decode()? {
                         AnyMessage::Scan(scan) => found.scan_stamps_ns.push(scan.stamp_ns),
@@ -294,6 +301,18 @@ fn planar(pose: &PoseWithCovarianceStamped) -> StampedPose {
 
 fn stamped(stamp_ns: i64, [x_m, y_m, _]: [f64; 3], orientation_xyzw: [f64; 4]) -> StampedPose {
     StampedPose { stamp_ns, x_m, y_m, theta_rad: heading_rad(orientation_xyzw) }
+}
+
+/// What a state of the robot says against how its lasers sit.
+fn mountings(state: &DiagnosticArray) -> Vec<String> {
+    let values =
+        state.status.iter().flat_map(|status| status.values.iter().map(move |value| (&status.name, value)));
+    values
+        .filter(|(_, value)| {
+            value.key == "mounting" && !["fits", "not known yet"].contains(&value.value.as_str())
+        })
+        .map(|(name, value)| format!("{}: {}", name.trim_start_matches("biplane: "), value.value))
+        .collect()
 }
 
 #[cfg(test)]

@@ -35,6 +35,8 @@ pub struct Readings {
     pub strips: Option<Vec<Strip>>,
     /// Vertical scans kept.
     pub vertical_scans: usize,
+    /// What the robot said of lasers that do not sit as the rig says.
+    pub mountings: Vec<String>,
 }
 
 impl Readings {
@@ -65,6 +67,7 @@ impl Readings {
             horizontal,
             strips,
             vertical_scans,
+            mountings: found.mountings,
         })
     }
 }

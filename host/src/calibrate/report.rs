@@ -33,6 +33,12 @@ const SWEEP_M_PER_S: f64 = 1.5;
 /// A parameter shares a direction that nothing tells when its part is larger.
 const PART: f64 = 0.3;
 
+/// What is known and off by more is no refinement of what the rig says, but another place, or sights that do not belong together: metres, radians, seconds.
+const FARTHEST: [f64; PARAMETERS] = [0.15, 0.15, 0.15, 0.14, 0.14, 0.14, 0.15];
+const TOO_FAR: &str = "farther off than can be refined (15 cm, 8 degrees, 150 ms): look at the rig first";
+/// No base counts so wrong, in shares.
+const FARTHEST_SCALE: f64 = 0.1;
+
 /// A correction within its standard deviation is left out of the rig.
 const AS_IT_WAS: &str = "as the rig has it";
 
@@ -117,6 +123,13 @@ pub fn of(
         corrected: readings.rig.clone(),
         rig: readings.rig,
     };
+    if !readings.mountings.is_empty() {
+        let wrong = readings.mountings.iter().map(|mounting| {
+            format!("the recording says of itself: {mounting}; put that right first (docs/recording.md)")
+        });
+        out.missing.extend(wrong);
+        return out;
+    }
     match found {
         Some((start, (at, solution))) => place(&mut out, &start, &at, &solution),
         None if out.rig.vertical.is_none() => out.missing.push("the rig has no vertical laser".to_owned()),
@@ -138,13 +151,15 @@ fn place(out: &mut Calibration, start: &Placement, at: &Placement, solution: &So
     let before = [laser.0.x, laser.0.y, laser.0.z, 0.0, 0.0, 0.0, laser.1];
     let step = at.since(start);
     let systematic = systematic(solution);
+    let sigma_si = |i: usize| solution.covariance[(i, i)].max(0.0).sqrt();
+    let sigma = |i: usize| (sigma_si(i) * PER_UNIT[i]).hypot(systematic[i]);
+    // A standard deviation near the prior's is the prior's.
+    let told = |i: usize| sigma_si(i) < 0.7 * PRIOR[i];
+    let known = |i: usize| told(i) && sigma(i) <= OBSERVED[i];
+    let is_near = (0..PARAMETERS).all(|i| !known(i) || step[i].abs() <= FARTHEST[i]);
     let mut kept = Step::zeros();
     for i in 0..PARAMETERS {
-        let sigma_si = solution.covariance[(i, i)].max(0.0).sqrt();
-        let sigma = (sigma_si * PER_UNIT[i]).hypot(systematic[i]);
-        // A standard deviation near the prior's is the prior's.
-        let told = sigma_si < 0.7 * PRIOR[i];
-        let observed = told && sigma <= OBSERVED[i];
+        let (sigma, told, observed) = (sigma(i), told(i), is_near && known(i));
         let moved = step[i].abs() * PER_UNIT[i] > sigma;
         kept[i] = if observed && moved { step[i] } else { 0.0 };
         let correction = if told { step[i] * PER_UNIT[i] } else { 0.0 };
@@ -160,6 +175,7 @@ fn place(out: &mut Calibration, start: &Placement, at: &Placement, solution: &So
             note: match (observed, moved) {
                 (true, true) => String::new(),
                 (true, false) => AS_IT_WAS.to_owned(),
+                (false, _) if !is_near => TOO_FAR.to_owned(),
                 (false, _) => partners(solution, i),
             },
         });
@@ -209,8 +225,13 @@ fn odometry(out: &mut Calibration, scales: &Scales) {
     let row = |name, unit, before: f64, known: Known, least: f64, largest: f64| {
         let sigma = known.sigma.hypot(least);
         let told = sigma < UNTOLD;
-        let observed = sigma <= largest;
-        let note = if observed { String::new() } else { "too little of it in the drive".to_owned() };
+        let is_near = before == 0.0 || (known.value - before).abs() <= FARTHEST_SCALE;
+        let observed = is_near && sigma <= largest;
+        let note = match (observed, is_near) {
+            (true, _) => "",
+            (false, true) => "too little of it in the drive",
+            (false, false) => "no base counts so wrong: look at the rig first",
+        };
         Row {
             name,
             unit,
@@ -220,7 +241,7 @@ fn odometry(out: &mut Calibration, scales: &Scales) {
             sigma: told.then_some(sigma),
             observed,
             written: false,
-            note,
+            note: note.to_owned(),
         }
     };
     let mut rows = [

@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
-use biplane_recording::msg::{LaserScan, Odometry, PoseWithCovarianceStamped};
+use biplane_recording::msg::{
+    DiagnosticArray, DiagnosticStatus, KeyValue, LaserScan, Odometry, PoseWithCovarianceStamped,
+};
 use biplane_recording::rig::{BaseProtocol, Laser, Mount};
 use biplane_recording::{Rig, Topic, Writer, WriterOptions};
 
@@ -66,7 +68,7 @@ fn scan(laser: &Laser, way: &[[f64; 3]], stamp_ns: i64, late_ns: i64) -> LaserSc
 }
 
 /// Writes a drive with a vertical laser that sits at `mount` and is `late_ns` late, while its rig says what is usual.
-fn record(path: &Path, mount: Mount, late_ns: i64) {
+fn record(path: &Path, mount: Mount, late_ns: i64, mounting: &str) {
     let mut rig = Rig::default();
     rig.base.protocol = BaseProtocol::P2os { metres_per_tick: Some(0.001) };
     let way = way();
@@ -92,6 +94,11 @@ fn record(path: &Path, mount: Mount, late_ns: i64) {
         let seen = scan(&vertical, &way, stamp_ns, late_ns);
         writer.write(Topic::ScanVertical, stamp_ns, stamp_ns, &seen).unwrap();
     }
+    let value = KeyValue { key: "mounting".to_owned(), value: mounting.to_owned() };
+    let name = "biplane: laser_horizontal".to_owned();
+    let status = vec![DiagnosticStatus { name, values: vec![value], ..DiagnosticStatus::default() }];
+    let state = DiagnosticArray { status, ..DiagnosticArray::default() };
+    writer.write(Topic::Diagnostics, START_NS, START_NS, &state).unwrap();
     writer.finish().unwrap();
 }
 
@@ -110,7 +117,7 @@ fn row<'a>(report: &'a serde_json::Value, name: &str) -> &'a serde_json::Value {
 fn a_laser_that_sits_elsewhere_is_found_and_what_no_scan_tells_is_left_and_said() {
     let folder = Folder::new("calibrate");
     let truth = Mount { x: 0.08, y: -0.02, z: 0.45, roll: 1.0, pitch: -88.5, yaw: -3.0 };
-    record(&folder.path("run.mcap"), truth, 30_000_000);
+    record(&folder.path("run.mcap"), truth, 30_000_000, "fits");
     let ran = folder.expect("calibrate run.mcap --json -o rig.toml", 0, &[]);
     let report: serde_json::Value = serde_json::from_str(&ran.stdout).unwrap();
     let rig = Rig::load(&folder.path("rig.toml")).unwrap();
@@ -158,5 +165,19 @@ fn a_straight_drive_tells_the_scale_and_the_lean_but_neither_aim_nor_delay() {
     folder.expect("calibrate flat.mcap", 0, &[]);
     room::record(&folder.path("unposed.mcap"), Content { poses: false, vertical: true });
     folder.expect("calibrate unposed.mcap -o rig.toml", 1, &["no pose"]);
+    assert!(!folder.path("rig.toml").exists());
+}
+
+#[test]
+fn of_a_recording_that_says_of_itself_that_its_lasers_are_swapped_nothing_is_refined_and_all_say_so() {
+    let folder = Folder::new("calibrate-swapped");
+    let mount = Rig::default().vertical.unwrap().mount;
+    record(&folder.path("run.mcap"), mount, 0, "looks swapped with the other laser");
+    let words = "laser_horizontal: looks swapped with the other laser";
+    folder.expect("calibrate run.mcap -o rig.toml", 1, &["nothing can be determined", words]);
+    folder.expect("traj run.mcap -o run.tum --quiet", 0, &[words]);
+    folder.expect("map run.mcap -o floor", 0, &[words]);
+    folder.expect("optimize run.mcap -o closed.mcap", 0, &[words]);
+    folder.expect("build run.mcap -o model --no-optimize", 0, &[words]);
     assert!(!folder.path("rig.toml").exists());
 }

@@ -2,8 +2,9 @@
 
 use std::borrow::Cow;
 use std::cell::Cell;
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 
+use biplane::run::RunPoses;
 use biplane_recording::Recording;
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 
@@ -39,7 +40,7 @@ impl Console {
 
     /// Says a line, also when quiet.
     pub fn warn(&self, text: impl AsRef<str>) {
-        let say = || eprintln!("{}", text.as_ref());
+        let say = || say(text.as_ref());
         match &self.lines {
             // Lines that change make way for it.
             Some(lines) => lines.all.suspend(say),
@@ -64,12 +65,29 @@ impl Console {
 
     /// Says which parts of a recording were not given.
     pub fn tell_missing(&self, recording: &Recording) {
+        for unfinished in recording.unfinished() {
+            // Said even when quiet: it may hold data.
+            self.warn(format!(
+                "biplane: {}: a part that is not finished is left out; where nothing records it any more, `biplane-onboard salvage` makes it whole",
+                unfinished.display()
+            ));
+        }
         let missing: Vec<String> = recording.missing().iter().map(u32::to_string).collect();
         if !missing.is_empty() {
             self.note(format!(
                 "{}: part {} is not among the parts",
                 recording.path().display(),
                 missing.join(", ")
+            ));
+        }
+    }
+
+    /// Says what the robot itself has said against how its lasers sit, also when quiet.
+    pub fn tell_mountings(&self, recording: &Recording, poses: &RunPoses) {
+        for mounting in &poses.mountings {
+            self.warn(format!(
+                "biplane: {}: the recording says of itself: {mounting} (docs/recording.md)",
+                recording.path().display()
             ));
         }
     }
@@ -95,6 +113,11 @@ impl Console {
         tick(&bar);
         Spinner(bar)
     }
+}
+
+/// A line on stderr; nobody to read it is no failure.
+pub fn say(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{text}");
 }
 
 /// Draws a line anew from time to time, unless nobody sees it.

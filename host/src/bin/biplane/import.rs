@@ -8,7 +8,7 @@ use biplane_recording::WriterOptions;
 use clap::Subcommand;
 
 use crate::Outcome;
-use crate::console::Console;
+use crate::console::{Console, say};
 
 /// Which kind.
 #[derive(Debug, clap::Args)]
@@ -74,10 +74,10 @@ fn tell(report: &ImportReport, args: &CarmenArgs, console: &Console) -> Outcome 
 /// Lost data is said even when quiet: the exit code alone does not tell which lines.
 fn tell_losses(report: &ImportReport, log: &Path, console: &Console) {
     for line in &report.broken {
-        eprintln!("biplane: {} line {}: {}; skipped", log.display(), line.number, line.reason);
+        say(&format!("biplane: {} line {}: {}; skipped", log.display(), line.number, line.reason));
     }
     if report.broken_lines > report.broken.len() {
-        eprintln!("biplane: {}: {} broken lines skipped in all", log.display(), report.broken_lines);
+        say(&format!("biplane: {}: {} broken lines skipped in all", log.display(), report.broken_lines));
     }
     for (kind, count) in &report.others {
         console.note(format!("{}: {count} {kind} lines are not taken", log.display()));

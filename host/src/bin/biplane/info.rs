@@ -40,6 +40,9 @@ fn print(out: &mut impl Write, info: &FileInfo) -> io::Result<()> {
     for number in &info.parts_missing {
         writeln!(out, "  part {number} is not among them")?;
     }
+    for part in &info.parts_unfinished {
+        writeln!(out, "  {part} is not finished, and not among them (`biplane-onboard salvage`)")?;
+    }
     writeln!(out, "  {} bytes, profile {}, written by {}", info.bytes, info.profile, info.library)?;
     writeln!(
         out,

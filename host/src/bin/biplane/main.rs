@@ -35,7 +35,7 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use cli::{Cli, Command};
-use console::Console;
+use console::{Console, say};
 
 /// How a command ended that did not fail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,7 +50,7 @@ fn main() -> ExitCode {
     let words = match config::words(std::env::args_os().collect()) {
         Ok(words) => words,
         Err(error) => {
-            eprintln!("biplane: {}", sentence(&error));
+            say(&format!("biplane: {}", sentence(&error)));
             return ExitCode::from(2);
         }
     };
@@ -62,7 +62,7 @@ fn main() -> ExitCode {
         // Whoever read our output has seen enough of it.
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("biplane: {}", sentence(&error));
+            say(&format!("biplane: {}", sentence(&error)));
             ExitCode::FAILURE
         }
     }

@@ -49,6 +49,7 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     console.tell_missing(run.recording());
     let _spinner = console.spinner(format!("drawing {}", run.path().display()));
     let poses = run.poses()?;
+    console.tell_mountings(run.recording(), &poses);
     let at_scans = poses.at_scans();
     let mut params = FloorMapParams::default();
     params.grid.resolution_m = args.resolution;

@@ -16,7 +16,7 @@ use biplane::run::Run;
 use serde::Serialize;
 
 use crate::Outcome;
-use crate::console::Console;
+use crate::console::{Console, say};
 use crate::moment::Moment;
 use crate::plan::Plan;
 use crate::threads::Threads;
@@ -184,7 +184,9 @@ pub fn read(runs: &[Run], params: &LoopParams, console: &Console) -> anyhow::Res
     let mut trails = Vec::new();
     for run in runs {
         let _spinner = console.spinner(format!("reading {}", run.path().display()));
-        let trail = Trail::read(run, &run.poses()?, &params.trail)?;
+        let poses = run.poses()?;
+        console.tell_mountings(run.recording(), &poses);
+        let trail = Trail::read(run, &poses, &params.trail)?;
         if trail.nodes.is_empty() {
             bail!("no scan of {} has a pose", run.path().display());
         }
@@ -292,10 +294,10 @@ fn tell(args: &Args, report: &Report, console: &Console) -> anyhow::Result<()> {
     for recording in report.recordings.iter().filter(|_| report.recordings.len() > 1) {
         if recording.output != output {
             // Said even when quiet: it is not in what was asked for.
-            eprintln!(
+            say(&format!(
                 "biplane: {} saw no place that the others saw; it stays apart, in {}",
                 recording.path, recording.output
-            );
+            ));
         }
     }
     for recording in report.recordings.iter().filter(|recording| recording.joined) {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use biplane_recording::{RecoverError, RecoverReport, WriteError};
 
 use crate::Outcome;
-use crate::console::Console;
+use crate::console::{Console, say};
 
 /// Words of the command.
 #[derive(Debug, clap::Args)]
@@ -45,12 +45,12 @@ fn tell(report: &RecoverReport, args: &Args, console: &Console) -> Outcome {
     let kept = format!("{}: {} messages kept", args.output.display(), report.messages);
     if report.lost() {
         // Said even when quiet: it is what the exit code stands for.
-        eprintln!(
+        say(&format!(
             "biplane: {kept}; lost: {} messages known of, {} bytes unusable, {} bytes missing",
             report.lost_messages(),
             report.lost_bytes(),
             report.missing_bytes()
-        );
+        ));
         return Outcome::Lossy;
     }
     console.note(match report.index_missing() {

@@ -9,6 +9,7 @@ use biplane::polygons::Merging;
 #[cfg(feature = "demo")]
 use crate::build::formats::Format;
 use crate::build::formats::{self, Formats};
+use crate::console::say;
 #[cfg(feature = "simplify")]
 use crate::planes::length;
 
@@ -82,19 +83,19 @@ fn merging(name: &str) -> Result<Merging, String> {
 /// What `--max-triangles` cost, where there was a cost.
 fn tell_bounded(bounded: Option<budget::Bounded>, model: &Model, most_triangles: usize) {
     let Some(cost) = bounded else { return };
-    eprintln!(
+    say(&format!(
         "biplane: to keep within {most_triangles} triangles borders are straightened by up to {:.0} cm, {} polygons and {} triangles of \
         fine structure are left out",
         100.0 * cost.tolerance_m,
         cost.polygons,
         cost.leftover_triangles
-    );
+    ));
     if cost.forced {
-        eprintln!(
+        say(&format!(
             "biplane: {most_triangles} triangles are too few for this model: large surfaces are left out too"
-        );
+        ));
     }
     if model.polygons.is_empty() && model.leftovers.triangles.is_empty() {
-        eprintln!("biplane: nothing of the model fits into {most_triangles} triangles");
+        say(&format!("biplane: nothing of the model fits into {most_triangles} triangles"));
     }
 }

@@ -42,6 +42,7 @@ pub fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let run = Run::open(&args.recordings)?;
     console.tell_missing(run.recording());
     let poses = run.poses()?;
+    console.tell_mountings(run.recording(), &poses);
     let at_scans = poses.at_scans();
     let known: Vec<StampedPose> = at_scans.iter().flatten().copied().collect();
     let format = match args.format {

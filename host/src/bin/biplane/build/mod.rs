@@ -194,7 +194,7 @@ fn poses<'a>(
 ) -> anyhow::Result<Posed<'a>> {
     match &args.poses {
         Some(path) => Posed::foreign(runs, path),
-        None if args.no_optimize => Posed::recorded(runs),
+        None if args.no_optimize => Posed::recorded(runs, console),
         None => {
             let posed = stages.time("optimize", || {
                 let posed = Posed::optimised(runs, &folder.searches(), console)?;

@@ -76,10 +76,11 @@ impl<'a> Posed<'a> {
     }
 
     /// As they were recorded.
-    pub fn recorded(runs: &'a [Run]) -> anyhow::Result<Self> {
+    pub fn recorded(runs: &'a [Run], console: &Console) -> anyhow::Result<Self> {
         let mut drives = Vec::new();
         for run in runs {
             let poses = run.poses()?;
+            console.tell_mountings(run.recording(), &poses);
             drives.push((run, poses.trajectory(), poses.at_scans()));
         }
         Ok(Self::of(drives, PosesFrom::Recorded, None))
@@ -91,10 +92,10 @@ impl<'a> Posed<'a> {
     pub fn optimised(runs: &'a [Run], searches: &Path, console: &Console) -> anyhow::Result<Self> {
         if let [run] = runs {
             if output::is_optimised(run)? {
-                return Ok(Self { from: PosesFrom::OptimizedBefore, ..Self::recorded(runs)? });
+                return Ok(Self { from: PosesFrom::OptimizedBefore, ..Self::recorded(runs, console)? });
             }
             if run.poses()?.at_scans().iter().all(Option::is_none) {
-                return Self::recorded(runs);
+                return Self::recorded(runs, console);
             }
         }
         let params = LoopParams::default();
@@ -103,7 +104,7 @@ impl<'a> Posed<'a> {
         let optimised = optimize::work(&trails, &params, &mut checkpoint, console);
         let loops = optimised.counts.loops;
         if runs.len() == 1 && loops == 0 {
-            return Ok(Self { loops: Some(0), ..Self::recorded(runs)? });
+            return Ok(Self { loops: Some(0), ..Self::recorded(runs, console)? });
         }
         let mut drives = Vec::new();
         for (number, run) in runs.iter().enumerate() {
