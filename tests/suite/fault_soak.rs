@@ -7,7 +7,6 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 
 use biplane_mock::base_device::BaseParams;
 use biplane_mock::faults::{Faults, Preset};
@@ -21,6 +20,7 @@ use biplane_recording::msg::Message;
 use biplane_recording::{PartsWriter, Port, Reader, Rotation, Topic, WriterOptions};
 
 use crate::faults::fault::Fault;
+use crate::own_process::{self, memory_bytes, quarters};
 use crate::recorded::folder;
 use crate::rig::bytes::Harm;
 use crate::rig::devices::{idle_lines, rig_at};
@@ -108,7 +108,7 @@ struct Tally {
 }
 
 fn length_s() -> i64 {
-    std::env::var("BIPLANE_FAULT_SOAK_S").ok().and_then(|seconds| seconds.parse().ok()).unwrap_or(240)
+    own_process::length_s("BIPLANE_FAULT_SOAK_S", 240)
 }
 
 /// A fault of a line.
@@ -239,13 +239,6 @@ fn settle(sim: &mut Rig, from_ns: i64, tally: &mut Tally) {
     tally.open_files.push(std::fs::read_dir("/proc/self/fd").unwrap().count());
 }
 
-/// Memory that this process has in use now, bytes.
-fn memory_bytes() -> i64 {
-    let text = std::fs::read_to_string("/proc/self/statm").unwrap();
-    let pages: i64 = text.split_whitespace().nth(1).unwrap().parse().unwrap();
-    pages * 4096
-}
-
 /// Reads the finished parts back, and deletes them.
 fn read_back(folder: &Path, tally: &mut Tally) {
     let mut parts: Vec<PathBuf> =
@@ -263,14 +256,7 @@ fn read_back(folder: &Path, tally: &mut Tally) {
 
 #[test]
 fn faults_of_all_kinds_for_hours_leave_memory_queues_and_files_flat_and_lose_nothing_intact() {
-    let output = Command::new(std::env::current_exe().unwrap())
-        .args(["--ignored", "--exact", "fault_soak::alone", "--nocapture"])
-        .output()
-        .unwrap();
-    let said = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    println!("{}", said(&output.stdout));
-    assert!(output.status.success(), "{}", said(&output.stderr));
-    assert!(said(&output.stdout).contains("1 passed"));
+    own_process::run("fault_soak::alone");
 }
 
 fn soak(folder: &Path, tally: &mut Tally) -> Rig {
@@ -322,10 +308,7 @@ fn alone() {
     let recording = &mut sim.engine.sink().written;
     recording.writer.take().unwrap().finish().unwrap();
     read_back(&folder, &mut tally);
-    let quarter = (tally.memory_bytes.len() / 4).max(1);
-    let largest = |samples: &[i64]| samples.iter().copied().max().unwrap_or(0);
-    let first_bytes = largest(&tally.memory_bytes[quarter.min(tally.memory_bytes.len() - 1)..][..quarter]);
-    let last_bytes = largest(&tally.memory_bytes[tally.memory_bytes.len() - quarter..]);
+    let [first_bytes, last_bytes] = quarters(&tally.memory_bytes);
     println!("faults: {} in {} s: {:#?}", tally.faults.values().sum::<u64>(), length_s(), tally.faults);
     println!("said: {:#?}", tally.said);
     println!("lasers {:?}\nbase {:?}", tally.lasers, tally.base);

@@ -9,6 +9,7 @@ mod fault_soak;
 mod faults;
 mod host_faults;
 mod mounting;
+mod own_process;
 mod quiet_run;
 mod recorded;
 mod restarts;

@@ -5,7 +5,6 @@
 
 use std::cell::RefCell;
 use std::path::Path;
-use std::process::Command;
 use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -18,6 +17,7 @@ use biplane_onboard::sink::Sink;
 use biplane_recording::read::RIG_ATTACHMENT;
 use biplane_recording::{Direction, Rotation, Topic, Writer, WriterOptions};
 
+use crate::own_process::{self, memory_bytes, quarters};
 use crate::recorded::folder;
 use crate::rig::devices::{idle_lines, rig_at};
 use crate::rig::plan::Plan;
@@ -63,21 +63,13 @@ impl Sink for Counter {
 }
 
 fn length_s() -> i64 {
-    std::env::var("BIPLANE_SOAK_S").ok().and_then(|seconds| seconds.parse().ok()).unwrap_or(30)
+    own_process::length_s("BIPLANE_SOAK_S", 30)
 }
 
-/// Memory that this process has in use now, bytes.
-fn memory_bytes() -> i64 {
-    let text = std::fs::read_to_string("/proc/self/statm").unwrap();
-    let pages: i64 = text.split_whitespace().nth(1).unwrap().parse().unwrap();
-    pages * 4096
-}
-
-/// The largest of the last quarter less the largest of the second: the first may still fill what is kept.
+/// How much more memory was in use in the last quarter than in the second.
 fn growth_bytes(samples: &[i64]) -> i64 {
-    let quarter = samples.len() / 4;
-    let largest = |from: usize, to: usize| samples[from..to].iter().copied().max().unwrap_or(0);
-    largest(3 * quarter, samples.len()) - largest(quarter, 2 * quarter)
+    let [second, last] = quarters(samples);
+    last - second
 }
 
 /// What a live run came to.
@@ -124,15 +116,7 @@ fn live(capture: &Path, length_ns: i64) -> Live {
 
 #[test]
 fn at_full_rate_no_scan_is_lost_nothing_is_allocated_and_memory_stays_flat() {
-    // Tests run side by side in one process, and what the others allocate would be counted here.
-    let output = Command::new(std::env::current_exe().unwrap())
-        .args(["--ignored", "--exact", "soak::alone", "--nocapture"])
-        .output()
-        .unwrap();
-    let said = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    println!("{}", said(&output.stdout));
-    assert!(output.status.success(), "{}", said(&output.stderr));
-    assert!(said(&output.stdout).contains("1 passed"));
+    own_process::run("soak::alone");
 }
 
 #[test]

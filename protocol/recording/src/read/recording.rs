@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use super::{Entry, ReadError, Reader};
 use crate::rig::Rig;
 use crate::topics::Topic;
-use crate::write::{part_of, part_path, parts_on_disk};
+use crate::write::{active_path, part_of, part_path, parts_on_disk};
 
 /// An open recording, in one file or in parts.
 #[derive(Debug)]
@@ -111,12 +111,7 @@ fn meant(paths: &[PathBuf]) -> Result<(Named, Vec<PathBuf>), ReadError> {
         if finished.is_empty() {
             return Ok((vec![(None, path.clone())], Vec::new()));
         }
-        let active = |(_, part): (Option<u32>, PathBuf)| {
-            let mut name = part.into_os_string();
-            name.push(".active");
-            PathBuf::from(name)
-        };
-        return Ok((finished, begun.into_iter().map(active).collect()));
+        return Ok((finished, begun.iter().map(|(_, part)| active_path(part)).collect()));
     }
     if paths.is_empty() {
         return Err(ReadError::Missing { path: PathBuf::new() });
