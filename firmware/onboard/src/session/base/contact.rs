@@ -55,8 +55,7 @@ impl Contact {
         self.outputs.write(emit);
     }
 
-    /// Whether nothing came for so long before what comes now that a packet under way was cut. While reports flow none is given up so: an
-    /// adapter may hold its bytes back.
+    /// Whether nothing came for longer before what comes now than a packet may pause.
     pub(super) fn has_paused(&self) -> bool {
         self.now_ns.saturating_sub(self.last_byte_ns) > ANSWER_GAP_NS
     }

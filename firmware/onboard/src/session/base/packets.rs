@@ -16,6 +16,8 @@ const HELD_BYTES: usize = 1024;
 pub trait PacketMachine {
     /// How its packets are found in a stream.
     type Framing: Framing;
+    /// The first byte of every packet.
+    const HEADER: u8;
 
     /// What it knows of its line.
     fn contact(&self) -> &Contact;
@@ -46,11 +48,6 @@ pub trait PacketMachine {
 
     /// Whether nothing is left to do.
     fn is_done(&self) -> bool;
-
-    /// Whether the packet that is under way was cut, seen from these bytes behind it.
-    fn cut_before(&self, _bytes: &[u8]) -> bool {
-        false
-    }
 
     /// See [`BaseDriver::host_sent`].
     fn host_sent(&mut self, _bytes: &[u8]) {}
@@ -96,8 +93,16 @@ impl<M: PacketMachine> PacketSession<M> {
         self.drain();
     }
 
+    /// Whether the line paused before these bytes for longer than a packet may, and they begin with another one: then the one before was cut, or is what
+    /// another device left on the line, and an answer must not wait for its rest. While reports flow none is given up so: an adapter may hold
+    /// its bytes back.
+    fn is_cut_before(&self, bytes: &[u8]) -> bool {
+        let begins = bytes.first() == Some(&M::HEADER);
+        !self.machine.is_streaming() && begins && self.machine.contact().has_paused()
+    }
+
     fn take_bytes(&mut self, bytes: &[u8]) {
-        if self.machine.cut_before(bytes) {
+        if self.is_cut_before(bytes) {
             self.abandon();
         }
         let contact = self.machine.contact_mut();

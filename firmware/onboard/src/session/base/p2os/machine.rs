@@ -27,8 +27,6 @@ const CLOSE_NS: i64 = 250_000_000;
 const CLOSES: u8 = 3;
 /// Between two rounds of synchronising.
 const ROUND_NS: i64 = 500_000_000;
-/// The first byte of every packet.
-const HEADER: u8 = 0xFA;
 
 /// Where the session stands.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
@@ -275,6 +273,7 @@ impl Machine {
 
 impl PacketMachine for Machine {
     type Framing = P2osFraming;
+    const HEADER: u8 = 0xFA;
 
     fn contact(&self) -> &Contact {
         &self.contact
@@ -361,13 +360,6 @@ impl PacketMachine for Machine {
 
     fn is_done(&self) -> bool {
         self.state == State::Done
-    }
-
-    /// Whether the line paused before these bytes for longer than a packet may, and they begin with another one: then the one before was
-    /// cut, and an answer must not wait for its rest.
-    fn cut_before(&self, bytes: &[u8]) -> bool {
-        let begins = bytes.first() == Some(&HEADER);
-        !self.is_streaming() && begins && self.contact.has_paused()
     }
 
     fn host_sent(&mut self, bytes: &[u8]) {

@@ -30,8 +30,6 @@ const PERIOD_US: u32 = 100_000;
 /// As CARMEN sets them; at speed 0 they move nothing.
 const ACCELERATION: u32 = 1000;
 const TORQUE: u32 = 30_000;
-/// The first byte of every packet.
-const HEADER: u8 = 0x1B;
 /// A host's packets carry this id.
 const HOST_ID: u8 = 0;
 
@@ -219,6 +217,7 @@ impl Machine {
 
 impl PacketMachine for Machine {
     type Framing = RflexFraming;
+    const HEADER: u8 = 0x1B;
 
     fn contact(&self) -> &Contact {
         &self.contact
@@ -285,10 +284,5 @@ impl PacketMachine for Machine {
 
     fn is_done(&self) -> bool {
         self.state == State::Done
-    }
-
-    /// What another device left on the line must not swallow an answer.
-    fn cut_before(&self, bytes: &[u8]) -> bool {
-        !self.is_streaming() && bytes.first() == Some(&HEADER) && self.contact.has_paused()
     }
 }
