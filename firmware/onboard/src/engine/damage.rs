@@ -57,8 +57,8 @@ pub struct Damage {
 }
 
 impl Damage {
-    /// A second has passed; the share of damaged telegrams while that is too large, and whether the port's buffer ran over meanwhile.
-    fn see(&mut self, line: &LineHealth) -> Option<(f64, bool)> {
+    /// A second has passed; what arrived lately while the share of damaged telegrams is too large.
+    fn see(&mut self, line: &LineHealth) -> Option<Tally> {
         let now = Tally::of(line);
         // While a device is looked for, noise is what a wrong rate makes of its telegrams.
         let new = if line.streaming { now.since(self.before) } else { Tally::default() };
@@ -76,7 +76,7 @@ impl Damage {
             true => lately.share() >= ENDS,
             false => lately.share() > BEGINS && lately.damaged >= LEAST,
         };
-        self.is_on.then(|| (lately.share(), lately.overruns > 0))
+        self.is_on.then_some(lately)
     }
 }
 
@@ -86,8 +86,9 @@ impl<S: Sink> Engine<S> {
         let Some(place) = Port::ALL.iter().position(|&other| other == port) else { return line };
         let damage = &mut self.damage[place];
         let was_on = damage.is_on;
-        let seen = damage.see(&line);
-        let (damaged_share, is_overrun) = (seen.map(|(share, _)| share), seen.is_some_and(|(_, is)| is));
+        let lately = damage.see(&line);
+        let damaged_share = lately.map(Tally::share);
+        let is_overrun = lately.is_some_and(|lately| lately.overruns > 0);
         if was_on != damaged_share.is_some() {
             let percent = damaged_share.map(|share| (share * 100.0).round().clamp(1.0, 100.0) as u8);
             self.event(port, Event::Damaged { percent, is_overrun });
@@ -109,7 +110,7 @@ mod tests {
             counts.frames += intact;
             counts.bad_checksums += damaged;
             let line = LineHealth { streaming: true, counts: Some(counts), ..LineHealth::default() };
-            damage.see(&line).map(|(share, _)| share)
+            damage.see(&line).map(Tally::share)
         };
         seconds.iter().map(see).collect()
     }
@@ -133,15 +134,16 @@ mod tests {
         let mut damage = Damage::default();
         let mut see = |frames: u64, abandoned: u64, overruns: u64| {
             let counts = Some(Counts { frames, abandoned, ..Counts::default() });
-            damage.see(&LineHealth { streaming: true, counts, overruns, ..LineHealth::default() })
+            let line = LineHealth { streaming: true, counts, overruns, ..LineHealth::default() };
+            damage.see(&line).map(|lately| lately.overruns > 0)
         };
         assert_eq!(see(37, 0, 0), None);
-        assert_eq!(see(69, 4, 2).map(|(_, is_overrun)| is_overrun), Some(true));
+        assert_eq!(see(69, 4, 2), Some(true));
         for second in 1..10 {
-            assert_eq!(see(69 + 37 * second, 4, 2).map(|(_, is_overrun)| is_overrun), Some(true));
+            assert_eq!(see(69 + 37 * second, 4, 2), Some(true));
         }
         assert_eq!(see(439, 4, 2), None);
-        assert_eq!(see(470, 10, 2).map(|(_, is_overrun)| is_overrun), Some(false));
+        assert_eq!(see(470, 10, 2), Some(false));
     }
 
     #[test]
