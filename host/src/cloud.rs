@@ -130,8 +130,7 @@ fn pose_beams(params: &CloudParams, fan: &Fan, sweep: &Sweep, trajectory: &Traje
 
 fn stands_still(params: &CloudParams, last: &StampedPose, now: &StampedPose) -> bool {
     let moved_m = (now.x_m - last.x_m).hypot(now.y_m - last.y_m);
-    let (sin, cos) = (now.theta_rad - last.theta_rad).sin_cos();
-    moved_m < params.still_distance_m && sin.atan2(cos).abs().to_degrees() < params.still_angle_deg
+    moved_m < params.still_distance_m && last.turn_rad(now).abs().to_degrees() < params.still_angle_deg
 }
 
 /// A planar pose as a map of vectors: turn about z, then move in the floor's plane.

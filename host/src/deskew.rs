@@ -28,6 +28,12 @@ impl StampedPose {
         (x_m * x_m + y_m * y_m).sqrt()
     }
 
+    /// By how much another pose is turned against this one, radians, -pi to pi.
+    pub fn turn_rad(&self, to: &Self) -> f64 {
+        let (sin, cos) = (to.theta_rad - self.theta_rad).sin_cos();
+        sin.atan2(cos)
+    }
+
     /// The pose without its time: `map_from_base`.
     pub fn pose(&self) -> Pose2 {
         Pose2::new(self.x_m, self.y_m, self.theta_rad)

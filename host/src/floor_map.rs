@@ -41,9 +41,8 @@ impl FloorMapParams {
     fn is_news(&self, last: Option<&StampedPose>, pose: &StampedPose) -> bool {
         let Some(last) = last else { return true };
         let moved_m = (pose.x_m - last.x_m).hypot(pose.y_m - last.y_m);
-        let (sin, cos) = (pose.theta_rad - last.theta_rad).sin_cos();
         moved_m >= self.every_m
-            || sin.atan2(cos).abs().to_degrees() >= self.every_deg
+            || last.turn_rad(pose).abs().to_degrees() >= self.every_deg
             || pose.stamp_ns.abs_diff(last.stamp_ns) as f64 >= self.every_s * 1e9
     }
 }

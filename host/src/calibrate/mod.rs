@@ -10,6 +10,7 @@ mod odometry;
 mod placement;
 mod readings;
 mod report;
+mod robust;
 mod sights;
 mod solve;
 mod strips;

@@ -5,6 +5,7 @@
 
 use nalgebra::{Matrix2, Vector2};
 
+use super::robust;
 use crate::deskew::{StampedPose, Trajectory};
 
 /// A stretch ends after so much way or turn.
@@ -13,7 +14,6 @@ const TURN_RAD: f64 = 0.5;
 /// A stretch that takes longer is none: the robot stood or the poses have a gap.
 const LONGEST_NS: i64 = 20_000_000_000;
 const LONGEST_GAP_NS: i64 = 500_000_000;
-const TUKEY: f64 = 4.685;
 const ROUNDS: usize = 20;
 /// How stretches differ: slip of the way for the root of a metre, error of a pose; the same of headings, and slip as a share of a turn.
 const WAY_SLIP_M: f64 = 0.005;
@@ -103,8 +103,8 @@ fn stretches(poses: &[StampedPose], odometry: &Trajectory) -> Vec<Stretch> {
         let step = counted[i - 1].zip(counted[i]).filter(|_| joined);
         if let Some((from, to)) = step {
             way_m += from.step_m(&to);
-            counted_rad += turn(&from, &to);
-            matched_rad += turn(&poses[i - 1], &poses[i]);
+            counted_rad += from.turn_rad(&to);
+            matched_rad += poses[i - 1].turn_rad(&poses[i]);
             if way_m < WAY_M && counted_rad.abs() < TURN_RAD {
                 continue;
             }
@@ -116,11 +116,6 @@ fn stretches(poses: &[StampedPose], odometry: &Trajectory) -> Vec<Stretch> {
         (start, way_m, counted_rad, matched_rad) = (i, 0.0, 0.0, 0.0);
     }
     stretches
-}
-
-fn turn(from: &StampedPose, to: &StampedPose) -> f64 {
-    let (sin, cos) = (to.theta_rad - from.theta_rad).sin_cos();
-    sin.atan2(cos)
 }
 
 /// Where the second pose lies, seen from the first.
@@ -151,14 +146,8 @@ fn fit(rows: &[Row]) -> (Vector2<f64>, Matrix2<f64>) {
         // What little was driven may fit by chance: half of what the model expects is the least.
         let (found, least) = (inverse * meat * inverse, inverse * 0.25);
         solution = (slopes, if found[(0, 0)] < least[(0, 0)] { least } else { found });
-        let mut sizes: Vec<f64> = left.iter().map(|left| left.abs()).collect();
-        let middle = sizes.len() / 2;
-        let scale = (1.4826 * *sizes.select_nth_unstable_by(middle, f64::total_cmp).1).max(1e-9);
-        for (weight, left) in weights.iter_mut().zip(&left) {
-            let share = left / (TUKEY * scale);
-            let kept = (1.0 - share * share).max(0.0);
-            *weight = kept * kept;
-        }
+        let scale = robust::scale(left.iter().map(|left| left.abs()).collect()).max(1e-9);
+        weights = left.iter().map(|left| robust::weight(left / scale)).collect();
     }
     solution
 }

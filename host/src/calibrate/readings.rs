@@ -112,6 +112,5 @@ fn scans(
 }
 
 fn stands(last: &StampedPose, now: &StampedPose) -> bool {
-    let (sin, cos) = (now.theta_rad - last.theta_rad).sin_cos();
-    last.step_m(now) < MOVED_M && sin.atan2(cos).abs() < TURNED_RAD
+    last.step_m(now) < MOVED_M && last.turn_rad(now).abs() < TURNED_RAD
 }

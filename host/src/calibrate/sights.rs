@@ -70,8 +70,7 @@ fn sight(strip: &Strip, placement: &Placement, trajectory: &Trajectory, late_ns:
     let pose = trajectory.at(stamp_ns, LONGEST_GAP_NS)?;
     let before = trajectory.at(stamp_ns.saturating_sub(HALF_STEP_NS), LONGEST_GAP_NS)?;
     let after = trajectory.at(stamp_ns.saturating_add(HALF_STEP_NS), LONGEST_GAP_NS)?;
-    let (sin, cos) = (after.theta_rad - before.theta_rad).sin_cos();
-    let velocity = Vector3::new(after.x_m - before.x_m, after.y_m - before.y_m, sin.atan2(cos))
+    let velocity = Vector3::new(after.x_m - before.x_m, after.y_m - before.y_m, before.turn_rad(&after))
         / (2.0 * HALF_STEP_NS as f64 * 1e-9);
     let in_base = placement.base_from_laser * Point3::new(strip.centre_m[0], strip.centre_m[1], 0.0);
     let along = placement.base_from_laser * Vector3::new(strip.along[0], strip.along[1], 0.0);

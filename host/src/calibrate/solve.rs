@@ -10,11 +10,10 @@ use nalgebra::SymmetricEigen;
 
 use super::agreement::{Agreement, Kind, Surface};
 use super::placement::{PARAMETERS, Square, Step};
+use super::robust;
 
 /// Standard deviations of the prior: metres, radians, seconds.
 pub const PRIOR: [f64; PARAMETERS] = [0.1, 0.1, 0.1, 0.09, 0.09, 0.09, 0.1];
-/// Tukey's constant, in standard deviations.
-const TUKEY: f64 = 4.685;
 const ROUNDS: usize = 4;
 /// Blocks of a drive that are left out one at a time.
 const BLOCKS: usize = 12;
@@ -58,19 +57,15 @@ fn left(agreement: &Agreement, step: &Step) -> f64 {
 fn reweigh(agreements: &[Agreement], step: &Step, weights: &mut [f64]) {
     for kind in Kind::ALL {
         let of_kind = |agreement: &Agreement| agreement.kind == kind;
-        let mut ratios: Vec<f64> =
+        let ratios: Vec<f64> =
             agreements.iter().filter(|a| of_kind(a)).map(|a| (left(a, step) / a.sigma_m).abs()).collect();
         if ratios.is_empty() {
             continue;
         }
-        let middle = ratios.len() / 2;
-        let scale = 1.4826 * *ratios.select_nth_unstable_by(middle, f64::total_cmp).1;
-        let scale = scale.max(0.2);
+        let scale = robust::scale(ratios).max(0.2);
         for (weight, agreement) in weights.iter_mut().zip(agreements).filter(|(_, a)| of_kind(a)) {
             let sigma_m = scale * agreement.sigma_m;
-            let share = left(agreement, step) / (TUKEY * sigma_m);
-            let kept = (1.0 - share * share).max(0.0);
-            *weight = kept * kept / (sigma_m * sigma_m);
+            *weight = robust::weight(left(agreement, step) / sigma_m) / (sigma_m * sigma_m);
         }
     }
 }

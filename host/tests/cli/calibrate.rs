@@ -179,5 +179,7 @@ fn of_a_recording_that_says_of_itself_that_its_lasers_are_swapped_nothing_is_ref
     folder.expect("map run.mcap -o floor", 0, &[words]);
     folder.expect("optimize run.mcap -o closed.mcap", 0, &[words]);
     folder.expect("build run.mcap -o model --no-optimize", 0, &[words]);
+    let built = folder.expect("build run.mcap -o closed", 0, &[words]);
+    assert_eq!(built.stderr.matches(words).count(), 1, "{}", built.stderr);
     assert!(!folder.path("rig.toml").exists());
 }

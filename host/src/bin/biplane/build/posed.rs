@@ -14,7 +14,7 @@ use biplane::floor_map::{self, FloorMapParams};
 use biplane::loops::corrected::Corrected;
 use biplane::loops::{LoopParams, output};
 use biplane::occupancy::OccupancyGrid;
-use biplane::run::{Run, VerticalScans};
+use biplane::run::{Run, RunPoses, VerticalScans};
 use biplane::stamp_text::format_seconds;
 use biplane::summary::PosesFrom;
 use biplane::trajectory::read_poses;
@@ -77,10 +77,14 @@ impl<'a> Posed<'a> {
 
     /// As they were recorded.
     pub fn recorded(runs: &'a [Run], console: &Console) -> anyhow::Result<Self> {
+        Self::untouched(runs, |run, poses| console.tell_mountings(run.recording(), poses))
+    }
+
+    fn untouched(runs: &'a [Run], tell: impl Fn(&Run, &RunPoses)) -> anyhow::Result<Self> {
         let mut drives = Vec::new();
         for run in runs {
             let poses = run.poses()?;
-            console.tell_mountings(run.recording(), &poses);
+            tell(run, &poses);
             drives.push((run, poses.trajectory(), poses.at_scans()));
         }
         Ok(Self::of(drives, PosesFrom::Recorded, None))
@@ -104,7 +108,8 @@ impl<'a> Posed<'a> {
         let optimised = optimize::work(&trails, &params, &mut checkpoint, console);
         let loops = optimised.counts.loops;
         if runs.len() == 1 && loops == 0 {
-            return Ok(Self { loops: Some(0), ..Self::recorded(runs, console)? });
+            // What is to be told of them was told when they were read.
+            return Ok(Self { loops: Some(0), ..Self::untouched(runs, |_, _| ())? });
         }
         let mut drives = Vec::new();
         for (number, run) in runs.iter().enumerate() {
