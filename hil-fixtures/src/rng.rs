@@ -1,7 +1,8 @@
 //! Random numbers from a seed and nothing else.
 //!
-//! Every draw belongs to a named stream (`seed`, `stream`, `number`), so that scan 17 of the vertical laser has the same noise
-//! whether scan 16 was asked for or not. The generator is SplitMix64 (Steele, Lea, Flood 2014).
+//! Every draw belongs to a named stream (`seed`, `stream`, `number`), so that scan 17 of the vertical laser
+//! has the same noise whether scan 16 was asked for or not. The generator is SplitMix64 (Steele, Lea, Flood
+//! 2014).
 
 /// A stream of random numbers.
 #[derive(Clone, Debug)]
@@ -26,7 +27,8 @@ impl Rng {
         mix(self.state)
     }
 
-    /// A stream of its own that depends on this one's present state: what is drawn from one does not shift the other.
+    /// A stream of its own that depends on this one's present state: what is drawn from one does not shift
+    /// the other.
     #[must_use]
     pub fn branch(&mut self) -> Self {
         Self { state: mix(self.bits()), spare_normal: None }

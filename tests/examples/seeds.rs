@@ -1,6 +1,8 @@
-//! Writes the seeds of every corpus: `cargo run -p biplane-tests --example seeds` (files `seed-*` in `tests/fuzz/corpus/TARGET/`).
+//! Writes the seeds of every corpus: `cargo run -p biplane-tests --example seeds` (files `seed-*` in
+//! `tests/fuzz/corpus/TARGET/`).
 //!
-//! Telegrams and messages are those of the tests of their crates. Seeds that are text stand in the repository as they were written.
+//! Telegrams and messages are those of the tests of their crates. Seeds that are text stand in the repository
+//! as they were written.
 
 #[path = "../../protocol/recording/tests/files/samples.rs"]
 mod samples;
@@ -9,14 +11,14 @@ mod table;
 
 use std::fs::File;
 
-use biplane::export::las;
-use biplane::export::ply::{PointRows, write_mesh, write_points};
-use biplane::model::{Cloud, Mesh};
-use biplane_mock::ply::write_ply;
-use biplane_mock::world::mesh::LabelledMesh;
+use biplane::files::{PointRows, write_las, write_mesh, write_points};
+use biplane::{Cloud, Mesh};
+use biplane_mock::world::files::ply::write_ply;
+use biplane_mock::world::mesh::LabeledMesh;
 use biplane_recording::WriterOptions;
-use biplane_recording::msg::{ByteArray, Message};
-use biplane_tests::inputs::{corpus, named};
+use biplane_recording::messages::{ByteArray, Message};
+use biplane_tests::inputs::making::corpus;
+use biplane_tests::inputs::named;
 use biplane_wire::WireError;
 use biplane_wire::roboclaw::Request as Asked;
 
@@ -122,7 +124,8 @@ fn messages() -> anyhow::Result<()> {
     keep(5, "bytes", &|out| ByteArray { data: b"pulse".to_vec() }.encode(out))
 }
 
-/// A short run with everything in it, as it is packed, and with every checksum left out, so that damage gets past them.
+/// A short run with everything in it, as it is packed, and with every checksum left out, so that damage gets
+/// past them.
 fn recordings() -> anyhow::Result<()> {
     let path = std::env::temp_dir().join(format!("biplane-seeds-{}.mcap", std::process::id()));
     for (name, steps) in [("empty", 0), ("run", 3), ("chunks", 24)] {
@@ -194,7 +197,7 @@ fn geometry() -> anyhow::Result<()> {
         save("ply", &format!("points-{name}"), &ply)?;
         for is_compressed in [false, true] {
             let path = std::env::temp_dir().join(format!("biplane-seeds-{}.las", std::process::id()));
-            las::write(File::create(&path)?, &rows, is_compressed)?;
+            write_las(File::create(&path)?, &rows, is_compressed)?;
             save(
                 "las",
                 &format!("{name}{}", if is_compressed { ".laz" } else { ".las" }),
@@ -209,12 +212,12 @@ fn geometry() -> anyhow::Result<()> {
     write_mesh(&mut ply, &mesh, "a mesh")?;
     save("ply", "mesh", &ply)?;
     let faces: Vec<[u32; 3]> = mesh.triangles.clone();
-    let labelled = LabelledMesh {
+    let labeled = LabeledMesh {
         vertices_m: mesh.vertices_m.iter().map(|v| v.map(f64::from)).collect(),
         planes: vec![3; faces.len()],
         faces,
     };
     let mut ply = Vec::new();
-    write_ply(&mut ply, &labelled)?;
+    write_ply(&mut ply, &labeled)?;
     save("ply", "world", &ply)
 }

@@ -1,16 +1,20 @@
-//! Every parser of outside bytes over the committed corpus and over seeded damage to it, on stable Rust; what each promises stands in
-//! `biplane_tests::inputs`. A coverage-guided fuzzer runs the same functions (`tests/fuzz`).
+//! Every parser of outside bytes over the committed corpus and over seeded damage to it, on stable Rust; what
+//! each promises stands in `biplane_tests::inputs`. A coverage-guided fuzzer runs the same functions
+//! (`tests/fuzz`).
 //!
-//! `BIPLANE_SEEDS=1000` runs so many inputs of each target in place of the usual number, `BIPLANE_SEED=17` that one alone.
+//! `BIPLANE_SEEDS=1000` runs so many inputs of each target in place of the usual number, `BIPLANE_SEED=17`
+//! that one alone.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use biplane_mock::rng::Rng;
-use biplane_tests::inputs::{TARGETS, Target, corpus, judge, mutate, named};
+use biplane_tests::inputs::making::{corpus, mutate};
+use biplane_tests::inputs::{TARGETS, Target, judge, named};
 
 /// Memory is judged too.
 #[global_allocator]
-static ALLOCATOR: biplane_tests::inputs::peak::PeakAllocator = biplane_tests::inputs::peak::PeakAllocator;
+static ALLOCATOR: biplane_tests::inputs::making::peak::PeakAllocator =
+    biplane_tests::inputs::making::peak::PeakAllocator;
 
 /// Damaged inputs of each target in a plain run.
 const INPUTS: u64 = 300;

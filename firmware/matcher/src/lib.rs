@@ -1,51 +1,40 @@
-//! Incremental 2D scan matching after Hähnel, Burgard and Thrun, "Learning Compact 3D Models of Indoor and Outdoor
-//! Environments with a Mobile Robot" (section 2), and what has been learnt since.
+//! 2D scan matching with covariances: the public surface of the crate, and the floors it is built in.
 //!
-//! A [`Tracker`] takes one [`Scan`] after the other with the odometry's pose and answers each with the base's pose in
-//! the map and its covariance. The crate knows no files, no devices and no clock; time comes in with the scans, and
-//! nothing is allocated after [`Tracker::new`]. Units: metres, radians, seconds; stamps are nanoseconds.
+#![doc = include_str!("../README.md")]
+//!
+//! # Floors
+//! The modules from bottom to top; each uses only those before it, and its own parts: `parameter_group` <
+//! `placement` < `scan` < `map` < `registration` < `motion` < `pose_covariance` < `params` < `tracker`. Each
+//! stage declares its parameters beside its code; only `params` knows all of them.
 
-mod align;
-mod belief;
-mod carve;
-mod contest;
-mod covariance;
-mod doubt;
-mod engine;
-mod field;
-mod gradient;
-mod grid;
-mod journal;
-mod line;
-mod local_map;
-mod map_matcher;
+mod map;
 mod motion;
-mod named;
-mod normal;
-mod odometry;
-mod paint;
-mod pair;
+mod parameter_group;
 mod params;
-mod points;
-mod pose;
+mod placement;
+mod pose_covariance;
+mod registration;
 mod scan;
-mod search;
-mod surface;
 mod tracker;
 
-pub use align::AlignParams;
-pub use belief::BeliefParams;
-pub use gradient::GradientParams;
-pub use journal::{Iteration, Journal};
-pub use local_map::{LocalMap, MapParams};
+pub use biplane_geometry::{Pose2, wrap_angle};
+pub use map::point_map::PointMap;
+pub use map::surfel::Surfel;
+pub use map::{LocalMap, MapParams, MapSize};
 pub use motion::MotionParams;
-pub use named::{Parameter, ParameterError};
-pub use odometry::Odometry;
-pub use pair::{Guess, PairMatch, PairMatcher};
-pub use params::{Method, TrackerParams, UnknownMethod};
-pub use points::{EndPoint, EndPoints, Kind, PointParams};
-pub use pose::{Pose2, wrap_angle};
+pub use motion::odometry::Odometry;
+pub use parameter_group::Parameter;
+pub use params::{Method, ParameterError, TrackerParams, UnknownMethod};
+pub use placement::Placement;
+pub use pose_covariance::PoseCovarianceParams;
+pub use registration::gauss_newton::params::AlignParams;
+pub use registration::gauss_newton::point_alignment::PointAlignment;
+pub use registration::journal::{Iteration, Journal};
+pub use registration::likelihood_field::GradientParams;
+pub use registration::search::correlative::SearchParams;
+pub use registration::search::score_pyramid::ScorePyramid;
+pub use registration::search::{Candidate, Window};
+pub use scan::end_points::{EndPoint, EndPoints, Kind, PointParams};
 pub use scan::{Beam, Scan};
-pub use search::SearchParams;
-pub use surface::{Placement, Surface};
-pub use tracker::{MapSize, Outcome, Tracked, Tracker};
+pub use tracker::pair::{Guess, PairMatch, PairMatcher};
+pub use tracker::{Outcome, Tracked, Tracker};

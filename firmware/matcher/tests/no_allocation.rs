@@ -1,4 +1,5 @@
-//! After construction and the first scan the tracker allocates nothing: counted by the allocator of this test program.
+//! After construction and the first scan the tracker allocates nothing: counted by the allocator of this test
+//! program.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
@@ -12,7 +13,8 @@ thread_local! {
     static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
 }
 
-// SAFETY: every call is passed on unchanged to the system's allocator; counting touches no memory but its own counter.
+// SAFETY: every call is passed on unchanged to the system's allocator; counting touches no memory but its own
+// counter.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         ALLOCATIONS.set(ALLOCATIONS.get() + 1);
@@ -29,7 +31,8 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// The range from a point inside a rectangle 8 by 6 m about the origin, and in its middle a post that comes and goes.
+/// The range from a point inside a rectangle 8 by 6 m about the origin, and in its middle a post that comes
+/// and goes.
 fn range_m(from: &Pose2, angle_rad: f64, disturbed: bool) -> f32 {
     let (sin, cos) = (from.theta_rad + angle_rad).sin_cos();
     let to_x = if cos > 0.0 { (4.0 - from.x_m) / cos } else { (-4.0 - from.x_m) / cos };

@@ -1,13 +1,13 @@
-//! Captures of every kind of base, simulated, encoded and replayed: the same drive gives the same odometry whatever the base speaks.
+//! Captures of every kind of base, simulated, encoded and replayed: the same drive gives the same odometry
+//! whatever the base speaks.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
-use biplane_mock::encode::{self, EncodeOptions};
+use biplane_mock::capture::encode;
+use biplane_mock::capture::encode::EncodeOptions;
 use biplane_mock::simulate::{self, SimulateOptions};
-use biplane_onboard::OnboardError;
-use biplane_onboard::replay::{ReplayOptions, replay};
-use biplane_onboard::report::RunReport;
+use biplane_onboard::{OnboardError, ReplayOptions, RunReport, replay};
 use biplane_recording::{AnyMessage, Direction, Reader, Topic, Writer, WriterOptions};
 
 const RIG: &str = "[horizontal]\nport = \"a\"\n[base]\nport = \"c\"\n";
@@ -95,7 +95,7 @@ fn furthest(reference: &[Sample], samples: &[Sample]) -> (f64, f64) {
         let other = at(reference, *stamp_ns)?;
         Some(((pose[0] - other[0]).hypot(pose[1] - other[1]), (pose[2] - other[2]).abs()))
     });
-    apart.fold((0.0, 0.0), |most, apart| (most.0.max(apart.0), most.1.max(apart.1)))
+    apart.fold((0.0, 0.0), |maximum, apart| (maximum.0.max(apart.0), maximum.1.max(apart.1)))
 }
 
 #[test]
@@ -105,7 +105,8 @@ fn one_drive_is_the_same_odometry_over_every_protocol_at_the_same_stamps() {
     for (name, base) in BASES {
         let (report, samples) = folder.replay(&folder.capture(name, base)).expect("replays");
         assert!(report.odometry > 80 && report.damaged == 0, "{name}: {report:?}");
-        // Sampled on a grid of 50 or 100 ms when the first byte left: stamps are on it but for what the adapter adds.
+        // Sampled on a grid of 50 or 100 ms when the first byte left: stamps are on it but for what the
+        // adapter adds.
         let period_ns = if name == "roboclaw" { 50_000_000 } else { 100_000_000 };
         let off = samples.iter().map(|(stamp_ns, _)| {
             (stamp_ns - samples[0].0 + period_ns / 2).rem_euclid(period_ns) - period_ns / 2
@@ -116,7 +117,8 @@ fn one_drive_is_the_same_odometry_over_every_protocol_at_the_same_stamps() {
             reference = samples;
             continue;
         }
-        // A Pioneer tells whole millimetres and 4096ths of a turn; 0.5 m/s for the spread of stamps is 1.5 mm.
+        // A Pioneer tells whole millimeters and 4096ths of a turn; 0.5 m/s for the spread of stamps is 1.5
+        // mm.
         let (off_m, off_rad) = furthest(&reference, &samples);
         assert!(off_m < 0.006 && off_rad < 0.006, "{name}: {off_m} m, {off_rad} rad");
         let (end, reference_end) = (samples.last().unwrap().1, reference.last().unwrap().1);
@@ -156,7 +158,7 @@ fn answers_without_their_questions_are_refused_and_no_bytes_of_the_base_are_not(
         let mut writer = Writer::create(&path, &WriterOptions::default()).unwrap();
         let rig = reader.rig().unwrap().unwrap().to_toml();
         writer.attach("rig.toml", "application/toml", rig.as_bytes()).unwrap();
-        for read in reader.serial().map(Result::unwrap) {
+        for read in biplane_recording::capture::serial(&reader).map(Result::unwrap) {
             if keeps(read.port.name(), read.direction) {
                 writer.write_serial(read.port, read.direction, read.time_ns, &read.bytes).unwrap();
             }

@@ -1,22 +1,23 @@
-//! A simulated drive over each base's protocol, through session and mock device, in simulated time: with a power cycle, a silent
-//! line and a line of garbage. The truth is the source's own way and heading, integrated in steps of a millisecond.
+//! A simulated drive over each base's protocol, through session and mock device, in simulated time: with a
+//! power cycle, a silent line and a line of garbage. The truth is the source's own way and heading,
+//! integrated in steps of a millisecond.
 //!
 //! `cargo test -p biplane-onboard --test bases -- --nocapture` prints the errors.
 
-use biplane_mock::base_device::counters::{CountScale, SourceCounts};
-use biplane_mock::base_device::feed::CycleFeed;
-use biplane_mock::base_device::rflex::{RflexDevice, RflexParams};
-use biplane_mock::base_device::roboclaw::{RoboClawDevice, RoboClawParams};
-use biplane_mock::base_device::{BaseDevice, BaseParams};
-use biplane_mock::device::Device;
+use biplane_mock::devices::base::counters::{CountScale, SourceCounts};
+use biplane_mock::devices::base::feed::CycleFeed;
+use biplane_mock::devices::base::rflex::{RflexDevice, RflexParams};
+use biplane_mock::devices::base::roboclaw::{RoboClawDevice, RoboClawParams};
+use biplane_mock::devices::base::{BaseDevice, BaseParams};
+use biplane_mock::devices::device::Device;
+use biplane_mock::devices::lms::scans::feed::Timeline;
+use biplane_mock::faults::device::power_cycle::PowerCycle;
 use biplane_mock::faults::episodes::Episode;
-use biplane_mock::faults::power_cycle::PowerCycle;
-use biplane_mock::faults::{Channel, Preset};
-use biplane_mock::lms_device::feed::Timeline;
+use biplane_mock::faults::{Faults, Preset};
+use biplane_mock::line::Channel;
+use biplane_mock::rig::source::{OdometrySample, OdometrySource};
 use biplane_mock::rng::Rng;
-use biplane_mock::source::{OdometrySample, OdometrySource};
-use biplane_onboard::session::base::{BaseSession, BaseSettings};
-use biplane_onboard::session::{Event, Input, MAX_INPUT_BYTES, Output, Session};
+use biplane_onboard::{BaseSession, BaseSettings, Event, Input, MAX_INPUT_BYTES, Output, Session};
 use biplane_recording::rig::BaseProtocol;
 
 const MS: i64 = 1_000_000;
@@ -25,7 +26,7 @@ const END_NS: i64 = 50 * S;
 /// The robot stands before and after this, and between 20 and 28 s.
 const DRIVE_S: (f64, f64) = (5.0, 46.0);
 
-/// How the robot goes at a time: metres and radians a second.
+/// How the robot goes at a time: meters and radians a second.
 type Speeds = fn(f64) -> (f64, f64);
 
 /// 1 m/s with gentle turns to both sides; standing while the power is gone.
@@ -78,13 +79,13 @@ impl Driven {
 
 impl OdometrySource for Driven {
     fn sample(&mut self, time_ns: i64) -> OdometrySample {
-        let [way_m, heading_rad, x_m, y_m] = self.at(time_ns);
+        let [path_m, heading_rad, x_m, y_m] = self.at(time_ns);
         let units = (heading_rad / std::f64::consts::TAU * 4096.0).round() as i64;
         OdometrySample {
             x_raw: ((x_m * 1e3).round() as i64 & 0x7FFF) as u16,
             y_raw: ((y_m * 1e3).round() as i64 & 0x7FFF) as u16,
             theta_raw: ((units + 2048).rem_euclid(4096) - 2048) as i16,
-            way_um: (way_m * 1e6).round() as i64,
+            path_um: (path_m * 1e6).round() as i64,
             heading_urad: (heading_rad * 1e6).round() as i64,
             ..OdometrySample::default()
         }
@@ -200,7 +201,7 @@ impl Bench {
 
     fn of(device: Box<dyn Device>, settings: BaseSettings, trouble: Trouble, seed: u64) -> Self {
         let device = match trouble {
-            Trouble::Reset(episode) => Box::new(PowerCycle::told(device, &[episode])),
+            Trouble::Reset(episode) => Box::new(PowerCycle::given(device, &[episode])),
             _ => device,
         };
         Self {
@@ -211,7 +212,7 @@ impl Bench {
             account: Account::default(),
             sent: Vec::new(),
             lines: [0, 1].map(|stream| match trouble {
-                Trouble::Preset(preset) => Channel::new(&[preset], seed, stream),
+                Trouble::Preset(preset) => Faults::new(&[preset], seed).channel(stream),
                 _ => Channel::default(),
             }),
             noise_ns: 0,
@@ -291,7 +292,8 @@ impl Bench {
     }
 }
 
-/// Distance and heading between where the base believes to be at its last report and where it is when that has come.
+/// Distance and heading between where the base believes to be at its last report and where it is when that
+/// has come.
 fn error(account: &Account, driven: &Driven) -> (f64, f64) {
     let (at_ns, [x_m, y_m, heading_rad]) = *account.poses.last().expect("odometry");
     let [_, true_rad, true_x_m, true_y_m] = driven.at(at_ns);
@@ -352,14 +354,16 @@ fn a_silent_line_loses_no_way() {
     for (name, settings) in ALL {
         for (seed, from_ns) in [10 * S, 30 * S + 137 * MS, 40 * S + 11 * MS].into_iter().enumerate() {
             let silence = Episode { from_ns, to_ns: from_ns + 1_500 * MS };
-            // Way and turn go on in the base's counters; where they are not a pose, the path between them is taken as one arc. For
-            // turns that change by 0.125 rad/s2 for t seconds at 1 m/s that is off by 0.125 t^3 / 12, here about 0.06 m.
+            // Way and turn go on in the base's counters; where they are not a pose, the path between them is
+            // taken as one arc. For turns that change by 0.125 rad/s2 for t seconds at 1 m/s that is off by
+            // 0.125 t^3 / 12, here about 0.06 m.
             check(name, settings, Trouble::Silence(silence), seed as u64, (0.06, 0.004));
         }
     }
 }
 
-/// The furthest that two reports behind each other are apart, metres, and by how much that is further than the robot went meanwhile.
+/// The furthest that two reports behind each other are apart, meters, and by how much that is further than
+/// the robot went meanwhile.
 fn leaps(account: &Account, driven: &Driven) -> (f64, f64) {
     let leap = |pair: &[(i64, [f64; 3])]| {
         let [(a_ns, [ax, ay, _]), (b_ns, [bx, by, _])] = [pair[0], pair[1]];
@@ -390,9 +394,12 @@ fn a_base_that_is_reset_or_not_heard_while_it_drives_never_leaps_further_than_it
                     let restarts =
                         account.events.iter().filter(|(_, event)| *event == Event::OdometryRestarted).count();
                     let reset = matches!(trouble, Trouble::Reset(_));
-                    // Within a metre of zero counts alone do not tell.
-                    let least = usize::from(reset && (name == "p2os" || origin_m > 1.0));
-                    assert!((least..=usize::from(reset)).contains(&restarts), "{what}: {restarts} restarts");
+                    // Within a meter of zero counts alone do not tell.
+                    let minimum = usize::from(reset && (name == "p2os" || origin_m > 1.0));
+                    assert!(
+                        (minimum..=usize::from(reset)).contains(&restarts),
+                        "{what}: {restarts} restarts"
+                    );
                     let (off_m, off_rad) = error(&account, &driven);
                     // What went unseen until the base was back is lost, and so is the turn on it.
                     let unseen_m = if reset { 3.1 } else { 0.0 };
@@ -432,14 +439,14 @@ fn garbage_on_the_line_is_told_and_moves_nothing() {
 fn faults_of_the_line_cost_reports_and_no_way() {
     let seeds = std::env::var("BIPLANE_SEEDS").ok().and_then(|text| text.parse().ok()).unwrap_or(10);
     for (name, settings) in ALL {
-        for (preset, least) in
+        for (preset, minimum) in
             [(Preset::BitNoise, 0.95), (Preset::LooseConnector, 0.6), (Preset::UsbStall, 0.6)]
         {
             let whole = if name == "roboclaw" { 2500.0 } else { 490.0 };
             for seed in 0..seeds {
                 let account = check(name, settings, Trouble::Preset(preset), seed, (0.03, 0.004));
                 let kept = account.poses.len() as f64 / whole;
-                assert!(kept >= least, "{name} {preset:?} seed {seed}: {kept:.2} of the reports");
+                assert!(kept >= minimum, "{name} {preset:?} seed {seed}: {kept:.2} of the reports");
                 let restarts = account.events.iter().filter(|(_, event)| *event == Event::OdometryRestarted);
                 assert_eq!(restarts.count(), 0, "{name} {preset:?} seed {seed}");
             }
@@ -447,11 +454,12 @@ fn faults_of_the_line_cost_reports_and_no_way() {
     }
 }
 
-#[test]
-fn a_pioneer_that_a_crashed_client_left_driving_is_never_set_in_motion() {
+/// A session with a Pioneer that drives straight on, for five seconds; `look` sees the base after each step.
+fn five_seconds_with(
+    params: BaseParams,
+    mut look: impl FnMut(i64, &BaseDevice),
+) -> (BaseSession, BaseDevice) {
     let feed = CycleFeed::new(Box::new(Driven { states: drive(straight) }), Box::new(Same), 100 * MS);
-    // Its watchdog has stopped it; any command but STOP would let it drive on.
-    let params = BaseParams { left_open: true, left_mm_s: 250, ..BaseParams::default() };
     let mut base = BaseDevice::new(params, Box::new(feed));
     let mut session = BaseSession::streaming(P2OS, 0);
     for ms in 0..5_000 {
@@ -468,8 +476,31 @@ fn a_pioneer_that_a_crashed_client_left_driving_is_never_set_in_motion() {
                 Output::Write(bytes) => base.handle(now_ns, &bytes),
                 _ => {}
             }
-            assert_eq!(base.driven_mm_s(), 0, "at {ms} ms");
+            look(ms, &base);
         }
     }
-    assert!(session.is_streaming() && base.is_streaming());
+    (session, base)
+}
+
+#[test]
+fn a_pioneer_that_a_crashed_client_left_driving_is_never_set_in_motion() {
+    // Its watchdog has stopped it; any command but STOP would let it drive on.
+    for strict in [false, true] {
+        let params = BaseParams { left_open: true, left_mm_s: 250, strict, ..BaseParams::default() };
+        let (session, base) =
+            five_seconds_with(params, |ms, base| assert_eq!(base.driven_mm_s(), 0, "at {ms} ms"));
+        assert!(session.is_streaming() && base.is_streaming());
+    }
+}
+
+#[test]
+fn a_base_that_takes_any_packet_before_sync0_for_a_wrong_sync_is_opened() {
+    let mut opened_ms = None;
+    let (session, base) =
+        five_seconds_with(BaseParams { strict: true, ..BaseParams::default() }, |ms, base| {
+            opened_ms = opened_ms.or(base.is_streaming().then_some(ms));
+        });
+    assert!(session.is_streaming());
+    assert_eq!(base.counts().refused, 0);
+    assert!(opened_ms.is_some_and(|ms| ms < 500), "{opened_ms:?}");
 }

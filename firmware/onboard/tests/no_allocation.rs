@@ -1,5 +1,6 @@
-//! After start-up, the loop (sessions, stamps, matcher, publishing into the queue) allocates nothing, nor do the threads that read the
-//! ports: a counting allocator watches them, in a run of the engine alone and in a live run on pseudo-terminals, which somebody watches.
+//! After start-up, the loop (sessions, stamps, matcher, publishing into the queue) allocates nothing, nor do
+//! the threads that read the ports: a counting allocator watches them, in a run of the engine alone and in a
+//! live run on pseudo-terminals, which somebody watches.
 
 #[allow(dead_code)] // The tests in `live` use the rest.
 #[path = "live/mock.rs"]
@@ -13,12 +14,10 @@ use std::thread;
 use std::time::Duration;
 
 use biplane_matcher::TrackerParams;
-use biplane_onboard::engine::{Engine, EngineOptions, Feed};
-use biplane_onboard::health::Health;
-use biplane_onboard::record::{RecordOptions, record};
-use biplane_onboard::session::base::{BaseSession, BaseSettings};
-use biplane_onboard::session::{Input, Output, Session};
-use biplane_onboard::sink::Sink;
+use biplane_onboard::{
+    BaseSession, BaseSettings, Engine, EngineOptions, Feed, Health, Input, Output, RecordOptions, Session,
+    Sink, record,
+};
 use biplane_recording::rig::Mount;
 use biplane_recording::{Port, Rig, Rotation, Topic};
 use biplane_wire::lms::{MIRROR_TURN_NS, Scan, Status, Unit};
@@ -120,7 +119,7 @@ fn two_thousand_scans_of_both_lasers_are_matched_and_published_without_an_alloca
     rig.horizontal.mount = flat;
     let options = EngineOptions { rig, matcher: TrackerParams::default(), feed: Feed::Recorded, raw: true };
     let mut engine = Engine::new(&options, Counter(0), 0);
-    // To and fro over three metres, in telegrams made beforehand.
+    // To and fro over three meters, in telegrams made beforehand.
     let places: Vec<f64> = (0..60).map(|i| f64::from(30 - (i - 30_i32).abs()) * 0.1).collect();
     let scans: Vec<_> = places.iter().map(|&x_m| scan(x_m)).collect();
     let reports: Vec<_> = places.iter().map(|&x_m| report(x_m)).collect();
@@ -148,7 +147,8 @@ fn two_thousand_scans_of_both_lasers_are_matched_and_published_without_an_alloca
     assert!(sink.0 > 10_000);
 }
 
-/// What a base answers to what it was sent, into `out`: encoders, version and battery of a RoboClaw; both axes of an rFLEX base, asked or not.
+/// What a base answers to what it was sent, into `out`: encoders, version and battery of a RoboClaw; both
+/// axes of an rFLEX base, asked or not.
 fn base_answer(sent: Option<&[u8]>, count: i32, out: &mut [u8]) -> usize {
     let Some(sent) = sent else {
         let report = |axis, position| {
@@ -199,7 +199,8 @@ fn sessions_of_bases_that_count_allocate_nothing() {
     }
 }
 
-/// The same with a live view, and a viewer that looks at all of it, by hand: a frame of a request has a mask, here of zeros.
+/// The same with a live view, and a viewer that looks at all of it, by hand: a frame of a request has a mask,
+/// here of zeros.
 #[cfg(feature = "live")]
 fn watched(options: RecordOptions) -> (RecordOptions, thread::JoinHandle<()>) {
     use std::io::{Read, Write};
@@ -211,7 +212,7 @@ fn watched(options: RecordOptions) -> (RecordOptions, thread::JoinHandle<()>) {
             TcpStream::connect(address).ok()
         });
         let mut stream = connected.expect("there is a live view");
-        let hello = "GET / HTTP/1.1\r\nHost: robot\r\nConnection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n\
+        let hello = "GET / HTTP/1.1\r\nHost: localhost\r\nConnection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n\
                      Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: foxglove.sdk.v1\r\n\r\n";
         let mut all = [0; 1 << 14];
         stream.write_all(hello.as_bytes()).unwrap();

@@ -1,7 +1,9 @@
-//! Stamps of scans against simulated truth: whole telegrams at exact times, through adapters that delay them, into the engine.
+//! Stamps of scans against simulated truth: whole telegrams at exact times, through adapters that delay them,
+//! into the engine.
 //!
-//! `cargo test -p biplane-onboard --test stamps -- --nocapture` prints the table of `docs/time.md`. The truth is that of the simulation:
-//! when the mirror stood where the first beam is taken. Lines and adapters are those of the mock; none of it is the code that is judged.
+//! `cargo test -p biplane-onboard --test stamps -- --nocapture` prints the table of `docs/time.md`. The truth
+//! is that of the simulation: when the mirror stood where the first beam is taken. Lines and adapters are
+//! those of the mock; none of it is the code that is judged.
 
 mod simulated_laser;
 
@@ -120,7 +122,7 @@ fn scans_left_out_damaged_or_stopped_leave_less_than_a_millisecond() {
 #[test]
 fn odometry_is_stamped_when_its_packet_left_also_by_a_base_that_does_not_keep_its_time() {
     let mut failed = false;
-    for (name, usb, jitter_ms, most_ms) in [
+    for (name, usb, jitter_ms, max_ms) in [
         ("chance", Usb::Chance, 0.0, 0.2),
         ("chance, base late by up to 5 ms", Usb::Chance, 5.0, 2.0),
         ("16 ms or 62 bytes", Usb::Timer, 0.0, 1.0),
@@ -131,9 +133,9 @@ fn odometry_is_stamped_when_its_packet_left_also_by_a_base_that_does_not_keep_it
             let runs: Vec<Vec<f64>> =
                 (0..6).map(|seed| base_errors_ms(baud, usb, 80.0, jitter_ms, seed)).collect();
             let worst = runs.iter().map(|errors| rms(errors)).fold(0.0, f64::max);
-            let largest = runs.iter().flatten().fold(0.0_f64, |most, error| most.max(error.abs()));
+            let largest = runs.iter().flatten().fold(0.0_f64, |maximum, error| maximum.max(error.abs()));
             println!("| base: {name} | {baud} | no | {worst:.3} | | {largest:.3} |");
-            failed |= worst >= most_ms;
+            failed |= worst >= max_ms;
         }
     }
     assert!(!failed, "a row is beyond its gate");

@@ -1,21 +1,23 @@
 //! `encode`: scans and odometry back into the bytes that devices would have sent.
 
-use biplane_mock::encode::{EncodeOptions, run};
+use crate::capture::encode::{EncodeOptions, run};
 use std::path::PathBuf;
 
-/// Encode the scans and odometry of an import or recording as the bytes that the devices would have sent: a capture.
+/// Encode the scans and odometry of an import or recording as the bytes that the devices would have sent: a
+/// capture.
 ///
 /// Example: biplane-mock encode intel.mcap -o intel-capture.mcap
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
-pub struct Encode {
+pub(super) struct Encode {
     /// Import or recording.
     #[arg(value_name = "SCANS.mcap")]
     input: PathBuf,
     /// Capture to write.
     #[arg(short, long, value_name = "C.mcap")]
     output: PathBuf,
-    /// Rig whose lines carry the bytes; else the input's own, else the template with the scans' field of view.
+    /// Rig whose lines carry the bytes; else the input's own, else the template with the scans' field of
+    /// view.
     #[arg(long, value_name = "rig.toml")]
     rig: Option<PathBuf>,
     /// Replace an existing capture.
@@ -25,7 +27,7 @@ pub struct Encode {
 
 impl Encode {
     /// Encodes and says what came of it.
-    pub fn run(&self) -> anyhow::Result<()> {
+    pub(super) fn run(&self) -> anyhow::Result<()> {
         let options = EncodeOptions {
             input: self.input.clone(),
             output: self.output.clone(),

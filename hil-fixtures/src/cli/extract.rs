@@ -1,15 +1,16 @@
 //! `extract`: a capture out of a recording.
 
 use super::BadArgument;
-use biplane_mock::extract::{ExtractOptions, extract};
+use crate::capture::extract::{ExtractOptions, extract};
 use std::path::PathBuf;
 
-/// Take the serial bytes out of a recording made with --raw: a capture that can be served, replayed and kept as a fixture.
+/// Take the serial bytes out of a recording made with --raw: a capture that can be served, replayed and kept
+/// as a fixture.
 ///
 /// Example: biplane-mock extract run.mcap -o start-up.mcap --to 3
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
-pub struct Extract {
+pub(super) struct Extract {
     /// Recording or capture.
     #[arg(value_name = "RUN.mcap")]
     input: PathBuf,
@@ -29,7 +30,7 @@ pub struct Extract {
 
 impl Extract {
     /// Extracts and says what came of it.
-    pub fn run(&self) -> anyhow::Result<()> {
+    pub(super) fn run(&self) -> anyhow::Result<()> {
         if let (Some(from), Some(to)) = (self.from, self.to)
             && from > to
         {

@@ -2,19 +2,34 @@
 
 mod encode;
 mod extract;
-mod papers;
 mod serve;
 mod simulate;
 mod worlds;
 
-use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+use biplane_cli::{BAD_ARGUMENTS, Completions, FAILED, Man, print_result, say};
+use clap::{CommandFactory, Parser, Subcommand};
+
+/// Runs the program with the words of its command line. Exit codes: 0 done, 1 failed, 2 bad arguments, 3 done
+/// with loss.
+pub fn main() -> ExitCode {
+    match Cli::parse().run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            // Messages name their causes themselves: the chain would say them twice.
+            say(&format!("biplane-mock: {error}"));
+            ExitCode::from(if error.is::<BadArgument>() { BAD_ARGUMENTS } else { FAILED })
+        }
+    }
+}
 
 /// Mock lasers and base for Biplane: devices on pseudo-terminals, simulated drives, serial captures.
 ///
 /// Exit codes: 0 done; 1 failed; 2 bad arguments; 3 done, with loss.
 #[derive(Debug, Parser)]
 #[command(version, about, propagate_version = true)]
-pub struct Cli {
+struct Cli {
     #[command(subcommand)]
     command: Command,
 }
@@ -25,20 +40,32 @@ enum Command {
     Simulate(simulate::Simulate),
     Encode(encode::Encode),
     Extract(extract::Extract),
-    Completions(papers::Completions),
-    Man(papers::Man),
+    /// Prints the completions of this program for a shell.
+    ///
+    /// For one user of bash: `biplane-mock completions bash >
+    /// ~/.local/share/bash-completion/completions/biplane-mock`.
+    Completions(Completions),
+    /// Writes the manual pages of this program, one for each command, into a folder.
+    ///
+    /// To read one: `man -l DIR/biplane-mock.1`.
+    Man(Man),
 }
 
 impl Cli {
     /// Carries the command out.
-    pub fn run(&self) -> anyhow::Result<()> {
+    fn run(&self) -> anyhow::Result<()> {
         match &self.command {
             Command::Serve(serve) => serve.run(),
             Command::Simulate(simulate) => simulate.run(),
             Command::Encode(encode) => encode.run(),
             Command::Extract(extract) => extract.run(),
-            Command::Completions(completions) => completions.run(),
-            Command::Man(man) => man.run(),
+            Command::Completions(completions) => {
+                print_result(&String::from_utf8_lossy(&completions.text(Cli::command())));
+                Ok(())
+            }
+            Command::Man(man) => man.write(Cli::command()).map_err(|error| {
+                anyhow::anyhow!("cannot write manual pages into {}: {error}", man.folder.display())
+            }),
         }
     }
 }
@@ -58,7 +85,8 @@ fn number(text: &str, allowed: impl Fn(f64) -> bool, expected: &str) -> Result<f
     value.ok_or_else(|| format!("expected {expected}"))
 }
 
-/// Of the horizontal and of the vertical laser. (A name of its own: clap would take an array for a repeated argument.)
+/// Of the horizontal and of the vertical laser. (A name of its own: clap would take an array for a repeated
+/// argument.)
 pub type MirrorPpm = [f64; 2];
 
 /// Millionths by which the mirrors turn too slowly: one number for both lasers, or two with a comma.

@@ -1,16 +1,16 @@
 //! `serve`: a mock rig on pseudo-terminals until it is told to stop.
 
 use super::{BadArgument, MirrorPpm, worlds};
-use biplane_mock::base_device::report::metres_per_tick;
-use biplane_mock::capture_source::Capture;
-use biplane_mock::faults::latency_timer::LatencyTimerParams;
-use biplane_mock::faults::{Faults, Place, Preset};
-use biplane_mock::lms_device::LmsParams;
-use biplane_mock::lms_device::model::Model;
-use biplane_mock::lms_device::settings::OLD_CONFIG_BYTES;
-use biplane_mock::serve::port::PortReport;
-use biplane_mock::serve::{ServeOptions, Source, serve};
-use biplane_mock::simulated_rig::SimulationParams;
+use crate::capture::source::Capture;
+use crate::devices::lms::LmsParams;
+use crate::devices::lms::model::Model;
+use crate::devices::lms::settings::OLD_CONFIG_BYTES;
+use crate::faults::{Faults, Place, Preset};
+use crate::line::LatencyTimerParams;
+use crate::rig::simulated::SimulationParams;
+use crate::rig::tick::metres_per_tick;
+
+use crate::serve::{PortReport, ServeOptions, Source, serve};
 use biplane_recording::rig::BaseProtocol;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -32,10 +32,45 @@ use std::sync::atomic::AtomicBool;
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 #[command(group = clap::ArgGroup::new("source").required(true).args(["capture", "world"]))]
-pub struct Serve {
+pub(super) struct Serve {
     /// Capture to play: serial bytes, or a recording made with --raw.
     #[arg(long, value_name = "C.mcap")]
     capture: Option<PathBuf>,
+    #[command(flatten)]
+    drive: Drive,
+    /// Folder for the links; made when it is missing.
+    #[arg(long, value_name = "DIR")]
+    links: PathBuf,
+    /// Run N times as fast as real time.
+    #[arg(long, value_name = "N", default_value_t = 1.0, value_parser = super::above_zero)]
+    speed: f64,
+    #[command(flatten)]
+    chance: Chance,
+    /// At the end of the drive or capture, fall silent and end (else the last scan goes on).
+    #[arg(long)]
+    once: bool,
+    /// Begin the drive S seconds after the links are there, instead of when all devices stream.
+    #[arg(long, value_name = "S", value_parser = super::zero_or_more)]
+    start_after: Option<f64>,
+    #[command(flatten)]
+    lasers: Lasers,
+    /// Millionths by which the mirrors turn too slowly: P for both lasers or H,V.
+    #[arg(long, value_name = "P|H,V", default_value = "0", value_parser = super::mirror_ppm, allow_hyphen_values = true, conflicts_with = "capture")]
+    mirror_ppm: MirrorPpm,
+    /// Subclass of a P2OS base: its packets count in that subclass's units unless the rig says otherwise.
+    #[arg(long, value_name = "NAME", default_value = "p3dx-sh")]
+    base_subclass: String,
+    /// A P2OS base that takes any packet before SYNC0 for a SYNC out of turn, as the simulator AMRISim does.
+    #[arg(long)]
+    strict_base: bool,
+    /// Understand clients whatever line speed they have set (for those that set theirs by a custom divisor).
+    #[arg(long)]
+    any_baud: bool,
+}
+
+/// The world that is driven through, and its truth.
+#[derive(Debug, clap::Args)]
+struct Drive {
     /// World to drive through: a built-in name, or an OBJ or PLY file.
     #[arg(long, value_name = "W")]
     world: Option<String>,
@@ -45,33 +80,34 @@ pub struct Serve {
     /// Rig that drives through the world (mounts, base); the template when left out.
     #[arg(long, value_name = "rig.toml", conflicts_with = "capture")]
     rig: Option<PathBuf>,
-    /// Folder for the truth of a world: surfaces.ply, trajectory.tum, poses.tum and scan times, stamped in UTC.
+    /// Folder for the truth of a world: surfaces.ply, trajectory.tum, poses.tum and scan times, stamped in
+    /// UTC.
     #[arg(long, value_name = "DIR", conflicts_with = "capture")]
     truth: Option<PathBuf>,
     /// Replace an earlier truth in that folder.
     #[arg(long, visible_alias = "overwrite", requires = "truth")]
     force: bool,
-    /// Folder for the links; made when it is missing.
-    #[arg(long, value_name = "DIR")]
-    links: PathBuf,
-    /// Run N times as fast as real time.
-    #[arg(long, value_name = "N", default_value_t = 1.0, value_parser = super::above_zero)]
-    speed: f64,
-    /// Fault; may be given several times: bit-noise, loose-connector, usb-stall, power-cycle, dazzle, window-dirty, left-streaming.
+}
+
+/// What goes wrong, and the chance behind it.
+#[derive(Debug, clap::Args)]
+struct Chance {
+    /// Fault; may be given several times: bit-noise, loose-connector, usb-stall, power-cycle, dazzle,
+    /// window-dirty, left-streaming.
     #[arg(long = "fault", value_name = "PRESET")]
     faults: Vec<Preset>,
-    /// Latency timer of the USB adapters in milliseconds (16 on an FTDI as delivered): bytes wait until 62 have come or the timer has run.
+    /// Latency timer of the USB adapters in milliseconds (16 on an FTDI as delivered): bytes wait until 62
+    /// have come or the timer has run.
     #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = super::zero_or_more)]
     latency_timer_ms: f64,
     /// Seed of noise and faults.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// At the end of the drive or capture, fall silent and end (else the last scan goes on).
-    #[arg(long)]
-    once: bool,
-    /// Begin the drive S seconds after the links are there, instead of when all devices stream.
-    #[arg(long, value_name = "S", value_parser = super::zero_or_more)]
-    start_after: Option<f64>,
+}
+
+/// How the lasers are at the start.
+#[derive(Debug, clap::Args)]
+struct Lasers {
     /// Rate of the lasers at the start: 9600 after power-on, or what an earlier client left.
     #[arg(long, value_name = "BAUD", default_value = "9600", value_parser = ["9600", "19200", "38400", "500000"])]
     laser_baud: String,
@@ -84,29 +120,22 @@ pub struct Serve {
     /// From power-on or reset until a laser says so, seconds; a real one takes up to 60.
     #[arg(long, value_name = "S", default_value_t = 2.0, value_parser = super::zero_or_more)]
     boot: f64,
-    /// Type of the lasers, as they leave the factory: LMS200, LMS211, LMS220, LMS221, LMS291, S14, or a whole type text.
+    /// Type of the lasers, as they leave the factory: LMS200, LMS211, LMS220, LMS221, LMS291, S14, or a whole
+    /// type text.
     #[arg(long, value_name = "TYPE", default_value = "LMS291;S05;X01.27 ")]
     laser_type: String,
-    /// A fault in the lasers' list of faults (32h), until a reset: TYPE 1 info, 2 warning, 3 error, 4 fatal. May be given several times.
+    /// A fault in the lasers' list of faults (32h), until a reset: TYPE 1 info, 2 warning, 3 error, 4 fatal.
+    /// May be given several times.
     #[arg(long = "laser-error", value_name = "TYPE:NUMBER", value_parser = laser_error)]
     laser_errors: Vec<(u8, u8)>,
     /// The lasers have an old firmware, with 32 bytes of configuration.
     #[arg(long)]
     old_firmware: bool,
-    /// Millionths by which the mirrors turn too slowly: P for both lasers or H,V.
-    #[arg(long, value_name = "P|H,V", default_value = "0", value_parser = super::mirror_ppm, allow_hyphen_values = true, conflicts_with = "capture")]
-    mirror_ppm: MirrorPpm,
-    /// Subclass of a P2OS base: its packets count in that subclass's units unless the rig says otherwise.
-    #[arg(long, value_name = "NAME", default_value = "p3dx-sh")]
-    base_subclass: String,
-    /// Understand clients whatever line speed they have set (for those that set theirs by a custom divisor).
-    #[arg(long)]
-    any_baud: bool,
 }
 
 impl Serve {
     /// Serves until a signal.
-    pub fn run(&self) -> anyhow::Result<()> {
+    pub(super) fn run(&self) -> anyhow::Result<()> {
         let options = self.options()?;
         let stop = Arc::new(AtomicBool::new(false));
         for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
@@ -118,11 +147,11 @@ impl Serve {
     }
 
     fn source(&self) -> anyhow::Result<Source> {
-        match (&self.capture, &self.world) {
+        match (&self.capture, &self.drive.world) {
             (Some(capture), _) => Ok(Source::Capture { capture: Box::new(read_capture(capture)?) }),
             (None, world) => {
-                let (world, path) = worlds::load(world.as_deref().unwrap_or(""), self.path.as_deref())?;
-                let mut rig = Box::new(worlds::rig(self.rig.as_deref())?);
+                let (world, path) = worlds::load(world.as_deref().unwrap_or(""), self.drive.path.as_deref())?;
+                let mut rig = Box::new(worlds::rig(self.drive.rig.as_deref())?);
                 if let BaseProtocol::P2os { metres_per_tick: unit @ None } = &mut rig.base.protocol {
                     *unit = Some(metres_per_tick(&self.base_subclass));
                 }
@@ -137,31 +166,33 @@ impl Serve {
     }
 
     fn options(&self) -> anyhow::Result<ServeOptions> {
-        let mut faults = Faults::new(&self.faults, self.seed);
-        let timer = LatencyTimerParams { timer_ms: self.latency_timer_ms, ..LatencyTimerParams::default() };
-        faults.latency_timer = (self.latency_timer_ms > 0.0).then_some(timer);
+        let mut faults = Faults::new(&self.chance.faults, self.chance.seed);
+        let timer =
+            LatencyTimerParams { timer_ms: self.chance.latency_timer_ms, ..LatencyTimerParams::default() };
+        faults.latency_timer = (self.chance.latency_timer_ms > 0.0).then_some(timer);
         faults.check(Place::Serve).map_err(|error| BadArgument(error.to_string()))?;
         let source = self.source()?;
         let mut options = ServeOptions::new(source, self.links.clone());
         options.speed = self.speed;
         options.once = self.once;
         options.faults = faults;
-        options.seed = self.seed;
+        options.seed = self.chance.seed;
         options.start_after_s = self.start_after;
         options.any_baud = self.any_baud;
-        options.truth = self.truth.clone();
-        options.overwrite = self.force;
+        options.truth = self.drive.truth.clone();
+        options.overwrite = self.drive.force;
         options.mirror_ppm = self.mirror_ppm;
-        options.laser = LmsParams::of_type(Model::text_of_name(&self.laser_type));
-        options.laser.errors = self.laser_errors.clone();
-        if self.old_firmware {
+        options.laser = LmsParams::of_type(Model::text_of_name(&self.lasers.laser_type));
+        options.laser.errors = self.lasers.laser_errors.clone();
+        if self.lasers.old_firmware {
             options.laser.config_bytes = OLD_CONFIG_BYTES;
         }
-        options.laser.baud = self.laser_baud.parse()?;
-        options.laser.left_streaming = self.left_streaming;
-        options.laser.boot_ns = (self.boot * 1e9) as i64;
-        options.laser.power_on_message = self.power_on_message;
+        options.laser.baud = self.lasers.laser_baud.parse()?;
+        options.laser.left_streaming = self.lasers.left_streaming;
+        options.laser.boot_ns = (self.lasers.boot * 1e9) as i64;
+        options.laser.power_on_message = self.lasers.power_on_message;
         options.base.identity.subclass.clone_from(&self.base_subclass);
+        options.base.strict = self.strict_base;
         Ok(options)
     }
 }

@@ -1,10 +1,10 @@
 //! `simulate`: a drive through a known world, as a capture with its truth.
 
 use super::{BadArgument, MirrorPpm};
-use biplane_mock::faults::{Faults, Preset};
-use biplane_mock::line::ReadParams;
-use biplane_mock::simulate::{SimulateError, SimulateOptions, run};
-use biplane_mock::world::WorldError;
+use crate::faults::{Faults, Preset};
+use crate::line::ReadParams;
+use crate::simulate::{SimulateError, SimulateOptions, run};
+use crate::world::WorldError;
 use std::path::PathBuf;
 
 /// Drive a rig through a known world: the serial bytes that its devices would send, and the truth.
@@ -16,19 +16,9 @@ use std::path::PathBuf;
 /// Example: biplane-mock simulate --world corridor --seed 1 -o corridor.mcap --truth truth
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
-pub struct Simulate {
-    /// World: a built-in name, or an OBJ or PLY file.
-    #[arg(long, value_name = "W")]
-    world: String,
-    /// Path through it: a built-in name or a .toml file; the usual one when left out.
-    #[arg(long, value_name = "P")]
-    path: Option<String>,
-    /// Cruising speed instead of the path's, m/s.
-    #[arg(long, value_name = "M/S", value_parser = super::above_zero)]
-    cruise: Option<f64>,
-    /// Rig: mounts, rates, variants; the template when left out.
-    #[arg(long, value_name = "rig.toml")]
-    rig: Option<PathBuf>,
+pub(super) struct Simulate {
+    #[command(flatten)]
+    drive: Drive,
     /// Seed of all noise and phases.
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -47,31 +37,57 @@ pub struct Simulate {
     /// Standing still before and after the drive, seconds.
     #[arg(long, value_name = "S", default_value_t = 0.5, value_parser = super::zero_or_more)]
     stand: f64,
-    /// Fault; may be given several times: bit-noise, loose-connector, usb-stall, dazzle, window-dirty, clock-step.
+    /// Fault; may be given several times: bit-noise, loose-connector, usb-stall, dazzle, window-dirty,
+    /// clock-step.
     #[arg(long = "fault", value_name = "PRESET")]
     faults: Vec<Preset>,
-    /// Most bytes that a read returns; more make a smaller file.
-    #[arg(long, value_name = "N", default_value_t = 32)]
-    read_bytes: usize,
-    /// Latency timer of the USB adapters in milliseconds (16 on an FTDI as delivered): bytes wait until 62 have come or the timer has run.
-    #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = super::zero_or_more)]
-    latency_timer_ms: f64,
-    /// Share of the reads that come up to 8 ms late.
-    #[arg(long, value_name = "P", default_value_t = ReadParams::default().hiccup_share, value_parser = super::share)]
-    hiccup_share: f64,
+    #[command(flatten)]
+    reads: Reads,
     /// Millionths by which the mirrors turn too slowly: P for both lasers or H,V.
     #[arg(long, value_name = "P|H,V", default_value = "0", value_parser = super::mirror_ppm, allow_hyphen_values = true)]
     mirror_ppm: MirrorPpm,
 }
 
+/// What drives where.
+#[derive(Debug, clap::Args)]
+struct Drive {
+    /// World: a built-in name, or an OBJ or PLY file.
+    #[arg(long, value_name = "W")]
+    world: String,
+    /// Path through it: a built-in name or a .toml file; the usual one when left out.
+    #[arg(long, value_name = "P")]
+    path: Option<String>,
+    /// Cruising speed instead of the path's, m/s.
+    #[arg(long, value_name = "M/S", value_parser = super::above_zero)]
+    cruise: Option<f64>,
+    /// Rig: mounts, rates, variants; the template when left out.
+    #[arg(long, value_name = "rig.toml")]
+    rig: Option<PathBuf>,
+}
+
+/// How the bytes reach the computer.
+#[derive(Debug, clap::Args)]
+struct Reads {
+    /// Most bytes that a read returns; more make a smaller file.
+    #[arg(long, value_name = "N", default_value_t = 32)]
+    read_bytes: usize,
+    /// Latency timer of the USB adapters in milliseconds (16 on an FTDI as delivered): bytes wait until 62
+    /// have come or the timer has run.
+    #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = super::zero_or_more)]
+    latency_timer_ms: f64,
+    /// Share of the reads that come up to 8 ms late.
+    #[arg(long, value_name = "P", default_value_t = ReadParams::default().hiccup_share, value_parser = super::share)]
+    hiccup_share: f64,
+}
+
 impl Simulate {
     /// Simulates and says what came of it.
-    pub fn run(&self) -> anyhow::Result<()> {
+    pub(super) fn run(&self) -> anyhow::Result<()> {
         let options = SimulateOptions {
-            world: self.world.clone(),
-            path: self.path.clone(),
-            speed_m_s: self.cruise,
-            rig: self.rig.clone(),
+            world: self.drive.world.clone(),
+            path: self.drive.path.clone(),
+            speed_m_s: self.drive.cruise,
+            rig: self.drive.rig.clone(),
             seed: self.seed,
             output: self.output.clone(),
             truth: self.truth.clone(),
@@ -79,9 +95,9 @@ impl Simulate {
             start_up: self.start_up,
             stand_s: self.stand,
             reads: ReadParams {
-                max_bytes: self.read_bytes.max(1),
-                timer_ms: self.latency_timer_ms,
-                hiccup_share: self.hiccup_share,
+                max_bytes: self.reads.read_bytes.max(1),
+                timer_ms: self.reads.latency_timer_ms,
+                hiccup_share: self.reads.hiccup_share,
                 ..ReadParams::default()
             },
             mirror_ppm: self.mirror_ppm,

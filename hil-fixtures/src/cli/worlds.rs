@@ -1,20 +1,20 @@
 //! `--world`, `--path` and `--rig`: names or files.
 
 use super::BadArgument;
-use biplane_mock::world::path::Path as DrivePath;
-use biplane_mock::world::{World, WorldError};
+use crate::world::path::Path as DrivePath;
+use crate::world::{World, WorldError};
 use biplane_recording::Rig;
 use std::path::Path;
 
 /// The world and the path to drive through it.
-pub fn load(world: &str, path: Option<&str>) -> anyhow::Result<(World, DrivePath)> {
+pub(super) fn load(world: &str, path: Option<&str>) -> anyhow::Result<(World, DrivePath)> {
     let world = World::open(world).map_err(argument)?;
     let path = world.path_or_file(path).map_err(argument)?;
     Ok((world, path))
 }
 
 /// The rig in a file; the template without one.
-pub fn rig(file: Option<&Path>) -> anyhow::Result<Rig> {
+pub(super) fn rig(file: Option<&Path>) -> anyhow::Result<Rig> {
     Ok(file.map(Rig::load).transpose()?.unwrap_or_default())
 }
 

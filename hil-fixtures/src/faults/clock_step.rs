@@ -1,9 +1,10 @@
 //! The host's clock: UTC against the run's time, with steps if asked for.
 //!
-//! A mock cannot step the clock of the machine it runs on, and should not. It can be honest where it is the host itself: in a simulated
-//! capture, whose `log_time` is the host's UTC, and in a test that gives a driver both its times, the monotonic one, which never
-//! steps, and this one. The steps are those of a machine that boots with a wrong clock, gets the time from the network, loses it
-//! again: away by seconds to hours, forwards or backwards, and back after a while.
+//! A mock cannot step the clock of the machine it runs on, and should not. It can be honest where it is the
+//! host itself: in a simulated capture, whose `log_time` is the host's UTC, and in a test that gives a driver
+//! both its times, the monotonic one, which never steps, and this one. The steps are those of a machine that
+//! boots with a wrong clock, gets the time from the network, loses it again: away by seconds to hours,
+//! forwards or backwards, and back after a while.
 
 use super::episodes::{Episode, EpisodeParams, Episodes};
 use crate::rng::Rng;

@@ -39,21 +39,22 @@ pub struct EpisodeParams {
 #[derive(Clone, Debug)]
 pub struct Episodes {
     chance: Option<(EpisodeParams, Rng)>,
-    told: VecDeque<Episode>,
+    given: VecDeque<Episode>,
     next: Option<Episode>,
 }
 
 impl Episodes {
-    /// By chance, the first one a pause after the first question. They depend on `rng` and the time of that question alone.
+    /// By chance, the first one a pause after the first question. They depend on `rng` and the time of that
+    /// question alone.
     #[must_use]
     pub fn by_chance(params: EpisodeParams, rng: Rng) -> Self {
-        Self { chance: Some((params, rng)), told: VecDeque::new(), next: None }
+        Self { chance: Some((params, rng)), given: VecDeque::new(), next: None }
     }
 
     /// These and no more, in order of time.
     #[must_use]
-    pub fn told(episodes: &[Episode]) -> Self {
-        Self { chance: None, told: episodes.iter().copied().collect(), next: None }
+    pub fn given(episodes: &[Episode]) -> Self {
+        Self { chance: None, given: episodes.iter().copied().collect(), next: None }
     }
 
     /// The episode that holds `now_ns` or is the next one after it; `None` when no more come.
@@ -63,7 +64,7 @@ impl Episodes {
             after_ns = self.next.map_or(after_ns, |episode| episode.to_ns);
             self.next = match &mut self.chance {
                 Some((params, rng)) => Some(draw(*params, after_ns, rng)),
-                None => Some(self.told.pop_front()?),
+                None => Some(self.given.pop_front()?),
             };
         }
         self.next
@@ -106,8 +107,8 @@ mod tests {
 
     #[test]
     fn told_episodes_come_as_told_and_end() {
-        let told = [Episode { from_ns: 10, to_ns: 20 }, Episode { from_ns: 30, to_ns: 31 }];
-        let mut episodes = Episodes::told(&told);
+        let given = [Episode { from_ns: 10, to_ns: 20 }, Episode { from_ns: 30, to_ns: 31 }];
+        let mut episodes = Episodes::given(&given);
         let inside: Vec<i64> = (0..50).filter(|&t| episodes.at(t).is_some()).collect();
         assert_eq!(inside, (10..20).chain([30]).collect::<Vec<_>>());
         assert_eq!(episodes.current_or_next(99), None);

@@ -1,21 +1,21 @@
 //! The faults of one run: which presets, their numbers and the seed, and what they make of a rig's parts.
 
-use super::bit_noise::{BitNoise, BitNoiseParams};
-use super::channel::{Channel, Fault};
 use super::clock_step::{ClockStepParams, HostClock};
-use super::dazzle::{Dazzle, DazzleParams};
-use super::latency_timer::{LatencyTimer, LatencyTimerParams};
-use super::left_streaming::LeftStreamingParams;
-use super::loose_connector::{LooseConnector, LooseConnectorParams};
-use super::power_cycle::{PowerCycle, PowerCycleParams};
-use super::scan_fault::{ScanFault, SpoiltFeed};
-use super::usb_stall::{UsbStall, UsbStallParams};
-use super::window_dirty::{WindowDirty, WindowDirtyParams};
 use super::{ActsOn, Misplaced, Place, Preset};
-use crate::base_device::BaseParams;
-use crate::device::Device;
-use crate::lms_device::LmsParams;
-use crate::lms_device::feed::ScanFeed;
+use crate::devices::base::BaseParams;
+use crate::devices::device::Device;
+use crate::devices::lms::LmsParams;
+use crate::devices::lms::scans::feed::ScanFeed;
+use crate::faults::device::dazzle::{Dazzle, DazzleParams};
+use crate::faults::device::left_streaming::LeftStreamingParams;
+use crate::faults::device::power_cycle::{PowerCycle, PowerCycleParams};
+use crate::faults::device::scan_fault::{ScanFault, SpoiledFeed};
+use crate::faults::device::window_dirty::{WindowDirty, WindowDirtyParams};
+use crate::faults::line::bit_noise::{BitNoise, BitNoiseParams};
+use crate::faults::line::loose_connector::{LooseConnector, LooseConnectorParams};
+use crate::faults::line::usb_stall::{UsbStall, UsbStallParams};
+
+use crate::line::{Channel, Fault, LatencyTimer, LatencyTimerParams};
 use crate::rng::Rng;
 
 /// The numbers of all presets.
@@ -120,11 +120,11 @@ impl Faults {
         faults.collect()
     }
 
-    /// The scans of the laser in that place, spoilt.
+    /// The scans of the laser in that place, spoiled.
     #[must_use]
     pub fn feed(&self, feed: Box<dyn ScanFeed>, place: u64) -> Box<dyn ScanFeed> {
         let faults = self.measurement(place);
-        if faults.is_empty() { feed } else { Box::new(SpoiltFeed::new(feed, faults)) }
+        if faults.is_empty() { feed } else { Box::new(SpoiledFeed::new(feed, faults)) }
     }
 
     /// A laser as it is found.
@@ -180,5 +180,40 @@ mod tests {
         };
         assert_eq!(arrivals(0), [(16, 16), (32, 16), (48, 8)]);
         assert_eq!(arrivals(1).len(), 40);
+    }
+
+    #[test]
+    fn without_faults_bytes_pass_at_once() {
+        let mut channel = Faults::new(&[], 1).channel(0);
+        channel.push(5, b"abc");
+        let mut out = Vec::new();
+        channel.take(5, &mut out);
+        assert_eq!(out, b"abc");
+        assert_eq!(channel.changed_bytes(), 0);
+    }
+
+    #[test]
+    fn every_fault_of_a_stack_acts() {
+        let mut channel = Faults::new(&[Preset::UsbStall, Preset::BitNoise], 1).channel(0);
+        channel.push(0, &vec![0; 1_000_000]);
+        let mut out = Vec::new();
+        channel.take(10_000_000_000, &mut out);
+        let flipped = out.iter().filter(|&&byte| byte != 0).count();
+        assert!((60..140).contains(&flipped), "{flipped}");
+    }
+
+    #[test]
+    fn stacked_faults_repeat_with_their_seed_and_differ_with_another() {
+        let run = |seed| {
+            let mut channel = Faults::new(&Preset::ALL, seed).channel(3);
+            let mut out = Vec::new();
+            for step in 0..20_000 {
+                channel.push(step * 1_000_000, &[0x55; 4]);
+                channel.take(step * 1_000_000, &mut out);
+            }
+            out
+        };
+        assert_eq!(run(7), run(7));
+        assert_ne!(run(7), run(8));
     }
 }

@@ -1,10 +1,11 @@
-//! Scans measured ahead of time, on a thread of their own: casting the rays of a scan takes milliseconds, in which a port's thread
-//! could not send.
+//! Scans measured ahead of time, on a thread of their own: casting the rays of a scan takes milliseconds, in
+//! which a port's thread could not send.
 //!
-//! The next scan is expected as far behind the last as that was behind the one before. A wrong guess costs time, never a wrong scan: a
-//! source's scan depends on what is asked alone. Times are nanoseconds on the source's clock.
+//! The next scan is expected as far behind the last as that was behind the one before. A wrong guess costs
+//! time, never a wrong scan: a source's scan depends on what is asked alone. Times are nanoseconds on the
+//! source's clock.
 
-use crate::source::{ScanSource, ScanWords};
+use crate::rig::source::{ScanSource, ScanWords};
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 /// What was asked.
@@ -45,7 +46,7 @@ impl Asked {
 }
 
 /// A source behind a thread that measures the scan that will probably be asked for next.
-pub struct AheadSource {
+pub(super) struct AheadSource {
     asks: Sender<Asked>,
     scans: Receiver<Option<ScanWords>>,
     /// What the thread works on, or has ready.
@@ -56,7 +57,7 @@ pub struct AheadSource {
 impl AheadSource {
     /// Moves the source to a thread, which ends with this value.
     #[must_use]
-    pub fn new(mut source: impl ScanSource + 'static) -> Self {
+    pub(super) fn new(mut source: impl ScanSource + 'static) -> Self {
         let (asks, asked) = channel::<Asked>();
         let (answer, scans) = channel();
         std::thread::spawn(move || {

@@ -1,27 +1,27 @@
 //! The devices of a rig for each kind of source: a world driven through, or a capture played back.
 
 use super::ahead::AheadSource;
-use super::run::{Run, RunRules};
 use super::truth::{NotingFeed, SentScans};
 use super::{LinkName, ServeError, ServeOptions, Source};
-use crate::base_device::counters::{CountScale, CountsFeed, SourceCounts};
-use crate::base_device::feed::{CycleFeed, SipFeed};
-use crate::base_device::report::Identity;
-use crate::base_device::rflex::{RflexDevice, RflexParams};
-use crate::base_device::roboclaw::{RoboClawDevice, RoboClawParams};
-use crate::base_device::{BaseDevice, BaseParams};
-use crate::capture_source::Capture;
-use crate::capture_source::base_counts::CaptureCounts;
-use crate::capture_source::base_feed::CapturePackets;
-use crate::capture_source::base_track::BaseTrack;
-use crate::capture_source::laser_feed::CaptureScans;
-use crate::capture_source::laser_track::LaserTrack;
-use crate::device::Device;
-use crate::lms_device::feed::{Mirror, MirrorFeed, ScanFeed};
-use crate::lms_device::settings::Variant;
-use crate::lms_device::{LmsDevice, LmsParams};
+use crate::capture::source::Capture;
+use crate::capture::source::base_counts::CaptureCounts;
+use crate::capture::source::base_feed::CapturePackets;
+use crate::capture::source::base_track::BaseTrack;
+use crate::capture::source::laser_feed::CaptureScans;
+use crate::capture::source::laser_track::LaserTrack;
+use crate::devices::base::counters::{CountScale, CountsFeed, SourceCounts};
+use crate::devices::base::feed::{CycleFeed, SipFeed};
+use crate::devices::base::report::Identity;
+use crate::devices::base::rflex::{RflexDevice, RflexParams};
+use crate::devices::base::roboclaw::{RoboClawDevice, RoboClawParams};
+use crate::devices::base::{BaseDevice, BaseParams};
+use crate::devices::device::Device;
+use crate::devices::lms::scans::feed::{Mirror, MirrorFeed, ScanFeed};
+use crate::devices::lms::settings::Variant;
+use crate::devices::lms::{LmsDevice, LmsParams};
+use crate::devices::run::{Run, RunRules};
+use crate::rig::simulated::SimulatedRig;
 use crate::rng::Rng;
-use crate::simulated_rig::SimulatedRig;
 use biplane_recording::rig::{Base, BaseProtocol};
 use std::sync::Arc;
 
@@ -37,14 +37,15 @@ const WORLD_PAUSE_NS: i64 = 1_000 * MS;
 /// Between the last device's start and the capture's: enough for every device to be ready for the first scan.
 const CAPTURE_PAUSE_NS: i64 = 200 * MS;
 
-/// A laser of a capture waits this long for the other devices: less than the second after which clients give a laser up.
+/// A laser of a capture waits this long for the other devices: less than the second after which clients give
+/// a laser up.
 const CAPTURE_PATIENCE_NS: i64 = 600 * MS;
 
 /// Requests may be held up by the scheduler of a busy machine; a real device allows 6 ms between bytes.
 const REQUEST_GAP_NS: i64 = 25 * MS;
 
 /// The devices of a rig, ready to be put on lines.
-pub struct Devices {
+pub(super) struct Devices {
     /// Devices by the names of their links.
     pub list: Vec<(LinkName, Box<dyn Device>)>,
     /// What they share.
@@ -56,7 +57,7 @@ pub struct Devices {
 }
 
 /// The truth behind a world's devices.
-pub struct WorldTruth {
+pub(super) struct WorldTruth {
     /// The world and the drive.
     pub rig: SimulatedRig,
     /// Scans that the horizontal laser sent.
@@ -67,7 +68,7 @@ pub struct WorldTruth {
 
 impl Devices {
     /// Makes the devices that the options ask for.
-    pub fn new(options: &ServeOptions) -> Result<Self, ServeError> {
+    pub(super) fn new(options: &ServeOptions) -> Result<Self, ServeError> {
         match &options.source {
             Source::World { world, path, rig, params } => {
                 let simulated = SimulatedRig::new(world, path, rig, params, options.seed)?;

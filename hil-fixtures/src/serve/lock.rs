@@ -1,6 +1,7 @@
 //! One mock a folder of links: a lock file that a living mock holds.
 //!
-//! The system lets go of the lock when its holder ends, however that happens: links that a dead mock left behind are free.
+//! The system lets go of the lock when its holder ends, however that happens: links that a dead mock left
+//! behind are free.
 
 use rustix::fs::{FlockOperation, flock};
 use std::fs::{self, File};
@@ -9,7 +10,7 @@ use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 /// Name of the lock file in the folder of the links.
-pub const LOCK_FILE: &str = ".serve.lock";
+pub(super) const LOCK_FILE: &str = ".serve.lock";
 
 /// Why the folder could not be had.
 #[derive(Debug, thiserror::Error)]
@@ -32,7 +33,7 @@ pub enum LockError {
 
 /// A folder of links that is this mock's until dropped.
 #[derive(Debug)]
-pub struct FolderLock {
+pub(super) struct FolderLock {
     path: PathBuf,
     /// Holds the lock.
     _file: File,
@@ -40,7 +41,7 @@ pub struct FolderLock {
 
 impl FolderLock {
     /// Takes the folder, which exists.
-    pub fn take(folder: &Path) -> Result<Self, LockError> {
+    pub(super) fn take(folder: &Path) -> Result<Self, LockError> {
         let path = folder.join(LOCK_FILE);
         let failed = |source| LockError::Io { path: path.clone(), source };
         loop {
@@ -52,7 +53,8 @@ impl FolderLock {
                 }
                 Err(errno) => return Err(failed(errno.into())),
             }
-            // The holder before may have removed the file between the two steps: then this is a lock on nothing.
+            // The holder before may have removed the file between the two steps: then this is a lock on
+            // nothing.
             let held = file.metadata().map_err(failed)?;
             if fs::metadata(&path).is_ok_and(|named| named.ino() == held.ino() && named.dev() == held.dev()) {
                 return Ok(Self { path, _file: file });

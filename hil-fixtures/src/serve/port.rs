@@ -1,19 +1,20 @@
 //! One device on one pseudo-terminal: the loop that moves bytes between the two, each at its time.
 
 use super::LinkName;
+use super::client_rate::ClientRate;
 use super::clock::VirtualClock;
-use super::run::Run;
-use crate::device::{Device, DeviceCounts};
-use crate::faults::{Channel, garble};
-use crate::pty::Pty;
+use crate::devices::device::{Device, DeviceCounts};
+use crate::devices::pty::Pty;
+use crate::devices::run::Run;
+use crate::line::{Channel, garble};
 use crate::rng::Rng;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A loop looks at least this often whether it shall stop; wall time.
-const LONGEST_WAIT_NS: i64 = 20_000_000;
+/// A loop looks at least this often whether it shall stop, and which speed its client has set; wall time.
+const LONGEST_WAIT_NS: i64 = 5_000_000;
 
 /// A device, its terminal and its place in the rig.
-pub struct Port {
+pub(super) struct Port {
     /// Name of the link.
     pub name: LinkName,
     /// Place in the run's list of devices.
@@ -30,6 +31,8 @@ pub struct Port {
     pub noise: Rng,
     /// Whether the client's rate is not looked at.
     pub any_baud: bool,
+    /// The rate at which the client wrote.
+    pub client_rate: ClientRate,
 }
 
 /// What a port has done, for the summary.
@@ -47,11 +50,11 @@ pub struct PortReport {
 
 impl Port {
     /// Runs until `stop`.
-    pub fn run(mut self, clock: VirtualClock, run: &Run, stop: &AtomicBool) -> PortReport {
+    pub(super) fn run(mut self, clock: VirtualClock, run: &Run, stop: &AtomicBool) -> PortReport {
         let mut out = Vec::new();
         while !stop.load(Ordering::Relaxed) {
             let now_ns = clock.now_ns();
-            self.listen(now_ns);
+            self.listen(now_ns, clock.wall_between_ns(0, now_ns));
             out.clear();
             let baud = self.device.baud();
             let due_ns = self.device.poll(now_ns, &mut out);
@@ -74,20 +77,23 @@ impl Port {
         self.pty.client_baud().filter(|&client| client != baud && !self.any_baud)
     }
 
-    fn listen(&mut self, now_ns: i64) {
+    /// Takes what the client has written; `now_ns` is virtual time.
+    fn listen(&mut self, now_ns: i64, wall_ns: i64) {
         let mut buffer = [0; 1024];
+        // What is read is read before the look at the speed: a change between the two must not be missed.
         let count = self.pty.read(&mut buffer);
+        let written_at = self.pty.client_baud().map(|baud| self.client_rate.at_writing(wall_ns, baud));
         if count == 0 && !self.from_host.holds_bytes() {
             return;
         }
-        if self.wrong_baud(self.device.baud()).is_some() {
+        if !self.any_baud && written_at.is_some_and(|baud| baud != self.device.baud()) {
             self.device.handle_noise(now_ns, count);
             return;
         }
         self.from_host.push(now_ns, &buffer[..count]);
-        let mut heard = Vec::new();
-        self.from_host.take(now_ns, &mut heard);
-        self.device.handle(now_ns, &heard);
+        let mut received = Vec::new();
+        self.from_host.take(now_ns, &mut received);
+        self.device.handle(now_ns, &received);
     }
 
     fn speak(&mut self, now_ns: i64, baud: u32, out: &[u8], due_ns: i64) -> i64 {
@@ -107,5 +113,76 @@ impl Port {
         }
         let held = [self.to_host.next_due_ns(), self.from_host.next_due_ns()];
         held.into_iter().flatten().fold(due_ns, i64::min)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::devices::bench::{Same, hex};
+    use crate::devices::lms::scans::feed::MirrorFeed;
+    use crate::devices::lms::{LmsDevice, LmsParams};
+    use crate::rig::source::{ScanSource, ScanWords};
+    use rustix::fs::{Mode, OFlags};
+    use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
+    use std::os::fd::OwnedFd;
+
+    const MS: i64 = 1_000_000;
+
+    struct Nothing;
+
+    impl ScanSource for Nothing {
+        fn scan(&mut self, _: i64, _: u16, _: u16, _: bool) -> Option<ScanWords> {
+            None
+        }
+
+        fn turn(&mut self, _: i64, _: u8, _: bool) -> Option<ScanWords> {
+            None
+        }
+    }
+
+    /// A laser at 9600 Bd, and a client that has its port open at that speed.
+    fn laser() -> (Port, OwnedFd) {
+        let feed = MirrorFeed::new(Box::new(Nothing), Box::new(Same));
+        let pty = Pty::open(9600).expect("a pseudo-terminal");
+        let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC;
+        let client = rustix::fs::open(pty.slave_path(), flags, Mode::empty()).expect("it opens");
+        let port = Port {
+            name: LinkName::Horizontal,
+            place: 0,
+            device: Box::new(LmsDevice::new(LmsParams::default(), Box::new(feed))),
+            pty,
+            to_host: Channel::default(),
+            from_host: Channel::default(),
+            noise: Rng::new(1, 0, 0),
+            any_baud: false,
+            client_rate: ClientRate::default(),
+        };
+        (port, client)
+    }
+
+    fn set_speed(client: &OwnedFd, baud: u32) {
+        let mut settings = tcgetattr(client).expect("a terminal");
+        settings.set_speed(baud).expect("a speed");
+        tcsetattr(client, OptionalActions::Now, &settings).expect("it is set");
+    }
+
+    #[test]
+    fn a_late_mock_takes_a_request_at_the_speed_at_which_it_was_written() {
+        // When the mock looks, and whether the client's speed was already another one when it wrote.
+        for (late_ms, is_wrong, requests) in [(50, false, 1), (3, true, 0)] {
+            let (mut port, client) = laser();
+            port.listen(0, 0);
+            let to_38400 = hex("02 00 02 00 20 40 50 08");
+            if is_wrong {
+                set_speed(&client, 38_400);
+            }
+            assert_eq!(rustix::io::write(&client, &to_38400).expect("it is written"), to_38400.len());
+            set_speed(&client, 38_400);
+            port.listen(late_ms * MS, late_ms * MS);
+            let counts = port.device.counts();
+            assert_eq!(counts.requests, requests, "{late_ms} ms late");
+            assert_eq!(counts.noise_bytes, (1 - requests) * 8, "{late_ms} ms late");
+        }
     }
 }

@@ -1,17 +1,18 @@
-//! The truth behind a served world: its surfaces, where the robot was, and where it was at each scan that was sent.
+//! The truth behind a served world: its surfaces, where the robot was, and where it was at each scan that was
+//! sent.
 //!
-//! Frame `map`: `base_link` at the start of the drive. Stamps are UTC seconds as a host without any delay would give them; the same
-//! files as `simulate` writes: `surfaces.ply`, `trajectory.tum` (dense), `poses.tum` and `scans_horizontal.txt` (at each scan's t0), and the
-//! vertical laser's.
+//! Frame `map`: `base_link` at the start of the drive. Stamps are UTC seconds as a host without any delay
+//! would give them; the same files as `simulate` writes: `surfaces.ply`, `trajectory.tum` (dense),
+//! `poses.tum` and `scans_horizontal.txt` (at each scan's t0), and the vertical laser's.
 
 use super::clock::VirtualClock;
-use super::run::Begun;
-use crate::lms_device::feed::{Answer, Ask, ScanFeed};
-use crate::lms_device::settings::Variant;
-use crate::ply::write_ply;
-use crate::simulated_rig::SimulatedRig;
-use crate::truth::seconds;
-use crate::truth_folder::{TruthError, write_file};
+use crate::devices::lms::scans::feed::{Answer, Ask, ScanFeed};
+use crate::devices::lms::settings::Variant;
+use crate::devices::run::Begun;
+use crate::rig::simulated::SimulatedRig;
+use crate::simulate::truth::seconds;
+use crate::simulate::truth_folder::{TruthError, write_file};
+use crate::world::files::ply::write_ply;
 use std::io::{self, Write};
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -24,7 +25,7 @@ const MARGIN_NS: i64 = 2_000_000_000;
 
 /// When the scans of one laser began, on the virtual clock.
 #[derive(Clone, Debug, Default)]
-pub struct SentScans(Arc<Mutex<Vec<i64>>>);
+pub(super) struct SentScans(Arc<Mutex<Vec<i64>>>);
 
 impl SentScans {
     fn note(&self, t0_ns: i64) {
@@ -37,7 +38,7 @@ impl SentScans {
 }
 
 /// A feed that notes which scans it gave.
-pub struct NotingFeed<F> {
+pub(super) struct NotingFeed<F> {
     /// The feed.
     pub feed: F,
     /// Where to.
@@ -63,7 +64,7 @@ impl<F: ScanFeed> ScanFeed for NotingFeed<F> {
 }
 
 /// Writes the truth of one run.
-pub struct TruthWriter<'a> {
+pub(super) struct TruthWriter<'a> {
     /// Folder that is there.
     pub folder: &'a Path,
     /// The world and the drive through it.
@@ -76,7 +77,7 @@ pub struct TruthWriter<'a> {
 
 impl TruthWriter<'_> {
     /// Surfaces and the whole drive, known as soon as it begins.
-    pub fn write_drive(&self) -> Result<(), TruthError> {
+    pub(super) fn write_drive(&self) -> Result<(), TruthError> {
         self.file("surfaces.ply", |out| write_ply(out, self.rig.scene().mesh()))?;
         let end_ns = (self.rig.drive_duration_s() * 1e9) as i64 + MARGIN_NS;
         let times = (-MARGIN_NS..=end_ns).step_by(STEP_NS as usize).map(|t_ns| self.begun.start_ns + t_ns);
@@ -84,7 +85,7 @@ impl TruthWriter<'_> {
     }
 
     /// The poses at the scans of one laser.
-    pub fn write_scans(&self, name: &str, poses: &str, sent: &SentScans) -> Result<(), TruthError> {
+    pub(super) fn write_scans(&self, name: &str, poses: &str, sent: &SentScans) -> Result<(), TruthError> {
         let times_ns = sent.times_ns();
         self.file(name, |out| {
             times_ns.iter().try_for_each(|t_ns| writeln!(out, "{}", seconds(self.clock.utc_ns(*t_ns))))

@@ -1,20 +1,22 @@
 //! What each device of a simulated rig puts on its line during the capture.
 
-use super::{SimulateError, SimulateOptions, Times};
-use crate::base_device::speech::{BaseSpeech, Said};
-use crate::capture_file::LineReads;
-use crate::faults::{Channel, Faults};
+use super::times::Times;
+use super::{SimulateError, SimulateOptions};
+use crate::capture::file::LineReads;
+use crate::devices::base::base_encoder::{BaseEncoder, EncodedPacket};
+use crate::devices::lms::scans::feed::{Mirror, Offer, STATUS_OK, source_scale};
+use crate::devices::lms::scans::stream::Content;
+use crate::devices::lms::scans::telegram::{Numbers, telegram};
+use crate::devices::lms::scans::value_words::{Scale, recode};
+use crate::devices::lms::settings;
+use crate::devices::telegrams;
+use crate::faults::Faults;
+use crate::line::Channel;
 use crate::line::{Adapter, SerialRead, laser_byte_ns, scans_per_telegram, transfer_ns};
-use crate::lms_device::feed::{Mirror, Offer, STATUS_OK, source_scale};
-use crate::lms_device::settings;
-use crate::lms_device::stream::Content;
-use crate::lms_device::telegram::{Numbers, telegram};
-use crate::lms_device::words::{Scale, recode};
+use crate::rig::scanner::{NO_ECHO, TURN_NS, Variant};
+use crate::rig::simulated::{LaserRole, SimulatedLaser, SimulatedRig, counts_mm, measuring_mode, variant_of};
+use crate::rig::source::{OdometrySource, ScanWords};
 use crate::rng::Rng;
-use crate::scanner::{NO_ECHO, TURN_NS, Variant};
-use crate::simulated_rig::{LaserRole, SimulatedLaser, SimulatedRig, counts_mm, measuring_mode, variant_of};
-use crate::source::{OdometrySource, ScanWords};
-use crate::telegrams;
 use biplane_recording::Port;
 use biplane_recording::rig::Laser;
 
@@ -27,16 +29,16 @@ const THINKING_NS: i64 = 1_000_000;
 /// Time between two replies of a start-up.
 const REPLY_PERIOD_NS: i64 = 100_000_000;
 /// A laser's part of the capture.
-pub(super) struct LaserRun {
+pub(crate) struct LaserRun {
     /// Its bytes.
-    pub(super) line: LineReads,
+    pub(crate) line: LineReads,
     /// First beams of the scans, device time.
-    pub(super) first_beams_ns: Vec<i64>,
+    pub(crate) first_beams_ns: Vec<i64>,
     /// Values that are ranges.
-    pub(super) echoes: usize,
+    pub(crate) echoes: usize,
 }
 
-pub(super) fn record_laser(
+pub(crate) fn record_laser(
     source: &SimulatedLaser,
     laser: &Laser,
     times: &Times,
@@ -171,16 +173,16 @@ fn send_replies(adapter: &mut Adapter, replies: &[Vec<u8>], baud: u32) {
 }
 
 /// A base's part of the capture.
-pub(super) struct BaseRun {
+pub(crate) struct BaseRun {
     /// Its bytes, and what it was asked where it has to be.
-    pub(super) lines: Vec<LineReads>,
+    pub(crate) lines: Vec<LineReads>,
     /// Odometry reports.
-    pub(super) reports: usize,
+    pub(crate) reports: usize,
 }
 
 /// A base on its line, with the host that asks it where it has to be asked.
 struct BaseLine {
-    speech: BaseSpeech,
+    encoder: BaseEncoder,
     adapter: Adapter,
     asked: Vec<SerialRead>,
     baud: u32,
@@ -188,31 +190,31 @@ struct BaseLine {
 
 impl BaseLine {
     /// The first byte of what the base says leaves at `start_ns`; the question has arrived a moment before.
-    fn say(&mut self, said: Said, start_ns: i64) {
-        if !said.asked.is_empty() {
-            let time_ns = start_ns - THINKING_NS - transfer_ns(said.asked.len(), self.baud);
-            self.asked.push(SerialRead { time_ns, bytes: said.asked });
+    fn say(&mut self, packet: EncodedPacket, start_ns: i64) {
+        if !packet.asked.is_empty() {
+            let time_ns = start_ns - THINKING_NS - transfer_ns(packet.asked.len(), self.baud);
+            self.asked.push(SerialRead { time_ns, bytes: packet.asked });
         }
         let byte_ns = transfer_ns(1, self.baud);
-        for (index, byte) in said.answer.into_iter().enumerate() {
+        for (index, byte) in packet.answer.into_iter().enumerate() {
             self.adapter.push(byte, start_ns + transfer_ns(index + 1, self.baud), byte_ns);
         }
     }
 }
 
-pub(super) fn record_base(
+pub(crate) fn record_base(
     rig: &SimulatedRig,
     times: &Times,
     options: &SimulateOptions,
 ) -> Result<BaseRun, SimulateError> {
     let base = &rig.rig().base;
     let adapter = Adapter::new(options.reads, options.seed, 2);
-    let speech = BaseSpeech::new(base.protocol);
-    let exchange_ns = transfer_ns(speech.exchange_bytes(), base.baud);
-    let mut line = BaseLine { speech, adapter, asked: Vec::new(), baud: base.baud };
+    let encoder = BaseEncoder::new(base.protocol);
+    let exchange_ns = transfer_ns(encoder.exchange_bytes(), base.baud);
+    let mut line = BaseLine { encoder, adapter, asked: Vec::new(), baud: base.baud };
     if options.start_up {
-        for (said, n) in line.speech.start_up()?.into_iter().zip(0..) {
-            line.say(said, (n + 1) * REPLY_PERIOD_NS);
+        for (packet, n) in line.encoder.start_up()?.into_iter().zip(0..) {
+            line.say(packet, (n + 1) * REPLY_PERIOD_NS);
         }
     }
     let mut source = rig.base();
@@ -220,13 +222,13 @@ pub(super) fn record_base(
     let mut sample_ns = times.stream_ns + phase_ns;
     let mut reports = 0;
     loop {
-        let said = line.speech.odometry(&source.sample(sample_ns), sample_ns)?;
-        let end_ns = sample_ns + transfer_ns(said.answer.len(), base.baud);
+        let packet = line.encoder.odometry(&source.sample(sample_ns), sample_ns)?;
+        let end_ns = sample_ns + transfer_ns(packet.answer.len(), base.baud);
         if end_ns > times.end_ns {
             break;
         }
-        let was_asked = !said.asked.is_empty();
-        line.say(said, sample_ns);
+        let was_asked = !packet.asked.is_empty();
+        line.say(packet, sample_ns);
         reports += 1;
         let period_ns = if was_asked { ASKING_PERIOD_NS.max(2 * exchange_ns) } else { ODOMETRY_PERIOD_NS };
         sample_ns += period_ns.max(end_ns - sample_ns);
@@ -248,10 +250,10 @@ fn spoil(
     place: u64,
 ) -> Vec<u8> {
     let mut faults = faults.measurement(place);
-    let spoilt = scans.iter_mut().zip(first_beams_ns).map(|(words, t0_ns)| {
+    let spoiled = scans.iter_mut().zip(first_beams_ns).map(|(words, t0_ns)| {
         faults.iter_mut().fold(STATUS_OK, |status, fault| status | fault.touch(*t0_ns, scale, words))
     });
-    spoilt.collect()
+    spoiled.collect()
 }
 
 /// What the faults of a line make of its reads.

@@ -1,10 +1,12 @@
-//! The capture as others see it: deframed with `biplane-wire`, timed by the fact sheet's figures.
+//! The capture as others see it: deframed with `biplane-wire`, timed by the figures of the SICK telegram
+//! listing.
 
 use super::{SimulateOptions, SimulateReport, run};
-use crate::capture_source::Capture;
+use crate::capture::source::Capture;
 use crate::faults::{Faults, Preset};
+use biplane_recording::capture::serial;
 use biplane_recording::{Port, Reader};
-use biplane_wire::deframe::Item;
+use biplane_wire::framing::Item;
 use biplane_wire::{lms, p2os};
 use std::path::{Path, PathBuf};
 
@@ -58,7 +60,7 @@ fn frames(capture: &Path, port: Port) -> Vec<(i64, Vec<u8>)> {
     let reader = Reader::open(capture).expect("a capture");
     let mut deframer = lms::DeviceDeframer::new();
     let mut frames = Vec::new();
-    for read in reader.serial().map(|read| read.expect("serial bytes")).filter(|read| read.port == port) {
+    for read in serial(&reader).map(|read| read.expect("serial bytes")).filter(|read| read.port == port) {
         deframer.feed(&read.bytes, |item| match item {
             Item::Frame { bytes, .. } => frames.push((read.time_ns, bytes.to_vec())),
             Item::Control { byte: lms::ACK, .. } => {}
@@ -114,7 +116,7 @@ fn the_base_reports_ten_times_a_second_and_ends_near_the_end_of_the_way() {
     let mut deframer = p2os::Deframer::new();
     let mut last = None;
     let mut packets = 0;
-    for read in Reader::open(&capture).expect("a capture").serial().map(|read| read.expect("bytes")) {
+    for read in serial(&Reader::open(&capture).expect("a capture")).map(|read| read.expect("bytes")) {
         if read.port == Port::Base {
             deframer.feed(&read.bytes, |item| {
                 if let Item::Frame { bytes, .. } = item {
@@ -147,7 +149,7 @@ fn the_same_seed_gives_the_same_bytes_and_another_seed_others() {
 fn bases_that_count_are_captured_together_with_what_they_were_asked() {
     let scratch = Scratch::new("counting");
     let path = scratch.file("path.toml", "waypoints_m = [[0, 0], [4, 0]]\nspeed_m_s = 0.5\n");
-    // Counts of a metre of way of the first counter, which the mock base believes to be 1 % longer.
+    // Counts of a meter of way of the first counter, which the mock base believes to be 1 % longer.
     let bases = [
         (
             "protocol = \"roboclaw\"\nmetres_per_count_left = 0.0001\nmetres_per_count_right = 0.0001",
@@ -209,7 +211,7 @@ fn a_truth_that_cannot_be_written_or_is_there_already_is_found_before_the_captur
     assert_eq!(std::fs::read_to_string(folder.join("poses.tum")).ok().as_deref(), Some("precious"));
 }
 
-/// The corridor with faults; the reads of the localising laser.
+/// The corridor with faults; the reads of the localizing laser.
 fn faulty(name: &str, faults: &[Preset]) -> Vec<(i64, Vec<u8>)> {
     let scratch = Scratch::new(name);
     let path = scratch.file("path.toml", "waypoints_m = [[0, 0], [9, 0]]\nspeed_m_s = 0.5\n");
@@ -221,7 +223,7 @@ fn faulty(name: &str, faults: &[Preset]) -> Vec<(i64, Vec<u8>)> {
     };
     run(&options).expect("simulates");
     let reader = Reader::open(&options.output).expect("a capture");
-    let reads = reader.serial().map(|read| read.expect("serial bytes"));
+    let reads = serial(&reader).map(|read| read.expect("serial bytes"));
     reads.filter(|read| read.port == Port::Horizontal).map(|read| (read.time_ns, read.bytes)).collect()
 }
 
@@ -253,14 +255,14 @@ fn faults_of_the_measurement_and_of_the_lines_are_in_a_capture() {
         whole
     };
     let plain = telegrams(&faulty("no-faults", &[]));
-    let spoilt = telegrams(&faulty("spoilt", &[Preset::Dazzle, Preset::WindowDirty]));
-    assert_eq!(plain.len(), spoilt.len());
+    let spoiled = telegrams(&faulty("spoilt", &[Preset::Dazzle, Preset::WindowDirty]));
+    assert_eq!(plain.len(), spoiled.len());
     let status = |telegram: &Vec<u8>| telegram[telegram.len() - 3];
     for bit in [0x40, 0x80] {
-        let set = spoilt.iter().filter(|telegram| status(telegram) & bit != 0).count();
+        let set = spoiled.iter().filter(|telegram| status(telegram) & bit != 0).count();
         assert!((1..plain.len()).contains(&set), "{bit:02x}: {set} of {}", plain.len());
     }
-    assert!(plain.iter().zip(&spoilt).all(|(a, b)| (a == b) == (status(b) == 0x10)));
+    assert!(plain.iter().zip(&spoiled).all(|(a, b)| (a == b) == (status(b) == 0x10)));
     let torn = telegrams(&faulty("torn", &[Preset::LooseConnector, Preset::BitNoise, Preset::UsbStall]));
     assert!(torn.len() < plain.len() && torn.len() > plain.len() / 2, "{} of {}", torn.len(), plain.len());
 }
@@ -273,7 +275,7 @@ fn a_fault_that_needs_a_client_is_refused() {
     assert!(error.contains("power-cycle") && error.contains("serve"), "{error}");
 }
 
-/// Whole telegrams of the localising laser on a rig with these keys; the truth's first beams.
+/// Whole telegrams of the localizing laser on a rig with these keys; the truth's first beams.
 fn of_rig(name: &str, keys: &str, change: impl FnOnce(&mut SimulateOptions)) -> (Vec<Vec<u8>>, Vec<i64>) {
     let scratch = Scratch::new(name);
     let rig = format!("[horizontal]\nport = \"a\"\n{keys}\n[base]\nport = \"c\"\n");

@@ -1,12 +1,13 @@
 //! Plane labels for a mesh that has none: flat surfaces that hang together.
 //!
-//! Faces belong to one surface when their planes agree (direction within 0.1 degrees, offset within 2 mm) and a chain of faces, each
-//! touching the next (within 1 cm), leads from one to the other: a wall made of several building elements is one surface, two
-//! closed doors in line are two. A surface smaller than 1 square decimetre keeps [`NO_PLANE`]. Metres.
+//! Faces belong to one surface when their planes agree (direction within 0.1 degrees, offset within 2 mm) and
+//! a chain of faces, each touching the next (within 1 cm), leads from one to the other: a wall made of
+//! several building elements is one surface, two closed doors in line are two. A surface smaller than 1
+//! square decimetre keeps [`NO_PLANE`]. Meters.
 
-use super::mesh::{LabelledMesh, NO_PLANE};
-use crate::raycast::normal;
-use crate::vec3::{Vec3, cross, dot, length, scale, sub, unit};
+use super::mesh::{LabeledMesh, NO_PLANE};
+use crate::world::raycast::normal;
+use crate::world::vec3::{Vec3, cross, dot, length, scale, sub, unit};
 use std::collections::BTreeMap;
 
 /// Cosine of 0.1 degrees.
@@ -16,7 +17,7 @@ const TOUCH_M: f64 = 0.01;
 const SMALLEST_M2: f64 = 0.01;
 
 /// Gives every face its label.
-pub fn label_planes(mesh: &mut LabelledMesh) {
+pub fn label_planes(mesh: &mut LabeledMesh) {
     let mut labels = vec![NO_PLANE; mesh.faces.len()];
     let mut next = 0;
     for (direction, members) in by_direction(mesh) {
@@ -44,7 +45,7 @@ fn undirected(n: Vec3) -> Vec3 {
 }
 
 /// Faces with nearly the same normal, with that normal. Faces without area are left out.
-fn by_direction(mesh: &LabelledMesh) -> Vec<(Vec3, Vec<usize>)> {
+fn by_direction(mesh: &LabeledMesh) -> Vec<(Vec3, Vec<usize>)> {
     const CELL: f64 = 0.004;
     let mut groups: Vec<(Vec3, Vec<usize>)> = Vec::new();
     let mut cells: BTreeMap<[i32; 3], Vec<usize>> = BTreeMap::new();
@@ -72,7 +73,7 @@ fn by_direction(mesh: &LabelledMesh) -> Vec<(Vec3, Vec<usize>)> {
 }
 
 /// Splits faces of one direction wherever their offsets leave a gap.
-fn by_offset(mesh: &LabelledMesh, direction: Vec3, members: Vec<usize>) -> Vec<Vec<usize>> {
+fn by_offset(mesh: &LabeledMesh, direction: Vec3, members: Vec<usize>) -> Vec<Vec<usize>> {
     let offset = |face: usize| mesh.corners(face).iter().map(|p| dot(direction, *p)).sum::<f64>() / 3.0;
     let mut sorted: Vec<(f64, usize)> = members.into_iter().map(|face| (offset(face), face)).collect();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
@@ -89,7 +90,7 @@ fn by_offset(mesh: &LabelledMesh, direction: Vec3, members: Vec<usize>) -> Vec<V
 }
 
 /// Splits faces of one plane into those that hang together.
-fn hanging_together(mesh: &LabelledMesh, direction: Vec3, group: &[usize]) -> Vec<Vec<usize>> {
+fn hanging_together(mesh: &LabeledMesh, direction: Vec3, group: &[usize]) -> Vec<Vec<usize>> {
     let helper = if direction[2].abs() < 0.9 { [0.0, 0.0, 1.0] } else { [1.0, 0.0, 0.0] };
     let u = unit(cross(helper, direction));
     let v = cross(direction, u);
@@ -198,8 +199,8 @@ impl Sets {
 #[cfg(test)]
 mod tests {
     use super::label_planes;
-    use crate::world::builder::{Builder, Facing, Hole};
-    use crate::world::mesh::{LabelledMesh, NO_PLANE};
+    use crate::world::built_in::builder::{Builder, Facing, Hole};
+    use crate::world::mesh::{LabeledMesh, NO_PLANE};
 
     #[test]
     fn a_built_world_without_its_labels_gets_them_back() {
@@ -212,7 +213,7 @@ mod tests {
             b.rect(Facing::Left, -0.1, [4.0, 5.0], [1.0, 2.0], &[]);
         });
         let truth = builder.finish();
-        let mut mesh = LabelledMesh { planes: vec![NO_PLANE; truth.planes.len()], ..truth.clone() };
+        let mut mesh = LabeledMesh { planes: vec![NO_PLANE; truth.planes.len()], ..truth.clone() };
         label_planes(&mut mesh);
         for i in 0..truth.faces.len() {
             for j in 0..truth.faces.len() {

@@ -1,10 +1,10 @@
 //! Surfaces of a world: triangles, each with the label of the plane that it belongs to.
 //!
-//! A label names one flat surface: all faces of a wall share it, whatever holes it has. Curved things and foliage have
-//! [`NO_PLANE`]. Metres; the frame is the owner's.
+//! A label names one flat surface: all faces of a wall share it, whatever holes it has. Curved things and
+//! foliage have [`NO_PLANE`]. Meters; the frame is the owner's.
 
-use crate::pose::Pose;
-use crate::vec3::Vec3;
+use crate::world::pose::Pose;
+use crate::world::vec3::Vec3;
 use std::ops::Range;
 
 /// Label of faces that belong to no plane.
@@ -12,7 +12,7 @@ pub const NO_PLANE: i32 = -1;
 
 /// Triangles with labels.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct LabelledMesh {
+pub struct LabeledMesh {
     /// Corners.
     pub vertices_m: Vec<Vec3>,
     /// Indices of three corners a face.
@@ -30,7 +30,7 @@ pub struct Object {
     pub faces: Range<usize>,
 }
 
-impl LabelledMesh {
+impl LabeledMesh {
     /// Adds a corner and gives its index.
     pub fn vertex(&mut self, at: Vec3) -> u32 {
         self.vertices_m.push(at);

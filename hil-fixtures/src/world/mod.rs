@@ -1,20 +1,23 @@
-//! Known worlds: labelled surfaces and paths to drive through them.
+//! Known worlds: labeled surfaces and paths to drive through them.
 //!
-//! Named worlds are built by code; any triangle mesh can be one, with a path from a file. Each world has its own frame (metres,
-//! z up); a drive moves it so that the drive starts at the origin of `map`.
+//! Named worlds are built by code; any triangle mesh can be one, with a path from a file. Each world has its
+//! own frame (meters, z up); a drive moves it so that the drive starts at the origin of `map`.
 
-pub mod builder;
-pub mod building;
-pub mod corridor;
+pub mod built_in;
+pub mod files;
 pub mod labels;
 pub mod mesh;
-pub mod office;
 pub mod path;
+pub mod pose;
+pub mod raycast;
 pub mod scene;
+pub mod vec3;
 
-use crate::obj::{self, ObjError};
-use crate::ply::{self, PlyError};
-use mesh::{LabelledMesh, Object};
+use crate::world::files::obj;
+use crate::world::files::obj::ObjError;
+use crate::world::files::ply;
+use crate::world::files::ply::PlyError;
+use mesh::{LabeledMesh, Object};
 use path::{Path, PathError};
 use std::io;
 use std::path::PathBuf;
@@ -28,7 +31,7 @@ pub struct World {
     /// Its name, or the file's.
     pub name: String,
     /// All surfaces, in the world's own frame.
-    pub mesh: LabelledMesh,
+    pub mesh: LabeledMesh,
     /// Named parts of the mesh, for a world from an OBJ file.
     pub objects: Vec<Object>,
     /// Built-in paths; the first is the usual one. Empty for a mesh from a file.
@@ -111,18 +114,18 @@ impl World {
     fn load(path: &std::path::Path, ply: bool) -> Result<Self, WorldError> {
         let bytes =
             std::fs::read(path).map_err(|source| WorldError::File { path: path.to_owned(), source })?;
-        let (mut mesh, labelled, objects) = if ply {
+        let (mut mesh, labeled, objects) = if ply {
             let found = ply::parse(&bytes);
-            let (mesh, labelled) =
+            let (mesh, labeled) =
                 found.map_err(|source| WorldError::Ply { path: path.to_owned(), source })?;
-            (mesh, labelled, Vec::new())
+            (mesh, labeled, Vec::new())
         } else {
             let found = obj::parse(&String::from_utf8_lossy(&bytes));
             let (mesh, objects) =
                 found.map_err(|source| WorldError::Obj { path: path.to_owned(), source })?;
             (mesh, false, objects)
         };
-        if !labelled {
+        if !labeled {
             labels::label_planes(&mut mesh);
         }
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -134,16 +137,16 @@ impl World {
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         match name {
-            "corridor" => Some(corridor::corridor()),
-            "building" => Some(building::building()),
-            "office" => Some(office::office()),
+            "corridor" => Some(built_in::corridor::corridor()),
+            "building" => Some(built_in::building::building()),
+            "office" => Some(built_in::office::office()),
             _ => None,
         }
     }
 
     /// The surfaces that are there during a drive, in the world's own frame.
     #[must_use]
-    pub fn mesh_for(&self, path: &Path) -> LabelledMesh {
+    pub fn mesh_for(&self, path: &Path) -> LabeledMesh {
         let gone = |object: &&Object| {
             path.without_objects.iter().any(|start| object.name.starts_with(start.as_str()))
         };
@@ -178,7 +181,8 @@ impl World {
     }
 }
 
-/// Path files of `hil-fixtures/worlds` for meshes that are not part of this project, by the name of the mesh's file.
+/// Path files of `hil-fixtures/worlds` for meshes that are not part of this project, by the name of the
+/// mesh's file.
 const KNOWN_PATHS: [(&str, &str, &str); 2] = [
     ("institute", "institute.toml", include_str!("../../worlds/institute.toml")),
     ("institute", "institute-closed.toml", include_str!("../../worlds/institute-closed.toml")),
@@ -195,8 +199,8 @@ fn known_paths(world: &str) -> Result<Vec<Path>, WorldError> {
 mod tests {
     use super::scene::Scene;
     use super::{NAMES, World, known_paths};
-    use crate::drive::Drive;
-    use crate::vec3::Vec3;
+    use crate::rig::drive::Drive;
+    use crate::world::vec3::Vec3;
 
     /// Every drive through a world: its name, the surfaces in `map`, the drive.
     fn drives_through(world: &World) -> Vec<(String, Scene, Drive)> {
@@ -258,13 +262,10 @@ mod tests {
     fn every_built_in_drive_has_ground_under_it_and_rooms_have_a_ceiling() {
         for (name, scene, drive) in drives() {
             for origin in origins(&drive, 0.4) {
-                let ground = scene.look(origin, [0.0, 0.0, -1.0], 1.0).map(|sight| sight.range_m);
+                let ground = scene.look(origin, [0.0, 0.0, -1.0], 1.0).map(|hit| hit.range_m);
                 assert!(ground.is_some_and(|range_m| (range_m - 0.4).abs() < 1e-9), "{name} {origin:?}");
                 let above = scene.look(origin, [0.0, 0.0, 1.0], 100.0);
-                assert!(
-                    name.starts_with("building") || above.is_some_and(|sight| sight.range_m < 2.5),
-                    "{name}"
-                );
+                assert!(name.starts_with("building") || above.is_some_and(|hit| hit.range_m < 2.5), "{name}");
             }
         }
     }

@@ -1,6 +1,6 @@
 //! Where a robot drives through a world: waypoints on a floor, and how it takes them.
 //!
-//! In the frame of the world's own file; metres, seconds, degrees. As a file (TOML), for `simulate --path`:
+//! In the frame of the world's own file; meters, seconds, degrees. As a file (TOML), for `simulate --path`:
 //! ```toml
 //! waypoints_m = [[0.0, 0.0], [10.0, 0.0]]
 //! floor_z_m = 0.0        # everything below has a default
@@ -20,11 +20,12 @@ pub struct Path {
     pub waypoints_m: Vec<[f64; 2]>,
     /// Height of the floor: where `base_link` moves.
     pub floor_z_m: f64,
-    /// Cruising speed. Faster: fewer scans a metre, more distortion within a scan.
+    /// Cruising speed. Faster: fewer scans a meter, more distortion within a scan.
     pub speed_m_s: f64,
     /// Speeding up and slowing down. Smaller: softer starts, longer drives.
     pub acceleration_m_s2: f64,
-    /// How far before and after a waypoint the curve reaches (less where legs are short). Larger: wider curves.
+    /// How far before and after a waypoint the curve reaches (less where legs are short). Larger: wider
+    /// curves.
     pub corner_m: f64,
     /// Fastest turning; the robot slows down in curves to keep it. Smaller: slower curves.
     pub turn_deg_s: f64,
@@ -34,7 +35,8 @@ pub struct Path {
     pub weave_length_m: f64,
     /// Roll and pitch of the moving base, one standard deviation each, as on rough ground. 0 indoors.
     pub shake_deg: f64,
-    /// Objects of the world's file that are not there during this drive, by the beginning of their names: doors that stand open.
+    /// Objects of the world's file that are not there during this drive, by the beginning of their names:
+    /// doors that stand open.
     pub without_objects: Vec<String>,
 }
 
@@ -75,7 +77,7 @@ pub enum PathError {
     },
     /// A turn on the spot, which this drive does not do.
     #[error(
-        "the path turns by {turn_deg:.0} degrees at waypoint {waypoint} (from 0); at most {most_deg:.0} can be driven"
+        "the path turns by {turn_deg:.0} degrees at waypoint {waypoint} (from 0); at most {max_deg:.0} can be driven"
     )]
     TooSharp {
         /// Index of the waypoint.
@@ -83,25 +85,25 @@ pub enum PathError {
         /// The turn there.
         turn_deg: f64,
         /// The sharpest turn that can be driven.
-        most_deg: f64,
+        max_deg: f64,
     },
     /// A way that nobody drives in one go.
-    #[error("the path is {found_m:.0} m long; at most {most_m:.0} m can be driven")]
+    #[error("the path is {found_m:.0} m long; at most {max_m:.0} m can be driven")]
     TooLong {
         /// Length from waypoint to waypoint.
         found_m: f64,
         /// The longest way.
-        most_m: f64,
+        max_m: f64,
     },
     /// A drive that takes too long.
     #[error(
-        "the drive would take {found_s:.0} s; at most {most_s:.0} s can be driven: drive faster (speed, acceleration, turning)"
+        "the drive would take {found_s:.0} s; at most {max_s:.0} s can be driven: drive faster (speed, acceleration, turning)"
     )]
     TooSlow {
         /// Time from start to end.
         found_s: f64,
         /// The longest drive.
-        most_s: f64,
+        max_s: f64,
     },
     /// A number that makes no drive.
     #[error("{field} = {value}: expected {expected}")]

@@ -1,21 +1,21 @@
 //! A world as a sensor meets it: surfaces in `map`, ready for rays.
 
-use super::mesh::LabelledMesh;
-use crate::raycast::{Raycaster, normal};
-use crate::vec3::{Vec3, dot};
+use super::mesh::LabeledMesh;
+use crate::world::raycast::{Raycaster, normal};
+use crate::world::vec3::{Vec3, dot};
 
-/// Labelled surfaces in `map` with their ray caster.
+/// Labeled surfaces in `map` with their ray caster.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    mesh: LabelledMesh,
+    mesh: LabeledMesh,
     normals: Vec<Vec3>,
     caster: Raycaster,
 }
 
 /// What a ray met.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sight {
-    /// Distance, metres.
+pub struct RayHit {
+    /// Distance, meters.
     pub range_m: f64,
     /// Plane label of the surface.
     pub plane: i32,
@@ -26,7 +26,7 @@ pub struct Sight {
 impl Scene {
     /// Sorts the surfaces; they must be in `map` already.
     #[must_use]
-    pub fn new(mesh: LabelledMesh) -> Self {
+    pub fn new(mesh: LabeledMesh) -> Self {
         let caster = Raycaster::new(&mesh.vertices_m, &mesh.faces);
         let normals = (0..mesh.faces.len()).map(|i| normal(mesh.corners(i))).collect();
         Self { mesh, normals, caster }
@@ -34,16 +34,16 @@ impl Scene {
 
     /// The surfaces, in `map`.
     #[must_use]
-    pub fn mesh(&self) -> &LabelledMesh {
+    pub fn mesh(&self) -> &LabeledMesh {
         &self.mesh
     }
 
     /// The nearest surface along a ray in `map`; `direction` of length 1.
     #[must_use]
-    pub fn look(&self, origin: Vec3, direction: Vec3, max_m: f64) -> Option<Sight> {
+    pub fn look(&self, origin: Vec3, direction: Vec3, max_m: f64) -> Option<RayHit> {
         let hit = self.caster.cast(origin, direction, max_m)?;
         let face = hit.triangle as usize;
         let cosine = dot(self.normals[face], direction).abs();
-        Some(Sight { range_m: hit.range_m, plane: self.mesh.planes[face], cosine })
+        Some(RayHit { range_m: hit.range_m, plane: self.mesh.planes[face], cosine })
     }
 }

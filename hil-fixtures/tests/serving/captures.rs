@@ -2,12 +2,12 @@
 
 use crate::client::{Client, hex};
 use crate::{folder, serving};
-use biplane_mock::capture_source::{Capture, CaptureError};
+use biplane_mock::capture::source::{Capture, CaptureError};
 use biplane_mock::faults::{Faults, Preset};
 use biplane_mock::serve::{ServeOptions, Source};
 use biplane_mock::simulate::{SimulateOptions, run};
 use biplane_recording::{Writer, WriterOptions};
-use biplane_wire::deframe::Item;
+use biplane_wire::framing::Item;
 use biplane_wire::lms::{DeviceDeframer, Reply, Telegram};
 use std::path::{Path, PathBuf};
 
@@ -63,9 +63,9 @@ fn a_capture_is_played_to_its_last_scan_and_the_mock_ends() {
     let file = capture(&folder);
     let held = Capture::read(&file).expect("a capture");
     let options = ServeOptions { speed: 10.0, ..options(&file, &folder) };
-    let mut heard = [Vec::new(), Vec::new(), Vec::new()];
-    serving(&options, |links| heard = listen(links)).expect("served");
-    let [horizontal, vertical, base] = heard;
+    let mut received = [Vec::new(), Vec::new(), Vec::new()];
+    serving(&options, |links| received = listen(links)).expect("served");
+    let [horizontal, vertical, base] = received;
     for (bytes, track) in [(horizontal, held.horizontal), (vertical, held.vertical)] {
         let track = track.expect("both lasers");
         let expected: Vec<Vec<u16>> = track.scans.iter().map(|scan| scan.words.to_vec()).collect();
@@ -82,14 +82,14 @@ fn a_fault_damages_scans_and_says_how_many_bytes_it_touched() {
     let file = capture(&folder);
     let faults = Faults::new(&[Preset::BitNoise, Preset::UsbStall], 3);
     let options = ServeOptions { speed: 10.0, faults, seed: 3, ..options(&file, &folder) };
-    let mut heard = [Vec::new(), Vec::new(), Vec::new()];
+    let mut received = [Vec::new(), Vec::new(), Vec::new()];
     let report = serving(&options, |links| {
         let laser = Client::open(&links.join("lms-horizontal"), 38_400);
         laser.write(&hex("02 00 02 00 20 24 34 08"));
-        heard[0] = laser.read_until(20_000, |_| false);
+        received[0] = laser.read_until(20_000, |_| false);
     })
     .expect("served");
-    let whole = scans(&heard[0]).len() as u64;
+    let whole = scans(&received[0]).len() as u64;
     assert!(whole > 50 && whole < report.ports[0].device.telegrams, "{whole}");
     assert!(report.ports[0].faulted_bytes > 0);
 }

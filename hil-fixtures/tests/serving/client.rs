@@ -6,60 +6,60 @@ use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 use std::os::fd::OwnedFd;
 use std::path::Path;
 
-pub struct Client {
+pub(crate) struct Client {
     port: OwnedFd,
 }
 
 impl Client {
-    pub fn open(link: &Path, baud: u32) -> Self {
+    pub(crate) fn open(link: &Path, baud: u32) -> Self {
         let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK;
         let client = Self { port: open(link, flags, Mode::empty()).expect("the link can be opened") };
         client.set_baud(baud);
         client
     }
 
-    pub fn set_baud(&self, baud: u32) {
+    pub(crate) fn set_baud(&self, baud: u32) {
         let mut settings = tcgetattr(&self.port).expect("a terminal");
         settings.make_raw();
         settings.set_speed(baud).expect("a speed");
         tcsetattr(&self.port, OptionalActions::Now, &settings).expect("a terminal");
     }
 
-    pub fn write(&self, bytes: &[u8]) {
+    pub(crate) fn write(&self, bytes: &[u8]) {
         assert_eq!(rustix::io::write(&self.port, bytes), Ok(bytes.len()));
     }
 
     /// Reads until `enough` says so or the time is over.
-    pub fn read_until(&self, wait_ms: i64, enough: impl Fn(&[u8]) -> bool) -> Vec<u8> {
+    pub(crate) fn read_until(&self, wait_ms: i64, enough: impl Fn(&[u8]) -> bool) -> Vec<u8> {
         let end_ns = biplane_clock::monotonic_ns() + wait_ms * 1_000_000;
-        let mut heard = Vec::new();
-        while !enough(&heard) && biplane_clock::monotonic_ns() < end_ns {
+        let mut received = Vec::new();
+        while !enough(&received) && biplane_clock::monotonic_ns() < end_ns {
             let mut ports = [PollFd::new(&self.port, PollFlags::IN)];
             let _ = poll(&mut ports, Some(&Timespec { tv_sec: 0, tv_nsec: 20_000_000 }));
             let mut buffer = [0; 4096];
             match rustix::io::read(&self.port, &mut buffer) {
                 Ok(0) => break,
-                Ok(count) => heard.extend_from_slice(&buffer[..count]),
+                Ok(count) => received.extend_from_slice(&buffer[..count]),
                 Err(rustix::io::Errno::AGAIN) => {}
                 Err(_) => break,
             }
         }
-        heard
+        received
     }
 
     /// Says a request and waits for this answer.
-    pub fn ask(&self, request: &str, answer: &str) {
+    pub(crate) fn ask(&self, request: &str, answer: &str) {
         self.write(&hex(request));
         let answer = hex(answer);
-        let heard = self.read_until(5000, |heard| ends(heard, &answer));
-        assert!(ends(&heard, &answer), "{request} was answered with {heard:02x?}");
+        let received = self.read_until(5000, |received| ends(received, &answer));
+        assert!(ends(&received, &answer), "{request} was answered with {received:02x?}");
     }
 }
 
-fn ends(heard: &[u8], answer: &[u8]) -> bool {
-    heard.windows(answer.len()).any(|window| window == answer)
+fn ends(received: &[u8], answer: &[u8]) -> bool {
+    received.windows(answer.len()).any(|window| window == answer)
 }
 
-pub fn hex(text: &str) -> Vec<u8> {
+pub(crate) fn hex(text: &str) -> Vec<u8> {
     text.split_whitespace().map(|byte| u8::from_str_radix(byte, 16).expect("hex in a test")).collect()
 }

@@ -1,6 +1,6 @@
 //! The captures of `hil-fixtures/captures`: small, described, undamaged, and of use.
 
-use biplane_mock::capture_source::Capture;
+use biplane_mock::capture::source::Capture;
 use std::path::{Path, PathBuf};
 
 fn captures() -> Vec<PathBuf> {

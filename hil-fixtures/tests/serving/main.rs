@@ -1,4 +1,5 @@
-//! The mock on real pseudo-terminals: links, speeds, clients that come and go, worlds with their truth, captures to the last scan.
+//! The mock on real pseudo-terminals: links, speeds, clients that come and go, worlds with their truth,
+//! captures to the last scan.
 
 mod captures;
 mod client;

@@ -2,7 +2,7 @@
 
 use crate::client::Client;
 use crate::folder;
-use biplane_mock::pty::{Pty, PtyError};
+use biplane_mock::devices::pty::{Pty, PtyError};
 
 fn settle(pty: &mut Pty) {
     for _ in 0..5 {
@@ -37,7 +37,7 @@ fn a_client_gets_neither_what_was_sent_before_it_came_nor_what_the_last_one_left
         settle(&mut pty);
         assert!(pty.has_client(), "round {round}");
         pty.write(b"fresh");
-        assert_eq!(client.read_until(2000, |heard| heard.len() >= 5), b"fresh", "round {round}");
+        assert_eq!(client.read_until(2000, |received| received.len() >= 5), b"fresh", "round {round}");
         pty.write(b"stale");
         drop(client);
         settle(&mut pty);

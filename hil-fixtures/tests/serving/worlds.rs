@@ -2,11 +2,11 @@
 
 use crate::client::{Client, hex};
 use crate::{folder, serving};
+use biplane_mock::faults::device::power_cycle::PowerCycleParams;
 use biplane_mock::faults::episodes::EpisodeParams;
-use biplane_mock::faults::power_cycle::PowerCycleParams;
 use biplane_mock::faults::{Faults, Preset};
+use biplane_mock::rig::simulated::SimulationParams;
 use biplane_mock::serve::{ServeOptions, Source};
-use biplane_mock::simulated_rig::SimulationParams;
 use biplane_mock::world::World;
 use biplane_recording::Rig;
 use std::path::Path;
@@ -42,13 +42,13 @@ fn a_laser_is_deaf_and_garbled_at_a_wrong_rate_and_answers_at_its_own() {
         laser.ask(STOP, DONE);
         laser.write(&hex(STOP));
         // The ACK is not heard before the mock has read the request at 9600.
-        let heard = laser.read_until(5000, |heard| !heard.is_empty());
-        assert_eq!(heard[0], 6);
+        let received = laser.read_until(5000, |received| !received.is_empty());
+        assert_eq!(received[0], 6);
         laser.set_baud(19_200);
-        let heard = laser.read_until(300, |heard| heard.len() >= 16);
+        let received = laser.read_until(300, |received| received.len() >= 16);
         assert!(
-            !heard.is_empty() && !heard.windows(4).any(|window| window == hex("02 80 03 00")),
-            "{heard:02x?}"
+            !received.is_empty() && !received.windows(4).any(|window| window == hex("02 80 03 00")),
+            "{received:02x?}"
         );
     })
     .expect("served");
@@ -70,9 +70,9 @@ fn the_drive_begins_when_all_devices_stream_and_its_truth_is_written() {
         }
         let base = open_base(&links.join("base"));
         // A packet that says "moving": the drive has begun.
-        let moved = |heard: &[u8]| heard.windows(4).any(|window| window == hex("fa fb 22 33"));
+        let moved = |received: &[u8]| received.windows(4).any(|window| window == hex("fa fb 22 33"));
         assert!(moved(&base.read_until(10_000, moved)));
-        let scans = lasers[0].read_until(3000, |heard| heard.len() > 20 * 732);
+        let scans = lasers[0].read_until(3000, |received| received.len() > 20 * 732);
         assert!(scans.windows(7).filter(|window| *window == hex("02 80 d6 02 b0 69 01")).count() >= 10);
     })
     .expect("served");
@@ -136,15 +136,16 @@ fn devices_left_streaming_are_heard_unasked_and_a_power_cycle_ends_that() {
     let report = serving(&options, |links| {
         let laser = Client::open(&links.join("lms-horizontal"), 38_400);
         let scan = hex("02 80 d6 02 b0 69 01");
-        let heard = laser.read_until(2000, |heard| heard.windows(7).any(|window| window == scan));
-        assert!(heard.windows(7).any(|window| window == scan), "{} bytes", heard.len());
+        let received = laser.read_until(2000, |received| received.windows(7).any(|window| window == scan));
+        assert!(received.windows(7).any(|window| window == scan), "{} bytes", received.len());
         let base = Client::open(&links.join("base"), 9600);
-        assert!(!base.read_until(500, |heard| heard.len() > 40).is_empty());
+        assert!(!base.read_until(500, |received| received.len() > 40).is_empty());
         // At the wrong rate the power-on telegram would be noise.
         laser.set_baud(9600);
         let power_on = hex("02 80 14 00 90 4c 4d 53");
-        let heard = laser.read_until(6000, |heard| heard.windows(8).any(|window| window == power_on));
-        assert!(heard.windows(8).any(|window| window == power_on), "{heard:02x?}");
+        let received =
+            laser.read_until(6000, |received| received.windows(8).any(|window| window == power_on));
+        assert!(received.windows(8).any(|window| window == power_on), "{received:02x?}");
     })
     .expect("served");
     assert!(report.ports.iter().all(|port| port.device.power_cycles >= 1));

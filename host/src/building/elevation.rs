@@ -1,17 +1,16 @@
-//! A plane seen from its side: u runs level along it, z up. Metres.
+//! A plane seen from its side: u runs level along it, z up. Meters.
 
-use super::section::crossing;
 use crate::model::{PlanarPolygon, Plane};
 
-/// From where to where, metres.
-pub(super) type Span = [f64; 2];
+/// From where to where, meters.
+pub(crate) type Span = [f64; 2];
 
 /// Planes with a smaller level part of their normal have no side: 3 degrees from level.
-const LEAST_LEVEL: f64 = 0.05;
+const MIN_LEVEL: f64 = 0.05;
 
 /// The coordinates of one plane.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Elevation {
+pub(crate) struct Elevation {
     along: [f64; 2],
     /// Level part of the normal, of unit length.
     across: [f64; 2],
@@ -22,10 +21,10 @@ pub(super) struct Elevation {
 
 impl Elevation {
     /// Of a plane; `None` when it is level.
-    pub(super) fn new(plane: &Plane) -> Option<Self> {
+    pub(crate) fn new(plane: &Plane) -> Option<Self> {
         let [x, y, z] = plane.normal;
         let length = x.hypot(y);
-        (length > LEAST_LEVEL).then(|| Self {
+        (length > MIN_LEVEL).then(|| Self {
             along: [-y / length, x / length],
             across: [x / length, y / length],
             offset_m: plane.offset_m / length,
@@ -34,29 +33,29 @@ impl Elevation {
     }
 
     /// Place of a point along the plane.
-    pub(super) fn u(&self, [x, y]: [f64; 2]) -> f64 {
+    pub(crate) fn u(&self, [x, y]: [f64; 2]) -> f64 {
         self.along[0] * x + self.along[1] * y
     }
 
     /// x and y of the place `u` at a height.
-    pub(super) fn point(&self, u: f64, z_m: f64) -> [f64; 2] {
+    pub(crate) fn point(&self, u: f64, z_m: f64) -> [f64; 2] {
         let away = self.offset_m - self.slope * z_m;
         [0, 1].map(|axis| u * self.along[axis] + away * self.across[axis])
     }
 
     /// Where a polygon is at a height.
-    pub(super) fn row(&self, polygon: &PlanarPolygon, z_m: f64) -> Vec<Span> {
+    pub(crate) fn row(&self, polygon: &PlanarPolygon, z_m: f64) -> Vec<Span> {
         let passed = edges(polygon).filter_map(|(p, q)| crossing(p, q, z_m)).map(|at| self.u(at));
         pairs(passed.collect())
     }
 
     /// Where any of these polygons is at a height.
-    pub(super) fn rows(&self, polygons: &[&PlanarPolygon], z_m: f64) -> Vec<Span> {
+    pub(crate) fn rows(&self, polygons: &[&PlanarPolygon], z_m: f64) -> Vec<Span> {
         joined(polygons.iter().flat_map(|polygon| self.row(polygon, z_m)).collect())
     }
 
     /// Heights at which any of these polygons is over the place `u`.
-    pub(super) fn column(&self, polygons: &[&PlanarPolygon], u: f64) -> Vec<Span> {
+    pub(crate) fn column(&self, polygons: &[&PlanarPolygon], u: f64) -> Vec<Span> {
         let of_one = |polygon: &&PlanarPolygon| {
             let flat = |p: [f64; 3]| [p[2], 0.0, self.u([p[0], p[1]])];
             let passed = edges(polygon).filter_map(|(p, q)| crossing(flat(p), flat(q), u)).map(|at| at[0]);
@@ -78,7 +77,7 @@ fn pairs(mut passed: Vec<f64>) -> Vec<Span> {
     passed.as_chunks().0.iter().filter(|[from, to]| to > from).copied().collect()
 }
 
-/// Spans closer than this are one, metres: seams between polygons of a plane.
+/// Spans closer than this are one, meters: seams between polygons of a plane.
 const SEAM_M: f64 = 0.02;
 
 /// Spans from below, those that touch made one.
@@ -92,4 +91,13 @@ fn joined(mut spans: Vec<Span>) -> Vec<Span> {
         }
     }
     out
+}
+
+/// Where an edge passes a height; an edge that only ends there passes it when it comes from below.
+pub(crate) fn crossing(p: [f64; 3], q: [f64; 3], z_m: f64) -> Option<[f64; 2]> {
+    if (p[2] <= z_m) == (q[2] <= z_m) {
+        return None;
+    }
+    let share = (z_m - p[2]) / (q[2] - p[2]);
+    Some([p[0] + share * (q[0] - p[0]), p[1] + share * (q[1] - p[1])])
 }

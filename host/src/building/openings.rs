@@ -1,10 +1,14 @@
 //! Doors and windows: plumb gaps of a wall with the wall going on over them.
 //!
-//! A gap at the height of the cut whose sides are plumb and that has wall over all of its width is an opening: a door when nothing of the
-//! wall is under it, a window when there is. A shadow of furniture is rarely plumb; one that is cannot be told from an opening.
+//! A gap at the height of the cut whose sides are plumb and that has wall over all of its width is an
+//! opening: a door when nothing of the wall is under it, a window when there is. A shadow of furniture is
+//! rarely plumb; one that is cannot be told from an opening.
 
 use super::elevation::{Elevation, Span};
-use super::{CUT_M, Kind, Part, heights_m};
+use crate::building::part::CUT_M;
+use crate::building::part::Kind;
+use crate::building::part::Part;
+use crate::building::part::heights_m;
 use crate::model::{Model, PlanarPolygon};
 
 /// What an opening is for.
@@ -27,54 +31,55 @@ pub struct Opening {
     pub storey: usize,
     /// Index of the polygon over it.
     pub polygon: usize,
-    /// Its two ends on the wall at the height of the cut, x and y in `map`, metres.
+    /// Its two ends on the wall at the height of the cut, x and y in `map`, meters.
     pub ends_m: [[f64; 2]; 2],
-    /// Its lower edge, metres; the floor for a door.
+    /// Its lower edge, meters; the floor for a door.
     pub bottom_m: f64,
-    /// Its upper edge, metres.
+    /// Its upper edge, meters.
     pub top_m: f64,
 }
 
 impl Opening {
-    /// Width, metres.
+    /// Width, meters.
     pub fn width_m(&self) -> f64 {
         let [a, b] = self.ends_m;
         (b[0] - a[0]).hypot(b[1] - a[1])
     }
 
-    /// Height, metres.
+    /// Height, meters.
     pub fn height_m(&self) -> f64 {
         self.top_m - self.bottom_m
     }
 }
 
-/// Narrower gaps are slits and borders of shadows, metres.
-const LEAST_WIDTH_M: f64 = 0.5;
-/// Wider ones are no doors, metres.
+/// Narrower gaps are slits and borders of shadows, meters.
+const MIN_WIDTH_M: f64 = 0.5;
+/// Wider ones are no doors, meters.
 const WIDEST_DOOR_M: f64 = 2.5;
-/// Wider gaps are two walls, metres.
+/// Wider gaps are two walls, meters.
 const WIDEST_M: f64 = 8.0;
-/// A door or passage is at least this high, metres.
-const LEAST_DOOR_M: f64 = 1.75;
-/// Less of a window over the cut is a shadow's edge, metres.
-const LEAST_OVER_CUT_M: f64 = 0.15;
-/// What begins lower over the floor has no sill, metres.
+/// A door or passage is at least this high, meters.
+const MIN_DOOR_M: f64 = 1.75;
+/// Less of a window over the cut is a shadow's edge, meters.
+const MIN_OVER_CUT_M: f64 = 0.15;
+/// What begins lower over the floor has no sill, meters.
 const SILL_M: f64 = 0.3;
-/// Sides may be off plumb by this, and lintels off level, metres: borders of noisy walls are straight within 3 to 10 cm.
+/// Sides may be off plumb by this, and lintels off level, meters: borders of noisy walls are straight within
+/// 3 to 10 cm.
 const SKEW_M: f64 = 0.15;
 /// Heights at which the sides are looked at.
 const LOOKS: usize = 6;
-/// Distance kept from upper and lower edge when looking, metres.
+/// Distance kept from upper and lower edge when looking, meters.
 const EDGE_M: f64 = 0.1;
-/// A surface so far before a window's wall, or a little behind it, covers the window, metres.
+/// A surface so far before a window's wall, or a little behind it, covers the window, meters.
 const BEFORE_M: f64 = 0.3;
 /// See `BEFORE_M`: glass and shutters lie deeper.
 const BEHIND_M: f64 = 0.04;
-/// A leaf lies at most this far behind its wall, metres.
+/// A leaf lies at most this far behind its wall, meters.
 const REVEAL_M: f64 = 0.3;
 
 /// The openings of all walls, storey by storey, plane by plane.
-pub(super) fn find(model: &Model, floors_m: &[f64], parts: &[Part]) -> Vec<Opening> {
+pub(crate) fn find(model: &Model, floors_m: &[f64], parts: &[Part]) -> Vec<Opening> {
     let mut walls: Vec<Vec<usize>> = vec![Vec::new(); model.planes.len()];
     for (index, (polygon, part)) in model.polygons.iter().zip(parts).enumerate() {
         if part.kind == Kind::Wall {
@@ -84,9 +89,10 @@ pub(super) fn find(model: &Model, floors_m: &[f64], parts: &[Part]) -> Vec<Openi
     let mut openings = Vec::new();
     for (storey, floor_m) in floors_m.iter().enumerate() {
         let ceiling_m = floors_m.get(storey + 1).copied().unwrap_or(f64::INFINITY);
+        let heights = StoreyHeights { storey, floor_m: *floor_m, ceiling_m };
         for (plane, indices) in walls.iter().enumerate() {
             let Some(elevation) = Elevation::new(&model.planes[plane]) else { continue };
-            let wall = Wall::new(elevation, model, indices, (*floor_m, ceiling_m), storey);
+            let wall = Wall::new(elevation, model, indices, &heights);
             wall.openings(&mut openings);
         }
     }
@@ -94,7 +100,8 @@ pub(super) fn find(model: &Model, floors_m: &[f64], parts: &[Part]) -> Vec<Openi
     openings
 }
 
-/// Whether a surface lies before a window, from the wall's own plane to a hand's breadth into the room: a board, a cupboard on the wall.
+/// Whether a surface lies before a window, from the wall's own plane to a hand's breadth into the room: a
+/// board, a cupboard on the wall.
 fn is_covered(model: &Model, window: &Opening) -> bool {
     let [a, b] = window.ends_m;
     let middle = [(a[0] + b[0]) / 2.0, (a[1] + b[1]) / 2.0, (window.bottom_m + window.top_m) / 2.0];
@@ -112,6 +119,15 @@ fn is_covered(model: &Model, window: &Opening) -> bool {
     })
 }
 
+/// Where a storey begins and ends.
+struct StoreyHeights {
+    /// Its index.
+    storey: usize,
+    floor_m: f64,
+    /// Floor of the next storey, meters; infinite for the highest.
+    ceiling_m: f64,
+}
+
 /// The wall polygons of one plane.
 struct Wall<'a> {
     elevation: Elevation,
@@ -125,15 +141,10 @@ struct Wall<'a> {
 }
 
 impl<'a> Wall<'a> {
-    fn new(
-        elevation: Elevation,
-        model: &'a Model,
-        indices: &'a [usize],
-        (floor_m, ceiling_m): (f64, f64),
-        storey: usize,
-    ) -> Self {
+    fn new(elevation: Elevation, model: &'a Model, indices: &'a [usize], storey: &StoreyHeights) -> Self {
         let polygons: Vec<&PlanarPolygon> = indices.iter().map(|index| &model.polygons[*index]).collect();
-        let low_m = polygons.iter().map(|p| heights_m(p).0).fold(f64::INFINITY, f64::min).max(floor_m);
+        let low_m = polygons.iter().map(|p| heights_m(p).0).fold(f64::INFINITY, f64::min).max(storey.floor_m);
+        let &StoreyHeights { storey, floor_m, ceiling_m } = storey;
         Self { elevation, indices, polygons, floor_m, ceiling_m, storey, low_m }
     }
 
@@ -148,7 +159,7 @@ impl<'a> Wall<'a> {
     /// The opening that a gap at the height of the cut belongs to, if it is one.
     fn opening(&self, gap: Span) -> Option<Opening> {
         let width_m = gap[1] - gap[0];
-        if !(LEAST_WIDTH_M..=WIDEST_M).contains(&width_m) {
+        if !(MIN_WIDTH_M..=WIDEST_M).contains(&width_m) {
             return None;
         }
         let cut_m = self.floor_m + CUT_M;
@@ -171,10 +182,10 @@ impl<'a> Wall<'a> {
             (false, true) => OpeningKind::Door,
             (false, false) => OpeningKind::Passage,
         };
-        let least_top_m = if has_sill { CUT_M + LEAST_OVER_CUT_M } else { LEAST_DOOR_M };
+        let min_top_m = if has_sill { CUT_M + MIN_OVER_CUT_M } else { MIN_DOOR_M };
         let polygon = self.over((gap[0] + gap[1]) / 2.0, top_m)?;
         let ends_m = gap.map(|u| self.elevation.point(u, cut_m));
-        (top_m >= self.floor_m + least_top_m).then_some(Opening {
+        (top_m >= self.floor_m + min_top_m).then_some(Opening {
             kind,
             storey: self.storey,
             polygon,
@@ -222,8 +233,9 @@ struct Looked {
     under_m: Option<f64>,
 }
 
-/// The polygons that close a door, and the door's index: parallel to its wall, close behind it, and no wider or higher than it.
-pub(super) fn leaves(model: &Model, parts: &[Part], openings: &[Opening]) -> Vec<(usize, usize)> {
+/// The polygons that close a door, and the door's index: parallel to its wall, close behind it, and no wider
+/// or higher than it.
+pub(crate) fn leaves(model: &Model, parts: &[Part], openings: &[Opening]) -> Vec<(usize, usize)> {
     let door_of = |index: usize| {
         let closed = |door: &Opening| {
             door.kind == OpeningKind::Door && door.polygon != index && closes(model, index, door)

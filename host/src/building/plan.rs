@@ -2,20 +2,22 @@
 
 use std::collections::BTreeMap;
 
+use super::Building;
 use super::elevation::Elevation;
 use super::section::{Line, cut, cut_mesh};
-use super::{Building, CUT_M, Kind};
+use crate::building::part::CUT_M;
+use crate::building::part::Kind;
 use crate::model::{Model, PlanarPolygon};
 
-/// Shorter pieces of a line are noise of a border, metres.
-const LEAST_M: f64 = 0.02;
+/// Shorter pieces of a line are noise of a border, meters.
+const MIN_M: f64 = 0.02;
 
-/// A ring of x and y, metres.
-pub type Outline = Vec<[f64; 2]>;
+/// A ring of x and y, meters.
+pub(crate) type Outline = Vec<[f64; 2]>;
 
-/// The plan of one storey. Frame `map`, metres.
+/// The plan of one storey. Frame `map`, meters.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Plan {
+pub(crate) struct Plan {
     /// Height of the floor.
     pub floor_m: f64,
     /// Walls, one line for each stretch of a plane.
@@ -31,7 +33,7 @@ pub struct Plan {
 }
 
 /// Draws the plan of a storey.
-pub fn draw(model: &Model, building: &Building, storey: usize) -> Option<Plan> {
+pub(crate) fn draw(model: &Model, building: &Building, storey: usize) -> Option<Plan> {
     let floor_m = *building.floors_m.get(storey)?;
     let z_m = floor_m + CUT_M;
     let mut plan = Plan { floor_m, ..Plan::default() };
@@ -54,7 +56,7 @@ pub fn draw(model: &Model, building: &Building, storey: usize) -> Option<Plan> {
     }
     plan.section.extend(cut_mesh(&model.leftovers, z_m));
     for lines in [&mut plan.walls, &mut plan.leaves, &mut plan.section] {
-        lines.retain(|[a, b]| (b[0] - a[0]).hypot(b[1] - a[1]) >= LEAST_M);
+        lines.retain(|[a, b]| (b[0] - a[0]).hypot(b[1] - a[1]) >= MIN_M);
     }
     Some(plan)
 }

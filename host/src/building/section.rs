@@ -1,20 +1,21 @@
 //! Surfaces cut at a height: the lines of a plan.
 
 use super::elevation::Elevation;
+use crate::building::elevation::crossing;
 use crate::model::{Mesh, PlanarPolygon, Plane};
 
-/// A level line from one point to another, x and y in `map`, metres.
-pub type Line = [[f64; 2]; 2];
+/// A level line from one point to another, x and y in `map`, meters.
+pub(crate) type Line = [[f64; 2]; 2];
 
 /// The lines in which a polygon meets a height; openings are gaps. Level planes have none.
-pub fn cut(polygon: &PlanarPolygon, plane: &Plane, z_m: f64) -> Vec<Line> {
+pub(crate) fn cut(polygon: &PlanarPolygon, plane: &Plane, z_m: f64) -> Vec<Line> {
     let Some(elevation) = Elevation::new(plane) else { return Vec::new() };
     let intervals = elevation.row(polygon, z_m);
     intervals.iter().map(|[from, to]| [elevation.point(*from, z_m), elevation.point(*to, z_m)]).collect()
 }
 
 /// The lines in which the triangles of a mesh meet a height.
-pub fn cut_mesh(mesh: &Mesh, z_m: f64) -> Vec<Line> {
+pub(crate) fn cut_mesh(mesh: &Mesh, z_m: f64) -> Vec<Line> {
     let corner = |index: u32| mesh.vertices_m.get(index as usize).map(|p| p.map(f64::from));
     let line = |triangle: &[u32; 3]| -> Option<Line> {
         let [a, b, c] = [corner(triangle[0])?, corner(triangle[1])?, corner(triangle[2])?];
@@ -22,13 +23,4 @@ pub fn cut_mesh(mesh: &Mesh, z_m: f64) -> Vec<Line> {
         Some([crossings.next()?, crossings.next()?])
     };
     mesh.triangles.iter().filter_map(line).filter(|[a, b]| a != b).collect()
-}
-
-/// Where an edge passes a height; an edge that only ends there passes it when it comes from below.
-pub(super) fn crossing(p: [f64; 3], q: [f64; 3], z_m: f64) -> Option<[f64; 2]> {
-    if (p[2] <= z_m) == (q[2] <= z_m) {
-        return None;
-    }
-    let share = (z_m - p[2]) / (q[2] - p[2]);
-    Some([p[0] + share * (q[0] - p[0]), p[1] + share * (q[1] - p[1])])
 }

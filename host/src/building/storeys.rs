@@ -1,26 +1,30 @@
 //! Storeys: heights at which there is a floor, with walls over it.
 
 use super::section::cut;
-use super::{CUT_M, LEVEL, is_upright};
-use crate::export::ring_area_m2;
+use crate::building::part::CUT_M;
+use crate::building::part::LEVEL;
+use crate::building::part::is_upright;
 use crate::model::Model;
+use biplane_geometry::polygon_area::ring_area_m2;
 
-/// Level surfaces this close in height are one floor, metres.
+/// Level surfaces this close in height are one floor, meters.
 const BAND_M: f64 = 0.25;
-/// Storeys are at least this far apart, metres: lower ones are tables, landings, galleries one cannot stand under.
+/// Storeys are at least this far apart, meters: lower ones are tables, landings, galleries one cannot stand
+/// under.
 const APART_M: f64 = 2.0;
-/// Smaller floors make no storey, square metres.
-const LEAST_M2: f64 = 2.0;
-/// A floor is at least this share of the largest level of the model, ceilings included: a large table is none.
-const LEAST_SHARE: f64 = 0.2;
-/// With less length of wall at the height of the cut a level surface is a roof or a ceiling, metres.
-const LEAST_WALLS_M: f64 = 2.0;
+/// Smaller floors make no storey, square meters.
+const MIN_M2: f64 = 2.0;
+/// A floor is at least this share of the largest level of the model, ceilings included: a large table is
+/// none.
+const MIN_SHARE: f64 = 0.2;
+/// With less length of wall at the height of the cut a level surface is a roof or a ceiling, meters.
+const MIN_WALLS_M: f64 = 2.0;
 
-/// Heights of the floors of a model, metres, from below.
-pub(super) fn find(model: &Model, known_m: Option<f64>) -> Vec<f64> {
+/// Heights of the floors of a model, meters, from below.
+pub(crate) fn find(model: &Model, known_m: Option<f64>) -> Vec<f64> {
     let mut levels = level_surfaces(model, 1.0);
-    let most_m2 = [1.0, -1.0].iter().filter_map(|up| largest(&level_surfaces(model, *up))).map(|(_, m2)| m2);
-    let least_m2 = most_m2.fold(LEAST_M2 / LEAST_SHARE, f64::max) * LEAST_SHARE;
+    let max_m2 = [1.0, -1.0].iter().filter_map(|up| largest(&level_surfaces(model, *up))).map(|(_, m2)| m2);
+    let min_m2 = max_m2.fold(MIN_M2 / MIN_SHARE, f64::max) * MIN_SHARE;
     if levels.is_empty() && known_m.is_none() {
         // A mesh may have its faces the wrong way round.
         levels = level_surfaces(model, -1.0);
@@ -28,10 +32,10 @@ pub(super) fn find(model: &Model, known_m: Option<f64>) -> Vec<f64> {
     let mut floors_m: Vec<f64> = known_m.into_iter().collect();
     levels.retain(|(z, _)| is_free(&floors_m, *z));
     while let Some((z_m, area_m2)) = largest(&levels) {
-        if area_m2 < least_m2 {
+        if area_m2 < min_m2 {
             break;
         }
-        if walls_m(model, z_m + CUT_M) >= LEAST_WALLS_M {
+        if walls_m(model, z_m + CUT_M) >= MIN_WALLS_M {
             floors_m.push(z_m);
             levels.retain(|(z, _)| is_free(&floors_m, *z));
         } else {
@@ -71,7 +75,7 @@ fn largest(levels: &[(f64, f64)]) -> Option<(f64, f64)> {
     levels.iter().map(|(z, _)| around(*z)).max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.total_cmp(&a.0)))
 }
 
-/// Length of the upright surfaces cut at a height, metres.
+/// Length of the upright surfaces cut at a height, meters.
 fn walls_m(model: &Model, z_m: f64) -> f64 {
     let upright = model.polygons.iter().filter(|p| model.planes.get(p.plane).is_some_and(is_upright));
     let lines = upright.flat_map(|polygon| cut(polygon, &model.planes[polygon.plane], z_m));

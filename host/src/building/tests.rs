@@ -1,9 +1,11 @@
 //! Rooms drawn by hand.
 
+use super::Building;
+use super::OpeningKind;
 use super::plan::{self, Plan};
 use super::section::Line;
-use super::{Building, Kind, OpeningKind};
-use crate::export::Shapes;
+use crate::building::part::Kind;
+use crate::formats::Shapes;
 use crate::model::{Model, PlanarPolygon, Plane};
 
 /// Adds a polygon of its own plane.
@@ -17,8 +19,9 @@ pub(crate) fn add(model: &mut Model, normal: [f64; 3], rings_m: &[&[[f64; 3]]]) 
     });
 }
 
-/// A room of 5 m by 4 m, 2.6 m high, its floor at `z`: a door of 0.9 m by 2 m in the wall y = 0, a window of 1.2 m by 1.2 m with its
-/// sill at 0.9 m in the wall y = 4. Walls 0 to 3, floor 4, ceiling 5, and 6, a table of 0.75 m.
+/// A room of 5 m by 4 m, 2.6 m high, its floor at `z`: a door of 0.9 m by 2 m in the wall y = 0, a window of
+/// 1.2 m by 1.2 m with its sill at 0.9 m in the wall y = 4. Walls 0 to 3, floor 4, ceiling 5, and 6, a table
+/// of 0.75 m.
 pub(crate) fn add_room(model: &mut Model, z: f64) {
     let flat = |points: &[[f64; 2]], y: f64| points.iter().map(|[x, up]| [*x, y, z + up]).collect::<Vec<_>>();
     let door =
@@ -49,7 +52,7 @@ fn kinds(building: &Building) -> Vec<Kind> {
     building.parts.iter().map(|part| part.kind).collect()
 }
 
-/// Lines with their ends, and then the lines, in order, millimetres.
+/// Lines with their ends, and then the lines, in order, millimeters.
 fn sorted(lines: &[Line]) -> Vec<[[i64; 2]; 2]> {
     let whole = |line: &Line| {
         let mut ends = line.map(|end| end.map(|value| (value * 1000.0).round() as i64));

@@ -7,7 +7,7 @@ use super::odometry::Scales;
 use super::placement::{Placement, Step, rounded};
 
 /// Puts in the laser's place: the step's elements that are not zero.
-pub fn with_placement(rig: &mut Rig, start: &Placement, step: &Step) {
+pub(super) fn with_placement(rig: &mut Rig, start: &Placement, step: &Step) {
     let Some(laser) = &mut rig.vertical else { return };
     let at = start.stepped(step);
     if step.fixed_rows::<6>(0).iter().any(|value| *value != 0.0) {
@@ -24,7 +24,7 @@ pub fn with_placement(rig: &mut Rig, start: &Placement, step: &Step) {
 
 /// Which of the odometry's scales were observed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Observed {
+pub(super) struct Observed {
     /// That of the way.
     pub way: bool,
     /// That of turns.
@@ -33,18 +33,20 @@ pub struct Observed {
     pub drift: bool,
 }
 
-/// Puts in what the base's counts are worth, as far as its keys can say it; which of way, turn and drift they can.
-pub fn with_scales(rig: &mut Rig, scales: &Scales, observed: Observed) -> [bool; 3] {
+/// Puts in what the base's counts are worth, as far as its keys can say it; which of way, turn and drift they
+/// can.
+pub(super) fn with_scales(rig: &mut Rig, scales: &Scales, observed: Observed) -> [bool; 3] {
     let way = if observed.way { scales.way.value } else { 1.0 };
     let turn = if observed.turn { scales.turn.value } else { 1.0 };
     match &mut rig.base.protocol {
-        BaseProtocol::P2os { metres_per_tick: Some(metres) } => {
-            *metres = precise(*metres * way);
+        BaseProtocol::P2os { metres_per_tick: Some(meters) } => {
+            *meters = precise(*meters * way);
             [true, false, false]
         }
         BaseProtocol::P2os { metres_per_tick: None } => [false; 3],
         BaseProtocol::RoboClaw { wheel_base_m, metres_per_count_left, metres_per_count_right, .. } => {
-            // Way (l + r) / 2, turn (r - l) / wheel base: both must come out times `way`, times `turn` plus the drift.
+            // Way (l + r) / 2, turn (r - l) / wheel base: both must come out times `way`, times `turn` plus
+            // the drift.
             *wheel_base_m = precise(*wheel_base_m * way / turn);
             let drift = if observed.drift { scales.drift_rad_per_m.value } else { 0.0 };
             let half = 0.5 * drift * *wheel_base_m;
@@ -60,7 +62,7 @@ pub fn with_scales(rig: &mut Rig, scales: &Scales, observed: Observed) -> [bool;
     }
 }
 
-/// Seven digits: counts may be worth a millionth of a metre.
+/// Seven digits: counts may be worth a millionth of a meter.
 fn precise(value: f64) -> f64 {
     format!("{value:.6e}").parse().unwrap_or(value)
 }

@@ -1,26 +1,27 @@
 //! Where the vertical laser sits and how late it is: what the calibration moves.
 //!
-//! Seven parameters: x, y, z of the laser on the base (metres); a small turn about the base's x, y and z axes through the laser's
-//! origin (radians); how much earlier than its stamp a scan was taken (seconds, `delay_ms` of the rig). Turns about the base's axes and not
-//! roll, pitch and yaw: at the usual pitch of -90 degrees roll and yaw turn about the same axis.
+//! Seven parameters: x, y, z of the laser on the base (meters); a small turn about the base's x, y and z axes
+//! through the laser's origin (radians); how much earlier than its stamp a scan was taken (seconds,
+//! `delay_ms` of the rig). Turns about the base's axes and not roll, pitch and yaw: at the usual pitch of -90
+//! degrees roll and yaw turn about the same axis.
 
 use biplane_recording::rig::Mount;
 use nalgebra::{Isometry3, Matrix3, SMatrix, SVector, Translation3, UnitQuaternion, Vector3};
 
-use crate::deskew::StampedPose;
+use crate::recordings::deskew::StampedPose;
 
 /// How many parameters.
-pub const PARAMETERS: usize = 7;
+pub(super) const PARAMETERS: usize = 7;
 /// A step of all parameters.
-pub type Step = SVector<f64, PARAMETERS>;
+pub(super) type Step = SVector<f64, PARAMETERS>;
 /// How a point in `map` moves with each parameter.
-pub type PointJacobian = SMatrix<f64, 3, PARAMETERS>;
+pub(super) type PointJacobian = SMatrix<f64, 3, PARAMETERS>;
 /// A matrix of parameters by parameters.
-pub type Square = SMatrix<f64, PARAMETERS, PARAMETERS>;
+pub(super) type Square = SMatrix<f64, PARAMETERS, PARAMETERS>;
 
 /// A laser's place and time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Placement {
+pub(super) struct Placement {
     /// `base_from_laser`.
     pub base_from_laser: Isometry3<f64>,
     /// How much earlier than its stamp a scan was taken, seconds; on top of what the recording's rig says.
@@ -30,7 +31,7 @@ pub struct Placement {
 impl Placement {
     /// After a step.
     #[must_use]
-    pub fn stepped(&self, step: &Step) -> Self {
+    pub(super) fn stepped(&self, step: &Step) -> Self {
         let moved = Vector3::new(step[0], step[1], step[2]) + self.base_from_laser.translation.vector;
         let turn = UnitQuaternion::from_scaled_axis(Vector3::new(step[3], step[4], step[5]));
         Self {
@@ -44,16 +45,16 @@ impl Placement {
 
     /// The step that leads from `start` here.
     #[must_use]
-    pub fn since(&self, start: &Self) -> Step {
+    pub(super) fn since(&self, start: &Self) -> Step {
         let moved = self.base_from_laser.translation.vector - start.base_from_laser.translation.vector;
         let turn = (self.base_from_laser.rotation * start.base_from_laser.rotation.inverse()).scaled_axis();
         Step::from([moved.x, moved.y, moved.z, turn.x, turn.y, turn.z, self.late_s - start.late_s])
     }
 
-    /// How a point that the laser sees at `in_laser_m` moves in `map`, when the base is at `pose` and moves as `velocity` says
-    /// (x and y of `map` in m/s, heading in rad/s).
+    /// How a point that the laser sees at `in_laser_m` moves in `map`, when the base is at `pose` and moves
+    /// as `velocity` says (x and y of `map` in m/s, heading in rad/s).
     #[must_use]
-    pub fn jacobian(
+    pub(super) fn jacobian(
         &self,
         in_laser_m: [f64; 2],
         pose: &StampedPose,
@@ -71,9 +72,10 @@ impl Placement {
         jacobian
     }
 
-    /// The mount that says the same, in whole micrometres and millionths of a degree: of the two ways to say an orientation the one nearer to `before`.
+    /// The mount that says the same, in whole micrometres and millionths of a degree: of the two ways to say
+    /// an orientation the one nearer to `before`.
     #[must_use]
-    pub fn mount(&self, before: &Mount) -> Mount {
+    pub(super) fn mount(&self, before: &Mount) -> Mount {
         let (roll, pitch, yaw) = self.base_from_laser.rotation.euler_angles();
         let one = [roll, pitch, yaw].map(f64::to_degrees);
         let other = [one[0] + 180.0, 180.0 - one[1], one[2] + 180.0];
@@ -90,6 +92,6 @@ impl Placement {
 }
 
 /// Six decimals, and no minus before a zero.
-pub fn rounded(value: f64) -> f64 {
+pub(super) fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6 + 0.0
 }

@@ -1,18 +1,19 @@
 //! A recording as the calibration wants it: poses, and the scans of both lasers while the robot moved.
 //!
-//! What a robot sees while it stands tells nothing more than one scan. Of long recordings every second, fourth, ... scan is kept, so that the memory does
-//! not grow with their length.
+//! What a robot sees while it stands tells nothing more than one scan. Of long recordings every second,
+//! fourth, ... scan is kept, so that the memory does not grow with their length.
 
 use biplane_recording::rig::Laser;
 use biplane_recording::{Rig, Topic};
 
 use super::strips::{self, Strip};
-use crate::cloud::{Fan, Sweep};
-use crate::deskew::{StampedPose, Trajectory};
-use crate::run::{Run, RunError, fan_of};
+use crate::recordings::deskew::{StampedPose, Trajectory};
+use crate::recordings::run::{Run, RunError, scan_geometry_of};
+use crate::recordings::scan_geometry::RangeScan;
+use crate::recordings::scan_geometry::ScanGeometry;
 
 /// Scans of a laser that are kept at most.
-const MOST_SCANS: usize = 16_384;
+const MAX_SCANS: usize = 16_384;
 /// The robot has moved when it drove or turned so far since the last scan.
 const MOVED_M: f64 = 0.005;
 const TURNED_RAD: f64 = 0.002;
@@ -20,7 +21,7 @@ const LONGEST_GAP_NS: i64 = 500_000_000;
 
 /// What a calibration reads.
 #[derive(Debug)]
-pub struct Readings {
+pub(super) struct Readings {
     /// The robot as the recording has it.
     pub rig: Rig,
     /// Where the robot was.
@@ -30,7 +31,7 @@ pub struct Readings {
     /// The base's odometry, in order of time.
     pub odometry: Vec<StampedPose>,
     /// The horizontal laser's fan and scans.
-    pub horizontal: Option<(Fan, Vec<Sweep>)>,
+    pub horizontal: Option<(ScanGeometry, Vec<RangeScan>)>,
     /// What the vertical laser saw, in strips; `None` when there is none.
     pub strips: Option<Vec<Strip>>,
     /// Vertical scans kept.
@@ -44,7 +45,7 @@ impl Readings {
     ///
     /// # Errors
     /// When it is damaged, has no pose, or says nothing of the robot.
-    pub fn of(run: &Run) -> Result<Self, RunError> {
+    pub(super) fn of(run: &Run) -> Result<Self, RunError> {
         let rig = run.rig()?;
         let found = run.poses()?;
         let trajectory = found.trajectory();
@@ -53,10 +54,10 @@ impl Readings {
             Some(laser) => scans(run, Topic::ScanVertical, laser, &trajectory)?,
             None => None,
         };
-        let vertical_scans = vertical.as_ref().map_or(0, |(_, sweeps)| sweeps.len());
-        let strips = vertical.map(|(fan, sweeps)| {
+        let vertical_scans = vertical.as_ref().map_or(0, |(_, range_scans)| range_scans.len());
+        let strips = vertical.map(|(geometry, range_scans)| {
             let mut all = Vec::new();
-            sweeps.iter().for_each(|sweep| strips::cut(&fan, sweep, &mut all));
+            range_scans.iter().for_each(|range_scan| strips::cut(&geometry, range_scan, &mut all));
             all
         });
         Ok(Self {
@@ -82,33 +83,33 @@ fn scans(
     topic: Topic,
     laser: &Laser,
     trajectory: &Trajectory,
-) -> Result<Option<(Fan, Vec<Sweep>)>, RunError> {
-    let mut fan: Option<Fan> = None;
-    let mut sweeps: Vec<Sweep> = Vec::new();
+) -> Result<Option<(ScanGeometry, Vec<RangeScan>)>, RunError> {
+    let mut geometry: Option<ScanGeometry> = None;
+    let mut range_scans: Vec<RangeScan> = Vec::new();
     let mut last: Option<StampedPose> = None;
     let (mut every, mut moved) = (1, 0_usize);
     run.for_each_scan(topic, |scan| {
-        let fan = fan.get_or_insert_with(|| fan_of(&scan, laser));
+        let geometry = geometry.get_or_insert_with(|| scan_geometry_of(&scan, laser));
         let Some(pose) = trajectory.at(scan.stamp_ns, LONGEST_GAP_NS) else { return };
-        if scan.ranges_m.len() != fan.beams.len() || last.is_some_and(|last| stands(&last, &pose)) {
+        if scan.ranges_m.len() != geometry.beams.len() || last.is_some_and(|last| stands(&last, &pose)) {
             return;
         }
         last = Some(pose);
         moved += 1;
         if moved.is_multiple_of(every) {
-            sweeps.push(Sweep { stamp_ns: scan.stamp_ns, ranges_m: scan.ranges_m });
+            range_scans.push(RangeScan { stamp_ns: scan.stamp_ns, ranges_m: scan.ranges_m });
         }
-        if sweeps.len() >= MOST_SCANS {
+        if range_scans.len() >= MAX_SCANS {
             let mut keep = false;
-            sweeps.retain(|_| {
+            range_scans.retain(|_| {
                 keep = !keep;
                 keep
             });
             every *= 2;
         }
     })?;
-    sweeps.sort_by_key(|sweep| sweep.stamp_ns);
-    Ok(fan.map(|fan| (fan, sweeps)))
+    range_scans.sort_by_key(|range_scan| range_scan.stamp_ns);
+    Ok(geometry.map(|geometry| (geometry, range_scans)))
 }
 
 fn stands(last: &StampedPose, now: &StampedPose) -> bool {

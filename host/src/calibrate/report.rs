@@ -1,7 +1,8 @@
 //! What a calibration says: a row for each parameter, with what was observed and what was not.
 //!
-//! A parameter counts as observed when its standard deviation is half of what is promised (1 cm, 0.3 degrees, 5 ms) or less. The covariance behind it is that of all parameters
-//! together, so that two which only show in their sum are both unknown; its eigenvectors say which go together.
+//! A parameter counts as observed when its standard deviation is half of what is promised (1 cm, 0.3 degrees,
+//! 5 ms) or less. The covariance behind it is that of all parameters together, so that two which only show in
+//! their sum are both unknown; its eigenvectors say which go together.
 
 use biplane_recording::Rig;
 use serde::Serialize;
@@ -12,20 +13,21 @@ use super::placement::{PARAMETERS, Placement, Step};
 use super::readings::Readings;
 use super::solve::{PRIOR, Solution, directions};
 
-/// The largest standard deviations that count as observed: metres, degrees, milliseconds, shares.
+/// The largest standard deviations that count as observed: meters, degrees, milliseconds, shares.
 const OBSERVED: [f64; PARAMETERS] = [0.005, 0.005, 0.005, 0.15, 0.15, 0.15, 2.5];
 const OBSERVED_SCALE: f64 = 0.003;
 /// A scale known no better than this is not known.
 const UNTOLD: f64 = 0.3;
 const OBSERVED_DRIFT_RAD_PER_M: f64 = 0.002;
-/// From metres, radians and seconds to the units of rows.
+/// From meters, radians and seconds to the units of rows.
 const PER_UNIT: [f64; PARAMETERS] = [1.0, 1.0, 1.0, DEG, DEG, DEG, 1e3];
 const DEG: f64 = 180.0 / std::f64::consts::PI;
-/// What no number of measurements takes away: metres, degrees, milliseconds, shares.
-const LEAST: [f64; PARAMETERS] = [0.0005, 0.0005, 0.0005, 0.02, 0.02, 0.02, 0.5];
-const LEAST_SCALE: f64 = 0.0005;
-/// Distances are this large where surfaces are what they are taken for, metres; what they are larger is not noise that more driving takes away, and this share of it may be in the
-/// result; a turn has it over so many metres, a delay over so many metres a second.
+/// What no number of measurements takes away: meters, degrees, milliseconds, shares.
+const MINIMUM: [f64; PARAMETERS] = [0.0005, 0.0005, 0.0005, 0.02, 0.02, 0.02, 0.5];
+const MIN_SCALE: f64 = 0.0005;
+/// Distances are this large where surfaces are what they are taken for, meters; what they are larger is not
+/// noise that more driving takes away, and this share of it may be in the result; a turn has it over so many
+/// meters, a delay over so many meters a second.
 const NOISE_M: f64 = 0.010;
 const SYSTEMATIC: f64 = 0.3;
 const ARM_M: f64 = 3.0;
@@ -33,7 +35,8 @@ const SWEEP_M_PER_S: f64 = 1.5;
 /// A parameter shares a direction that nothing tells when its part is larger.
 const PART: f64 = 0.3;
 
-/// What is known and off by more is no refinement of what the rig says, but another place, or sights that do not belong together: metres, radians, seconds.
+/// What is known and off by more is no refinement of what the rig says, but another place, or observations
+/// that do not belong together: meters, radians, seconds.
 const FARTHEST: [f64; PARAMETERS] = [0.15, 0.15, 0.15, 0.14, 0.14, 0.14, 0.15];
 const TOO_FAR: &str = "farther off than can be refined (15 cm, 8 degrees, 150 ms): look at the rig first";
 /// No base counts so wrong, in shares.
@@ -48,8 +51,9 @@ const UNITS: [&str; PARAMETERS] = ["m", "m", "m", "deg", "deg", "deg", "ms"];
 /// One parameter.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Row {
-    /// Its name: `x`, `y`, `z` of the vertical laser, its turn about the base's axes `about_x` (leans), `about_y` (nods), `about_z` (looks aside), `delay_ms`; of the odometry
-    /// `way_scale`, `turn_scale`, `turn_per_m`.
+    /// Its name: `x`, `y`, `z` of the vertical laser, its turn about the base's axes `about_x` (leans),
+    /// `about_y` (nods), `about_z` (looks aside), `delay_ms`; of the odometry `way_scale`, `turn_scale`,
+    /// `turn_per_m`.
     pub name: &'static str,
     /// Its unit.
     pub unit: &'static str,
@@ -76,7 +80,7 @@ pub struct Fit {
     pub of: &'static str,
     /// How many strips of scans.
     pub strips: usize,
-    /// Root mean square of their distances, metres.
+    /// Root mean square of their distances, meters.
     pub rms_m: f64,
 }
 
@@ -89,8 +93,9 @@ pub struct Calibration {
     pub fits: Vec<Fit>,
     /// Vertical scans looked at.
     pub vertical_scans: usize,
-    /// Stretches of odometry compared with poses.
-    pub odometry_stretches: usize,
+    /// Segments of odometry compared with poses.
+    #[serde(rename = "odometry_stretches")]
+    pub odometry_segments: usize,
     /// What could not be looked at, and why.
     pub missing: Vec<String>,
     /// The rig as recorded.
@@ -109,7 +114,7 @@ impl Calibration {
 }
 
 /// Puts it together.
-pub fn of(
+pub(super) fn of(
     readings: Readings,
     found: Option<(Placement, (Placement, Solution))>,
     scales: Option<Scales>,
@@ -118,7 +123,7 @@ pub fn of(
         rows: Vec::new(),
         fits: Vec::new(),
         vertical_scans: readings.vertical_scans,
-        odometry_stretches: scales.map_or(0, |scales| scales.stretches),
+        odometry_segments: scales.map_or(0, |scales| scales.segments),
         missing: Vec::new(),
         corrected: readings.rig.clone(),
         rig: readings.rig,
@@ -154,22 +159,22 @@ fn place(out: &mut Calibration, start: &Placement, at: &Placement, solution: &So
     let sigma_si = |i: usize| solution.covariance[(i, i)].max(0.0).sqrt();
     let sigma = |i: usize| (sigma_si(i) * PER_UNIT[i]).hypot(systematic[i]);
     // A standard deviation near the prior's is the prior's.
-    let told = |i: usize| sigma_si(i) < 0.7 * PRIOR[i];
-    let known = |i: usize| told(i) && sigma(i) <= OBSERVED[i];
+    let reported = |i: usize| sigma_si(i) < 0.7 * PRIOR[i];
+    let known = |i: usize| reported(i) && sigma(i) <= OBSERVED[i];
     let is_near = (0..PARAMETERS).all(|i| !known(i) || step[i].abs() <= FARTHEST[i]);
     let mut kept = Step::zeros();
     for i in 0..PARAMETERS {
-        let (sigma, told, observed) = (sigma(i), told(i), is_near && known(i));
+        let (sigma, reported, observed) = (sigma(i), reported(i), is_near && known(i));
         let moved = step[i].abs() * PER_UNIT[i] > sigma;
         kept[i] = if observed && moved { step[i] } else { 0.0 };
-        let correction = if told { step[i] * PER_UNIT[i] } else { 0.0 };
+        let correction = if reported { step[i] * PER_UNIT[i] } else { 0.0 };
         out.rows.push(Row {
             name: NAMES[i],
             unit: UNITS[i],
             before: before[i],
             correction,
             refined: before[i] + correction,
-            sigma: told.then_some(sigma),
+            sigma: reported.then_some(sigma),
             observed,
             written: observed && moved,
             note: match (observed, moved) {
@@ -190,7 +195,8 @@ fn place(out: &mut Calibration, start: &Placement, at: &Placement, solution: &So
     .to_vec();
 }
 
-/// What is in the result whatever the number of measurements: ranges are good to a millimetre or so, and surfaces are not quite what they are taken for.
+/// What is in the result whatever the number of measurements: ranges are good to a millimeter or so, and
+/// surfaces are not quite what they are taken for.
 fn systematic(solution: &Solution) -> [f64; PARAMETERS] {
     let excess = |fits: &[(f64, usize)]| {
         let rms_m = fits.iter().map(|(rms_m, _)| *rms_m).fold(0.0, f64::max);
@@ -200,7 +206,7 @@ fn systematic(solution: &Solution) -> [f64; PARAMETERS] {
     let (walls_m, floor_m) = (excess(&solution.fits[..2]), excess(&solution.fits[3..]));
     let turn_deg = (walls_m / ARM_M).to_degrees();
     let parts = [walls_m, walls_m, floor_m, turn_deg, turn_deg, turn_deg, walls_m / SWEEP_M_PER_S * 1e3];
-    std::array::from_fn(|i| LEAST[i].hypot(parts[i]))
+    std::array::from_fn(|i| MINIMUM[i].hypot(parts[i]))
 }
 
 /// With which others a parameter moves unseen: the worst known direction in which it has a part.
@@ -222,9 +228,9 @@ fn partners(solution: &Solution, parameter: usize) -> String {
 }
 
 fn odometry(out: &mut Calibration, scales: &Scales) {
-    let row = |name, unit, before: f64, known: Known, least: f64, largest: f64| {
-        let sigma = known.sigma.hypot(least);
-        let told = sigma < UNTOLD;
+    let row = |name, unit, before: f64, known: Known, minimum: f64, largest: f64| {
+        let sigma = known.sigma.hypot(minimum);
+        let reported = sigma < UNTOLD;
         let is_near = before == 0.0 || (known.value - before).abs() <= FARTHEST_SCALE;
         let observed = is_near && sigma <= largest;
         let note = match (observed, is_near) {
@@ -236,17 +242,17 @@ fn odometry(out: &mut Calibration, scales: &Scales) {
             name,
             unit,
             before,
-            correction: if told { known.value - before } else { 0.0 },
-            refined: if told { known.value } else { before },
-            sigma: told.then_some(sigma),
+            correction: if reported { known.value - before } else { 0.0 },
+            refined: if reported { known.value } else { before },
+            sigma: reported.then_some(sigma),
             observed,
             written: false,
             note: note.to_owned(),
         }
     };
     let mut rows = [
-        row("way_scale", "", 1.0, scales.way, LEAST_SCALE, OBSERVED_SCALE),
-        row("turn_scale", "", 1.0, scales.turn, LEAST_SCALE, OBSERVED_SCALE),
+        row("way_scale", "", 1.0, scales.way, MIN_SCALE, OBSERVED_SCALE),
+        row("turn_scale", "", 1.0, scales.turn, MIN_SCALE, OBSERVED_SCALE),
         row("turn_per_m", "rad/m", 0.0, scales.drift_rad_per_m, 0.0, OBSERVED_DRIFT_RAD_PER_M),
     ];
     let observed = Observed { way: rows[0].observed, turn: rows[1].observed, drift: rows[2].observed };

@@ -1,8 +1,9 @@
 //! The step that makes distances smallest, and how well it is known.
 //!
-//! Iterated reweighted least squares with Tukey's weight, a scale for each kind of agreement from the distances themselves, and a wide prior that keeps what nothing tells about where it
-//! was. The covariance is that of clustered errors (sandwich; Newey and West 1987): distances of one moment share the error of its pose, and those of neighbouring
-//! moments as well, so that a million beams are worth but some hundred.
+//! Iterated reweighted least squares with Tukey's weight, a scale for each kind of agreement from the
+//! distances themselves, and a wide prior that keeps what nothing tells about where it was. The covariance is
+//! that of clustered errors (sandwich; Newey and West 1987): distances of one moment share the error of its
+//! pose, and those of neighboring moments as well, so that a million beams are worth but some hundred.
 
 use std::collections::BTreeMap;
 
@@ -10,25 +11,26 @@ use nalgebra::SymmetricEigen;
 
 use super::agreement::{Agreement, Kind, Surface};
 use super::placement::{PARAMETERS, Square, Step};
-use super::robust;
+use crate::calibrate::robust_scale;
 
-/// Standard deviations of the prior: metres, radians, seconds.
-pub const PRIOR: [f64; PARAMETERS] = [0.1, 0.1, 0.1, 0.09, 0.09, 0.09, 0.1];
+/// Standard deviations of the prior: meters, radians, seconds.
+pub(super) const PRIOR: [f64; PARAMETERS] = [0.1, 0.1, 0.1, 0.09, 0.09, 0.09, 0.1];
 const ROUNDS: usize = 4;
 /// Blocks of a drive that are left out one at a time.
 const BLOCKS: usize = 12;
-/// A surface is off from what it is taken for by this share of what distances of its kind come to: what a beam's spot, the angle that it comes in at and the surface's own shape do
-/// to all ranges to it.
+/// A surface is off from what it is taken for by this share of what distances of its kind come to: what a
+/// beam's spot, the angle that it comes in at and the surface's own shape do to all ranges to it.
 const OF_SURFACES: f64 = 0.5;
 
 /// A step and what is known of it.
 #[derive(Clone, Debug)]
-pub struct Solution {
+pub(super) struct Solution {
     /// From where the agreements were taken.
     pub step: Step,
-    /// Covariance of the parameters by the measurements alone, as far as they tell; with the prior where they do not.
+    /// Covariance of the parameters by the measurements alone, as far as they tell; with the prior where they
+    /// do not.
     pub covariance: Square,
-    /// Root mean square of the distances that count, metres, and their number, for each kind.
+    /// Root mean square of the distances that count, meters, and their number, for each kind.
     pub fits: Fits,
 }
 
@@ -36,7 +38,7 @@ pub struct Solution {
 type Fits = [(f64, usize); 4];
 
 /// Solves for the step. `so_far` is what was stepped from the rig's values before.
-pub fn solve(agreements: &[Agreement], so_far: &Step) -> Solution {
+pub(super) fn solve(agreements: &[Agreement], so_far: &Step) -> Solution {
     let mut step = Step::zeros();
     let mut weights = vec![0.0; agreements.len()];
     for _ in 0..ROUNDS {
@@ -53,7 +55,7 @@ fn left(agreement: &Agreement, step: &Step) -> f64 {
     agreement.off_m + agreement.slope.dot(step)
 }
 
-/// Weights, in 1 over square metres, with the scale of each kind.
+/// Weights, in 1 over square meters, with the scale of each kind.
 fn reweigh(agreements: &[Agreement], step: &Step, weights: &mut [f64]) {
     for kind in Kind::ALL {
         let of_kind = |agreement: &Agreement| agreement.kind == kind;
@@ -62,10 +64,10 @@ fn reweigh(agreements: &[Agreement], step: &Step, weights: &mut [f64]) {
         if ratios.is_empty() {
             continue;
         }
-        let scale = robust::scale(ratios).max(0.2);
+        let scale = robust_scale::scale(ratios).max(0.2);
         for (weight, agreement) in weights.iter_mut().zip(agreements).filter(|(_, a)| of_kind(a)) {
             let sigma_m = scale * agreement.sigma_m;
-            *weight = robust::weight(left(agreement, step) / sigma_m) / (sigma_m * sigma_m);
+            *weight = robust_scale::weight(left(agreement, step) / sigma_m) / (sigma_m * sigma_m);
         }
     }
 }
@@ -88,7 +90,8 @@ fn normal_equations(agreements: &[Agreement], weights: &[f64], so_far: &Step) ->
     (normal, gradient)
 }
 
-/// The covariance by leaving out one block of the drive after the other (jackknife), what surfaces are off, and the prior's part.
+/// The covariance by leaving out one block of the drive after the other (jackknife), what surfaces are off,
+/// and the prior's part.
 fn covariance(agreements: &[Agreement], weights: &[f64], fits: &Fits, so_far: &Step) -> Square {
     let all = normal_equations(agreements, weights, so_far);
     let inverse = all.0.try_inverse().unwrap_or_else(Square::zeros);
@@ -116,7 +119,7 @@ fn of_surfaces(agreements: &[Agreement], weights: &[f64], fits: &Fits) -> Square
     surfaces.values().map(|gradient| gradient * gradient.transpose()).sum()
 }
 
-/// Stretches of the drive with about as many agreements each. Agreements come in the order of time.
+/// Segments of the drive with about as many agreements each. Agreements come in the order of time.
 fn blocks(agreements: &[Agreement]) -> Vec<std::ops::Range<usize>> {
     let size = agreements.len().div_ceil(BLOCKS).max(1);
     (0..agreements.len()).step_by(size).map(|start| start..(start + size).min(agreements.len())).collect()
@@ -131,8 +134,9 @@ fn fits(agreements: &[Agreement], weights: &[f64], step: &Step) -> Fits {
     })
 }
 
-/// Directions of a covariance, the worst known first, with their standard deviations; parameters in these units.
-pub fn directions(covariance: &Square, units: &[f64; PARAMETERS]) -> Vec<(f64, Step)> {
+/// Directions of a covariance, the worst known first, with their standard deviations; parameters in these
+/// units.
+pub(super) fn directions(covariance: &Square, units: &[f64; PARAMETERS]) -> Vec<(f64, Step)> {
     let scaled = Square::from_fn(|i, j| covariance[(i, j)] / (units[i] * units[j]));
     let eigen = SymmetricEigen::new(scaled);
     let mut all: Vec<(f64, Step)> = (0..PARAMETERS)

@@ -1,14 +1,16 @@
 //! The vertical laser's scans cut into short straight strips: what one scan saw of one surface.
 //!
-//! A strip stands for its points: their mean, their direction and their mean time, all in the laser's own frame, so that it is cut once and posed
-//! again for every guess of the laser's place. Metres, nanoseconds.
+//! A strip stands for its points: their mean, their direction and their mean time, all in the laser's own
+//! frame, so that it is cut once and posed again for every guess of the laser's place. Meters, nanoseconds.
 
-use crate::cloud::{Fan, Sweep};
+use crate::recordings::scan_geometry::RangeScan;
+use crate::recordings::scan_geometry::ScanGeometry;
 
 /// A strip is at most this long, and longer with the range: beams lie farther apart there.
 const LENGTH_M: f64 = 0.3;
 const LENGTH_PER_RANGE: f64 = 0.04;
-/// Neighbouring beams whose ranges differ by more are on two surfaces; the share of the range allows for slant.
+/// Neighboring beams whose ranges differ by more are on two surfaces; the share of the range allows for
+/// slant.
 const JUMP_M: f64 = 0.1;
 const JUMP_PER_RANGE: f64 = 0.06;
 /// Points of a strip at least.
@@ -16,18 +18,18 @@ const FEWEST: usize = 3;
 /// A strip whose points lie farther than this from its line, root mean square, is no surface.
 const ROUGH_M: f64 = 0.05;
 /// Ranges that are looked at.
-pub const RANGES_M: (f32, f32) = (0.3, 15.0);
+pub(super) const RANGES_M: (f32, f32) = (0.3, 15.0);
 
 /// What one scan saw of one surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Strip {
+pub(super) struct Strip {
     /// Mean time of its beams, nanoseconds, as the recording stamps them.
     pub stamp_ns: i64,
     /// Mean of its points.
-    pub centre_m: [f64; 2],
+    pub center_m: [f64; 2],
     /// Its direction, unit length.
     pub along: [f64; 2],
-    /// Variance of its points along it, square metres.
+    /// Variance of its points along it, square meters.
     pub spread_m2: f64,
     /// Its points.
     pub points: usize,
@@ -35,17 +37,17 @@ pub struct Strip {
 
 impl Strip {
     /// How far from the laser it is.
-    pub fn range_m(&self) -> f64 {
-        self.centre_m[0].hypot(self.centre_m[1])
+    pub(super) fn range_m(&self) -> f64 {
+        self.center_m[0].hypot(self.center_m[1])
     }
 }
 
-/// Appends the strips of a sweep.
-pub fn cut(fan: &Fan, sweep: &Sweep, strips: &mut Vec<Strip>) {
+/// Appends the strips of a scan.
+pub(super) fn cut(geometry: &ScanGeometry, range_scan: &RangeScan, strips: &mut Vec<Strip>) {
     let mut open: Vec<([f64; 2], f64, i64)> = Vec::new();
-    for (beam, &range_m) in fan.beams.iter().zip(&sweep.ranges_m) {
+    for (beam, &range_m) in geometry.beams.iter().zip(&range_scan.ranges_m) {
         if !(range_m >= RANGES_M.0 && range_m <= RANGES_M.1) {
-            close(sweep.stamp_ns, &mut open, strips);
+            close(range_scan.stamp_ns, &mut open, strips);
             continue;
         }
         let range = f64::from(range_m);
@@ -56,12 +58,12 @@ pub fn cut(fan: &Fan, sweep: &Sweep, strips: &mut Vec<Strip>) {
             if long > LENGTH_M + LENGTH_PER_RANGE * range
                 || (range - last.1).abs() > JUMP_M + JUMP_PER_RANGE * range
             {
-                close(sweep.stamp_ns, &mut open, strips);
+                close(range_scan.stamp_ns, &mut open, strips);
             }
         }
         open.push((point, range, beam.delay_ns));
     }
-    close(sweep.stamp_ns, &mut open, strips);
+    close(range_scan.stamp_ns, &mut open, strips);
 }
 
 fn close(stamp_ns: i64, open: &mut Vec<([f64; 2], f64, i64)>, strips: &mut Vec<Strip>) {
@@ -69,14 +71,14 @@ fn close(stamp_ns: i64, open: &mut Vec<([f64; 2], f64, i64)>, strips: &mut Vec<S
     if points >= FEWEST {
         let count = points as f64;
         let mean = |axis: usize| open.iter().map(|(point, ..)| point[axis]).sum::<f64>() / count;
-        let centre_m = [mean(0), mean(1)];
-        let scatter = scatter(open.iter().map(|(point, ..)| *point), centre_m);
+        let center_m = [mean(0), mean(1)];
+        let scatter = scatter(open.iter().map(|(point, ..)| *point), center_m);
         let (along, [rough_m2, spread_m2]) = principal(scatter.map(|sum| sum / count));
         let delay_ns = open.iter().map(|(.., delay_ns)| *delay_ns).sum::<i64>() / points as i64;
         if rough_m2 <= ROUGH_M * ROUGH_M {
             strips.push(Strip {
                 stamp_ns: stamp_ns.saturating_add(delay_ns),
-                centre_m,
+                center_m,
                 along,
                 spread_m2,
                 points,
@@ -86,16 +88,16 @@ fn close(stamp_ns: i64, open: &mut Vec<([f64; 2], f64, i64)>, strips: &mut Vec<S
     open.clear();
 }
 
-/// Sums of squares about a centre: xx, xy, yy.
-pub fn scatter(points: impl Iterator<Item = [f64; 2]>, centre: [f64; 2]) -> [f64; 3] {
+/// Sums of squares about a center: xx, xy, yy.
+pub(super) fn scatter(points: impl Iterator<Item = [f64; 2]>, center: [f64; 2]) -> [f64; 3] {
     points.fold([0.0; 3], |[xx, xy, yy], point| {
-        let (x, y) = (point[0] - centre[0], point[1] - centre[1]);
+        let (x, y) = (point[0] - center[0], point[1] - center[1]);
         [xx + x * x, xy + x * y, yy + y * y]
     })
 }
 
 /// The long axis of a 2x2 covariance, and its variances across and along it.
-pub fn principal([xx, xy, yy]: [f64; 3]) -> ([f64; 2], [f64; 2]) {
+pub(super) fn principal([xx, xy, yy]: [f64; 3]) -> ([f64; 2], [f64; 2]) {
     let middle = 0.5 * (xx + yy);
     let half = (0.25 * (xx - yy) * (xx - yy) + xy * xy).sqrt();
     let (sin, cos) = (0.5 * (2.0 * xy).atan2(xx - yy)).sin_cos();

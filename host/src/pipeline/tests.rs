@@ -1,14 +1,16 @@
 //! The stages together on a simulated corridor: what must hold of every model.
 
 use super::{BuildOutput, model_of};
-use crate::compare::{CompareParams, Reference};
-use crate::fixture::{corridor, drive, truth};
+use crate::metrics::compare::{CompareParams, Reference};
+use crate::metrics::surface_distance::Surface;
 use crate::model::{Cloud, Mesh};
-use crate::params::BuildParams;
-use crate::planes::random::Random;
-use crate::polygons::{cracks, validate};
-use crate::surface_distance::Surface;
-use crate::triangulate::{model_mesh, polygons_mesh};
+use crate::pipeline::params::BuildParams;
+use crate::reconstruct::fixture::{corridor, drive, truth};
+use crate::reconstruct::planes::paper::random::Random;
+use crate::reconstruct::polygons::seams::t_junctions;
+use crate::reconstruct::polygons::triangulate::model_mesh;
+use crate::reconstruct::polygons::triangulate::polygons_mesh;
+use crate::reconstruct::polygons::validate;
 use std::sync::OnceLock;
 
 fn build(cloud: Cloud) -> BuildOutput {
@@ -37,7 +39,8 @@ fn a_corridor_shrinks_to_its_walls() {
     assert_valid(output);
     assert!(output.counts.raw_triangles > 60_000);
     assert!(output.counts.reduction_percent() > 99.0, "{:?}", output.counts);
-    // Seen: both walls, the ceilings (of one height) and the back of the room; its other walls run along the scans.
+    // Seen: both walls, the ceilings (of one height) and the back of the room; its other walls run along the
+    // scans.
     assert!((4..=5).contains(&output.counts.planes), "{:?}", output.counts);
     assert!(output.counts.polygons <= 6, "{:?}", output.counts);
 }
@@ -78,12 +81,12 @@ fn furnished(seed: u64, sigma_m: f64) -> BuildOutput {
 }
 
 #[test]
-fn neighbours_have_no_cracks_between_them() {
+fn neighbors_have_no_cracks_between_them() {
     let mut shared_m = 0.0;
     for (seed, sigma_m) in [(1, 0.02), (2, 0.015), (3, 0.03), (4, 0.02), (5, 0.0)] {
         let output = furnished(seed, sigma_m);
         assert_valid(&output);
-        let found = cracks::find(&output.model);
+        let found = t_junctions::find(&output.model);
         assert_eq!((found.corners_in_edges, found.corners_apart), (0, 0), "{seed}: {found:?}");
         assert_eq!(found.gaps_m, 0.0, "{seed}: {found:?}");
         shared_m += found.shared_m;
@@ -159,7 +162,7 @@ fn other_noise_and_seeds_give_valid_models_of_the_same_walls() {
 
 #[test]
 fn degenerate_clouds_give_small_valid_models() {
-    let organised = |points: Vec<[f32; 3]>| {
+    let organized = |points: Vec<[f32; 3]>| {
         let count = points.len();
         Cloud {
             scan: (0..count as u32).map(|k| k / 50).collect(),
@@ -181,15 +184,15 @@ fn degenerate_clouds_give_small_valid_models() {
     let cases = [
         ("no points", Cloud::default(), 0),
         ("one scan", drive(&corridor(), 1, 0.02, 6), 8),
-        ("a line", organised((0..1000).map(line).collect()), 0),
-        ("one place", organised(vec![[1.0, 2.0, 3.0]; 1000]), 0),
-        ("nothing finite", organised(vec![[f32::NAN; 3]; 1000]), 0),
+        ("a line", organized((0..1000).map(line).collect()), 0),
+        ("one place", organized(vec![[1.0, 2.0, 3.0]; 1000]), 0),
+        ("nothing finite", organized(vec![[f32::NAN; 3]; 1000]), 0),
         ("holes and infinities", with_nan, 20),
-        ("outliers only", organised((0..3000).map(|_| anywhere(4.0)).collect()), 20),
+        ("outliers only", organized((0..3000).map(|_| anywhere(4.0)).collect()), 20),
     ];
-    for (name, cloud, most_planes) in cases {
+    for (name, cloud, max_planes) in cases {
         let output = build(cloud);
         assert_valid(&output);
-        assert!(output.model.planes.len() <= most_planes, "{name}: {} planes", output.model.planes.len());
+        assert!(output.model.planes.len() <= max_planes, "{name}: {} planes", output.model.planes.len());
     }
 }

@@ -1,23 +1,9 @@
 //! The program from outside: exit codes, sentences, files.
 
-mod build;
-mod calibrate;
-mod careful;
-mod comfort;
-mod compact;
-#[cfg(feature = "demo")]
-mod demo;
-mod evaluate;
-mod floor;
-mod import;
-mod killed;
-mod odd_clouds;
-mod odd_recordings;
-mod optimize;
-mod parts;
-mod planes;
-mod plot;
-mod ring;
-mod room;
-mod run;
-mod salvage;
+mod fixtures;
+mod measure;
+mod models;
+mod recordings;
+mod terminal;
+
+use fixtures::{ring, room, run};

@@ -1,7 +1,8 @@
 //! The one place in Biplane that reads a clock.
 //!
-//! Libraries take time as an argument, whole nanoseconds as `i64`; programs read it here, at their edge. Clippy refuses
-//! `Instant::now` and `SystemTime::now` in the whole workspace, so that a simulated hour needs no hour.
+//! Libraries take time as an argument, whole nanoseconds as `i64`; programs read it here, at their edge.
+//! Clippy refuses `Instant::now` and `SystemTime::now` in the whole workspace, so that a simulated hour needs
+//! no hour.
 
 use rustix::time::{ClockId, Timespec, clock_gettime};
 
@@ -35,8 +36,8 @@ pub fn thread_cpu_ns() -> i64 {
     nanoseconds(clock_gettime(ClockId::ThreadCPUTime))
 }
 
-/// The largest resident memory of this process so far, in bytes (`VmHWM` of `/proc/self/status`); `None` where the kernel
-/// does not tell.
+/// The largest resident memory of this process so far, in bytes (`VmHWM` of `/proc/self/status`); `None`
+/// where the kernel does not tell.
 #[must_use]
 pub fn peak_memory_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;

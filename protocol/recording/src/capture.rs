@@ -1,8 +1,8 @@
 //! Serial captures: the bytes of each line as they came, one message a read (`/serial/<port>/rx` and `/tx`).
 //! Written by [`Writer::write_serial`](crate::Writer::write_serial).
 
-use crate::msg::{ByteArray, Message};
-use crate::read::{Entry, ReadError, Reader};
+use crate::mcap::read::{Entry, ReadError, Reader};
+use crate::messages::{ByteArray, Message};
 use crate::topics::{Direction, Port, Topic};
 
 /// One read from a serial line, or one write to it.
@@ -33,13 +33,9 @@ pub fn serial_bytes(entry: &Entry) -> Result<Option<SerialBytes>, ReadError> {
     Ok(Some(SerialBytes { port, direction, time_ns: entry.log_time_ns, bytes: message.data }))
 }
 
-impl Reader {
-    /// All serial bytes of a file, in file order; other messages are passed over.
-    pub fn serial(&self) -> impl Iterator<Item = Result<SerialBytes, ReadError>> + '_ {
-        self.messages().filter_map(|entry| {
-            entry
-                .and_then(|entry| serial_bytes(&entry).map_err(|error| error.in_file(self.path())))
-                .transpose()
-        })
-    }
+/// All serial bytes of a file, in file order; other messages are passed over.
+pub fn serial(reader: &Reader) -> impl Iterator<Item = Result<SerialBytes, ReadError>> + '_ {
+    reader.messages().filter_map(|entry| {
+        entry.and_then(|entry| serial_bytes(&entry).map_err(|error| error.in_file(reader.path()))).transpose()
+    })
 }

@@ -1,6 +1,6 @@
 //! The topics of a recording: name, message type and delivery of each (REP 105 frames).
 
-use crate::msg::{
+use crate::messages::{
     ByteArray, DiagnosticArray, LaserScan, Message, Odometry, PoseWithCovarianceStamped, TfMessage,
 };
 
@@ -10,7 +10,7 @@ pub const FRAME_MAP: &str = "map";
 pub const FRAME_ODOM: &str = "odom";
 /// The robot: on the floor (z = 0), x forward, y left, z up.
 pub const FRAME_BASE: &str = "base_link";
-/// The localising laser's own frame: x along its middle beam, y to its left.
+/// The localizing laser's own frame: x along its middle beam, y to its left.
 pub const FRAME_LASER_HORIZONTAL: &str = "laser_horizontal";
 /// The building-facing laser's own frame: x along its middle beam, y to its left.
 pub const FRAME_LASER_VERTICAL: &str = "laser_vertical";
@@ -18,7 +18,7 @@ pub const FRAME_LASER_VERTICAL: &str = "laser_vertical";
 /// A device's serial line.
 #[derive(Copy, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum Port {
-    /// The laser that localises.
+    /// The laser that localizes.
     Horizontal,
     /// The laser that sees the building.
     Vertical,
@@ -38,7 +38,7 @@ pub enum Direction {
 /// A topic that Biplane writes.
 #[derive(Copy, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum Topic {
-    /// Scans of the localising laser.
+    /// Scans of the localizing laser.
     ScanHorizontal,
     /// Scans of the building-facing laser.
     ScanVertical,
@@ -48,7 +48,7 @@ pub enum Topic {
     Pose,
     /// The same at each vertical scan's stamp.
     PoseVertical,
-    /// The incremental poses that an optimised recording replaced.
+    /// The incremental poses that an optimized recording replaced.
     PoseIncremental,
     /// `map` -> `odom` and `odom` -> `base_link`.
     Tf,
@@ -80,6 +80,30 @@ impl Port {
             Self::Horizontal => "horizontal",
             Self::Vertical => "vertical",
             Self::Base => "base",
+        }
+    }
+
+    /// Its place in [`Port::ALL`]. Written out, so that a port without a place does not compile.
+    #[must_use]
+    pub const fn index(self) -> usize {
+        match self {
+            Self::Horizontal => 0,
+            Self::Vertical => 1,
+            Self::Base => 2,
+        }
+    }
+}
+
+impl Direction {
+    /// Both directions.
+    pub const ALL: [Self; 2] = [Self::Rx, Self::Tx];
+
+    /// Its place in [`Direction::ALL`].
+    #[must_use]
+    pub const fn index(self) -> usize {
+        match self {
+            Self::Rx => 0,
+            Self::Tx => 1,
         }
     }
 }
@@ -126,6 +150,23 @@ impl Topic {
         }
     }
 
+    /// Its place in [`Topic::ALL`]. Written out, so that a topic without a place does not compile.
+    #[must_use]
+    pub const fn index(self) -> usize {
+        match self {
+            Self::ScanHorizontal => 0,
+            Self::ScanVertical => 1,
+            Self::Odom => 2,
+            Self::Pose => 3,
+            Self::PoseVertical => 4,
+            Self::PoseIncremental => 5,
+            Self::Tf => 6,
+            Self::TfStatic => 7,
+            Self::Diagnostics => 8,
+            Self::Serial(port, direction) => 9 + Direction::ALL.len() * port.index() + direction.index(),
+        }
+    }
+
     /// The topic of that name; `None` for a name that Biplane does not write.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
@@ -154,15 +195,17 @@ impl Topic {
         }
     }
 
-    /// Whether what is said on the topic holds until it is said anew, so that a later part of a recording must repeat it.
+    /// Whether what is said on the topic holds until it is said anew, so that a later part of a recording
+    /// must repeat it.
     #[must_use]
     pub fn is_latched(self) -> bool {
         matches!(self.durability(), Durability::TransientLocal)
     }
 
-    /// The value of the channel's `offered_qos_profiles`: YAML as `ros2 bag` writes it. The policies stand as numbers, because
-    /// Humble and Iron read nothing else (history 1 = keep last, reliability 1 = reliable, durability 1 = transient local
-    /// and 2 = volatile, liveliness 1 = automatic; the longest duration means none).
+    /// The value of the channel's `offered_qos_profiles`: YAML as `ros2 bag` writes it. The policies stand as
+    /// numbers, because Humble and Iron read nothing else (history 1 = keep last, reliability 1 = reliable,
+    /// durability 1 = transient local and 2 = volatile, liveliness 1 = automatic; the longest duration means
+    /// none).
     #[must_use]
     pub fn offered_qos_profiles(self) -> String {
         let (depth, durability) = match self.durability() {
@@ -189,6 +232,15 @@ mod tests {
         }
         assert_eq!(Topic::from_name("/scan"), None);
         assert_eq!(Topic::from_name("odom"), None);
+    }
+
+    #[test]
+    fn ports_directions_and_topics_stand_at_their_places() {
+        assert_eq!(Port::ALL.map(Port::index), [0, 1, 2]);
+        assert_eq!(Direction::ALL.map(Direction::index), [0, 1]);
+        for (place, topic) in Topic::ALL.into_iter().enumerate() {
+            assert_eq!(topic.index(), place, "{topic:?}");
+        }
     }
 
     #[test]

@@ -1,5 +1,5 @@
-//! Random bytes through every deframer, and damaged scans past the laser's checksum. Exits with 1 when more is taken for true than the
-//! checksum's length allows.
+//! Random bytes through every deframer, and damaged scans past the laser's checksum. Exits with 1 when more
+//! is taken for true than the checksum's length allows.
 //!
 //! ```text
 //! cargo run --release -p biplane-wire --example random_bytes -- [BYTES [SEED]]

@@ -1,9 +1,10 @@
-//! What can be wrong with the bytes of a telegram. Every error says what was expected, what was found, and where:
-//! offsets count bytes from the first byte of the telegram.
+//! What can be wrong with the bytes of a telegram. Every error says what was expected, what was found, and
+//! where: offsets count bytes from the first byte of the telegram.
 
 use thiserror::Error;
 
-/// A telegram that cannot be read or written. Small, `Copy`, and without a heap, so that it can be kept in a log.
+/// A telegram that cannot be read or written. Small, `Copy`, and without a heap, so that it can be kept in a
+/// log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
 pub enum WireError {
     /// The bytes end before the telegram does.

@@ -2,7 +2,8 @@
 
 use core::fmt;
 
-/// Text inside a telegram. `Display` prints it without padding, and a dot for every byte that is not printable ASCII.
+/// Text inside a telegram. `Display` prints it without padding, and a dot for every byte that is not
+/// printable ASCII.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Text<'a>(
     /// The bytes as sent, padding included.

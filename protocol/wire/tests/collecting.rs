@@ -15,7 +15,7 @@ fn known(asked: &str) -> Vec<u8> {
 
 /// Whether the answer was good, for each that ended.
 fn take(collector: &mut Collector, bytes: &[u8]) -> Option<bool> {
-    collector.take(bytes).map(|heard| heard.is_ok())
+    collector.take(bytes).map(|received| received.is_ok())
 }
 
 #[test]
@@ -28,9 +28,9 @@ fn an_answer_is_whole_however_it_is_cut() {
             collector.ask(request);
             let mut ended = 0;
             for chunk in answer.chunks(size) {
-                if let Some(heard) = collector.take(chunk) {
-                    let heard = heard.unwrap();
-                    assert_eq!((heard.offset, heard.length), (3, answer.len()), "{asked}");
+                if let Some(received) = collector.take(chunk) {
+                    let received = received.unwrap();
+                    assert_eq!((received.offset, received.length), (3, answer.len()), "{asked}");
                     ended += 1;
                 }
             }
@@ -73,8 +73,8 @@ fn a_byte_too_many_in_front_spoils_the_answer_and_one_behind_does_not() {
     assert_eq!(take(&mut collector, &[&[0xEE][..], &known("80 4E")].concat()), Some(false));
     collector.ask(ENCODERS);
     let longer = [&known("80 4E")[..], &[0xEE]].concat();
-    let heard = collector.take(&longer).expect("an end").expect("good");
-    assert_eq!((heard.length, heard.surplus), (10, 1));
+    let received = collector.take(&longer).expect("an end").expect("good");
+    assert_eq!((received.length, received.surplus), (10, 1));
     assert_eq!((collector.counts().bad_checksums, collector.counts().skipped_bytes), (1, 12));
 }
 
@@ -97,8 +97,8 @@ fn every_byte_is_accounted_for_and_random_answers_are_taken_as_rarely_as_the_crc
         }
         let count = 1 + noise.below(12);
         let bytes = noise.bytes(count);
-        if let Some(Ok(heard)) = collector.take(&bytes) {
-            assert!(matches!(heard.answer, Answer::Encoders { .. } | Answer::Firmware(_)));
+        if let Some(Ok(received)) = collector.take(&bytes) {
+            assert!(matches!(received.answer, Answer::Encoders { .. } | Answer::Firmware(_)));
             accepted += 1;
         }
         let held = collector.buffered() as u64;

@@ -3,7 +3,7 @@
 
 mod cases;
 
-use biplane_wire::deframe::{Framing, Measure};
+use biplane_wire::framing::{Framing, Measure};
 use biplane_wire::lms::{self, DeviceDeframer, HostDeframer, Reply, Scan, Status};
 use biplane_wire::{Deframer, Item, SkipReason, p2os, rflex};
 use cases::pieces::{Piece, frames, mode_done, pieces, scan, whole};
@@ -312,9 +312,10 @@ fn a_reply_reads_straight_from_the_frame() {
 
 #[test]
 fn a_frame_that_is_taken_back_gives_free_the_true_one_whose_first_byte_it_had_taken() {
-    // A scan that is a byte short, and whose checksum fits all the same with the next scan's first byte: found by trying.
+    // A scan that is a byte short, and whose checksum fits all the same with the next scan's first byte:
+    // found by trying.
     let next = scan(181, 9);
-    let stump = (0..=u16::MAX).find_map(|value| {
+    let partial_frame = (0..=u16::MAX).find_map(|value| {
         let mut bytes = scan(181, 7);
         bytes[100..102].copy_from_slice(&value.to_le_bytes());
         bytes.truncate(bytes.len() - 1);
@@ -325,8 +326,8 @@ fn a_frame_that_is_taken_back_gives_free_the_true_one_whose_first_byte_it_had_ta
             bytes
         })
     });
-    let stump = stump.unwrap();
-    let stream = [stump.clone(), next.clone()].concat();
+    let partial_frame = partial_frame.unwrap();
+    let stream = [partial_frame.clone(), next.clone()].concat();
     let (mut deframer, mut frames) = (DeviceDeframer::new(), Vec::new());
     assert_eq!(deframer.push(&stream), stream.len());
     while let Some(item) = deframer.next() {
@@ -338,7 +339,7 @@ fn a_frame_that_is_taken_back_gives_free_the_true_one_whose_first_byte_it_had_ta
         }
     }
     assert_eq!(frames.len(), 2);
-    assert_eq!(frames[1], (stump.len() as u64, next));
+    assert_eq!(frames[1], (partial_frame.len() as u64, next));
     let counts = deframer.counts();
     assert_eq!((counts.frames, counts.bytes()), (1, stream.len() as u64));
 }

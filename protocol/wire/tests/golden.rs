@@ -234,7 +234,8 @@ fn a_simulated_status_report_is_the_known_one_but_for_what_it_leaves_out() {
     let fields = StatusFields { baud: Baud::B38400, ..StatusFields::default() };
     let telegram = bytes(cases::LMS_STATUS);
     let mut known = telegram[5..5 + STATUS_REPORT_BYTES].to_vec();
-    // By the listing's offsets, which count the code: reserved, pollution, reference and calibration, signals.
+    // By the listing's offsets, which count the code: reserved, pollution, reference and calibration,
+    // signals.
     for left_out in [10..18, 19..67, 69..102] {
         known[left_out.start - 1..left_out.end - 1].fill(0);
     }
@@ -333,8 +334,8 @@ fn the_information_packet_reads_as_two_drivers_read_it() {
     assert!(!sip.motors_moving() && !sip.motors_enabled() && !sip.stalled());
 }
 
-/// The folder of third-party data: `BIPLANE_DATA`, or `shared/data` beside a parent folder of this crate. It may be
-/// missing, except on a build server.
+/// The folder of third-party data: `BIPLANE_DATA`, or `shared/data` beside a parent folder of this crate. It
+/// may be missing, except on a build server.
 fn data_folder() -> Option<PathBuf> {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     let beside = here.ancestors().map(|parent| parent.join("shared/data"));
@@ -358,9 +359,9 @@ fn data_lines(path: &Path) -> Vec<Vec<u8>> {
 #[test]
 fn all_collected_telegrams_read_and_write_back_unchanged() {
     let Some(folder) = data_folder() else { return };
-    for (file, at_least) in [("telegrams.txt", 40), ("manual_vectors.txt", 11)] {
+    for (file, min_lines) in [("telegrams.txt", 40), ("manual_vectors.txt", 11)] {
         let lines = data_lines(&folder.join("sick").join(file));
-        assert!(lines.len() >= at_least, "{file}: {} lines", lines.len());
+        assert!(lines.len() >= min_lines, "{file}: {} lines", lines.len());
         lines.iter().for_each(|bytes| check_lms(bytes));
     }
     let packets = data_lines(&folder.join("sick/p2os_packets.txt"));
@@ -443,7 +444,7 @@ fn a_controllers_answers_mean_what_the_manual_says() {
     for ((asked, answer), expected) in cases::ROBOCLAW.iter().zip(expected) {
         let request = roboclaw::Request::parse(&bytes(asked)).unwrap();
         let (answer, mut out) = (bytes(answer), [0xA5; 64]);
-        assert_eq!(request.question.accept(request.address, &answer), Ok(expected), "{asked}");
+        assert_eq!(Answer::accept(request, &answer), Ok(expected), "{asked}");
         let count = expected.emit(request, &mut out).unwrap();
         assert_eq!(out[..count], answer, "{asked}");
         let count = request.emit(&mut out).unwrap();
@@ -452,5 +453,8 @@ fn a_controllers_answers_mean_what_the_manual_says() {
     assert_eq!(roboclaw::Request::parse(&bytes("80 10")).unwrap().question, Question::Encoder(Motor::M1));
     let narrow = Question::Status(StatusWidth::Narrow);
     let bits = StatusBits { width: StatusWidth::Narrow, bits: 0x0804 };
-    assert_eq!(narrow.accept(0x80, &bytes("08 04 8D 1A")), Ok(Answer::Status(bits)));
+    assert_eq!(
+        Answer::accept(roboclaw::Request { address: 0x80, question: narrow }, &bytes("08 04 8D 1A")),
+        Ok(Answer::Status(bits))
+    );
 }

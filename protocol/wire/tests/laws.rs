@@ -7,7 +7,7 @@ use std::rc::Rc;
 
 use biplane_wire::lms::{Pairs, Reply, Request, S14Scan, Scan, Status, Telegram, checksum};
 use biplane_wire::p2os::{self, Command, Packet, Report};
-use biplane_wire::roboclaw::{Question, Request as Asked};
+use biplane_wire::roboclaw::{Answer, Question, Request as Asked};
 use biplane_wire::{WireError, lms, rflex};
 use cases::Noise;
 use cases::table::{
@@ -23,8 +23,8 @@ type Emit = Box<dyn Fn(&mut [u8]) -> Written>;
 type ReadsBack = Box<dyn Fn(&[u8]) -> Same>;
 type Rewrite = Box<dyn Fn(&[u8]) -> Copies>;
 
-/// One telegram under test: how to write it, whether its bytes read back as the same value, and what comes of them when
-/// they are read without knowing the value.
+/// One telegram under test: how to write it, whether its bytes read back as the same value, and what comes of
+/// them when they are read without knowing the value.
 struct Case {
     name: String,
     len: usize,
@@ -126,17 +126,17 @@ fn scan_cases() -> impl Iterator<Item = Case> {
 }
 
 fn p2os_cases() -> impl Iterator<Item = Case> {
-    let told = cases_of(commands(), Command::encoded_len, Command::emit, |command, bytes| {
+    let commanded = cases_of(commands(), Command::encoded_len, Command::emit, |command, bytes| {
         Ok(Packet::parse(bytes)?.command() == *command)
     });
     let reported = cases_of(reports(), Report::encoded_len, Report::emit, |report, bytes| {
         Ok(Packet::parse(bytes)?.report()? == *report)
     });
-    told.chain(reported)
+    commanded.chain(reported)
 }
 
 fn rflex_cases() -> impl Iterator<Item = Case> {
-    let told = cases_of(
+    let commanded = cases_of(
         rflex_commands(),
         rflex::Command::encoded_len,
         |command, out| command.emit(4, out),
@@ -148,7 +148,7 @@ fn rflex_cases() -> impl Iterator<Item = Case> {
         |report, out| report.emit(0xFE, out),
         |report, bytes| Ok(rflex::Packet::parse(bytes)?.report()? == *report),
     );
-    told.chain(reported)
+    commanded.chain(reported)
 }
 
 fn question_cases() -> impl Iterator<Item = Case> {
@@ -173,7 +173,9 @@ fn answer_cases() -> impl Iterator<Item = Case> {
         answers(),
         |(_, answer)| answer.encoded_len(),
         |&(question, answer), out| answer.emit(Asked { address: 0x82, question }, out),
-        |(question, answer), bytes| Ok(question.accept(0x82, bytes)? == *answer),
+        |(question, answer), bytes| {
+            Ok(Answer::accept(Asked { address: 0x82, question: *question }, bytes)? == *answer)
+        },
     );
     written
         .zip(answers())
@@ -182,7 +184,7 @@ fn answer_cases() -> impl Iterator<Item = Case> {
 
 /// An answer as bytes again; `None` when it is none to this question.
 fn answered(question: Question, bytes: &[u8]) -> Copies {
-    let answer = question.accept(0x82, bytes).ok()?;
+    let answer = Answer::accept(Asked { address: 0x82, question }, bytes).ok()?;
     let mut out = [0xA5; 64];
     let count = answer.emit(Asked { address: 0x82, question }, &mut out).expect("it has been read");
     Some(vec![out[..count].to_vec()])
@@ -385,12 +387,15 @@ fn an_answer_is_none_to_another_question_or_of_another_address() {
         let mut out = [0; 64];
         let count = answer.emit(Asked { address: 0x80, question }, &mut out).unwrap();
         for (other, _) in answers().into_iter().filter(|(other, _)| other.command() != question.command()) {
-            assert!(other.accept(0x80, &out[..count]).is_err(), "{question:?} as {other:?}");
+            assert!(
+                Answer::accept(Asked { address: 0x80, question: other }, &out[..count]).is_err(),
+                "{question:?} as {other:?}"
+            );
             let same_form = std::mem::discriminant(&question) == std::mem::discriminant(&other);
             let written = answer.emit(Asked { address: 0x80, question: other }, &mut [0; 64]);
             assert_eq!(written.is_ok(), same_form, "{question:?} as {other:?}");
         }
-        assert!(question.accept(0x81, &out[..count]).is_err(), "{question:?}");
+        assert!(Answer::accept(Asked { address: 0x81, question }, &out[..count]).is_err(), "{question:?}");
     }
     assert!(Asked { address: 0x7F, question: Question::Encoders }.emit(&mut [0; 4]).is_err());
 }

@@ -1,4 +1,5 @@
-//! What a pause on the line means to a deframer: an unfinished telegram is given up, and the next byte is in step.
+//! What a pause on the line means to a deframer: an unfinished telegram is given up, and the next byte is in
+//! step.
 
 mod cases;
 
@@ -8,7 +9,8 @@ use cases::pieces::{Piece, frames, mode_done, scan};
 
 #[test]
 fn an_acknowledgement_counts_only_where_a_telegram_could_start() {
-    // Inside a telegram it is data; behind a telegram, at the start and after a pause it is an acknowledgement.
+    // Inside a telegram it is data; behind a telegram, at the start and after a pause it is an
+    // acknowledgement.
     let cut = scan(20, 3)[..30].to_vec();
     let stream = [vec![lms::ACK], scan(20, 0x0606), vec![lms::ACK], cut, vec![lms::ACK, lms::NAK]].concat();
     let mut deframer = DeviceDeframer::new();

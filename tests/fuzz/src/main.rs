@@ -3,8 +3,9 @@
 
 use std::sync::OnceLock;
 
-use biplane_tests::inputs::peak::PeakAllocator;
-use biplane_tests::inputs::{TARGETS, Target, judge, mutate, named};
+use biplane_tests::inputs::making::peak::PeakAllocator;
+use biplane_tests::inputs::{TARGETS, Target, judge, named};
+use biplane_tests::inputs::making::mutate;
 use libfuzzer_sys::{fuzz_mutator, fuzz_target, fuzzer_mutate};
 
 #[global_allocator]

@@ -1,17 +1,18 @@
 //! Text files of other programs: CARMEN logs, trajectories, relations.
 
-use biplane::evaluate::relations::{RelationsParams, read_relations, relation_errors, report};
-use biplane::import::carmen::import;
-use biplane::trajectory::{TrajectoryFormat, read_poses, write_poses};
+use biplane::evaluate::{RelationsParams, read_relations, relation_errors, relations_report};
+use biplane::files::import_carmen;
+use biplane::files::{TrajectoryFormat, read_poses, write_poses};
 use biplane_recording::{Reader, Topic, WriterOptions};
 
-use super::memory_file::{MemoryFile, Scratch};
+use crate::inputs::making::memory_file::{MemoryFile, Scratch};
 
-/// A log with a scan becomes a recording that reads whole, with as many scans and odometry messages as the report says.
-pub fn carmen(input: &[u8]) {
+/// A log with a scan becomes a recording that reads whole, with as many scans and odometry messages as the
+/// report says.
+pub(super) fn carmen(input: &[u8]) {
     let (log, recording) = (MemoryFile::of(input), Scratch::new());
     let options = WriterOptions { overwrite: true, ..WriterOptions::default() };
-    let Ok(report) = import(&log.path(), &recording.0, &options) else { return };
+    let Ok(report) = import_carmen(&log.path(), &recording.0, &options) else { return };
     let entries: Vec<_> = Reader::open(&recording.0)
         .expect("a whole file")
         .messages()
@@ -23,7 +24,7 @@ pub fn carmen(input: &[u8]) {
 }
 
 /// Poses are written and read back: stamps to the nanosecond, places to the micrometre.
-pub fn poses(input: &[u8]) {
+pub(super) fn poses(input: &[u8]) {
     let Ok(poses) = read_poses(input) else { return };
     for format in [TrajectoryFormat::Tum, TrajectoryFormat::XyTheta] {
         let mut text = Vec::new();
@@ -38,10 +39,10 @@ pub fn poses(input: &[u8]) {
 }
 
 /// Relations that read can be held against poses, those of a robot that stands still among them.
-pub fn relations(input: &[u8]) {
+pub(super) fn relations(input: &[u8]) {
     let Ok(relations) = read_relations(input) else { return };
     let poses = read_poses(&b"0 0 0 0\n1 1 0 0\n2 1e6 -1e6 3\n"[..]).expect("three poses");
     let (errors, found) = relation_errors(&relations, &poses, &RelationsParams::default());
     assert!(errors.len() <= relations.len());
-    let _ = report(&errors, found);
+    let _ = relations_report(&errors, found);
 }

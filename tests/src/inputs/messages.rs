@@ -1,12 +1,12 @@
 //! CDR messages of every type that a recording holds.
 
-use biplane_recording::msg::{
+use biplane_recording::messages::{
     AnyMessage, ByteArray, DiagnosticArray, LaserScan, Message, Odometry, PoseWithCovarianceStamped,
     TfMessage,
 };
 
 /// The types; the first byte of an input says which.
-pub const TYPES: [&str; 6] = [
+pub(super) const TYPES: [&str; 6] = [
     LaserScan::TYPE,
     Odometry::TYPE,
     PoseWithCovarianceStamped::TYPE,
@@ -15,9 +15,10 @@ pub const TYPES: [&str; 6] = [
     ByteArray::TYPE,
 ];
 
-/// A message that decodes is written, decodes again and is then written as the same bytes. (Not always as the first ones: padding may
-/// hold anything, a text may come without its NUL, a time with more nanoseconds than a second has.)
-pub fn any(input: &[u8]) {
+/// A message that decodes is written, decodes again and is then written as the same bytes. (Not always as the
+/// first ones: padding may hold anything, a text may come without its NUL, a time with more nanoseconds than
+/// a second has.)
+pub(super) fn any(input: &[u8]) {
     let Some((choice, bytes)) = input.split_first() else { return };
     let name = TYPES[usize::from(*choice) % TYPES.len()];
     if let Ok(message) = AnyMessage::decode(name, bytes) {
@@ -26,7 +27,7 @@ pub fn any(input: &[u8]) {
 }
 
 /// Panics when a decoded message does not survive being written and read.
-pub fn writes_back(name: &str, message: &AnyMessage) {
+pub(super) fn writes_back(name: &str, message: &AnyMessage) {
     let _ = message.stamp_ns();
     let Some(first) = encoded(message) else { return };
     let again = AnyMessage::decode(name, &first).expect("what was written decodes");

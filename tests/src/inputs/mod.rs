@@ -1,17 +1,16 @@
-//! What each parser of outside bytes promises for any bytes whatever: a function that panics where a promise is broken.
+//! What each parser of outside bytes promises for any bytes whatever: a function that panics where a promise
+//! is broken.
 //!
-//! Besides "no panic": what parses is written back as the same bytes or reads back as the same value, every byte of a stream is
-//! accounted for, memory grows with the input and with no number in it, and the time is bounded. The same functions are run
+//! Besides "no panic": what parses is written back as the same bytes or reads back as the same value, every
+//! byte of a stream is accounted for, memory grows with the input and with no number in it, and the time is
+//! bounded. The same functions are run
 //! - on stable Rust over a corpus and seeded mutations of it (`tests/inputs`),
 //! - by a coverage-guided fuzzer (`tests/fuzz`).
 
-pub mod corpus;
 mod geometry;
 mod logs;
-mod memory_file;
+pub mod making;
 mod messages;
-pub mod mutate;
-pub mod peak;
 mod recordings;
 mod rigs;
 mod sessions;
@@ -22,7 +21,8 @@ use biplane_clock::thread_cpu_ns;
 
 /// Memory that a parser may take for itself, bytes: chunks of a megabyte as they are written.
 const OWN_BYTES: usize = 4 << 20;
-/// Processor time that an input may take, nanoseconds: a hundred times what the slowest takes in a debug build.
+/// Processor time that an input may take, nanoseconds: a hundred times what the slowest takes in a debug
+/// build.
 const TIME_NS: i64 = 10_000_000_000;
 
 /// How an input is written, which says how it is best damaged.
@@ -47,7 +47,8 @@ pub struct Target {
     pub own_bytes: usize,
     /// Bytes of memory that each byte of the input may cost.
     pub memory_factor: usize,
-    /// Bytes that the input really unpacks to, each of which may cost `memory_factor` bytes as well; 0 where nothing is packed.
+    /// Bytes that the input really unpacks to, each of which may cost `memory_factor` bytes as well; 0 where
+    /// nothing is packed.
     pub unpacked: fn(&[u8]) -> usize,
 }
 
@@ -84,14 +85,15 @@ pub fn named(name: &str) -> Option<&'static Target> {
     TARGETS.iter().find(|target| target.name == name)
 }
 
-/// Runs one input: panics where the parser breaks a promise of its own, takes more memory than the input is worth, or does not come back.
-/// Memory is measured where [`peak::PeakAllocator`] is installed.
+/// Runs one input: panics where the parser breaks a promise of its own, takes more memory than the input is
+/// worth, or does not come back. Memory is measured where [`crate::inputs::making::peak::PeakAllocator`] is
+/// installed.
 ///
 /// # Panics
 /// With what is wrong.
 pub fn judge(target: &Target, input: &[u8]) {
     let before_ns = thread_cpu_ns();
-    let ((), taken) = peak::during(|| (target.check)(input));
+    let ((), taken) = making::peak::during(|| (target.check)(input));
     let spent_ns = thread_cpu_ns() - before_ns;
     assert!(spent_ns < TIME_NS, "{}: {} bytes took {spent_ns} ns", target.name, input.len());
     if taken > target.own_bytes {

@@ -5,15 +5,16 @@ use std::path::Path;
 
 use biplane_recording::{AnyMessage, ReadError, Reader, capture, recover_over};
 
-use super::memory_file::{MemoryFile, Scratch};
 use super::messages::writes_back;
+use crate::inputs::making::memory_file::{MemoryFile, Scratch};
 
-/// The most that a chunk may unpack to; more is refused before it is unpacked (`protocol/recording/src/chunk.rs`).
+/// The most that a chunk may unpack to; more is refused before it is unpacked
+/// (`protocol/recording/src/mcap/chunk.rs`).
 const LARGEST_CHUNK: u64 = 1 << 28;
 
-/// Reading ends with an error or at the end; a file that reads to its end is salvaged without loss, and what is salvaged of any file is a
-/// whole file of as many messages as the report says.
-pub fn file(input: &[u8]) {
+/// Reading ends with an error or at the end; a file that reads to its end is salvaged without loss, and what
+/// is salvaged of any file is a whole file of as many messages as the report says.
+pub(super) fn file(input: &[u8]) {
     let file = MemoryFile::of(input);
     let read = read(&file.path());
     if let Ok(reader) = Reader::open_unfinished(&file.path()) {
@@ -56,7 +57,7 @@ fn read(path: &Path) -> Result<usize, ReadError> {
 }
 
 /// How many messages a file holds.
-pub fn read_all(path: &Path) -> Result<u64, ReadError> {
+pub(super) fn read_all(path: &Path) -> Result<u64, ReadError> {
     let reader = Reader::open(path)?;
     let mut count = 0;
     for entry in reader.messages() {
@@ -67,7 +68,7 @@ pub fn read_all(path: &Path) -> Result<u64, ReadError> {
 }
 
 /// Bytes that the packed parts of a file really unpack to, wherever they stand in it, up to what a chunk may.
-pub fn unpacked(input: &[u8]) -> usize {
+pub(super) fn unpacked(input: &[u8]) -> usize {
     const ZSTD: [u8; 4] = [0x28, 0xB5, 0x2F, 0xFD];
     const LZ4: [u8; 4] = [0x04, 0x22, 0x4D, 0x18];
     let mut bytes = 0;

@@ -4,7 +4,7 @@ use biplane_mock::world::path::Path;
 use biplane_recording::Rig;
 
 /// A rig that parses is printed, and what is printed is the same rig; all that is derived of it is finite.
-pub fn rig(input: &[u8]) {
+pub(super) fn rig(input: &[u8]) {
     let Ok(rig) = Rig::parse(&String::from_utf8_lossy(input)) else { return };
     let printed = rig.to_toml();
     assert_eq!(Rig::parse(&printed).expect("what is printed parses"), rig, "{printed}");
@@ -15,6 +15,6 @@ pub fn rig(input: &[u8]) {
 }
 
 /// A path of a simulated drive that parses can be checked.
-pub fn world_path(input: &[u8]) {
+pub(super) fn world_path(input: &[u8]) {
     let _ = Path::parse(&String::from_utf8_lossy(input));
 }

@@ -1,29 +1,29 @@
-//! Sessions with devices on a line that does what the input says: whatever comes when, a session comes to rest after every input, loses
-//! nothing of what it wanted to say, and has accounted for what came.
+//! Sessions with devices on a line that does what the input says: whatever comes when, a session comes to
+//! rest after every input, loses nothing of what it wanted to say, and has accounted for what came.
 //!
-//! A mock device is at the other end, so that a script of a few bytes reaches every state. First byte: which session. Then one byte an
-//! operation: what in its low three bits, how much in the others.
+//! A mock device is at the other end, so that a script of a few bytes reaches every state. First byte: which
+//! session. Then one byte an operation: what in its low three bits, how much in the others.
 
-use biplane_mock::base_device::counters::{CountScale, SourceCounts};
-use biplane_mock::base_device::feed::CycleFeed;
-use biplane_mock::base_device::rflex::{RflexDevice, RflexParams};
-use biplane_mock::base_device::roboclaw::{RoboClawDevice, RoboClawParams};
-use biplane_mock::base_device::{BaseDevice, BaseParams};
-use biplane_mock::device::Device;
-use biplane_mock::lms_device::feed::{MirrorFeed, Timeline};
-use biplane_mock::lms_device::settings::Variant;
-use biplane_mock::lms_device::{LmsDevice, LmsParams};
-use biplane_mock::source::{OdometrySample, OdometrySource, ScanSource, ScanWords};
-use biplane_onboard::session::base::{BaseSession, BaseSettings};
-use biplane_onboard::session::laser::{LaserSession, LaserSettings};
-use biplane_onboard::session::{Input, MAX_INPUT_BYTES, Output, Session};
+use biplane_mock::devices::base::counters::{CountScale, SourceCounts};
+use biplane_mock::devices::base::feed::CycleFeed;
+use biplane_mock::devices::base::rflex::{RflexDevice, RflexParams};
+use biplane_mock::devices::base::roboclaw::{RoboClawDevice, RoboClawParams};
+use biplane_mock::devices::base::{BaseDevice, BaseParams};
+use biplane_mock::devices::device::Device;
+use biplane_mock::devices::lms::scans::feed::{MirrorFeed, Timeline};
+use biplane_mock::devices::lms::settings::Variant;
+use biplane_mock::devices::lms::{LmsDevice, LmsParams};
+use biplane_mock::rig::source::{OdometrySample, OdometrySource, ScanSource, ScanWords};
+use biplane_onboard::{
+    BaseSession, BaseSettings, Input, LaserSession, LaserSettings, MAX_INPUT_BYTES, Output, Session,
+};
 use biplane_recording::rig::{BaseProtocol, Laser};
 
 const MS: i64 = 1_000_000;
 /// Outputs in answer to one input, at most: more is a session that does not come to rest.
-const MOST_OUTPUTS: usize = 1000;
+const MAX_OUTPUTS: usize = 1000;
 /// Operations that are carried out: more say nothing new.
-const MOST_OPERATIONS: usize = 2000;
+const MAX_OPERATIONS: usize = 2000;
 
 struct World;
 
@@ -42,10 +42,10 @@ impl ScanSource for World {
 
 impl OdometrySource for World {
     fn sample(&mut self, t_ns: i64) -> OdometrySample {
-        let way_mm = t_ns / MS / 4;
+        let path_mm = t_ns / MS / 4;
         OdometrySample {
-            x_raw: (way_mm & 0x7FFF) as u16,
-            way_um: way_mm * 1000,
+            x_raw: (path_mm & 0x7FFF) as u16,
+            path_um: path_mm * 1000,
             moving: true,
             ..OdometrySample::default()
         }
@@ -53,7 +53,7 @@ impl OdometrySource for World {
 }
 
 /// A session with a laser.
-pub fn laser(input: &[u8]) {
+pub(super) fn laser(input: &[u8]) {
     let Some((how, script)) = input.split_first() else { return };
     const RATES: [u32; 4] = [9600, 19_200, 38_400, 500_000];
     let rate = |bits: u8| RATES[usize::from(bits & 3)];
@@ -69,11 +69,11 @@ pub fn laser(input: &[u8]) {
     };
     Line::new(Box::new(device)).run(&mut session, script);
     session.finish();
-    let _ = (session.info().differs(&settings), session.health(), session.cuts());
+    let _ = (session.info().differs(&settings), session.health(), session.truncated());
 }
 
 /// A session with a base.
-pub fn base(input: &[u8]) {
+pub(super) fn base(input: &[u8]) {
     let Some((how, script)) = input.split_first() else { return };
     let protocol = match how & 3 {
         0 => BaseProtocol::RoboClaw {
@@ -135,7 +135,7 @@ impl Line {
         self.baud = session.baud();
         self.drain(session);
         let mut script = script.iter().copied();
-        for _ in 0..MOST_OPERATIONS {
+        for _ in 0..MAX_OPERATIONS {
             let Some(operation) = script.next() else { break };
             self.operate(session, operation & 7, usize::from(operation >> 3), &mut script);
             assert_eq!(session.overflowed(), 0, "outputs were lost");
@@ -211,7 +211,7 @@ impl Line {
 
     /// Does what the session wants, until it waits.
     fn drain(&mut self, session: &mut dyn Session) {
-        for _ in 0..MOST_OUTPUTS {
+        for _ in 0..MAX_OUTPUTS {
             match session.poll() {
                 Output::WaitUntil(until_ns) => {
                     self.session_ns = until_ns;

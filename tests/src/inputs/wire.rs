@@ -1,12 +1,14 @@
-//! Streams of the serial lines: every byte accounted for, the same frames at any cut, and what parses writes back as it was.
+//! Streams of the serial lines: every byte accounted for, the same frames at any cut, and what parses writes
+//! back as it was.
 //!
-//! The first byte of an input says how it is taken: bit 0 which side speaks, bit 1 that checksums are mended first (so that damage gets
-//! past them), bit 2 that every other frame is taken back, the others how the stream is cut up.
+//! The first byte of an input says how it is taken: bit 0 which side speaks, bit 1 that checksums are mended
+//! first (so that damage gets past them), bit 2 that every other frame is taken back, the others how the
+//! stream is cut up.
 
-use biplane_wire::deframe::{Deframer, Framing, Measure};
+use biplane_wire::framing::{Deframer, Framing, Measure};
 use biplane_wire::lms::{self, Telegram};
 use biplane_wire::p2os::{self, Packet, Report};
-use biplane_wire::roboclaw::{Collector, Motor, Question, Request as Asked, StatusWidth};
+use biplane_wire::roboclaw::{Answer, Collector, Motor, Question, Request as Asked, StatusWidth};
 use biplane_wire::{Item, WireError, rflex};
 
 /// Bits of an input's first byte.
@@ -30,7 +32,7 @@ impl How {
 }
 
 /// SICK LMS telegrams, either way.
-pub fn lms(input: &[u8]) {
+pub(super) fn lms(input: &[u8]) {
     let Some((how, bytes)) = input.split_first() else { return };
     let how = How(*how);
     let mend = |frame: &mut [u8]| {
@@ -46,7 +48,7 @@ pub fn lms(input: &[u8]) {
 }
 
 /// P2OS packets.
-pub fn p2os(input: &[u8]) {
+pub(super) fn p2os(input: &[u8]) {
     let Some((how, bytes)) = input.split_first() else { return };
     let mend = |frame: &mut [u8]| {
         let at = frame.len() - 2;
@@ -57,7 +59,7 @@ pub fn p2os(input: &[u8]) {
 }
 
 /// rFLEX packets.
-pub fn rflex(input: &[u8]) {
+pub(super) fn rflex(input: &[u8]) {
     let Some((how, bytes)) = input.split_first() else { return };
     let mend = |frame: &mut [u8]| {
         let at = frame.len() - 3;
@@ -68,7 +70,7 @@ pub fn rflex(input: &[u8]) {
 }
 
 /// Answers of a RoboClaw to questions: an input is a row of a question's number, a count, and so many bytes.
-pub fn roboclaw(input: &[u8]) {
+pub(super) fn roboclaw(input: &[u8]) {
     const QUESTIONS: [Question; 7] = [
         Question::Encoders,
         Question::Encoder(Motor::M1),
@@ -92,7 +94,7 @@ pub fn roboclaw(input: &[u8]) {
         if number & 0x80 == 0 {
             collector.ask(asked);
         }
-        if let Ok(answer) = asked.question.accept(asked.address, bytes) {
+        if let Ok(answer) = Answer::accept(asked, bytes) {
             let mut out = [0; 64];
             let count = answer.emit(asked, &mut out).expect("it was read");
             assert_eq!(&out[..count], bytes);

@@ -5,23 +5,24 @@ use biplane_mock::rng::Rng;
 use biplane_recording::Port;
 
 use crate::rig::S;
-use crate::rig::bytes::Harm;
+use crate::rig::devices::foreign::ForeignDevice;
+use crate::rig::line::byte_faults::Harm;
 use crate::rig::plan::Happening;
-use crate::rig::strangers::Stranger;
 
 /// Streaming again, after the device answers at the rate that the session last used.
 const BACK_KNOWN_NS: i64 = 2 * S;
 /// Streaming again, when its rate must be searched.
 const BACK_SEARCHED_NS: i64 = 9 * S;
-/// Where hardly a telegram passes, a device may be just being set up when that ends: a laser may take 3.2 s for a change that it has
-/// acknowledged, of which the answer was damaged; a base that waits for the rest of a packet is woken by the next round, 2.5 s later.
+/// Where hardly a telegram passes, a device may be just being set up when that ends: a laser may take 3.2 s
+/// for a change that it has acknowledged, of which the answer was damaged; a base that waits for the rest of
+/// a packet is woken by the next round, 2.5 s later.
 const BACK_ACKNOWLEDGED_NS: i64 = 3_200_000_000 + BACK_KNOWN_NS;
 /// Bytes harmed more often than once in so many leave hardly a scan whole.
 const HEAVY_ONCE_IN: u32 = 500;
 
 /// What is done to a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fault {
+pub(crate) enum Fault {
     /// The adapter is pulled out of the computer and put back.
     Unplug,
     /// The cable behind it is.
@@ -45,13 +46,15 @@ pub enum Fault {
     /// The laser is found at another rate all at once, and streams.
     OtherRate(u32),
     /// Another device is on the line for a while.
-    Stranger(Stranger),
+    ForeignDevice(ForeignDevice),
     /// From the start on, and then its own.
-    StrangerFirst(Stranger),
+    ForeignFirst(ForeignDevice),
+    /// The base takes any packet before SYNC0 for a SYNC out of turn; whether a session was left open.
+    StrictBase(bool),
 }
 
 /// A fault in time.
-pub struct Outage {
+pub(crate) struct Outage {
     /// From then on.
     pub begin_ns: i64,
     /// From then on the device would answer.
@@ -64,7 +67,7 @@ pub struct Outage {
 
 impl Fault {
     /// The fault in a run with these random numbers, at a device that takes so long to start.
-    pub fn outage(self, port: Port, boot_ns: i64, rng: &mut Rng) -> Outage {
+    pub(crate) fn outage(self, port: Port, boot_ns: i64, rng: &mut Rng) -> Outage {
         let chance_ns = (rng.unit() * 1e9) as i64;
         let begin_ns = if self.is_at_start() { 0 } else { 3 * S + chance_ns };
         let mut lasts = |from_s: f64, to_s: f64| (rng.between(from_s, to_s) * 1e9) as i64;
@@ -82,6 +85,9 @@ impl Fault {
                 let begins = Happening::Faults(presets.to_vec());
                 (8 * S, begins, Happening::Faults(Vec::new()), BACK_KNOWN_NS)
             }
+            Self::StrictBase(_) => {
+                (8 * S, Happening::Faults(Vec::new()), Happening::Faults(Vec::new()), BACK_KNOWN_NS)
+            }
             Self::Harm(harm, once_in) => {
                 let begins = Happening::Harm([Some((harm, once_in)), None]);
                 let within_ns = if once_in < HEAVY_ONCE_IN { BACK_ACKNOWLEDGED_NS } else { BACK_KNOWN_NS };
@@ -94,8 +100,8 @@ impl Fault {
             Self::OtherRate(baud) => {
                 (0, Happening::OtherRate(baud), Happening::OtherRate(baud), BACK_SEARCHED_NS)
             }
-            Self::Stranger(stranger) | Self::StrangerFirst(stranger) => {
-                (lasts(1.3, 9.0), Happening::Stranger(stranger), Happening::Own, BACK_KNOWN_NS)
+            Self::ForeignDevice(foreign_device) | Self::ForeignFirst(foreign_device) => {
+                (lasts(1.3, 9.0), Happening::ForeignDevice(foreign_device), Happening::Own, BACK_KNOWN_NS)
             }
         };
         let ends_ns = begin_ns + length_ns;
@@ -111,30 +117,30 @@ impl Fault {
     }
 
     /// Seeds in a quick run.
-    pub fn few(self) -> u64 {
+    pub(crate) fn few(self) -> u64 {
         if matches!(self, Self::Harm(..) | Self::HarmAtStart(..)) { 1 } else { 2 }
     }
 
     /// Whether it is there from the start.
-    pub fn is_at_start(self) -> bool {
-        matches!(self, Self::HarmAtStart(..) | Self::StrangerFirst(_))
+    pub(crate) fn is_at_start(self) -> bool {
+        matches!(self, Self::HarmAtStart(..) | Self::ForeignFirst(_))
     }
 
     /// Whether the line goes on under it, be it badly.
-    pub fn is_noise(self) -> bool {
-        matches!(self, Self::Noise(_) | Self::Harm(..) | Self::HarmAtStart(..))
+    pub(crate) fn is_noise(self) -> bool {
+        matches!(self, Self::Noise(_) | Self::Harm(..) | Self::HarmAtStart(..) | Self::StrictBase(_))
     }
 
     /// Who is there instead of the line's own device.
-    pub fn stranger(self) -> Option<Stranger> {
+    pub(crate) fn foreign_device(self) -> Option<ForeignDevice> {
         match self {
-            Self::Stranger(stranger) | Self::StrangerFirst(stranger) => Some(stranger),
+            Self::ForeignDevice(foreign_device) | Self::ForeignFirst(foreign_device) => Some(foreign_device),
             _ => None,
         }
     }
 
     /// The mock's presets in it.
-    pub fn presets(self) -> &'static [Preset] {
+    pub(crate) fn presets(self) -> &'static [Preset] {
         match self {
             Self::Noise(presets) => presets,
             _ => &[],
@@ -142,7 +148,7 @@ impl Fault {
     }
 
     /// What it is called.
-    pub fn name(self) -> String {
+    pub(crate) fn name(self) -> String {
         match self {
             Self::Unplug => "adapter unplugged, 0.1 to 9 s".to_owned(),
             Self::Cable => "cable pulled, 1.3 to 9 s".to_owned(),
@@ -154,13 +160,19 @@ impl Fault {
             Self::Noise(presets) => {
                 presets.iter().map(|preset| preset.name()).collect::<Vec<_>>().join(" + ")
             }
+            Self::StrictBase(true) => "a strict base with a session left open".to_owned(),
+            Self::StrictBase(false) => "a strict base".to_owned(),
             Self::Harm(harm, once_in) => format!("{}, 1 in {once_in}", harm.name()),
             Self::HarmAtStart(harm, once_in) => {
                 format!("{}, 1 in {once_in}, to the device from the start", harm.name())
             }
             Self::OtherRate(baud) => format!("another rate all at once: {baud} Bd"),
-            Self::Stranger(stranger) => format!("instead of it {}, 1.3 to 9 s", stranger.name()),
-            Self::StrangerFirst(stranger) => format!("instead of it {} from the start", stranger.name()),
+            Self::ForeignDevice(foreign_device) => {
+                format!("instead of it {}, 1.3 to 9 s", foreign_device.name())
+            }
+            Self::ForeignFirst(foreign_device) => {
+                format!("instead of it {} from the start", foreign_device.name())
+            }
         }
     }
 }

@@ -1,27 +1,26 @@
 //! One run with faults, and whether everything was as it should be.
 
-use biplane_mock::base_device::BaseParams;
-use biplane_mock::base_device::rflex::RflexParams;
-use biplane_mock::base_device::roboclaw::RoboClawParams;
+use biplane_mock::devices::base::BaseParams;
+use biplane_mock::devices::base::rflex::RflexParams;
+use biplane_mock::devices::base::roboclaw::RoboClawParams;
+use biplane_mock::devices::lms::LmsParams;
 use biplane_mock::faults::{Faults, Preset};
-use biplane_mock::lms_device::LmsParams;
 use biplane_mock::rng::Rng;
-use biplane_onboard::engine::Speech;
-use biplane_onboard::health::{Health, LineFault, LineHealth};
-use biplane_onboard::session::Event;
+use biplane_onboard::{Event, ForeignProtocol, Health, LineFault, LineHealth};
 use biplane_recording::rig::BaseProtocol;
 use biplane_recording::{Port, Rig};
 
 use super::fault::{Fault, Outage};
 use super::outcome::Outcome;
-use crate::rig::devices::{idle_laser, idle_lines, laser};
+use crate::rig::devices::{idle_laser, idle_lines, laser, pioneer};
 use crate::rig::line::SimLine;
 use crate::rig::pairs::{sent_axes, sent_counts};
 use crate::rig::plan::Plan;
-use crate::rig::truth::{
-    Account, LONGEST_PROMISE_NS, LONGEST_STUMP_NS, base_account, laser_account, pioneer_account, sent_scans,
+use crate::rig::verdict::truth::{
+    Account, LONGEST_PARTIAL_FRAME_NS, LONGEST_PROMISE_NS, base_account, laser_account, pioneer_account,
+    sent_scans,
 };
-use crate::rig::witness::Witness;
+use crate::rig::verdict::witness::Witness;
 use crate::rig::{MS, S, SimRig, place};
 
 /// Every device is found at the rig's rate, so that its first measurement comes within this time.
@@ -33,14 +32,14 @@ const SURELY_NOTICED_NS: i64 = 12 * S / 10;
 /// Another device is named within this time, if it can be heard.
 const SURELY_NAMED_NS: i64 = 5 * S;
 /// An outage of this length stands in the diagnostics, which come once a second.
-const SURELY_TOLD_NS: i64 = 22 * S / 10;
+const SURELY_REPORTED_NS: i64 = 22 * S / 10;
 /// The longest that the telegram listing allows a laser from power-on until it speaks.
 const LONG_BOOT_NS: i64 = 60 * S;
 /// How long is looked on after the fault.
 const AFTER_NS: i64 = 10 * S;
 
 /// One run with these faults.
-pub fn run(faults: &[(Port, Fault)], rig: &Rig, seed: u64) -> Outcome {
+pub(super) fn run(faults: &[(Port, Fault)], rig: &Rig, seed: u64) -> Outcome {
     let mut rng = Rng::new(seed, 0xFA_0175, faults.len() as i64);
     let outages: Vec<(Port, Fault, Outage)> = faults
         .iter()
@@ -56,13 +55,19 @@ pub fn run(faults: &[(Port, Fault)], rig: &Rig, seed: u64) -> Outcome {
     for (port, _) in faults.iter().filter(|(_, fault)| *fault == Fault::LongStart) {
         lines[place(*port)] = Some(slow_laser(rig, seed, *port));
     }
+    for (port, fault) in faults {
+        if let Fault::StrictBase(left_open) = *fault {
+            let params = BaseParams { strict: true, left_open, ..BaseParams::default() };
+            lines[place(*port)] = Some(SimLine::new(pioneer(&rig.base, params), seed, 2));
+        }
+    }
     let mut sim = SimRig::new(rig, lines, plan, Witness::default());
     let last_ns = outages.iter().map(|(_, _, outage)| outage.answering_ns).max().unwrap_or(0);
     sim.run(last_ns + AFTER_NS, |_| false);
     let mut outcome = Outcome { runs: 1, ..Outcome::default() };
     for (port, fault, outage) in &outages {
         judge(&mut sim, *port, *fault, outage, &mut outcome);
-        judge_stranger(&sim, rig, *port, *fault, outage, &mut outcome);
+        judge_foreign(&sim, rig, *port, *fault, outage, &mut outcome);
         judge_damage(&sim, *port, &mut outcome);
     }
     for port in Port::ALL {
@@ -71,14 +76,15 @@ pub fn run(faults: &[(Port, Fault)], rig: &Rig, seed: u64) -> Outcome {
     }
     if !outcome.wrong.is_empty() {
         let what = outcome.wrong.join("; ");
-        let told: String = sim.told();
+        let transcript: String = sim.transcript();
         let times: Vec<String> = outages
             .iter()
             .map(|(port, fault, o)| {
                 format!("{port:?} {fault:?} from {} to {} ms", o.begin_ns / MS, o.answering_ns / MS)
             })
             .collect();
-        outcome.wrong = vec![format!("seed {seed}, {} Bd, {times:?}: {what}\n{told}", rig.horizontal.baud)];
+        outcome.wrong =
+            vec![format!("seed {seed}, {} Bd, {times:?}: {what}\n{transcript}", rig.horizontal.baud)];
     }
     outcome
 }
@@ -104,30 +110,31 @@ fn boot_ns(rig: &Rig, port: Port, fault: Fault) -> i64 {
 fn account(sim: &mut SimRig<Witness>, rig: &Rig, port: Port, fault: Option<Fault>) -> Account {
     let wait_ns = match fault {
         Some(Fault::Harm(..)) => LONGEST_PROMISE_NS,
-        _ => LONGEST_STUMP_NS,
+        _ => LONGEST_PARTIAL_FRAME_NS,
     };
     let Some(line) = &sim.lines[place(port)] else { return Account::default() };
     let witness = sim.engine.sink();
     match (port, rig.base.protocol) {
         (Port::Base, BaseProtocol::P2os { .. }) => {
-            pioneer_account(&line.sent, &line.delivered, 0, &witness.odometry_ns, &sim.said, wait_ns)
+            pioneer_account(&line.sent, &line.delivered, 0, &witness.odometry_ns, &sim.reported, wait_ns)
         }
         (Port::Base, BaseProtocol::RoboClaw { address, .. }) => {
             let answers = sent_counts(address, &line.asked, &line.sent, &line.delivered);
-            base_account(&answers, &witness.odometry_ns, &sim.said, wait_ns, |_| true)
+            base_account(&answers, &witness.odometry_ns, &sim.reported, wait_ns, |_| true)
         }
         (Port::Base, BaseProtocol::Rflex { .. }) => {
             let pairs = sent_axes(&line.sent, &line.delivered);
-            base_account(&pairs, &witness.odometry_ns, &sim.said, wait_ns, |_| true)
+            base_account(&pairs, &witness.odometry_ns, &sim.reported, wait_ns, |_| true)
         }
         (laser, _) => {
             let telegrams = sent_scans(&line.sent, &line.delivered);
-            laser_account(laser, &telegrams, &line.delivered, &witness.scans[place(laser)], &sim.said)
+            laser_account(laser, &telegrams, &line.delivered, &witness.scans[place(laser)], &sim.reported)
         }
     }
 }
 
-/// Nothing that arrived intact is lost, nothing that is damaged is kept; a line without a fault says nothing and is told of as well.
+/// Nothing that arrived intact is lost, nothing that is damaged is kept; a line without a fault says nothing
+/// and is told of as well.
 fn judge_telegrams(
     sim: &mut SimRig<Witness>,
     rig: &Rig,
@@ -137,8 +144,8 @@ fn judge_telegrams(
 ) {
     let is_hit = fault.is_some();
     let account = account(sim, rig, port, fault);
-    // The exclusive or of an rFLEX packet is the same in any order of its bytes: one that nobody can tell from a true one takes the place of
-    // that which it was made of.
+    // The exclusive or of an rFLEX packet is the same in any order of its bytes: one that nobody can tell
+    // from a true one takes the place of that which it was made of.
     let is_blind = matches!((port, rig.base.protocol), (Port::Base, BaseProtocol::Rflex { .. }));
     let misled = if is_blind && matches!(fault, Some(Fault::Harm(..))) { account.undetected } else { 0 };
     if account.lost() > misled || account.wrongly_kept > 0 || (!is_hit && account.undetected > 0) {
@@ -149,9 +156,9 @@ fn judge_telegrams(
         return;
     }
     outcome.others.add(&account);
-    let said = sim.said.iter().any(|said| said.port == port && said.event.is_warning());
-    let told = states(sim, port).iter().any(|(at_ns, line)| *at_ns > UP_NS && !is_well(line));
-    if said || told {
+    let reported = sim.reported.iter().any(|reported| reported.port == port && reported.event.is_warning());
+    let transcript = states(sim, port).iter().any(|(at_ns, line)| *at_ns > UP_NS && !is_well(line));
+    if reported || transcript {
         outcome.wrong.push(format!("{port:?} was disturbed"));
     }
 }
@@ -206,8 +213,9 @@ fn judge(sim: &mut SimRig<Witness>, port: Port, fault: Fault, outage: &Outage, o
     }
 }
 
-/// Who is on a port instead is said once, and rightly; of the device that belongs there nothing of the kind is ever said.
-fn judge_stranger(
+/// Who is on a port instead is said once, and rightly; of the device that belongs there nothing of the kind
+/// is ever said.
+fn judge_foreign(
     sim: &SimRig<Witness>,
     rig: &Rig,
     port: Port,
@@ -216,35 +224,39 @@ fn judge_stranger(
     outcome: &mut Outcome,
 ) {
     let baud = if port == Port::Base { rig.base.baud } else { rig.horizontal.baud };
-    let wanted = fault.stranger().and_then(|stranger| stranger.heard_by(port, baud));
-    let said: Vec<Speech> = sim
-        .said
+    let wanted = fault.foreign_device().and_then(|foreign_device| foreign_device.received_by(port, baud));
+    let reported: Vec<ForeignProtocol> = sim
+        .reported
         .iter()
-        .filter(|said| said.port == port)
-        .filter_map(|said| match said.event {
-            Event::Stranger(speech) => Some(speech),
+        .filter(|reported| reported.port == port)
+        .filter_map(|reported| match reported.event {
+            Event::ForeignDevice(foreign_protocol) => Some(foreign_protocol),
             _ => None,
         })
         .collect();
     let is_long = outage.answering_ns - outage.begin_ns >= SURELY_NAMED_NS;
-    if said.len() > 1 || said.first().is_some_and(|speech| Some(*speech) != wanted) {
-        outcome.wrong.push(format!("{port:?}: said {said:?}, is {wanted:?}"));
-    } else if is_long && said.first().copied() != wanted {
+    if reported.len() > 1
+        || reported.first().is_some_and(|foreign_protocol| Some(*foreign_protocol) != wanted)
+    {
+        outcome.wrong.push(format!("{port:?}: said {reported:?}, is {wanted:?}"));
+    } else if is_long && reported.first().copied() != wanted {
         outcome.wrong.push(format!("{port:?}: did not say {wanted:?}"));
     }
 }
 
 /// That telegrams arrive damaged is said once, and so is that they no longer do.
 fn judge_damage(sim: &SimRig<Witness>, port: Port, outcome: &mut Outcome) {
-    let of_damage = sim.said.iter().filter(|said| said.port == port).filter_map(|said| match said.event {
-        Event::Damaged { percent, .. } => Some(percent.is_some()),
-        _ => None,
+    let of_damage = sim.reported.iter().filter(|reported| reported.port == port).filter_map(|reported| {
+        match reported.event {
+            Event::Damaged { percent, .. } => Some(percent.is_some()),
+            _ => None,
+        }
     });
     let of_damage: Vec<bool> = of_damage.collect();
     if !matches!(of_damage[..], [] | [true] | [true, false]) {
         outcome.wrong.push(format!("{port:?}: said to be damaged, or no more, {of_damage:?}"));
     }
-    outcome.damage_said += u64::from(!of_damage.is_empty());
+    outcome.damage_reported += u64::from(!of_damage.is_empty());
 }
 
 /// An outage is noticed in time, stands in the diagnostics while it lasts, and each thing is said of it once.
@@ -255,25 +267,26 @@ fn judge_notice(sim: &mut SimRig<Witness>, port: Port, fault: Fault, outage: &Ou
         |event: &Event| matches!(event, Event::PoweredOn),
         |event: &Event| matches!(event, Event::NotFound { .. }),
     ];
-    let is_stranger: fn(&Event) -> bool = |event| matches!(event, Event::Stranger(_));
-    let said = |is_kind: fn(&Event) -> bool| {
-        let of_kind = sim.said.iter().filter(move |said| said.port == port && is_kind(&said.event));
-        of_kind.map(|said| said.at_ns)
+    let is_foreign: fn(&Event) -> bool = |event| matches!(event, Event::ForeignDevice(_));
+    let reported = |is_kind: fn(&Event) -> bool| {
+        let of_kind =
+            sim.reported.iter().filter(move |reported| reported.port == port && is_kind(&reported.event));
+        of_kind.map(|reported| reported.at_ns)
     };
-    outcome.said = kinds.iter().map(|kind| said(*kind).count() as u64).max().unwrap_or(0);
-    if outcome.said > 1 {
-        outcome.wrong.push(format!("{port:?}: said {} times", outcome.said));
+    outcome.reported = kinds.iter().map(|kind| reported(*kind).count() as u64).max().unwrap_or(0);
+    if outcome.reported > 1 {
+        outcome.wrong.push(format!("{port:?}: said {} times", outcome.reported));
     }
     let length_ns = outage.answering_ns - outage.begin_ns;
     if fault.is_at_start() {
         // That nobody answers is said when all rates have been tried.
-        let is_said = [kinds[3], is_stranger].into_iter().any(|kind| said(kind).next().is_some());
-        if length_ns >= SURELY_TOLD_NS && !is_said {
+        let is_reported = [kinds[3], is_foreign].into_iter().any(|kind| reported(kind).next().is_some());
+        if length_ns >= SURELY_REPORTED_NS && !is_reported {
             outcome.wrong.push(format!("{port:?}: that nobody answers is not said"));
         }
         return;
     }
-    match kinds[..3].iter().filter_map(|kind| said(*kind).next()).min() {
+    match kinds[..3].iter().filter_map(|kind| reported(*kind).next()).min() {
         Some(at_ns) => {
             let noticed_ns = at_ns - outage.begin_ns;
             outcome.noticed_ns = outcome.noticed_ns.max(noticed_ns);
@@ -285,10 +298,10 @@ fn judge_notice(sim: &mut SimRig<Witness>, port: Port, fault: Fault, outage: &Ou
         None => {}
     }
     let lasts = outage.begin_ns..outage.answering_ns;
-    let told = states(sim, port).iter().any(|(at_ns, line)| {
+    let transcript = states(sim, port).iter().any(|(at_ns, line)| {
         lasts.contains(at_ns) && !line.streaming && matches!(line.fault, LineFault::Lasts(_))
     });
-    if length_ns >= SURELY_TOLD_NS && !told {
+    if length_ns >= SURELY_REPORTED_NS && !transcript {
         outcome.wrong.push(format!("{port:?} not told in the diagnostics"));
     }
 }

@@ -1,19 +1,19 @@
 //! What a run, or many, came to.
 
 use crate::rig::MS;
-use crate::rig::truth::Account;
+use crate::rig::verdict::truth::Account;
 
 /// What a run, or many, came to.
 #[derive(Clone, Debug, Default)]
-pub struct Outcome {
+pub(super) struct Outcome {
     /// How many.
     pub runs: u64,
     /// Slowest notice.
     pub noticed_ns: i64,
     /// Most times that the same thing was said of one outage.
-    pub said: u64,
+    pub reported: u64,
     /// Runs in which it was said that telegrams arrive damaged.
-    pub damage_said: u64,
+    pub damage_reported: u64,
     /// Slowest return.
     pub back_ns: i64,
     /// Telegrams of the lines with the fault, and of the others.
@@ -26,11 +26,11 @@ pub struct Outcome {
 
 impl Outcome {
     /// Takes in another.
-    pub fn add(&mut self, other: Self) {
+    pub(super) fn add(&mut self, other: Self) {
         self.runs += other.runs;
         self.noticed_ns = self.noticed_ns.max(other.noticed_ns);
-        self.said = self.said.max(other.said);
-        self.damage_said += other.damage_said;
+        self.reported = self.reported.max(other.reported);
+        self.damage_reported += other.damage_reported;
         self.back_ns = self.back_ns.max(other.back_ns);
         self.hit.add(&other.hit);
         self.others.add(&other.others);
@@ -38,10 +38,10 @@ impl Outcome {
     }
 
     /// A row of the table under [`HEAD`].
-    pub fn row(&self, fault: &str, place: &str) -> String {
-        let Self { runs, noticed_ns, said, back_ns, hit, others, .. } = self;
+    pub(super) fn row(&self, fault: &str, place: &str) -> String {
+        let Self { runs, noticed_ns, reported, back_ns, hit, others, .. } = self;
         format!(
-            "| {fault} | {place} | {runs} | {} | {said} | {} | {} / {} | {} | {} | {} | {} / {} |\n",
+            "| {fault} | {place} | {runs} | {} | {reported} | {} | {} / {} | {} | {} | {} | {} / {} |\n",
             noticed_ns / MS,
             back_ns / MS,
             hit.recorded,
@@ -56,4 +56,4 @@ impl Outcome {
 }
 
 /// Head of the table.
-pub const HEAD: &str = "| fault | place | runs | noticed, worst ms | said | back, worst ms | recorded / intact | damaged | undetected | wrongly kept | other lines |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
+pub(super) const HEAD: &str = "| fault | place | runs | noticed, worst ms | said | back, worst ms | recorded / intact | damaged | undetected | wrongly kept | other lines |\n|---|---|---|---|---|---|---|---|---|---|---|\n";

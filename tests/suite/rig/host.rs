@@ -1,19 +1,20 @@
-//! The host's side of the lines as it is in a live run: the kernel's buffers, a reading thread a port, the loop; and what holds them up.
+//! The host's side of the lines as it is in a live run: the kernel's buffers, a reading thread a port, the
+//! loop; and what holds them up.
 //!
-//! As `link/reader.rs` and `record/acquisition.rs` do it: a reader asks for 512 bytes, waits 5 ms for them at most, and rests for 2 ms behind
-//! a read; it says how far it has listened. The loop is woken by a read, looks around every 5 ms, and tells the engine of time 3 ms late.
-//! Between the two stands the kernel: 4 KiB a port less one (Linux's n_tty), and what comes when they are full is lost. Nanoseconds.
+//! As `link/reader.rs` and `record/acquisition.rs` do it: a reader asks for 512 bytes, waits 5 ms for them at
+//! most, and rests for 2 ms behind a read; it says how far it has listened. The loop is woken by a read,
+//! looks around every 5 ms, and tells the engine of time 3 ms late. Between the two stands the kernel: 4 KiB
+//! a port less one (Linux's n_tty), and what comes when they are full is lost. Nanoseconds.
 
 use std::collections::VecDeque;
 
 use biplane_mock::rng::Rng;
-use biplane_onboard::allocations::during;
-use biplane_onboard::engine::Engine;
-use biplane_onboard::sink::Sink;
+use biplane_onboard::test_support::during;
+use biplane_onboard::{Engine, Sink};
 use biplane_recording::Port;
 
 use super::MS;
-use super::tape::Tape;
+use crate::rig::line::tape::Tape;
 
 /// Bytes that the kernel keeps of a port.
 const KERNEL_BYTES: usize = 4095;
@@ -30,23 +31,23 @@ const UNDER_WAY_NS: i64 = 3 * MS;
 /// Bytes lie in a kernel's buffer for so long at most.
 const LONGEST_HELD_NS: i64 = 62_000 * MS;
 /// Threads: a reader a port, and the loop.
-pub const THREADS: usize = 4;
+pub(crate) const THREADS: usize = 4;
 const LOOP: usize = 3;
 
 /// When a thread does not run: from, to, in order.
 #[derive(Clone, Debug, Default)]
-pub struct Stalls(VecDeque<(i64, i64)>);
+pub(crate) struct Stalls(VecDeque<(i64, i64)>);
 
 impl Stalls {
     /// One stretch.
     #[must_use]
-    pub fn one(from_ns: i64, to_ns: i64) -> Self {
+    pub(crate) fn one(from_ns: i64, to_ns: i64) -> Self {
         Self([(from_ns, to_ns)].into())
     }
 
     /// By chance between two times: so long each, at pauses of so long on average, milliseconds.
     #[must_use]
-    pub fn by_chance(
+    pub(crate) fn by_chance(
         (from_ns, to_ns): (i64, i64),
         [shortest_ms, longest_ms, pause_ms]: [f64; 3],
         rng: &mut Rng,
@@ -62,7 +63,7 @@ impl Stalls {
     }
 
     /// Adds what comes later.
-    pub fn extend(&mut self, later: Self) {
+    pub(crate) fn extend(&mut self, later: Self) {
         self.0.extend(later.0);
     }
 
@@ -74,12 +75,12 @@ impl Stalls {
 
     /// Whether the thread runs then.
     #[must_use]
-    pub fn is_free(&self, at_ns: i64) -> bool {
+    pub(crate) fn is_free(&self, at_ns: i64) -> bool {
         self.free_ns(at_ns) <= at_ns
     }
 
     /// Forgets what is over.
-    pub fn forget(&mut self, now_ns: i64) {
+    pub(crate) fn forget(&mut self, now_ns: i64) {
         while self.0.front().is_some_and(|(_, to_ns)| *to_ns <= now_ns) {
             self.0.pop_front();
         }
@@ -99,7 +100,7 @@ struct Reader {
     kernel: VecDeque<u8>,
     /// The read under way began then.
     begun_ns: i64,
-    heard_ns: i64,
+    received_ns: i64,
     /// Reads, each with how far was listened before it.
     chunks: VecDeque<(i64, i64, News)>,
     /// What reads have returned.
@@ -117,7 +118,7 @@ impl Reader {
 }
 
 /// The host.
-pub struct Host {
+pub(crate) struct Host {
     /// Whether what was read is kept; it grows with time.
     pub keeps_tapes: bool,
     readers: [Reader; 3],
@@ -130,14 +131,14 @@ pub struct Host {
 impl Host {
     /// A host whose threads are held up so: those of the ports in their order, and the loop.
     #[must_use]
-    pub fn new(stalls: [Stalls; THREADS]) -> Self {
+    pub(crate) fn new(stalls: [Stalls; THREADS]) -> Self {
         let mut readers: [Reader; 3] = Default::default();
         readers.iter_mut().for_each(|reader| reader.delivered.held_ns = LONGEST_HELD_NS);
         Self { keeps_tapes: true, readers, stalls, loop_ns: 0, next_ns: 0, longest_queue: [0; 2] }
     }
 
     /// Holds its threads up some more, later.
-    pub fn stall(&mut self, later: [Stalls; THREADS]) {
+    pub(crate) fn stall(&mut self, later: [Stalls; THREADS]) {
         for (stalls, later) in self.stalls.iter_mut().zip(later) {
             stalls.extend(later);
         }
@@ -145,35 +146,35 @@ impl Host {
 
     /// What the reads of a port have returned.
     #[must_use]
-    pub fn delivered(&self, place: usize) -> &Tape {
+    pub(crate) fn delivered(&self, place: usize) -> &Tape {
         &self.readers[place].delivered
     }
 
     /// Forgets what reads returned before.
-    pub fn forget_before(&mut self, at_ns: i64) {
+    pub(crate) fn forget_before(&mut self, at_ns: i64) {
         self.readers.iter_mut().for_each(|reader| reader.delivered.forget_before(at_ns));
     }
 
     /// Bytes that the kernel had no room for.
     #[must_use]
-    pub fn lost_bytes(&self) -> u64 {
+    pub(crate) fn lost_bytes(&self) -> u64 {
         self.readers.iter().map(|reader| reader.lost_bytes).sum()
     }
 
     /// Most bytes in a port's kernel buffer and most reads before the loop so far.
     #[must_use]
-    pub fn longest_queues(&self) -> [usize; 2] {
+    pub(crate) fn longest_queues(&self) -> [usize; 2] {
         self.longest_queue
     }
 
     /// When one of its threads has something to do.
     #[must_use]
-    pub fn next_ns(&self) -> i64 {
+    pub(crate) fn next_ns(&self) -> i64 {
         self.next_ns
     }
 
     /// Bytes have come to the computer.
-    pub fn arrived(&mut self, now_ns: i64, place: usize, bytes: &[u8]) {
+    pub(crate) fn arrived(&mut self, now_ns: i64, place: usize, bytes: &[u8]) {
         let reader = &mut self.readers[place];
         let room = KERNEL_BYTES - reader.kernel.len();
         reader.kernel.extend(&bytes[..bytes.len().min(room)]);
@@ -183,7 +184,7 @@ impl Host {
     }
 
     /// The port has gone, or is back.
-    pub fn port(&mut self, now_ns: i64, place: usize, is_there: bool) {
+    pub(crate) fn port(&mut self, now_ns: i64, place: usize, is_there: bool) {
         let reader = &mut self.readers[place];
         reader.kernel.clear();
         reader.delivered.interrupt();
@@ -193,7 +194,7 @@ impl Host {
     }
 
     /// Whatever is due of the readers; whether it is the loop's turn now.
-    pub fn run(&mut self, now_ns: i64) -> bool {
+    pub(crate) fn run(&mut self, now_ns: i64) -> bool {
         self.stalls.iter_mut().for_each(|stalls| stalls.forget(now_ns));
         for place in 0..self.readers.len() {
             let due_ns = self.readers[place].due_ns(now_ns);
@@ -209,9 +210,9 @@ impl Host {
     fn read(&mut self, now_ns: i64, place: usize) {
         let reader = &mut self.readers[place];
         let count = reader.kernel.len().min(READ_BYTES);
-        let heard_ns = reader.heard_ns;
+        let received_ns = reader.received_ns;
         if count < READ_BYTES {
-            reader.heard_ns = reader.begun_ns;
+            reader.received_ns = reader.begun_ns;
         }
         reader.begun_ns = now_ns;
         if count == 0 {
@@ -222,26 +223,26 @@ impl Host {
         if self.keeps_tapes {
             reader.delivered.push(now_ns, &bytes);
         }
-        reader.chunks.push_back((now_ns, heard_ns, News::Bytes(bytes)));
+        reader.chunks.push_back((now_ns, received_ns, News::Bytes(bytes)));
         self.longest_queue[1] = self.longest_queue[1].max(reader.chunks.len());
         self.loop_ns = self.loop_ns.min(now_ns);
     }
 
-    /// The loop's turn: reads in the order of their times, then how far was listened, then the time. Returns allocations of the engine;
-    /// `serve` does what it wants done.
-    pub fn turn<K: Sink>(
+    /// The loop's turn: reads in the order of their times, then how far was listened, then the time. Returns
+    /// allocations of the engine; `serve` does what it wants done.
+    pub(crate) fn turn<K: Sink>(
         &mut self,
         now_ns: i64,
         engine: &mut Engine<K>,
         mut serve: impl FnMut(&mut Engine<K>),
     ) -> u64 {
-        let heard_ns: [i64; 3] = std::array::from_fn(|place| self.readers[place].heard_ns);
+        let received_ns: [i64; 3] = std::array::from_fn(|place| self.readers[place].received_ns);
         let mut allocations = 0;
-        while let Some((place, read_ns, heard_ns, news)) = self.earliest() {
+        while let Some((place, read_ns, received_ns, news)) = self.earliest() {
             let port = Port::ALL[place];
             let ((), allocated) = during(|| match &news {
                 News::Bytes(bytes) => {
-                    engine.heard(port, heard_ns);
+                    engine.read_watermark(port, received_ns);
                     engine.bytes(read_ns, port, bytes);
                 }
                 News::Lost => engine.port_lost(read_ns, port),
@@ -251,8 +252,8 @@ impl Host {
             serve(engine);
         }
         let ((), allocated) = during(|| {
-            for (port, up_to_ns) in Port::ALL.into_iter().zip(heard_ns) {
-                engine.heard(port, up_to_ns);
+            for (port, up_to_ns) in Port::ALL.into_iter().zip(received_ns) {
+                engine.read_watermark(port, up_to_ns);
             }
             engine.advance(now_ns - UNDER_WAY_NS);
         });
@@ -266,7 +267,10 @@ impl Host {
     fn earliest(&mut self) -> Option<(usize, i64, i64, News)> {
         let first = |reader: &Reader| reader.chunks.front().map_or(i64::MAX, |(at_ns, ..)| *at_ns);
         let place = (0..3).min_by_key(|place| first(&self.readers[*place]))?;
-        self.readers[place].chunks.pop_front().map(|(at_ns, heard_ns, news)| (place, at_ns, heard_ns, news))
+        self.readers[place]
+            .chunks
+            .pop_front()
+            .map(|(at_ns, received_ns, news)| (place, at_ns, received_ns, news))
     }
 
     fn plan(&mut self, now_ns: i64) {

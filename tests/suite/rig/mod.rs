@@ -1,36 +1,28 @@
-//! The onboard engine against mock devices in simulated time: no threads, no ports, no clock, the same run for the same seed.
+//! The onboard engine against mock devices in simulated time: no threads, no ports, no clock, the same run
+//! for the same seed.
 //!
 //! ```text
 //! Engine (live) -- commands --> line model -- bytes at their times --> mock device (sans I/O)
 //!        ^                                                                  |
 //!        +------- reads, late by the adapter <-- faults <-- line model -----+
 //! ```
-//! One loop takes whatever is due next: a byte's arrival, a device's turn, the engine's own wake-up, something that
-//! happens to a line. Times are nanoseconds since the start.
+//! One loop takes whatever is due next: a byte's arrival, a device's turn, the engine's own wake-up,
+//! something that happens to a line. Times are nanoseconds since the start.
 
-pub mod before;
-pub mod bytes;
-pub mod devices;
-pub mod digest;
-pub mod disk;
-pub mod host;
-pub mod line;
-pub mod pairs;
-pub mod plan;
-pub mod strangers;
-pub mod tape;
-pub mod truth;
-pub mod usb;
-pub mod witness;
-pub mod world;
+pub(crate) mod devices;
+pub(crate) mod disk;
+pub(crate) mod host;
+pub(crate) mod line;
+pub(crate) mod pairs;
+pub(crate) mod plan;
+pub(crate) mod verdict;
+pub(crate) mod world;
 
 use std::ops::RangeInclusive;
 
 use biplane_matcher::TrackerParams;
-use biplane_onboard::allocations::during;
-use biplane_onboard::engine::{Command, Engine, EngineOptions, Feed};
-use biplane_onboard::session::Event;
-use biplane_onboard::sink::Sink;
+use biplane_onboard::test_support::during;
+use biplane_onboard::{Command, Engine, EngineOptions, Event, Feed, Sink};
 use biplane_recording::{Port, Rig};
 
 use host::Host;
@@ -38,20 +30,20 @@ use line::SimLine;
 use plan::{Happening, Plan};
 
 /// Nanoseconds of a millisecond.
-pub const MS: i64 = 1_000_000;
+pub(crate) const MS: i64 = 1_000_000;
 /// Nanoseconds of a second.
-pub const S: i64 = 1_000_000_000;
+pub(crate) const S: i64 = 1_000_000_000;
 
-/// The seeds that a test runs: a few, so that it is quick. `BIPLANE_SEEDS` asks for so many (`.ci/run faults`), divided by `share` where
-/// a seed costs more; `BIPLANE_SEED` for one alone, to look at.
+/// The seeds that a test runs: a few, so that it is quick. `BIPLANE_SEEDS` asks for so many (`.ci/run
+/// faults`), divided by `share` where a seed costs more; `BIPLANE_SEED` for one alone, to look at.
 #[must_use]
-pub fn seeds(few: u64, share: u64) -> RangeInclusive<u64> {
+pub(crate) fn seeds(few: u64, share: u64) -> RangeInclusive<u64> {
     asked_seeds(few, share, &["BIPLANE_SEEDS"])
 }
 
 /// The same for the fault matrix, which is large: `BIPLANE_FAULT_SEEDS` asks for another number of it.
 #[must_use]
-pub fn fault_seeds(few: u64, share: u64) -> RangeInclusive<u64> {
+pub(crate) fn fault_seeds(few: u64, share: u64) -> RangeInclusive<u64> {
     asked_seeds(few, share, &["BIPLANE_FAULT_SEEDS", "BIPLANE_SEEDS"])
 }
 
@@ -69,7 +61,7 @@ const HANG_STEPS: u32 = 100_000;
 
 /// Something that a session said, and when.
 #[derive(Clone, Debug)]
-pub struct Said {
+pub(crate) struct ReportedEvent {
     /// When.
     pub at_ns: i64,
     /// Of which device.
@@ -79,18 +71,19 @@ pub struct Said {
 }
 
 /// The engine, its three lines, and what happens to them.
-pub struct SimRig<K> {
+pub(crate) struct SimRig<K> {
     /// The engine.
     pub engine: Engine<K>,
     /// Lines in the order of [`Port::ALL`]; `None` for a device that the rig does not have.
     pub lines: [Option<SimLine>; 3],
     /// What the sessions said.
-    pub said: Vec<Said>,
+    pub reported: Vec<ReportedEvent>,
     /// How often the engine has allocated.
     pub engine_allocations: u64,
     /// Is told of every read.
     pub tap: Option<Tap>,
-    /// The computer between the lines and the engine; without, each byte is read as soon as it comes, and each time is kept.
+    /// The computer between the lines and the engine; without, each byte is read as soon as it comes, and
+    /// each time is kept.
     pub host: Option<Host>,
     /// What happens.
     pub plan: Plan,
@@ -99,21 +92,17 @@ pub struct SimRig<K> {
 }
 
 /// Takes a line's reads with their times, nanoseconds.
-pub type Tap = Box<dyn FnMut(Port, i64, &[u8])>;
+pub(crate) type Tap = Box<dyn FnMut(Port, i64, &[u8])>;
 
 /// Place of a port in [`SimRig::lines`].
 #[must_use]
-pub fn place(port: Port) -> usize {
-    match port {
-        Port::Horizontal => 0,
-        Port::Vertical => 1,
-        Port::Base => 2,
-    }
+pub(crate) fn place(port: Port) -> usize {
+    port.index()
 }
 
 impl<K: Sink> SimRig<K> {
     /// A rig at time 0 whose devices have been as they are for a while.
-    pub fn new(rig: &Rig, lines: [Option<SimLine>; 3], plan: Plan, sink: K) -> Self {
+    pub(crate) fn new(rig: &Rig, lines: [Option<SimLine>; 3], plan: Plan, sink: K) -> Self {
         let options = EngineOptions {
             rig: rig.clone(),
             matcher: TrackerParams::default(),
@@ -124,7 +113,7 @@ impl<K: Sink> SimRig<K> {
         let mut sim = Self {
             engine,
             lines,
-            said: Vec::new(),
+            reported: Vec::new(),
             engine_allocations: 0,
             tap: None,
             host: None,
@@ -138,12 +127,12 @@ impl<K: Sink> SimRig<K> {
 
     /// The time that has been reached.
     #[must_use]
-    pub fn now_ns(&self) -> i64 {
+    pub(crate) fn now_ns(&self) -> i64 {
         self.now_ns
     }
 
     /// Runs until `end_ns`, or until `until` says that it is enough. Returns whether it did.
-    pub fn run(&mut self, end_ns: i64, mut until: impl FnMut(&mut Self) -> bool) -> bool {
+    pub(crate) fn run(&mut self, end_ns: i64, mut until: impl FnMut(&mut Self) -> bool) -> bool {
         let mut steps = 0;
         loop {
             let due_ns = self.next_ns();
@@ -162,16 +151,18 @@ impl<K: Sink> SimRig<K> {
     }
 
     /// The run shall end: the devices are to be left idle.
-    pub fn stop(&mut self) {
+    pub(crate) fn stop(&mut self) {
         self.engine.stop(self.now_ns);
         self.serve_engine();
     }
 
     /// What was said, a line each, in milliseconds.
     #[must_use]
-    pub fn told(&self) -> String {
-        let line = |said: &Said| format!("{:8} ms {:?}: {}\n", said.at_ns / MS, said.port, said.event);
-        self.said.iter().map(line).collect()
+    pub(crate) fn transcript(&self) -> String {
+        let line = |reported: &ReportedEvent| {
+            format!("{:8} ms {:?}: {}\n", reported.at_ns / MS, reported.port, reported.event)
+        };
+        self.reported.iter().map(line).collect()
     }
 
     fn next_ns(&self) -> i64 {
@@ -218,9 +209,9 @@ impl<K: Sink> SimRig<K> {
     fn serve_host(&mut self) {
         let (now_ns, Some(host)) = (self.now_ns, &mut self.host) else { return };
         if host.next_ns() <= now_ns && host.run(now_ns) {
-            let (lines, said) = (&mut self.lines, &mut self.said);
+            let (lines, reported) = (&mut self.lines, &mut self.reported);
             self.engine_allocations +=
-                host.turn(now_ns, &mut self.engine, |engine| serve(now_ns, engine, lines, said));
+                host.turn(now_ns, &mut self.engine, |engine| serve(now_ns, engine, lines, reported));
         }
     }
 
@@ -240,7 +231,7 @@ impl<K: Sink> SimRig<K> {
     }
 
     fn serve_engine(&mut self) {
-        serve(self.now_ns, &mut self.engine, &mut self.lines, &mut self.said);
+        serve(self.now_ns, &mut self.engine, &mut self.lines, &mut self.reported);
     }
 }
 
@@ -249,7 +240,7 @@ fn serve<K: Sink>(
     now_ns: i64,
     engine: &mut Engine<K>,
     lines: &mut [Option<SimLine>; 3],
-    said: &mut Vec<Said>,
+    reported: &mut Vec<ReportedEvent>,
 ) {
     while let Some((port, command)) = engine.next_command() {
         let Some(line) = &mut lines[place(port)] else { continue };
@@ -259,6 +250,6 @@ fn serve<K: Sink>(
         }
     }
     while let Some((port, event)) = engine.next_event() {
-        said.push(Said { at_ns: now_ns, port, event });
+        reported.push(ReportedEvent { at_ns: now_ns, port, event });
     }
 }

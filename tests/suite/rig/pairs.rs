@@ -1,12 +1,14 @@
-//! Measurements of a base that are two things: an rFLEX base's reports of both axes, a RoboClaw's answer with its question.
+//! Measurements of a base that are two things: an rFLEX base's reports of both axes, a RoboClaw's answer with
+//! its question.
 //!
-//! Cut out of the clean bytes behind the device by the frame rules of the manuals, with the mock's own sums, not with the driver's.
+//! Cut out of the clean bytes behind the device by the frame rules of the manuals, with the mock's own sums,
+//! not with the driver's.
 
-use biplane_mock::base_device::roboclaw::crc;
+use biplane_mock::devices::base::roboclaw::crc;
 
 use super::MS;
-use super::tape::Tape;
-use super::truth::{Telegram, cut, find};
+use crate::rig::line::tape::Tape;
+use crate::rig::verdict::truth::{Telegram, cut, find};
 
 /// Command of a RoboClaw for both encoders, and the bytes of its answer.
 const ENCODERS: (u8, usize) = (78, 10);
@@ -17,7 +19,8 @@ const VERSION: u8 = 21;
 /// An answer that comes later than this may have been given up.
 const PROMPT_NS: i64 = 60 * MS;
 
-/// Length of the intact packet of an rFLEX base at the front: `1B 02 | port | id | opcode | n | n bytes | xor | 1B 03`.
+/// Length of the intact packet of an rFLEX base at the front: `1B 02 | port | id | opcode | n | n bytes | xor
+/// | 1B 03`.
 fn rflex_length(bytes: &[u8]) -> Option<usize> {
     let &[0x1B, 0x02, _, _, _, count, ..] = bytes else { return None };
     let length = usize::from(count) + 9;
@@ -27,7 +30,7 @@ fn rflex_length(bytes: &[u8]) -> Option<usize> {
 
 /// Reports of both axes that an rFLEX base made at one moment of its clock; arrived when both did.
 #[must_use]
-pub fn sent_axes(sent: &Tape, delivered: &Tape) -> Vec<Telegram> {
+pub(crate) fn sent_axes(sent: &Tape, delivered: &Tape) -> Vec<Telegram> {
     let mut reports = cut(sent, rflex_length);
     // Port 2, opcode 33; its time stands behind a word, its axis behind the time.
     reports.retain(|report| report.bytes[2] == 2 && report.bytes[4] == 33 && report.bytes.len() == 34);
@@ -55,10 +58,11 @@ fn roboclaw_length(address: u8, bytes: &[u8]) -> Option<usize> {
     fixed.or_else(|| fits(VERSION, bytes.iter().take(48).position(|byte| *byte == 0)? + 3))
 }
 
-/// Answers of a RoboClaw to questions for both encoders. One has arrived when it is all that came between its question and its own
-/// end, and came soon: without its question it means nothing, and behind other bytes it may be another one.
+/// Answers of a RoboClaw to questions for both encoders. One has arrived when it is all that came between its
+/// question and its own end, and came soon: without its question it means nothing, and behind other bytes it
+/// may be another one.
 #[must_use]
-pub fn sent_counts(address: u8, asked: &Tape, sent: &Tape, delivered: &Tape) -> Vec<Telegram> {
+pub(crate) fn sent_counts(address: u8, asked: &Tape, sent: &Tape, delivered: &Tape) -> Vec<Telegram> {
     let mut answers = cut(sent, |bytes| roboclaw_length(address, bytes));
     answers.retain(|answer| answer.bytes.len() == ENCODERS.1);
     let questions: Vec<(i64, &[u8])> = asked.pieces().collect();

@@ -1,23 +1,25 @@
-//! A world that costs next to nothing: the walls of a room, computed, and a robot that drives to and fro in it.
+//! A world that costs next to nothing: the walls of a room, computed, and a robot that drives to and fro in
+//! it.
 //!
-//! Each scan has its own noise, so that no two telegrams are the same bytes. Metres; nanoseconds on the device's clock.
+//! Each scan has its own noise, so that no two telegrams are the same bytes. Meters; nanoseconds on the
+//! device's clock.
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 
-use biplane_mock::lms_device::feed::Timeline;
+use biplane_mock::devices::lms::scans::feed::Timeline;
+use biplane_mock::rig::source::{OdometrySample, OdometrySource, ScanSource, ScanWords};
 use biplane_mock::rng::Rng;
-use biplane_mock::source::{OdometrySample, OdometrySource, ScanSource, ScanWords};
 
 /// Walls of the room, seen from its middle: ahead, behind, left, right.
 const WALLS_M: [f64; 4] = [6.0, 4.0, 2.2, 1.8];
 /// The robot drives so far from the middle, and back.
-const WAY_M: f64 = 2.0;
+const PATH_M: f64 = 2.0;
 /// Its speed.
 const SPEED_M_S: f64 = 0.4;
 
 /// Time on a device's clock is time in the world.
-pub struct SameTime;
+pub(crate) struct SameTime;
 
 impl Timeline for SameTime {
     fn world_ns(&self, device_ns: i64) -> i64 {
@@ -27,26 +29,26 @@ impl Timeline for SameTime {
 
 /// How far ahead of the middle the robot is.
 #[must_use]
-pub fn way_m(t_ns: i64) -> f64 {
+pub(crate) fn path_m(t_ns: i64) -> f64 {
     let driven_m = t_ns.max(0) as f64 * 1e-9 * SPEED_M_S;
-    WAY_M - (driven_m.rem_euclid(4.0 * WAY_M) - 2.0 * WAY_M).abs()
+    PATH_M - (driven_m.rem_euclid(4.0 * PATH_M) - 2.0 * PATH_M).abs()
 }
 
 /// Sine and cosine of each beam's direction.
-type Fan = Vec<(f64, f64)>;
+type BeamAngles = Vec<(f64, f64)>;
 
 /// A laser in the room, on the robot's middle.
-pub struct Room {
+pub(crate) struct Room {
     seed: u64,
     stream: u64,
     /// Directions of the beams of a variant, computed once.
-    fans: Vec<((u16, u16), Fan)>,
+    fans: Vec<((u16, u16), BeamAngles)>,
 }
 
 impl Room {
     /// A laser with its own noise.
     #[must_use]
-    pub fn new(seed: u64, stream: u64) -> Self {
+    pub(crate) fn new(seed: u64, stream: u64) -> Self {
         Self { seed, stream, fans: Vec::new() }
     }
 
@@ -69,7 +71,7 @@ impl ScanSource for Room {
     fn scan(&mut self, t0_ns: i64, fov_deg: u16, resolution_cdeg: u16, mm: bool) -> Option<ScanWords> {
         let mut rng = Rng::new(self.seed, 0x0C0A + self.stream, t0_ns);
         let [ahead, behind, left, right] = WALLS_M;
-        let (to_front, to_back) = (ahead - way_m(t0_ns), behind + way_m(t0_ns));
+        let (to_front, to_back) = (ahead - path_m(t0_ns), behind + path_m(t0_ns));
         let units = if mm { 1000.0 } else { 100.0 };
         let words = self.fan(fov_deg, resolution_cdeg).iter().map(|&(sin, cos)| {
             let to_x = if cos > 0.0 { to_front } else { to_back } / cos.abs().max(1e-9);
@@ -83,10 +85,10 @@ impl ScanSource for Room {
 }
 
 /// A scan and its first beam's time.
-pub type Taken = Arc<Mutex<HashMap<Vec<u32>, i64>>>;
+pub(crate) type Taken = Arc<Mutex<HashMap<Vec<u32>, i64>>>;
 
 /// A laser's room that remembers when each scan was taken.
-pub struct Remembering {
+pub(crate) struct Remembering {
     /// The room.
     pub room: Room,
     /// What was measured in it.
@@ -103,17 +105,18 @@ impl ScanSource for Remembering {
     }
 }
 
-/// The odometry of the same robot, one tick a millimetre. It also counts time across, so that no two packets are the same.
-pub struct Wheels;
+/// The odometry of the same robot, one tick a millimeter. It also counts time across, so that no two packets
+/// are the same.
+pub(crate) struct Wheels;
 
 impl OdometrySource for Wheels {
     fn sample(&mut self, t_ns: i64) -> OdometrySample {
-        let x_mm = (way_m(t_ns) * 1000.0).round() as i32;
+        let x_mm = (path_m(t_ns) * 1000.0).round() as i32;
         OdometrySample {
             x_raw: (x_mm & 0x7FFF) as u16,
             left_mm_s: (t_ns / 100_000_000 % 30_000) as i16,
             moving: true,
-            way_um: i64::from(x_mm) * 1000,
+            path_um: i64::from(x_mm) * 1000,
             ..OdometrySample::default()
         }
     }

@@ -23,8 +23,8 @@ fn starts(degrees: f64) -> impl Iterator<Item = Pose2> {
 fn the_map_method_finds_the_pose_from_10_cm_and_up_to_20_degrees_off() {
     for degrees in [0.0, 10.0, 20.0] {
         for (seed, wrong) in (1..).zip(starts(degrees)) {
-            let (metres, off) = second_scan(Method::Map, wrong, seed);
-            assert!(metres < 0.02 && off < 0.5, "{metres} m, {off} deg from {wrong:?}");
+            let (meters, off) = second_scan(Method::Map, wrong, seed);
+            assert!(meters < 0.02 && off < 0.5, "{meters} m, {off} deg from {wrong:?}");
         }
     }
 }
@@ -32,7 +32,7 @@ fn the_map_method_finds_the_pose_from_10_cm_and_up_to_20_degrees_off() {
 #[test]
 fn the_gradient_method_comes_within_half_a_cell_from_10_cm_and_10_degrees_off() {
     for (seed, wrong) in (1..).zip(starts(10.0)) {
-        let (metres, off) = second_scan(Method::Gradient, wrong, seed);
-        assert!(metres < 0.05 && off < 1.5, "{metres} m, {off} deg from {wrong:?}");
+        let (meters, off) = second_scan(Method::Gradient, wrong, seed);
+        assert!(meters < 0.05 && off < 1.5, "{meters} m, {off} deg from {wrong:?}");
     }
 }

@@ -32,7 +32,7 @@ fn the_covariance_of_a_bare_corridor_is_long_along_its_axis_and_short_across() {
     let (tracked, _) = corridor(Method::Map);
     let sigma = [0, 1].map(|axis| tracked.covariance[axis][axis].sqrt());
     assert!(sigma[0] > 10.0 * sigma[1], "{sigma:?}");
-    // The odometry is wrong by half a metre here: the covariance should not be surprised.
+    // The odometry is wrong by half a meter here: the covariance should not be surprised.
     assert!(sigma[0] > 0.1 && sigma[1] < 0.02, "{sigma:?}");
 }
 

@@ -42,8 +42,8 @@ fn the_first_scan_begins_the_map_at_the_identity() {
 #[test]
 fn the_map_method_stays_within_three_centimetres_over_two_rounds_of_a_room() {
     for (truth, tracked) in drive(TrackerParams::default()).into_iter().skip(1) {
-        let (metres, degrees) = error(&tracked.map_from_base, &truth);
-        assert!(metres < 0.03 && degrees < 0.5, "{metres} m, {degrees} deg at {truth:?}");
+        let (meters, degrees) = error(&tracked.map_from_base, &truth);
+        assert!(meters < 0.03 && degrees < 0.5, "{meters} m, {degrees} deg at {truth:?}");
         assert!(matches!(tracked.outcome, Outcome::Matched), "{tracked:?}");
         assert!(tracked.score > 0.7, "{tracked:?}");
     }
@@ -53,9 +53,9 @@ fn the_map_method_stays_within_three_centimetres_over_two_rounds_of_a_room() {
 fn the_gradient_method_beats_its_odometry_over_two_rounds_of_a_room() {
     let run = drive(TrackerParams::for_method(Method::Gradient));
     let (truth, last) = run.last().unwrap();
-    let (metres, degrees) = error(&last.map_from_base, truth);
+    let (meters, degrees) = error(&last.map_from_base, truth);
     // The odometry alone ends 14 degrees off.
-    assert!(metres < 0.3 && degrees < 5.0, "{metres} m, {degrees} deg");
+    assert!(meters < 0.3 && degrees < 5.0, "{meters} m, {degrees} deg");
 }
 
 #[test]

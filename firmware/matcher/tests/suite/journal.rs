@@ -31,8 +31,8 @@ fn the_journal_leads_from_the_odometrys_pose_to_the_one_that_was_found() {
         assert!(end < last.step_m + 0.005, "{method} {last:?}");
         // Each step leads to the next iteration's pose.
         for pair in iterations.windows(2).filter(|pair| pair[1].iteration > 0) {
-            let way_m = (pair[1].pose.x_m - pair[0].pose.x_m).hypot(pair[1].pose.y_m - pair[0].pose.y_m);
-            assert!((way_m - pair[0].step_m).abs() < 1e-9, "{method} {pair:?}");
+            let path_m = (pair[1].pose.x_m - pair[0].pose.x_m).hypot(pair[1].pose.y_m - pair[0].pose.y_m);
+            assert!((path_m - pair[0].step_m).abs() < 1e-9, "{method} {pair:?}");
         }
     }
 }

@@ -1,5 +1,5 @@
-//! The tracker from outside: simulated rooms and corridors with known truth, drawn by a ray-caster that shares no code
-//! with the crate.
+//! The tracker from outside: simulated rooms and corridors with known truth, drawn by a ray-caster that
+//! shares no code with the crate.
 
 mod convergence;
 mod corridor;

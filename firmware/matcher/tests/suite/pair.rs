@@ -21,32 +21,32 @@ const PLACES: [(Pose2, Pose2); 4] = [
     (Pose2::new(3.0, 2.0, -2.6), Pose2::new(0.0, 0.1, 0.6)),
 ];
 
-/// All pairs from random starts within 10 cm and 30 degrees: the worst errors in metres and degrees.
+/// All pairs from random starts within 10 cm and 30 degrees: the worst errors in meters and degrees.
 fn worst(method: Method) -> (f64, f64) {
     let (room, mut noise) = (World::room(), Noise(11));
     let mut matcher = PairMatcher::new(TrackerParams::for_method(method));
-    let (mut metres, mut degrees) = (0.0_f64, 0.0_f64);
+    let (mut meters, mut degrees) = (0.0_f64, 0.0_f64);
     for (map_from_reference, truth) in PLACES {
         let beams = look(&room, &map_from_reference, &mut noise);
         matcher.set_reference(&scan(&beams));
         let beams = look(&room, &(map_from_reference * truth), &mut noise);
         for _ in 0..20 {
-            let [x, y, turn] = [0.1, 0.1, 30_f64.to_radians()].map(|most| most * noise.even());
+            let [x, y, turn] = [0.1, 0.1, 30_f64.to_radians()].map(|maximum| maximum * noise.even());
             let start = Pose2::new(truth.x_m + x, truth.y_m + y, truth.theta_rad + turn);
             let found = matcher.find(&scan(&beams), &guess(start));
             assert!(found.found, "{found:?} from {start:?}");
             let (away_m, away_deg) = error(&found.reference_from_base, &truth);
-            metres = metres.max(away_m);
+            meters = meters.max(away_m);
             degrees = degrees.max(away_deg);
         }
     }
-    (metres, degrees)
+    (meters, degrees)
 }
 
 #[test]
 fn from_anywhere_within_10_cm_and_30_degrees_the_map_method_finds_the_scan_to_2_cm() {
-    let (metres, degrees) = worst(Method::Map);
-    assert!(metres < 0.02 && degrees < 0.5, "{metres} m, {degrees} deg");
+    let (meters, degrees) = worst(Method::Map);
+    assert!(meters < 0.02 && degrees < 0.5, "{meters} m, {degrees} deg");
 }
 
 fn in_corridor(method: Method) -> PairMatch {
@@ -117,7 +117,7 @@ fn guesses_that_are_no_numbers_are_not_found_and_guesses_without_bounds_are_sear
         let start = Pose2::new(0.05, -0.04, 0.1);
         let anywhere = Guess { reference_from_base: start, half_m: f64::INFINITY, half_rad: f64::INFINITY };
         let found = matcher.find(&scan(&room), &anywhere);
-        let (metres, degrees) = error(&found.reference_from_base, &Pose2::IDENTITY);
-        assert!(found.found && metres < 0.05 && degrees < 1.5, "{method}: {found:?}");
+        let (meters, degrees) = error(&found.reference_from_base, &Pose2::IDENTITY);
+        assert!(found.found && meters < 0.05 && degrees < 1.5, "{method}: {found:?}");
     }
 }

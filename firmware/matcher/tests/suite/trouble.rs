@@ -1,4 +1,5 @@
-//! Scans, stamps and odometry that are missing, repeated, backward or wrong: every case has a defined outcome.
+//! Scans, stamps and odometry that are missing, repeated, backward or wrong: every case has a defined
+//! outcome.
 
 use biplane_matcher::{Beam, Method, Odometry, Outcome, Pose2, Tracked, Tracker, TrackerParams};
 
@@ -17,8 +18,8 @@ fn drive(method: Method, stamp: impl Fn(i32) -> i64, odom: impl Fn(i32) -> Optio
 
 fn assert_on_track(run: &[Tracked], first: i32) {
     for (i, tracked) in (0..).zip(run).filter(|(i, _)| *i >= first) {
-        let (metres, degrees) = error(&tracked.map_from_base, &straight(i));
-        assert!(metres < 0.03 && degrees < 0.5, "scan {i}: {metres} m, {degrees} deg, {tracked:?}");
+        let (meters, degrees) = error(&tracked.map_from_base, &straight(i));
+        assert!(meters < 0.03 && degrees < 0.5, "scan {i}: {meters} m, {degrees} deg, {tracked:?}");
     }
 }
 
@@ -92,8 +93,8 @@ fn odometry_that_comes_late_or_counts_wrongly_is_overcome() {
     }
 }
 
-/// The volume of the covariance's ellipsoid, squared: a step ahead may make a place surer than the one before was, when its error and
-/// that of the heading cancel, but never place and heading together.
+/// The volume of the covariance's ellipsoid, squared: a step ahead may make a place surer than the one before
+/// was, when its error and that of the heading cancel, but never place and heading together.
 fn volume(tracked: &Tracked) -> f64 {
     nalgebra::Matrix3::from_fn(|i, j| tracked.covariance[i][j]).determinant()
 }
@@ -112,8 +113,8 @@ fn a_scan_without_returns_follows_the_odometry_with_a_larger_covariance() {
             assert_eq!((blind.outcome, blind.score, blind.iterations), (Outcome::NoReturns, 0.0, 0));
             assert!(volume(&blind) > volume(&last));
             let step = matched.map_from_base.between(&blind.map_from_base);
-            let (metres, degrees) = error(&step, &straight(1).between(&straight(i)));
-            assert!(metres < 1e-9 && degrees < 1e-9);
+            let (meters, degrees) = error(&step, &straight(1).between(&straight(i)));
+            assert!(meters < 1e-9 && degrees < 1e-9);
             last = blind;
         }
         let back = track(&mut tracker, 10, &look(&world, &straight(10), &mut noise), Some(straight(10)));
@@ -181,8 +182,8 @@ fn a_base_carried_half_a_metre_is_found_again() {
     }
     let carried = straight(19) * Pose2::new(0.25, -0.2, 0.25);
     let found = track(&mut tracker, 20, &look(&world, &carried, &mut noise), Some(straight(19)));
-    let (metres, degrees) = error(&found.map_from_base, &carried);
-    assert!(metres < 0.03 && degrees < 0.5, "{metres} m, {degrees} deg, {found:?}");
+    let (meters, degrees) = error(&found.map_from_base, &carried);
+    assert!(meters < 0.03 && degrees < 0.5, "{meters} m, {degrees} deg, {found:?}");
 }
 
 #[test]

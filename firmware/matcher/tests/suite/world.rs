@@ -1,27 +1,27 @@
-//! Walls as segments, and a laser of 181 beams that looks at them. Metres and radians.
+//! Walls as segments, and a laser of 181 beams that looks at them. Meters and radians.
 
 use biplane_matcher::{Beam, Pose2, Scan, Tracked, Tracker};
 
 /// A wall from one point to another.
-pub type Wall = [[f64; 2]; 2];
+pub(crate) type Wall = [[f64; 2]; 2];
 
-pub struct World {
+pub(crate) struct World {
     walls: Vec<Wall>,
 }
 
 impl World {
-    pub fn new(walls: Vec<Wall>) -> Self {
+    pub(crate) fn new(walls: Vec<Wall>) -> Self {
         Self { walls }
     }
 
     /// The four walls of a rectangle.
-    pub fn rectangle(low: [f64; 2], high: [f64; 2]) -> Vec<Wall> {
+    pub(crate) fn rectangle(low: [f64; 2], high: [f64; 2]) -> Vec<Wall> {
         let corners = [low, [high[0], low[1]], high, [low[0], high[1]]];
         (0..4).map(|i| [corners[i], corners[(i + 1) % 4]]).collect()
     }
 
     /// An 8 by 6 m room with a cupboard and a pillar; the origin lies well inside.
-    pub fn room() -> Self {
+    pub(crate) fn room() -> Self {
         let mut walls = Self::rectangle([-3.0, -2.5], [5.0, 3.5]);
         walls.extend(Self::rectangle([1.0, 2.9], [2.2, 3.5]));
         walls.extend(Self::rectangle([3.5, -1.5], [3.9, -1.1]));
@@ -29,12 +29,12 @@ impl World {
     }
 
     /// A corridor 2.2 m wide whose ends are out of the laser's sight.
-    pub fn corridor() -> Self {
+    pub(crate) fn corridor() -> Self {
         Self::new(Self::rectangle([-200.0, -1.1], [200.0, 1.1]))
     }
 
     /// The distance to the first wall from a point in a direction; infinite when there is none.
-    pub fn range_m(&self, from: [f64; 2], angle_rad: f64) -> f64 {
+    pub(crate) fn range_m(&self, from: [f64; 2], angle_rad: f64) -> f64 {
         let d = [angle_rad.cos(), angle_rad.sin()];
         let mut nearest = f64::INFINITY;
         for [a, b] in &self.walls {
@@ -55,7 +55,7 @@ impl World {
 }
 
 /// Normal deviates from a seed (SplitMix64, sum of twelve uniforms).
-pub struct Noise(pub u64);
+pub(crate) struct Noise(pub u64);
 
 impl Noise {
     fn uniform(&mut self) -> f64 {
@@ -67,17 +67,17 @@ impl Noise {
     }
 
     /// Evenly spread over -1 to 1.
-    pub fn even(&mut self) -> f64 {
+    pub(crate) fn even(&mut self) -> f64 {
         2.0 * self.uniform() - 1.0
     }
 
-    pub fn normal(&mut self, sigma: f64) -> f64 {
+    pub(crate) fn normal(&mut self, sigma: f64) -> f64 {
         sigma * ((0..12).map(|_| self.uniform()).sum::<f64>() - 6.0)
     }
 }
 
-/// The scan at a pose: 181 beams from right to left, ranges in whole centimetres, nothing beyond 30 m.
-pub fn look(world: &World, map_from_base: &Pose2, noise: &mut Noise) -> Vec<Beam> {
+/// The scan at a pose: 181 beams from right to left, ranges in whole centimeters, nothing beyond 30 m.
+pub(crate) fn look(world: &World, map_from_base: &Pose2, noise: &mut Noise) -> Vec<Beam> {
     (0..181)
         .map(|i| {
             let angle_rad = f64::from(i - 90).to_radians();
@@ -94,30 +94,35 @@ pub fn look(world: &World, map_from_base: &Pose2, noise: &mut Noise) -> Vec<Beam
 }
 
 /// Gives the tracker one scan taken at once.
-pub fn track(tracker: &mut Tracker, stamp_ns: i64, beams: &[Beam], odom_from_base: Option<Pose2>) -> Tracked {
+pub(crate) fn track(
+    tracker: &mut Tracker,
+    stamp_ns: i64,
+    beams: &[Beam],
+    odom_from_base: Option<Pose2>,
+) -> Tracked {
     let scan = Scan { stamp_ns, laser_in_base_m: [0.0, 0.0], beams, twist_in_base: [0.0; 3] };
     tracker.track(&scan, odom_from_base)
 }
 
-/// Distance in metres and angle in degrees between two poses.
-pub fn error(found: &Pose2, truth: &Pose2) -> (f64, f64) {
+/// Distance in meters and angle in degrees between two poses.
+pub(crate) fn error(found: &Pose2, truth: &Pose2) -> (f64, f64) {
     let difference = truth.between(found);
     (difference.distance_m(), difference.theta_rad.abs().to_degrees())
 }
 
 /// Odometry that sees each true step a little long and turned to one side.
-pub struct Drift {
+pub(crate) struct Drift {
     pub scale: f64,
     pub turn_rad_per_m: f64,
     pub odom_from_base: Pose2,
 }
 
 impl Drift {
-    pub fn new(scale: f64, turn_rad_per_m: f64) -> Self {
+    pub(crate) fn new(scale: f64, turn_rad_per_m: f64) -> Self {
         Self { scale, turn_rad_per_m, odom_from_base: Pose2::new(10.0, -4.0, 1.0) }
     }
 
-    pub fn step(&mut self, from: &Pose2, to: &Pose2) -> Pose2 {
+    pub(crate) fn step(&mut self, from: &Pose2, to: &Pose2) -> Pose2 {
         let step = from.between(to);
         let turn_rad = step.theta_rad + self.turn_rad_per_m * step.distance_m();
         self.odom_from_base =

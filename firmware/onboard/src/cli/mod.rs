@@ -1,33 +1,29 @@
 //! The command line of `biplane-onboard`: words to typed options, one file a subcommand.
 //!
-//! Results go to stdout, everything else to stderr. Exit codes: 0 done; 1 failed; 2 bad arguments; 3 done, but something
-//! intact was not kept.
+//! Results go to stdout, everything else to stderr. Exit codes: 0 done; 1 failed; 2 bad arguments; 3 done,
+//! but something intact was not kept.
 
-mod basin;
-mod bench;
-mod check_config;
-mod matcher;
-mod papers;
-mod parameters;
-mod ports;
-mod probe;
-mod record;
-mod replay;
-mod rotation;
-mod salvage;
-mod signals;
-mod summary;
-mod udev_rule;
-mod words;
+pub(crate) mod args;
+pub(crate) mod devices;
+pub(crate) mod measure;
+pub(crate) mod rig;
+pub(crate) mod runs;
+pub(crate) mod signals;
+#[cfg(test)]
+mod tests;
 
 use std::ffi::OsString;
-use std::io::{IsTerminal, Write};
+use std::io::IsTerminal;
 
+use biplane_cli::{BAD_ARGUMENTS, Completions, FAILED, Man, Outcome};
+pub(crate) use biplane_cli::{print_result, say};
 use biplane_recording::WriteError;
-use clap::{Parser, Subcommand};
-use tracing_subscriber::EnvFilter;
+use clap::{CommandFactory, Parser, Subcommand};
+use tracing::Level;
+use tracing_subscriber::filter::Targets;
+use tracing_subscriber::prelude::*;
 
-use crate::error::OnboardError;
+use crate::types::error::OnboardError;
 
 /// Acquisition on the robot: two SICK LMS 2xx lasers and a base, matched in real time, recorded to MCAP.
 #[derive(Debug, Parser)]
@@ -48,18 +44,25 @@ const EXIT_CODES: &str = "Exit codes: 0 done; 1 failed; 2 wrong arguments; 3 don
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    Probe(probe::Args),
-    Record(record::Args),
-    Replay(replay::Args),
-    Basin(basin::Args),
-    Bench(bench::Args),
-    CheckConfig(check_config::Args),
-    Parameters(parameters::Args),
-    Salvage(salvage::Args),
-    Ports(ports::Args),
-    UdevRule(udev_rule::Args),
-    Completions(papers::Completions),
-    Man(papers::Man),
+    Probe(devices::probe::Args),
+    Record(runs::record::Args),
+    Replay(runs::replay::Args),
+    Basin(measure::basin::Args),
+    Bench(measure::bench::Args),
+    CheckConfig(devices::check_config::Args),
+    Parameters(measure::parameters::Args),
+    Salvage(runs::salvage::Args),
+    Ports(devices::ports::Args),
+    UdevRule(devices::udev_rule::Args),
+    /// Prints the completions of this program for a shell.
+    ///
+    /// For one user of bash: `biplane-onboard completions bash >
+    /// ~/.local/share/bash-completion/completions/biplane-onboard`.
+    Completions(Completions),
+    /// Writes the manual pages of this program, one for each command, into a folder.
+    ///
+    /// To read one: `man -l DIR/biplane-onboard.1`.
+    Man(Man),
 }
 
 /// Runs the program and returns its exit code.
@@ -69,23 +72,29 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Err(error) => {
             // Help and version are no errors: clap knows where they go.
             let _ = error.print();
-            return if error.use_stderr() { 2 } else { 0 };
+            return refusal_code(&error);
         }
     };
     start_log(cli.verbose, cli.quiet);
     let result = match &cli.command {
-        Command::Probe(args) => probe::run(args),
-        Command::Record(args) => record::run(args, cli.quiet),
-        Command::Replay(args) => replay::run(args),
-        Command::Basin(args) => basin::run(args),
-        Command::Bench(args) => bench::run(args),
-        Command::CheckConfig(args) => check_config::run(args),
-        Command::Parameters(args) => Ok(parameters::run(args)),
-        Command::Salvage(args) => salvage::run(args),
-        Command::Ports(args) => ports::run(args),
-        Command::UdevRule(args) => udev_rule::run(args),
-        Command::Completions(args) => Ok(papers::completions(args)),
-        Command::Man(args) => papers::man(args),
+        Command::Probe(args) => devices::probe::run(args),
+        Command::Record(args) => runs::record::run(args, cli.quiet),
+        Command::Replay(args) => runs::replay::run(args),
+        Command::Basin(args) => measure::basin::run(args),
+        Command::Bench(args) => measure::bench::run(args),
+        Command::CheckConfig(args) => devices::check_config::run(args),
+        Command::Parameters(args) => Ok(measure::parameters::run(args)),
+        Command::Salvage(args) => runs::salvage::run(args),
+        Command::Ports(args) => devices::ports::run(args),
+        Command::UdevRule(args) => devices::udev_rule::run(args),
+        Command::Completions(args) => {
+            print_result(&String::from_utf8_lossy(&args.text(Cli::command())));
+            Ok(Outcome::Done.code())
+        }
+        Command::Man(args) => {
+            let failed = |source| OnboardError::System { what: "write the manual pages", source };
+            args.write(Cli::command()).map(|()| Outcome::Done.code()).map_err(failed)
+        }
     };
     result.unwrap_or_else(|error| {
         if let OnboardError::StoppedWaiting { .. } | OnboardError::StoppedWaitingForRoom { .. } = error {
@@ -94,8 +103,13 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
             return 0;
         }
         say(&format!("biplane-onboard: {}", sentence(&error)));
-        1
+        FAILED
     })
+}
+
+/// The exit code when words are no command, or ask for help or the version.
+fn refusal_code(error: &clap::Error) -> u8 {
+    if error.use_stderr() { BAD_ARGUMENTS } else { Outcome::Done.code() }
 }
 
 /// The error in words of this program.
@@ -110,29 +124,15 @@ fn sentence(error: &OnboardError) -> String {
 
 fn start_log(verbose: bool, quiet: bool) {
     let level = match (verbose, quiet) {
-        (true, _) => "biplane_onboard=debug",
-        (_, true) => "error",
-        _ => "biplane_onboard=info",
+        (true, _) => Targets::new().with_target("biplane_onboard", Level::DEBUG),
+        (_, true) => Targets::new().with_default(Level::ERROR),
+        _ => Targets::new().with_target("biplane_onboard", Level::INFO),
     };
-    let filter = EnvFilter::try_from_env("BIPLANE_LOG").unwrap_or_else(|_| EnvFilter::new(level));
-    let log =
-        tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).with_target(false);
+    let asked = std::env::var("BIPLANE_LOG").ok().and_then(|words| words.parse().ok());
+    let log = tracing_subscriber::fmt::layer().with_writer(std::io::stderr).with_target(false);
     let log = log.with_ansi(std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none());
     // A terminal that has gone is no reason to fail.
     let log = log.log_internal_errors(false);
     // Whoever runs this twice in one process (a test) keeps the first log.
-    let _ = log.try_init();
+    let _ = tracing_subscriber::registry().with(log.with_filter(asked.unwrap_or(level))).try_init();
 }
-
-/// Writes a line to stderr, whoever reads it or not.
-fn say(line: &str) {
-    let _ = writeln!(std::io::stderr().lock(), "{line}");
-}
-
-/// Writes a result to stdout. A reader that has gone is no failure of ours.
-fn print_result(text: &str) {
-    let _ = std::io::stdout().lock().write_all(text.as_bytes());
-}
-
-#[cfg(test)]
-mod tests;

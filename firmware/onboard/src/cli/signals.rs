@@ -8,15 +8,15 @@ use std::thread;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
 use signal_hook::iterator::Signals;
 
-use crate::error::OnboardError;
+use crate::types::error::OnboardError;
 
 fn refused(source: std::io::Error) -> OnboardError {
     OnboardError::System { what: "catch signals", source }
 }
 
-/// A flag that SIGINT and SIGTERM set; the second signal ends the process at once, with exit code 1 and a word on what remains of the
-/// `output`.
-pub(super) fn stop(output: &Path) -> Result<Arc<AtomicBool>, OnboardError> {
+/// A flag that SIGINT and SIGTERM set; the second signal ends the process at once, with exit code 1 and a
+/// word on what remains of the `output`.
+pub(crate) fn stop(output: &Path) -> Result<Arc<AtomicBool>, OnboardError> {
     let stop = Arc::new(AtomicBool::new(false));
     let mut signals = Signals::new([SIGINT, SIGTERM]).map_err(refused)?;
     let (flag, output) = (Arc::clone(&stop), output.to_owned());
@@ -69,14 +69,14 @@ fn unfinished(output: &Path) -> Vec<PathBuf> {
 }
 
 /// A flag that SIGUSR1 sets.
-pub(super) fn rotate() -> Result<Arc<AtomicBool>, OnboardError> {
+pub(crate) fn rotate() -> Result<Arc<AtomicBool>, OnboardError> {
     let rotate = Arc::new(AtomicBool::new(false));
     signal_hook::flag::register(SIGUSR1, Arc::clone(&rotate)).map_err(refused)?;
     Ok(rotate)
 }
 
 /// The process goes on when its terminal goes away (SIGHUP).
-pub(super) fn outlive_terminal() -> Result<(), OnboardError> {
+pub(crate) fn outlive_terminal() -> Result<(), OnboardError> {
     signal_hook::flag::register(SIGHUP, Arc::default()).map_err(refused)?;
     Ok(())
 }
@@ -98,8 +98,8 @@ mod tests {
             ("run_3.mcap", false),
         ] {
             std::fs::write(folder.join(name), "").unwrap();
-            let told = last_words(&output);
-            assert_eq!(told.contains("biplane recover"), is_ours, "{name}: {told}");
+            let reported = last_words(&output);
+            assert_eq!(reported.contains("biplane recover"), is_ours, "{name}: {reported}");
             std::fs::remove_file(folder.join(name)).unwrap();
         }
         std::fs::remove_dir(folder).unwrap();

@@ -3,135 +3,63 @@
 //! ```text
 //! bytes of three lines -> sessions -> scans with stamps -> wait for odometry -> tracker -> /pose, /tf
 //!                                          |                                       |
-//!                                          +--> /scan/... at once                  +-> poses of the vertical scans
+//!                                          +--> /scan/... at once                  +-> vertical poses
 //! ```
-//! Inputs carry the host's time in nanoseconds; the engine never asks for it. Outputs leave in an order that depends on the inputs
-//! alone. Whoever drives it: one input, then [`Engine::next_command`] and [`Engine::next_event`] until there are
-//! none, then the next input or, at [`Engine::wake_ns`], [`Engine::advance`].
+//! Inputs carry the host's time in nanoseconds; the engine never asks for it. Outputs leave in an order that
+//! depends on the inputs alone. Whoever drives it: one input, then [`Engine::next_command`] and
+//! [`Engine::next_event`] until there are none, then the next input or, at [`Engine::wake_ns`],
+//! [`Engine::advance`].
 
-mod account;
-mod beams;
-mod damage;
-mod decoded;
-mod faults;
-mod flow;
-mod heard;
-mod kept;
-mod line;
-mod localise;
-mod port;
-mod poses;
-mod scan_data;
-mod seats;
-mod stranger;
+pub(crate) mod line;
+pub(crate) mod localize;
+pub(crate) mod mount_check;
+pub(crate) mod options;
+pub(crate) mod out;
+pub(crate) mod scan_data;
+pub(crate) mod schedule;
 #[cfg(test)]
 pub(crate) mod synthetic;
-mod time_line;
-mod waiting;
+#[cfg(test)]
+mod tests;
 
-use biplane_matcher::TrackerParams;
-use biplane_recording::{Direction, Port, Rig, rig};
+use biplane_geometry::pose3::heading_of_quaternion_rad;
+use biplane_matcher::Pose2;
+use biplane_recording::messages::{LaserScan, Odometry};
+use biplane_recording::{Direction, Port, Rig, Topic};
 
-pub use kept::KeptScans;
-pub use poses::MatchedPose;
-pub use scan_data::{MAX_BEAMS, ScanData};
-pub use stranger::Speech;
+use crate::engine::line::decoded::WithoutLine;
+use crate::engine::line::devices::Devices;
+use crate::engine::line::monotonic::Stream;
+use crate::engine::localize::odometry_history::OdometrySample;
+use crate::engine::localize::pending_scans::{WAIT_OF_LINES_NS, WAIT_OF_RECORDINGS_NS};
+use crate::engine::localize::posing::Posing;
+use crate::engine::localize::tracker_inputs::KeptScans;
+use crate::engine::options::{Command, EngineOptions};
+use crate::engine::out::publisher::Publisher;
+use crate::engine::out::report::{account, state};
+use crate::engine::out::sink::Sink;
+use crate::engine::scan_data::ScanData;
+use crate::engine::schedule::{HOLE_NS, Schedule, bounded};
+use crate::session::base::reading::OdometryReading;
+use crate::session::device_session::{Input, MAX_INPUT_BYTES, Output};
+use crate::session::event::Event;
+use crate::session::lms::scan::ranges::ScanReading;
+use crate::types::run_report::RunReport;
 
-use crate::mounting::MountWatch;
-use crate::odometry::OdometryBuffer;
-use crate::publish::Publisher;
-use crate::report::RunReport;
-use crate::session::base::{BaseSession, BaseSettings};
-use crate::session::laser::{LaserSession, LaserSettings};
-use crate::session::{Event, Input, MAX_INPUT_BYTES, Output, RequestBytes};
-use crate::sink::Sink;
-use damage::Damage;
-use faults::Faults;
-use heard::Heard;
-use line::{LaserLine, Line, Meter};
-use localise::Localiser;
-use stranger::Stranger;
-use time_line::TimeLine;
-use waiting::WaitingStamps;
-
-/// Commands and events that may wait for the driver; more than one input leads to.
-const QUEUE_CAPACITY: usize = 128;
-/// Diagnostics interval, nanoseconds.
-const HEALTH_NS: i64 = 1_000_000_000;
-/// A hole in time longer than this is not lived through step by step: what was due in it happens at its end.
-const HOLE_NS: i64 = 10_000_000_000;
 /// What a base was due so long ago may come too late for its watchdog (2 s), nanoseconds.
-const OVERSLEPT_NS: i64 = 800_000_000;
-/// Times beyond are taken as this one: sums and differences of two stay in range (nanoseconds, year 2116).
-const LATEST_NS: i64 = i64::MAX / 2;
-
-/// What the driver of an engine has to do on a serial line.
-#[derive(Clone, PartialEq, Debug)]
-pub enum Command {
-    /// Send these bytes.
-    Write(RequestBytes),
-    /// Change the port's rate, bits per second.
-    SetBaud(u32),
-}
-
-/// Whether the engine talks to devices or listens to what they once said.
-#[derive(Copy, Clone, PartialEq, Eq, Debug)]
-pub enum Feed {
-    /// Devices on serial lines.
-    Live,
-    /// Bytes of a capture, or decoded scans and odometry.
-    Recorded,
-}
-
-/// What an engine is made for.
-#[derive(Clone, PartialEq, Debug)]
-pub struct EngineOptions {
-    /// The robot.
-    pub rig: Rig,
-    /// How scans are matched.
-    pub matcher: TrackerParams,
-    /// Where the bytes come from.
-    pub feed: Feed,
-    /// Whether the bytes of the serial lines are recorded too.
-    pub raw: bool,
-}
+const WATCHDOG_MISSED_NS: i64 = 800_000_000;
 
 /// The onboard process without its threads and ports.
 #[derive(Debug)]
 pub struct Engine<S> {
     rig: Rig,
+    /// Whether the bytes of the lines are recorded too.
     raw: bool,
     publisher: Publisher<S>,
-    horizontal: LaserLine,
-    vertical: Option<LaserLine>,
-    base: Line<BaseSession>,
-    /// Decoded scans and odometry that came without a line.
-    decoded: [Meter; 3],
-    faults: Faults,
-    strangers: Box<[Stranger; 3]>,
-    damage: [Damage; Port::ALL.len()],
-    heard: Heard,
-    odometry: OdometryBuffer,
-    odometry_ns: Option<i64>,
-    localiser: Localiser,
-    mounting: MountWatch,
-    waiting_verticals: WaitingStamps,
-    poses_vertical: u64,
-    /// Reads of a line that the rig does not have.
-    unknown_reads: u64,
-    /// Decoded scans of a laser that the rig does not have.
-    unknown_scans: u64,
-    commands: heapless::Deque<(Port, Command), QUEUE_CAPACITY>,
-    events: heapless::Deque<(Port, Event), QUEUE_CAPACITY>,
-    /// Commands that nobody fetched in time.
-    commands_dropped: u64,
-    /// The same of events.
-    untold: u64,
-    time_line: TimeLine,
-    first_ns: i64,
-    now_ns: i64,
-    health_ns: i64,
-    last_health_ns: i64,
+    devices: Devices,
+    without_line: WithoutLine,
+    posing: Posing,
+    schedule: Schedule,
 }
 
 impl<S: Sink> Engine<S> {
@@ -139,105 +67,122 @@ impl<S: Sink> Engine<S> {
     #[must_use]
     pub fn new(options: &EngineOptions, sink: S, now_ns: i64) -> Self {
         let now_ns = bounded(now_ns);
-        let mut engine = Self::at_rest(options, sink, now_ns);
-        engine.publisher.static_frames(now_ns, &options.rig);
+        let EngineOptions { rig, matcher, feed, raw } = options;
+        let mut engine = Self {
+            rig: rig.clone(),
+            raw: *raw,
+            publisher: Publisher::new(sink),
+            devices: Devices::new(rig, *feed, now_ns),
+            without_line: WithoutLine::default(),
+            posing: Posing::new(rig, *matcher),
+            schedule: Schedule::new(*feed, now_ns),
+        };
+        engine.publisher.static_frames(now_ns, rig);
         for port in Port::ALL {
             engine.drain(now_ns, port);
         }
         engine
     }
 
-    fn at_rest(options: &EngineOptions, sink: S, now_ns: i64) -> Self {
-        let make = match options.feed {
-            Feed::Live => LaserSession::streaming,
-            Feed::Recorded => LaserSession::listening,
-        };
-        let make_base = match options.feed {
-            Feed::Live => BaseSession::streaming,
-            Feed::Recorded => BaseSession::listening,
-        };
-        let laser = |laser: &rig::Laser| LaserLine::new(make(LaserSettings::from(laser), now_ns), laser);
-        Self {
-            raw: options.raw,
-            publisher: Publisher::new(sink),
-            horizontal: laser(&options.rig.horizontal),
-            vertical: options.rig.vertical.as_ref().map(laser),
-            base: Line::of_base(make_base(BaseSettings::from(&options.rig.base), now_ns), &options.rig.base),
-            decoded: [Meter::default(); 3],
-            faults: Faults::default(),
-            strangers: Box::new(Port::ALL.map(|port| Stranger::on(port, &options.rig.base.protocol))),
-            damage: Default::default(),
-            heard: Heard::default(),
-            odometry: OdometryBuffer::default(),
-            odometry_ns: None,
-            localiser: Localiser::new(&options.rig.horizontal.mount, options.matcher),
-            mounting: MountWatch::new(&options.rig),
-            waiting_verticals: WaitingStamps::default(),
-            poses_vertical: 0,
-            unknown_reads: 0,
-            unknown_scans: 0,
-            commands: heapless::Deque::new(),
-            events: heapless::Deque::new(),
-            commands_dropped: 0,
-            untold: 0,
-            time_line: TimeLine::new(options.feed, now_ns),
-            first_ns: now_ns,
-            now_ns,
-            health_ns: now_ns.saturating_add(HEALTH_NS),
-            last_health_ns: now_ns,
-            rig: options.rig.clone(),
-        }
-    }
-
-    /// Bytes that a read of a line returned at `read_ns`. Reads of different lines may overtake each other by a little: stamps follow
-    /// from the read's own time, everything else from the engine's. In a recording, a line whose time steps back is that of a clock
-    /// that was set: the run's time goes on.
+    /// Bytes that a read of a line returned at `read_ns`. Reads of different lines may overtake each other by
+    /// a little: stamps follow from the read's own time, everything else from the engine's. In a recording, a
+    /// line whose time steps back is that of a clock that was set: the run's time goes on.
     pub fn bytes(&mut self, read_ns: i64, port: Port, bytes: &[u8]) {
-        let read_ns = self.time_line.run_ns((port, Direction::Rx), bounded(read_ns));
+        let stream = Stream { port, direction: Direction::Rx };
+        let read_ns = self.schedule.time_line.run_ns(stream, bounded(read_ns));
         let now_ns = self.begin(read_ns);
         if self.raw {
             self.publisher.serial(read_ns, port, Direction::Rx, bytes);
         }
-        let unheard_ns = self.heard.unheard_ns(port, read_ns);
-        match port {
-            Port::Horizontal => self.horizontal.line.arrived(read_ns, bytes.len(), unheard_ns),
-            Port::Vertical => match &mut self.vertical {
-                Some(vertical) => vertical.line.arrived(read_ns, bytes.len(), unheard_ns),
-                None => {
-                    self.unknown_reads += 1;
-                    return;
-                }
-            },
-            Port::Base => self.base.arrived(read_ns, bytes.len(), unheard_ns),
+        if !self.devices.lines.has(port) {
+            self.without_line.unknown_reads += 1;
+            return;
         }
+        let unheard_ns = self.devices.watch.read_watermark.unheard_ns(port, read_ns);
+        self.devices.lines.arrived(port, read_ns, bytes.len(), unheard_ns);
         for piece in bytes.chunks(MAX_INPUT_BYTES) {
             self.input(now_ns, port, Input::Bytes(piece));
         }
-        self.listen_for_strangers(now_ns, port, bytes);
+        self.devices.listen_for_foreign_devices(now_ns, port, bytes);
         self.settle(now_ns);
     }
 
-    /// What a host once sent on a line, in a recording that is replayed: some answers only mean something with their question,
-    /// and a telegram that a request has cut is not damaged.
+    /// What a host once sent on a line, in a recording that is replayed: some answers only mean something
+    /// with their question, and a telegram that a request has cut is not damaged.
     pub fn host_sent(&mut self, sent_ns: i64, port: Port, bytes: &[u8]) {
-        let sent_ns = self.time_line.run_ns((port, Direction::Tx), bounded(sent_ns));
+        let stream = Stream { port, direction: Direction::Tx };
+        let sent_ns = self.schedule.time_line.run_ns(stream, bounded(sent_ns));
         let now_ns = self.begin(sent_ns);
-        match (port, &mut self.vertical) {
-            (Port::Base, _) => self.base.session.host_sent(now_ns, bytes),
-            (Port::Horizontal, _) => self.horizontal.line.session.host_sent(now_ns),
-            (Port::Vertical, Some(vertical)) => vertical.line.session.host_sent(now_ns),
-            (Port::Vertical, None) => {}
+        self.devices.lines.host_sent(port, now_ns, bytes);
+    }
+
+    /// A scan of another recording, decoded.
+    pub fn decoded_scan(&mut self, now_ns: i64, port: Port, scan: &LaserScan) {
+        let now_ns = self.begin(now_ns);
+        if port == Port::Vertical && self.rig.vertical.is_none() {
+            // Without its mount a scan has no place: passed on, it would look posed.
+            self.without_line.unknown_scans += 1;
+            return;
         }
+        let (topic, port, laser) = match port {
+            Port::Vertical => (Topic::ScanVertical, port, self.rig.vertical.as_ref()),
+            _ => (Topic::ScanHorizontal, Port::Horizontal, Some(&self.rig.horizontal)),
+        };
+        let data = ScanData::of_message(scan, laser);
+        self.without_line.count(port, now_ns, data.stamp_ns);
+        self.publisher.forward(now_ns, topic, scan.stamp_ns, scan);
+        self.take_scan(now_ns, topic, data, WAIT_OF_RECORDINGS_NS);
+        self.settle(now_ns);
+    }
+
+    /// An odometry report of another recording, decoded.
+    pub fn decoded_odometry(&mut self, now_ns: i64, odometry: &Odometry) {
+        let now_ns = self.begin(now_ns);
+        self.without_line.count(Port::Base, now_ns, odometry.stamp_ns);
+        self.publisher.forward(now_ns, Topic::Odom, odometry.stamp_ns, odometry);
+        let [x_m, y_m, _] = odometry.position_m;
+        let odom_from_base = Pose2::new(x_m, y_m, heading_of_quaternion_rad(odometry.orientation_xyzw));
+        self.posing.take_odometry(now_ns, OdometrySample { stamp_ns: odometry.stamp_ns, odom_from_base });
+        self.settle(now_ns);
+    }
+
+    /// The port of a line has gone. Its session stands still until [`Engine::port_back`]: nobody would hear
+    /// it.
+    pub fn port_lost(&mut self, now_ns: i64, port: Port) {
+        self.begin(now_ns);
+        self.devices.event(port, Event::PortLost);
+    }
+
+    /// The port of a line does not run at the rate that a command asked for.
+    pub fn rate_refused(&mut self, now_ns: i64, port: Port, baud: u32) {
+        let now_ns = self.begin(now_ns);
+        self.input(now_ns, port, Input::RateRefused(baud));
+    }
+
+    /// The port of a line is there again. Its session sets its rate, and listens first whether the device
+    /// still streams.
+    pub fn port_back(&mut self, now_ns: i64, port: Port) {
+        let now_ns = self.begin(now_ns);
+        self.devices.event(port, Event::PortBack);
+        self.input(now_ns, port, Input::PortBack);
+        self.settle(now_ns);
+    }
+
+    /// Everything that came on a line until `up_to_ns` has been given to [`Engine::bytes`]: said before a
+    /// read, how old its bytes may be. What is due later on this line waits for the next such word. A line of
+    /// which this is never said is always listened to.
+    pub fn read_watermark(&mut self, port: Port, up_to_ns: i64) {
+        self.devices.watch.read_watermark.listened(port, up_to_ns);
     }
 
     /// Time has come to `now_ns`: whatever was due until then happens, each at its own time.
     pub fn advance(&mut self, now_ns: i64) {
-        let now_ns = bounded(now_ns).max(self.now_ns);
-        if now_ns.saturating_sub(self.health_ns) > HOLE_NS {
+        let now_ns = bounded(now_ns).max(self.schedule.now_ns);
+        if now_ns.saturating_sub(self.schedule.health_ns()) > HOLE_NS {
             self.health(now_ns);
         }
-        if now_ns.saturating_sub(self.line_wait_ns(Port::Base)) >= OVERSLEPT_NS {
-            self.base.session.overslept();
+        if now_ns.saturating_sub(self.devices.wait_ns(Port::Base)) >= WATCHDOG_MISSED_NS {
+            self.devices.lines.base.session.watchdog_missed();
         }
         let hole_end_ns = now_ns.saturating_sub(HOLE_NS);
         loop {
@@ -245,16 +190,16 @@ impl<S: Sink> Engine<S> {
             if wake_ns > now_ns {
                 break;
             }
-            self.tick(wake_ns.max(self.now_ns).max(hole_end_ns));
+            self.tick(wake_ns.max(self.schedule.now_ns).max(hole_end_ns));
         }
-        self.now_ns = now_ns;
+        self.schedule.now_ns = now_ns;
     }
 
     /// When something is due without further input; `i64::MAX` for never.
     #[must_use]
     pub fn wake_ns(&self) -> i64 {
-        let others_ns = [self.localiser.deadline_ns(), self.health_ns, self.waiting_verticals.deadline_ns()];
-        let lines_ns = Port::ALL.into_iter().map(|port| self.line_wait_ns(port));
+        let others_ns = [self.posing.deadline_ns(), self.schedule.health_ns()];
+        let lines_ns = Port::ALL.into_iter().map(|port| self.devices.wait_ns(port));
         lines_ns.chain(others_ns).min().unwrap_or(i64::MAX)
     }
 
@@ -263,32 +208,34 @@ impl<S: Sink> Engine<S> {
         let now_ns = self.begin(now_ns);
         // The last state is that of the run, not of devices at rest.
         self.last_health(now_ns);
-        self.health_ns = i64::MAX;
+        self.schedule.end_health();
         for port in Port::ALL {
-            if !self.faults.is_lost(port) {
+            if !self.devices.is_lost(port) {
                 self.input(now_ns, port, Input::Stop);
             }
         }
     }
 
+    /// Whether all sessions are done that have a port.
+    #[must_use]
+    pub fn is_stopped(&self) -> bool {
+        self.devices.is_stopped()
+    }
+
+    /// The devices that were told to stop, or could not be told, and of which nobody knows whether they did.
+    pub fn unstopped(&self) -> impl Iterator<Item = Port> {
+        Port::ALL.into_iter().filter(|&port| !self.devices.lines.is_done(port))
+    }
+
     /// The input ends: everything that waits goes on with what is known. Returns the account and the sink.
     pub fn finish(mut self, now_ns: i64) -> (RunReport, S) {
         let now_ns = self.begin(now_ns);
-        self.horizontal.line.session.finish();
-        if let Some(vertical) = &mut self.vertical {
-            vertical.line.session.finish();
-        }
-        self.base.session.finish();
+        self.devices.lines.finish();
         for port in Port::ALL {
             self.drain(now_ns, port);
         }
-        while let Some(scan) = self.localiser.pop_any() {
-            self.localise(now_ns, &scan);
-        }
-        while let Some(stamp_ns) = self.waiting_verticals.pop_any() {
-            self.pose_vertical(now_ns, stamp_ns);
-        }
-        if self.health_ns != i64::MAX {
+        self.posing.finish(&mut self.publisher, now_ns);
+        if self.schedule.health_ns() != i64::MAX {
             self.last_health(now_ns);
         }
         (self.report(), self.publisher.into_sink())
@@ -296,12 +243,12 @@ impl<S: Sink> Engine<S> {
 
     /// The next thing to do on a serial line.
     pub fn next_command(&mut self) -> Option<(Port, Command)> {
-        self.commands.pop_front()
+        self.devices.outbox.next_command()
     }
 
     /// The next thing that a session has said.
     pub fn next_event(&mut self) -> Option<(Port, Event)> {
-        self.events.pop_front()
+        self.devices.outbox.next_event()
     }
 
     /// The sink.
@@ -309,57 +256,64 @@ impl<S: Sink> Engine<S> {
         self.publisher.sink()
     }
 
+    /// Gives the sink from here on the iterations of every match.
+    pub fn keep_journal(&mut self) {
+        self.posing.localizer.keep_journal();
+    }
+
     /// Keeps from here on what the tracker is given, in memory without a bound: for files, not for live runs.
     pub fn keep_scans(&mut self) {
-        self.localiser.keep_scans();
+        self.posing.localizer.keep_scans();
     }
 
     /// What was kept so far.
     pub fn take_kept_scans(&mut self) -> KeptScans {
-        self.localiser.take_kept_scans()
+        self.posing.localizer.take_kept_scans()
     }
 
-    /// Whether all devices of the rig stream.
+    /// Whether all lasers of the rig stream.
     #[must_use]
     pub fn is_streaming(&self) -> bool {
-        self.horizontal.line.session.is_streaming()
-            && self.vertical.as_ref().is_none_or(|vertical| vertical.line.session.is_streaming())
+        self.devices.lines.lasers_stream()
+    }
+
+    /// Whether a laser may be at work on its EEPROM, which takes up to 15 s: whoever stops waits that long.
+    #[must_use]
+    pub fn is_writing(&self) -> bool {
+        self.devices.lines.is_writing()
     }
 
     /// Every input begins here: what was due before it happens first. Time does not step back.
     fn begin(&mut self, now_ns: i64) -> i64 {
         self.advance(now_ns);
-        self.now_ns
+        self.schedule.now_ns
     }
 
     fn tick(&mut self, now_ns: i64) {
-        self.now_ns = now_ns;
+        self.schedule.now_ns = now_ns;
         for port in Port::ALL {
-            if self.line_wait_ns(port) <= now_ns {
+            if self.devices.wait_ns(port) <= now_ns {
                 self.input(now_ns, port, Input::Time);
             }
         }
         self.settle(now_ns);
-        if self.health_ns <= now_ns {
+        if self.schedule.health_ns() <= now_ns {
             self.health(now_ns);
         }
     }
 
+    fn input(&mut self, now_ns: i64, port: Port, input: Input<'_>) {
+        self.devices.handle(now_ns, port, input);
+        self.drain(now_ns, port);
+    }
+
     fn drain(&mut self, now_ns: i64, port: Port) {
         loop {
-            let output = match port {
-                Port::Horizontal => self.horizontal.line.poll(),
-                Port::Vertical => match &mut self.vertical {
-                    Some(vertical) => vertical.line.poll(),
-                    None => return,
-                },
-                Port::Base => self.base.poll(),
-            };
-            match output {
+            match self.devices.lines.poll(port) {
                 Output::WaitUntil(_) => return,
                 Output::Write(bytes) => self.command(now_ns, port, Command::Write(bytes)),
                 Output::SetBaud(baud) => self.command(now_ns, port, Command::SetBaud(baud)),
-                Output::Event(event) => self.event(port, event),
+                Output::Event(event) => self.devices.event(port, event),
                 Output::Scan(reading) => self.scan(now_ns, port, &reading),
                 Output::Odometry(reading) => self.odometry(now_ns, &reading),
             }
@@ -368,33 +322,71 @@ impl<S: Sink> Engine<S> {
 
     fn command(&mut self, now_ns: i64, port: Port, command: Command) {
         if let Command::Write(bytes) = &command {
-            self.stranger_of(port).sent(bytes);
+            self.devices.watch.foreign_device(port).sent(bytes);
             if self.raw {
                 self.publisher.serial(now_ns, port, Direction::Tx, bytes);
             }
         }
-        self.commands_dropped += u64::from(self.commands.push_back((port, command)).is_err());
+        self.devices.outbox.command(port, command);
     }
 
-    fn event(&mut self, port: Port, event: Event) {
-        match port {
-            Port::Horizontal => self.horizontal.line.note(&event),
-            Port::Vertical => {
-                if let Some(vertical) = &mut self.vertical {
-                    vertical.line.note(&event);
-                }
-            }
-            Port::Base => self.base.note(&event),
-        }
-        if self.faults.note(port, &event) {
-            self.untold += u64::from(self.events.push_back((port, event)).is_err());
+    fn scan(&mut self, now_ns: i64, port: Port, reading: &ScanReading) {
+        self.devices.watch.foreign_device(port).measured();
+        let Some(laser) = self.devices.lines.laser_mut(port) else { return };
+        let topic = if port == Port::Vertical { Topic::ScanVertical } else { Topic::ScanHorizontal };
+        let data = laser.stamped(now_ns, reading);
+        self.publisher.scan(now_ns, topic, &data, &reading.intensities);
+        self.take_scan(now_ns, topic, data, WAIT_OF_LINES_NS);
+    }
+
+    /// A scan, posed as soon as odometry covers it, and after `wait_ns` without.
+    fn take_scan(&mut self, now_ns: i64, topic: Topic, data: ScanData, wait_ns: i64) {
+        if topic == Topic::ScanVertical {
+            self.posing.take_vertical(&mut self.publisher, now_ns, &data);
+        } else {
+            self.posing.take_scan(&mut self.publisher, now_ns, data, now_ns.saturating_add(wait_ns));
         }
     }
-}
 
-fn bounded(time_ns: i64) -> i64 {
-    time_ns.clamp(-LATEST_NS, LATEST_NS)
-}
+    fn odometry(&mut self, now_ns: i64, reading: &OdometryReading) {
+        self.devices.watch.foreign_device(Port::Base).measured();
+        let stamp_ns = self.devices.lines.base.stamp_ns(now_ns, reading);
+        let sample = OdometrySample { stamp_ns, odom_from_base: reading.odom_from_base };
+        self.posing.take_odometry(now_ns, sample);
+        let twist_in_base = self.posing.odometry.twist_at(stamp_ns);
+        self.publisher.odometry(now_ns, stamp_ns, &reading.odom_from_base, twist_in_base);
+    }
 
-#[cfg(test)]
-mod tests;
+    /// Lets go on whatever has what it waited for.
+    fn settle(&mut self, now_ns: i64) {
+        self.posing.settle(&mut self.publisher, now_ns);
+    }
+
+    /// Publishes the state.
+    fn health(&mut self, now_ns: i64) {
+        let interval_s = self.schedule.health_reported(now_ns);
+        let mut health = state(&mut self.devices, &mut self.posing, &mut self.without_line, interval_s);
+        health.clock_steps = self.schedule.time_line.steps();
+        health.dropped += self.publisher.sink().dropped();
+        health.unreported += self.publisher.sink().unreported();
+        self.publisher.health(now_ns, &health);
+    }
+
+    /// The state at the end, unless one was told a moment ago.
+    fn last_health(&mut self, now_ns: i64) {
+        if self.schedule.wants_last_health(now_ns) {
+            self.health(now_ns);
+        }
+    }
+
+    /// The account so far.
+    fn report(&mut self) -> RunReport {
+        let mut report = account(&self.devices, &mut self.posing, &self.without_line);
+        report.duration_s = self.schedule.duration_s();
+        report.clock_steps = self.schedule.time_line.steps();
+        report.dropped += self.publisher.sink().dropped();
+        report.unreported += self.publisher.sink().unreported();
+        report.lost += self.publisher.sink().dropped();
+        report
+    }
+}

@@ -1,19 +1,20 @@
-//! A scan with its time, as the engine hands it on: fixed size, so that the acquisition path allocates nothing.
+//! A scan with its time, as the engine hands it on: fixed size, so that the acquisition path allocates
+//! nothing.
 
-use biplane_recording::msg::LaserScan;
+use biplane_recording::messages::LaserScan;
 use biplane_recording::rig;
 use biplane_wire::lms::MIRROR_TURN_NS;
 
-use crate::session::laser::ScanReading;
+use crate::session::lms::scan::ranges::ScanReading;
 
 /// Most beams that the matcher gets of a scan; of a longer one, every second, third ... beam.
-pub const MAX_BEAMS: usize = 1081;
-/// Shortest range that is one, metres: one step of a laser in centimetres.
+pub(crate) const MAX_BEAMS: usize = 1081;
+/// Shortest range that is one, meters: one step of a laser in centimeters.
 const RANGE_MIN_M: f32 = 0.01;
 
-/// A scan: directions in the laser's own frame, ranges in metres, times of its beams.
+/// A scan: directions in the laser's own frame, ranges in meters, times of its beams.
 #[derive(Clone, PartialEq, Debug)]
-pub struct ScanData {
+pub(crate) struct ScanData {
     /// When the first beam was taken, nanoseconds.
     pub stamp_ns: i64,
     /// Direction of the first beam, radians, counter-clockwise from the middle.
@@ -26,38 +27,38 @@ pub struct ScanData {
     pub time_increment_s: f64,
     /// All turns of the scan, seconds.
     pub scan_time_s: f64,
-    /// Shortest valid range, metres.
+    /// Shortest valid range, meters.
     pub range_min_m: f32,
-    /// Longest valid range, metres.
+    /// Longest valid range, meters.
     pub range_max_m: f32,
-    /// A range a beam: metres, `+inf` for nothing in range, NaN for invalid.
+    /// A range a beam: meters, `+inf` for nothing in range, NaN for invalid.
     pub ranges_m: heapless::Vec<f32, MAX_BEAMS>,
 }
 
 impl ScanData {
     /// A scan from a device, with the time of its first beam.
     #[must_use]
-    pub fn of_reading(reading: &ScanReading, stamp_ns: i64) -> Self {
-        let fan = reading.fan;
-        let step_deg = f64::from(fan.step_cdeg) / 100.0;
+    pub(crate) fn of_reading(reading: &ScanReading, stamp_ns: i64) -> Self {
+        let geometry = reading.geometry;
+        let step_deg = f64::from(geometry.step_cdeg) / 100.0;
         let turn_s = MIRROR_TURN_NS as f64 * 1e-9;
         Self {
             stamp_ns,
-            angle_min_rad: (f64::from(fan.first_cdeg) / 100.0).to_radians(),
+            angle_min_rad: (f64::from(geometry.first_cdeg) / 100.0).to_radians(),
             angle_increment_rad: step_deg.to_radians(),
-            turns: fan.turns,
+            turns: geometry.turns,
             time_increment_s: step_deg / 360.0 * turn_s,
-            scan_time_s: f64::from(fan.turns) * turn_s,
+            scan_time_s: f64::from(geometry.turns) * turn_s,
             range_min_m: RANGE_MIN_M,
             range_max_m: reading.range_max_m,
             ranges_m: heapless::Vec::from_slice(&reading.ranges_m).unwrap_or_default(),
         }
     }
 
-    /// A scan of another recording. Its beams are interlaced when it is one of the rig's laser: same number of beams, same time from beam
-    /// to beam.
+    /// A scan of another recording. Its beams are interlaced when it is one of the rig's laser: same number
+    /// of beams, same time from beam to beam.
     #[must_use]
-    pub fn of_message(scan: &LaserScan, laser: Option<&rig::Laser>) -> Self {
+    pub(crate) fn of_message(scan: &LaserScan, laser: Option<&rig::Laser>) -> Self {
         let stride = scan.ranges_m.len().div_ceil(MAX_BEAMS).max(1);
         let increment_s = f64::from(scan.time_increment_s);
         let is_interlaced = |laser: &&rig::Laser| {
@@ -79,9 +80,9 @@ impl ScanData {
         }
     }
 
-    /// When a beam was taken, seconds after the stamp (`interfaces.md` section 2).
+    /// When a beam was taken, seconds after the stamp (`docs/time.md`).
     #[must_use]
-    pub fn beam_delay_s(&self, beam: usize) -> f64 {
+    pub(crate) fn beam_delay_s(&self, beam: usize) -> f64 {
         let turn_s = MIRROR_TURN_NS as f64 * 1e-9;
         let turn = beam % usize::from(self.turns.max(1));
         turn as f64 * turn_s + beam as f64 * self.time_increment_s

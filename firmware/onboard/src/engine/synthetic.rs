@@ -1,42 +1,43 @@
 //! A robot in a rectangular room, in closed form: what its devices send, and where it truly is. For tests.
 //!
-//! The room spans x in -3..7 and y in -2..3 m of the map; the map's origin is where the robot starts. It stands for a
-//! second, then drives straight ahead at 0.5 m/s. Both lasers sit in the base's origin; the vertical one lies flat too (its
-//! scans are only stamped and posed here).
+//! The room spans x in -3..7 and y in -2..3 m of the map; the map's origin is where the robot starts. It
+//! stands for a second, then drives straight ahead at 0.5 m/s. Both lasers sit in the base's origin; the
+//! vertical one lies flat too (its scans are only stamped and posed here).
 
 use biplane_recording::rig::{Laser, Mount};
 use biplane_recording::{Port, Rig};
 use biplane_wire::lms::{MIRROR_TURN_NS, Scan, Status, Unit};
 use biplane_wire::p2os::Sip;
 
-use crate::stamping::byte_time_ns;
+use crate::types::byte_time::byte_time_ns;
 
 const MS: i64 = 1_000_000;
 /// Where the clock starts, nanoseconds.
-pub const START_NS: i64 = 1_000_000_000_000_000_000;
+pub(crate) const START_NS: i64 = 1_000_000_000_000_000_000;
 
 /// A read of one line.
 #[derive(Clone, Debug)]
-pub struct Read {
+pub(crate) struct Read {
     pub time_ns: i64,
     pub port: Port,
     pub bytes: Vec<u8>,
 }
 
-pub fn rig() -> Rig {
+pub(crate) fn rig() -> Rig {
     let mount = Mount::default();
     let horizontal = Laser { mount, ..Laser::horizontal() };
     let vertical = Laser { mount, ..Laser::vertical() };
     Rig { horizontal, vertical: Some(vertical), ..Rig::default() }
 }
 
-/// Distance driven at a time after the start, metres.
-pub fn driven_m(since_ns: i64) -> f64 {
+/// Distance driven at a time after the start, meters.
+pub(crate) fn driven_m(since_ns: i64) -> f64 {
     0.5 * ((since_ns - 1000 * MS).max(0) as f64 * 1e-9)
 }
 
-/// True stamps of the scans of a laser whose first scan begins `phase_ns` after the start: one in 8 at 38400 Bd.
-pub fn scan_times_ns(phase_ns: i64, seconds: i64) -> impl Iterator<Item = i64> {
+/// True stamps of the scans of a laser whose first scan begins `phase_ns` after the start: one in 8 at 38400
+/// Bd.
+pub(crate) fn scan_times_ns(phase_ns: i64, seconds: i64) -> impl Iterator<Item = i64> {
     let last = seconds * 1_000_000_000;
     (0..).map(move |n| phase_ns + n * 8 * MIRROR_TURN_NS).take_while(move |t| *t < last)
 }
@@ -73,7 +74,8 @@ fn report(at_ns: i64) -> Vec<u8> {
     bytes
 }
 
-/// A telegram whose first byte leaves at `from_ns`, in reads of at most `chunk` bytes that come late by a little.
+/// A telegram whose first byte leaves at `from_ns`, in reads of at most `chunk` bytes that come late by a
+/// little.
 fn reads(port: Port, from_ns: i64, baud: u32, chunk: usize, bytes: &[u8]) -> Vec<Read> {
     let (mut sent, mut last_ns) = (0, from_ns);
     let pieces = bytes.chunks(chunk).map(|piece| {
@@ -86,7 +88,7 @@ fn reads(port: Port, from_ns: i64, baud: u32, chunk: usize, bytes: &[u8]) -> Vec
 }
 
 /// Everything that the three devices send in so many seconds, in order of time.
-pub fn drive(seconds: i64, chunk: usize) -> Vec<Read> {
+pub(crate) fn drive(seconds: i64, chunk: usize) -> Vec<Read> {
     let mut all = Vec::new();
     for (port, phase_ns) in [(Port::Horizontal, 20 * MS), (Port::Vertical, 51 * MS)] {
         for t0_ns in scan_times_ns(phase_ns, seconds) {

@@ -1,22 +1,25 @@
-//! The engine on a robot in a rectangular room (`synthetic.rs`): counts, stamps, poses, order, and inputs that are not as they should be.
+//! The engine on a robot in a rectangular room (`synthetic.rs`): counts, stamps, poses, order, and inputs
+//! that are not as they should be.
 
-use biplane_recording::msg::{
+use biplane_recording::messages::{
     AnyMessage, LaserScan, Message, Odometry, PoseWithCovarianceStamped, TfMessage,
 };
 
-use super::decoded::heading_rad;
-use super::synthetic::{Read, START_NS, drive, driven_m, rig, scan_times_ns};
 use super::*;
-use crate::health::Health;
+use crate::engine::options::Feed;
+use crate::engine::out::health::Health;
+use crate::engine::out::outbox::QUEUE_CAPACITY;
+use crate::engine::synthetic::{Read, START_NS, drive, driven_m, rig, scan_times_ns};
 use crate::session::noise::Noise;
-use biplane_matcher::Pose2;
+use biplane_geometry::pose3::heading_of_quaternion_rad;
+use biplane_matcher::{Pose2, TrackerParams};
 use biplane_recording::Topic;
 
 const MS: i64 = 1_000_000;
 
 /// Keeps everything.
 #[derive(Debug, Default)]
-struct MemorySink {
+pub(super) struct MemorySink {
     messages: Vec<(Topic, i64, i64, Vec<u8>)>,
     healths: Vec<(i64, Health)>,
 }
@@ -48,7 +51,7 @@ fn engine(start_ns: i64) -> Engine<MemorySink> {
     Engine::new(&options, MemorySink::default(), start_ns)
 }
 
-fn run(reads: &[Read]) -> (RunReport, MemorySink) {
+pub(super) fn run(reads: &[Read]) -> (RunReport, MemorySink) {
     let mut engine = engine(START_NS);
     for read in reads {
         engine.bytes(read.time_ns, read.port, &read.bytes);
@@ -128,7 +131,7 @@ fn an_s14_s_scan_is_recorded_with_its_fan_its_one_turn_and_its_remissions() {
     assert_eq!((scan.ranges_m.len(), scan.ranges_m[180]), (181, 3.8));
     assert_eq!((scan.intensities.len(), scan.intensities[0], scan.intensities[180]), (181, 255.0, 75.0));
     let (_, health) = sink.healths.pop().unwrap();
-    let diagnostics = crate::diagnostics::message(0, &health);
+    let diagnostics = crate::output::diagnostics::message(0, &health);
     let laser = &diagnostics.status[0];
     assert!(laser.message.ends_with("; complains of front window polluted"), "{}", laser.message);
     let value = |key: &str| laser.values.iter().find(|value| value.key == key).unwrap().value.as_str();
@@ -145,13 +148,13 @@ fn the_two_moving_frames_compose_to_the_pose() {
         let [map_from_odom, odom_from_base] = &tf.transforms[..] else { panic!("two transforms") };
         assert_eq!((map_from_odom.frame_id.as_str(), map_from_odom.child_frame_id.as_str()), ("map", "odom"));
         assert_eq!(odom_from_base.child_frame_id, "base_link");
-        let planar = |transform: &biplane_recording::msg::TransformStamped| {
+        let planar = |transform: &biplane_recording::messages::TransformStamped| {
             let [x_m, y_m, _] = transform.translation_m;
-            Pose2::new(x_m, y_m, heading_rad(transform.rotation_xyzw))
+            Pose2::new(x_m, y_m, heading_of_quaternion_rad(transform.rotation_xyzw))
         };
         let composed = planar(map_from_odom) * planar(odom_from_base);
         assert!((composed.x_m - pose.position_m[0]).abs() < 1e-9, "{composed:?} {pose:?}");
-        assert!((composed.theta_rad - heading_rad(pose.orientation_xyzw)).abs() < 1e-9);
+        assert!((composed.theta_rad - heading_of_quaternion_rad(pose.orientation_xyzw)).abs() < 1e-9);
     }
 }
 
@@ -233,8 +236,8 @@ fn a_base_is_told_to_stand_before_it_hears_of_a_process_that_stood_still() {
     let (stop, pulse) = (vec![0xFA, 0xFB, 3, 0x1D, 0, 0x1D], sync(0));
     // `Bob` of `Pioneer` as `p3dx-sh`.
     let identity = b"\xFA\xFB\x17\x02Bob\0Pioneer\0p3dx-sh\0\xCE\xA3".to_vec();
-    let mut sent = |now_ms: i64, heard: Option<&[u8]>| {
-        match heard {
+    let mut sent = |now_ms: i64, received: Option<&[u8]>| {
+        match received {
             Some(bytes) => engine.bytes(START_NS + now_ms * MS, Port::Base, bytes),
             None => engine.advance(START_NS + now_ms * MS),
         }
@@ -245,18 +248,19 @@ fn a_base_is_told_to_stand_before_it_hears_of_a_process_that_stood_still() {
         });
         to_base.collect::<Vec<_>>()
     };
-    assert_eq!(sent(1, None), [stop.clone(), sync(0)]);
-    assert_eq!(sent(10, Some(&sync(0))), [sync(1)]);
-    assert_eq!(sent(20, Some(&sync(1))), [sync(2)]);
+    assert_eq!(sent(1, None), Vec::<Vec<u8>>::new());
+    assert_eq!(sent(250, None), [sync(0)]);
+    assert_eq!(sent(260, Some(&sync(0))), [sync(1)]);
+    assert_eq!(sent(270, Some(&sync(1))), [sync(2)]);
     // OPEN has the bytes of SYNC1.
-    assert_eq!(sent(30, Some(&identity)), [sync(1), pulse.clone()]);
+    assert_eq!(sent(280, Some(&identity)), [sync(1), pulse.clone()]);
     let sip = biplane_wire::p2os::Sip::default();
     let mut packet = vec![0; 64];
     let length = biplane_wire::p2os::Report::Sip(sip).emit(&mut packet).unwrap();
     for k in 0..8 {
-        assert_eq!(sent(100 + 100 * k, Some(&packet[..length])), Vec::<Vec<u8>>::new());
+        assert_eq!(sent(350 + 100 * k, Some(&packet[..length])), Vec::<Vec<u8>>::new());
     }
-    let late = sent(900 + 2500, Some(&packet[..length]));
+    let late = sent(1150 + 2500, Some(&packet[..length]));
     assert_eq!(late[0], stop, "{late:X?}");
 }
 
@@ -356,9 +360,9 @@ fn commands_that_nobody_fetches_are_counted_as_dropped_and_events_as_untold() {
     engine.advance(62_000 * MS);
     let (report, sink) = engine.finish(62_000 * MS);
     assert_eq!((commands, events), (QUEUE_CAPACITY, QUEUE_CAPACITY));
-    assert!(report.dropped > 0 && report.lost == report.dropped && report.untold > 0, "{report:?}");
+    assert!(report.dropped > 0 && report.lost == report.dropped && report.unreported > 0, "{report:?}");
     let (_, health) = sink.healths.last().unwrap();
-    assert_eq!((health.dropped, health.untold), (report.dropped, report.untold));
+    assert_eq!((health.dropped, health.unreported), (report.dropped, report.unreported));
 }
 
 #[test]
@@ -370,17 +374,23 @@ fn nobody_is_called_late_before_what_the_line_held_by_then_was_read() {
         let commands = std::iter::from_fn(|| engine.next_command()).count();
         (commands, std::iter::from_fn(|| engine.next_event()).count())
     };
-    let heard = |engine: &mut Engine<MemorySink>, port, up_to_ns| engine.heard(port, up_to_ns);
-    Port::ALL.into_iter().for_each(|port| heard(&mut engine, port, START_NS));
+    let received = |engine: &mut Engine<MemorySink>, port, up_to_ns| engine.read_watermark(port, up_to_ns);
+    Port::ALL.into_iter().for_each(|port| received(&mut engine, port, START_NS));
     assert_ne!(done(&mut engine).0, 0, "the first questions");
     engine.advance(START_NS + 5_000 * MS);
     assert_eq!(done(&mut engine), (0, 0));
-    heard(&mut engine, Port::Base, START_NS + 5_000 * MS);
+    received(&mut engine, Port::Base, START_NS + 5_000 * MS);
     engine.advance(START_NS + 5_001 * MS);
     while let Some((port, _)) = engine.next_command() {
         assert_eq!(port, Port::Base);
     }
-    heard(&mut engine, Port::Horizontal, START_NS + 5_000 * MS);
+    received(&mut engine, Port::Horizontal, START_NS + 5_000 * MS);
     engine.advance(START_NS + 5_002 * MS);
     assert!(std::iter::from_fn(|| engine.next_command()).any(|(port, _)| port == Port::Horizontal));
+}
+
+#[test]
+fn an_engine_is_small_enough_to_be_moved_about_on_the_stack_of_a_thread() {
+    let bytes = size_of::<Engine<MemorySink>>();
+    assert!(bytes <= 32 << 10, "{bytes}");
 }

@@ -1,23 +1,26 @@
 //! In place of the server, in a program that is built without the feature `live`.
 
-use super::{LiveAddress, LiveReport, Tap};
-use crate::error::OnboardError;
+use crate::output::tap::Tap;
+use crate::types::error::OnboardError;
+use crate::types::live_address::LiveAddress;
+use crate::types::live_report::LiveReport;
+use crate::types::web_origin::WebOrigin;
 use biplane_recording::Rig;
 
 /// There is none.
 #[derive(Copy, Clone, Debug)]
-pub enum Door {}
+pub(crate) enum Listener {}
 
 /// There is none.
 #[derive(Copy, Clone, Debug)]
-pub enum LiveView {}
+pub(crate) enum LiveView {}
 
-impl Door {
+impl Listener {
     /// Says that there is none.
     ///
     /// # Errors
     /// Always [`OnboardError::NoLiveView`].
-    pub fn open(_address: LiveAddress) -> Result<Self, OnboardError> {
+    pub(crate) fn open(_address: LiveAddress, _allowed_origins: &[WebOrigin]) -> Result<Self, OnboardError> {
         Err(OnboardError::NoLiveView)
     }
 
@@ -25,7 +28,7 @@ impl Door {
     ///
     /// # Errors
     /// None.
-    pub fn start(self, _rig: &Rig) -> Result<(Tap, LiveView), OnboardError> {
+    pub(crate) fn start(self, _rig: &Rig) -> Result<(Tap, LiveView), OnboardError> {
         match self {}
     }
 }
@@ -33,7 +36,7 @@ impl Door {
 impl LiveView {
     /// Cannot be called.
     #[must_use]
-    pub fn finish(self) -> LiveReport {
+    pub(crate) fn finish(self) -> LiveReport {
         match self {}
     }
 }

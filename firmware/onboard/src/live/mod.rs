@@ -5,57 +5,43 @@
 //!                        |
 //!                        +-> tap: a ring that drops -> live thread -> viewers
 //! ```
-//! The loop does not know of it: the tap sits behind the file, in the thread that writes (in a replay: that replays), and never
-//! waits. The live thread alone serves everybody, with the lowest usual priority, in bounded memory: a viewer that does not keep
-//! up misses messages, which are counted. Only with the feature `live` (on by default); without it the words are there and say so.
-
-mod address;
-mod report;
-mod tap;
-
-#[cfg(feature = "live")]
-mod channel;
-#[cfg(feature = "live")]
-mod client;
-#[cfg(feature = "live")]
-mod grid;
-#[cfg(feature = "live")]
-mod messages;
-#[cfg(feature = "live")]
-mod protocol;
-#[cfg(feature = "live")]
-mod scene;
-#[cfg(feature = "live")]
-mod server;
-#[cfg(feature = "live")]
-mod sheet;
-#[cfg(feature = "live")]
-mod waiting_room;
+//! The loop does not know of it: the tap sits behind the file, in the thread that writes (in a replay: that
+//! replays), and never waits. The live thread alone serves everybody, with the lowest usual priority, in
+//! bounded memory: a viewer that does not keep up misses messages, which are counted. Only with the feature
+//! `live` (on by default); without it the words are there and say so.
 
 #[cfg(not(feature = "live"))]
-mod absent;
+pub(crate) mod absent;
+#[cfg(feature = "live")]
+pub(crate) mod scene;
+#[cfg(feature = "live")]
+pub(crate) mod server;
+
 #[cfg(not(feature = "live"))]
 use absent as server;
 
-pub use address::{LiveAddress, NotAnAddress};
-#[cfg(feature = "live")]
-pub use protocol::{Request, Subscription, request};
-pub use report::LiveReport;
-pub use server::{Door, LiveView};
-pub use tap::Tap;
+pub(crate) use server::{Listener, LiveView};
 
-use crate::error::OnboardError;
+use crate::output::tap::Tap;
+use crate::types::error::OnboardError;
+use crate::types::live_address::LiveAddress;
+use crate::types::web_origin::WebOrigin;
 use biplane_recording::Rig;
 
-/// Opens the door that viewers come in by, if there shall be one; nobody is let in yet. Of a run that must not fail for it (`lenient`:
-/// a service, that would be started again and again) an address that cannot be had takes the view and no more.
+/// Opens the door that viewers come in by, if there shall be one; nobody is let in yet, and web pages later
+/// only from the viewer's own machine and `allowed_origins`. Of a run that must not fail for it (`lenient`: a
+/// service, that would be started again and again) an address that cannot be had takes the view and no more.
 ///
 /// # Errors
 /// [`OnboardError::LiveView`] when the address cannot be had.
-pub fn open(address: Option<LiveAddress>, lenient: bool) -> Result<Option<Door>, OnboardError> {
+pub(crate) fn open(
+    address: Option<LiveAddress>,
+    allowed_origins: &[WebOrigin],
+    lenient: bool,
+) -> Result<Option<Listener>, OnboardError> {
     let Some(address) = address else { return Ok(None) };
-    match Door::open(address) {
-        Ok(door) => Ok(Some(door)),
+    match Listener::open(address, allowed_origins) {
+        Ok(listener) => Ok(Some(listener)),
         Err(error) if lenient => {
             tracing::error!("{error}; recording without a live view");
             Ok(None)
@@ -68,8 +54,11 @@ pub fn open(address: Option<LiveAddress>, lenient: bool) -> Result<Option<Door>,
 ///
 /// # Errors
 /// When no thread can be started.
-pub fn start(door: Option<Door>, rig: &Rig) -> Result<(Option<Tap>, Option<LiveView>), OnboardError> {
-    let Some(door) = door else { return Ok((None, None)) };
-    let (tap, view) = door.start(rig)?;
+pub(crate) fn start(
+    listener: Option<Listener>,
+    rig: &Rig,
+) -> Result<(Option<Tap>, Option<LiveView>), OnboardError> {
+    let Some(listener) = listener else { return Ok((None, None)) };
+    let (tap, view) = listener.start(rig)?;
     Ok((Some(tap), Some(view)))
 }

@@ -5,28 +5,32 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use super::RunClock;
-use super::lines::Lines;
-use super::queue::QueueSink;
-use super::telling::Voice;
-use super::writing::Writing;
-use crate::engine::{Command, Engine};
-use crate::link::News;
-use crate::ports::device_name;
-use crate::report::{RunEnd, RunReport};
-use crate::session::{Event, Step};
+use crate::engine::Engine;
+use crate::engine::options::Command;
+use crate::io::clock::RunClock;
+use crate::io::reader::News;
+use crate::record::lines::Lines;
+use crate::record::recorder::queue::QueueSink;
+use crate::record::recorder::writer::Writing;
+use crate::record::status::notifier::EventNotifier;
+use crate::session::event::Event;
+use crate::session::event::Step;
+use crate::types::device_name::device_name;
+use crate::types::run_report::{RunEnd, RunReport};
 
 /// The loop looks around at least so often, nanoseconds.
 const LONGEST_PARK_NS: i64 = 5_000_000;
-/// Time that has come is told to the engine this much later, nanoseconds, so that a read that is just under way is not overtaken.
+/// Time that has come is told to the engine this much later, nanoseconds, so that a read that is just under
+/// way is not overtaken.
 const READ_UNDER_WAY_NS: i64 = 3_000_000;
 /// Devices get this long to be left idle, nanoseconds.
 const STOP_NS: i64 = 3_000_000_000;
-/// The same while the configuration of one is being written: 15 s for that, and for what follows; the service manager waits for 20 s.
+/// The same while the configuration of one is being written: 15 s for that, and for what follows; the service
+/// manager waits for 20 s.
 const STOP_WRITING_NS: i64 = 18_000_000_000;
 
 /// The loop: reads in, commands out.
-pub struct Acquisition {
+pub(crate) struct Acquisition {
     /// Sessions, matcher, and what they publish.
     pub engine: Engine<QueueSink>,
     /// The ports.
@@ -34,12 +38,12 @@ pub struct Acquisition {
     /// The run's time.
     pub clock: RunClock,
     /// What is told.
-    pub voice: Voice,
+    pub event_notifier: EventNotifier,
 }
 
 /// What a run is told while it goes on.
 #[derive(Copy, Clone, Debug)]
-pub struct Controls<'a> {
+pub(crate) struct Controls<'a> {
     /// Set: the run shall end.
     pub stop: &'a AtomicBool,
     /// Set: the next part of the recording shall begin. It is taken back.
@@ -48,15 +52,15 @@ pub struct Controls<'a> {
 
 impl Acquisition {
     /// Runs until it is told to stop, then until the devices are idle; returns why.
-    pub fn run(&mut self, end_ns: i64, controls: Controls<'_>, writing: &Writing) -> RunEnd {
+    pub(crate) fn run(&mut self, end_ns: i64, controls: Controls<'_>, writing: &Writing) -> RunEnd {
         self.serve_engine();
         let mut ending: Option<(RunEnd, i64)> = None;
         loop {
-            self.voice.beat();
-            let heard_ns = self.lines.heard_ns();
+            self.event_notifier.beat();
+            let received_ns = self.lines.received_ns();
             self.take_reads();
-            for (port, up_to_ns) in heard_ns {
-                self.engine.heard(port, up_to_ns);
+            for (port, up_to_ns) in received_ns {
+                self.engine.read_watermark(port, up_to_ns);
             }
             let now_ns = self.clock.now_ns();
             self.engine.advance(now_ns - READ_UNDER_WAY_NS);
@@ -87,7 +91,7 @@ impl Acquisition {
 
     fn say_unstopped(&mut self) {
         for port in self.engine.unstopped() {
-            self.voice.say(port, Event::GivenUp { step: Step::StopStream });
+            self.event_notifier.say(port, Event::GivenUp { step: Step::StopStream });
         }
     }
 
@@ -97,7 +101,7 @@ impl Acquisition {
             let Ok(chunk) = reader.chunks.pop() else { return };
             match chunk.news {
                 News::Bytes(bytes) => {
-                    self.engine.heard(device, chunk.heard_ns);
+                    self.engine.read_watermark(device, chunk.received_ns);
                     self.engine.bytes(chunk.time_ns, device, &bytes);
                 }
                 News::Lost => self.engine.port_lost(chunk.time_ns, device),
@@ -122,7 +126,7 @@ impl Acquisition {
             }
         }
         while let Some((port, event)) = self.engine.next_event() {
-            self.voice.say(port, event);
+            self.event_notifier.say(port, event);
         }
     }
 
@@ -133,7 +137,7 @@ impl Acquisition {
         thread::park_timeout(Duration::from_nanos(park_ns.unsigned_abs()));
     }
 
-    pub fn finish(self) -> RunReport {
+    pub(crate) fn finish(self) -> RunReport {
         drop(self.lines);
         let (report, _) = self.engine.finish(self.clock.now_ns());
         // The sink is gone now: the writing thread sees that nothing more comes.

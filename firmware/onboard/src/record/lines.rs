@@ -6,12 +6,15 @@ use std::thread;
 
 use biplane_recording::Port;
 
-use super::RunClock;
-use crate::error::OnboardError;
-use crate::link::{self, Link, Reader, Tty};
+use crate::io::clock::RunClock;
+use crate::io::reader;
+use crate::io::reader::Reader;
+use crate::io::serial::Link;
+use crate::io::tty::Tty;
+use crate::types::error::OnboardError;
 
 /// The open ports and their reading threads.
-pub struct Lines {
+pub(crate) struct Lines {
     lines: Vec<(Arc<Link>, Reader)>,
     stop: Arc<AtomicBool>,
     dropped: Arc<AtomicU64>,
@@ -22,7 +25,7 @@ impl Lines {
     ///
     /// # Errors
     /// When no thread can be started.
-    pub fn start(
+    pub(crate) fn start(
         opened: Vec<(Link, Arc<Tty>)>,
         clock: RunClock,
         realtime: bool,
@@ -31,31 +34,31 @@ impl Lines {
         let mut lines = Self { lines: Vec::new(), stop, dropped };
         for (link, port) in opened {
             let link = Arc::new(link);
-            let shared = link::Shared {
+            let shared = reader::Shared {
                 clock,
                 wake: thread::current(),
                 stop: Arc::clone(&lines.stop),
                 dropped: Arc::clone(&lines.dropped),
                 realtime,
             };
-            let reader = link::spawn(Arc::clone(&link), port, shared)?;
+            let reader = reader::spawn(Arc::clone(&link), port, shared)?;
             lines.lines.push((link, reader));
         }
         Ok(lines)
     }
 
     /// Reads that were dropped because the loop did not take them in time.
-    pub fn dropped(&self) -> &Arc<AtomicU64> {
+    pub(crate) fn dropped(&self) -> &Arc<AtomicU64> {
         &self.dropped
     }
 
     /// Up to when each line was read; to be asked before its reads are taken.
-    pub fn heard_ns(&self) -> heapless::Vec<(Port, i64), { Port::ALL.len() }> {
-        self.lines.iter().map(|(link, reader)| (link.device, reader.heard_ns())).collect()
+    pub(crate) fn received_ns(&self) -> heapless::Vec<(Port, i64), { Port::ALL.len() }> {
+        self.lines.iter().map(|(link, reader)| (link.device, reader.received_ns())).collect()
     }
 
     /// The line whose next read is the earliest.
-    pub fn earliest(&mut self) -> Option<&mut (Arc<Link>, Reader)> {
+    pub(crate) fn earliest(&mut self) -> Option<&mut (Arc<Link>, Reader)> {
         let waiting = self.lines.iter_mut().filter_map(|line| {
             let time_ns = line.1.chunks.peek().ok()?.time_ns;
             Some((time_ns, line))
@@ -64,7 +67,7 @@ impl Lines {
     }
 
     /// The line of a device.
-    pub fn link(&self, port: Port) -> Option<&Link> {
+    pub(crate) fn link(&self, port: Port) -> Option<&Link> {
         self.lines.iter().map(|(link, _)| link.as_ref()).find(|link| link.device == port)
     }
 }

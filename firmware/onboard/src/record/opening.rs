@@ -3,32 +3,35 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use biplane_recording::Port;
 use serde::Serialize;
 
-use super::service::Service;
-use super::telling::print_json;
-use super::{RecordOptions, StatusMode};
-use crate::error::{OnboardError, PortRefused};
-use crate::link::{Link, Tty};
-use crate::ports::{self, device_name};
+use crate::io::port_check;
+use crate::io::port_check::NeededPort;
+use crate::io::serial::Link;
+use crate::io::tty::Tty;
+use crate::record::RecordOptions;
+use crate::record::status::notifier::StatusMode;
+use crate::record::status::notifier::print_json;
+use crate::record::status::service::Service;
+use crate::types::device_name::device_name;
+use crate::types::error::{OnboardError, PortRefused};
 
 /// Ports that are waited for are looked for so often, nanoseconds.
 const LOOK_NS: i64 = 250_000_000;
 /// Machines are told so often what is waited for, nanoseconds.
-const TELL_NS: i64 = 1_000_000_000;
+const REPORT_NS: i64 = 1_000_000_000;
 
 /// Opens all ports of a rig. All that are missing are told at once, or waited for.
 ///
 /// # Errors
 /// [`OnboardError::Ports`]; [`OnboardError::StoppedWaiting`] when `stop` is set while ports are waited for.
-pub fn open_ports(
+pub(crate) fn open_ports(
     options: &RecordOptions,
     service: Service,
     stop: &AtomicBool,
 ) -> Result<Vec<(Link, Arc<Tty>)>, OnboardError> {
-    let mut slots: Vec<Slot<'_>> = ports::of_rig(&options.rig).into_iter().map(Slot::new).collect();
-    let mut told_ns = i64::MIN;
+    let mut slots: Vec<Slot<'_>> = port_check::of_rig(&options.rig).into_iter().map(Slot::new).collect();
+    let mut reported_ns = i64::MIN;
     loop {
         let refused: Vec<_> = slots.iter_mut().filter_map(|slot| slot.open(options)).collect();
         if refused.is_empty() {
@@ -38,9 +41,9 @@ pub fn open_ports(
             return Err(OnboardError::Ports { refused });
         }
         let now_ns = biplane_clock::monotonic_ns();
-        if now_ns.saturating_sub(told_ns) >= TELL_NS {
-            tell(options, service, &refused);
-            told_ns = now_ns;
+        if now_ns.saturating_sub(reported_ns) >= REPORT_NS {
+            notify(options, service, &refused);
+            reported_ns = now_ns;
         }
         service.alive();
         if stop.load(Ordering::Relaxed) {
@@ -52,15 +55,15 @@ pub fn open_ports(
 
 /// One port of the rig.
 struct Slot<'a> {
-    port: (Port, &'a str, u32),
+    port: NeededPort<'a>,
     opened: Option<(Link, Arc<Tty>)>,
     /// It was said that it is waited for.
-    said: bool,
+    reported: bool,
 }
 
 impl<'a> Slot<'a> {
-    fn new(port: (Port, &'a str, u32)) -> Self {
-        Self { port, opened: None, said: false }
+    fn new(port: NeededPort<'a>) -> Self {
+        Self { port, opened: None, reported: false }
     }
 
     /// Opens the port if it is not open yet; why not, when it cannot be.
@@ -68,17 +71,17 @@ impl<'a> Slot<'a> {
         if self.opened.is_some() {
             return None;
         }
-        let (device, path, baud) = self.port;
+        let NeededPort { device, path, baud } = self.port;
         match Link::open(device, path, baud, &options.serial_links) {
             Ok(opened) => {
-                if self.said {
+                if self.reported {
                     tracing::info!("{}: {path} is there", device_name(device));
                 }
                 self.opened = Some(opened);
                 None
             }
             Err(refused) => {
-                if options.wait && !std::mem::replace(&mut self.said, true) {
+                if options.wait && !std::mem::replace(&mut self.reported, true) {
                     tracing::warn!("{refused}; waiting for it");
                 }
                 Some(refused)
@@ -96,8 +99,8 @@ struct Waiting<'a> {
     missing: &'a [PortRefused],
 }
 
-fn tell(options: &RecordOptions, service: Service, missing: &[PortRefused]) {
-    service.status(&format!("waiting for {}", crate::error::names(missing)));
+fn notify(options: &RecordOptions, service: Service, missing: &[PortRefused]) {
+    service.status(&format!("waiting for {}", crate::types::error::names(missing)));
     // Up as far as it can be: the rest is for whoever plugs the devices in.
     service.ready();
     if options.status == StatusMode::Json {
@@ -109,7 +112,7 @@ fn tell(options: &RecordOptions, service: Service, missing: &[PortRefused]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::record::Service;
+    use crate::record::status::service::Service;
     use biplane_recording::Rig;
 
     #[test]

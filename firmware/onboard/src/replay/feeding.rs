@@ -1,31 +1,36 @@
-//! From a file into an engine: serial bytes or decoded measurements, each at its `log_time`. Shared by `replay`, `bench` and `basin`.
+//! From a file into an engine: serial bytes or decoded measurements, each at its `log_time`. Shared by
+//! `replay`, `bench` and `basin`.
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use biplane_matcher::TrackerParams;
-use biplane_recording::msg::{ByteArray, LaserScan, Message, Odometry};
+use biplane_recording::messages::{ByteArray, LaserScan, Message, Odometry};
 use biplane_recording::rig::BaseProtocol;
 use biplane_recording::{Direction, Entry, Port, ReadError, Recording, Rig, Topic};
 
-use crate::engine::{Engine, EngineOptions, Feed, KeptScans};
-use crate::error::OnboardError;
-use crate::report::{RunEnd, RunReport};
-use crate::session::Event;
-use crate::sink::{NoSink, Sink};
+use crate::engine::Engine;
+use crate::engine::localize::tracker_inputs::KeptScans;
+use crate::engine::options::{EngineOptions, Feed};
+use crate::engine::out::sink::NoSink;
+use crate::engine::out::sink::Sink;
+use crate::session::event::Event;
+use crate::types::error::OnboardError;
+use crate::types::run_report::{RunEnd, RunReport};
 
 /// What an input holds.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
-pub enum Content {
+pub(crate) enum Content {
     /// Bytes of serial lines.
     Serial,
     /// Scans and odometry of another recording.
     Decoded,
 }
 
-/// Whether the file holds serial bytes or decoded scans, and the time of its first message. Serial bytes go first: a recording made with
-/// `--raw` has both. What a RoboClaw answered is refused without what it was asked: its answers have no header to know them by.
-pub fn survey(input: &Recording, rig: &Rig) -> Result<(Content, i64), OnboardError> {
+/// Whether the file holds serial bytes or decoded scans, and the time of its first message. Serial bytes go
+/// first: a recording made with `--raw` has both. What a RoboClaw answered is refused without what it was
+/// asked: its answers have no header to know them by.
+pub(crate) fn survey(input: &Recording, rig: &Rig) -> Result<(Content, i64), OnboardError> {
     let (mut serial, mut decoded, mut start_ns) = (false, false, None);
     let (mut answers, mut questions) = (false, false);
     for entry in input.messages() {
@@ -57,7 +62,7 @@ pub fn survey(input: &Recording, rig: &Rig) -> Result<(Content, i64), OnboardErr
 }
 
 /// An engine that lives on a file.
-pub struct Feeding<S> {
+pub(crate) struct Feeding<S> {
     engine: Engine<S>,
     content: Content,
     end_ns: i64,
@@ -65,17 +70,17 @@ pub struct Feeding<S> {
 
 impl<S: Sink> Feeding<S> {
     /// Of a file that [`survey`] has looked through.
-    pub fn new(engine: Engine<S>, content: Content, start_ns: i64) -> Self {
+    pub(crate) fn new(engine: Engine<S>, content: Content, start_ns: i64) -> Self {
         Self { engine, content, end_ns: start_ns }
     }
 
     /// The engine.
-    pub fn engine(&mut self) -> &mut Engine<S> {
+    pub(crate) fn engine(&mut self) -> &mut Engine<S> {
         &mut self.engine
     }
 
     /// Feeds all of the file, each message after `wait_for` its time (nanoseconds), until `stop` is set.
-    pub fn feed(
+    pub(crate) fn feed(
         &mut self,
         input: &Recording,
         wait_for: impl Fn(i64),
@@ -95,7 +100,7 @@ impl<S: Sink> Feeding<S> {
     }
 
     /// The file is over.
-    pub fn finish(self) -> (RunReport, S) {
+    pub(crate) fn finish(self) -> (RunReport, S) {
         self.engine.finish(self.end_ns)
     }
 
@@ -137,8 +142,9 @@ impl<S: Sink> Feeding<S> {
     }
 }
 
-/// The scans of a file as the tracker of `record` or `replay` gets them; the file's own rig when none is given.
-pub fn kept_scans(
+/// The scans of a file as the tracker of `record` or `replay` gets them; the file's own rig when none is
+/// given.
+pub(crate) fn kept_scans(
     inputs: &[PathBuf],
     rig: Option<&Rig>,
     matcher: &TrackerParams,

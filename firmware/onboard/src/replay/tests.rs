@@ -1,8 +1,9 @@
-//! Replays of small files: what goes in must come out, what is wrong must be told, nothing may be overwritten.
+//! Replays of small files: what goes in must come out, what is wrong must be told, nothing may be
+//! overwritten.
 
 use std::fs;
 
-use biplane_recording::msg::{LaserScan, Message, PoseWithCovarianceStamped};
+use biplane_recording::messages::{LaserScan, Message, PoseWithCovarianceStamped};
 use biplane_recording::{Direction, Port, Reader, Topic, WriteError, Writer};
 
 use super::*;
@@ -96,7 +97,8 @@ fn a_recording_replayed_keeps_its_scans_and_odometry_and_finds_its_poses_again()
     }
 }
 
-/// The same drive, written by a computer whose clock was set back by an hour after 3 s, and ahead by ten minutes after 6 s.
+/// The same drive, written by a computer whose clock was set back by an hour after 3 s, and ahead by ten
+/// minutes after 6 s.
 fn write_stepped_capture(path: &Path, seconds: i64) {
     let mut writer =
         Writer::create(path, &WriterOptions { in_order: false, ..WriterOptions::default() }).unwrap();

@@ -4,10 +4,14 @@ use std::fmt;
 
 use biplane_wire::roboclaw::StatusBits;
 
-use super::ShortText;
-use super::laser::{BlockDifference, ConfigChange, FaultList, Trouble, Unpublished};
-use crate::engine::Speech;
-use crate::mounting::Suspicion;
+use crate::session::lms::health::FaultList;
+use crate::session::lms::scan::condition::Trouble;
+use crate::session::lms::scan::ranges::Unpublished;
+use crate::session::lms::setup::difference::BlockDifference;
+use crate::session::lms::setup::requested::ConfigChange;
+use crate::session::short_text::ShortText;
+use crate::types::foreign_protocol::ForeignProtocol;
+use crate::types::mount_fault::MountFault;
 
 /// What a session was doing.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
@@ -38,8 +42,8 @@ pub enum Step {
     StartStream,
     /// Stopping continuous output.
     StopStream,
-    /// Synchronising with the base.
-    Synchronise,
+    /// Synchronizing with the base.
+    Synchronize,
     /// Opening the base's session.
     Open,
 }
@@ -60,7 +64,7 @@ impl Step {
             Self::SetVariant => "setting field of view and resolution",
             Self::StartStream => "starting continuous output",
             Self::StopStream => "stopping continuous output",
-            Self::Synchronise => "synchronising",
+            Self::Synchronize => "synchronising",
             Self::Open => "opening the session",
         }
     }
@@ -117,11 +121,11 @@ pub enum Event {
     },
     /// The configuration was written and read back, because it differed from what the rig asks.
     ConfigurationWritten(ConfigChange),
-    /// The device is set otherwise than the rig asks, and does not take it; its ranges are read in the units and the measuring mode that
-    /// it says.
+    /// The device is set otherwise than the rig asks, and does not take it; its ranges are read in the units
+    /// and the measuring mode that it says.
     ConfigurationKept(ConfigChange),
-    /// The device holds another configuration than the one that it was sent: it has changed these bytes itself, or the write was damaged
-    /// on its way.
+    /// The device holds another configuration than the one that it was sent: it has changed these bytes
+    /// itself, or the write was damaged on its way.
     ConfigurationNotAsSent(BlockDifference),
     /// The device does not send remission; ranges alone are recorded.
     RemissionRefused,
@@ -138,9 +142,11 @@ pub enum Event {
     },
     /// Intact telegrams come that cannot be published as scans, for this reason.
     Unpublished(Unpublished),
-    /// A telegram came whose checksum is right and whose form is not the device's: it was damaged, and is left out.
+    /// A telegram came whose checksum is right and whose form is not the device's: it was damaged, and is
+    /// left out.
     Implausible,
-    /// The device keeps another field of view or resolution than configured; its scans are recorded as they are.
+    /// The device keeps another field of view or resolution than configured; its scans are recorded as they
+    /// are.
     VariantKept {
         /// In force, degrees.
         fov_deg: u16,
@@ -173,7 +179,7 @@ pub enum Event {
     /// What a laser sees does not fit how it sits in the rig, or does again.
     Mounting {
         /// What is suspected.
-        suspicion: Suspicion,
+        mount_fault: MountFault,
         /// Whether it begins.
         begins: bool,
     },
@@ -190,7 +196,7 @@ pub enum Event {
     /// The device was left idle.
     Stopped,
     /// Another device speaks on the port.
-    Stranger(Speech),
+    ForeignDevice(ForeignProtocol),
     /// The port has gone: an adapter was pulled.
     PortLost,
     /// The port is there again.
@@ -237,7 +243,7 @@ impl Event {
             Self::Garbled { .. } => "no intact telegram",
             Self::PoweredOn => "switched on or reset",
             Self::NotFound { .. } => "no answer at any rate",
-            Self::Stranger(_) => "another device on its port",
+            Self::ForeignDevice(_) => "another device on its port",
             Self::GivenUp { .. } => "does not do what it is asked",
             _ => return None,
         })
@@ -307,7 +313,7 @@ impl fmt::Display for Event {
             Self::Garbled { for_ms } => write!(f, "no intact telegram for {for_ms} ms, starting again"),
             Self::PoweredOn => write!(f, "was switched on or reset, starting again"),
             Self::Damaged { percent, is_overrun } => say_damaged(*percent, *is_overrun, f),
-            Self::Mounting { suspicion, begins } => suspicion.say(*begins, f),
+            Self::Mounting { mount_fault, begins } => mount_fault.say(*begins, f),
             Self::SessionLeftOpen => write!(f, "had a session open, closing it first"),
             Self::OdometryRestarted => write!(f, "counts its odometry from zero again"),
             Self::UnitsAssumed => write!(f, "unknown subclass: one unit of its position is taken as 1 mm"),
@@ -317,7 +323,7 @@ impl fmt::Display for Event {
             Self::BaseStatus(bits) => write!(f, "reports {bits}"),
             Self::Untried => write!(f, "this driver was never tried on hardware"),
             Self::Stopped => write!(f, "left idle"),
-            Self::Stranger(speech) => write!(f, "{speech}"),
+            Self::ForeignDevice(foreign_protocol) => write!(f, "{foreign_protocol}"),
             Self::PortLost => write!(f, "its port is gone, looking for it"),
             Self::PortBack => write!(f, "its port is back"),
             Self::Idle { baud } => write!(f, "left idle at {baud} Bd"),

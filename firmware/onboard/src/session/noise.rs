@@ -1,6 +1,6 @@
 //! Chance for tests of sessions, the same in every run.
 
-use super::{Input, Output, Session};
+use crate::session::device_session::{Input, Output, Session};
 
 /// Numbers of chance.
 pub(crate) struct Noise(u64);
@@ -28,7 +28,8 @@ impl Noise {
 pub(crate) fn endure(
     session: &mut dyn Session,
     noise: &mut Noise,
-    (inputs, longest_pause_ns): (usize, u32),
+    inputs: usize,
+    longest_pause_ns: u32,
     mut bytes: impl FnMut(&mut Noise) -> Vec<u8>,
 ) {
     let mut now_ns = 0;

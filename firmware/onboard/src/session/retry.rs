@@ -1,15 +1,15 @@
 //! Asking a device a question: how long to wait for the answer, how often to ask again, when to give up.
 //!
-//! Times are nanoseconds. A question is asked when it is first polled, and again whenever its time is up or the device has
-//! refused it, as often as its [`Patience`] allows.
+//! Times are nanoseconds. A question is asked when it is first polled, and again whenever its time is up or
+//! the device has refused it, as often as its [`Patience`] allows.
 
 /// How long and how often.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
-pub struct Patience {
+pub(crate) struct Patience {
     /// Wait for an answer, nanoseconds. Smaller: a slow device is asked twice and answers twice.
     pub timeout_ns: i64,
-    /// The same once the device has acknowledged the question, nanoseconds, from when it was asked. Smaller: a device that works on it is
-    /// asked again for nothing.
+    /// The same once the device has acknowledged the question, nanoseconds, from when it was asked. Smaller:
+    /// a device that works on it is asked again for nothing.
     pub acknowledged_ns: i64,
     /// Times the question is asked in all. Larger: more time is spent before something else is tried.
     pub attempts: u8,
@@ -18,20 +18,20 @@ pub struct Patience {
 impl Patience {
     /// So many attempts of so many milliseconds each.
     #[must_use]
-    pub const fn new(timeout_ms: i64, attempts: u8) -> Self {
+    pub(crate) const fn new(timeout_ms: i64, attempts: u8) -> Self {
         let timeout_ns = timeout_ms * 1_000_000;
         Self { timeout_ns, acknowledged_ns: timeout_ns, attempts }
     }
 
     /// So many milliseconds for a question that the device has acknowledged.
     #[must_use]
-    pub const fn acknowledged(self, timeout_ms: i64) -> Self {
+    pub(crate) const fn acknowledged(self, timeout_ms: i64) -> Self {
         Self { acknowledged_ns: timeout_ms * 1_000_000, ..self }
     }
 
     /// So much longer for each answer: the time that it is on the line.
     #[must_use]
-    pub const fn longer_by(self, transfer_ns: i64) -> Self {
+    pub(crate) const fn longer_by(self, transfer_ns: i64) -> Self {
         let Self { timeout_ns, acknowledged_ns, attempts } = self;
         Self {
             timeout_ns: timeout_ns.saturating_add(transfer_ns),
@@ -43,7 +43,7 @@ impl Patience {
 
 /// What a question wants now.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
-pub enum Due {
+pub(crate) enum Due {
     /// Nothing before its next deadline.
     Nothing,
     /// Send it, for the so-many-th time (1 = first).
@@ -54,7 +54,7 @@ pub enum Due {
 
 /// A question that is open.
 #[derive(Copy, Clone, Debug)]
-pub struct Question {
+pub(crate) struct Question {
     patience: Patience,
     asked: u8,
     asked_ns: i64,
@@ -65,12 +65,12 @@ pub struct Question {
 impl Question {
     /// A question that is due at `from_ns`.
     #[must_use]
-    pub fn new(patience: Patience, from_ns: i64) -> Self {
+    pub(crate) fn new(patience: Patience, from_ns: i64) -> Self {
         Self { patience, asked: 0, asked_ns: from_ns, deadline_ns: from_ns, is_acknowledged: false }
     }
 
     /// What to do now. [`Due::Ask`] counts as asked.
-    pub fn poll(&mut self, now_ns: i64) -> Due {
+    pub(crate) fn poll(&mut self, now_ns: i64) -> Due {
         if now_ns < self.deadline_ns {
             return Due::Nothing;
         }
@@ -85,12 +85,12 @@ impl Question {
     }
 
     /// The device said no: ask again after a pause, if any attempt is left.
-    pub fn refused(&mut self, now_ns: i64, pause_ns: i64) {
+    pub(crate) fn refused(&mut self, now_ns: i64, pause_ns: i64) {
         self.deadline_ns = self.deadline_ns.min(now_ns.saturating_add(pause_ns));
     }
 
     /// The device has said that it got the question: give it the time that it may take.
-    pub fn acknowledge(&mut self) {
+    pub(crate) fn acknowledge(&mut self) {
         if self.asked > 0 {
             self.is_acknowledged = true;
             let until_ns = self.asked_ns.saturating_add(self.patience.acknowledged_ns);
@@ -98,8 +98,9 @@ impl Question {
         }
     }
 
-    /// What looked like an acknowledge was none: the attempt under way ends when it would have ended without it.
-    pub fn doubt(&mut self, now_ns: i64) {
+    /// What looked like an acknowledge was none: the attempt under way ends when it would have ended without
+    /// it.
+    pub(crate) fn question_again(&mut self, now_ns: i64) {
         if self.is_acknowledged {
             self.is_acknowledged = false;
             self.deadline_ns = self.unacknowledged_deadline_ns().max(now_ns);
@@ -108,41 +109,41 @@ impl Question {
 
     /// Whether the device has said so since it was asked last.
     #[must_use]
-    pub fn is_acknowledged(&self) -> bool {
+    pub(crate) fn is_acknowledged(&self) -> bool {
         self.is_acknowledged
     }
 
     /// Until when the attempt under way would last without an acknowledge.
     #[must_use]
-    pub fn unacknowledged_deadline_ns(&self) -> i64 {
+    pub(crate) fn unacknowledged_deadline_ns(&self) -> i64 {
         self.asked_ns.saturating_add(self.patience.timeout_ns)
     }
 
     /// Do not ask again: the attempt under way is the last.
-    pub fn last_attempt(&mut self) {
+    pub(crate) fn last_attempt(&mut self) {
         self.patience.attempts = self.asked;
     }
 
     /// It is of no use: the attempt under way ends now, and is the last.
-    pub fn expire(&mut self, now_ns: i64) {
+    pub(crate) fn expire(&mut self, now_ns: i64) {
         self.last_attempt();
         self.deadline_ns = now_ns;
     }
 
     /// The device is there, but has not answered: allow some attempts more, up to a bound.
-    pub fn encourage(&mut self, attempts: u8) {
+    pub(crate) fn encourage(&mut self, attempts: u8) {
         self.patience.attempts = self.patience.attempts.max(attempts);
     }
 
     /// When it wants to be polled next.
     #[must_use]
-    pub fn deadline_ns(&self) -> i64 {
+    pub(crate) fn deadline_ns(&self) -> i64 {
         self.deadline_ns
     }
 
     /// How often it was asked.
     #[must_use]
-    pub fn asked(&self) -> u8 {
+    pub(crate) fn asked(&self) -> u8 {
         self.asked
     }
 }

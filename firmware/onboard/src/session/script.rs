@@ -1,4 +1,5 @@
-//! A small language for sessions: what a device sends, what the session does, each with its time in milliseconds.
+//! A small language for sessions: what a device sends, what the session does, each with its time in
+//! milliseconds.
 //!
 //! ```text
 //!    0 = 38400                    the session sets its port's rate
@@ -11,13 +12,14 @@
 //!  930 gone                       its port goes: nobody asks it anything
 //!  990 back                       its port is there again
 //! ```
-//! Only `<`, `stop`, `lacks`, `gone`, `back` and the last line's time are played; everything else must come out just so.
+//! Only `<`, `stop`, `lacks`, `gone`, `back` and the last line's time are played; everything else must come
+//! out just so.
 
 use std::fmt::Write;
 
 use biplane_wire::lms::{Scan, Status, Unit};
 
-use super::{Input, MAX_INPUT_BYTES, Output, Session};
+use crate::session::device_session::{Input, MAX_INPUT_BYTES, Output, Session};
 
 const MS: i64 = 1_000_000;
 
@@ -124,7 +126,7 @@ fn device_bytes(text: &str) -> Vec<u8> {
     text.split(' ').map(|byte| u8::from_str_radix(byte, 16).expect("hexadecimal bytes")).collect()
 }
 
-/// A scan of values 100, 101, ... centimetres.
+/// A scan of values 100, 101, ... centimeters.
 pub(crate) fn scan_telegram(count: usize) -> Vec<u8> {
     let values = (0..count as u16).map(|i| 100 + i).collect();
     let scan = Scan { unit: Unit::Cm, values, status: Status::OK, ..Scan::default() };

@@ -1,22 +1,22 @@
 //! From the reads of a port to the time at which a telegram's first byte left its device.
 //!
-//! A read that returned at t and brought b bytes of a telegram says: the first byte left at t - b byte times, or earlier. The
-//! smallest of these bounds is the estimate. How good it is shows in the reads themselves: bytes that came one
-//! after another at the line's pace cannot have been held back all together, bytes that came at once can. Nanoseconds; byte
-//! offsets since the port was opened.
+//! A read that returned at t and brought b bytes of a telegram says: the first byte left at t - b byte times,
+//! or earlier. The smallest of these bounds is the estimate. How good it is shows in the reads themselves:
+//! bytes that came one after another at the line's pace cannot have been held back all together, bytes that
+//! came at once can. Nanoseconds; byte offsets since the port was opened.
 
-/// Bits that a byte takes on the line: start, eight data, stop.
-const LINE_BITS_PER_BYTE: i64 = 10;
-/// Reads that are remembered; a telegram that came in more reads is stamped from its last ones. Even one byte a read, the
-/// longest telegram fits.
+/// Reads that are remembered; a telegram that came in more reads is stamped from its last ones. Even one byte
+/// a read, the longest telegram fits.
 const REMEMBERED_READS: usize = 1024;
-/// By how many millionths a device may send faster than its nominal rate. An LMS divides its clock by 26, 52 and 104 where 500000 Bd are
-/// a division by 2, so its 38400 Bd are 38461.5 (rate codes of the status telegram): 0.16 % faster. Larger: the last bytes of a
-/// long telegram say less; smaller: a fast device is stamped too early.
+/// By how many millionths a device may send faster than its nominal rate. An LMS divides its clock by 26, 52
+/// and 104 where 500000 Bd are a division by 2, so its 38400 Bd are 38461.5 (rate codes of the status
+/// telegram): 0.16 % faster. Larger: the last bytes of a long telegram say less; smaller: a fast device is
+/// stamped too early.
 const FAST_PPM: i64 = 2000;
 /// Up to this time on the line that makes no difference worth regard (0.1 ms), nanoseconds.
 const SHORT_NS: i64 = 50_000_000;
-/// Reads whose departures differ by no more than this agree, nanoseconds: three times what a read is late on average.
+/// Reads whose departures differ by no more than this agree, nanoseconds: three times what a read is late on
+/// average.
 const AGREE_NS: i64 = 800_000;
 /// Agreeing reads count when they lie so far apart on the line, nanoseconds ...
 const APART_NS: i64 = 700_000;
@@ -24,22 +24,18 @@ const APART_NS: i64 = 700_000;
 const SPAN_NS: i64 = 2_500_000;
 /// ... and there are so many.
 const AGREEING: u32 = 4;
-/// When a part of a telegram came and then nothing for so long, nanoseconds, that part was all that there was: a latency
-/// timer ran out, or a stall began. Longer than the usual hiccups of an adapter, which delay what is there.
+/// When a part of a telegram came and then nothing for so long, nanoseconds, that part was all that there
+/// was: a latency timer ran out, or a stall began. Longer than the usual hiccups of an adapter, which delay
+/// what is there.
 const PAUSE_NS: i64 = 10_500_000;
 
-/// A reader that does all in time has listened less than this before a read returns, nanoseconds: its rest, and two waits for bytes.
-pub const IN_TIME_NS: i64 = 20_000_000;
-
-/// How long one byte takes on the line, nanoseconds, at a rate in bits per second.
-#[must_use]
-pub fn byte_time_ns(baud: u32) -> i64 {
-    LINE_BITS_PER_BYTE * 1_000_000_000 / i64::from(baud.max(1))
-}
+/// A reader that does all in time has listened less than this before a read returns, nanoseconds: its rest,
+/// and two waits for bytes.
+pub(crate) const IN_TIME_NS: i64 = 20_000_000;
 
 /// A telegram in its line's stream of bytes.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
-pub struct Extent {
+pub(crate) struct Extent {
     /// Index of its first byte.
     pub offset: u64,
     /// Its bytes.
@@ -54,7 +50,7 @@ pub struct Extent {
 
 /// How a telegram's bytes came.
 #[derive(Copy, Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Pace {
+pub(crate) enum Pace {
     /// At once: they may have been held back for long.
     AtOnce,
     /// One after another, though not as regularly as the line sent them.
@@ -65,12 +61,13 @@ pub enum Pace {
 
 /// When a telegram's first byte left, as its reads allow.
 #[derive(Copy, Clone, Debug, PartialEq, Eq)]
-pub struct Bound {
+pub(crate) struct Bound {
     /// Not later than this, nanoseconds.
     pub time_ns: i64,
     /// What that is worth.
     pub pace: Pace,
-    /// Whether nobody listened when any of it came: it may be older than its reads by as much as the host stood still.
+    /// Whether nobody listened when any of it came: it may be older than its reads by as much as the host
+    /// stood still.
     pub is_overdue: bool,
 }
 
@@ -97,7 +94,7 @@ impl Read {
 
 /// The latest reads of one port: up to which byte, and when.
 #[derive(Clone, Debug)]
-pub struct Arrivals {
+pub(crate) struct Arrivals {
     reads: Box<[Read; REMEMBERED_READS]>,
     pushed: usize,
 }
@@ -109,22 +106,25 @@ impl Default for Arrivals {
 }
 
 impl Arrivals {
-    /// A read that returned at `time_ns` and brought the stream to `end_offset` bytes.
-    pub fn push(&mut self, end_offset: u64, time_ns: i64) {
+    /// A read that returned at `time_ns`, of a port that is always listened to, and brought the stream to
+    /// `end_offset` bytes.
+    #[cfg(test)]
+    pub(crate) fn push(&mut self, end_offset: u64, time_ns: i64) {
         self.push_read(end_offset, time_ns, 0);
     }
 
     /// The same of a read of which is known for how long nobody had listened when it returned, nanoseconds.
-    pub fn push_read(&mut self, end_offset: u64, time_ns: i64, unheard_ns: i64) {
+    pub(crate) fn push_read(&mut self, end_offset: u64, time_ns: i64, unheard_ns: i64) {
         if let Some(read) = self.reads.get_mut(self.pushed % REMEMBERED_READS) {
             *read = Read { end_offset, time_ns, unheard_ns };
             self.pushed += 1;
         }
     }
 
-    /// When the first byte of a telegram that has arrived left the device. `None` when no read of it is remembered.
+    /// When the first byte of a telegram that has arrived left the device. `None` when no read of it is
+    /// remembered.
     #[must_use]
-    pub fn departure(&self, telegram: &Extent) -> Option<Bound> {
+    pub(crate) fn departure(&self, telegram: &Extent) -> Option<Bound> {
         let end = telegram.offset.saturating_add(telegram.length as u64);
         let (mut first, mut last) = (0, 1);
         for back in 1..=self.pushed.min(REMEMBERED_READS) {
@@ -150,7 +150,8 @@ impl Arrivals {
         let bound_ns = |back: usize| {
             let read = self.back(back);
             let line_ns = telegram.line_ns(read.end_offset.min(end) - telegram.offset);
-            // Without the slack, one read of a whole telegram would seem late; with it, many reads say what the first ones say.
+            // Without the slack, one read of a whole telegram would seem late; with it, many reads say what
+            // the first ones say.
             let slack_ns = if is_paced { (line_ns - SHORT_NS).max(0) / 1_000_000 * FAST_PPM } else { 0 };
             read.time_ns.saturating_sub(line_ns - slack_ns)
         };
@@ -192,8 +193,8 @@ impl Arrivals {
         })
     }
 
-    /// What the last read tells when it brought more than the telegram: the bytes behind it left later, those of further telegrams
-    /// later still.
+    /// What the last read tells when it brought more than the telegram: the bytes behind it left later, those
+    /// of further telegrams later still.
     fn with_what_follows(&self, telegram: &Extent, end: u64, last: usize) -> i64 {
         let read = self.back(last);
         let Some(more) = read.end_offset.checked_sub(end + 1) else { return i64::MAX };

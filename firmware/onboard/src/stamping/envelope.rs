@@ -1,35 +1,40 @@
 //! The lower envelope of late readings of a regular event: a line that no reading lies below.
 //!
-//! Readings of event n come at `n periods + phase + lateness`, lateness never negative. The line is found in two steps, as in
-//! passive clock synchronisation (E. Olson, "A Passive Solution to the Sensor Synchronization Problem", IROS 2010) and in the
-//! estimation of clock skew (Moon, Skelly, Towsley, INFOCOM 1999): the rate is the slope of the lower convex hull of the readings of the last half
-//! minute, where it crosses the middle of that time; the phase is the earliest of the latest readings, carried on at that rate and
-//! a little faster, by as much as the rate is not known. Memory is fixed: of each second the earliest reading is kept.
+//! Readings of event n come at `n periods + phase + lateness`, lateness never negative. The line is found in
+//! two steps, as in passive clock synchronization (E. Olson, "A Passive Solution to the Sensor
+//! Synchronization Problem", IROS 2010) and in the estimation of clock skew (Moon, Skelly, Towsley, INFOCOM
+//! 1999): the rate is the slope of the lower convex hull of the readings of the last half minute, where it
+//! crosses the middle of that time; the phase is the earliest of the latest readings, carried on at that rate
+//! and a little faster, by as much as the rate is not known. Memory is fixed: of each second the earliest
+//! reading is kept.
 
 /// Blocks that are kept.
 const BLOCKS: usize = 32;
 
 /// How an [`Envelope`] follows.
 #[derive(Copy, Clone, PartialEq, Debug)]
-pub struct EnvelopeParams {
-    /// Length of the time of which one reading is kept, nanoseconds. Larger: the rate is steadier and follows later.
+pub(crate) struct EnvelopeParams {
+    /// Length of the time of which one reading is kept, nanoseconds. Larger: the rate is steadier and follows
+    /// later.
     pub block_ns: i64,
     /// And of at least so many readings.
     pub block_readings: u32,
-    /// The phase rests on readings no older than this, nanoseconds. Larger: bridges longer times without a prompt
-    /// read, takes longer to forget.
+    /// The phase rests on readings no older than this, nanoseconds. Larger: bridges longer times without a
+    /// prompt read, takes longer to forget.
     pub phase_ns: i64,
-    /// A device's rate differs from the nominal by no more than this, millionths. Larger: chance looks like drift; smaller: a
-    /// device beyond is stamped late.
+    /// A device's rate differs from the nominal by no more than this, millionths. Larger: chance looks like
+    /// drift; smaller: a device beyond is stamped late.
     pub largest_ppm: f64,
-    /// By so much it usually differs (standard deviation), millionths: what is believed while little has been seen.
+    /// By so much it usually differs (standard deviation), millionths: what is believed while little has been
+    /// seen.
     pub usual_ppm: f64,
     /// So late is a prompt read, nanoseconds: what a rate is uncertain by, over the time that it was seen.
     pub prompt_ns: f64,
-    /// The least by which the phase may rise beyond the rate found, millionths. Larger: strays further between two prompt reads.
-    pub least_rise_ppm: f64,
+    /// The least by which the phase may rise beyond the rate found, millionths. Larger: strays further
+    /// between two prompt reads.
+    pub min_rise_ppm: f64,
     /// The most, before a rate is known.
-    pub most_rise_ppm: f64,
+    pub max_rise_ppm: f64,
 }
 
 impl Default for EnvelopeParams {
@@ -41,8 +46,8 @@ impl Default for EnvelopeParams {
             largest_ppm: 600.0,
             usual_ppm: 100.0,
             prompt_ns: 60_000.0,
-            least_rise_ppm: 5.0,
-            most_rise_ppm: 200.0,
+            min_rise_ppm: 5.0,
+            max_rise_ppm: 200.0,
         }
     }
 }
@@ -56,7 +61,7 @@ struct Reading {
 
 /// The line.
 #[derive(Clone, Debug)]
-pub struct Envelope {
+pub(crate) struct Envelope {
     params: EnvelopeParams,
     period_ns: i64,
     origin_ns: i64,
@@ -73,9 +78,9 @@ pub struct Envelope {
 impl Envelope {
     /// A line through one reading: event 0 at `time_ns`.
     #[must_use]
-    pub fn new(params: EnvelopeParams, period_ns: i64, time_ns: i64) -> Self {
+    pub(crate) fn new(params: EnvelopeParams, period_ns: i64, time_ns: i64) -> Self {
         Self {
-            rise: params.most_rise_ppm * 1e-6 * period_ns as f64,
+            rise: params.max_rise_ppm * 1e-6 * period_ns as f64,
             params,
             period_ns,
             origin_ns: time_ns,
@@ -88,7 +93,7 @@ impl Envelope {
     }
 
     /// The same rate through another reading, which is event 0 from now on: the phase is another one.
-    pub fn restart(&mut self, time_ns: i64) {
+    pub(crate) fn restart(&mut self, time_ns: i64) {
         self.blocks.clear();
         self.origin_ns = time_ns;
         self.current = Reading::default();
@@ -97,7 +102,7 @@ impl Envelope {
 
     /// When event `event` is, as far as is known, nanoseconds.
     #[must_use]
-    pub fn at_ns(&self, event: i64) -> i64 {
+    pub(crate) fn at_ns(&self, event: i64) -> i64 {
         let slope = self.rate + self.rise;
         let carried =
             |reading: &Reading| reading.late_ns + slope * event.saturating_sub(reading.event) as f64;
@@ -109,18 +114,18 @@ impl Envelope {
 
     /// By how much [`Envelope::at_ns`] may err so many events on, nanoseconds.
     #[must_use]
-    pub fn uncertain_ns(&self, events: i64) -> i64 {
+    pub(crate) fn uncertain_ns(&self, events: i64) -> i64 {
         (self.rise * events as f64) as i64
     }
 
     /// From one event to the next, nanoseconds.
     #[must_use]
-    pub fn period_ns(&self) -> f64 {
+    pub(crate) fn period_ns(&self) -> f64 {
         self.period_ns as f64 + self.rate
     }
 
     /// A reading of event `event`, later than those before.
-    pub fn add(&mut self, event: i64, time_ns: i64) {
+    pub(crate) fn add(&mut self, event: i64, time_ns: i64) {
         let reading = Reading { event, late_ns: time_ns.saturating_sub(self.nominal_ns(event)) as f64 };
         let is_long = event.saturating_sub(self.block_begin) >= self.params.block_ns / self.period_ns;
         if is_long && self.block_readings >= self.params.block_readings {
@@ -170,8 +175,8 @@ impl Envelope {
         let largest = self.params.largest_ppm * 1e-6 * period_ns;
         let worth = usual * usual / (usual * usual + unsure * unsure);
         self.rate = worth * slope.clamp(-largest, largest);
-        let (least, most) = (self.params.least_rise_ppm, self.params.most_rise_ppm);
-        self.rise = unsure.clamp(least * 1e-6 * period_ns, most * 1e-6 * period_ns);
+        let (minimum, maximum) = (self.params.min_rise_ppm, self.params.max_rise_ppm);
+        self.rise = unsure.clamp(minimum * 1e-6 * period_ns, maximum * 1e-6 * period_ns);
     }
 
     /// Lower convex hull of the closed blocks, from the oldest to the newest.

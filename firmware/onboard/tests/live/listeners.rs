@@ -1,4 +1,5 @@
-//! What the process opens towards a network: nothing unless asked, and then one door that this machine alone can reach.
+//! What the process opens towards a network: nothing unless asked, and then one door that this machine alone
+//! can reach.
 
 use std::fs;
 use std::net::{IpAddr, Ipv4Addr};
@@ -18,11 +19,13 @@ impl Drop for Running {
     }
 }
 
-/// Numbers of the sockets that a process holds but for pairs of its own: local ones without a name, through which its signals come.
+/// Numbers of the sockets that a process holds but for pairs of its own: local ones without a name, through
+/// which its signals come.
 fn sockets(pid: u32) -> Vec<String> {
     let local = fs::read_to_string(format!("/proc/{pid}/net/unix")).unwrap();
     let rows = local.lines().map(|line| line.split_whitespace().collect::<Vec<_>>());
-    // Columns of `unix` in proc_pid_net(5): the seventh is the number, an eighth is there where it has a name.
+    // Columns of `unix` in proc_pid_net(5): the seventh is the number, an eighth is there where it has a
+    // name.
     let own: Vec<&str> = rows.filter(|row| row.len() == 7).map(|row| row[6]).collect();
     let descriptors = fs::read_dir(format!("/proc/{pid}/fd")).unwrap();
     let links = descriptors.filter_map(|entry| fs::read_link(entry.unwrap().path()).ok());
@@ -32,7 +35,8 @@ fn sockets(pid: u32) -> Vec<String> {
         .collect()
 }
 
-/// Local address and port of a TCP socket that listens, by its number (Linux: proc_pid_net(5), columns of `tcp`).
+/// Local address and port of a TCP socket that listens, by its number (Linux: proc_pid_net(5), columns of
+/// `tcp`).
 fn listening(pid: u32, socket: &str) -> Option<(IpAddr, u16)> {
     let table = fs::read_to_string(format!("/proc/{pid}/net/tcp")).unwrap();
     let row = table

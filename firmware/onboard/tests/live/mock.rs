@@ -8,23 +8,22 @@ use std::sync::mpsc;
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
+use biplane_mock::rig::simulated::SimulationParams;
 use biplane_mock::serve::{ServeOptions, Source, serve};
-use biplane_mock::simulated_rig::SimulationParams;
 use biplane_mock::world::World;
-use biplane_onboard::record::{RecordOptions, record};
-use biplane_onboard::{OnboardError, RunReport};
-use biplane_recording::msg::Message;
+use biplane_onboard::{OnboardError, RecordOptions, RunReport, record};
+use biplane_recording::messages::Message;
 use biplane_recording::{Reader, Rig, Topic};
 
 /// A mock rig in a folder of its own.
-pub struct Mock {
+pub(crate) struct Mock {
     pub folder: PathBuf,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Mock {
-    pub fn start(name: &str, change: impl FnOnce(&mut ServeOptions)) -> Self {
+    pub(crate) fn start(name: &str, change: impl FnOnce(&mut ServeOptions)) -> Self {
         let folder = std::env::temp_dir().join(format!("biplane-record-{name}-{}", std::process::id()));
         let _ = fs::remove_dir_all(&folder);
         fs::create_dir_all(&folder).unwrap();
@@ -34,7 +33,7 @@ impl Mock {
     }
 
     /// Serves the corridor, until [`Mock::end`].
-    pub fn serve(&mut self, change: impl FnOnce(&mut ServeOptions)) {
+    pub(crate) fn serve(&mut self, change: impl FnOnce(&mut ServeOptions)) {
         let world = World::named("corridor").unwrap();
         let path = world.paths[0].clone();
         let source = Source::World {
@@ -56,12 +55,12 @@ impl Mock {
         is_ready.recv_timeout(Duration::from_secs(30)).expect("the mock is ready");
     }
 
-    pub fn rig(&self) -> Rig {
+    pub(crate) fn rig(&self) -> Rig {
         self.rig_in("")
     }
 
     /// The rig, its links in a folder of the mock's folder of links.
-    pub fn rig_in(&self, folder: &str) -> Rig {
+    pub(crate) fn rig_in(&self, folder: &str) -> Rig {
         let links = self.folder.join("links").join(folder);
         let port = |name: &str| links.join(name).to_string_lossy().into_owned();
         let mut rig = Rig::default();
@@ -71,7 +70,7 @@ impl Mock {
         rig
     }
 
-    pub fn options(&self, rig: Rig, seconds: f64) -> RecordOptions {
+    pub(crate) fn options(&self, rig: Rig, seconds: f64) -> RecordOptions {
         RecordOptions {
             duration: Some(Duration::from_secs_f64(seconds)),
             raw: true,
@@ -79,12 +78,12 @@ impl Mock {
         }
     }
 
-    pub fn record(&self, rig: Rig, seconds: f64) -> Result<RunReport, OnboardError> {
+    pub(crate) fn record(&self, rig: Rig, seconds: f64) -> Result<RunReport, OnboardError> {
         record(&self.options(rig, seconds), &AtomicBool::new(false))
     }
 
     /// Ends the mock, so that its truth is written.
-    pub fn end(&mut self) {
+    pub(crate) fn end(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
             thread.join().unwrap();
@@ -100,7 +99,7 @@ impl Drop for Mock {
 }
 
 /// All messages of a topic.
-pub fn all<M: Message>(path: &Path, topic: Topic) -> Vec<M> {
+pub(crate) fn all<M: Message>(path: &Path, topic: Topic) -> Vec<M> {
     let reader = Reader::open(path).unwrap();
     let entries = reader.messages().map(Result::unwrap).filter(|entry| entry.topic == Some(topic));
     entries.map(|entry| M::decode(&entry.bytes).unwrap()).collect()

@@ -6,10 +6,8 @@ use std::sync::atomic::AtomicBool;
 use std::thread;
 use std::time::Duration;
 
-use biplane_onboard::probe::probe;
-use biplane_onboard::record::record;
-use biplane_onboard::replay::{ReplayOptions, replay};
-use biplane_recording::msg::{LaserScan, PoseWithCovarianceStamped};
+use biplane_onboard::{ReplayOptions, probe, record, replay};
+use biplane_recording::messages::{LaserScan, PoseWithCovarianceStamped};
 use biplane_recording::{Direction, Port, Reader, Topic};
 
 use crate::mock::{Mock, all};
@@ -109,7 +107,7 @@ fn serial_bytes_of_both_ways_are_recorded_on_request() {
     let reader = Reader::open(&mock.folder.join("run.mcap")).unwrap();
     for port in Port::ALL {
         for direction in [Direction::Rx, Direction::Tx] {
-            let bytes = reader.serial().map(Result::unwrap);
+            let bytes = biplane_recording::capture::serial(&reader).map(Result::unwrap);
             let count = bytes.filter(|serial| (serial.port, serial.direction) == (port, direction)).count();
             assert!(count > 3, "{port:?} {direction:?}: {count}");
         }

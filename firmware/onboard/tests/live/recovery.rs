@@ -1,7 +1,9 @@
-//! What goes away on a robot, and comes back by itself: adapters under another name, devices that fall silent.
+//! What goes away on a robot, and comes back by itself: adapters under another name, devices that fall
+//! silent.
 //!
-//! How fast is a matter of the simulated rig, whose time does not depend on what else the machine does. Here a run goes on until what must
-//! come has come, and a line counts as disturbed when it was started again though its own bytes kept coming.
+//! How fast is a matter of the simulated rig, whose time does not depend on what else the machine does. Here
+//! a run goes on until what must come has come, and a line counts as disturbed when it was started again
+//! though its own bytes kept coming.
 
 use std::fs;
 use std::os::fd::OwnedFd;
@@ -11,11 +13,10 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use biplane_mock::pty::Pty;
-use biplane_onboard::link::Tty;
-use biplane_onboard::record::{RecordOptions, record};
-use biplane_onboard::{OnboardError, RunReport};
-use biplane_recording::msg::{DiagnosticArray, LaserScan};
+use biplane_mock::devices::pty::Pty;
+use biplane_onboard::test_support::Tty;
+use biplane_onboard::{OnboardError, RecordOptions, RunReport, record};
+use biplane_recording::messages::{DiagnosticArray, LaserScan};
 use biplane_recording::{Direction, Port, Reader, Rig, Topic};
 use rustix::pty::{OpenptFlags, grantpt, openpt, unlockpt};
 
@@ -29,13 +30,13 @@ fn gaps_ms(stamps_ns: impl IntoIterator<Item = i64>) -> Vec<i64> {
 }
 
 /// What diagnostics said of a device, each message once, in order.
-fn said(run: &Path, device: &str) -> Vec<String> {
+fn reported(run: &Path, device: &str) -> Vec<String> {
     let arrays = all::<DiagnosticArray>(run, Topic::Diagnostics);
     let statuses = arrays.into_iter().flat_map(|array| array.status);
-    let mut said: Vec<_> =
+    let mut reported: Vec<_> =
         statuses.filter(|status| status.hardware_id == device).map(|s| s.message).collect();
-    said.dedup();
-    said
+    reported.dedup();
+    reported
 }
 
 /// How often a device was started again, as diagnostics counted it.
@@ -47,10 +48,11 @@ fn restarts(run: &Path, device: &str) -> usize {
     restarts.value.parse().unwrap()
 }
 
-/// How often nothing came from a device for so long that it had to be started again: a mock on a busy machine.
+/// How often nothing came from a device for so long that it had to be started again: a mock on a busy
+/// machine.
 fn silences(run: &Path, port: Port) -> usize {
     let reader = Reader::open(run).unwrap();
-    let received = reader.serial().map(Result::unwrap);
+    let received = biplane_recording::capture::serial(&reader).map(Result::unwrap);
     let received = received.filter(|bytes| (bytes.port, bytes.direction) == (port, Direction::Rx));
     let times_ns: Vec<_> = received.map(|bytes| bytes.time_ns).collect();
     assert!(times_ns.len() > 20, "{port:?}");
@@ -128,9 +130,9 @@ fn adapters_that_come_back_under_other_names_are_found_by_their_links_and_not_by
     let scans = all::<LaserScan>(&output, Topic::ScanHorizontal);
     let gaps_ms = gaps_ms(scans.iter().map(|scan| scan.stamp_ns));
     assert!(gaps_ms.len() == 1 && gaps_ms[0] < 4000, "{gaps_ms:?}");
-    let said = said(&output, "laser_horizontal");
-    let [.., gone, back, streams] = &said[..] else { panic!("{said:?}") };
-    assert_eq!((gone.as_str(), streams.as_str()), ("its port is gone", "streams"), "{said:?}");
+    let reported = reported(&output, "laser_horizontal");
+    let [.., gone, back, streams] = &reported[..] else { panic!("{reported:?}") };
+    assert_eq!((gone.as_str(), streams.as_str()), ("its port is gone", "streams"), "{reported:?}");
     assert_eq!(back, "streams again; it was: its port is gone");
 }
 
@@ -228,11 +230,11 @@ fn a_laser_that_falls_silent_streams_again_and_the_other_lines_are_not_disturbed
     let gaps = gaps_ms(scans.iter().map(|scan| scan.stamp_ns));
     assert!(scans.len() > 30 && gaps.iter().any(|&gap_ms| gap_ms > 2000), "{} scans, {gaps:?}", scans.len());
     assert_undisturbed(&output, &[(Port::Horizontal, "laser_horizontal"), (Port::Base, "base")]);
-    let said = said(&output, "laser_vertical");
+    let reported = reported(&output, "laser_vertical");
     // A telegram that was cut may make it garbled rather than silent.
     let faults = ["silent", "no intact telegram"];
-    assert!(said.iter().any(|message| faults.contains(&message.as_str())), "{said:?}");
-    assert!(said.last().unwrap().starts_with("streams"), "{said:?}");
+    assert!(reported.iter().any(|message| faults.contains(&message.as_str())), "{reported:?}");
+    assert!(reported.last().unwrap().starts_with("streams"), "{reported:?}");
 }
 
 #[test]

@@ -13,14 +13,15 @@ use crate::mock::Mock;
 
 /// What the service manager hears until a message begins so; all of it.
 fn hear_until(socket: &UnixDatagram, wanted: &str) -> Vec<String> {
-    let mut heard = Vec::new();
+    let mut received = Vec::new();
     let mut bytes = [0; 4096];
-    while !heard.iter().any(|message: &String| message.starts_with(wanted)) {
-        let count = socket.recv(&mut bytes).unwrap_or_else(|error| panic!("no {wanted}: {error}, {heard:?}"));
+    while !received.iter().any(|message: &String| message.starts_with(wanted)) {
+        let count =
+            socket.recv(&mut bytes).unwrap_or_else(|error| panic!("no {wanted}: {error}, {received:?}"));
         let text = String::from_utf8_lossy(&bytes[..count]).into_owned();
-        heard.extend(text.lines().map(str::to_owned));
+        received.extend(text.lines().map(str::to_owned));
     }
-    heard
+    received
 }
 
 fn signal(child: &Child, signal: Signal) {
@@ -48,8 +49,8 @@ fn a_service_waits_for_its_devices_tells_that_it_lives_and_ends_with_whole_parts
         .spawn()
         .unwrap();
     // Up, though no device is there.
-    let heard = hear_until(&socket, "READY=1");
-    assert!(heard.iter().any(|message| message.starts_with("STATUS=waiting for")), "{heard:?}");
+    let received = hear_until(&socket, "READY=1");
+    assert!(received.iter().any(|message| message.starts_with("STATUS=waiting for")), "{received:?}");
     mock.serve(|_| {});
     hear_until(&socket, "STATUS=0:00:02");
     hear_until(&socket, "WATCHDOG=1");

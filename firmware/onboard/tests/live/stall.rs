@@ -7,9 +7,9 @@ use std::sync::atomic::AtomicBool;
 use std::thread;
 use std::time::Duration;
 
-use biplane_onboard::replay::{ReplayOptions, replay};
+use biplane_onboard::{ReplayOptions, replay};
 use biplane_recording::Topic;
-use biplane_recording::msg::{LaserScan, Odometry};
+use biplane_recording::messages::{LaserScan, Odometry};
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::mock::{Mock, all};

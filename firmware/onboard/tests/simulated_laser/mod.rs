@@ -1,30 +1,30 @@
 //! A laser on a serial line behind an adapter, reduced to what stamps depend on: which bytes arrive when.
 
 use biplane_matcher::TrackerParams;
+use biplane_mock::devices::telegrams;
 use biplane_mock::faults::{Faults, Preset};
 use biplane_mock::line::{Adapter, ReadParams, SerialRead, laser_byte_ns, scans_per_telegram, transfer_ns};
+use biplane_mock::rig::source::OdometrySample;
 use biplane_mock::rng::Rng;
-use biplane_mock::source::OdometrySample;
-use biplane_mock::telegrams;
-use biplane_onboard::engine::{Engine, EngineOptions, Feed};
-use biplane_onboard::health::Health;
-use biplane_onboard::sink::Sink;
+use biplane_onboard::{Engine, EngineOptions, Feed, Health, Sink};
 use biplane_recording::{Port, Rig, Topic};
 use biplane_wire::lms::{REPLY_ADDRESS, Scan, Status, Unit};
 
 /// Nominal mirror turn, nanoseconds.
 const TURN_NS: i64 = 13_320_000;
-/// What a laser answers when its stream is stopped or started: acknowledgement and mode reply (SICK telegram listing).
+/// What a laser answers when its stream is stopped or started: acknowledgement and mode reply (SICK telegram
+/// listing).
 const MODE_REPLY: [u8; 10] = [0x06, 0x02, 0x80, 0x03, 0x00, 0xA0, 0x00, 0x10, 0x16, 0x0A];
 /// Of [`Usb::Ticks`].
 const TICK_NS: i64 = 16_000_000;
 
 /// How bytes come from the line to the computer.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
-pub enum Usb {
+pub(crate) enum Usb {
     /// Up to 32 bytes a read, late by 0.3 ms on average (exponential), by up to 8 ms more in 0.4 % of reads.
     Chance,
-    /// When 62 bytes are there or 16 ms are over (the mock's latency timer of an FTDI adapter), then late as `Chance`.
+    /// When 62 bytes are there or 16 ms are over (the mock's latency timer of an FTDI adapter), then late as
+    /// `Chance`.
     Timer,
     /// As `Chance`, and only at multiples of 16 ms.
     Ticks,
@@ -36,7 +36,7 @@ pub enum Usb {
 
 /// How the device's clocks differ from ours.
 #[derive(Copy, Clone, Debug)]
-pub struct Mirror {
+pub(crate) struct Mirror {
     /// A turn takes so many millionths longer.
     pub ppm: f64,
     /// And this much more or less in the course of ten minutes.
@@ -47,12 +47,12 @@ pub struct Mirror {
 
 impl Mirror {
     /// As nominal.
-    pub const TRUE: Self = Self { ppm: 0.0, wander_ppm: 0.0, line_fast: 0.0 };
+    pub(crate) const TRUE: Self = Self { ppm: 0.0, wander_ppm: 0.0, line_fast: 0.0 };
 }
 
 /// What happens to the stream.
 #[derive(Copy, Clone, Debug)]
-pub struct Events {
+pub(crate) struct Events {
     /// Share of telegrams after which the laser leaves out 1 to 12 scans more.
     pub skip_share: f64,
     /// Share of telegrams that arrive damaged.
@@ -65,12 +65,13 @@ pub struct Events {
 
 impl Events {
     /// Nothing.
-    pub const NONE: Self = Self { skip_share: 0.0, damage_share: 0.0, stop_every_s: 0.0, early_stall: false };
+    pub(crate) const NONE: Self =
+        Self { skip_share: 0.0, damage_share: 0.0, stop_every_s: 0.0, early_stall: false };
 }
 
 /// A laser and its line.
 #[derive(Copy, Clone, Debug)]
-pub struct Laser {
+pub(crate) struct Laser {
     pub fov_deg: u16,
     pub resolution_cdeg: u16,
     /// Mirror turns of a scan.
@@ -85,7 +86,8 @@ pub struct Laser {
 struct Sent {
     start_ns: i64,
     bytes: Vec<u8>,
-    /// The truth that its stamp has to meet, for one that arrives intact: when the first beam was taken, or the odometry.
+    /// The truth that its stamp has to meet, for one that arrives intact: when the first beam was taken, or
+    /// the odometry.
     first_beam_ns: Option<i64>,
 }
 
@@ -186,7 +188,7 @@ fn reads(sent: &[Sent], laser: &Laser, usb: Usb, seed: u64) -> Vec<SerialRead> {
 fn stalled_reads(sent: &[Sent], laser: &Laser, seed: u64) -> Vec<SerialRead> {
     let mut channel = Faults::new(&[Preset::UsbStall], seed).channel(1);
     let mut reads = Vec::new();
-    let mut arrive = |channel: &mut biplane_mock::faults::Channel, until_ns: i64| {
+    let mut arrive = |channel: &mut biplane_mock::line::Channel, until_ns: i64| {
         while let Some(due_ns) = channel.next_due_ns().filter(|due_ns| *due_ns <= until_ns) {
             let mut bytes = Vec::new();
             channel.take(due_ns, &mut bytes);
@@ -220,7 +222,8 @@ fn hold_back(reads: &mut [SerialRead], start_ns: i64, seed: u64) {
     }
 }
 
-/// Keeps the stamps of vertical scans (these are not matched, which would take longer than all else) and of odometry.
+/// Keeps the stamps of vertical scans (these are not matched, which would take longer than all else) and of
+/// odometry.
 #[derive(Default)]
 struct Stamps(Vec<i64>);
 
@@ -239,7 +242,7 @@ impl Sink for Stamps {
 }
 
 /// The error of each scan's stamp, milliseconds. Every intact telegram must have become a scan.
-pub fn errors_ms(laser: &Laser, usb: Usb, seed: u64) -> Vec<f64> {
+pub(crate) fn errors_ms(laser: &Laser, usb: Usb, seed: u64) -> Vec<f64> {
     let mut rig = Rig::default();
     let vertical = rig.vertical.as_mut().expect("the default rig has one");
     (vertical.baud, vertical.fov_deg) = (laser.baud, laser.fov_deg);
@@ -249,8 +252,9 @@ pub fn errors_ms(laser: &Laser, usb: Usb, seed: u64) -> Vec<f64> {
     stamp_errors_ms(rig, Port::Vertical, &sent, &reads)
 }
 
-/// The error of each odometry stamp of a Pioneer, milliseconds: a packet every 100 ms, later by chance by up to `jitter_ms`.
-pub fn base_errors_ms(baud: u32, usb: Usb, ppm: f64, jitter_ms: f64, seed: u64) -> Vec<f64> {
+/// The error of each odometry stamp of a Pioneer, milliseconds: a packet every 100 ms, later by chance by up
+/// to `jitter_ms`.
+pub(crate) fn base_errors_ms(baud: u32, usb: Usb, ppm: f64, jitter_ms: f64, seed: u64) -> Vec<f64> {
     let mut rig = Rig::default();
     rig.base.baud = baud;
     let mut rng = Rng::new(seed, 0xBA5E, 0);

@@ -1,8 +1,10 @@
-//! Whether the covariance keeps its word: the error of the pose in `map`, the first pose being exact, normalised by it.
+//! Whether the covariance keeps its word: the error of the pose in `map`, the first pose being exact,
+//! normalized by it.
 //!
-//! The normalised error squared (NEES) of a consistent estimate of three numbers has the mean 3; summed over n independent runs it
-//! follows a chi-square distribution of 3 n degrees of freedom. Poses of one run are not independent, so n counts runs only. The
-//! odometry's errors are drawn with the deviations that `belief`'s parameters name.
+//! The normalized error squared (NEES) of a consistent estimate of three numbers has the mean 3; summed over
+//! n independent runs it follows a chi-square distribution of 3 n degrees of freedom. Poses of one run are
+//! not independent, so n counts runs only. The odometry's errors are drawn with the deviations that
+//! `belief`'s parameters name.
 
 use biplane_matcher::{Outcome, Pose2, TrackerParams, wrap_angle};
 use biplane_mock::world::World;
@@ -24,7 +26,8 @@ fn covariance(step: &Step) -> Matrix3<f64> {
     Matrix3::from_fn(|i, j| step.tracked.covariance[i][j])
 }
 
-/// 95 % of a mean over `runs` of what has `freedom` degrees of freedom lies within this (Wilson and Hilferty 1931).
+/// 95 % of a mean over `runs` of what has `freedom` degrees of freedom lies within this (Wilson and Hilferty
+/// 1931).
 fn band(runs: f64, freedom: f64) -> [f64; 2] {
     let k = runs * freedom;
     [-1.96, 1.96].map(|z: f64| k * (1.0 - 2.0 / (9.0 * k) + z * (2.0 / (9.0 * k)).sqrt()).powi(3) / runs)
@@ -45,21 +48,21 @@ fn nees(ride: &Ride) -> (f64, [f64; 3]) {
     for share in AT {
         let place = (ride.moments.len() as f64 * share) as usize;
         let moment = &ride.moments[place];
-        let (mut squares, mut said, mut mean) = (Vector3::zeros(), Vector3::zeros(), 0.0);
+        let (mut squares, mut reported, mut mean) = (Vector3::zeros(), Vector3::zeros(), 0.0);
         for run in &runs {
             let (error, covariance) = (error(&run[place], &moment.truth), covariance(&run[place]));
             mean += error.dot(&(covariance.try_inverse().unwrap() * error)) / count;
             squares += error.component_mul(&error) / count;
-            said += covariance.diagonal() / count;
+            reported += covariance.diagonal() / count;
             for axis in 0..3 {
                 each[axis] += error[axis].powi(2) / covariance[(axis, axis)] / count / AT.len() as f64;
             }
         }
         all += mean / AT.len() as f64;
-        let [rms, sigma] = [squares, said].map(|v| v.map(f64::sqrt));
+        let [rms, sigma] = [squares, reported].map(|v| v.map(f64::sqrt));
         println!(
             "{:5.1} | {:6.2} {:5.2} {:6.3} | {:6.2} {:5.2} {:6.3} | {mean:5.2}",
-            moment.way_m,
+            moment.path_m,
             100.0 * rms[0],
             100.0 * rms[1],
             rms[2].to_degrees(),
@@ -123,7 +126,7 @@ fn a_bare_corridors_axis_follows_the_odometry_and_its_covariance_points_along_it
         worst_m = worst_m.max((now.x_m - by_odometry_m).abs());
         let truth = &ride.moments[place + 1].truth;
         across += (now.y_m - truth.y_m).powi(2) / (run.len() - 1) as f64;
-        if ride.moments[place + 1].way_m > 2.0 {
+        if ride.moments[place + 1].path_m > 2.0 {
             let plane = Matrix2::from_fn(|i, j| pair[1].tracked.covariance[i][j]).symmetric_eigen();
             let along = plane.eigenvectors.column(plane.eigenvalues.imax()).into_owned();
             // The corridor lies along x, but for the drive's first heading.

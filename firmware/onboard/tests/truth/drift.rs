@@ -8,7 +8,7 @@ use crate::ride::{InTheWay, Odometry, Ride};
 use crate::seeds;
 
 /// Share of the way and degrees per 100 m that a drive may be off at its end.
-const MOST: [f64; 2] = [0.003, 0.3];
+const MAXIMUM: [f64; 2] = [0.003, 0.3];
 
 /// The furnished corridor, so many times along and back in turns.
 fn corridor(legs: u32) -> Ride {
@@ -30,7 +30,8 @@ fn office(rounds: usize) -> Ride {
     Ride::new("office", &world, &Path { waypoints_m, ..usual.clone() }, 1)
 }
 
-/// Root mean square over seeds of the error at the end, metres and degrees, and the largest error on the way as a share of it.
+/// Root mean square over seeds of the error at the end, meters and degrees, and the largest error on the way
+/// as a share of it.
 fn drift(ride: &Ride, people: u32) -> [f64; 2] {
     let (mut squares, mut worst, mut count) = ([0.0; 2], [0.0_f64; 2], 0.0);
     for seed in seeds(3) {
@@ -53,25 +54,25 @@ fn drift(ride: &Ride, people: u32) -> [f64; 2] {
         count += 1.0;
     }
     let rms = squares.map(|sum: f64| (sum / count).sqrt());
-    let way_m = ride.moments.last().unwrap().way_m;
+    let path_m = ride.moments.last().unwrap().path_m;
     let hidden =
         ride.moments.iter().map(|moment| moment.hidden(people)).sum::<f64>() / ride.moments.len() as f64;
     println!(
-        "| {} | {way_m:.0} m | {:.0} % | {:.1} cm | {:.3} % | {:.2} deg | {:.2} deg/100 m | {:.1} cm, {:.2} deg |",
+        "| {} | {path_m:.0} m | {:.0} % | {:.1} cm | {:.3} % | {:.2} deg | {:.2} deg/100 m | {:.1} cm, {:.2} deg |",
         ride.name,
         100.0 * hidden,
         100.0 * rms[0],
-        100.0 * rms[0] / way_m,
+        100.0 * rms[0] / path_m,
         rms[1],
-        100.0 * rms[1] / way_m,
+        100.0 * rms[1] / path_m,
         100.0 * worst[0],
         worst[1]
     );
-    [rms[0] / way_m, 100.0 * rms[1] / way_m]
+    [rms[0] / path_m, 100.0 * rms[1] / path_m]
 }
 
 fn assert_little(name: &str, drift: [f64; 2]) {
-    assert!(drift[0] < MOST[0] && drift[1] < MOST[1], "{name}: {drift:?}");
+    assert!(drift[0] < MAXIMUM[0] && drift[1] < MAXIMUM[1], "{name}: {drift:?}");
 }
 
 #[test]
@@ -87,12 +88,12 @@ fn with_poor_odometry_a_furnished_corridor_drifts_less_than_3_in_1000_and_3_tent
     // 100 m of it are ten times its length.
     assert_little("corridor", drift(&corridor(if seeds(3).count() < 10 { 4 } else { 10 }), 0));
     // On the first 10 m the heading still has the error of the first scan, which no way divides yet.
-    assert!(drift(&corridor(1), 0)[0] < MOST[0]);
+    assert!(drift(&corridor(1), 0)[0] < MAXIMUM[0]);
 }
 
 #[test]
 fn somebody_who_walks_past_changes_little() {
-    assert!(drift(&corridor(2), 1)[0] < MOST[0]);
+    assert!(drift(&corridor(2), 1)[0] < MAXIMUM[0]);
 }
 
 #[test]

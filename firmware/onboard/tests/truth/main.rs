@@ -1,8 +1,9 @@
-//! The tracker against the simulator's truth over many seeds: covariances that keep their word, drift, people.
+//! The tracker against the simulator's truth over many seeds: covariances that keep their word, drift,
+//! people.
 //!
-//! `cargo test -p biplane-onboard --test truth` runs a few seeds; as many as `BIPLANE_SEEDS` says where that is set, in release:
-//! `BIPLANE_SEEDS=50 cargo test --release -p biplane-onboard --test truth -- --nocapture`, which prints the tables of
-//! `docs/matching.md`.
+//! `cargo test -p biplane-onboard --test truth` runs a few seeds; as many as `BIPLANE_SEEDS` says where that
+//! is set, in release: `BIPLANE_SEEDS=50 cargo test --release -p biplane-onboard --test truth --
+//! --nocapture`, which prints the tables of `docs/matching.md`.
 
 mod consistency;
 mod drift;

@@ -1,39 +1,40 @@
-//! A simulated drive given to the tracker scan by scan: exact ranges once, noise and odometry by seed, no bytes in between.
+//! A simulated drive given to the tracker scan by scan: exact ranges once, noise and odometry by seed, no
+//! bytes in between.
 //!
-//! Scenes, scanner and drive are the simulator's, which shares no code with the matcher. The ranges without noise are taken once a
-//! ride; each run adds noise, rounds to centimetres as the laser does, and makes up its own odometry. Frame: `map`, the base at the
-//! start. Units: metres, radians, seconds.
+//! Scenes, scanner and drive are the simulator's, which shares no code with the matcher. The ranges without
+//! noise are taken once a ride; each run adds noise, rounds to centimeters as the laser does, and makes up
+//! its own odometry. Frame: `map`, the base at the start. Units: meters, radians, seconds.
 
 use biplane_matcher::{Beam, Pose2, Scan, Tracked, Tracker, TrackerParams};
-use biplane_mock::drive::Drive;
-use biplane_mock::pose::Pose;
+use biplane_mock::rig::drive::Drive;
+use biplane_mock::rig::scanner::{LARGEST_VALUE, Scanner, ScannerParams, TURN_NS, Variant};
 use biplane_mock::rng::Rng;
-use biplane_mock::scanner::{LARGEST_VALUE, Scanner, ScannerParams, TURN_NS, Variant};
 use biplane_mock::world::World;
-use biplane_mock::world::builder::{Builder, Facing};
+use biplane_mock::world::built_in::builder::{Builder, Facing};
 use biplane_mock::world::path::Path;
+use biplane_mock::world::pose::Pose;
 use biplane_mock::world::scene::Scene;
 
-/// The laser's place on the base, metres ahead.
+/// The laser's place on the base, meters ahead.
 const AHEAD_M: f64 = 0.2;
 /// One scan in so many mirror turns: 9.4 Hz.
 const EVERY_TURNS: i64 = 8;
-/// Standard deviation of a range, metres.
+/// Standard deviation of a range, meters.
 const RANGE_NOISE_M: f64 = 0.015;
 
 /// A moment at which a scan begins.
-pub struct Moment {
+pub(crate) struct Moment {
     time_s: f64,
     /// Where the base is.
     pub truth: Pose2,
     twist: [f64; 3],
     ranges_m: Vec<f32>,
     /// How far it has driven.
-    pub way_m: f64,
+    pub path_m: f64,
 }
 
 /// A way through a world, seen without noise.
-pub struct Ride {
+pub(crate) struct Ride {
     /// The world's name.
     pub name: &'static str,
     /// Scan by scan.
@@ -41,7 +42,7 @@ pub struct Ride {
 }
 
 /// A corridor as wide as the furnished one, without anything in it, whose ends no beam reaches.
-pub fn bare_corridor(length_m: f64) -> World {
+pub(crate) fn bare_corridor(length_m: f64) -> World {
     let mut builder = Builder::default();
     let along = [-120.0, length_m + 120.0];
     builder.rect(Facing::Left, -1.08, along, [0.0, 2.7], &[]);
@@ -59,7 +60,7 @@ pub fn bare_corridor(length_m: f64) -> World {
 
 impl Ride {
     /// Drives the path so many times, every second time in reverse.
-    pub fn new(name: &'static str, world: &World, path: &Path, legs: u32) -> Self {
+    pub(crate) fn new(name: &'static str, world: &World, path: &Path, legs: u32) -> Self {
         let drive = Drive::new(path, 1).unwrap();
         let scene = Scene::new(world.mesh_for(path).moved(&drive.map_from_world()));
         let there_s = drive.duration_s();
@@ -85,7 +86,7 @@ impl Ride {
             let sign = if is_back(time_s) { -1.0 } else { 1.0 };
             let legs_before = (time_s / there_s).floor();
             let since_m = if is_back(time_s) { drive.length_m() - motion.along_m } else { motion.along_m };
-            let way_m = legs_before * drive.length_m() + since_m;
+            let path_m = legs_before * drive.length_m() + since_m;
             let [x_m, y_m, _] = motion.map_from_base.translation_m;
             let words = scanner.scan(time_ns, variant, true, &mut Rng::new(1, 0, scan));
             let range_m =
@@ -95,14 +96,20 @@ impl Ride {
                 truth: Pose2::new(x_m, y_m, motion.map_from_base.yaw_rad()),
                 twist: [sign * motion.speed_m_s, 0.0, sign * motion.turn_rad_s],
                 ranges_m: words.iter().map(range_m).collect(),
-                way_m,
+                path_m,
             }
         };
         Self { name, moments: (0..scans).map(moment).collect() }
     }
 
     /// Tracks it with noise and odometry of a seed, and with what is in the beams' way.
-    pub fn run(&self, params: TrackerParams, odometry: &Odometry, way: InTheWay, seed: u64) -> Vec<Step> {
+    pub(crate) fn run(
+        &self,
+        params: TrackerParams,
+        odometry: &Odometry,
+        way: InTheWay,
+        seed: u64,
+    ) -> Vec<Step> {
         let mut tracker = Tracker::new(params);
         let mut ranges = Rng::new(seed, 7, 0);
         let mut slips = Rng::new(seed, 8, 0);
@@ -127,7 +134,7 @@ impl Ride {
 
 /// What keeps beams from the walls.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct InTheWay {
+pub(crate) struct InTheWay {
     /// So many people walk to and fro.
     pub people: u32,
     /// Share of the beams that end anywhere before what they should meet: dust, rain, glare.
@@ -135,7 +142,7 @@ pub struct InTheWay {
 }
 
 /// What the tracker made of a moment.
-pub struct Step {
+pub(crate) struct Step {
     /// The pose.
     pub tracked: Tracked,
     /// What the odometry said.
@@ -143,15 +150,15 @@ pub struct Step {
 }
 
 impl Moment {
-    /// The beams with noise, in whole centimetres, as far as they pass.
+    /// The beams with noise, in whole centimeters, as far as they pass.
     fn beams<'a>(&'a self, way: InTheWay, rng: &'a mut Rng) -> impl Iterator<Item = Beam> + 'a {
         self.ranges_m.iter().zip(-90_i32..).map(move |(&range_m, degrees)| {
             let (sin, cos) = f64::from(degrees).to_radians().sin_cos();
             let person_m =
                 (0..way.people).map(|number| self.person_m(number, [cos, sin])).fold(f64::INFINITY, f64::min);
             let falls_short = way.short_share > 0.0 && rng.unit() < way.short_share;
-            let most_m = f64::from(range_m).min(20.0);
-            let ends_m = if falls_short { rng.between(0.3, most_m) } else { f64::from(range_m) };
+            let max_m = f64::from(range_m).min(20.0);
+            let ends_m = if falls_short { rng.between(0.3, max_m) } else { f64::from(range_m) };
             let noisy_m = ends_m.min(person_m) + RANGE_NOISE_M * rng.normal();
             let delay_s = f64::from(degrees + 90) / 360.0 * TURN_NS as f64 * 1e-9;
             Beam {
@@ -163,7 +170,7 @@ impl Moment {
     }
 
     /// The share of the beams that end at people.
-    pub fn hidden(&self, people: u32) -> f64 {
+    pub(crate) fn hidden(&self, people: u32) -> f64 {
         let is_hidden = |(&range_m, degrees): (&f32, i32)| {
             let (sin, cos) = f64::from(degrees).to_radians().sin_cos();
             (0..people).any(|number| self.person_m(number, [cos, sin]) < f64::from(range_m))
@@ -172,8 +179,8 @@ impl Moment {
         hidden as f64 / self.ranges_m.len() as f64
     }
 
-    /// How far a beam gets to a person, half a metre thick, who walks to and fro along the first 10 m at either wall, at up to
-    /// 1.2 m/s; infinite when it passes.
+    /// How far a beam gets to a person, half a meter thick, who walks to and fro along the first 10 m at
+    /// either wall, at up to 1.2 m/s; infinite when it passes.
     fn person_m(&self, number: u32, [cos, sin]: [f64; 2]) -> f64 {
         const RADIUS_M: f64 = 0.25;
         let side = if number.is_multiple_of(2) { 1.0 } else { -1.0 };
@@ -189,51 +196,51 @@ impl Moment {
 
 /// Odometry that is wrong.
 #[derive(Clone, Copy, Debug)]
-pub struct Odometry {
+pub(crate) struct Odometry {
     /// Share by which lengths are too long.
     pub scale: f64,
     /// Share by which turns are too large.
     pub turn: f64,
-    /// Steady turn to one side, radians per metre.
+    /// Steady turn to one side, radians per meter.
     pub drift_rad_per_m: f64,
-    /// Random walk along the way after a metre, metres.
-    pub way_noise_m: f64,
+    /// Random walk along the way after a meter, meters.
+    pub path_noise_m: f64,
     /// The same of the heading, radians.
     pub heading_noise_rad: f64,
 }
 
 impl Odometry {
-    /// The issue's: 1.2 % long and 0.6 degrees a metre off.
-    pub fn poor() -> Self {
+    /// A poor one: 1.2 % long and 0.6 degrees a meter off.
+    pub(crate) fn poor() -> Self {
         Self {
             scale: 0.012,
             turn: 0.01,
             drift_rad_per_m: 0.6_f64.to_radians(),
-            way_noise_m: 0.005,
+            path_noise_m: 0.005,
             heading_noise_rad: 0.4_f64.to_radians(),
         }
     }
 
     /// As wrong as the parameters of the covariance say, drawn by a seed.
-    pub fn drawn(params: &TrackerParams, seed: u64) -> Self {
+    pub(crate) fn drawn(params: &TrackerParams, seed: u64) -> Self {
         let mut rng = Rng::new(seed, 99, 0);
-        let belief = &params.belief;
+        let pose_covariance = &params.pose_covariance;
         Self {
-            scale: belief.scale_share * rng.normal(),
-            turn: belief.turn_share * rng.normal(),
-            drift_rad_per_m: belief.drift_rad_per_m * rng.normal(),
-            way_noise_m: belief.way_m_per_root_m,
-            heading_noise_rad: belief.heading_rad_per_root_m,
+            scale: pose_covariance.scale_share * rng.normal(),
+            turn: pose_covariance.turn_share * rng.normal(),
+            drift_rad_per_m: pose_covariance.drift_rad_per_m * rng.normal(),
+            path_noise_m: pose_covariance.way_m_per_root_m,
+            heading_noise_rad: pose_covariance.heading_rad_per_root_m,
         }
     }
 
     fn step(&self, from: &Moment, to: &Moment, rng: &mut Rng) -> Pose2 {
         let step = from.truth.between(&to.truth);
-        let way_m = to.way_m - from.way_m;
+        let path_m = to.path_m - from.path_m;
         let turn_rad = step.theta_rad * (1.0 + self.turn)
-            + self.drift_rad_per_m * way_m
-            + rng.normal() * self.heading_noise_rad * way_m.sqrt();
-        let slip_m = rng.normal() * self.way_noise_m * way_m.sqrt();
+            + self.drift_rad_per_m * path_m
+            + rng.normal() * self.heading_noise_rad * path_m.sqrt();
+        let slip_m = rng.normal() * self.path_noise_m * path_m.sqrt();
         Pose2::new(step.x_m * (1.0 + self.scale) + slip_m, step.y_m * (1.0 + self.scale), turn_rad)
     }
 }

@@ -12,7 +12,7 @@ const COUNT_M: (f64, f64) = (-10.0, 10.0);
 const DEFAULT_COUNT_M: f64 = 0.0001;
 const DEFAULT_WHEEL_BASE_M: f64 = 0.3;
 const WHEEL_BASE_M: (f64, f64) = (0.01, 10.0);
-/// Counts of a metre or a radian.
+/// Counts of a meter or a radian.
 const COUNTS: (f64, f64) = (-1e9, 1e9);
 
 const P2OS_KEYS: [&str; 4] = ["protocol", "port", "baud", "metres_per_tick"];
@@ -43,8 +43,8 @@ pub struct Base {
 pub enum BaseProtocol {
     /// P2OS and ARCOS: Pioneer and its kin.
     P2os {
-        /// Distance of one odometry unit, in m. Too large makes the robot seem to drive too far. `None`: what is known of the
-        /// subclass that the base tells. The unit of its angle always goes by the subclass.
+        /// Distance of one odometry unit, in m. Too large makes the robot seem to drive too far. `None`: what
+        /// is known of the subclass that the base tells. The unit of its angle always goes by the subclass.
         metres_per_tick: Option<f64>,
     },
     /// RoboClaw packet serial: home-made bases with two driven wheels, motor 1 on the left.
@@ -53,21 +53,25 @@ pub enum BaseProtocol {
         address: u8,
         /// Between the wheels' tracks, in m. Too large makes the robot seem to turn too little.
         wheel_base_m: f64,
-        /// Distance of one encoder count of the left wheel (motor 1), in m; negative when it counts backwards.
+        /// Distance of one encoder count of the left wheel (motor 1), in m; negative when it counts
+        /// backwards.
         metres_per_count_left: f64,
         /// The same of the right wheel (motor 2).
         metres_per_count_right: f64,
     },
     /// rFLEX: B21r, ATRV, Magellan. Written after other drivers, never tried on hardware.
     Rflex {
-        /// Counts of a metre of way; negative when it counts backwards. Too small makes the robot seem to drive too far.
+        /// Counts of a meter of way; negative when it counts backwards. Too small makes the robot seem to
+        /// drive too far.
         counts_per_m: f64,
-        /// Counts of a radian of bearing; negative when it counts clockwise. Too small makes it seem to turn too much.
+        /// Counts of a radian of bearing; negative when it counts clockwise. Too small makes it seem to turn
+        /// too much.
         counts_per_rad: f64,
     },
 }
 
-/// A model of rFLEX base, for what its counts are worth (CARMEN's table; robots of one model differ by some per cent).
+/// A model of rFLEX base, for what its counts are worth (CARMEN's table; robots of one model differ by some
+/// per cent).
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
 pub enum RflexModel {
     /// ATRV.
@@ -116,7 +120,7 @@ impl RflexModel {
         }
     }
 
-    /// Counts of a metre, and of a radian.
+    /// Counts of a meter, and of a radian.
     #[must_use]
     pub const fn counts(self) -> (f64, f64) {
         match self {
@@ -143,7 +147,8 @@ impl BaseProtocol {
         }
     }
 
-    /// The keys of a home-made base's geometry that have the values of the defaults, which are nobody's robot.
+    /// The keys of a home-made base's geometry that have the values of the defaults, which are nobody's
+    /// robot.
     #[must_use]
     pub fn unmeasured(self) -> Vec<&'static str> {
         let Self::RoboClaw { wheel_base_m, metres_per_count_left, metres_per_count_right, .. } = self else {
@@ -181,7 +186,7 @@ impl Default for Base {
 }
 
 impl Base {
-    pub(super) fn parse(table: &Table) -> Result<Self, RigError> {
+    pub(crate) fn parse(table: &Table) -> Result<Self, RigError> {
         let template = Self::default();
         let protocol =
             match table.word("protocol", template.protocol.name(), &["p2os", "roboclaw", "rflex"])? {
@@ -211,7 +216,7 @@ fn roboclaw(table: &Table) -> Result<BaseProtocol, RigError> {
     let addresses = [128.0, 129.0, 130.0, 131.0, 132.0, 133.0, 134.0, 135.0];
     let metres_per_count = |key| match table.number(key, DEFAULT_COUNT_M, COUNT_M)? {
         0.0 => Err(table.refuse(key, "a number that is not 0, negative when the wheel counts backwards")),
-        metres => Ok(metres),
+        meters => Ok(meters),
     };
     Ok(BaseProtocol::RoboClaw {
         address: table.one_of("address", 128.0, &addresses)? as u8,
@@ -221,7 +226,8 @@ fn roboclaw(table: &Table) -> Result<BaseProtocol, RigError> {
     })
 }
 
-/// The model's counts, each replaced by the robot's own where it is given. Without a model, one alone says too little.
+/// The model's counts, each replaced by the robot's own where it is given. Without a model, one alone says
+/// too little.
 fn rflex(table: &Table) -> Result<BaseProtocol, RigError> {
     table.only(&RFLEX_KEYS)?;
     let (own_m, own_rad) = (table.has("counts_per_m"), table.has("counts_per_rad"));

@@ -1,6 +1,9 @@
 //! Where a laser sits: translation, then yaw about z, pitch about the new y, roll about the new x (Z-Y-X).
 
-/// `base_from_laser`: turns points of the laser's own frame (x along the middle beam, y to the left) into `base_link`.
+use biplane_geometry::{Pose3, RollPitchYaw};
+
+/// `base_from_laser`: turns points of the laser's own frame (x along the middle beam, y to the left) into
+/// `base_link`.
 #[derive(Copy, Clone, PartialEq, Debug, Default)]
 pub struct Mount {
     /// Forward of the base's origin, in m.
@@ -17,18 +20,6 @@ pub struct Mount {
     pub yaw: f64,
 }
 
-/// Sine and cosine of degrees, exact at multiples of 90.
-fn sin_cos_deg(angle_deg: f64) -> (f64, f64) {
-    let quarter = (angle_deg / 90.0).round();
-    let (sin, cos) = (angle_deg - quarter * 90.0).to_radians().sin_cos();
-    match quarter.rem_euclid(4.0) as u8 {
-        0 => (sin, cos),
-        1 => (cos, -sin),
-        2 => (-sin, -cos),
-        _ => (-cos, sin),
-    }
-}
-
 impl Mount {
     /// The laser's origin in the base, in m.
     #[must_use]
@@ -39,36 +30,23 @@ impl Mount {
     /// The rotation `base_from_laser`, rows first: p_base = matrix * p_laser + translation.
     #[must_use]
     pub fn matrix(&self) -> [[f64; 3]; 3] {
-        let (sr, cr) = sin_cos_deg(self.roll);
-        let (sp, cp) = sin_cos_deg(self.pitch);
-        let (sy, cy) = sin_cos_deg(self.yaw);
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
+        self.roll_pitch_yaw().matrix()
     }
 
     /// The same rotation as a unit quaternion.
     #[must_use]
     pub fn rotation_xyzw(&self) -> [f64; 4] {
-        let (sr, cr) = sin_cos_deg(self.roll / 2.0);
-        let (sp, cp) = sin_cos_deg(self.pitch / 2.0);
-        let (sy, cy) = sin_cos_deg(self.yaw / 2.0);
-        [
-            cy * cp * sr - sy * sp * cr,
-            cy * sp * cr + sy * cp * sr,
-            sy * cp * cr - cy * sp * sr,
-            cy * cp * cr + sy * sp * sr,
-        ]
+        self.roll_pitch_yaw().quaternion_xyzw()
+    }
+
+    fn roll_pitch_yaw(&self) -> RollPitchYaw {
+        RollPitchYaw { roll_deg: self.roll, pitch_deg: self.pitch, yaw_deg: self.yaw }
     }
 
     /// A point of the laser's frame in the base, in m.
     #[must_use]
     pub fn base_from_laser(&self, point_in_laser_m: [f64; 3]) -> [f64; 3] {
-        let [x, y, z] = point_in_laser_m;
-        let rotated = self.matrix().map(|[a, b, c]| a * x + b * y + c * z);
-        [rotated[0] + self.x, rotated[1] + self.y, rotated[2] + self.z]
+        Pose3 { rotation: self.matrix(), translation_m: self.translation_m() }.transform(point_in_laser_m)
     }
 }
 

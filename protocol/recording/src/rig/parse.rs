@@ -1,8 +1,7 @@
 //! From text to rig: every key known, every value allowed, every default filled in.
 
 use super::table::{Table, line_at};
-use super::{Base, Laser, Mount, Rig, RigError, Units};
-use std::path::Path;
+use super::{Base, Laser, Mount, RigError, Units};
 use toml::de::DeTable;
 
 /// Rates that a laser of the LMS 2xx family can run at, in Bd.
@@ -25,40 +24,31 @@ const LASER_KEYS: [&str; 11] = [
     "mount",
     "delay_ms",
 ];
-impl Rig {
-    /// Reads the text of a `rig.toml`.
-    ///
-    /// A key that is not given takes the value of the template ([`Rig::default`]), also inside `mount`; ports must be given.
-    ///
-    /// # Errors
-    /// The first thing that is wrong, with line, key, what was found and what is allowed.
-    pub fn parse(text: &str) -> Result<Self, RigError> {
-        let parsed = DeTable::parse(text).map_err(|error| RigError::Syntax {
-            line: line_at(text, error.span().map_or(0, |span| span.start)),
-            what: error.message().to_owned(),
-        })?;
-        let whole = Table::whole(text, parsed.get_ref());
-        whole.only(&["horizontal", "vertical", "base"])?;
-        let missing = || RigError::MissingKey { key: "horizontal.port".to_owned() };
-        let horizontal = whole.table("horizontal")?.ok_or_else(missing)?;
-        let base = whole.table("base")?.ok_or(RigError::NoBase)?;
-        let vertical = whole.table("vertical")?;
-        Ok(Self {
-            horizontal: laser(&horizontal, &Laser::horizontal())?,
-            vertical: vertical.map(|table| laser(&table, &Laser::vertical())).transpose()?,
-            base: Base::parse(&base)?,
-        })
-    }
 
-    /// Reads a `rig.toml`.
-    ///
-    /// # Errors
-    /// That the file cannot be read, or what [`Rig::parse`] says of it, with the file's name.
-    pub fn load(path: &Path) -> Result<Self, RigError> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|source| RigError::File { path: path.to_owned(), source })?;
-        Self::parse(&text).map_err(|source| RigError::In { path: path.to_owned(), source: Box::new(source) })
-    }
+/// What a rig's text says of each device.
+pub(crate) struct Devices {
+    pub(crate) horizontal: Laser,
+    pub(crate) vertical: Option<Laser>,
+    pub(crate) base: Base,
+}
+
+/// Reads the text of a `rig.toml`.
+pub(crate) fn parse(text: &str) -> Result<Devices, RigError> {
+    let parsed = DeTable::parse(text).map_err(|error| RigError::Syntax {
+        line: line_at(text, error.span().map_or(0, |span| span.start)),
+        what: error.message().to_owned(),
+    })?;
+    let whole = Table::whole(text, parsed.get_ref());
+    whole.only(&["horizontal", "vertical", "base"])?;
+    let missing = || RigError::MissingKey { key: "horizontal.port".to_owned() };
+    let horizontal = whole.table("horizontal")?.ok_or_else(missing)?;
+    let base = whole.table("base")?.ok_or(RigError::NoBase)?;
+    let vertical = whole.table("vertical")?;
+    Ok(Devices {
+        horizontal: laser(&horizontal, &Laser::horizontal())?,
+        vertical: vertical.map(|table| laser(&table, &Laser::vertical())).transpose()?,
+        base: Base::parse(&base)?,
+    })
 }
 
 fn laser(table: &Table, template: &Laser) -> Result<Laser, RigError> {

@@ -1,6 +1,6 @@
 //! From rig to text: everything resolved, nothing left to defaults.
 
-use super::{Base, BaseProtocol, Laser, Rig};
+use super::{Base, BaseProtocol, Laser};
 use std::fmt::Write;
 
 /// A TOML string with what must be escaped in it.
@@ -49,7 +49,7 @@ fn base(out: &mut String, base: &Base) -> std::fmt::Result {
     writeln!(out, "port = {}", quoted(port))?;
     writeln!(out, "baud = {baud}")?;
     match protocol {
-        BaseProtocol::P2os { metres_per_tick: Some(metres) } => writeln!(out, "metres_per_tick = {metres:?}"),
+        BaseProtocol::P2os { metres_per_tick: Some(meters) } => writeln!(out, "metres_per_tick = {meters:?}"),
         BaseProtocol::P2os { metres_per_tick: None } => {
             writeln!(out, "# metres_per_tick: by the subclass that the base tells")
         }
@@ -66,17 +66,14 @@ fn base(out: &mut String, base: &Base) -> std::fmt::Result {
     }
 }
 
-impl Rig {
-    /// The resolved `rig.toml`: every key with its value, but for settings that are left to the device. [`Rig::parse`] makes the same rig of it.
-    #[must_use]
-    pub fn to_toml(&self) -> String {
-        let mut out = String::new();
-        // Writing to a string does not fail.
-        let _ = laser(&mut out, "horizontal", &self.horizontal);
-        if let Some(vertical) = &self.vertical {
-            let _ = laser(&mut out, "vertical", vertical);
-        }
-        let _ = base(&mut out, &self.base);
-        out
+/// The text of a rig with these devices.
+pub(crate) fn print(horizontal: &Laser, vertical: Option<&Laser>, own_base: &Base) -> String {
+    let mut out = String::new();
+    // Writing to a string does not fail.
+    let _ = laser(&mut out, "horizontal", horizontal);
+    if let Some(vertical) = vertical {
+        let _ = laser(&mut out, "vertical", vertical);
     }
+    let _ = base(&mut out, own_base);
+    out
 }

@@ -7,14 +7,14 @@ use toml::de::{DeTable, DeValue};
 type Value<'a> = Spanned<DeValue<'a>>;
 
 /// A table of the text: its name with a dot behind it (empty for the whole text), its keys.
-pub(super) struct Table<'a> {
+pub(crate) struct Table<'a> {
     text: &'a str,
     prefix: String,
     keys: &'a DeTable<'a>,
 }
 
 /// The line of a byte, counted from 1.
-pub(super) fn line_at(text: &str, byte: usize) -> usize {
+pub(crate) fn line_at(text: &str, byte: usize) -> usize {
     text.bytes().take(byte).filter(|byte| *byte == b'\n').count() + 1
 }
 
@@ -41,7 +41,7 @@ fn as_number(value: &DeValue) -> Option<f64> {
 }
 
 impl<'a> Table<'a> {
-    pub fn whole(text: &'a str, keys: &'a DeTable<'a>) -> Self {
+    pub(crate) fn whole(text: &'a str, keys: &'a DeTable<'a>) -> Self {
         Self { text, prefix: String::new(), keys }
     }
 
@@ -50,7 +50,7 @@ impl<'a> Table<'a> {
     }
 
     /// The error that a key's value is not allowed.
-    pub fn refuse(&self, key: &str, allowed: &str) -> RigError {
+    pub(crate) fn refuse(&self, key: &str, allowed: &str) -> RigError {
         let key_path = format!("{}{key}", self.prefix);
         match self.get(key) {
             Some(value) => RigError::Value {
@@ -64,7 +64,7 @@ impl<'a> Table<'a> {
     }
 
     /// Refuses every key that is not among `known`.
-    pub fn only(&self, known: &[&str]) -> Result<(), RigError> {
+    pub(crate) fn only(&self, known: &[&str]) -> Result<(), RigError> {
         for (key, _) in self.keys {
             if !known.contains(&key.get_ref().as_ref()) {
                 return Err(RigError::UnknownKey {
@@ -78,14 +78,14 @@ impl<'a> Table<'a> {
     }
 
     /// The table inside under a key; `None` when the key is not there.
-    pub fn table(&self, key: &str) -> Result<Option<Table<'a>>, RigError> {
+    pub(crate) fn table(&self, key: &str) -> Result<Option<Table<'a>>, RigError> {
         let Some(value) = self.get(key) else { return Ok(None) };
         let keys = value.get_ref().as_table().ok_or_else(|| self.refuse(key, "a table"))?;
         Ok(Some(Table { text: self.text, prefix: format!("{}{key}.", self.prefix), keys }))
     }
 
     /// A number within bounds, inclusive; integers are numbers.
-    pub fn number(&self, key: &str, default: f64, (low, high): (f64, f64)) -> Result<f64, RigError> {
+    pub(crate) fn number(&self, key: &str, default: f64, (low, high): (f64, f64)) -> Result<f64, RigError> {
         let Some(value) = self.get(key) else { return Ok(default) };
         as_number(value.get_ref())
             .filter(|number| *number >= low && *number <= high)
@@ -93,7 +93,7 @@ impl<'a> Table<'a> {
     }
 
     /// One of a few numbers.
-    pub fn one_of(&self, key: &str, default: f64, allowed: &[f64]) -> Result<f64, RigError> {
+    pub(crate) fn one_of(&self, key: &str, default: f64, allowed: &[f64]) -> Result<f64, RigError> {
         let Some(value) = self.get(key) else { return Ok(default) };
         as_number(value.get_ref()).filter(|number| allowed.contains(number)).ok_or_else(|| {
             let words: Vec<String> = allowed.iter().map(f64::to_string).collect();
@@ -102,18 +102,18 @@ impl<'a> Table<'a> {
     }
 
     /// Whether a key is there.
-    pub fn has(&self, key: &str) -> bool {
+    pub(crate) fn has(&self, key: &str) -> bool {
         self.get(key).is_some()
     }
 
     /// Yes or no; `None` when the key is not there.
-    pub fn flag(&self, key: &str) -> Result<Option<bool>, RigError> {
+    pub(crate) fn flag(&self, key: &str) -> Result<Option<bool>, RigError> {
         let Some(value) = self.get(key) else { return Ok(None) };
         value.get_ref().as_bool().map(Some).ok_or_else(|| self.refuse(key, "true, false"))
     }
 
     /// One of a few words.
-    pub fn word(
+    pub(crate) fn word(
         &self,
         key: &str,
         default: &'static str,
@@ -128,7 +128,7 @@ impl<'a> Table<'a> {
     }
 
     /// A text that must be there and is not empty.
-    pub fn text(&self, key: &str) -> Result<String, RigError> {
+    pub(crate) fn text(&self, key: &str) -> Result<String, RigError> {
         let text = self.get(key).and_then(|value| value.get_ref().as_str()).filter(|text| !text.is_empty());
         text.map(str::to_owned).ok_or_else(|| self.refuse(key, "a text, for example \"/dev/ttyUSB0\""))
     }

@@ -2,8 +2,9 @@
 
 use crate::folder::Folder;
 use crate::samples::odometry;
-use biplane_recording::recover::Problem;
-use biplane_recording::{Entry, Message, ReadError, Reader, RecoverReport, recover};
+use biplane_recording::mcap::recover::Problem;
+use biplane_recording::recover;
+use biplane_recording::{Entry, Message, ReadError, Reader, RecoverReport};
 use std::io::Read;
 use std::path::PathBuf;
 

@@ -3,33 +3,33 @@
 use std::ops::{Range, RangeInclusive};
 
 /// The seeds of a test: a few, or as many as `BIPLANE_SEEDS` asks for.
-pub fn seeds(few: u64) -> RangeInclusive<u64> {
+pub(crate) fn seeds(few: u64) -> RangeInclusive<u64> {
     let many = std::env::var("BIPLANE_SEEDS").ok().and_then(|text| text.parse().ok());
     1..=many.unwrap_or(few)
 }
 
 /// Numbers that look random (SplitMix64: Steele, Lea, Flood 2014).
-pub struct Dice(u64);
+pub(crate) struct Dice(u64);
 
 impl Dice {
-    pub fn new(seed: u64) -> Self {
+    pub(crate) fn new(seed: u64) -> Self {
         Self(seed.wrapping_mul(0xD6E8_FEB8_6659_FD93))
     }
 
-    pub fn bits(&mut self) -> u64 {
+    pub(crate) fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
         let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
         mixed ^ (mixed >> 31)
     }
 
-    pub fn below(&mut self, limit: usize) -> usize {
+    pub(crate) fn below(&mut self, limit: usize) -> usize {
         (self.bits() % limit.max(1) as u64) as usize
     }
 }
 
 /// A damaged file.
-pub struct Damage {
+pub(crate) struct Damage {
     /// What was done, in words.
     pub what: String,
     pub bytes: Vec<u8>,
@@ -46,7 +46,7 @@ impl Damage {
         Self { what, bytes, touched, moved: false, invented_end: false }
     }
 
-    pub fn cut(whole: &[u8], length: usize) -> Self {
+    pub(crate) fn cut(whole: &[u8], length: usize) -> Self {
         Self::new(format!("cut at {length}"), whole[..length].to_vec(), once(length..whole.len()))
     }
 }
@@ -56,9 +56,9 @@ fn once(range: Range<usize>) -> Vec<Range<usize>> {
 }
 
 /// A way to damage a file.
-pub type Kind = fn(&[u8], &mut Dice) -> Damage;
+pub(crate) type Kind = fn(&[u8], &mut Dice) -> Damage;
 
-pub const KINDS: [(&str, Kind); 9] = [
+pub(crate) const KINDS: [(&str, Kind); 9] = [
     ("cut", |whole, dice| Damage::cut(whole, dice.below(whole.len()))),
     ("cut, zeros behind", |whole, dice| torn(whole, dice, false)),
     ("cut, random bytes behind", |whole, dice| torn(whole, dice, true)),
@@ -137,20 +137,20 @@ fn huge_length(whole: &[u8], dice: &mut Dice) -> Damage {
     Damage::new(format!("length {claim} at {place}"), bytes, once(place..place + 8))
 }
 
-fn stretch(whole: &[u8], dice: &mut Dice) -> Range<usize> {
+fn byte_range(whole: &[u8], dice: &mut Dice) -> Range<usize> {
     let start = dice.below(whole.len());
     start..(start + 1 + dice.below(6000)).min(whole.len())
 }
 
 fn lost(whole: &[u8], dice: &mut Dice) -> Damage {
-    let gone = stretch(whole, dice);
+    let gone = byte_range(whole, dice);
     let bytes = [&whole[..gone.start], &whole[gone.end..]].concat();
     let damage = Damage::new(format!("{gone:?} lost"), bytes, once(gone));
     Damage { moved: true, invented_end: true, ..damage }
 }
 
 fn doubled(whole: &[u8], dice: &mut Dice) -> Damage {
-    let twice = stretch(whole, dice);
+    let twice = byte_range(whole, dice);
     let bytes = [&whole[..twice.end], &whole[twice.start..]].concat();
     // What stands around the second copy's beginning is torn there.
     let damage = Damage::new(format!("{twice:?} twice"), bytes, once(twice));

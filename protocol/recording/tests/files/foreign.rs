@@ -1,7 +1,10 @@
-//! Files that others wrote: packed otherwise or not at all, without index, with topics and encodings that we do not know.
+//! Files that others wrote: packed otherwise or not at all, without index, with topics and encodings that we
+//! do not know.
 
 use crate::folder::Folder;
-use biplane_recording::{AnyMessage, Direction, Entry, Port, Reader, Topic, Writer, WriterOptions, recover};
+use biplane_recording::capture::serial;
+use biplane_recording::recover;
+use biplane_recording::{AnyMessage, Direction, Entry, Port, Reader, Topic, Writer, WriterOptions};
 use mcap::records::MessageHeader;
 use mcap::{Compression, WriteOptions};
 use std::collections::BTreeMap;
@@ -95,7 +98,7 @@ fn a_cut_foreign_file_is_salvaged() {
         write_foreign(&path, options);
         let before = entries(&path);
         let bytes = std::fs::read(&path).unwrap();
-        let mut most = 0;
+        let mut maximum = 0;
         for place in (200..bytes.len()).step_by(211) {
             let cut = folder.file("cut");
             std::fs::write(&cut, &bytes[..place]).unwrap();
@@ -104,10 +107,10 @@ fn a_cut_foreign_file_is_salvaged() {
             recover(&cut, &saved).unwrap();
             let after = entries(&saved);
             assert_eq!(after[..], before[..after.len()], "{name} cut at {place}");
-            assert!(after.len() >= most, "{name} cut at {place}: fewer messages than from a shorter file");
-            most = after.len();
+            assert!(after.len() >= maximum, "{name} cut at {place}: fewer messages than from a shorter file");
+            maximum = after.len();
         }
-        assert!(most > 200, "{name}: {most}");
+        assert!(maximum > 200, "{name}: {maximum}");
     }
 }
 
@@ -151,7 +154,7 @@ fn messages_are_copied_beside_own_ones() {
     }
     assert!(after.is_sorted_by_key(|entry| entry.log_time_ns));
     assert_eq!(after.last().unwrap().topic, Some(Topic::Serial(Port::Base, Direction::Rx)));
-    let serial: Vec<_> = Reader::open(&output).unwrap().serial().collect::<Result<_, _>>().unwrap();
+    let serial: Vec<_> = serial(&Reader::open(&output).unwrap()).collect::<Result<_, _>>().unwrap();
     assert_eq!(serial.len(), 1);
     assert_eq!((serial[0].port, serial[0].bytes.as_slice()), (Port::Base, b"end".as_slice()));
 }

@@ -1,6 +1,6 @@
 //! A recording in parts: each part whole, no message lost or doubled, the same bytes each time.
 
-use biplane_recording::write::part_path;
+use biplane_recording::mcap::write::part_path;
 use biplane_recording::{
     Entry, PartsWriter, ReadError, Reader, Recording, Rig, Rotation, Topic, WriteError, Writer, WriterOptions,
 };

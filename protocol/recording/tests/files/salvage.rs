@@ -1,11 +1,11 @@
-//! Files cut, torn and flipped at many places: nothing intact is lost, nothing damaged is kept, and the report says which.
+//! Files cut, torn and flipped at many places: nothing intact is lost, nothing damaged is kept, and the
+//! report says which.
 
 use crate::folder::Folder;
 use crate::samples::write_run;
-use biplane_recording::recover::Problem;
-use biplane_recording::{
-    Entry, ReadError, Reader, RecoverError, RecoverReport, WriterOptions, recover, recover_over,
-};
+use biplane_recording::mcap::recover::Problem;
+use biplane_recording::recover;
+use biplane_recording::{Entry, ReadError, Reader, RecoverError, RecoverReport, WriterOptions, recover_over};
 use std::path::{Path, PathBuf};
 
 /// A whole file, what is in it, and where its parts end.

@@ -1,6 +1,6 @@
 //! Messages to write, of every topic and type.
 
-use biplane_recording::msg::{
+use biplane_recording::messages::{
     DiagnosticArray, DiagnosticStatus, KeyValue, LaserScan, Odometry, PoseWithCovarianceStamped, TfMessage,
     TransformStamped,
 };
@@ -8,11 +8,11 @@ use biplane_recording::{Direction, Port, Rig, Topic, WriteError, Writer, WriterO
 use std::collections::BTreeMap;
 use std::path::Path;
 
-pub const START_NS: i64 = 1_700_000_000_000_000_000;
-pub const STEP_NS: i64 = 26_640_000;
+pub(crate) const START_NS: i64 = 1_700_000_000_000_000_000;
+pub(crate) const STEP_NS: i64 = 26_640_000;
 
 /// Ranges that do not pack to nothing: a plain generator (Numerical Recipes' constants), in steps of 1 cm.
-pub fn scan(number: u32, frame_id: &str) -> LaserScan {
+pub(crate) fn scan(number: u32, frame_id: &str) -> LaserScan {
     let mut state = number.wrapping_mul(2_654_435_761).wrapping_add(frame_id.len() as u32);
     let mut range = || {
         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -35,7 +35,7 @@ pub fn scan(number: u32, frame_id: &str) -> LaserScan {
     }
 }
 
-pub fn odometry(number: u32) -> Odometry {
+pub(crate) fn odometry(number: u32) -> Odometry {
     Odometry {
         stamp_ns: START_NS + i64::from(number) * STEP_NS,
         frame_id: "odom".into(),
@@ -46,7 +46,7 @@ pub fn odometry(number: u32) -> Odometry {
     }
 }
 
-pub fn pose(number: u32) -> PoseWithCovarianceStamped {
+pub(crate) fn pose(number: u32) -> PoseWithCovarianceStamped {
     PoseWithCovarianceStamped {
         stamp_ns: START_NS + i64::from(number) * STEP_NS,
         frame_id: "map".into(),
@@ -55,7 +55,7 @@ pub fn pose(number: u32) -> PoseWithCovarianceStamped {
     }
 }
 
-pub fn transform(number: u32) -> TfMessage {
+pub(crate) fn transform(number: u32) -> TfMessage {
     let stamp_ns = START_NS + i64::from(number) * STEP_NS;
     let between = |frame_id: &str, child_frame_id: &str| TransformStamped {
         stamp_ns,
@@ -66,7 +66,7 @@ pub fn transform(number: u32) -> TfMessage {
     TfMessage { transforms: vec![between("map", "odom"), between("odom", "base_link")] }
 }
 
-pub fn diagnostics(number: u32) -> DiagnosticArray {
+pub(crate) fn diagnostics(number: u32) -> DiagnosticArray {
     DiagnosticArray {
         stamp_ns: START_NS + i64::from(number) * STEP_NS,
         frame_id: String::new(),
@@ -81,7 +81,7 @@ pub fn diagnostics(number: u32) -> DiagnosticArray {
 }
 
 /// Writes a run of `steps` scans a laser, with every topic that a recording can hold, rig and metadata.
-pub fn write_run(path: &Path, steps: u32, options: &WriterOptions) -> Result<Writer, WriteError> {
+pub(crate) fn write_run(path: &Path, steps: u32, options: &WriterOptions) -> Result<Writer, WriteError> {
     let mut writer = Writer::create(path, options)?;
     writer.attach("rig.toml", "application/toml", Rig::default().to_toml().as_bytes())?;
     writer.metadata("run", &BTreeMap::from([("biplane".to_owned(), "test".to_owned())]))?;

@@ -1,8 +1,9 @@
-//! Bytes worked out on paper from the CDR rules: offsets count from after the four header bytes, every number stands at a
-//! multiple of its size, a string is its length with NUL, its letters, NUL. Checked the other way by outside readers.
+//! Bytes worked out on paper from the CDR rules: offsets count from after the four header bytes, every number
+//! stands at a multiple of its size, a string is its length with NUL, its letters, NUL. Checked the other way
+//! by outside readers.
 
 use biplane_recording::Message;
-use biplane_recording::msg::{
+use biplane_recording::messages::{
     ByteArray, DiagnosticArray, DiagnosticStatus, KeyValue, LaserScan, Odometry, PoseWithCovarianceStamped,
     TfMessage, TransformStamped,
 };
@@ -40,7 +41,8 @@ fn a_laser_scan() {
         ranges_m: vec![-1.0, f32::INFINITY],
         intensities: vec![3.0],
     };
-    // 0: 1 s, 2 ns. 8: three bytes 'a' 'b' NUL end at 15, to 16 for the seven numbers. Then two ranges and one intensity.
+    // 0: 1 s, 2 ns. 8: three bytes 'a' 'b' NUL end at 15, to 16 for the seven numbers. Then two ranges and
+    // one intensity.
     check(
         &scan,
         "00 01 00 00
@@ -122,8 +124,8 @@ fn two_transforms() {
         ..TransformStamped::default()
     };
     let message = TfMessage { transforms: vec![transform(1, "", "c", 1.0), transform(2, "c", "", 2.0)] };
-    // First: 4 stamp, 12 "" (length 1), ends at 17, to 20; "c" ends at 26, to 32; 56 bytes of numbers end at 88.
-    // Second: 88 stamp, 96 "c" ends at 102, to 104; "" ends at 109, to 112.
+    // First: 4 stamp, 12 "" (length 1), ends at 17, to 20; "c" ends at 26, to 32; 56 bytes of numbers end at
+    // 88. Second: 88 stamp, 96 "c" ends at 102, to 104; "" ends at 109, to 112.
     check(
         &message,
         "00 01 00 00  02 00 00 00
@@ -145,8 +147,8 @@ fn diagnostics() {
         values: vec![value],
     };
     let message = DiagnosticArray { stamp_ns: 0, frame_id: String::new(), status: vec![status] };
-    // 8 "" ends at 13, to 16; count; 20 level, to 24; "n" ends at 30, to 32; "" ends at 37, to 40; "hhh" ends at 48; count; 52 "k" ends at
-    // 58, to 60; "vv" ends at 67.
+    // 8 "" ends at 13, to 16; count; 20 level, to 24; "n" ends at 30, to 32; "" ends at 37, to 40; "hhh" ends
+    // at 48; count; 52 "k" ends at 58, to 60; "vv" ends at 67.
     check(
         &message,
         "00 01 00 00  z4  z4  01 00 00 00  00  z3  01 00 00 00

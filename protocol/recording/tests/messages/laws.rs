@@ -1,7 +1,7 @@
-//! What holds for every type: what is encoded decodes to the same; a cut message is an error at every length; bytes of any kind
-//! never panic, and never make the decoder believe a length.
+//! What holds for every type: what is encoded decodes to the same; a cut message is an error at every length;
+//! bytes of any kind never panic, and never make the decoder believe a length.
 
-use biplane_recording::msg::{
+use biplane_recording::messages::{
     ByteArray, DiagnosticArray, DiagnosticStatus, KeyValue, LaserScan, Odometry, PoseWithCovarianceStamped,
     TfMessage, TransformStamped,
 };

@@ -34,7 +34,7 @@ impl Baud {
     }
 
     /// Sub-command of 20h that switches to this rate.
-    pub(super) const fn sub_command(self) -> u8 {
+    pub(crate) const fn sub_command(self) -> u8 {
         match self {
             Baud::B9600 => 0x42,
             Baud::B19200 => 0x41,
@@ -43,7 +43,7 @@ impl Baud {
         }
     }
 
-    pub(super) fn from_sub_command(sub_command: u8) -> Option<Self> {
+    pub(crate) fn from_sub_command(sub_command: u8) -> Option<Self> {
         Self::ALL.into_iter().find(|baud| baud.sub_command() == sub_command)
     }
 

@@ -1,12 +1,11 @@
 //! How LMS telegrams are found in a stream (telegram listing, section 4), once for each direction.
 
+use super::frame::FRAME_OVERHEAD;
 use super::{ACK, MAX_PARTS, MAX_VALUES, NAK, REPLY_BIT, STX, checksum};
-use crate::deframe::{Deframer, Framing, Measure};
+use crate::framing::{Deframer, Framing, Measure};
 
-/// Everything of a telegram that its length field does not count: start, address, length, checksum.
-pub(super) const FRAME_OVERHEAD: usize = 6;
-/// Longest reply: ranges and remissions (F5h) of 401 values in five parts with index bytes. Half of it is the longest that the
-/// listing's tables show.
+/// Longest reply: ranges and remissions (F5h) of 401 values in five parts with index bytes. Half of it is the
+/// longest that the listing's tables show.
 pub const MAX_REPLY_BYTES: usize = FRAME_OVERHEAD + 1 + 2 + 6 * MAX_PARTS + 4 * MAX_VALUES + 2 + 1;
 /// Longest reply of ranges alone: a sub-range of mean values (BFh) of all 401 values with index bytes.
 const MAX_SCAN_BYTES: usize = FRAME_OVERHEAD + 1 + 7 + 2 * MAX_VALUES + 2 + 1;

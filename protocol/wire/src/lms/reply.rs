@@ -1,11 +1,12 @@
 //! What a laser answers (telegram listing, section 7).
 
-use super::telegram::DATA_OFFSET;
-use super::{Config, ErrorList, ModeResult, PairsView, S14View, ScanView, Status, StatusReport, Text, emit};
+use super::frame::DATA_OFFSET;
+use super::{Config, ErrorList, ModeResult, PairsView, S14View, ScanView, Status, StatusReport, Text, frame};
 use crate::WireError;
 use crate::cursor::{Reader, Writer};
 
-/// A reply, without address and status byte. Cheap to make: texts, scans and reports stay in the telegram's bytes.
+/// A reply, without address and status byte. Cheap to make: texts, scans and reports stay in the telegram's
+/// bytes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[allow(clippy::large_enum_variant)] // a configuration is 72 bytes, and there is no heap to put it on
 pub enum Reply<'a> {
@@ -60,7 +61,8 @@ pub enum Reply<'a> {
     Pairs(PairsView<'a>),
     /// C4: ranges and remissions of an S14.
     S14(S14View<'a>),
-    /// BE: a part of a scan with field values. No session with a device shows how they stand, so they stay bytes.
+    /// BE: a part of a scan with field values. No session with a device shows how they stand, so they stay
+    /// bytes.
     FieldValues {
         /// Everything between code and status.
         data: &'a [u8],
@@ -75,7 +77,8 @@ pub enum Reply<'a> {
         /// The byte sent; 1 = done.
         result: u8,
     },
-    /// E6: which rate the device will have after power-on. (The listing's example has a length of 0 by a misprint.)
+    /// E6: which rate the device will have after power-on. (The listing's example has a length of 0 by a
+    /// misprint.)
     PermanentBaud {
         /// The byte sent; 1 = done.
         result: u8,
@@ -129,7 +132,7 @@ impl<'a> Reply<'a> {
         }
     }
 
-    pub(super) fn parse(code: u8, data: &'a [u8]) -> Result<Self, WireError> {
+    pub(crate) fn parse(code: u8, data: &'a [u8]) -> Result<Self, WireError> {
         let mut reader = Reader::new(data, DATA_OFFSET);
         let reply = match code {
             0x90 => Reply::PowerOn { text: Text(reader.rest()) },
@@ -205,7 +208,7 @@ impl<'a> Reply<'a> {
 
     /// Bytes of the whole telegram.
     pub fn encoded_len(&self) -> usize {
-        emit::framed_len(true, |writer| self.write(writer))
+        frame::framed_len(true, |writer| self.write(writer))
     }
 
     /// Writes the whole telegram from a device (`address` 80h to FFh) and returns its length.
@@ -213,7 +216,7 @@ impl<'a> Reply<'a> {
     /// # Errors
     /// `out` is too small, or `address` is that of a request.
     pub fn emit(&self, address: u8, status: Status, out: &mut [u8]) -> Result<usize, WireError> {
-        emit::emit(out, address, Some(status), |writer| self.write(writer))
+        frame::emit(out, address, Some(status), |writer| self.write(writer))
     }
 }
 

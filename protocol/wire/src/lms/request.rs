@@ -2,11 +2,11 @@
 
 use heapless::Vec;
 
-use super::reflectivity::{MAX_PARTS, Span, parse_spans, write_spans};
-use super::telegram::DATA_OFFSET;
-use super::{Config, Mode, emit};
+use super::frame::DATA_OFFSET;
+use super::{Config, Mode, frame};
 use crate::WireError;
 use crate::cursor::{Reader, Writer};
+use crate::lms::scan::reflectivity::{MAX_PARTS, Span, parse_spans, write_spans};
 
 /// Which values command 30h asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -164,7 +164,7 @@ impl Request {
         }
     }
 
-    pub(super) fn parse(code: u8, data: &[u8]) -> Result<Self, WireError> {
+    pub(crate) fn parse(code: u8, data: &[u8]) -> Result<Self, WireError> {
         let mut reader = Reader::new(data, DATA_OFFSET);
         let request = match code {
             0x10 => Request::Reset,
@@ -235,7 +235,7 @@ impl Request {
 
     /// Bytes of the whole telegram.
     pub fn encoded_len(&self) -> usize {
-        emit::framed_len(false, |writer| self.write(writer))
+        frame::framed_len(false, |writer| self.write(writer))
     }
 
     /// Writes the whole telegram to a device (`address` 00h to 7Fh, 00h = any) and returns its length.
@@ -243,7 +243,7 @@ impl Request {
     /// # Errors
     /// `out` is too small, or `address` is that of a reply.
     pub fn emit(&self, address: u8, out: &mut [u8]) -> Result<usize, WireError> {
-        emit::emit(out, address, None, |writer| self.write(writer))
+        frame::emit(out, address, None, |writer| self.write(writer))
     }
 }
 

@@ -1,12 +1,9 @@
 //! A whole telegram as a view: any code, known or not.
 
-use super::framing::FRAME_OVERHEAD;
-use super::{REPLY_BIT, Reply, Request, STX, Status, checksum, emit};
+use super::frame::FRAME_OVERHEAD;
+use super::{REPLY_BIT, Reply, Request, STX, Status, checksum, frame};
 use crate::WireError;
 use crate::cursor::Reader;
-
-/// Where the data start.
-pub(super) const DATA_OFFSET: usize = 5;
 
 /// One telegram, its frame checked: start byte, length and checksum are good. `Copy`, borrows the bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,7 +100,7 @@ impl<'a> Telegram<'a> {
     /// # Errors
     /// `out` is too small.
     pub fn emit(&self, out: &mut [u8]) -> Result<usize, WireError> {
-        emit::emit(out, self.address, self.status, |writer| {
+        frame::emit(out, self.address, self.status, |writer| {
             writer.u8(self.code);
             writer.bytes(self.data);
         })

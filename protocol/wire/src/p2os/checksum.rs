@@ -1,5 +1,5 @@
-//! The P2OS checksum: a sum of big-endian words; an odd last byte is xored in, not added (Pioneer 3 manual, "packet
-//! checksum"; some drivers get the odd byte wrong and accept almost anything).
+//! The P2OS checksum: a sum of big-endian words; an odd last byte is xored in, not added (Pioneer 3 manual,
+//! "packet checksum"; some drivers get the odd byte wrong and accept almost anything).
 
 /// Checksum over the body of a packet. Sent high byte first.
 pub fn checksum(body: &[u8]) -> u16 {

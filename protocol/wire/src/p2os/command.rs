@@ -1,11 +1,11 @@
 //! What a host commands (Pioneer 3 manual, "client commands").
 //!
-//! A body is the command's number and at most one argument: `3B` + word, `1B` + word for its negative, or `2B` +
-//! length + bytes.
+//! A body is the command's number and at most one argument: `3B` + word, `1B` + word for its negative, or
+//! `2B` + length + bytes.
 
 use heapless::Vec;
 
-use super::packet;
+use super::emit;
 use crate::WireError;
 use crate::cursor::Writer;
 
@@ -44,8 +44,9 @@ pub mod number {
     pub const HOSTBAUD: u8 = 50;
 }
 
-/// A command. The three steps of opening look like [`Command::Pulse`], [`Command::Open`] and [`Command::Close`] on
-/// the line; which is meant, only the base's state tells. Reading gives the latter three.
+/// A command. The three steps of opening look like [`Command::Pulse`], [`Command::Open`] and
+/// [`Command::Close`] on the line; which is meant, only the base's state tells. Reading gives the latter
+/// three.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[allow(clippy::large_enum_variant)] // there is no heap to put the raw form on
 pub enum Command {
@@ -71,7 +72,7 @@ pub enum Command {
     Encoder(u8),
     /// VEL: translation speed.
     Velocity {
-        /// Millimetres per second, forward positive.
+        /// Millimeters per second, forward positive.
         mm_s: i16,
     },
     /// RVEL: rotation speed.
@@ -121,7 +122,7 @@ impl<'a> Argument<'a> {
 }
 
 impl Command {
-    pub(super) fn parse(number: u8, rest: &[u8]) -> Self {
+    pub(crate) fn parse(number: u8, rest: &[u8]) -> Self {
         use Argument::{Int, None};
         let command = match (number, Argument::parse(rest)) {
             (number::PULSE, None) => Command::Pulse,
@@ -153,8 +154,8 @@ impl Command {
         Command::Raw(RawCommand { number, rest: Vec::from_slice(kept).unwrap_or_default() })
     }
 
-    /// A command with a number as its argument, for those without a form of their own. Beyond -65535 to 65535 the
-    /// value is held at that limit.
+    /// A command with a number as its argument, for those without a form of their own. Beyond -65535 to 65535
+    /// the value is held at that limit.
     pub fn with_int(number: u8, value: i32) -> Self {
         Command::raw(number, &int_argument(value))
     }
@@ -209,7 +210,7 @@ impl Command {
 
     /// Bytes of the whole packet.
     pub fn encoded_len(&self) -> usize {
-        packet::framed_len(|writer| self.write(writer))
+        emit::framed_len(|writer| self.write(writer))
     }
 
     /// Writes the whole packet and returns its length.
@@ -219,9 +220,9 @@ impl Command {
     pub fn emit(&self, out: &mut [u8]) -> Result<usize, WireError> {
         if let Command::Sync(step @ 3..) = self {
             let field = "step of opening";
-            return Err(WireError::Value { field, found: u32::from(*step), offset: packet::BODY_OFFSET });
+            return Err(WireError::Value { field, found: u32::from(*step), offset: emit::BODY_OFFSET });
         }
-        packet::emit(out, |writer| self.write(writer))
+        emit::emit(out, |writer| self.write(writer))
     }
 }
 

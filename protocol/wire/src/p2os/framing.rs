@@ -1,21 +1,22 @@
 //! How packets are found in a stream.
 
 use super::checksum;
-use crate::deframe::{self, Framing, Measure};
+use crate::framing;
+use crate::framing::{Framing, Measure};
 
 /// First two bytes of every packet.
 pub const HEADER: [u8; 2] = [0xFA, 0xFB];
 /// Longest packet that the length byte allows.
 pub const MAX_PACKET_BYTES: usize = 3 + 255;
 /// Shortest value of the length byte: one byte of body.
-pub(super) const MIN_LENGTH: u8 = 3;
+pub(crate) const MIN_LENGTH: u8 = 3;
 
 /// Packets of a base, in either direction.
 #[derive(Clone, Copy, Debug)]
 pub enum P2osFraming {}
 
 /// Deframer for either end of a base's line.
-pub type Deframer = deframe::Deframer<P2osFraming, 1024>;
+pub type Deframer = framing::Deframer<P2osFraming, 1024>;
 
 impl Framing for P2osFraming {
     const START: u8 = HEADER[0];

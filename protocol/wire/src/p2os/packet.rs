@@ -1,12 +1,10 @@
-//! A whole packet as a view, and the frame around any body.
+//! A whole packet as a view.
 
+use super::emit::{BODY_OFFSET, emit, framed_len};
 use super::framing::MIN_LENGTH;
 use super::{Command, HEADER, Report, checksum};
 use crate::WireError;
 use crate::cursor::{Reader, Writer};
-
-/// Header and length byte.
-pub(super) const BODY_OFFSET: usize = 3;
 
 /// One packet, its frame checked: header, length and checksum are good.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,32 +83,4 @@ impl<'a> Packet<'a> {
         writer.u8(self.kind);
         writer.bytes(self.data);
     }
-}
-
-/// Length of the whole packet around a body.
-pub(super) fn framed_len(body: impl FnOnce(&mut Writer<'_>)) -> usize {
-    BODY_OFFSET + Writer::measure(body) + 2
-}
-
-/// Writes the frame around a body and returns the packet's length.
-pub(super) fn emit(out: &mut [u8], body: impl Fn(&mut Writer<'_>)) -> Result<usize, WireError> {
-    let total = framed_len(&body);
-    let length = u8::try_from(total - BODY_OFFSET).map_err(|_| WireError::Capacity {
-        field: "packet length",
-        limit: usize::from(u8::MAX),
-        found: total - BODY_OFFSET,
-        offset: 2,
-    })?;
-    let found = out.len();
-    let frame = out.get_mut(..total).ok_or(WireError::BufferTooSmall { needed: total, found })?;
-    let mut writer = Writer::new(frame);
-    writer.bytes(&HEADER);
-    writer.u8(length);
-    body(&mut writer);
-    let written = writer.finish()?;
-    let sum = checksum(written.get(BODY_OFFSET..).unwrap_or(&[]));
-    if let Some(end) = frame.last_chunk_mut() {
-        *end = sum.to_be_bytes();
-    }
-    Ok(total)
 }

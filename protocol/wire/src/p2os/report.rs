@@ -1,6 +1,6 @@
 //! What a base reports (Pioneer 3 manual, "server information packets").
 
-use super::packet::{self, BODY_OFFSET};
+use super::emit::{self, BODY_OFFSET};
 use super::{MotorState, Sip};
 use crate::WireError;
 use crate::cursor::{Reader, Writer};
@@ -66,7 +66,7 @@ impl<'a> Identity<'a> {
 }
 
 impl<'a> Report<'a> {
-    pub(super) fn parse(kind: u8, data: &'a [u8]) -> Result<Self, WireError> {
+    pub(crate) fn parse(kind: u8, data: &'a [u8]) -> Result<Self, WireError> {
         if let Some(state) = MotorState::from_kind(kind) {
             return Sip::parse(state, data).map(Report::Sip);
         }
@@ -109,7 +109,7 @@ impl<'a> Report<'a> {
 
     /// Bytes of the whole packet.
     pub fn encoded_len(&self) -> usize {
-        packet::framed_len(|writer| self.write(writer))
+        emit::framed_len(|writer| self.write(writer))
     }
 
     /// Writes the whole packet and returns its length.
@@ -117,6 +117,6 @@ impl<'a> Report<'a> {
     /// # Errors
     /// `out` is too small, or the body is longer than a packet can hold.
     pub fn emit(&self, out: &mut [u8]) -> Result<usize, WireError> {
-        packet::emit(out, |writer| self.write(writer))
+        emit::emit(out, |writer| self.write(writer))
     }
 }

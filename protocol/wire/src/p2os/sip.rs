@@ -1,11 +1,12 @@
 //! The standard information packet (Pioneer 3 manual, "standard SIP contents").
 //!
-//! Positions are in the base's own units: x and y count 15 bits around (see [`super::wrap15`]), an angle unit is
-//! 2 pi / 4096, and the factors to metres belong to the subclass. Newer bases append fields; they are kept as bytes.
+//! Positions are in the base's own units: x and y count 15 bits around (see [`super::wrap15`]), an angle unit
+//! is 2 pi / 4096, and the factors to meters belong to the subclass. Newer bases append fields; they are kept
+//! as bytes.
 
 use heapless::Vec;
 
-use super::packet::{self, BODY_OFFSET};
+use super::emit::{self, BODY_OFFSET};
 use crate::WireError;
 use crate::cursor::{Reader, Writer};
 
@@ -25,7 +26,7 @@ pub enum MotorState {
 }
 
 impl MotorState {
-    pub(super) fn from_kind(kind: u8) -> Option<Self> {
+    pub(crate) fn from_kind(kind: u8) -> Option<Self> {
         match kind {
             0x31 => Some(MotorState::NoPower),
             0x32 => Some(MotorState::Stopped),
@@ -86,7 +87,7 @@ pub struct Sip {
 }
 
 impl Sip {
-    pub(super) fn parse(state: MotorState, data: &[u8]) -> Result<Self, WireError> {
+    pub(crate) fn parse(state: MotorState, data: &[u8]) -> Result<Self, WireError> {
         let mut reader = Reader::new(data, BODY_OFFSET + 1);
         let mut sip = Sip {
             state,
@@ -119,7 +120,7 @@ impl Sip {
         Ok(sip)
     }
 
-    pub(super) fn write(&self, writer: &mut Writer<'_>) {
+    pub(crate) fn write(&self, writer: &mut Writer<'_>) {
         writer.u8(self.state.kind());
         writer.u16(self.x_raw);
         writer.u16(self.y_raw);
@@ -158,15 +159,15 @@ impl Sip {
             .map(|&[index, low, high]| SonarReading { index, range_raw: u16::from_le_bytes([low, high]) })
     }
 
-    /// What stands behind the sonar readings: gripper, analog port, analog value, digital in, digital out; on newer
-    /// bases battery (word, 0.1 V), charge state, rotation speed and more. Any length, also empty.
+    /// What stands behind the sonar readings: gripper, analog port, analog value, digital in, digital out; on
+    /// newer bases battery (word, 0.1 V), charge state, rotation speed and more. Any length, also empty.
     pub fn tail(&self) -> &[u8] {
         self.extra.get(3 * usize::from(self.sonar_count)..).unwrap_or(&[])
     }
 
     /// Bytes of the whole packet.
     pub fn encoded_len(&self) -> usize {
-        packet::framed_len(|writer| self.write(writer))
+        emit::framed_len(|writer| self.write(writer))
     }
 
     /// Writes the whole packet and returns its length.
@@ -174,6 +175,6 @@ impl Sip {
     /// # Errors
     /// `out` is too small.
     pub fn emit(&self, out: &mut [u8]) -> Result<usize, WireError> {
-        packet::emit(out, |writer| self.write(writer))
+        emit::emit(out, |writer| self.write(writer))
     }
 }

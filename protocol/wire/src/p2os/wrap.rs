@@ -1,7 +1,8 @@
 //! Differences of counters that wrap around.
 //!
-//! x and y of the base count 15 bits. Known drivers lose a unit at every wrap or mask a wrong bit; a sign-extended
-//! 15-bit difference is exact as long as the base moves less than 16384 units between two packets.
+//! x and y of the base count 15 bits. Known drivers lose a unit at every wrap or mask a wrong bit; a
+//! sign-extended 15-bit difference is exact as long as the base moves less than 16384 units between two
+//! packets.
 
 /// Angle units of one turn.
 pub const ANGLE_UNITS_PER_TURN: i32 = 4096;

@@ -1,4 +1,5 @@
-//! The checksum of rFLEX: all bytes from the port to the last data byte, exclusive-or. It misses every pair of equal errors.
+//! The checksum of rFLEX: all bytes from the port to the last data byte, exclusive-or. It misses every pair
+//! of equal errors.
 
 /// Exclusive-or of these bytes.
 pub fn checksum(bytes: &[u8]) -> u8 {

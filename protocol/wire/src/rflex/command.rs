@@ -2,7 +2,7 @@
 
 use heapless::Vec;
 
-use super::packet::{self, Packet};
+use super::emit;
 use super::{DIGITAL_PORT, MAX_DATA_BYTES, MOTION_PORT, SYSTEM_PORT};
 use crate::WireError;
 use crate::cursor::{Reader, Writer};
@@ -72,16 +72,16 @@ pub struct RawPacket {
 }
 
 impl Command {
-    pub(super) fn parse(packet: &Packet<'_>) -> Self {
-        Self::known(packet).unwrap_or_else(|| {
-            let data = Vec::from_slice(packet.data).unwrap_or_default();
-            Command::Raw(RawPacket { port: packet.port, opcode: packet.opcode, data })
+    pub(crate) fn parse(port: u8, opcode: u8, data: &[u8]) -> Self {
+        Self::known(port, opcode, data).unwrap_or_else(|| {
+            let data = Vec::from_slice(data).unwrap_or_default();
+            Command::Raw(RawPacket { port, opcode, data })
         })
     }
 
-    fn known(packet: &Packet<'_>) -> Option<Self> {
-        let mut reader = Reader::new(packet.data, 0);
-        let command = match (packet.port, packet.opcode, packet.data.len()) {
+    fn known(port: u8, opcode: u8, data: &[u8]) -> Option<Self> {
+        let mut reader = Reader::new(data, 0);
+        let command = match (port, opcode, data.len()) {
             (SYSTEM_PORT, STATUS, 0) => Command::Status,
             (MOTION_PORT, SET_DEFAULTS, 0) => Command::SetDefaults,
             (MOTION_PORT, BRAKE_ON, 0) => Command::BrakeOn,
@@ -148,6 +148,6 @@ impl Command {
     /// `out` is too small.
     pub fn emit(&self, id: u8, out: &mut [u8]) -> Result<usize, WireError> {
         let (port, opcode) = self.place();
-        packet::emit(port, id, opcode, out, |writer| self.write(writer))
+        emit::emit(port, id, opcode, out, |writer| self.write(writer))
     }
 }

@@ -1,7 +1,8 @@
 //! How packets are found in a stream: by start, length, checksum and trailer together.
 
 use super::checksum;
-use crate::deframe::{self, Framing, Measure};
+use crate::framing;
+use crate::framing::{Framing, Measure};
 
 /// First two bytes of every packet.
 pub const HEADER: [u8; 2] = [0x1B, 0x02];
@@ -10,9 +11,9 @@ pub const TRAILER: [u8; 2] = [0x1B, 0x03];
 /// Most data bytes of a packet.
 pub const MAX_DATA_BYTES: usize = 255;
 /// Header, port, id, opcode and length in front of the data.
-pub(super) const DATA_OFFSET: usize = 6;
+pub(crate) const DATA_OFFSET: usize = 6;
 /// Everything but the data.
-pub(super) const OVERHEAD: usize = DATA_OFFSET + 3;
+pub(crate) const OVERHEAD: usize = DATA_OFFSET + 3;
 /// Longest packet that the length byte allows.
 pub const MAX_PACKET_BYTES: usize = OVERHEAD + MAX_DATA_BYTES;
 
@@ -21,7 +22,7 @@ pub const MAX_PACKET_BYTES: usize = OVERHEAD + MAX_DATA_BYTES;
 pub enum RflexFraming {}
 
 /// Deframer for either end of a base's line.
-pub type Deframer = deframe::Deframer<RflexFraming, 1024>;
+pub type Deframer = framing::Deframer<RflexFraming, 1024>;
 
 impl Framing for RflexFraming {
     const START: u8 = HEADER[0];

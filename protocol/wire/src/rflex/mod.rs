@@ -1,12 +1,13 @@
 //! rFLEX bases of RWI and iRobot: B21r, ATRV, Magellan.
 //!
-//! A packet is `1B 02 | port | id | opcode | n | n bytes of data | xor | 1B 03`, the same frame both ways, numbers
-//! big-endian. Bytes are not stuffed. The base reports path length and bearing, one axis a packet; both count freely and
-//! wrap at 32 bits. Sources: the drivers of Player and CARMEN with the description found there; no manufacturer's
-//! document is known, and nothing here has been tried on hardware.
+//! A packet is `1B 02 | port | id | opcode | n | n bytes of data | xor | 1B 03`, the same frame both ways,
+//! numbers big-endian. Bytes are not stuffed. The base reports path length and bearing, one axis a packet;
+//! both count freely and wrap at 32 bits. Sources: the drivers of Player and CARMEN with the description
+//! found there; no manufacturer's document is known, and nothing here has been tried on hardware.
 
 mod checksum;
 mod command;
+mod emit;
 mod framing;
 mod packet;
 mod report;

@@ -1,9 +1,10 @@
-//! A whole packet as a view, and the frame around any data.
+//! A whole packet as a view.
 
-use super::framing::{DATA_OFFSET, OVERHEAD};
+use super::emit::emit;
+use super::framing::OVERHEAD;
 use super::{Command, HEADER, Report, TRAILER, checksum};
 use crate::WireError;
-use crate::cursor::{Reader, Writer};
+use crate::cursor::Reader;
 
 /// One packet, its frame checked: header, length, checksum and trailer are good.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,7 +46,7 @@ impl<'a> Packet<'a> {
 
     /// What a host commands. Every packet is a command, if only [`Command::Raw`].
     pub fn command(&self) -> Command {
-        Command::parse(self)
+        Command::parse(self.port, self.opcode, self.data)
     }
 
     /// What a base reports.
@@ -53,7 +54,7 @@ impl<'a> Packet<'a> {
     /// # Errors
     /// A known report has fields of a wrong shape.
     pub fn report(&self) -> Result<Report<'a>, WireError> {
-        Report::parse(self)
+        Report::parse(self.port, self.opcode, self.data)
     }
 
     /// Bytes of the whole packet.
@@ -75,33 +76,4 @@ fn fixed(reader: &mut Reader<'_>, offset: usize, expected: u8) -> Result<(), Wir
         found if found == expected => Ok(()),
         found => Err(WireError::Byte { expected, found, offset }),
     }
-}
-
-/// Writes the frame around the data and returns the packet's length.
-pub(super) fn emit(
-    port: u8,
-    id: u8,
-    opcode: u8,
-    out: &mut [u8],
-    data: impl Fn(&mut Writer<'_>),
-) -> Result<usize, WireError> {
-    let count = Writer::measure(&data);
-    let length = u8::try_from(count).map_err(|_| WireError::Capacity {
-        field: "data",
-        limit: usize::from(u8::MAX),
-        found: count,
-        offset: DATA_OFFSET,
-    })?;
-    let (needed, found) = (OVERHEAD + count, out.len());
-    let frame = out.get_mut(..needed).ok_or(WireError::BufferTooSmall { needed, found })?;
-    let mut writer = Writer::new(frame);
-    writer.bytes(&HEADER);
-    writer.bytes(&[port, id, opcode, length]);
-    data(&mut writer);
-    let body = writer.finish()?;
-    let sum = checksum(body.get(HEADER.len()..).unwrap_or_default());
-    if let Some(end) = frame.last_chunk_mut() {
-        *end = [sum, TRAILER[0], TRAILER[1]];
-    }
-    Ok(needed)
 }

@@ -1,7 +1,7 @@
 //! What a base reports.
 
+use super::emit;
 use super::framing::DATA_OFFSET;
-use super::packet::{self, Packet};
 use super::{DIGITAL_PORT, MOTION_PORT, SYSTEM_PORT};
 use crate::WireError;
 use crate::cursor::{Reader, Writer};
@@ -10,7 +10,8 @@ const STATUS: u8 = 1;
 const MOTION: u8 = 33;
 const DIGITAL: u8 = 1;
 
-/// Motion of one axis. Counts are integers of the base; how many make a metre or a radian depends on its model.
+/// Motion of one axis. Counts are integers of the base; how many make a meter or a radian depends on its
+/// model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct MotionReport {
     /// Meaning not known; 0 as far as is known.
@@ -72,9 +73,9 @@ pub enum Report<'a> {
 }
 
 impl<'a> Report<'a> {
-    pub(super) fn parse(packet: &Packet<'a>) -> Result<Self, WireError> {
-        let mut reader = Reader::new(packet.data, DATA_OFFSET);
-        let report = match (packet.port, packet.opcode) {
+    pub(crate) fn parse(port: u8, opcode: u8, data: &'a [u8]) -> Result<Self, WireError> {
+        let mut reader = Reader::new(data, DATA_OFFSET);
+        let report = match (port, opcode) {
             (MOTION_PORT, MOTION) => Report::Motion(MotionReport {
                 return_value: reader.be_u32()?,
                 time: reader.be_u32()?,
@@ -144,6 +145,6 @@ impl<'a> Report<'a> {
     /// `out` is too small, or the data is longer than a packet can hold.
     pub fn emit(&self, id: u8, out: &mut [u8]) -> Result<usize, WireError> {
         let (port, opcode) = self.place();
-        packet::emit(port, id, opcode, out, |writer| self.write(writer))
+        emit::emit(port, id, opcode, out, |writer| self.write(writer))
     }
 }

@@ -1,4 +1,4 @@
-//! What a controller answers. The bytes alone do not say to which question: see [`Question::accept`].
+//! What a controller answers. The bytes alone do not say to which question: see [`Answer::accept`].
 
 use super::{Question, Request, StatusBits, checksum};
 use crate::WireError;
@@ -11,7 +11,8 @@ const ACKNOWLEDGE: u8 = 0xFF;
 /// The answer to a question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answer<'a> {
-    /// Product and firmware version, such as `RoboClaw 2x15a v4.1.34` and a line feed, without the closing zero.
+    /// Product and firmware version, such as `RoboClaw 2x15a v4.1.34` and a line feed, without the closing
+    /// zero.
     Firmware(Text<'a>),
     /// One encoder.
     Encoder {
@@ -38,8 +39,8 @@ pub enum Answer<'a> {
     Status(StatusBits),
 }
 
-/// Flags of one encoder. Bit 0: the count ran below 0 since the last reading; bit 1: it counts backwards; bit 2: it ran
-/// over the top.
+/// Flags of one encoder. Bit 0: the count ran below 0 since the last reading; bit 1: it counts backwards; bit
+/// 2: it ran over the top.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub struct EncoderFlags(
     /// The byte as sent.
@@ -64,7 +65,31 @@ impl EncoderFlags {
 }
 
 impl<'a> Answer<'a> {
-    pub(super) fn parse(question: Question, data: &'a [u8]) -> Result<Self, WireError> {
+    /// Reads exactly the answer to a request.
+    ///
+    /// # Errors
+    /// The length is not that of the answer, the CRC does not fit address, command and data, or a field is
+    /// impossible.
+    pub fn accept(to: Request, bytes: &'a [u8]) -> Result<Self, WireError> {
+        let Request { address, question } = to;
+        let (needed, found) = (question.answer_len(bytes), bytes.len());
+        let mut reader = Reader::new(bytes, 0);
+        let too_short = |_| WireError::TooShort { needed, found };
+        let data = reader.take(needed - question.crc_len()).map_err(too_short)?;
+        if question.crc_len() > 0 {
+            let offset = reader.offset();
+            let found = reader.be_u16().map_err(too_short)?;
+            reader.end_with(())?;
+            let expected = checksum(&[&[address, question.command()], data]);
+            if found != expected {
+                return Err(WireError::Checksum { expected, found, offset });
+            }
+        }
+        reader.end_with(())?;
+        Answer::parse(question, data)
+    }
+
+    fn parse(question: Question, data: &'a [u8]) -> Result<Self, WireError> {
         let mut reader = Reader::new(data, 0);
         Ok(match question {
             Question::Firmware => match data.split_last() {

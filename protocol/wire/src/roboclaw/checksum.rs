@@ -1,4 +1,5 @@
-//! CRC-16/XMODEM, sent high byte first: over a whole request, or over a question's address and command and its answer.
+//! CRC-16/XMODEM, sent high byte first: over a whole request, or over a question's address and command and
+//! its answer.
 
 use crc::{CRC_16_XMODEM, Crc};
 

@@ -1,22 +1,20 @@
-//! Collecting the bytes of one answer. Never more than the open question has, never across questions: what comes
-//! unasked, too late or behind an answer is dropped and counted.
+//! Collecting the bytes of one answer. Never more than the open question has, never across questions: what
+//! comes unasked, too late or behind an answer is dropped and counted.
 
 use heapless::Vec;
 
-use super::{Answer, Request};
+use super::{Answer, MAX_ANSWER_BYTES, Request};
 use crate::{Counts, WireError};
-
-/// Longest answer: the firmware text of 48 bytes and its CRC.
-pub const MAX_ANSWER_BYTES: usize = 50;
 
 /// An answer and where it stood in the stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Heard<'a> {
+pub struct Collected<'a> {
     /// Index of its first byte since [`Collector::new`].
     pub offset: u64,
     /// Its bytes.
     pub length: usize,
-    /// Bytes that came with it behind its end: more than was asked for, so that it may be the answer to an earlier question.
+    /// Bytes that came with it behind its end: more than was asked for, so that it may be the answer to an
+    /// earlier question.
     pub surplus: usize,
     /// What it says.
     pub answer: Answer<'a>,
@@ -44,7 +42,8 @@ impl Collector {
         self.open = Some(request);
     }
 
-    /// The answer did not come in time: what came of it is dropped, and so is what comes before the next question.
+    /// The answer did not come in time: what came of it is dropped, and so is what comes before the next
+    /// question.
     pub fn abandon(&mut self) {
         if self.open.take().is_some() {
             self.counts.abandoned += u64::from(!self.bytes.is_empty());
@@ -53,8 +52,9 @@ impl Collector {
         self.bytes.clear();
     }
 
-    /// Takes all of `bytes`; `Some` when the open question's answer ended in them. It is closed then, answered or not.
-    pub fn take(&mut self, bytes: &[u8]) -> Option<Result<Heard<'_>, WireError>> {
+    /// Takes all of `bytes`; `Some` when the open question's answer ended in them. It is closed then,
+    /// answered or not.
+    pub fn take(&mut self, bytes: &[u8]) -> Option<Result<Collected<'_>, WireError>> {
         let offset = self.position - self.buffered() as u64;
         self.position += bytes.len() as u64;
         let Some(request) = self.open else {
@@ -76,7 +76,7 @@ impl Collector {
         self.open = None;
         self.counts.skipped_bytes += rest.len() as u64;
         let length = self.bytes.len();
-        let answer = request.question.accept(request.address, &self.bytes);
+        let answer = Answer::accept(request, &self.bytes);
         if answer.is_ok() {
             self.counts.frames += 1;
             self.counts.frame_bytes += length as u64;
@@ -84,7 +84,7 @@ impl Collector {
             self.counts.bad_checksums += 1;
             self.counts.skipped_bytes += length as u64;
         }
-        Some(answer.map(|answer| Heard { offset, length, surplus: rest.len(), answer }))
+        Some(answer.map(|answer| Collected { offset, length, surplus: rest.len(), answer }))
     }
 
     /// Bytes kept of an answer that is not complete.

@@ -1,7 +1,6 @@
 //! What a host asks, and how many bytes answer it.
 
-use super::answer::Answer;
-use super::{MAX_ANSWER_BYTES, StatusWidth, checksum};
+use super::{StatusWidth, checksum};
 use crate::WireError;
 use crate::cursor::{Reader, Writer};
 
@@ -11,6 +10,9 @@ pub const FIRST_ADDRESS: u8 = 0x80;
 pub const LAST_ADDRESS: u8 = 0x87;
 /// Longest request: address, command, CRC.
 pub const MAX_REQUEST_BYTES: usize = 4;
+
+/// Longest answer: the firmware text of 48 bytes and its CRC.
+pub const MAX_ANSWER_BYTES: usize = 50;
 
 const ENCODER_M1: u8 = 16;
 const ENCODER_M2: u8 = 17;
@@ -42,7 +44,8 @@ pub enum Question {
     ResetEncoders,
     /// 24: voltage of the main battery.
     MainBattery,
-    /// 90: errors and warnings. How wide the answer is depends on the firmware's age, the question does not tell.
+    /// 90: errors and warnings. How wide the answer is depends on the firmware's age, the question does not
+    /// tell.
     Status(StatusWidth),
 }
 
@@ -66,7 +69,7 @@ impl Question {
     }
 
     /// Bytes of data in the answer; `None` for the text, which says itself where it ends.
-    pub(super) fn data_len(self) -> Option<usize> {
+    pub(crate) fn data_len(self) -> Option<usize> {
         match self {
             Question::Firmware => None,
             Question::Encoder(_) => Some(5),
@@ -78,43 +81,18 @@ impl Question {
     }
 
     /// Bytes of CRC behind the data: an acknowledgement has none.
-    pub(super) fn crc_len(self) -> usize {
+    pub(crate) fn crc_len(self) -> usize {
         if self.writes() { 0 } else { 2 }
     }
 
-    /// Bytes of the whole answer that begins with `head`: exact, except for a text whose end has not come, of which this
-    /// is the shortest possible length. Never more than [`MAX_ANSWER_BYTES`].
+    /// Bytes of the whole answer that begins with `head`: exact, except for a text whose end has not come, of
+    /// which this is the shortest possible length. Never more than [`MAX_ANSWER_BYTES`].
     pub fn answer_len(self, head: &[u8]) -> usize {
         let data_len = self.data_len().unwrap_or_else(|| {
             let end = head.iter().position(|&byte| byte == 0);
             (end.unwrap_or(head.len()) + 1).min(MAX_ANSWER_BYTES - self.crc_len())
         });
         data_len + self.crc_len()
-    }
-
-    /// Reads exactly the answer to this question.
-    ///
-    /// # Errors
-    /// The length is not that of the answer, the CRC does not fit address, command and data, or a field is impossible.
-    pub fn accept(self, address: u8, bytes: &[u8]) -> Result<Answer<'_>, WireError> {
-        let needed = self.answer_len(bytes);
-        let mut reader = Reader::new(bytes, 0);
-        let data = reader.take(needed - self.crc_len()).map_err(|_| self.too_short(needed, bytes))?;
-        if self.crc_len() > 0 {
-            let offset = reader.offset();
-            let found = reader.be_u16().map_err(|_| self.too_short(needed, bytes))?;
-            reader.end_with(())?;
-            let expected = checksum(&[&[address, self.command()], data]);
-            if found != expected {
-                return Err(WireError::Checksum { expected, found, offset });
-            }
-        }
-        reader.end_with(())?;
-        Answer::parse(self, data)
-    }
-
-    fn too_short(self, needed: usize, bytes: &[u8]) -> WireError {
-        WireError::TooShort { needed, found: bytes.len() }
     }
 }
 
@@ -128,7 +106,8 @@ pub struct Request {
 }
 
 impl Request {
-    /// Reads exactly one request. The status is taken to be asked for in its wide form: the bytes do not tell.
+    /// Reads exactly one request. The status is taken to be asked for in its wide form: the bytes do not
+    /// tell.
     ///
     /// # Errors
     /// No such address or command, a wrong CRC, too few or too many bytes.

@@ -1,5 +1,5 @@
-//! Errors and warnings of a controller, in words (user manual, "read status"). Firmware of different age answers with
-//! two or four bytes, and numbers the bits differently.
+//! Errors and warnings of a controller, in words (user manual, "read status"). Firmware of different age
+//! answers with two or four bytes, and numbers the bits differently.
 
 use core::fmt;
 
@@ -16,7 +16,7 @@ pub enum StatusWidth {
 }
 
 impl StatusWidth {
-    pub(super) fn bytes(self) -> usize {
+    pub(crate) fn bytes(self) -> usize {
         match self {
             StatusWidth::Narrow => 2,
             StatusWidth::Wide => 4,
@@ -91,7 +91,7 @@ pub struct StatusBits {
 }
 
 impl StatusBits {
-    pub(super) fn parse(width: StatusWidth, reader: &mut Reader<'_>) -> Result<Self, WireError> {
+    pub(crate) fn parse(width: StatusWidth, reader: &mut Reader<'_>) -> Result<Self, WireError> {
         let bits = match width {
             StatusWidth::Narrow => u32::from(reader.be_u16()?),
             StatusWidth::Wide => reader.be_u32()?,
@@ -99,7 +99,7 @@ impl StatusBits {
         Ok(Self { width, bits })
     }
 
-    pub(super) fn write(self, writer: &mut Writer<'_>) {
+    pub(crate) fn write(self, writer: &mut Writer<'_>) {
         let bytes = self.bits.to_be_bytes();
         writer.bytes(bytes.get(4 - self.width.bytes()..).unwrap_or_default());
     }

@@ -1,12 +1,12 @@
-//! Known-good telegrams, byte for byte as the manufacturers print them or as devices and drivers sent them, and the
-//! small tools that the tests share.
+//! Known-good telegrams, byte for byte as the manufacturers print them or as devices and drivers sent them,
+//! and the small tools that the tests share.
 #![allow(dead_code)] // each test binary uses its own part
 
-pub mod pieces;
-pub mod table;
+pub(crate) mod pieces;
+pub(crate) mod table;
 
 /// Requests to a laser, checksum included.
-pub const LMS_REQUESTS: &[&str] = &[
+pub(crate) const LMS_REQUESTS: &[&str] = &[
     "02 00 01 00 10 34 12",
     "02 00 02 00 20 24 34 08",
     "02 00 02 00 20 25 35 08",
@@ -47,7 +47,7 @@ pub const LMS_REQUESTS: &[&str] = &[
 ];
 
 /// Replies of a laser.
-pub const LMS_REPLIES: &[&str] = &[
+pub(crate) const LMS_REPLIES: &[&str] = &[
     "02 80 17 00 90 4C 4D 53 32 30 30 3B 33 30 31 30 36 33 3B 56 30 32 2E 31 30 20 10 63 5E",
     "02 81 17 00 90 4C 4D 53 32 30 30 3B 33 30 31 30 36 33 3B 56 30 32 2E 30 36 20 13 64 5A",
     "02 80 02 00 91 10 79 30",
@@ -70,15 +70,15 @@ pub const LMS_REPLIES: &[&str] = &[
     LMS_STATUS,
 ];
 
-/// A status report as drivers accept it: 180 degrees, 0.5, 38400, centimetres.
-pub const LMS_STATUS: &str = "02 80 9A 00 B1 58 30 31 2E 32 37 20 25 00 00 00 40 00 00 00 00 00 00 64 00 65 00 66 \
+/// A status report as drivers accept it: 180 degrees, 0.5, 38400, centimeters.
+pub(crate) const LMS_STATUS: &str = "02 80 9A 00 B1 58 30 31 2E 32 37 20 25 00 00 00 40 00 00 00 00 00 00 64 00 65 00 66 \
      00 67 00 68 00 69 00 6A 00 6B 00 6C 00 6D 00 6E 00 6F 00 70 00 71 00 72 00 73 00 74 00 75 00 76 00 77 00 78 \
      00 79 00 7A 00 7B 00 94 00 00 00 50 00 50 00 50 00 50 00 50 00 50 00 50 00 50 00 50 00 50 00 50 00 50 00 50 \
      00 50 00 50 00 00 00 00 00 00 00 B4 00 32 00 02 02 00 00 00 19 80 02 00 00 01 00 01 56 30 32 2E 31 30 20 00 \
      00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 10 43 FF";
 
 /// Commands to a base.
-pub const P2OS_COMMANDS: &[&str] = &[
+pub(crate) const P2OS_COMMANDS: &[&str] = &[
     "FA FB 03 00 00 00",
     "FA FB 03 01 00 01",
     "FA FB 03 02 00 02",
@@ -101,11 +101,11 @@ pub const P2OS_COMMANDS: &[&str] = &[
 ];
 
 /// A standard information packet that two drivers accept: stopped, x 32600, 12.3 V.
-pub const P2OS_SIP: &str = "FA FB 22 32 58 7F 00 00 00 00 00 00 00 00 7B 00 00 00 00 00 00 00 00 00 00 00 00 00 7B \
+pub(crate) const P2OS_SIP: &str = "FA FB 22 32 58 7F 00 00 00 00 00 00 00 00 7B 00 00 00 00 00 00 00 00 00 00 00 00 00 7B \
      00 00 00 00 00 00 B2 4E";
 
 /// Commands to an rFLEX base, worked out from its rule; the last sets axis 0 to speed 0.
-pub const RFLEX_COMMANDS: &[&str] = &[
+pub(crate) const RFLEX_COMMANDS: &[&str] = &[
     "1B 02 02 00 22 08 00 01 86 A0 00 00 00 03 0C 1B 03",
     "1B 02 02 00 0C 00 0E 1B 03",
     "1B 02 02 00 0A 00 08 1B 03",
@@ -115,14 +115,14 @@ pub const RFLEX_COMMANDS: &[&str] = &[
 ];
 
 /// Reports of an rFLEX base: axis 0 at -5 counts, 1200 a second; 24.60 V with the brake on; two bumpers.
-pub const RFLEX_REPORTS: &[&str] = &[
+pub(crate) const RFLEX_REPORTS: &[&str] = &[
     "1B 02 02 07 21 19 00 00 00 00 00 03 D0 90 00 FF FF FF FB 00 00 04 B0 00 00 00 00 00 00 00 00 CE 1B 03",
     "1B 02 01 08 01 09 00 00 00 63 00 00 09 9C 01 F6 1B 03",
     "1B 02 05 09 01 07 00 00 00 63 40 00 03 2A 1B 03",
 ];
 
 /// Requests to a RoboClaw and its answers, the CRCs from another implementation.
-pub const ROBOCLAW: &[(&str, &str)] = &[
+pub(crate) const ROBOCLAW: &[(&str, &str)] = &[
     ("80 15", "52 6F 62 6F 43 6C 61 77 20 32 78 31 35 61 20 76 34 2E 31 2E 33 34 0A 00 6A 6B"),
     ("80 4E", "00 00 03 E8 FF FF FF FF A6 94"),
     ("81 4E", "00 00 03 E8 FF FF FF FF C9 D1"),
@@ -134,29 +134,29 @@ pub const ROBOCLAW: &[(&str, &str)] = &[
 ];
 
 /// Bytes of a line such as `02 00 # what`.
-pub fn bytes(line: &str) -> Vec<u8> {
+pub(crate) fn bytes(line: &str) -> Vec<u8> {
     let text = line.split('#').next().unwrap_or("");
     text.split_whitespace().map(|byte| u8::from_str_radix(byte, 16).expect("two hex digits")).collect()
 }
 
 /// Reproducible noise: the high bytes of a linear congruential generator.
-pub struct Noise(pub u64);
+pub(crate) struct Noise(pub u64);
 
 impl Noise {
-    pub fn byte(&mut self) -> u8 {
+    pub(crate) fn byte(&mut self) -> u8 {
         self.word() as u8
     }
 
-    pub fn word(&mut self) -> u32 {
+    pub(crate) fn word(&mut self) -> u32 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 32) as u32
     }
 
-    pub fn below(&mut self, bound: usize) -> usize {
+    pub(crate) fn below(&mut self, bound: usize) -> usize {
         self.word() as usize % bound
     }
 
-    pub fn bytes(&mut self, count: usize) -> Vec<u8> {
+    pub(crate) fn bytes(&mut self, count: usize) -> Vec<u8> {
         (0..count).map(|_| self.byte()).collect()
     }
 }

@@ -1,6 +1,6 @@
 //! Streams to cut up, and what they are cut into.
 
-use biplane_wire::deframe::Framing;
+use biplane_wire::framing::Framing;
 use biplane_wire::lms::{DeviceDeframer, Scan};
 use biplane_wire::{Counts, Deframer, Item, SkipReason};
 
@@ -8,7 +8,7 @@ use super::bytes;
 
 /// An item that has left the deframer.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Piece {
+pub(crate) enum Piece {
     Frame(u64, Vec<u8>),
     Control(u64, u8),
     Skipped(u64, usize, SkipReason),
@@ -24,9 +24,9 @@ impl From<Item<'_>> for Piece {
     }
 }
 
-/// All pieces of a stream that arrives in these chunks and then ends. Neighbouring skips of one reason are joined,
-/// since how long runs are handed out depends on the chunks. Checks that the pieces tile the stream.
-pub fn pieces<'a, F: Framing, const N: usize>(
+/// All pieces of a stream that arrives in these chunks and then ends. Neighboring skips of one reason are
+/// joined, since how long runs are handed out depends on the chunks. Checks that the pieces tile the stream.
+pub(crate) fn pieces<'a, F: Framing, const N: usize>(
     mut deframer: Deframer<F, N>,
     chunks: impl IntoIterator<Item = &'a [u8]>,
 ) -> (Vec<Piece>, Counts) {
@@ -67,11 +67,11 @@ pub fn pieces<'a, F: Framing, const N: usize>(
     (found, deframer.counts())
 }
 
-pub fn whole(stream: &[u8]) -> (Vec<Piece>, Counts) {
+pub(crate) fn whole(stream: &[u8]) -> (Vec<Piece>, Counts) {
     pieces(DeviceDeframer::new(), [stream])
 }
 
-pub fn frames(found: &[Piece]) -> Vec<Vec<u8>> {
+pub(crate) fn frames(found: &[Piece]) -> Vec<Vec<u8>> {
     let frame = |piece: &Piece| match piece {
         Piece::Frame(_, bytes) => Some(bytes.clone()),
         _ => None,
@@ -80,7 +80,7 @@ pub fn frames(found: &[Piece]) -> Vec<Vec<u8>> {
 }
 
 /// A scan whose values hold the start of a telegram again and again.
-pub fn scan(count: u16, seed: u16) -> Vec<u8> {
+pub(crate) fn scan(count: u16, seed: u16) -> Vec<u8> {
     let value = |i: u16| if i.is_multiple_of(7) { 0x8002 } else { i.wrapping_mul(seed) };
     let scan = Scan { values: (0..count).map(value).collect(), index: Some((2, 0x80)), ..Scan::default() };
     let mut out = vec![0; scan.encoded_len()];
@@ -88,6 +88,6 @@ pub fn scan(count: u16, seed: u16) -> Vec<u8> {
     out
 }
 
-pub fn mode_done() -> Vec<u8> {
+pub(crate) fn mode_done() -> Vec<u8> {
     bytes("02 80 03 00 A0 00 10 16 0A")
 }

@@ -23,7 +23,7 @@ fn spans<const N: usize>(spans: [(u16, u16); N]) -> FixedVec<Span, MAX_PARTS> {
     spans.into_iter().map(|(first, last)| span(first, last)).collect()
 }
 
-pub fn requests() -> Vec<Request> {
+pub(crate) fn requests() -> Vec<Request> {
     let modes = [
         Mode::StreamSegmentMinima,
         Mode::TriggeredSegmentMinima,
@@ -86,7 +86,7 @@ pub fn requests() -> Vec<Request> {
     requests
 }
 
-pub fn replies() -> Vec<Reply<'static>> {
+pub(crate) fn replies() -> Vec<Reply<'static>> {
     let report = leak(&StatusFields::default().encode());
     let text = Text(b"LMS211;30206;V02.30 ");
     vec![
@@ -115,7 +115,7 @@ pub fn replies() -> Vec<Reply<'static>> {
     ]
 }
 
-pub fn scans() -> Vec<Scan> {
+pub(crate) fn scans() -> Vec<Scan> {
     let selections = [
         Selection::All,
         Selection::Mean { count: 5 },
@@ -139,7 +139,7 @@ pub fn scans() -> Vec<Scan> {
 }
 
 /// Ranges with remission in one part and in five, with and without index bytes, up to the most that fit.
-pub fn pairs() -> Vec<Pairs> {
+pub(crate) fn pairs() -> Vec<Pairs> {
     let of = |parts: &[u16], index| {
         let total: u16 = parts.iter().sum();
         let mut first = 1;
@@ -163,7 +163,7 @@ pub fn pairs() -> Vec<Pairs> {
     ]
 }
 
-pub fn s14_scans() -> Vec<S14Scan> {
+pub(crate) fn s14_scans() -> Vec<S14Scan> {
     let of = |remissions: u16, index| S14Scan {
         unit: Unit::Cm,
         values: (0..181u16).map(|i| i.wrapping_mul(40_503)).collect(),
@@ -175,7 +175,7 @@ pub fn s14_scans() -> Vec<S14Scan> {
     vec![of(181, None), of(0, None), of(10, Some((3, 4)))]
 }
 
-pub fn commands() -> Vec<Command> {
+pub(crate) fn commands() -> Vec<Command> {
     vec![
         Command::Open,
         Command::Close,
@@ -196,7 +196,7 @@ pub fn commands() -> Vec<Command> {
     ]
 }
 
-pub fn reports() -> Vec<Report<'static>> {
+pub(crate) fn reports() -> Vec<Report<'static>> {
     let sip = Sip {
         state: MotorState::Moving,
         x_raw: 32_600,
@@ -233,7 +233,7 @@ pub fn reports() -> Vec<Report<'static>> {
     ]
 }
 
-pub fn rflex_commands() -> Vec<rflex::Command> {
+pub(crate) fn rflex_commands() -> Vec<rflex::Command> {
     use rflex::Command;
     vec![
         Command::Status,
@@ -255,7 +255,7 @@ pub fn rflex_commands() -> Vec<rflex::Command> {
     ]
 }
 
-pub fn rflex_reports() -> Vec<rflex::Report<'static>> {
+pub(crate) fn rflex_reports() -> Vec<rflex::Report<'static>> {
     use rflex::{DigitalReport, MotionReport, Report, SystemStatus};
     vec![
         Report::Motion(MotionReport {
@@ -275,7 +275,7 @@ pub fn rflex_reports() -> Vec<rflex::Report<'static>> {
     ]
 }
 
-pub fn questions() -> Vec<Asked> {
+pub(crate) fn questions() -> Vec<Asked> {
     let questions = [
         Question::Firmware,
         Question::Encoder(Motor::M1),
@@ -289,7 +289,7 @@ pub fn questions() -> Vec<Asked> {
     [0x80, 0x87].into_iter().flat_map(ask).collect()
 }
 
-pub fn answers() -> Vec<(Question, Answer<'static>)> {
+pub(crate) fn answers() -> Vec<(Question, Answer<'static>)> {
     let status = |width, bits| (Question::Status(width), Answer::Status(StatusBits { width, bits }));
     vec![
         (Question::Firmware, Answer::Firmware(Text(b"RoboClaw 2x15a v4.1.34\n"))),

@@ -1,12 +1,12 @@
-//! Random bytes through every deframer, and damaged laser telegrams past their checksum: how much is taken for true, and how much the
-//! checksum's length allows. Shared by a test (little) and an example (much).
+//! Random bytes through every deframer, and damaged laser telegrams past their checksum: how much is taken
+//! for true, and how much the checksum's length allows. Shared by a test (little) and an example (much).
 //!
-//! The bytes at a checksum's place are random and know nothing of the bytes before them, so a frame that its head announces is taken
-//! with 2^-16 (laser, Pioneer) or 2^-24 (rFLEX: sum and trailer). How often random bytes announce a frame follows from the framing
-//! itself, by trying every head.
+//! The bytes at a checksum's place are random and know nothing of the bytes before them, so a frame that its
+//! head announces is taken with 2^-16 (laser, Pioneer) or 2^-24 (rFLEX: sum and trailer). How often random
+//! bytes announce a frame follows from the framing itself, by trying every head.
 #![allow(dead_code)] // the test and the example use their own parts
 
-use biplane_wire::deframe::{Framing, Measure};
+use biplane_wire::framing::{Framing, Measure};
 use biplane_wire::lms::{self, DeviceFraming, HostFraming, Reply, Request, Scan, Telegram};
 use biplane_wire::p2os::{self, P2osFraming};
 use biplane_wire::rflex::{self, RflexFraming};
@@ -14,25 +14,25 @@ use biplane_wire::roboclaw::{Collector, Motor, Question, Request as Asked, Statu
 use biplane_wire::{Deframer, Item};
 
 /// Reproducible random numbers (splitmix64).
-pub struct Random(pub u64);
+pub(crate) struct Random(pub u64);
 
 impl Random {
-    pub fn word(&mut self) -> u64 {
+    pub(crate) fn word(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
         let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
         mixed ^ (mixed >> 31)
     }
 
-    pub fn below(&mut self, bound: usize) -> usize {
+    pub(crate) fn below(&mut self, bound: usize) -> usize {
         ((self.word() >> 32) as usize * bound) >> 32
     }
 
-    pub fn byte(&mut self) -> u8 {
+    pub(crate) fn byte(&mut self) -> u8 {
         (self.word() >> 56) as u8
     }
 
-    pub fn fill(&mut self, bytes: &mut [u8]) {
+    pub(crate) fn fill(&mut self, bytes: &mut [u8]) {
         for chunk in bytes.chunks_mut(8) {
             let word = self.word().to_le_bytes();
             chunk.copy_from_slice(&word[..chunk.len()]);
@@ -42,7 +42,7 @@ impl Random {
 
 /// What is sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Noise {
+pub(crate) enum Noise {
     /// Every byte by itself.
     Uniform,
     /// The same with a head that announces a frame every 64 bytes on average.
@@ -51,7 +51,7 @@ pub enum Noise {
 
 /// What came of a stream.
 #[derive(Clone, Debug)]
-pub struct Outcome {
+pub(crate) struct Outcome {
     pub name: &'static str,
     pub noise: Noise,
     pub bytes: u64,
@@ -65,11 +65,11 @@ pub struct Outcome {
 
 impl Outcome {
     /// No more than six deviations over the mean: less than once in 10^8 runs.
-    pub fn allowed(&self) -> f64 {
+    pub(crate) fn allowed(&self) -> f64 {
         self.expected + 6.0 * self.expected.sqrt() + 3.0
     }
 
-    pub fn is_within(&self) -> bool {
+    pub(crate) fn is_within(&self) -> bool {
         self.accepted as f64 <= self.allowed()
     }
 }
@@ -85,7 +85,8 @@ struct Line {
     read: fn(&[u8]) -> bool,
 }
 
-/// Share of five-byte heads behind a laser's start byte that announce a frame, by trying all lengths and codes in one direction.
+/// Share of five-byte heads behind a laser's start byte that announce a frame, by trying all lengths and
+/// codes in one direction.
 fn announced_by<F: Framing>(address: u8) -> f64 {
     let mut frames = 0_u64;
     for length in 0..=u16::MAX {
@@ -178,7 +179,7 @@ fn feed<F: Framing, const N: usize>(
 }
 
 /// This many bytes of each kind of noise through each deframer.
-pub fn deframers(bytes: u64, seed: u64) -> Vec<Outcome> {
+pub(crate) fn deframers(bytes: u64, seed: u64) -> Vec<Outcome> {
     const WORD: f64 = 1.0 / 65_536.0;
     let laser = Line {
         name: "LMS, from the laser",
@@ -214,8 +215,9 @@ pub fn deframers(bytes: u64, seed: u64) -> Vec<Outcome> {
     outcomes
 }
 
-/// Answers of random bytes to a RoboClaw's questions; `expected` counts questions that were answered by anything at all.
-pub fn questions(bytes: u64, seed: u64) -> Outcome {
+/// Answers of random bytes to a RoboClaw's questions; `expected` counts questions that were answered by
+/// anything at all.
+pub(crate) fn questions(bytes: u64, seed: u64) -> Outcome {
     let asked = [
         Question::Encoders,
         Question::Encoder(Motor::M1),
@@ -234,9 +236,9 @@ pub fn questions(bytes: u64, seed: u64) -> Outcome {
             let chunk = &mut chunk[..1 + random.below(40)];
             random.fill(chunk);
             sent += chunk.len() as u64;
-            if let Some(heard) = collector.take(chunk) {
+            if let Some(received) = collector.take(chunk) {
                 answered += 1;
-                accepted += u64::from(heard.is_ok());
+                accepted += u64::from(received.is_ok());
             }
         }
         assert_eq!(collector.counts().bytes() + collector.buffered() as u64, sent);
@@ -253,7 +255,7 @@ pub fn questions(bytes: u64, seed: u64) -> Outcome {
 }
 
 /// The same bytes without a question: nothing may ever be an answer.
-pub fn unasked(bytes: u64, seed: u64) -> Outcome {
+pub(crate) fn unasked(bytes: u64, seed: u64) -> Outcome {
     let (mut random, mut collector) = (Random(seed), Collector::new());
     let mut chunk = vec![0; 1 << 16];
     let (mut sent, mut accepted) = (0_u64, 0_u64);
@@ -274,10 +276,10 @@ pub fn unasked(bytes: u64, seed: u64) -> Outcome {
 
 /// A kind of damage to a laser's telegram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Damage {
+pub(crate) enum Damage {
     /// So many bits anywhere.
     Bits(usize),
-    /// So many neighbouring bytes are replaced by random ones.
+    /// So many neighboring bytes are replaced by random ones.
     Bytes(usize),
     /// A byte is lost.
     Lost,
@@ -286,7 +288,7 @@ pub enum Damage {
 }
 
 impl Damage {
-    pub const ALL: [Self; 8] = [
+    pub(crate) const ALL: [Self; 8] = [
         Self::Bits(1),
         Self::Bits(2),
         Self::Bits(3),
@@ -326,7 +328,7 @@ fn flip(bytes: &mut [u8], random: &mut Random) {
 
 /// Damaged telegrams, and those whose checksum fits all the same.
 #[derive(Clone, Debug)]
-pub struct Missed {
+pub(crate) struct Missed {
     pub damage: Damage,
     pub damaged: u64,
     pub by_checksum: u64,
@@ -335,7 +337,7 @@ pub struct Missed {
 }
 
 /// Scans of 181 values with noise like a room's, each damaged once.
-pub fn damage(damage: Damage, telegrams: u64, seed: u64) -> Missed {
+pub(crate) fn damage(damage: Damage, telegrams: u64, seed: u64) -> Missed {
     let mut random = Random(seed);
     let mut missed = Missed { damage, damaged: 0, by_checksum: 0, by_reading: 0 };
     let mut good = Vec::new();

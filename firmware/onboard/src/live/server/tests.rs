@@ -1,11 +1,12 @@
-//! The live thread with viewers on sockets of this machine: well-behaved ones, slow ones, too many, and others.
+//! The live thread with viewers on sockets of this machine: well-behaved ones, slow ones, too many, and
+//! others.
 
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::time::Duration;
 
 use biplane_recording::Rig;
-use biplane_recording::msg::{LaserScan, Message as _, PoseWithCovarianceStamped};
+use biplane_recording::messages::{LaserScan, Message as _, PoseWithCovarianceStamped};
 use tungstenite::client::IntoClientRequest;
 use tungstenite::http::HeaderValue;
 use tungstenite::{Message, WebSocket};
@@ -15,9 +16,10 @@ use super::*;
 type Socket = WebSocket<TcpStream>;
 
 fn serve() -> (Tap, LiveView, SocketAddr) {
-    let door = Door::open("127.0.0.1:0".parse().unwrap()).unwrap();
-    let address = door.listener.local_addr().unwrap();
-    let (tap, view) = door.start(&Rig::default()).unwrap();
+    let listener =
+        Listener::open("127.0.0.1:0".parse().unwrap(), &["https://viewer.example".parse().unwrap()]).unwrap();
+    let address = listener.listener.local_addr().unwrap();
+    let (tap, view) = listener.start(&Rig::default()).unwrap();
     (tap, view, address)
 }
 
@@ -132,6 +134,26 @@ fn a_viewer_is_told_what_there_is_and_gets_the_bytes_that_it_asks_for() {
 }
 
 #[test]
+fn a_strangers_web_page_is_turned_away_and_a_named_one_is_not() {
+    let (tap, view, address) = serve();
+    let connect_from = |host: &str, origin: &str| {
+        let mut request = format!("ws://{address}").into_client_request().unwrap();
+        let headers = request.headers_mut();
+        headers.insert("sec-websocket-protocol", HeaderValue::from_static("foxglove.sdk.v1"));
+        headers.insert("host", host.parse().unwrap());
+        headers.insert("origin", origin.parse().unwrap());
+        tungstenite::client(request, stream(address)).map(|_| ()).map_err(|error| error.to_string())
+    };
+    let answer = connect_from("localhost:8765", "https://evil.example").unwrap_err();
+    assert!(answer.contains("403"), "{answer}");
+    let answer = connect_from("rebound.example:8765", "http://localhost").unwrap_err();
+    assert!(answer.contains("403"), "{answer}");
+    connect_from("localhost:8765", "https://viewer.example").unwrap();
+    drop(tap);
+    assert_eq!(view.finish().refused, 2);
+}
+
+#[test]
 fn who_comes_late_gets_all_points_so_far_and_the_map() {
     let (mut tap, view, address) = serve();
     let [scan, pose] = scan_and_pose(1, 1500);
@@ -146,7 +168,7 @@ fn who_comes_late_gets_all_points_so_far_and_the_map() {
     subscribe(&mut socket, &[MAP.0, POINTS.0]);
     let mut got: Vec<_> = [data(&mut socket), data(&mut socket)].into();
     got.sort_by_key(|(id, ..)| *id);
-    // A metre of arc has 1500 points, 4 cm apart: a cube of 5 cm has one or two of them.
+    // A meter of arc has 1500 points, 4 cm apart: a cube of 5 cm has one or two of them.
     assert_eq!((got[0].0, got[1].0), (MAP.0 + 100, POINTS.0 + 100));
     let points = (got[1].2.len() - 160) / 12;
     assert!((1000..1500).contains(&points), "{points} points");
@@ -213,7 +235,7 @@ fn what_the_thread_does_not_get_to_is_missed_and_counted_and_the_tap_never_waits
 #[test]
 fn more_than_eight_viewers_are_told_why_they_cannot_come_in() {
     let (tap, view, address) = serve();
-    let mut viewers: Vec<Socket> = (0..MOST_VIEWERS).map(|_| connect(address)).collect();
+    let mut viewers: Vec<Socket> = (0..MAX_VIEWERS).map(|_| connect(address)).collect();
     viewers.iter_mut().for_each(|socket| drop(text(socket, "advertise")));
     for _ in 0..3 {
         assert_eq!(
@@ -278,10 +300,10 @@ fn strangers_garbage_and_those_who_vanish_harm_nobody() {
 fn an_address_that_is_taken_is_refused_in_words_or_left_to_the_other() {
     let (tap, view, address) = serve();
     let taken: LiveAddress = address.to_string().parse().unwrap();
-    let refused = super::super::open(Some(taken), false).unwrap_err().to_string();
+    let refused = super::super::open(Some(taken), &[], false).unwrap_err().to_string();
     assert!(refused.contains(&address.to_string()) && refused.contains("--live 127.0.0.1:PORT"), "{refused}");
-    assert!(super::super::open(Some(taken), true).unwrap().is_none());
-    assert!(super::super::open(None, false).unwrap().is_none());
+    assert!(super::super::open(Some(taken), &[], true).unwrap().is_none());
+    assert!(super::super::open(None, &[], false).unwrap().is_none());
     drop(tap);
     assert_eq!(view.finish(), LiveReport::default());
 }

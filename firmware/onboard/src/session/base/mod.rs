@@ -1,29 +1,32 @@
-//! Sessions with a mobile base: one driver a protocol behind one trait, each from bytes to the base's own odometry.
+//! Sessions with a mobile base: one driver a protocol behind one trait, each from bytes to the base's own
+//! odometry.
 //!
 //! - [`p2os`]: Pioneer bases; they report a pose by themselves.
 //! - [`roboclaw`]: home-made bases; wheel counts are asked for again and again.
 //! - [`rflex`]: B21r, ATRV, Magellan; they report way and bearing by themselves. Never tried on hardware.
 //!
-//! No driver ever enables a motor or commands a speed other than zero: the operator drives. Frame of the odometry: the base's own
-//! (`odom`); it goes on where it was when a base starts to count anew. Units: metres, radians, nanoseconds.
+//! No driver ever enables a motor or commands a speed other than zero: the operator drives. Frame of the
+//! odometry: the base's own (`odom`); it goes on where it was when a base starts to count anew. Units:
+//! meters, radians, nanoseconds.
 
-mod contact;
-mod counted;
-mod driver;
-mod motion;
-pub mod p2os;
-mod packets;
-pub mod rflex;
-pub mod roboclaw;
+pub(crate) mod contact;
+pub(crate) mod counted;
+pub(crate) mod driver;
+pub(crate) mod motion;
+pub(crate) mod p2os;
+pub(crate) mod packets;
+pub(crate) mod reading;
+pub(crate) mod rflex;
+pub(crate) mod roboclaw;
 
-use biplane_matcher::Pose2;
 use biplane_recording::rig::{self, BaseProtocol};
 use biplane_wire::Counts;
 
-use super::{Event, Input, Intake, Output, Session, ShortText};
-pub use driver::BaseDriver;
-use driver::Purpose;
-use packets::PacketSession;
+use crate::session::base::driver::BaseDriver;
+use crate::session::base::driver::Purpose;
+use crate::session::base::packets::PacketSession;
+use crate::session::base::reading::BaseInfo;
+use crate::session::device_session::{Input, Output, Session};
 
 /// What the rig says of the base.
 #[derive(Copy, Clone, PartialEq, Debug)]
@@ -40,42 +43,16 @@ impl From<&rig::Base> for BaseSettings {
     }
 }
 
-/// One odometry report.
-#[derive(Copy, Clone, PartialEq, Debug)]
-pub struct OdometryReading {
-    /// Index in the stream of the first byte that says it: the odometry was taken when this byte left the base.
-    pub offset: u64,
-    /// Bytes of that packet or answer.
-    pub length: usize,
-    /// Where the base believes to be; unwrapped, and continued over restarts of the base.
-    pub odom_from_base: Pose2,
-    /// Battery, volts, as last told; 0 before.
-    pub battery_v: f32,
-}
-
-/// What a base says of itself. Empty where its protocol has no such word.
-#[derive(Clone, PartialEq, Eq, Debug, Default)]
-pub struct BaseInfo {
-    /// Name of a Pioneer, firmware version of a RoboClaw.
-    pub name: ShortText,
-    /// Kind of base: class of a Pioneer (`Pioneer`), product of a RoboClaw, `rFLEX`.
-    pub class: ShortText,
-    /// Subclass of a Pioneer, for example `p3dx-sh`: picks the parameters.
-    pub subclass: ShortText,
-    /// Whether it reports an error; `None` when it has not told.
-    pub has_fault: Option<bool>,
-}
-
 /// A session with one base, whatever it speaks.
 #[derive(Debug)]
 #[allow(clippy::large_enum_variant)] // one a robot, and no heap in the acquisition path
 pub enum BaseSession {
     /// P2OS, ARCOS.
-    P2os(PacketSession<p2os::Machine>),
+    P2os(PacketSession<p2os::machine::Machine>),
     /// RoboClaw.
     RoboClaw(roboclaw::RoboClaw),
     /// rFLEX.
-    Rflex(PacketSession<rflex::Machine>),
+    Rflex(PacketSession<rflex::machine::Machine>),
 }
 
 impl BaseSession {
@@ -101,7 +78,7 @@ impl BaseSession {
         let baud = settings.baud;
         match settings.protocol {
             BaseProtocol::P2os { metres_per_tick } => {
-                let machine = p2os::Machine::new(baud, metres_per_tick, purpose, now_ns);
+                let machine = p2os::machine::Machine::new(baud, metres_per_tick, purpose, now_ns);
                 Self::P2os(PacketSession::new(machine, purpose))
             }
             BaseProtocol::RoboClaw {
@@ -110,12 +87,13 @@ impl BaseSession {
                 metres_per_count_left,
                 metres_per_count_right,
             } => {
-                let wheels = roboclaw::Wheels { wheel_base_m, metres_per_count_left, metres_per_count_right };
+                let wheels =
+                    roboclaw::wheels::Wheels { wheel_base_m, metres_per_count_left, metres_per_count_right };
                 Self::RoboClaw(roboclaw::RoboClaw::new(baud, address, wheels, purpose, now_ns))
             }
             BaseProtocol::Rflex { counts_per_m, counts_per_rad } => {
-                let scale = rflex::Scale { counts_per_m, counts_per_rad };
-                let machine = rflex::Machine::new(baud, scale, purpose, now_ns);
+                let scale = rflex::scale::Scale { counts_per_m, counts_per_rad };
+                let machine = rflex::machine::Machine::new(baud, scale, purpose, now_ns);
                 Self::Rflex(PacketSession::new(machine, purpose))
             }
         }
@@ -139,14 +117,15 @@ impl BaseSession {
         self.driver().is_streaming()
     }
 
-    /// A recording's next write to the base, at its time: what the next bytes answer. See [`BaseDriver::host_sent`].
+    /// A recording's next write to the base, at its time: what the next bytes answer. See
+    /// `BaseDriver::host_sent`.
     pub fn host_sent(&mut self, now_ns: i64, bytes: &[u8]) {
         self.driver_mut().host_sent(now_ns, bytes);
     }
 
-    /// What was due is done later than at its time: see [`BaseDriver::overslept`].
-    pub fn overslept(&mut self) {
-        self.driver_mut().overslept();
+    /// What was due is done later than at its time: see `BaseDriver::watchdog_missed`.
+    pub fn watchdog_missed(&mut self) {
+        self.driver_mut().watchdog_missed();
     }
 
     /// The input ends: what is held of an unfinished packet is let go. Drain [`Session::poll`] afterwards.

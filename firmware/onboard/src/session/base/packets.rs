@@ -1,13 +1,17 @@
-//! The session of a base that sends packets with a frame of their own: from the bytes to the packets, and what all such sessions do alike.
+//! The session of a base that sends packets with a frame of their own: from the bytes to the packets, and
+//! what all such sessions do alike.
 //!
 //! What a packet means and what is sent when is a [`PacketMachine`]'s business, one a protocol.
 
-use biplane_wire::deframe::{Deframer, Framing};
+use biplane_wire::framing::{Deframer, Framing};
 use biplane_wire::{Counts, Item, WireError};
 
-use super::contact::Contact;
-use super::driver::{BaseDriver, Purpose};
-use super::{BaseInfo, Event, Input, Intake, Output, Session};
+use crate::session::base::contact::Contact;
+use crate::session::base::driver::{BaseDriver, Purpose};
+use crate::session::base::reading::BaseInfo;
+use crate::session::device_session::{Input, Output, Session};
+use crate::session::event::Event;
+use crate::session::queues::Intake;
 
 /// Bytes that a deframer holds: some of the longest packets.
 const HELD_BYTES: usize = 1024;
@@ -49,11 +53,8 @@ pub trait PacketMachine {
     /// Whether nothing is left to do.
     fn is_done(&self) -> bool;
 
-    /// See [`BaseDriver::host_sent`].
-    fn host_sent(&mut self, _bytes: &[u8]) {}
-
     /// See [`BaseDriver::overslept`].
-    fn overslept(&mut self) {}
+    fn watchdog_missed(&mut self) {}
 }
 
 /// A session with a base that sends packets.
@@ -66,7 +67,7 @@ pub struct PacketSession<M: PacketMachine> {
 }
 
 impl<M: PacketMachine> PacketSession<M> {
-    pub(super) fn new(mut machine: M, purpose: Purpose) -> Self {
+    pub(crate) fn new(mut machine: M, purpose: Purpose) -> Self {
         if purpose != Purpose::Listen {
             machine.contact_mut().set_rate();
             machine.begin();
@@ -93,9 +94,9 @@ impl<M: PacketMachine> PacketSession<M> {
         self.drain();
     }
 
-    /// Whether the line paused before these bytes for longer than a packet may, and they begin with another one: then the one before was cut, or is what
-    /// another device left on the line, and an answer must not wait for its rest. While reports flow none is given up so: an adapter may hold
-    /// its bytes back.
+    /// Whether the line paused before these bytes for longer than a packet may, and they begin with another
+    /// one: then the one before was cut, or is what another device left on the line, and an answer must not
+    /// wait for its rest. While reports flow none is given up so: an adapter may hold its bytes back.
     fn is_cut_before(&self, bytes: &[u8]) -> bool {
         let begins = bytes.first() == Some(&M::HEADER);
         !self.machine.is_streaming() && begins && self.machine.contact().has_paused()
@@ -131,12 +132,8 @@ impl<M: PacketMachine> BaseDriver for PacketSession<M> {
         self.machine.is_streaming()
     }
 
-    fn host_sent(&mut self, _now_ns: i64, bytes: &[u8]) {
-        self.machine.host_sent(bytes);
-    }
-
-    fn overslept(&mut self) {
-        self.machine.overslept();
+    fn watchdog_missed(&mut self) {
+        self.machine.watchdog_missed();
     }
 
     fn finish(&mut self) {

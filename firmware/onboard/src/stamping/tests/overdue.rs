@@ -1,6 +1,9 @@
 //! Telegrams that lay in the kernel's buffer while the process stood still.
 
 use super::*;
+use crate::stamping::arrivals::Pace;
+use crate::stamping::departure::Departure;
+use crate::stamping::departure::HostState;
 
 #[test]
 fn telegrams_that_lay_unread_for_a_minute_are_stamped_when_their_cycles_came() {
@@ -9,12 +12,12 @@ fn telegrams_that_lay_unread_for_a_minute_are_stamped_when_their_cycles_came() {
         let true_ns = |scan: i64| 5_000_000_000 + scan * 8 * 13_320_000;
         for scan in 0..200 {
             let index = index.then_some((scan * 8) as u8);
-            clock.smooth(&Departure { least_cycles: 8, index, ..departure(true_ns(scan)) });
+            clock.smooth(&Departure { min_cycles: 8, index, ..departure(true_ns(scan)) });
         }
         for scan in 200..211 {
             let index = index.then_some((scan * 8) as u8);
             let overdue = Departure {
-                least_cycles: 8,
+                min_cycles: 8,
                 index,
                 pace: Pace::AtOnce,
                 host: HostState::Overdue,

@@ -1,6 +1,10 @@
 //! What the reads of a telegram tell of its departure, and of how it came.
 
 use super::*;
+use crate::stamping::arrivals::Arrivals;
+use crate::stamping::arrivals::Bound;
+use crate::stamping::arrivals::Pace;
+use crate::types::byte_time::byte_time_ns;
 
 #[test]
 fn without_a_read_of_the_telegram_there_is_no_departure() {
@@ -18,7 +22,8 @@ fn without_a_read_of_the_telegram_there_is_no_departure() {
 #[test]
 fn what_came_in_the_same_read_behind_a_telegram_tells_when_it_left() {
     let mut arrivals = Arrivals::default();
-    // Three telegrams of 10 bytes and 4 bytes of a fourth, all in one read at 100 ms; a telegram leaves every 13.32 ms at the soonest.
+    // Three telegrams of 10 bytes and 4 bytes of a fourth, all in one read at 100 ms; a telegram leaves every
+    // 13.32 ms at the soonest.
     arrivals.push(34, 100_000_000);
     let fourth_ns = 100_000_000 - 4 * 1000;
     for number in 0..3_i64 {

@@ -3,20 +3,26 @@
 use biplane_wire::WireError;
 use biplane_wire::p2os::{Command, Identity, P2osFraming, Packet, Report, Sip};
 
-use super::foreign::Foreign;
-use super::odometer::Odometer;
-use super::parameters::Parameters;
 use crate::session::base::contact::Contact;
 use crate::session::base::driver::Purpose;
+use crate::session::base::p2os::odometer::Odometer;
+use crate::session::base::p2os::parameters::Parameters;
 use crate::session::base::packets::PacketMachine;
-use crate::session::base::{BaseInfo, OdometryReading};
+use crate::session::base::reading::{BaseInfo, OdometryReading};
+use crate::session::event::Event;
+use crate::session::event::Step;
 use crate::session::retry::{Due, Patience, Question};
-use crate::session::{Event, Step, printable};
+use crate::session::short_text::printable;
 
 const SYNC: Patience = Patience::new(500, 4);
 /// A base that has answered once answers the next question at once, unless it was reset between.
 const SYNC_ON: Patience = Patience::new(300, 3);
 const OPEN: Patience = Patience::new(1000, 3);
+/// The line is listened to for so long before anything is sent: a base in an open session reports every
+/// 100 ms, and each report takes 39 ms at 9600 Bd.
+const LISTEN_FIRST_NS: i64 = 250_000_000;
+/// A report so short a time before packets that were under way have run out is none of those.
+const STILL_OPEN_NS: i64 = 150_000_000;
 /// The base stands still 2 s after the last command.
 const PULSE_NS: i64 = 800_000_000;
 /// Standard packets come every 100 ms: nine of them missing are said within the second.
@@ -25,16 +31,21 @@ const SILENCE_NS: i64 = 900_000_000;
 const CLOSE_NS: i64 = 250_000_000;
 /// A base that was silent is told so often more, at that distance.
 const CLOSES: u8 = 3;
-/// Between two rounds of synchronising.
+/// Between two rounds of synchronizing.
 const ROUND_NS: i64 = 500_000_000;
 
 /// Where the session stands.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
 enum State {
+    /// Whether a session is open is not known yet; nothing was sent.
+    ListeningFirst {
+        until_ns: i64,
+    },
     Sync(u8),
-    /// A session was open; its packets run out.
+    /// A session was open and was told to close; its packets run out.
     Draining {
         until_ns: i64,
+        reported_ns: i64,
     },
     /// Nobody answered; the next round comes.
     Resting {
@@ -61,38 +72,31 @@ pub struct Machine {
     metres_per_tick: Option<f64>,
     /// What the subclass says; `None` before it is known, or when it says nothing.
     parameters: Option<Parameters>,
-    assumed_said: bool,
+    is_assumption_reported: bool,
     purpose: Purpose,
     state: State,
     question: Option<Question>,
     odometer: Odometer,
-    close_said: bool,
+    is_close_reported: bool,
     has_run: bool,
     /// The next command may find the base stopped by its watchdog, and would wake it.
-    overslept: bool,
-    foreign: Foreign,
+    watchdog_missed: bool,
 }
 
 impl Machine {
-    pub(in crate::session::base) fn new(
-        baud: u32,
-        metres_per_tick: Option<f64>,
-        purpose: Purpose,
-        now_ns: i64,
-    ) -> Self {
+    pub(crate) fn new(baud: u32, metres_per_tick: Option<f64>, purpose: Purpose, now_ns: i64) -> Self {
         Self {
             contact: Contact::new(baud, SILENCE_NS, now_ns),
             metres_per_tick,
             parameters: None,
-            assumed_said: false,
+            is_assumption_reported: false,
             purpose,
             state: if purpose == Purpose::Listen { State::Listening } else { State::Done },
             question: None,
             odometer: Odometer::default(),
-            close_said: false,
+            is_close_reported: false,
             has_run: false,
-            overslept: false,
-            foreign: Foreign::default(),
+            watchdog_missed: false,
         }
     }
 
@@ -112,13 +116,11 @@ impl Machine {
 
     fn asked(&mut self, attempt: u8) {
         match self.state {
-            // In a session that a client left open this is a command like any other, and at any command a base that its watchdog
-            // stopped resumes the speed that it was told last.
+            // Nothing goes before it: some bases take any packet before it for a SYNC out of turn.
             State::Sync(0) => {
                 if attempt == 1 && self.contact.has_failed() {
                     self.contact.flush();
                 }
-                self.send(&Command::Stop);
                 self.send(&Command::Sync(0));
             }
             State::Sync(number) => self.send(&Command::Sync(number)),
@@ -138,7 +140,7 @@ impl Machine {
         self.question = None;
         self.contact.round_failed(match self.state {
             State::Sync(0) => Event::NotFound { rounds: 1 },
-            State::Sync(_) => Event::GivenUp { step: Step::Synchronise },
+            State::Sync(_) => Event::GivenUp { step: Step::Synchronize },
             _ => Event::GivenUp { step: Step::Open },
         });
         self.state = State::Resting { until_ns: self.contact.now_ns + ROUND_NS };
@@ -146,7 +148,10 @@ impl Machine {
 
     fn sip(&mut self, offset: u64, length: usize, sip: &Sip) {
         match self.state {
-            State::Sync(0) if !self.has_run => self.session_is_open(),
+            State::ListeningFirst { .. } | State::Sync(0) | State::Resting { .. } if !self.has_run => {
+                self.report(offset, length, sip);
+                self.session_is_open();
+            }
             // After a silence the session may still be open: then it was the line that was silent.
             State::Sync(0) | State::Resting { .. } | State::Opening if self.has_run || self.is_opening() => {
                 self.question = None;
@@ -156,7 +161,6 @@ impl Machine {
                 self.contact.say(Event::Streaming);
                 self.report(offset, length, sip);
             }
-            State::Listening if self.foreign.owns_report() => {}
             State::Running { .. } | State::Listening => self.report(offset, length, sip),
             // It is there again, and hears the next word.
             State::Closing { .. } => {
@@ -165,11 +169,12 @@ impl Machine {
                 self.contact.say(Event::Stopped);
                 self.state = State::Done;
             }
-            // Under way when the session was closed, or when the base began to answer.
-            State::Done | State::Sync(_) | State::Draining { .. } if self.has_run => {
+            State::Draining { until_ns, .. } => {
+                self.state = State::Draining { until_ns, reported_ns: self.contact.now_ns };
                 self.report(offset, length, sip);
             }
-            _ => {}
+            // Under way when the session was closed, or when the base began to answer.
+            _ => self.report(offset, length, sip),
         }
     }
 
@@ -177,15 +182,18 @@ impl Machine {
         self.state == State::Opening
     }
 
-    /// Reports instead of an echo: somebody left a session open, or a pulled cable was put back.
+    /// Reports before or instead of an echo: somebody left a session open, or a pulled cable was put back. At
+    /// any command a base that its watchdog stopped resumes the speed that it was told last, but not at STOP.
     fn session_is_open(&mut self) {
-        if !self.close_said {
-            self.close_said = true;
+        if !self.is_close_reported {
+            self.is_close_reported = true;
             self.contact.say(Event::SessionLeftOpen);
         }
         self.question = None;
+        self.send(&Command::Stop);
         self.send(&Command::Close);
-        self.state = State::Draining { until_ns: self.contact.now_ns + CLOSE_NS };
+        let now_ns = self.contact.now_ns;
+        self.state = State::Draining { until_ns: now_ns + CLOSE_NS, reported_ns: now_ns };
     }
 
     /// SYNC0 and SYNC1 are echoed.
@@ -198,7 +206,6 @@ impl Machine {
     /// SYNC2 is answered with the base's names.
     fn identified(&mut self, identity: &Identity<'_>) {
         self.odometer.opened();
-        self.foreign.opened();
         let info = BaseInfo {
             name: printable(identity.name),
             class: printable(identity.class),
@@ -213,7 +220,7 @@ impl Machine {
         if self.state != State::Sync(2) {
             return;
         }
-        self.close_said = false;
+        self.is_close_reported = false;
         if self.purpose == Purpose::Probe {
             self.question = None;
             self.send(&Command::Close);
@@ -238,8 +245,10 @@ impl Machine {
         match self.metres_per_tick {
             Some(metres_per_tick) => Parameters { metres_per_tick, ..known },
             None => {
-                if self.parameters.is_none() && !self.assumed_said {
-                    self.assumed_said = true;
+                // Before the base has said its names the session is somebody else's.
+                let is_own = matches!(self.state, State::Running { .. } | State::Listening);
+                if is_own && self.parameters.is_none() && !self.is_assumption_reported {
+                    self.is_assumption_reported = true;
                     self.contact.say(Event::UnitsAssumed);
                 }
                 known
@@ -252,7 +261,7 @@ impl Machine {
             self.contact.say_lost();
             self.enter_sync(0);
         } else if self.contact.now_ns >= pulse_ns {
-            if std::mem::take(&mut self.overslept) {
+            if std::mem::take(&mut self.watchdog_missed) {
                 self.send(&Command::Stop);
             }
             self.send(&Command::Pulse);
@@ -284,7 +293,7 @@ impl PacketMachine for Machine {
     }
 
     fn begin(&mut self) {
-        self.enter_sync(0);
+        self.state = State::ListeningFirst { until_ns: self.contact.now_ns + LISTEN_FIRST_NS };
     }
 
     fn packet(&mut self, offset: u64, bytes: &[u8]) -> Result<(), WireError> {
@@ -306,7 +315,16 @@ impl PacketMachine for Machine {
             }
         }
         match self.state {
-            State::Draining { until_ns } | State::Resting { until_ns } if self.contact.now_ns >= until_ns => {
+            State::Draining { until_ns, reported_ns }
+                if self.contact.now_ns >= until_ns && until_ns - reported_ns < STILL_OPEN_NS =>
+            {
+                self.session_is_open();
+            }
+            State::ListeningFirst { until_ns }
+            | State::Draining { until_ns, .. }
+            | State::Resting { until_ns }
+                if self.contact.now_ns >= until_ns =>
+            {
                 self.enter_sync(0);
             }
             State::Running { pulse_ns } => self.running(pulse_ns),
@@ -319,8 +337,10 @@ impl PacketMachine for Machine {
     fn port_back(&mut self) {
         if matches!(self.state, State::Running { .. }) {
             // It may have been gone for longer than the base's watchdog waits.
-            self.overslept = true;
+            self.watchdog_missed = true;
             self.state = State::Running { pulse_ns: self.contact.now_ns };
+        } else if matches!(self.state, State::ListeningFirst { .. }) {
+            self.begin();
         }
     }
 
@@ -346,7 +366,9 @@ impl PacketMachine for Machine {
     fn deadline_ns(&self) -> i64 {
         let question_ns = self.question.as_ref().map_or(i64::MAX, Question::deadline_ns);
         let state_ns = match self.state {
-            State::Draining { until_ns } | State::Resting { until_ns } => until_ns,
+            State::ListeningFirst { until_ns }
+            | State::Draining { until_ns, .. }
+            | State::Resting { until_ns } => until_ns,
             State::Closing { at_ns, .. } => at_ns,
             State::Running { pulse_ns } => pulse_ns.min(self.contact.silence_deadline_ns()),
             _ => i64::MAX,
@@ -362,11 +384,7 @@ impl PacketMachine for Machine {
         self.state == State::Done
     }
 
-    fn host_sent(&mut self, bytes: &[u8]) {
-        self.foreign.host_sent(bytes);
-    }
-
-    fn overslept(&mut self) {
-        self.overslept = true;
+    fn watchdog_missed(&mut self) {
+        self.watchdog_missed = true;
     }
 }

@@ -1,21 +1,19 @@
-//! The session of a Pioneer base (PSOS, P2OS, AROS, ARCOS): synchronise, open, keep it alive, read its odometry.
+//! The session of a Pioneer base (PSOS, P2OS, AROS, ARCOS): synchronize, open, keep it alive, read its
+//! odometry.
 //!
 //! ```text
-//! STOP, SYNC0 -> SYNC1 -> SYNC2 -> OPEN -> running (PULSE every 0.8 s) -> CLOSE
-//!   ^  CLOSE first, when packets come instead of an echo           |
-//!   +------------------------------ silence -----------------------+
+//! listen -> SYNC0 -> SYNC1 -> SYNC2 -> OPEN -> running (PULSE every 0.8 s) -> CLOSE
+//!             ^  STOP and CLOSE first, when packets come   |
+//!             +---------------- silence -------------------+
 //! ```
-//! The motors are never enabled: the operator drives. A base that its watchdog stopped would resume its last speed at any command, so STOP
-//! goes before whatever may wake it. Frame of the odometry: the base's own (`odom`). Units: metres, radians.
-//! Source: Pioneer 3 operations manual, and the fact sheet `p2os.md`.
+//! The motors are never enabled: the operator drives. In an open session a base that its watchdog stopped
+//! would resume its last speed at any command, so STOP goes before whatever may wake it. Nothing is sent
+//! before SYNC0 to a base that waits for it. Frame of the odometry: the base's own
+//! (`odom`). Units: meters, radians. Sources: MobileRobots, Pioneer 3 Operations Manual; the drivers
+//! AriaCoda, Player and CARMEN.
 
-mod foreign;
-mod machine;
-mod odometer;
-mod parameters;
-
-pub(super) use machine::Machine;
-pub use parameters::{Parameters, UNKNOWN_METRES_PER_TICK};
-
+pub(crate) mod machine;
+pub(crate) mod odometer;
+pub(crate) mod parameters;
 #[cfg(test)]
 mod tests;

@@ -1,15 +1,15 @@
-//! What a Pioneer's units are worth, by the subclass that it tells in the answer to SYNC2 (parameter files of the drivers in the
-//! field, collected in `p2os.md`). Bases of ARCOS, whose subclass ends in `-sh`, count millimetres.
+//! What a Pioneer's units are worth, by the subclass that it tells in the answer to SYNC2 (parameter files of
+//! AriaCoda and Player). Bases of ARCOS, whose subclass ends in `-sh`, count millimeters.
 
 use std::f64::consts::TAU;
 
-/// Length of a position unit where nothing is known, metres.
-pub const UNKNOWN_METRES_PER_TICK: f64 = 0.001;
+/// Length of a position unit where nothing is known, meters.
+pub(crate) const UNKNOWN_METRES_PER_TICK: f64 = 0.001;
 
 /// Units of a base.
 #[derive(Copy, Clone, PartialEq, Debug)]
-pub struct Parameters {
-    /// Length of a unit of x and y, metres.
+pub(crate) struct Parameters {
+    /// Length of a unit of x and y, meters.
     pub metres_per_tick: f64,
     /// Angle of a unit of heading, radians.
     pub radians_per_unit: f64,
@@ -21,7 +21,7 @@ impl Default for Parameters {
     }
 }
 
-/// Millimetres a unit of position, for subclasses that divide a turn into 4096.
+/// Millimeters a unit of position, for subclasses that divide a turn into 4096.
 const BY_SUBCLASS: [(&str, f64); 15] = [
     ("p3dx", 0.485),
     ("p2d8", 0.485),
@@ -46,7 +46,7 @@ const OLDEST: [&str; 4] = ["pion1m", "pion1x", "pionat", "psos1"];
 impl Parameters {
     /// What is known of a subclass.
     #[must_use]
-    pub fn of_subclass(subclass: &str) -> Option<Self> {
+    pub(crate) fn of_subclass(subclass: &str) -> Option<Self> {
         let subclass = subclass.trim();
         let of_mm = |mm: f64| Self { metres_per_tick: mm * 1e-3, ..Self::default() };
         if subclass.len() > 3 && ends_with(subclass, "-sh") {
@@ -75,7 +75,7 @@ mod tests {
 
     #[test]
     fn subclasses_of_the_table_have_their_units() {
-        // Subclass, millimetres a unit, units a turn.
+        // Subclass, millimeters a unit, units a turn.
         let table = [
             ("p3dx-sh", 1.0, 4096.0),
             ("PeopleBot-SH", 1.0, 4096.0),

@@ -1,15 +1,17 @@
-//! Two reports of one moment: path length and bearing come in packets of their own. Times are nanoseconds, but those in the reports,
-//! whose unit no source tells.
+//! Two reports of one moment: path length and bearing come in packets of their own. Times are nanoseconds,
+//! but those in the reports, whose unit no source tells.
 //!
-//! Reports of one moment carry about the same time of the base's clock: closer together than half of what lies between two reports of one
-//! axis, and about as close as those of other moments: a base that is asked anew begins a new rhythm, whose first moment may lie close behind
-//! the last one of the old. Where that clock does not run, or the axes' times never agree, those belong together that arrive together.
+//! Reports of one moment carry about the same time of the base's clock: closer together than half of what
+//! lies between two reports of one axis, and about as close as those of other moments: a base that is asked
+//! anew begins a new rhythm, whose first moment may lie close behind the last one of the old. Where that
+//! clock does not run, or the axes' times never agree, those belong together that arrive together.
 
 use biplane_wire::rflex::{MotionReport, ROTATION, TRANSLATION};
 
 /// Reports of one moment arrive closer together than this: they come every 100 ms.
 const TOGETHER_NS: i64 = 50_000_000;
-/// So many pairs by arrival in a row that the base's clock denies, and it is not believed before it confirms one.
+/// So many pairs by arrival in a row that the base's clock denies, and it is not believed before it confirms
+/// one.
 const DENIALS: u8 = 5;
 
 /// One axis as reported.
@@ -25,7 +27,7 @@ struct Axis {
 
 /// Both axes of one moment.
 #[derive(Copy, Clone, PartialEq, Debug)]
-pub(super) struct Pair {
+pub(crate) struct Pair {
     /// Path length and bearing, counts.
     pub counts: [i32; 2],
     /// Index in the stream of the first packet's first byte.
@@ -36,11 +38,12 @@ pub(super) struct Pair {
 
 /// Reports that wait for the other axis.
 #[derive(Copy, Clone, Debug, Default)]
-pub(super) struct Axes {
+pub(crate) struct Axes {
     waiting: [Option<Axis>; 2],
     /// The base's time at each axis's last report.
     last_clock: [Option<u32>; 2],
-    /// The shortest time between two reports of one axis, in the base's unit; `None` before its clock has run.
+    /// The shortest time between two reports of one axis, in the base's unit; `None` before its clock has
+    /// run.
     period: Option<u32>,
     /// The longest time between the reports of one moment so far, in the base's unit.
     spread: Option<u32>,
@@ -48,8 +51,9 @@ pub(super) struct Axes {
 }
 
 impl Axes {
-    /// Takes a report; a pair when the other axis has reported the same moment. An older report of the same axis is replaced.
-    pub(super) fn take(
+    /// Takes a report; a pair when the other axis has reported the same moment. An older report of the same
+    /// axis is replaced.
+    pub(crate) fn take(
         &mut self,
         now_ns: i64,
         offset: u64,

@@ -6,15 +6,16 @@ use biplane_wire::rflex::{
     TRANSLATION,
 };
 
-use super::Scale;
-use super::axes::Axes;
-use crate::session::base::OdometryReading;
 use crate::session::base::contact::Contact;
 use crate::session::base::counted::{CountedPose, Reading};
 use crate::session::base::driver::Purpose;
 use crate::session::base::packets::PacketMachine;
+use crate::session::base::reading::OdometryReading;
+use crate::session::base::rflex::axes::Axes;
+use crate::session::base::rflex::scale::Scale;
+use crate::session::event::Event;
 use crate::session::retry::{Due, Patience, Question};
-use crate::session::{Event, ShortText};
+use crate::session::short_text::ShortText;
 
 const STATUS: Patience = Patience::new(500, 4);
 /// The base loses commands that come without 10 ms of silence between them.
@@ -25,7 +26,8 @@ const SILENCE_NS: i64 = 900_000_000;
 const ROUND_NS: i64 = 500_000_000;
 /// Between two questions for the battery.
 const STATUS_PERIOD_NS: i64 = 5_000_000_000;
-/// Both reports every tenth of a second. The sources disagree about the unit; only microseconds make sense of the value.
+/// Both reports every tenth of a second. The sources disagree about the unit; only microseconds make sense of
+/// the value.
 const PERIOD_US: u32 = 100_000;
 /// As CARMEN sets them; at speed 0 they move nothing.
 const ACCELERATION: u32 = 1000;
@@ -94,7 +96,7 @@ pub struct Machine {
 }
 
 impl Machine {
-    pub(in crate::session::base) fn new(baud: u32, scale: Scale, purpose: Purpose, now_ns: i64) -> Self {
+    pub(crate) fn new(baud: u32, scale: Scale, purpose: Purpose, now_ns: i64) -> Self {
         Self {
             contact: Contact::new(baud, SILENCE_NS, now_ns),
             scale,
@@ -172,7 +174,7 @@ impl Machine {
     fn reported(&mut self, offset: u64, length: usize, report: &Report<'_>) {
         match report {
             Report::Motion(motion) => self.motion(offset, length, motion),
-            Report::Status(status) => self.told_status(status),
+            Report::Status(status) => self.reported_status(status),
             _ => {}
         }
     }
@@ -191,7 +193,7 @@ impl Machine {
         };
     }
 
-    fn told_status(&mut self, status: &SystemStatus) {
+    fn reported_status(&mut self, status: &SystemStatus) {
         self.battery_v = (f64::from(status.centivolts) / 100.0) as f32;
     }
 
@@ -208,7 +210,7 @@ impl Machine {
         let scale = self.scale;
         let reading = Reading { counts: pair.counts, time_ns: self.contact.now_ns };
         let step = self.pose.take(reading, |counts| scale.motion(counts));
-        let Some((odom_from_base, restarted)) = step.believed() else { return };
+        let Some((odom_from_base, restarted)) = step.accepted() else { return };
         let battery_v = self.battery_v;
         let reading = OdometryReading { offset: pair.offset, length: pair.length, odom_from_base, battery_v };
         self.contact.report(reading, restarted);

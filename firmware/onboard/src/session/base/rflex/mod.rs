@@ -1,39 +1,19 @@
-//! The session of an rFLEX base (B21r, ATRV, Magellan): ask for its state, ask for reports, read way and bearing.
+//! The session of an rFLEX base (B21r, ATRV, Magellan): ask for its state, ask for reports, read way and
+//! bearing.
 //!
 //! ```text
-//! status -> motion reports on, input reports on, defaults, brake off, both axes at speed 0 -> running -> reports off, brake on
-//!   ^                                     silence                                                |
-//!   +--------------------------------------------------------------------------------------------+
+//! status -> motion reports on, input reports on, defaults, brake off, both axes at speed 0 -> running
+//! running -> status: silence
+//! running -> reports off, brake on: the end
 //! ```
-//! Written after the drivers of Player and CARMEN; never tried on hardware, and the log says so. No axis is ever given a speed
-//! other than 0: the operator drives. The base reports path length and bearing in packets of their own; two that belong together
-//! make one pose. Frame of the odometry: the base's own, its pose at the first pair is zero. Units: metres, radians.
-//! Source: the fact sheet `rflex.md`.
+//! Written after the drivers of Player and CARMEN; never tried on hardware, and the log says so. No axis is
+//! ever given a speed other than 0: the operator drives. The base reports path length and bearing in packets
+//! of their own; two that belong together make one pose. Frame of the odometry: the base's own, its pose at
+//! the first pair is zero. Units: meters, radians. Sources: the drivers of Player (`drivers/mixed/rflex`) and
+//! CARMEN (`base/rflexlib`).
 
-mod axes;
-mod machine;
-
-use super::motion::Motion;
-pub(super) use machine::Machine;
-
-/// What the counts of a base are worth.
-#[derive(Copy, Clone, PartialEq, Debug)]
-pub struct Scale {
-    /// Counts of a metre of way; negative when it counts backwards.
-    pub counts_per_m: f64,
-    /// Counts of a radian of bearing; negative when it counts clockwise.
-    pub counts_per_rad: f64,
-}
-
-impl Scale {
-    /// What these counts of way and bearing are as a motion.
-    fn motion(&self, [way, bearing]: [i32; 2]) -> Motion {
-        Motion {
-            way_m: f64::from(way) / self.counts_per_m,
-            turn_rad: f64::from(bearing) / self.counts_per_rad,
-        }
-    }
-}
-
+pub(crate) mod axes;
+pub(crate) mod machine;
+pub(crate) mod scale;
 #[cfg(test)]
 mod tests;

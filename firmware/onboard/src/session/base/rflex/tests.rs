@@ -1,13 +1,13 @@
-//! Scripted sessions with an rFLEX base. Commands are the sheet's frames, reports by hand with their sums.
+//! Scripted sessions with an rFLEX base. Commands and reports are by hand, with their sums.
 
 use biplane_recording::rig::BaseProtocol;
 
-use crate::session::Session;
 use crate::session::base::{BaseSession, BaseSettings};
+use crate::session::device_session::Session;
 use crate::session::noise::{Noise, endure};
 use crate::session::script::{check, play};
 
-/// 1000 counts a metre, 500 a radian.
+/// 1000 counts a meter, 500 a radian.
 const SETTINGS: BaseSettings = BaseSettings {
     baud: 115_200,
     protocol: BaseProtocol::Rflex { counts_per_m: 1000.0, counts_per_rad: 500.0 },
@@ -84,8 +84,7 @@ fn a_silent_base_is_said_within_a_second_and_started_anew_when_it_is_back() {
 }
 
 #[test]
-fn nobody_there_is_said_and_asked_again_behind_zeros_that_end_a_packet_of_damaged_length_and_nothing_is_sent_at_the_stop()
- {
+fn a_silent_base_is_reported_asked_again_behind_zeros_and_not_at_the_stop() {
     // The longest packet has 264 bytes.
     let zeros = format!("2000 > {}\n", "00 ".repeat(64)).repeat(5);
     let script = format!(
@@ -112,7 +111,7 @@ fn random_bytes_never_panic() {
     let mut noise = Noise::new(7);
     for _ in 0..10 {
         let mut session = BaseSession::streaming(SETTINGS, 0);
-        endure(&mut session, &mut noise, (500, 400_000_000), |noise| {
+        endure(&mut session, &mut noise, 500, 400_000_000, |noise| {
             (0..noise.below(256)).map(|_| [0x1B, 2, 3, noise.byte()][noise.below(4)]).collect()
         });
     }

@@ -1,17 +1,19 @@
 //! The state of a controller's session: what is asked when, and what answers mean. Times are nanoseconds.
 
 use biplane_wire::Text;
-use biplane_wire::roboclaw::{Answer, Heard, Question, Request, StatusBits, StatusWidth};
+use biplane_wire::roboclaw::{Answer, Collected, Question, Request, StatusBits, StatusWidth};
 
-use super::Wheels;
 use crate::session::base::contact::Contact;
 use crate::session::base::counted::{CountedPose, Reading};
 use crate::session::base::driver::Purpose;
-use crate::session::base::{BaseInfo, OdometryReading};
-use crate::session::{Event, ShortText, printable};
-use crate::stamping::byte_time_ns;
+use crate::session::base::reading::{BaseInfo, OdometryReading};
+use crate::session::base::roboclaw::wheels::Wheels;
+use crate::session::event::Event;
+use crate::session::short_text::{ShortText, printable};
+use crate::types::byte_time::byte_time_ns;
 
-/// A controller answers within some milliseconds, a USB adapter adds up to 16 (its latency timer) and now and then 8 more.
+/// A controller answers within some milliseconds, a USB adapter adds up to 16 (its latency timer) and now and
+/// then 8 more.
 const ANSWER_NS: i64 = 60_000_000;
 /// A controller forgets half a request after 10 ms; a line is quiet after a little more.
 const QUIET_NS: i64 = 15_000_000;
@@ -30,7 +32,7 @@ const ATTEMPTS: u32 = 4;
 
 /// Where the session stands.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
-pub(super) enum Stage {
+pub(crate) enum Stage {
     /// Asking who is there.
     Identifying { attempts: u32 },
     /// Nobody answered; the next round comes.
@@ -47,9 +49,10 @@ pub(super) enum Stage {
     Done,
 }
 
-/// Whether an answer that comes now can be that to the question asked last. It says nothing of when it was asked for: behind an adapter
-/// that held everything back, old counts would be taken for new ones. So after one that did not come in time counts are not asked for
-/// before another question was answered and nothing came behind the answer.
+/// Whether an answer that comes now can be that to the question asked last. It says nothing of when it was
+/// asked for: behind an adapter that held everything back, old counts would be taken for new ones. So after
+/// one that did not come in time counts are not asked for before another question was answered and nothing
+/// came behind the answer.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
 enum Pace {
     /// Every question was answered.
@@ -62,12 +65,12 @@ enum Pace {
 
 /// Everything but the collector, so that an answer can be lent to it.
 #[derive(Debug)]
-pub(super) struct Machine {
-    pub(super) contact: Contact,
-    pub(super) address: u8,
+pub(crate) struct Machine {
+    pub(crate) contact: Contact,
+    pub(crate) address: u8,
     wheels: Wheels,
     purpose: Purpose,
-    pub(super) stage: Stage,
+    pub(crate) stage: Stage,
     pose: CountedPose,
     /// The open question, and until when its answer is awaited.
     open: Option<(Question, i64)>,
@@ -77,15 +80,26 @@ pub(super) struct Machine {
     quiet_limit_ns: Option<i64>,
     pace: Pace,
     next_counts_ns: i64,
-    next_state_ns: i64,
+    upkeep: Upkeep,
+}
+
+/// Battery and status, which are asked for in turn beside the counts.
+#[derive(Debug)]
+struct Upkeep {
+    /// When one of them is due.
+    next_ns: i64,
+    /// Whether it is the battery.
     battery_next: bool,
+    /// How wide the controller's status is.
     width: StatusWidth,
+    /// The status as last told.
     status: Option<StatusBits>,
+    /// Battery, volts, as last told; 0 before.
     battery_v: f32,
 }
 
 impl Machine {
-    pub(super) fn new(baud: u32, address: u8, wheels: Wheels, purpose: Purpose, now_ns: i64) -> Self {
+    pub(crate) fn new(baud: u32, address: u8, wheels: Wheels, purpose: Purpose, now_ns: i64) -> Self {
         let listens = purpose == Purpose::Listen;
         Self {
             contact: Contact::new(baud, SILENCE_NS, now_ns),
@@ -99,11 +113,13 @@ impl Machine {
             quiet_limit_ns: None,
             pace: Pace::InStep,
             next_counts_ns: now_ns,
-            next_state_ns: now_ns,
-            battery_next: true,
-            width: StatusWidth::Wide,
-            status: None,
-            battery_v: 0.0,
+            upkeep: Upkeep {
+                next_ns: now_ns,
+                battery_next: true,
+                width: StatusWidth::Wide,
+                status: None,
+                battery_v: 0.0,
+            },
         }
     }
 
@@ -121,12 +137,12 @@ impl Machine {
         SHORTEST_PERIOD_NS.max(2 * self.exchange_ns(Question::Encoders))
     }
 
-    pub(super) fn answer_is_late(&self) -> bool {
+    pub(crate) fn answer_is_late(&self) -> bool {
         self.open.is_some_and(|(_, until_ns)| self.contact.now_ns >= until_ns)
     }
 
     /// What leads from one stage to the next without an answer.
-    pub(super) fn watch(&mut self) {
+    pub(crate) fn watch(&mut self) {
         match self.stage {
             Stage::Stopping if self.open.is_none() => {
                 self.contact.say(Event::Stopped);
@@ -146,26 +162,28 @@ impl Machine {
     }
 
     /// What to ask now, if anything.
-    pub(super) fn due_question(&self) -> Option<Question> {
+    pub(crate) fn due_question(&self) -> Option<Question> {
         if self.open.is_some() || self.contact.now_ns < self.ask_ns {
             return None;
         }
         match self.stage {
             Stage::Identifying { .. } => Some(Question::Firmware),
-            Stage::AskingStatus { .. } => Some(Question::Status(self.width)),
+            Stage::AskingStatus { .. } => Some(Question::Status(self.upkeep.width)),
             Stage::Running if self.pace == Pace::Lost => Some(Question::MainBattery),
             // Once a second, and first: behind a slow adapter counts are always due.
-            Stage::Running if self.contact.now_ns >= self.next_state_ns => Some(match self.battery_next {
-                true => Question::MainBattery,
-                false => Question::Status(self.width),
-            }),
+            Stage::Running if self.contact.now_ns >= self.upkeep.next_ns => {
+                Some(match self.upkeep.battery_next {
+                    true => Question::MainBattery,
+                    false => Question::Status(self.upkeep.width),
+                })
+            }
             Stage::Running if self.contact.now_ns >= self.next_counts_ns => Some(Question::Encoders),
             _ => None,
         }
     }
 
     /// The question goes out.
-    pub(super) fn asked(&mut self, request: Request) {
+    pub(crate) fn asked(&mut self, request: Request) {
         self.contact.send(|out| request.emit(out));
         self.was_asked(request.question);
         self.quiet_limit_ns = None;
@@ -183,20 +201,20 @@ impl Machine {
                 };
             }
             Question::MainBattery | Question::Status(_) => {
-                self.battery_next = !self.battery_next;
-                self.next_state_ns = self.contact.now_ns + STATE_PERIOD_NS;
+                self.upkeep.battery_next = !self.upkeep.battery_next;
+                self.upkeep.next_ns = self.contact.now_ns + STATE_PERIOD_NS;
             }
             _ => {}
         }
     }
 
     /// The question is on its way, or was in a recording: its answer is awaited for as long in both.
-    pub(super) fn was_asked(&mut self, question: Question) {
+    pub(crate) fn was_asked(&mut self, question: Question) {
         self.open = Some((question, self.contact.now_ns + self.exchange_ns(question) + ANSWER_NS));
     }
 
     /// Bytes have come; between questions they are the rest of something that failed.
-    pub(super) fn heard_bytes(&mut self) {
+    pub(crate) fn received_bytes(&mut self) {
         self.contact.last_byte_ns = self.contact.now_ns;
         if self.open.is_none() && self.pace == Pace::Settling {
             self.pace = Pace::Lost;
@@ -207,7 +225,7 @@ impl Machine {
     }
 
     /// The answer was damaged, or did not come; so many bytes of it did.
-    pub(super) fn unanswered(&mut self, held: usize) {
+    pub(crate) fn unanswered(&mut self, held: usize) {
         let question = self.open.take().map(|(question, _)| question);
         self.ask_ns = self.contact.now_ns + QUIET_NS;
         self.quiet_limit_ns = Some(self.contact.now_ns + LONGEST_QUIET_NS);
@@ -233,20 +251,20 @@ impl Machine {
         }
     }
 
-    /// Older firmware answers a wide status with the bytes of a narrow one; newer firmware a narrow one with a sum that does not
-    /// fit.
+    /// Older firmware answers a wide status with the bytes of a narrow one; newer firmware a narrow one with
+    /// a sum that does not fit.
     fn other_width(&mut self, asked: StatusWidth, held: usize) {
         let narrow_len = Question::Status(StatusWidth::Narrow).answer_len(&[]);
         match asked {
-            StatusWidth::Wide if held == narrow_len => self.width = StatusWidth::Narrow,
-            StatusWidth::Narrow => self.width = StatusWidth::Wide,
+            StatusWidth::Wide if held == narrow_len => self.upkeep.width = StatusWidth::Narrow,
+            StatusWidth::Narrow => self.upkeep.width = StatusWidth::Wide,
             StatusWidth::Wide => {}
         }
     }
 
     /// A good answer to the open question.
-    pub(super) fn answered(&mut self, heard: Heard<'_>) {
-        if heard.surplus > 0 {
+    pub(crate) fn answered(&mut self, received: Collected<'_>) {
+        if received.surplus > 0 {
             self.unanswered(0);
             return;
         }
@@ -257,11 +275,11 @@ impl Machine {
             self.ask_ns = self.contact.now_ns + QUIET_NS;
             self.quiet_limit_ns = Some(self.contact.now_ns + LONGEST_QUIET_NS);
         }
-        match heard.answer {
+        match received.answer {
             Answer::Firmware(text) => self.identified(text),
-            Answer::Encoders { m1_counts, m2_counts } => self.counted(heard, [m1_counts, m2_counts]),
-            Answer::MainBattery { decivolts } => self.battery_v = f32::from(decivolts) / 10.0,
-            Answer::Status(bits) => self.told_status(bits),
+            Answer::Encoders { m1_counts, m2_counts } => self.counted(received, [m1_counts, m2_counts]),
+            Answer::MainBattery { decivolts } => self.upkeep.battery_v = f32::from(decivolts) / 10.0,
+            Answer::Status(bits) => self.reported_status(bits),
             Answer::Encoder { .. } | Answer::Done => {}
         }
     }
@@ -290,26 +308,26 @@ impl Machine {
         }
     }
 
-    fn counted(&mut self, heard: Heard<'_>, counts: [i32; 2]) {
+    fn counted(&mut self, received: Collected<'_>, counts: [i32; 2]) {
         self.contact.last_report_ns = self.contact.now_ns;
         let wheels = self.wheels;
         let reading = Reading { counts, time_ns: self.contact.now_ns };
         let step = self.pose.take(reading, |counts| wheels.motion(counts));
-        let Some((odom_from_base, restarted)) = step.believed() else {
+        let Some((odom_from_base, restarted)) = step.accepted() else {
             self.next_counts_ns = self.contact.now_ns;
             return;
         };
-        let (offset, length, battery_v) = (heard.offset, heard.length, self.battery_v);
+        let (offset, length, battery_v) = (received.offset, received.length, self.upkeep.battery_v);
         self.contact.report(OdometryReading { offset, length, odom_from_base, battery_v }, restarted);
     }
 
-    fn told_status(&mut self, bits: StatusBits) {
-        let was_trouble = self.status.is_some_and(|before| before.words().next().is_some());
+    fn reported_status(&mut self, bits: StatusBits) {
+        let was_trouble = self.upkeep.status.is_some_and(|before| before.words().next().is_some());
         let is_trouble = bits.words().next().is_some();
-        if self.status != Some(bits) && (is_trouble || was_trouble) {
+        if self.upkeep.status != Some(bits) && (is_trouble || was_trouble) {
             self.contact.say(Event::BaseStatus(bits));
         }
-        self.status = Some(bits);
+        self.upkeep.status = Some(bits);
         self.contact.info.has_fault = Some(is_trouble);
         if matches!(self.stage, Stage::AskingStatus { .. }) {
             self.stage = Stage::Done;
@@ -317,7 +335,7 @@ impl Machine {
     }
 
     /// Whatever was asked was not heard, and whatever comes first may be an old answer.
-    pub(super) fn port_back(&mut self) {
+    pub(crate) fn port_back(&mut self) {
         self.contact.port_back();
         self.open = None;
         self.ask_ns = self.contact.now_ns + QUIET_NS;
@@ -326,7 +344,7 @@ impl Machine {
     }
 
     /// Nothing was commanded, so nothing has to be undone.
-    pub(super) fn stop(&mut self) {
+    pub(crate) fn stop(&mut self) {
         match self.stage {
             Stage::Running => self.stage = Stage::Stopping,
             Stage::Stopping => {}
@@ -334,7 +352,7 @@ impl Machine {
         }
     }
 
-    pub(super) fn deadline_ns(&self) -> i64 {
+    pub(crate) fn deadline_ns(&self) -> i64 {
         let question_ns = match self.open {
             Some((_, until_ns)) => until_ns,
             None => self.ask_ns,
@@ -344,7 +362,7 @@ impl Machine {
             Stage::Resting { until_ns } => until_ns,
             Stage::Identifying { .. } | Stage::AskingStatus { .. } | Stage::Stopping => question_ns,
             Stage::Running => {
-                let due_ns = self.next_counts_ns.min(self.next_state_ns);
+                let due_ns = self.next_counts_ns.min(self.upkeep.next_ns);
                 let ask_ns = if self.open.is_some() { question_ns } else { question_ns.max(due_ns) };
                 ask_ns.min(self.contact.silence_deadline_ns())
             }

@@ -1,43 +1,30 @@
-//! The session of a RoboClaw motor controller: the base of a home-made robot with two driven wheels, motor 1 on the left.
+//! The session of a RoboClaw motor controller: the base of a home-made robot with two driven wheels, motor 1
+//! on the left.
 //!
 //! ```text
 //! firmware version -> running: both encoders at up to 50 Hz, once a second battery or status
 //!   ^    bad or missing answer: drop input until the line is quiet, ask again |
 //!   +------------------------------ no counts for 0.8 s ----------------------+
 //! ```
-//! Nothing is ever commanded but answers; the operator drives. An answer is taken only for the question that was asked; a recording
-//! is therefore read together with what was sent ([`super::BaseDriver::host_sent`]). Frame of the odometry: the base's own, its pose at
-//! the first answer is zero. Units: metres, radians. Source: Basicmicro RoboClaw user manual, "packet serial".
+//! Nothing is ever commanded but answers; the operator drives. An answer is taken only for the question that
+//! was asked; a recording is therefore read together with what was sent ([`super::BaseDriver::host_sent`]).
+//! Frame of the odometry: the base's own, its pose at the first answer is zero. Units: meters, radians.
+//! Source: Basicmicro RoboClaw user manual, "packet serial".
 
-mod machine;
+pub(crate) mod machine;
+#[cfg(test)]
+mod tests;
+pub(crate) mod wheels;
 
 use biplane_wire::Counts;
 use biplane_wire::roboclaw::{Collector, Question, Request};
 
-use super::driver::{BaseDriver, Purpose};
-use super::motion::Motion;
-use super::{BaseInfo, Event, Input, Output, Session};
-use machine::{Machine, Stage};
-
-/// The two driven wheels.
-#[derive(Copy, Clone, PartialEq, Debug)]
-pub struct Wheels {
-    /// Between the wheels' tracks, metres. Too large makes the robot seem to turn too little.
-    pub wheel_base_m: f64,
-    /// Way of one count of the left wheel, metres; negative when it counts backwards.
-    pub metres_per_count_left: f64,
-    /// The same of the right wheel.
-    pub metres_per_count_right: f64,
-}
-
-impl Wheels {
-    /// What these counts of the left and the right wheel are as a motion.
-    fn motion(&self, [left, right]: [i32; 2]) -> Motion {
-        let left_m = f64::from(left) * self.metres_per_count_left;
-        let right_m = f64::from(right) * self.metres_per_count_right;
-        Motion { way_m: 0.5 * (left_m + right_m), turn_rad: (right_m - left_m) / self.wheel_base_m }
-    }
-}
+use crate::session::base::driver::{BaseDriver, Purpose};
+use crate::session::base::reading::BaseInfo;
+use crate::session::base::roboclaw::machine::{Machine, Stage};
+use crate::session::base::roboclaw::wheels::Wheels;
+use crate::session::device_session::{Input, Output, Session};
+use crate::session::event::Event;
 
 /// A session with a RoboClaw.
 #[derive(Debug)]
@@ -47,7 +34,7 @@ pub struct RoboClaw {
 }
 
 impl RoboClaw {
-    pub(super) fn new(baud: u32, address: u8, wheels: Wheels, purpose: Purpose, now_ns: i64) -> Self {
+    pub(crate) fn new(baud: u32, address: u8, wheels: Wheels, purpose: Purpose, now_ns: i64) -> Self {
         let mut session = Self {
             collector: Collector::new(),
             machine: Machine::new(baud, address, wheels, purpose, now_ns),
@@ -79,9 +66,9 @@ impl RoboClaw {
     }
 
     fn take_bytes(&mut self, bytes: &[u8]) {
-        self.machine.heard_bytes();
+        self.machine.received_bytes();
         match self.collector.take(bytes) {
-            Some(Ok(heard)) => self.machine.answered(heard),
+            Some(Ok(received)) => self.machine.answered(received),
             Some(Err(_)) => self.machine.unanswered(0),
             None => {}
         }
@@ -104,7 +91,8 @@ impl BaseDriver for RoboClaw {
     fn host_sent(&mut self, now_ns: i64, bytes: &[u8]) {
         self.machine.contact.now_ns = now_ns;
         match Request::parse(bytes) {
-            // How wide the status was asked for, its question does not tell; and the odometry does not need it.
+            // How wide the status was asked for, its question does not tell; and the odometry does not need
+            // it.
             Ok(request)
                 if request.address == self.machine.address
                     && !matches!(request.question, Question::Status(_)) =>
@@ -164,6 +152,3 @@ impl Session for RoboClaw {
         self.machine.contact.outputs.overflowed()
     }
 }
-
-#[cfg(test)]
-mod tests;

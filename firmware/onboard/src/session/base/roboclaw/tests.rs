@@ -1,14 +1,14 @@
-//! Scripted sessions with a RoboClaw. Requests and the firmware's answer are the wire's golden bytes; other answers are put together
-//! here with the manual's own loop for the CRC.
+//! Scripted sessions with a RoboClaw. Requests and the firmware's answer are the wire's golden bytes; other
+//! answers are put together here with the manual's own loop for the CRC.
 
 use biplane_recording::rig::BaseProtocol;
 
 use crate::session::base::{BaseSession, BaseSettings};
+use crate::session::device_session::{Input, Output, Session};
 use crate::session::noise::{Noise, endure};
 use crate::session::script::{check, play};
-use crate::session::{Input, Output, Session};
 
-/// A tenth of a millimetre a count, wheels 0.4 m apart.
+/// A tenth of a millimeter a count, wheels 0.4 m apart.
 const SETTINGS: BaseSettings = BaseSettings {
     baud: 38400,
     protocol: BaseProtocol::RoboClaw {
@@ -108,10 +108,13 @@ fn a_silent_controller_is_said_within_a_second_and_asked_who_it_is() {
     let mut session = BaseSession::streaming(SETTINGS, 0);
     let lines: Vec<String> = format!("{}\n1700 end", found(0, 0)).lines().map(str::to_owned).collect();
     let transcript = play(&mut session, &lines);
-    let said: Vec<&String> = transcript.iter().filter(|line| line.contains('!')).skip(2).collect();
-    assert_eq!(said.len(), 2, "{transcript:#?}");
-    assert_eq!(said[0], "820 ! silent for 800 ms, starting again");
-    assert!(said[1].ends_with("! no answer yet, asking on (is it switched on and connected?)"), "{said:?}");
+    let reported: Vec<&String> = transcript.iter().filter(|line| line.contains('!')).skip(2).collect();
+    assert_eq!(reported.len(), 2, "{transcript:#?}");
+    assert_eq!(reported[0], "820 ! silent for 800 ms, starting again");
+    assert!(
+        reported[1].ends_with("! no answer yet, asking on (is it switched on and connected?)"),
+        "{reported:?}"
+    );
     assert!(!session.is_streaming());
 }
 
@@ -219,7 +222,7 @@ fn random_bytes_never_panic_and_no_question_is_asked_faster_than_the_line_gets_q
     let mut noise = Noise::new(7);
     for _ in 0..10 {
         let mut session = BaseSession::streaming(SETTINGS, 0);
-        endure(&mut session, &mut noise, (500, 40_000_000), |noise| {
+        endure(&mut session, &mut noise, 500, 40_000_000, |noise| {
             (0..noise.below(256)).map(|_| noise.byte()).collect()
         });
     }

@@ -1,0 +1,212 @@
+//! What a scan knows of its pose, and from which submaps of the map.
+//!
+//! The same residuals and weights as the last iteration of the alignment, their normal equations kept apart
+//! by the submap of the surface. Units: meters, radians; map's axes, about the base.
+
+use nalgebra::Matrix3;
+
+use crate::map::LocalMap;
+use crate::map::surfel::Surfel;
+use crate::placement::Placement;
+use crate::registration::gauss_newton::cauchy;
+use crate::registration::gauss_newton::params::AlignParams;
+use crate::registration::surface_map::Correspondence;
+use crate::scan::end_points::{EndPoints, Kind};
+use biplane_geometry::Pose2;
+use biplane_geometry::vec2::{dot, minus};
+
+/// Submaps that one scan may see; what belongs to further ones counts for the last.
+pub(super) const PARTS: usize = 12;
+/// A piece of wall reaches this far from where the first beam meets it, meters.
+const PIECE_M: f32 = 0.5;
+/// Where walls stand out from each other by more than this there is an edge, meters.
+const EDGE_M: f32 = 0.05;
+/// Residuals of so many neighbors may be common.
+const WINDOW: usize = 8;
+
+/// Sums of J^T W J over the end points of a scan at its pose.
+#[derive(Copy, Clone, Debug, Default)]
+pub(crate) struct Evidence {
+    /// A submap and what the scan knows by it.
+    parts: [(u8, Matrix3<f64>); PARTS],
+    count: usize,
+    /// The same over the walls' tangents.
+    pub along: Matrix3<f64>,
+    /// What the residuals that are left pull the pose by, squared.
+    pub noise: Matrix3<f64>,
+    /// The same of a meter by which each piece of a longer wall is off as a whole, and each face that ends at
+    /// edges on both sides.
+    pub common: [Matrix3<f64>; 2],
+}
+
+impl Evidence {
+    /// Submaps and what the scan knows by each.
+    pub(crate) fn parts(&self) -> &[(u8, Matrix3<f64>)] {
+        &self.parts[..self.count]
+    }
+
+    /// What the scan knows by all of them.
+    pub(crate) fn across(&self) -> Matrix3<f64> {
+        self.parts().iter().map(|(_, information)| information).sum()
+    }
+
+    /// Gathers what a scan knows at a pose.
+    pub(crate) fn gather(map: &LocalMap, points: &EndPoints, pose: &Pose2, params: &AlignParams) -> Self {
+        let mut sums = Sums::default();
+        let placement = Placement::new(pose);
+        let scale_m = params.outlier_m as f32;
+        let [per_point, per_line] =
+            [params.point_noise_m, params.range_noise_m].map(|noise_m| (1.0 / (noise_m * noise_m)) as f32);
+        for point in points.as_slice() {
+            let Ok(met) = Correspondence::find(map, point, &placement, f32::INFINITY) else { continue };
+            let Correspondence { arm, offset, surfel, .. } = met;
+            let sureness = surfel.hits / (1.0 + surfel.hits);
+            if !met.is_line {
+                if point.kind == Kind::Point {
+                    let weight = point.weight * cauchy(met.squared_m2(), scale_m) * per_point;
+                    sums.add(surfel.submap, [1.0, 0.0, -arm[1]], offset[0], weight, sureness);
+                    sums.add(surfel.submap, [0.0, 1.0, arm[0]], offset[1], weight, sureness);
+                }
+                continue;
+            }
+            if met.is_other_face {
+                continue;
+            }
+            let unit = 1.0 / met.strength.sqrt();
+            let normal = surfel.normal.map(|part| part * unit);
+            let residual = dot(offset, normal);
+            let weight = point.weight * cauchy(residual * residual, scale_m) * per_line;
+            let row = [normal[0], normal[1], arm[0] * normal[1] - arm[1] * normal[0]];
+            sums.add(surfel.submap, row, residual, weight, sureness);
+            sums.piece_of_wall(&surfel, row, weight * sureness);
+            sums.along
+                .add([-normal[1], normal[0], dot(arm, normal)].map(f64::from), f64::from(weight * sureness));
+        }
+        sums.finish()
+    }
+
+    /// What a scan knows by so many reference scans, each an equal part. Their beams' errors are all common.
+    pub(crate) fn shared(information: &Matrix3<f64>, common: f64, references: usize) -> Self {
+        let mut evidence =
+            Self { along: Matrix3::identity(), noise: information * common, ..Self::default() };
+        evidence.count = references.clamp(1, PARTS);
+        let share = information / evidence.count as f64;
+        for (part, submap) in evidence.parts[..evidence.count].iter_mut().zip(0..) {
+            *part = (submap, share);
+        }
+        evidence
+    }
+}
+
+/// The sums while they are made.
+#[derive(Copy, Clone, Debug, Default)]
+struct Sums {
+    parts: [(u8, Upper); PARTS],
+    count: usize,
+    along: Upper,
+    common: [Upper; 2],
+    pulls: Pulls,
+    piece: Piece,
+}
+
+impl Sums {
+    /// A beam meets a piece of wall: the last one, or another.
+    fn piece_of_wall(&mut self, surfel: &Surfel, row: [f32; 3], weight: f32) {
+        let away = minus(surfel.at_m, self.piece.at_m);
+        let normal = [row[0], row[1]];
+        let edge = dot(normal, self.piece.normal) < 0.9 || dot(away, normal).abs() > EDGE_M;
+        if edge || dot(away, away) > PIECE_M * PIECE_M {
+            self.end_piece(edge);
+            self.piece = Piece { at_m: surfel.at_m, normal, pull: [0.0; 3], edge };
+        }
+        for (pull, part) in self.piece.pull.iter_mut().zip(row) {
+            *pull += f64::from(weight * part);
+        }
+    }
+
+    fn end_piece(&mut self, edge: bool) {
+        self.common[usize::from(self.piece.edge && edge)].add(self.piece.pull, 1.0);
+    }
+
+    fn add(&mut self, submap: u8, row: [f32; 3], residual: f32, weight: f32, sureness: f32) {
+        let pull = sureness * sureness.sqrt() * weight * residual;
+        self.pulls.add(row.map(|part| f64::from(part * pull)));
+        let known = self.parts[..self.count].iter().position(|(other, _)| *other == submap);
+        let part = known.unwrap_or_else(|| {
+            if self.count < PARTS {
+                self.parts[self.count].0 = submap;
+                self.count += 1;
+            }
+            self.count - 1
+        });
+        self.parts[part].1.add(row.map(f64::from), f64::from(sureness * weight));
+    }
+
+    fn finish(mut self) -> Evidence {
+        self.end_piece(true);
+        Evidence {
+            parts: self.parts.map(|(submap, sum)| (submap, sum.matrix())),
+            count: self.count,
+            along: self.along.matrix(),
+            noise: self.pulls.finish(),
+            common: self.common.map(|sum| sum.matrix()),
+        }
+    }
+}
+
+/// The upper triangle of a sum of weighted squares of rows.
+#[derive(Copy, Clone, Debug, Default)]
+struct Upper([f64; 6]);
+
+impl Upper {
+    #[inline]
+    fn add(&mut self, [x, y, turn]: [f64; 3], weight: f64) {
+        let [wx, wy, wt] = [weight * x, weight * y, weight * turn];
+        let squares = [wx * x, wx * y, wx * turn, wy * y, wy * turn, wt * turn];
+        self.0.iter_mut().zip(squares).for_each(|(sum, square)| *sum += square);
+    }
+
+    fn matrix(&self) -> Matrix3<f64> {
+        let [xx, xy, xt, yy, yt, tt] = self.0;
+        Matrix3::new(xx, xy, xt, xy, yy, yt, xt, yt, tt)
+    }
+}
+
+/// A piece of wall that some beams meet, one after the other.
+#[derive(Copy, Clone, Debug, Default)]
+struct Piece {
+    at_m: [f32; 2],
+    normal: [f32; 2],
+    /// What a meter that it is off pulls the pose by.
+    pull: [f64; 3],
+    /// It begins at an edge.
+    edge: bool,
+}
+
+/// The residuals' pulls on the pose, summed up over windows of neighbors before they are squared (Newey and
+/// West 1987).
+#[derive(Copy, Clone, Debug, Default)]
+struct Pulls {
+    window: [[f64; 3]; WINDOW],
+    next: usize,
+    sum: [f64; 3],
+    squares: Upper,
+}
+
+impl Pulls {
+    fn add(&mut self, pull: [f64; 3]) {
+        let first = std::mem::replace(&mut self.window[self.next], pull);
+        for ((sum, pull), first) in self.sum.iter_mut().zip(pull).zip(first) {
+            *sum += pull - first;
+        }
+        self.next = (self.next + 1) % WINDOW;
+        self.squares.add(self.sum, 1.0);
+    }
+
+    fn finish(mut self) -> Matrix3<f64> {
+        for _ in 1..WINDOW {
+            self.add([0.0; 3]);
+        }
+        self.squares.matrix() / WINDOW as f64
+    }
+}

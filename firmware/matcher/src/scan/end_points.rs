@@ -1,0 +1,404 @@
+//! The end points of a scan: de-skewed, with the direction of the surface they lie on and a weight against
+//! crowding.
+//!
+//! Frame: the base at the scan's stamp. Units: meters. The buffer is made once; a scan with more beams than
+//! it holds is thinned evenly, never refused.
+
+use crate::parameter_group::parameter_group;
+use crate::placement::Placement;
+use crate::scan::Scan;
+use crate::scan::line_fit::{Fitted, Lines, RunningSums};
+use biplane_geometry::vec2::{distance, dot, minus, norm, squared_distance};
+
+parameter_group! { "points";
+/// Which beams become end points, and what the scan itself says about the surfaces they lie on.
+#[derive(Copy, Clone, PartialEq, Debug)]
+pub struct PointParams {
+    /// Beams that the buffers hold; a scan with more is thinned evenly. More: slower.
+    pub max_beams: usize [1.0, 1e5],
+    /// Shorter ranges are left out (the robot itself, dirt on the window), meters.
+    pub range_min_m: f64 [0.0, 1000.0],
+    /// Longer ranges are left out: sparse, and turned into large errors by small angles; meters.
+    pub range_max_m: f64 [0.01, 1000.0],
+    /// Beams closer together than this share one beam's weight, meters. Larger: a near wall with many beams
+    /// counts less against a far one with few; zero: every beam counts the same.
+    pub spacing_m: f64,
+    /// Neighbors farther from the common line than this: no normal, meters. A few times the range noise.
+    pub line_tolerance_m: f64,
+}
+}
+
+impl Default for PointParams {
+    fn default() -> Self {
+        Self { max_beams: 2048, range_min_m: 0.1, range_max_m: 40.0, spacing_m: 0.02, line_tolerance_m: 0.02 }
+    }
+}
+
+/// A scan with fewer usable end points counts as empty: they fix no pose. Larger: more scans go on from the
+/// odometry. Error 0.0248 m also when halved or doubled.
+const MIN_POINTS: usize = 5;
+/// Neighbors up to this far (and 32 beams) on either side give a point its normal, meters. Smaller: noisier
+/// normals; larger: corners and short walls have none. Error 0.0246 m halved, 0.0255 m doubled.
+const NORMAL_REACH_M: f32 = 0.2;
+/// Neighbors must span this much for a line, meters, or the normal comes from range noise. Error 0.0246 m
+/// halved, 0.0247 m doubled.
+const LINE_LENGTH_M: f32 = 0.06;
+/// A surface that a beam strikes flatter than this (sine of the angle) gives no normal: the beam may have
+/// jumped from an edge to the wall behind. Error 0.0667 m halved, 0.1091 m doubled.
+const GRAZING_SINE: f32 = 0.1;
+
+/// What a scan alone can say about the surface at an end point.
+#[derive(Copy, Clone, PartialEq, Eq, Debug, Default)]
+pub enum Kind {
+    /// It lies on a line with its neighbors.
+    Line,
+    /// It stands out from its neighbors: a leg, a pole, clutter.
+    Point,
+    /// Too few neighbors, or struck too flatly to tell a wall from the jump between two.
+    #[default]
+    Unsure,
+}
+
+/// One end point.
+#[derive(Copy, Clone, PartialEq, Debug, Default)]
+pub struct EndPoint {
+    /// Position in the base's frame, meters.
+    pub at_m: [f32; 2],
+    /// Unit normal of the surface towards the laser, in the base's frame; zero unless it is a line.
+    pub normal: [f32; 2],
+    /// What it seems to lie on.
+    pub kind: Kind,
+    /// Weight in (0, 1]: less where the beams are crowded.
+    pub weight: f32,
+    /// It stands alone off what its neighbors on both sides lie on: a leg before a wall, or a beam that fell
+    /// short.
+    pub alone: bool,
+}
+
+impl EndPoint {
+    /// Whether it knows the direction of the surface it lies on.
+    #[must_use]
+    pub fn has_normal(&self) -> bool {
+        self.normal != [0.0; 2]
+    }
+
+    /// The same end point in the frame of a placement.
+    #[inline]
+    #[must_use]
+    pub fn placed(&self, placement: &Placement) -> Self {
+        Self { at_m: placement.place(self.at_m), normal: placement.turn(self.normal), ..*self }
+    }
+}
+
+/// So many neighbors on either side tell whether a point stands alone.
+const ASIDE: usize = 3;
+/// A point stands alone when the way by it is so many times as long as the way past it.
+const DETOUR: f32 = 4.0;
+/// Where few points stand alone, one closer than this to the one before or after it does not, meters.
+const APART_M: f32 = 1.0;
+/// More than this share of the points is many.
+const MANY: f32 = 0.1;
+
+/// End points of one scan and the place they were seen from.
+#[derive(Clone, Debug)]
+pub struct EndPoints {
+    points: Vec<EndPoint>,
+    /// Sums over the points before each one, so that any run of neighbors costs the same.
+    sums: Vec<RunningSums>,
+    capacity: usize,
+    laser_in_base_m: [f32; 2],
+    params: PointParams,
+}
+
+/// The longest reach on either side for the neighbors of a normal, beams.
+const NEIGHBORS: usize = 32;
+
+impl EndPoints {
+    /// An empty buffer with all the memory it will ever have.
+    pub fn new(params: PointParams) -> Self {
+        let capacity = params.max_beams.max(1);
+        let (points, sums) = (Vec::with_capacity(capacity), Vec::with_capacity(capacity + 1));
+        Self { points, sums, capacity, laser_in_base_m: [0.0; 2], params }
+    }
+
+    /// The points, in the order of their beams.
+    pub fn as_slice(&self) -> &[EndPoint] {
+        &self.points
+    }
+
+    /// Whether there are too few of them to tell a pose.
+    pub fn are_too_few(&self) -> bool {
+        self.points.len() < MIN_POINTS
+    }
+
+    /// Where they were seen from, base's frame, meters.
+    pub fn laser_in_base_m(&self) -> [f32; 2] {
+        self.laser_in_base_m
+    }
+
+    /// No end point lies farther from the base than this, meters.
+    pub fn reach_m(&self) -> f32 {
+        self.points.iter().map(|point| norm(point.at_m)).fold(norm(self.laser_in_base_m), f32::max)
+    }
+
+    /// Takes over the usable beams of a scan and gives them normals and weights.
+    pub fn fill(&mut self, scan: &Scan) {
+        self.points.clear();
+        self.laser_in_base_m = scan.laser_in_base_m.map(|meters| meters as f32);
+        let stride = scan.beams.len().div_ceil(self.capacity).max(1);
+        let in_reach = self.params.range_min_m..=self.params.range_max_m;
+        for beam in scan.beams.iter().step_by(stride) {
+            let range_m = f64::from(beam.range_m);
+            if !in_reach.contains(&range_m) {
+                continue; // also NaN and +inf
+            }
+            let at_m = scan.end_in_base_m(beam, range_m).map(|meters| meters as f32);
+            if at_m[0].is_finite() && at_m[1].is_finite() {
+                self.points.push(EndPoint { at_m, ..EndPoint::default() });
+            }
+        }
+        self.mark_isolated();
+        self.sum_up();
+        let mut before_m = f32::INFINITY;
+        let mut lines = Lines::default();
+        for index in 0..self.points.len() {
+            if index % Lines::MANY == 0 {
+                self.fit_some(index, &mut lines);
+            }
+            let (kind, normal) = self.surface_at(index, &lines);
+            let next = self.points.get(index + 1);
+            let after_m = next.map_or(f32::INFINITY, |next| distance(next.at_m, self.points[index].at_m));
+            let weight = self.weight(before_m, after_m);
+            self.points[index] = EndPoint { normal, kind, weight, ..self.points[index] };
+            before_m = after_m;
+        }
+    }
+
+    /// Points that stand alone say nothing of the surface that their neighbors lie on. A few are legs before
+    /// walls; where they are many, beams fall short (dust, rain, glare), and these also end close to what
+    /// they should have met.
+    fn mark_isolated(&mut self) {
+        let many = self.points.len() as f32 * MANY;
+        if self.count_alone(NORMAL_REACH_M) as f32 <= many {
+            self.count_alone(APART_M);
+        }
+    }
+
+    /// Finds the points that stand alone, farther than this from the ones before and after them.
+    fn count_alone(&mut self, apart_m: f32) -> usize {
+        let (mut count, mut after_m) = (0, f32::INFINITY);
+        for index in (0..self.points.len()).rev() {
+            let here = self.points[index].at_m;
+            let before_m =
+                index.checked_sub(1).map_or(0.0, |before| distance(self.points[before].at_m, here));
+            self.points[index].alone = before_m > apart_m && after_m > apart_m && self.stands_alone(index);
+            count += usize::from(self.points[index].alone);
+            after_m = before_m;
+        }
+        count
+    }
+
+    /// Whether two neighbors, one on either side, are far closer to each other than by way of this point.
+    fn stands_alone(&self, index: usize) -> bool {
+        let here = self.points[index].at_m;
+        let (before, rest) = self.points.split_at(index);
+        before.iter().rev().take(ASIDE).any(|a| {
+            let to_a_m = distance(a.at_m, here);
+            rest[1..].iter().take(ASIDE).any(|b| {
+                let detour_m = to_a_m + distance(here, b.at_m);
+                detour_m > DETOUR * distance(a.at_m, b.at_m)
+            })
+        })
+    }
+
+    fn sum_up(&mut self) {
+        let mut sum = RunningSums::default();
+        self.sums.clear();
+        self.sums.push(sum);
+        for point in &self.points {
+            if !point.alone {
+                sum.add(point.at_m.map(f64::from));
+            }
+            self.sums.push(sum);
+        }
+    }
+
+    /// Beams that lie closer together than `spacing_m` share the weight of one; so far to the beams before
+    /// and after.
+    fn weight(&self, before_m: f32, after_m: f32) -> f32 {
+        let spacing_m = self.params.spacing_m as f32;
+        (before_m.min(spacing_m) + after_m.min(spacing_m)) / (2.0 * spacing_m).max(1e-6)
+    }
+
+    /// Fits lines through the neighbors on both sides of the points from this one on.
+    fn fit_some(&self, from: usize, lines: &mut Lines) {
+        lines.clear();
+        for index in from..self.points.len().min(from + Lines::MANY) {
+            let (before, rest) = self.points.split_at(index);
+            let first = index - self.reach(index, before.iter().rev());
+            let last = index + self.reach(index, rest[1..].iter());
+            lines.push((first, last), &self.sums[last + 1].minus(&self.sums[first]));
+        }
+        lines.fit();
+    }
+
+    /// What a point lies on: a line with the neighbors on both sides, or at a corner with those on one side.
+    fn surface_at(&self, index: usize, lines: &Lines) -> (Kind, [f32; 2]) {
+        if self.points[index].alone {
+            return (Kind::Point, [0.0; 2]);
+        }
+        let ((first, last), fit) = lines.get(index % Lines::MANY);
+        let mut kind = match self.line_through(index, (first, last), || fit) {
+            (Kind::Line, normal) => return (Kind::Line, normal),
+            (kind, _) => kind,
+        };
+        for (from, to) in [(first, index), (index, last)] {
+            match self.line_through(index, (from, to), || self.sums[to + 1].minus(&self.sums[from]).fit()) {
+                (Kind::Line, normal) => return (Kind::Line, normal),
+                (Kind::Point, _) => kind = Kind::Point,
+                (Kind::Unsure, _) => {}
+            }
+        }
+        (kind, [0.0; 2])
+    }
+
+    /// How far the last neighbor is that is needed in one direction, the first one out of reach included.
+    fn reach<'a>(&self, index: usize, neighbors: impl Iterator<Item = &'a EndPoint>) -> usize {
+        let here = self.points[index].at_m;
+        let reach_m = NORMAL_REACH_M;
+        let mut last = 0;
+        for (before, other) in neighbors.take(NEIGHBORS).enumerate() {
+            if other.alone {
+                continue;
+            }
+            last = before + 1;
+            if squared_distance(other.at_m, here) > reach_m * reach_m {
+                break;
+            }
+        }
+        last
+    }
+
+    /// The normal of the line `fit` through the points `first` to `last`, if they form one.
+    #[inline]
+    fn line_through(
+        &self,
+        index: usize,
+        (first, last): (usize, usize),
+        fit: impl FnOnce() -> Option<Fitted>,
+    ) -> (Kind, [f32; 2]) {
+        const UNSURE: (Kind, [f32; 2]) = (Kind::Unsure, [0.0; 2]);
+        let here = self.points[index].at_m;
+        let length_m = LINE_LENGTH_M;
+        let ends_m = [self.points[first].at_m, self.points[last].at_m];
+        if self.sums[last + 1].count() - self.sums[first].count() < 3.0
+            || squared_distance(ends_m[0], ends_m[1]) < length_m * length_m
+        {
+            return UNSURE;
+        }
+        let Some(Fitted { spread_squared, mut normal }) = fit() else { return UNSURE };
+        if spread_squared > self.params.line_tolerance_m * self.params.line_tolerance_m {
+            return (Kind::Point, [0.0; 2]);
+        }
+        let to_laser = minus(self.laser_in_base_m, here);
+        let (facing, sine) = (dot(normal, to_laser), GRAZING_SINE);
+        if facing * facing < sine * sine * dot(to_laser, to_laser) {
+            return UNSURE;
+        }
+        if facing < 0.0 {
+            normal = [-normal[0], -normal[1]];
+        }
+        (Kind::Line, normal)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scan::Beam;
+
+    fn points(mut ranges_m: impl FnMut(f64) -> f64) -> EndPoints {
+        let beams: Vec<Beam> = (-90..=90)
+            .map(|degrees| {
+                let angle = f64::from(degrees).to_radians();
+                let direction_in_base = [angle.cos() as f32, angle.sin() as f32];
+                Beam { direction_in_base, range_m: ranges_m(angle) as f32, delay_s: 0.0 }
+            })
+            .collect();
+        let mut points = EndPoints::new(PointParams::default());
+        points.fill(&Scan { stamp_ns: 0, laser_in_base_m: [0.0; 2], beams: &beams, twist_in_base: [0.0; 3] });
+        points
+    }
+
+    /// The end point of the beam at this angle, all beams having returned.
+    fn at(points: &EndPoints, degrees: usize) -> EndPoint {
+        points.as_slice()[degrees + 90]
+    }
+
+    #[test]
+    fn a_wall_ahead_has_normals_back_to_the_laser() {
+        let points = points(|angle| if angle.abs() < 1.2 { 2.0 / angle.cos() } else { f64::INFINITY });
+        for point in points.as_slice().iter().skip(1).rev().skip(1) {
+            assert_eq!(point.kind, Kind::Line, "{point:?}");
+            assert!((point.normal[0] + 1.0).abs() < 1e-3 && point.normal[1].abs() < 1e-3, "{point:?}");
+        }
+    }
+
+    #[test]
+    fn next_to_an_edge_the_normal_comes_from_the_nearer_side_alone() {
+        // A wall 2 m ahead to the left of the middle, another at 3 m to the right of it.
+        let points = points(|angle| if angle >= 0.0 { 2.0 } else { 3.0 } / angle.cos().max(0.1));
+        let edge = at(&points, 0);
+        assert_eq!(edge.kind, Kind::Line);
+        assert!((edge.normal[0] + 1.0).abs() < 1e-3, "{edge:?}");
+    }
+
+    #[test]
+    fn a_leg_before_a_wall_is_a_point_and_a_lone_return_is_unsure() {
+        let leg = points(|angle| if angle == 0.0 { 1.0 } else { 3.0 / angle.cos().max(0.1) });
+        assert_eq!((at(&leg, 0).kind, at(&leg, 0).normal), (Kind::Point, [0.0; 2]));
+        let lone = points(|angle| if angle == 0.0 { 1.0 } else { f64::INFINITY });
+        assert_eq!(lone.as_slice().len(), 1);
+        assert_eq!(lone.as_slice()[0].kind, Kind::Unsure);
+    }
+
+    #[test]
+    fn a_wall_keeps_its_normals_when_every_fourth_beam_falls_short() {
+        let mut beam = 0;
+        let points = points(|angle| {
+            beam += 1;
+            let wall_m = if angle.abs() < 1.0 { 2.0 / angle.cos() } else { f64::INFINITY };
+            if beam % 4 == 0 { wall_m * (0.2 + f64::from(beam * 37 % 60) / 100.0) } else { wall_m }
+        });
+        let (short, wall): (Vec<&EndPoint>, Vec<&EndPoint>) =
+            points.as_slice().iter().partition(|point| point.at_m[0] < 1.7);
+        assert!(short.len() > 20 && wall.len() > 80, "{} {}", short.len(), wall.len());
+        assert!(short.iter().all(|point| point.kind != Kind::Line));
+        let facing = |point: &&&EndPoint| point.normal[0] < -0.999;
+        assert_eq!(wall.iter().filter(facing).count(), wall.len());
+    }
+
+    #[test]
+    fn beams_closer_together_than_the_spacing_share_its_weight() {
+        // On a circle of 0.5 m the beams end 8.7 mm apart, on one of 5 m 87 mm.
+        let (near, far) = (points(|_| 0.5), points(|_| 5.0));
+        assert!((at(&near, 0).weight - 0.0087 / 0.02).abs() < 0.01, "{:?}", at(&near, 0));
+        assert_eq!(at(&far, 0).weight, 1.0);
+    }
+
+    #[test]
+    fn invalid_absent_too_near_and_too_far_beams_give_no_points() {
+        for range_m in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -1.0, 0.0, 0.05, 41.0] {
+            assert!(points(|_| range_m).as_slice().is_empty(), "{range_m}");
+        }
+    }
+
+    #[test]
+    fn a_scan_with_too_many_beams_is_thinned_evenly() {
+        let beam = Beam { direction_in_base: [1.0, 0.0], range_m: 1.0, delay_s: 0.0 };
+        let beams = vec![beam; 1000];
+        let mut points = EndPoints::new(PointParams { max_beams: 300, ..PointParams::default() });
+        points.fill(&Scan { stamp_ns: 0, laser_in_base_m: [0.0; 2], beams: &beams, twist_in_base: [0.0; 3] });
+        assert_eq!(points.as_slice().len(), 250);
+    }
+}

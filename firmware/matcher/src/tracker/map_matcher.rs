@@ -1,0 +1,175 @@
+//! The method `map`: every scan against everything mapped so far.
+//!
+//! Align from the prior; when the result explains too little, search the surroundings and align from what the
+//! search finds. A scan that contradicts the map teaches it nothing, until patience ends. Frame: map. Units:
+//! meters, radians.
+
+use crate::map::LocalMap;
+use crate::params::TrackerParams;
+use crate::registration::gauss_newton::fit::fit;
+use crate::registration::gauss_newton::prior::Prior;
+use crate::registration::gauss_newton::{Alignment, align};
+use crate::registration::journal::Journal;
+use crate::registration::search::Window;
+use crate::registration::search::correlative::Search;
+use crate::registration::verdict::{Verdict, is_informative};
+use crate::scan::end_points::EndPoints;
+use biplane_geometry::{Pose2, wrap_angle};
+
+/// So many results of a search are aligned.
+const CANDIDATES: usize = 4;
+/// When the alignment from the odometry explains this share of all end points there is no heading search:
+/// what fits that well is no wrong heading. Larger: a heading search for more scans, more time; smaller: a
+/// turn may be missed. Error 0.0248 m also when halved or doubled.
+const HEADING_SEARCH_BELOW_SHARE: f64 = 0.9;
+/// Below this share of explained end points the surroundings are searched. Larger: more searches, more time.
+/// Error 0.0248 m halved, 0.0246 m doubled. Without odometry 0.0250 m and 0.0267 m.
+const SEARCH_BELOW_SCORE: f64 = 0.6;
+/// Without a measured prior, places that score at least this share of the best one are aligned as well.
+/// Smaller: slower, fewer wrong places taken for right. Starts found 96.0 % halved, 95.1 % doubled.
+const RIVAL_SHARE: f32 = 0.8;
+/// The map learns from a scan when the base has moved this far since the last one it learned from, meters: a
+/// cell. Larger: cheaper, and the map knows less of what is ahead; smaller: the map repeats the same beams'
+/// errors. Error 0.0246 m halved, 0.0245 m doubled.
+const LEARN_EVERY_M: f64 = 0.05;
+/// The same for turning, radians. Error 0.0246 m halved, 0.0247 m doubled.
+const LEARN_EVERY_RAD: f64 = 0.05;
+
+/// Map, search and what they remember.
+#[derive(Clone, Debug)]
+pub(crate) struct MapMatcher {
+    params: TrackerParams,
+    map: LocalMap,
+    search: Search,
+    learned_at: Option<Pose2>,
+    lost_in_a_row: u32,
+    /// The iterations of the last scan.
+    pub journal: Journal,
+}
+
+impl MapMatcher {
+    /// A matcher with an empty map and all the memory it will ever have.
+    pub(crate) fn new(params: &TrackerParams) -> Self {
+        Self {
+            params: *params,
+            map: LocalMap::new(params.map),
+            search: Search::new(params.search, params.map.cell_m),
+            learned_at: None,
+            lost_in_a_row: 0,
+            journal: Journal::default(),
+        }
+    }
+
+    /// Forgets everything: the next scan begins a new map, in the same memory.
+    pub(crate) fn forget(&mut self) {
+        self.map.clear();
+        self.learned_at = None;
+        self.lost_in_a_row = 0;
+    }
+
+    /// The map, to be written in.
+    pub(crate) fn map_mut(&mut self) -> &mut LocalMap {
+        &mut self.map
+    }
+
+    /// The map.
+    pub(crate) fn map(&self) -> &LocalMap {
+        &self.map
+    }
+
+    /// Finds the scan's pose. `others` are further guesses worth a try when the prior's fails.
+    pub(crate) fn locate(
+        &mut self,
+        points: &EndPoints,
+        prior: &Prior,
+        others: &[Pose2],
+        heading_window: Window,
+        window: Window,
+    ) -> (Alignment, Verdict) {
+        let mut best = if heading_window.half_m > 0.0 {
+            self.coarse_search(points, prior, heading_window)
+        } else {
+            self.near_prior(points, prior, heading_window)
+        };
+        if best.fit.score() < SEARCH_BELOW_SCORE && is_informative(&best.fit) {
+            for other in others {
+                self.try_from(points, *other, prior, &mut best);
+            }
+            for candidate in self.search.run::<CANDIDATES>(&self.map, points, &prior.mean, window) {
+                if candidate.score > 0.0 {
+                    self.try_from(points, candidate.pose, prior, &mut best);
+                }
+            }
+        }
+        (best, Verdict::of(&best.fit))
+    }
+
+    /// How much of a scan a pose explains, 0 to 1.
+    pub(crate) fn score_at(&self, points: &EndPoints, pose: &Pose2) -> f64 {
+        fit(&self.map, points.as_slice(), pose, &self.params.align).score()
+    }
+
+    /// From where the odometry says; the headings around are looked at when that does not fit.
+    fn near_prior(&mut self, points: &EndPoints, prior: &Prior, heading_window: Window) -> Alignment {
+        let mut best =
+            align(&self.map, points.as_slice(), prior.mean, prior, &self.params.align, &mut self.journal);
+        if best.fit.explained < HEADING_SEARCH_BELOW_SHARE * best.fit.total {
+            let seen = self.search.first(&self.map, points, &prior.mean, heading_window);
+            if seen.score > 0.0 && !self.search.neighbors(&seen.pose, &best.pose) {
+                self.try_from(points, seen.pose, prior, &mut best);
+            }
+        }
+        best
+    }
+
+    /// From what a search finds, when the prior is no more than a guess; of several places that look alike
+    /// all are aligned.
+    fn coarse_search(&mut self, points: &EndPoints, prior: &Prior, heading_window: Window) -> Alignment {
+        let [first, rivals @ ..] =
+            self.search.run::<CANDIDATES>(&self.map, points, &prior.mean, heading_window);
+        let start = if first.score > 0.0 { first.pose } else { prior.mean };
+        let mut best =
+            align(&self.map, points.as_slice(), start, prior, &self.params.align, &mut self.journal);
+        for rival in rivals.iter().filter(|rival| rival.score > 0.0) {
+            if !best.at_rest || rival.score > RIVAL_SHARE * first.score {
+                self.try_from(points, rival.pose, prior, &mut best);
+            }
+        }
+        best
+    }
+
+    /// Aligns from another start and keeps the result when it is the likelier one.
+    fn try_from(&mut self, points: &EndPoints, start: Pose2, prior: &Prior, best: &mut Alignment) {
+        let found = align(&self.map, points.as_slice(), start, prior, &self.params.align, &mut self.journal);
+        let iterations = best.iterations + found.iterations;
+        if found.likelihood(prior) > best.likelihood(prior) {
+            *best = found;
+        }
+        best.iterations = iterations;
+    }
+
+    /// Lets the map learn from the scan, when the base has moved enough and the verdict allows it.
+    pub(crate) fn learn(&mut self, map_from_base: &Pose2, points: &EndPoints, verdict: Verdict) -> bool {
+        if verdict == Verdict::Lost {
+            self.lost_in_a_row += 1;
+            if self.lost_in_a_row <= self.params.search.patience_scans {
+                return false;
+            }
+        } else {
+            self.lost_in_a_row = 0;
+        }
+        if verdict == Verdict::Unconfirmed {
+            return false;
+        }
+        let moved_enough = self.learned_at.is_none_or(|last| {
+            let away_m = (map_from_base.x_m - last.x_m).hypot(map_from_base.y_m - last.y_m);
+            let turned_rad = wrap_angle(map_from_base.theta_rad - last.theta_rad).abs();
+            away_m >= LEARN_EVERY_M || turned_rad >= LEARN_EVERY_RAD
+        });
+        if moved_enough {
+            self.map.learn(map_from_base, points);
+            self.learned_at = Some(*map_from_base);
+        }
+        moved_enough
+    }
+}

@@ -1,0 +1,93 @@
+//! `record`: the onboard process on a robot.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use crate::cli::rig;
+use crate::record::acquisition::Controls;
+use crate::record::status::notifier::StatusMode;
+use crate::record::{RecordOptions, record_with};
+use crate::types::error::OnboardError;
+
+/// Sets up lasers and base, streams, matches, and records posed scans until SIGINT, SIGTERM or the duration.
+///
+/// A second signal ends the process at once (exit code 1); `biplane recover` then saves what was recorded.
+/// SIGUSR1 begins the next part of a recording in parts. A terminal that goes away does not end the run.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// The robot.
+    #[arg(long)]
+    rig: PathBuf,
+    /// The recording to make. A folder (or a path that ends in `/`): a new name in it, such as
+    /// run-0007-20261121T150403Z.mcap.
+    #[arg(long, short)]
+    output: PathBuf,
+    /// How long, for example 60s, 1.5m, 2h; without it, until a signal comes.
+    #[arg(long, value_parser = crate::cli::args::values::duration)]
+    duration: Option<Duration>,
+    /// Record the serial bytes too, so that the run can be replayed.
+    #[arg(long)]
+    raw: bool,
+    #[command(flatten)]
+    matcher: crate::cli::args::matcher::MatcherArgs,
+    /// A table of what each iteration of each match did (CSV), to be written besides.
+    #[arg(long, value_name = "JOURNAL.csv")]
+    journal: Option<PathBuf>,
+    #[command(flatten)]
+    rotation: crate::cli::args::rotation::RotationArgs,
+    /// Wait for ports that are not there yet, and for room on the disk (for a service that starts with the
+    /// machine).
+    #[arg(long)]
+    wait: bool,
+    /// Real-time priority and locked memory; goes on without where the right is missing.
+    #[arg(long)]
+    realtime: bool,
+    #[command(flatten)]
+    live: crate::cli::args::live::LiveArgs,
+    /// Replace the output if it exists.
+    #[arg(long)]
+    force: bool,
+    /// The account as JSON on stdout.
+    #[arg(long)]
+    json: bool,
+    /// The state as one JSON object a line and second on stdout, then the account; instead of the status
+    /// line.
+    #[arg(long)]
+    json_status: bool,
+}
+
+pub(crate) fn run(args: &Args, quiet: bool) -> Result<u8, OnboardError> {
+    let output = crate::output::run_name::output(&args.output, biplane_clock::utc_ns()).map_err(
+        |source| match source.kind() {
+            std::io::ErrorKind::NotFound => OnboardError::NoFolder { folder: args.output.clone() },
+            _ => OnboardError::Place { path: args.output.clone(), source },
+        },
+    )?;
+    let options = RecordOptions {
+        duration: args.duration,
+        raw: args.raw,
+        matcher: args.matcher.params(),
+        journal: args.journal.clone(),
+        overwrite: args.force,
+        rotation: args.rotation.rotation(),
+        wait: args.wait,
+        realtime: args.realtime,
+        live: args.live.live,
+        allowed_origins: args.live.allow_origin.clone(),
+        status: match (args.json_status, quiet) {
+            (true, _) => StatusMode::Json,
+            (false, false) => StatusMode::Line,
+            (false, true) => StatusMode::Silent,
+        },
+        ..RecordOptions::new(rig::load(&args.rig)?, output)
+    };
+    let stop = crate::cli::signals::stop(&options.output)?;
+    let rotate = crate::cli::signals::rotate()?;
+    crate::cli::signals::outlive_terminal()?;
+    let report = record_with(&options, Controls { stop: &stop, rotate: &rotate })?;
+    match (args.json_status, args.json) {
+        (true, _) => super::summary::print_line(&report),
+        (false, json) => super::summary::print(&report, json),
+    }
+    Ok(report.exit_code())
+}

@@ -1,0 +1,69 @@
+//! `salvage`: recordings that a power cut left unfinished.
+
+use std::io::Write as _;
+use std::path::PathBuf;
+
+use crate::output::salvage::{Leftover, Salvaged};
+use crate::types::error::OnboardError;
+
+/// Makes the unfinished recordings (NAME.mcap.active) in a folder whole, as after a power cut.
+///
+/// Each becomes NAME.mcap with everything that is intact in it. A file that was only cut short is then
+/// removed: nothing else was in it. One that is damaged elsewhere is kept as NAME.mcap.damaged. One that is
+/// being written is left alone.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// The folder with the recordings.
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+}
+
+pub(crate) fn run(args: &Args) -> Result<u8, OnboardError> {
+    let listed = crate::output::salvage::salvage(&args.folder);
+    let leftovers = listed.map_err(|source| OnboardError::Place { path: args.folder.clone(), source })?;
+    let mut code = 0;
+    for leftover in &leftovers {
+        // A log that is full stops no salvage.
+        let _ = writeln!(std::io::stderr(), "{}", line(leftover));
+        code = code.max(exit_code(&leftover.outcome));
+    }
+    // A failure says more than a loss.
+    Ok(if leftovers.iter().any(|leftover| matches!(leftover.outcome, Salvaged::Failed(_))) {
+        1
+    } else {
+        code
+    })
+}
+
+fn exit_code(outcome: &Salvaged) -> u8 {
+    match outcome {
+        Salvaged::Whole | Salvaged::Empty | Salvaged::BeingWritten => 0,
+        Salvaged::Cut { .. } | Salvaged::Damaged(_) | Salvaged::NotOurs(_) | Salvaged::NameTaken => 3,
+        Salvaged::Failed(_) => 1,
+    }
+}
+
+fn line(leftover: &Leftover) -> String {
+    let (from, to) = (leftover.unfinished.display(), leftover.recording.display());
+    let kept = leftover.messages;
+    match &leftover.outcome {
+        Salvaged::Whole => format!(
+            "{to}: {kept} messages of an unfinished recording, all that is in it; what had not reached the disk is lost"
+        ),
+        Salvaged::Cut { unusable_bytes, missing_bytes } => format!(
+            "{to}: {kept} messages of an unfinished recording, all that was whole; its end was cut short: {unusable_bytes} bytes unusable, \
+            {missing_bytes} bytes missing"
+        ),
+        Salvaged::Damaged(aside) => {
+            format!(
+                "{to}: {kept} messages of an unfinished recording; damaged parts stay in {}",
+                aside.display()
+            )
+        }
+        Salvaged::Empty => format!("{from}: was empty, removed"),
+        Salvaged::NotOurs(aside) => format!("{from}: is no recording, now {}", aside.display()),
+        Salvaged::BeingWritten => format!("{from}: is being written, left alone"),
+        Salvaged::NameTaken => format!("{from}: left alone, because {to} is there already"),
+        Salvaged::Failed(error) => format!("{from}: {error}"),
+    }
+}

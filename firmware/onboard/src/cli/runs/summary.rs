@@ -1,0 +1,83 @@
+//! The account of a run in words or as JSON.
+
+use crate::types::run_report::{RunEnd, RunReport};
+
+/// JSON on stdout, or a few lines on stderr.
+pub(crate) fn print(report: &RunReport, json: bool) {
+    if json {
+        match serde_json::to_string_pretty(report) {
+            Ok(text) => crate::cli::print_result(&(text + "\n")),
+            Err(error) => {
+                crate::cli::say(&format!("biplane-onboard: the report cannot be written as JSON: {error}"));
+            }
+        }
+    } else {
+        crate::cli::say(&text(report));
+    }
+}
+
+/// JSON in one line on stdout, after the states that came there: `kind` tells it from them.
+pub(crate) fn print_line(report: &RunReport) {
+    #[derive(serde::Serialize)]
+    struct Line<'a> {
+        kind: &'static str,
+        #[serde(flatten)]
+        report: &'a RunReport,
+    }
+    if let Ok(text) = serde_json::to_string(&Line { kind: "report", report }) {
+        crate::cli::print_result(&(text + "\n"));
+    }
+}
+
+fn text(report: &RunReport) -> String {
+    let output = match &report.parts[..] {
+        [first, .., last] => format!("{} to {}", first.display(), last.display()),
+        _ => report.output.display().to_string(),
+    };
+    let mut text = format!(
+        "{output}: {:.1} s, {} horizontal scans ({} posed, {} not matched), {} vertical scans ({} posed), {} odometry reports",
+        report.duration_s,
+        report.scans_horizontal,
+        report.poses,
+        report.unmatched,
+        report.scans_vertical,
+        report.poses_vertical,
+        report.odometry,
+    );
+    let remarks = [
+        (report.damaged, "telegrams arrived damaged or cut"),
+        (report.rejected, "of them had a good checksum, but not the form of the device's telegrams"),
+        (report.lost_telegrams, "laser telegrams did not arrive whole, by their index bytes"),
+        (report.dazzled_values, "values are missing because a laser was dazzled"),
+        (report.polluted_scans, "scans were taken through a polluted window"),
+        (report.skipped_bytes, "bytes belong to no telegram"),
+        (report.cut_by_us, "telegrams were cut by our own start or stop"),
+        (report.backward_stamps, "stamps step back"),
+        (
+            report.clock_steps,
+            "steps back of the clock that wrote the input: the run's time goes on from there",
+        ),
+        (report.not_understood, "intact telegrams were not understood: NOT KEPT"),
+        (
+            report.reads_without_laser,
+            "reads of a vertical laser, but the rig has no section [vertical]: NOT KEPT",
+        ),
+        (report.scans_without_laser, "vertical scans, but the rig has no section [vertical]: LEFT OUT"),
+        (report.dropped, "messages or reads were dropped by a full queue: NOT KEPT"),
+    ];
+    for (count, what) in remarks.into_iter().filter(|(count, _)| *count > 0) {
+        text += &format!("\n  {count} {what}");
+    }
+    for uncovered in &report.uncovered {
+        text += &format!("\n  {}", uncovered.words());
+    }
+    match report.end {
+        RunEnd::DiskLow => text += "\n  ended before the disk was full: CUT SHORT",
+        RunEnd::Interrupted => text += "\n  stopped before the input was over: the rest was NOT KEPT",
+        RunEnd::Stopped if report.scans_horizontal == 0 => {
+            text += "\n  stopped before the first horizontal scan: the file is kept, and holds no pose";
+        }
+        RunEnd::InputOver | RunEnd::DurationOver | RunEnd::Stopped | RunEnd::WriteFailed => {}
+    }
+    text
+}

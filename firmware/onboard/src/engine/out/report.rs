@@ -1,0 +1,136 @@
+//! What an engine tells of itself: the state once a second, and the account at the end.
+
+use biplane_recording::Port;
+use biplane_wire::Counts;
+
+use crate::engine::line::decoded::WithoutLine;
+use crate::engine::line::devices::Devices;
+use crate::engine::line::lines::Lines;
+use crate::engine::localize::posing::Posing;
+use crate::engine::mount_check::news::News;
+use crate::engine::out::health::{Health, LineHealth};
+use crate::session::event::Event;
+use crate::session::lms::LaserSession;
+use crate::types::device_name::device_name;
+use crate::types::run_report::RunReport;
+use crate::types::uncovered::Uncovered;
+
+/// Stamps of scans that stepped back.
+fn backward_stamps(lines: &Lines, without_line: &WithoutLine) -> u64 {
+    lines.backward_stamps() + without_line.backward_stamps()
+}
+
+/// The state of all lines and of the matcher; what has begun or ended since the last one is said. What the
+/// sink lost is not in it.
+pub(crate) fn state(
+    devices: &mut Devices,
+    posing: &mut Posing,
+    without_line: &mut WithoutLine,
+    interval_s: f64,
+) -> Health {
+    let lasers = [Port::Horizontal, Port::Vertical].map(|port| (port, devices.state(port, interval_s)));
+    while let Some(News { port, mount_fault, begins }) = posing.mounting.news() {
+        devices.event(port, Event::Mounting { mount_fault, begins });
+    }
+    let base = devices.state(Port::Base, interval_s);
+    let decoded = without_line.health(interval_s);
+    let [horizontal, vertical] = lasers.map(|(port, line)| {
+        let mounting = Some(posing.mounting.mounting(port));
+        line.map(|line| LineHealth { mounting, ..line })
+    });
+    Health {
+        horizontal: devices.reported(Port::Horizontal, horizontal, &decoded[0]),
+        vertical: devices.reported(Port::Vertical, vertical, &decoded[1]),
+        base: devices.reported(Port::Base, base, &decoded[2]),
+        matcher: posing.health(),
+        dropped: devices.dropped(),
+        unreported: devices.outbox.unreported,
+        backward_stamps: backward_stamps(&devices.lines, without_line),
+        ..Health::default()
+    }
+}
+
+/// The account so far. What the sink lost is not in it.
+pub(crate) fn account(devices: &Devices, posing: &mut Posing, without_line: &WithoutLine) -> RunReport {
+    let mut report = RunReport {
+        backward_stamps: backward_stamps(&devices.lines, without_line),
+        dropped: devices.dropped(),
+        unreported: devices.outbox.unreported,
+        ..RunReport::default()
+    };
+    posing.account(&mut report);
+    without_line.account(&mut report);
+    add_lines(&devices.lines, &mut report);
+    report.uncovered = uncovered(&devices.lines, without_line);
+    report.lost =
+        report.dropped + report.not_understood + report.reads_without_laser + report.scans_without_laser;
+    report
+}
+
+/// Devices that were there for a part of the run only.
+fn uncovered(lines: &Lines, without_line: &WithoutLine) -> Vec<Uncovered> {
+    let span = |port: Port| {
+        let (line, decoded) = (lines.span_ns(port), without_line.span_ns(port));
+        let both = line.zip(decoded).map(|(a, b)| (a.0.min(b.0), a.1.max(b.1)));
+        Some((device_name(port), both.or(line).or(decoded)?))
+    };
+    let spans: Vec<_> = Port::ALL.into_iter().filter_map(span).collect();
+    Uncovered::of(&spans)
+}
+
+/// Adds what the lines have brought, and what not.
+fn add_lines(lines: &Lines, report: &mut RunReport) {
+    report.scans_horizontal += lines.horizontal.line.meter.measurements;
+    report.scans_vertical += lines.vertical.as_ref().map_or(0, |laser| laser.line.meter.measurements);
+    report.odometry += lines.base.meter.measurements;
+    for laser in lines.lasers() {
+        add_laser(&laser.session, report);
+        report.not_understood += laser.session.not_kept();
+    }
+    report.not_understood += lines.base.session.not_kept();
+    for counts in Port::ALL.into_iter().filter_map(|port| lines.counts(port)) {
+        add_counts(counts, report);
+    }
+    report.damaged = report.damaged.saturating_sub(report.cut_by_us);
+    let confirmed_bytes: u64 = lines.lasers().map(|laser| laser.session.health().confirmed_bytes).sum();
+    report.skipped_bytes = report.skipped_bytes.saturating_sub(report.cut_by_us_bytes + confirmed_bytes);
+}
+
+fn add_counts(counts: Counts, report: &mut RunReport) {
+    report.damaged += counts.bad_checksums + counts.bad_lengths + counts.abandoned;
+    report.skipped_bytes += counts.skipped_bytes;
+}
+
+fn add_laser(session: &LaserSession, report: &mut RunReport) {
+    let (laser, cuts) = (session.health(), session.truncated());
+    report.cut_by_us += cuts.telegrams;
+    report.cut_by_us_bytes += cuts.bytes;
+    report.damaged += laser.rejected;
+    report.rejected += laser.rejected;
+    report.lost_telegrams += laser.lost_telegrams;
+    report.left_out_scans += laser.left_out_scans;
+    report.dazzled_values += laser.dazzled_values;
+    report.polluted_scans += laser.polluted_scans;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::synthetic::{Read, START_NS, drive};
+    use crate::engine::tests::run;
+
+    const MS: i64 = 1_000_000;
+
+    #[test]
+    fn a_laser_that_starts_late_is_in_the_account_of_the_run() {
+        let late_ns = START_NS + 5_000 * MS;
+        let is_there = |read: &Read| read.port != Port::Vertical || read.time_ns >= late_ns;
+        let reads: Vec<_> = drive(10, 60).into_iter().filter(is_there).collect();
+        let (report, _) = run(&reads);
+        let [late] = &report.uncovered[..] else { panic!("{:?}", report.uncovered) };
+        assert_eq!(late.device, "vertical laser");
+        assert!((4.0..5.5).contains(&late.at_start_s), "{late:?}");
+        assert_eq!(report.exit_code(), 0);
+        assert!(run(&drive(5, 60)).0.uncovered.is_empty());
+    }
+}

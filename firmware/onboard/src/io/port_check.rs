@@ -1,0 +1,58 @@
+//! The serial ports that a rig needs, and what can be said of them before they are opened.
+
+use biplane_recording::rig::Laser;
+use biplane_recording::{Port, Rig};
+
+use crate::types::device_name::device_name;
+use crate::types::error::OnboardError;
+
+/// A serial port that a rig needs.
+#[derive(Copy, Clone, PartialEq, Eq, Debug)]
+pub(crate) struct NeededPort<'a> {
+    /// Which device is on it.
+    pub device: Port,
+    /// Its path.
+    pub path: &'a str,
+    /// Its rate, bits per second.
+    pub baud: u32,
+}
+
+/// The ports of a rig in a fixed order.
+#[must_use]
+pub(crate) fn of_rig(rig: &Rig) -> Vec<NeededPort<'_>> {
+    fn laser(device: Port, laser: &Laser) -> NeededPort<'_> {
+        NeededPort { device, path: &laser.port, baud: laser.baud }
+    }
+    let mut ports = vec![laser(Port::Horizontal, &rig.horizontal)];
+    ports.extend(rig.vertical.as_ref().map(|vertical| laser(Port::Vertical, vertical)));
+    ports.push(NeededPort { device: Port::Base, path: &rig.base.port, baud: rig.base.baud });
+    ports
+}
+
+/// What of a rig is allowed, and most likely not meant; said once a run.
+pub(crate) fn warn(rig: &Rig) {
+    let unmeasured = rig.base.protocol.unmeasured();
+    if !unmeasured.is_empty() {
+        tracing::warn!(
+            "base: {} have default values, which are not those of your robot: odometry will be wrong until they are measured (docs/bases.md)",
+            unmeasured.join(", ")
+        );
+    }
+}
+
+/// Checks what the rig's own reader cannot: that no two devices share a port.
+///
+/// # Errors
+/// The first thing found.
+pub(crate) fn check(rig: &Rig) -> Result<(), OnboardError> {
+    let ports = of_rig(rig);
+    for (index, port) in ports.iter().enumerate() {
+        if let Some(other) = ports.iter().take(index).find(|other| other.path == port.path) {
+            return Err(OnboardError::SharedPort {
+                port: port.path.to_owned(),
+                devices: [device_name(other.device), device_name(port.device)],
+            });
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,158 @@
+//! The line of one device: its port, which may be lost and found again, shared by the thread that reads it
+//! and the loop that writes to it.
+
+use std::io;
+use std::path::Path;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use biplane_recording::Port;
+
+use crate::io::adapter;
+use crate::io::adapter::Adapter;
+use crate::io::open_error::reason;
+use crate::io::port_location::Place;
+use crate::io::tty::Tty;
+use crate::types::device_name::device_name;
+use crate::types::error::PortRefused;
+
+/// A line.
+#[derive(Debug)]
+pub(crate) struct Link {
+    /// Which device is on it.
+    pub device: Port,
+    place: Place,
+    baud: AtomicU32,
+    writer: Mutex<Option<Arc<Tty>>>,
+}
+
+impl Link {
+    /// Opens the port of a device, and remembers which links in `serial_links` lead to it; also returns the
+    /// handle to read from.
+    ///
+    /// # Errors
+    /// A sentence that names port and device.
+    pub(crate) fn open(
+        device: Port,
+        path: &str,
+        baud: u32,
+        serial_links: &Path,
+    ) -> Result<(Self, Arc<Tty>), PortRefused> {
+        let mut place = Place::new(path);
+        let tty = Tty::open(Path::new(path), baud).map(Arc::new).map_err(|source| PortRefused {
+            port: path.to_owned(),
+            device: device_name(device),
+            reason: reason(&source),
+        })?;
+        place.remember(serial_links);
+        let device_word = device_name(device);
+        match adapter::prepare(&*tty) {
+            Adapter::Prompt => tracing::info!("{device_word}: {path} hands bytes on at once (low latency)"),
+            Adapter::AsItIs => {
+                tracing::info!("{device_word}: the driver of {path} does not offer low latency");
+            }
+            Adapter::None => {}
+        }
+        if place.now() != Path::new(path) {
+            tracing::info!("{device_word}: {path} is {}, should it move", place.now().display());
+        }
+        let writer = Mutex::new(Some(Arc::clone(&tty)));
+        Ok((Self { device, place, baud: AtomicU32::new(baud), writer }, tty))
+    }
+
+    /// The port's name in the rig.
+    #[must_use]
+    pub(crate) fn path(&self) -> &Path {
+        self.place.configured()
+    }
+
+    /// Opens the port again after it was lost, wherever it is now, at the rate that was set last if it has
+    /// it; returns where.
+    ///
+    /// # Errors
+    /// What the system says. The port is closed then, so that it can be tried again.
+    pub(crate) fn reopen(&self) -> io::Result<(Arc<Tty>, &Path)> {
+        let path = self.place.now();
+        let tty = Arc::new(Tty::open(path, self.baud.load(Ordering::Relaxed))?);
+        adapter::prepare(&*tty);
+        *self.writer() = Some(Arc::clone(&tty));
+        // The loop may have changed the rate while the port was not there to be told; of one that the port
+        // does not have, it hears when the session sets it again.
+        match tty.set_baud(self.baud.load(Ordering::Relaxed)) {
+            Err(error) if error.kind() != io::ErrorKind::Unsupported => {
+                self.close();
+                Err(error)
+            }
+            _ => Ok((tty, path)),
+        }
+    }
+
+    /// Closes the port that was lost, so that it can be opened again.
+    pub(crate) fn close(&self) {
+        *self.writer() = None;
+    }
+
+    /// Sends bytes. While the port is lost they are dropped: the session will notice the silence.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub(crate) fn write(&self, bytes: &[u8]) -> io::Result<()> {
+        self.tty().map_or(Ok(()), |tty| tty.write_all(bytes))
+    }
+
+    /// Changes the rate and drops what was received at the old one.
+    ///
+    /// # Errors
+    /// What the system says; [`io::ErrorKind::Unsupported`] of a rate that the port does not have.
+    pub(crate) fn set_baud(&self, baud: u32) -> io::Result<()> {
+        self.baud.store(baud, Ordering::Relaxed);
+        self.tty().map_or(Ok(()), |tty| tty.set_baud(baud))
+    }
+
+    /// The port, for a call that may take a moment: the reading thread can close it meanwhile.
+    fn tty(&self) -> Option<Arc<Tty>> {
+        self.writer().clone()
+    }
+
+    fn writer(&self) -> MutexGuard<'_, Option<Arc<Tty>>> {
+        // A thread that died while it held the port left it as usable as before.
+        self.writer.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::tty::tests::line;
+    use crate::io::tty::tests::set_fastest_baud;
+
+    fn link(path: &Path) -> (Link, Arc<Tty>) {
+        Link::open(Port::Horizontal, path.to_str().unwrap(), 38400, Path::new("/nowhere")).unwrap()
+    }
+
+    #[test]
+    fn a_port_comes_back_also_when_the_last_rate_is_none_of_its_own() {
+        let (_master, path) = line();
+        set_fastest_baud(115_200);
+        let (link, tty) = link(&path);
+        assert_eq!(link.set_baud(500_000).unwrap_err().kind(), io::ErrorKind::Unsupported);
+        drop(tty);
+        link.close();
+        let (tty, at) = link.reopen().unwrap();
+        assert_eq!(at, path);
+        link.set_baud(9600).unwrap();
+        assert_eq!(tty.baud().unwrap(), 9600);
+    }
+
+    #[test]
+    fn a_port_that_could_not_be_opened_again_is_not_kept_from_the_next_try() {
+        let (_master, path) = line();
+        let (link, tty) = link(&path);
+        drop(tty);
+        link.close();
+        let somebody = Tty::open(&path, 9600).unwrap();
+        assert_eq!(link.reopen().unwrap_err().kind(), io::ErrorKind::ResourceBusy);
+        drop(somebody);
+        assert_eq!(link.reopen().unwrap().0.baud().unwrap(), 38400);
+    }
+}

@@ -1,0 +1,204 @@
+//! The state of a run as `diagnostic_msgs/msg/DiagnosticArray`: one status a device, one for the matcher, one
+//! for the recorder.
+
+use biplane_matcher::{Odometry, Outcome};
+use biplane_recording::messages::{DiagnosticArray, DiagnosticStatus, KeyValue};
+
+use crate::engine::out::health::Health;
+use crate::engine::out::health::LineFault;
+use crate::engine::out::health::LineHealth;
+use crate::engine::out::health::MatcherHealth;
+use crate::session::lms::health::LaserHealth;
+
+/// The message of this state.
+#[must_use]
+pub fn message(now_ns: i64, health: &Health) -> DiagnosticArray {
+    let lines = [
+        ("laser_horizontal", &health.horizontal),
+        ("laser_vertical", &health.vertical),
+        ("base", &health.base),
+    ];
+    let mut status: Vec<_> =
+        lines.into_iter().filter(|(_, line)| line.present).map(|(name, line)| of_line(name, line)).collect();
+    status.push(of_matcher(&health.matcher));
+    status.push(of_recorder(health));
+    DiagnosticArray { stamp_ns: now_ns, frame_id: String::new(), status }
+}
+
+fn value(key: &str, value: &dyn std::fmt::Display) -> KeyValue {
+    KeyValue { key: key.to_owned(), value: value.to_string() }
+}
+
+fn status(name: &str, level: u8, message: &str, values: Vec<KeyValue>) -> DiagnosticStatus {
+    DiagnosticStatus {
+        level,
+        name: format!("biplane: {name}"),
+        message: message.to_owned(),
+        hardware_id: name.to_owned(),
+        values,
+    }
+}
+
+fn of_line(name: &str, line: &LineHealth) -> DiagnosticStatus {
+    let (mut level, mut message) = match (line.fault, line.streaming, line.rate_hz > 0.0) {
+        (LineFault::Lasts(words), ..) => (DiagnosticStatus::ERROR, words.to_owned()),
+        (LineFault::Over(words), ..) => (DiagnosticStatus::WARN, format!("streams again; it was: {words}")),
+        (LineFault::None, true, true) => (DiagnosticStatus::OK, "streams".to_owned()),
+        (LineFault::None, true, false) => (DiagnosticStatus::WARN, "nothing in the last second".to_owned()),
+        (LineFault::None, false, _) => (DiagnosticStatus::ERROR, "does not stream".to_owned()),
+    };
+    let mut values = vec![
+        value("rate_hz", &format_args!("{:.2}", line.rate_hz)),
+        value("measurements", &line.measurements),
+        value("latency_ms", &format_args!("{:.2}", line.latency_s * 1e3)),
+        value("restarts", &line.restarts),
+        value("overruns", &line.overruns),
+        value("baud", &line.baud),
+    ];
+    if let Some(counts) = &line.counts {
+        values.extend([
+            value("telegrams", &counts.frames),
+            value("crc_errors", &counts.bad_checksums),
+            value("length_errors", &counts.bad_lengths),
+            value("cut_telegrams", &counts.abandoned),
+            value("skipped_bytes", &counts.skipped_bytes),
+            value("bytes", &counts.bytes()),
+        ]);
+    }
+    if let Some(share) = line.damaged_share {
+        level = level.max(DiagnosticStatus::WARN);
+        let how = if line.is_overrun { "are cut: read too late" } else { "arrive damaged" };
+        message = format!("{message}; {:.0} % of its telegrams {how}", (share * 100.0).max(1.0));
+    }
+    if let Some(laser) = &line.laser {
+        if laser.differs {
+            level = level.max(DiagnosticStatus::WARN);
+            message = format!("{message}; is not set as the rig asks");
+        }
+        if !laser.troubles.is_empty() {
+            level = level.max(DiagnosticStatus::WARN);
+            message = format!("{message}; complains of {}", laser.troubles);
+        }
+        values.extend(of_laser(laser));
+    }
+    if let Some(mounting) = line.mounting {
+        if let Some(mount_fault) = mounting.mount_fault() {
+            level = level.max(DiagnosticStatus::WARN);
+            message = format!("{message}; {}", mount_fault.short());
+        }
+        values.push(value("mounting", &mounting.words()));
+    }
+    status(name, level, &message, values)
+}
+
+fn of_laser(laser: &LaserHealth) -> [KeyValue; 11] {
+    let status = laser.status.map_or_else(|| "-".to_owned(), |status| status.to_string());
+    [
+        value("status", &status),
+        value("faults", &laser.faults),
+        value("polluted_scans", &laser.polluted_scans),
+        value("implausible_scans", &laser.implausible_scans),
+        value("dazzled_values", &laser.dazzled_values),
+        value("lost_telegrams", &laser.lost_telegrams),
+        value("left_out_scans", &laser.left_out_scans),
+        value("rejected_telegrams", &laser.rejected),
+        value("not_kept", &laser.not_kept),
+        value("configuration_writes", &laser.writes),
+        value("set_as_asked", &!laser.differs),
+    ]
+}
+
+fn of_matcher(matcher: &MatcherHealth) -> DiagnosticStatus {
+    let guessed = matcher.last_odometry != Odometry::Used;
+    let (mut level, mut message) = match matcher.last_outcome {
+        None => (DiagnosticStatus::STALE, "no scan yet".to_owned()),
+        Some(outcome) => of_outcome(outcome, guessed),
+    };
+    if let Some(words) = of_odometry(matcher) {
+        level = level.max(DiagnosticStatus::WARN);
+        message = format!("{message}; {words}");
+    }
+    let [missing, jumped, stalled] = &matcher.guessed;
+    let values = vec![
+        value("poses", &matcher.poses),
+        value("unmatched", &matcher.unmatched),
+        value("score", &format_args!("{:.3}", matcher.last_score)),
+        value("iterations", &matcher.last_iterations),
+        value("odometry_missing", missing),
+        value("odometry_jumped", jumped),
+        value("odometry_stalled", stalled),
+        value("latency_ms", &format_args!("{:.2}", matcher.latency_s * 1e3)),
+        value("waiting", &matcher.waiting),
+        value("waiting_vertical", &matcher.waiting_vertical),
+    ];
+    status("matcher", level, &message, values)
+}
+
+fn of_outcome(outcome: Outcome, guessed: bool) -> (u8, String) {
+    let by = if guessed { "goes on with the last motion" } else { "follows the odometry" };
+    match outcome {
+        Outcome::First => (DiagnosticStatus::OK, "first scan".to_owned()),
+        Outcome::Matched => (DiagnosticStatus::OK, "matched".to_owned()),
+        Outcome::Weak => (DiagnosticStatus::OK, "matched, weak in one direction".to_owned()),
+        Outcome::Lost => (DiagnosticStatus::WARN, format!("no match, {by}")),
+        Outcome::NoReturns => (DiagnosticStatus::WARN, format!("no returns, {by}")),
+    }
+}
+
+/// What is wrong with the odometry. The first scan needs none.
+fn of_odometry(matcher: &MatcherHealth) -> Option<&'static str> {
+    match (matcher.last_odometry, matcher.last_outcome?) {
+        (Odometry::Used, _) | (Odometry::Missing, Outcome::First) => None,
+        (Odometry::Missing, _) => Some("odometry missing"),
+        (Odometry::Jumped, _) => Some("odometry jumped, not believed"),
+        (Odometry::Stalled, _) => Some("odometry stalled, not believed"),
+    }
+}
+
+fn of_recorder(health: &Health) -> DiagnosticStatus {
+    let (level, message) = match health.dropped {
+        0 => (DiagnosticStatus::OK, "records"),
+        _ => (DiagnosticStatus::ERROR, "messages were dropped"),
+    };
+    let values = vec![
+        value("dropped", &health.dropped),
+        value("untold", &health.unreported),
+        value("backward_stamps", &health.backward_stamps),
+        value("clock_steps", &health.clock_steps),
+    ];
+    status("recorder", level, message, values)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_matcher_says_what_became_of_the_scan_and_of_the_odometry() {
+        use Odometry::{Jumped, Missing, Stalled, Used};
+        for (outcome, odometry, level, words) in [
+            (None, Missing, DiagnosticStatus::STALE, "no scan yet"),
+            (Some(Outcome::First), Missing, DiagnosticStatus::OK, "first scan"),
+            (Some(Outcome::Matched), Used, DiagnosticStatus::OK, "matched"),
+            (Some(Outcome::Matched), Missing, DiagnosticStatus::WARN, "matched; odometry missing"),
+            (
+                Some(Outcome::Weak),
+                Stalled,
+                DiagnosticStatus::WARN,
+                "matched, weak in one direction; odometry stalled, not believed",
+            ),
+            (Some(Outcome::Lost), Used, DiagnosticStatus::WARN, "no match, follows the odometry"),
+            (
+                Some(Outcome::NoReturns),
+                Jumped,
+                DiagnosticStatus::WARN,
+                "no returns, goes on with the last motion; odometry jumped, not believed",
+            ),
+        ] {
+            let mut matcher = MatcherHealth { last_outcome: outcome, ..MatcherHealth::default() };
+            matcher.note_odometry(odometry);
+            let status = of_matcher(&matcher);
+            assert_eq!((status.level, status.message.as_str()), (level, words));
+        }
+    }
+}

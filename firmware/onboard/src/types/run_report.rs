@@ -1,0 +1,148 @@
+//! What a run has recorded, and what it has not.
+
+use std::path::PathBuf;
+
+use biplane_recording::PartsReport;
+use serde::Serialize;
+
+use crate::types::live_report::LiveReport;
+use crate::types::pose_delays::PoseDelays;
+use crate::types::uncovered::Uncovered;
+
+/// Why a run ended.
+#[derive(Copy, Clone, PartialEq, Eq, Debug, Default, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RunEnd {
+    /// The input was over.
+    #[default]
+    InputOver,
+    /// The time asked for was over.
+    DurationOver,
+    /// A live run was told to stop.
+    Stopped,
+    /// A replay was told to stop before its input was over: the rest of it is not in the output.
+    Interrupted,
+    /// The disk was nearly full.
+    DiskLow,
+    /// The file could not be written any more.
+    WriteFailed,
+}
+
+/// The account of one `record` or `replay`.
+#[derive(Clone, PartialEq, Debug, Default, Serialize)]
+pub struct RunReport {
+    /// The recording; its first file when it is in parts.
+    pub output: PathBuf,
+    /// All its files, in order.
+    pub parts: Vec<PathBuf>,
+    /// Why it ended.
+    pub end: RunEnd,
+    /// From its first to its last input, seconds (simulated time in a replay).
+    pub duration_s: f64,
+    /// Scans of the laser that localizes.
+    pub scans_horizontal: u64,
+    /// Scans of the laser that sees the building.
+    pub scans_vertical: u64,
+    /// Odometry reports.
+    pub odometry: u64,
+    /// Devices that measured nothing in the first or last seconds of the run, when others did.
+    pub uncovered: Vec<Uncovered>,
+    /// Matched poses, one a horizontal scan.
+    pub poses: u64,
+    /// Poses of vertical scans.
+    pub poses_vertical: u64,
+    /// Scans whose match failed, so that their pose follows the odometry.
+    pub unmatched: u64,
+    /// Telegrams that arrived damaged: checksum or length wrong, cut, or of a form that the device does not
+    /// send.
+    pub damaged: u64,
+    /// Of these, laser telegrams with a good checksum.
+    pub rejected: u64,
+    /// Laser telegrams that were sent and did not arrive whole, by their index bytes; damaged ones are among
+    /// them.
+    pub lost_telegrams: u64,
+    /// Scans that lasers measured and did not send because the line was busy, by their index bytes: no loss
+    /// on the way.
+    pub left_out_scans: u64,
+    /// Values that lasers could not measure because they were dazzled.
+    pub dazzled_values: u64,
+    /// Scans taken through a polluted window.
+    pub polluted_scans: u64,
+    /// Bytes that belong to no intact telegram.
+    pub skipped_bytes: u64,
+    /// Telegrams that were cut because a laser was stopped, at the start or at the end: not damaged, and not
+    /// among those.
+    pub cut_by_us: u64,
+    /// The bytes of these, not among the skipped ones.
+    pub cut_by_us_bytes: u64,
+    /// Scans whose stamp is earlier than that of the one before.
+    pub backward_stamps: u64,
+    /// Times that the clock went back with which the input was recorded: from there on, times are later than
+    /// its `log_time`.
+    pub clock_steps: u64,
+    /// Intact telegrams and messages that were not kept, for whatever reason: see the fields below and the
+    /// warnings.
+    pub lost: u64,
+    /// Of these, intact telegrams that are no scan of the laser or no report of the base.
+    pub not_understood: u64,
+    /// Of these, reads of the vertical laser's line where the rig has no such laser.
+    pub reads_without_laser: u64,
+    /// Of these, decoded vertical scans where the rig has no vertical laser: nobody could say where they were
+    /// taken from.
+    pub scans_without_laser: u64,
+    /// Of these, what a full queue dropped.
+    pub dropped: u64,
+    /// What the log and the status were not told, because whoever reads them did not keep up: no loss of the
+    /// recording.
+    #[serde(rename = "untold")]
+    pub unreported: u64,
+    /// Whether the horizontal laser sits as the rig says, as far as its scans told: `not known yet`, `fits`,
+    /// or what does not fit.
+    pub mounting_horizontal: &'static str,
+    /// The same of the vertical one; nothing where the rig has none.
+    pub mounting_vertical: Option<&'static str>,
+    /// What a live view has done, where there was one.
+    pub live: Option<LiveReport>,
+    /// How long poses took into the file; nothing in a replay.
+    pub pose_delays: Option<PoseDelays>,
+}
+
+impl RunReport {
+    /// The report with the files that were written. What was in a file that somebody removed is lost.
+    #[must_use]
+    pub fn with_files(self, written: &PartsReport) -> Self {
+        let parts: Vec<_> = written.parts.iter().map(|part| part.path.clone()).collect();
+        let lost = self.lost + written.removed_messages;
+        Self { output: parts.first().cloned().unwrap_or_default(), parts, lost, ..self }
+    }
+
+    /// The process's exit code: 0, or 3 when something intact was not kept, or was not recorded as long as it
+    /// was asked for.
+    #[must_use]
+    pub fn exit_code(&self) -> u8 {
+        let cut_short = matches!(self.end, RunEnd::Interrupted | RunEnd::DiskLow);
+        if self.lost > 0 || cut_short { 3 } else { 0 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_loss_of_something_intact_makes_the_exit_code_3() {
+        let harmless = RunReport {
+            damaged: 5,
+            skipped_bytes: 9,
+            backward_stamps: 3,
+            clock_steps: 1,
+            ..RunReport::default()
+        };
+        assert_eq!(harmless.exit_code(), 0);
+        assert_eq!(RunReport { lost: 1, ..harmless.clone() }.exit_code(), 3);
+        let ends =
+            [RunEnd::InputOver, RunEnd::DurationOver, RunEnd::Stopped, RunEnd::Interrupted, RunEnd::DiskLow];
+        let codes = ends.map(|end| RunReport { end, ..harmless.clone() }.exit_code());
+        assert_eq!(codes, [0, 0, 0, 3, 3]);
+    }
+}

@@ -1,0 +1,7 @@
+//! Serial captures: as files, as the source of a mock rig, and made from other recordings.
+
+pub mod encode;
+pub mod extract;
+pub mod file;
+pub mod same_file;
+pub mod source;

@@ -1,0 +1,192 @@
+//! A pseudo-terminal as the host's end of a serial line: clients open a symbolic link as they would open
+//! `/dev/ttyUSB0`.
+//!
+//! The mock holds the master. The client's line speed is read back from its terminal settings, so that a
+//! client at the wrong rate is not understood, as on a real line. Bytes sent while no client has the port
+//! open are lost, as they are there.
+
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
+use rustix::io::Errno;
+use rustix::pty::{OpenptFlags, grantpt, ioctl_tiocgptpeer, openpt, ptsname, unlockpt};
+use rustix::termios::{OptionalActions, QueueSelector, tcflush, tcgetattr, tcsetattr};
+use std::fs;
+use std::os::fd::OwnedFd;
+use std::os::unix::ffi::OsStringExt;
+use std::path::{Path, PathBuf};
+
+/// How often a port that no client has open is looked at.
+const UNOPENED_NS: i64 = 2_000_000;
+
+const NS_PER_S: i64 = 1_000_000_000;
+
+/// Why a pseudo-terminal could not be had.
+#[derive(Debug, thiserror::Error)]
+pub enum PtyError {
+    /// The system gave no pseudo-terminal.
+    #[error("no pseudo-terminal: {source}")]
+    Open {
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The link could not be made.
+    #[error("{}: cannot make this link: {source}", link.display())]
+    Link {
+        /// The link.
+        link: PathBuf,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// Something that is no symbolic link is in the way.
+    #[error("{}: something that is not a link stands here; nothing was changed", link.display())]
+    InTheWay {
+        /// The path.
+        link: PathBuf,
+    },
+}
+
+impl From<Errno> for PtyError {
+    fn from(errno: Errno) -> Self {
+        Self::Open { source: errno.into() }
+    }
+}
+
+/// A pseudo-terminal and the link to it.
+#[derive(Debug)]
+pub struct Pty {
+    master: OwnedFd,
+    slave_path: PathBuf,
+    link: Option<PathBuf>,
+    has_client: bool,
+    /// Bytes that nobody received: no client, or one that does not read.
+    pub lost_bytes: u64,
+}
+
+fn open_pair(baud: u32) -> Result<(OwnedFd, PathBuf), PtyError> {
+    let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
+    grantpt(&master)?;
+    unlockpt(&master)?;
+    fcntl_setfl(&master, fcntl_getfl(&master)? | OFlags::NONBLOCK)?;
+    let slave_path = PathBuf::from(std::ffi::OsString::from_vec(ptsname(&master, Vec::new())?.into_bytes()));
+    // Opened and closed once, the terminal reports from now on whether a client has it open.
+    let slave = ioctl_tiocgptpeer(&master, OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
+    let mut settings = tcgetattr(&slave)?;
+    settings.make_raw();
+    settings.set_speed(baud)?;
+    tcsetattr(&slave, OptionalActions::Now, &settings)?;
+    Ok((master, slave_path))
+}
+
+impl Pty {
+    /// A new pseudo-terminal in raw mode, its speed set to `baud` until a client sets another.
+    pub fn open(baud: u32) -> Result<Self, PtyError> {
+        let (master, slave_path) = open_pair(baud)?;
+        Ok(Self { master, slave_path, link: None, has_client: false, lost_bytes: 0 })
+    }
+
+    /// Makes `link` point to the terminal; a link that is there already is replaced, anything else is left
+    /// alone.
+    pub fn publish(&mut self, link: &Path) -> Result<(), PtyError> {
+        let failed = |source| PtyError::Link { link: link.to_owned(), source };
+        if let Ok(found) = fs::symlink_metadata(link)
+            && !found.is_symlink()
+        {
+            return Err(PtyError::InTheWay { link: link.to_owned() });
+        }
+        let mut fresh = link.as_os_str().to_owned();
+        fresh.push(".new");
+        let fresh = PathBuf::from(fresh);
+        let _ = fs::remove_file(&fresh);
+        std::os::unix::fs::symlink(&self.slave_path, &fresh).map_err(failed)?;
+        fs::rename(&fresh, link).map_err(failed)?;
+        self.link = Some(link.to_owned());
+        Ok(())
+    }
+
+    /// The terminal's own path.
+    #[must_use]
+    pub fn slave_path(&self) -> &Path {
+        &self.slave_path
+    }
+
+    /// Whether a client has the port open, as of the last [`Pty::wait`].
+    #[must_use]
+    pub fn has_client(&self) -> bool {
+        self.has_client
+    }
+
+    /// Line speed that the client has set, in Bd; `None` when the system does not tell.
+    #[must_use]
+    pub fn client_baud(&self) -> Option<u32> {
+        tcgetattr(&self.master).ok().map(|settings| settings.output_speed())
+    }
+
+    /// Bytes that the client has written; 0 when there are none.
+    pub fn read(&mut self, buffer: &mut [u8]) -> usize {
+        rustix::io::read(&self.master, buffer).unwrap_or(0)
+    }
+
+    /// Hands bytes to the client, as many as it has room for; the others are lost, and so are all without a
+    /// client.
+    pub fn write(&mut self, bytes: &[u8]) {
+        let written = if self.has_client { rustix::io::write(&self.master, bytes).unwrap_or(0) } else { 0 };
+        self.lost_bytes += (bytes.len() - written) as u64;
+    }
+
+    /// Waits until the client writes, or `timeout_ns` is over, or it is time to look for a client again.
+    pub fn wait(&mut self, timeout_ns: i64) {
+        let timeout_ns = timeout_ns.max(0);
+        if !self.has_client {
+            biplane_clock::sleep_ns(timeout_ns.min(UNOPENED_NS));
+        }
+        let timeout_ns = if self.has_client { timeout_ns } else { 0 };
+        let timeout = Timespec { tv_sec: timeout_ns / NS_PER_S, tv_nsec: timeout_ns % NS_PER_S };
+        let mut ports = [PollFd::new(&self.master, PollFlags::IN)];
+        let open = match poll(&mut ports, Some(&timeout)) {
+            Ok(_) => !ports[0].revents().contains(PollFlags::HUP),
+            Err(_) => self.has_client,
+        };
+        if self.has_client && !open {
+            self.client_left();
+        }
+        self.has_client = open;
+    }
+
+    /// What the last client left unread must not reach the next one. A client that asked for exclusive use
+    /// and is not the superuser would lock everybody out of a terminal whose master stays open, so that one
+    /// is replaced.
+    fn client_left(&mut self) {
+        let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
+        match ioctl_tiocgptpeer(&self.master, flags) {
+            Ok(slave) => {
+                let _ = rustix::termios::ioctl_tiocnxcl(&slave);
+                let _ = tcflush(&slave, QueueSelector::IFlush);
+            }
+            Err(_) => {
+                let baud = self.client_baud().unwrap_or(9600);
+                if let Ok((master, slave_path)) = open_pair(baud) {
+                    self.master = master;
+                    self.slave_path = slave_path;
+                    if let Some(link) = self.link.take() {
+                        let _ = self.publish(&link);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Takes the link away, if it still points here.
+    pub fn withdraw(&mut self) {
+        if let Some(link) = self.link.take()
+            && fs::read_link(&link).is_ok_and(|target| target == self.slave_path)
+        {
+            let _ = fs::remove_file(link);
+        }
+    }
+}
+
+impl Drop for Pty {
+    fn drop(&mut self) {
+        self.withdraw();
+    }
+}

@@ -1,0 +1,8 @@
+//! Rigs: named ones, and one that is driven through a world.
+
+pub mod drive;
+pub mod named;
+pub mod scanner;
+pub mod simulated;
+pub mod source;
+pub mod tick;

@@ -1,0 +1,19 @@
+//! A mock rig on pseudo-terminals: two lasers and a base that answer their protocols and then stream a world
+//! or a capture.
+//!
+//! Each device runs on a thread of its own, on a virtual clock that is the wall clock times `speed`. A link
+//! in the chosen folder appears when its device is ready and is removed when the mock ends.
+
+mod ahead;
+mod client_rate;
+mod clock;
+mod devices;
+mod lock;
+mod options;
+mod port;
+mod serving;
+mod truth;
+
+pub use options::{LinkName, ServeError, ServeOptions, Source};
+pub use port::PortReport;
+pub use serving::{ServeReport, serve};

@@ -1,0 +1,150 @@
+//! The mock from its start to its end: ports opened, a thread each, the truth kept.
+
+use super::client_rate::ClientRate;
+use super::clock::VirtualClock;
+use super::devices::{Devices, WorldTruth};
+use super::lock::FolderLock;
+use super::port::{Port, PortReport};
+use super::truth::TruthWriter;
+use super::{ServeError, ServeOptions, Source};
+use crate::devices::pty::Pty;
+use crate::devices::run::Begun;
+use crate::faults::Place;
+use crate::rng::Rng;
+use crate::simulate::truth_folder::{TruthError, prepare};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// With `once`, the mock ends this long after the drive or capture: a client has noticed the silence by then.
+const SILENCE_NS: i64 = 1_000_000_000;
+
+/// How often the main thread looks whether to stop; wall time.
+const LOOK_NS: i64 = 20_000_000;
+
+/// What the mock has done.
+#[derive(Clone, Debug, Default)]
+pub struct ServeReport {
+    /// One entry a device.
+    pub ports: Vec<PortReport>,
+}
+
+/// Serves until `stop`, or until the end with `once`. `ready` is called when all links are there.
+pub fn serve(
+    options: &ServeOptions,
+    stop: &AtomicBool,
+    ready: impl FnOnce(),
+) -> Result<ServeReport, ServeError> {
+    if !(options.speed.is_finite() && options.speed > 0.0) {
+        return Err(ServeError::Speed { speed: options.speed });
+    }
+    options.faults.check(Place::Serve)?;
+    std::fs::create_dir_all(&options.links)
+        .map_err(|source| ServeError::Links { path: options.links.clone(), source })?;
+    if options.truth.is_some() && matches!(options.source, Source::Capture { .. }) {
+        return Err(ServeError::NoTruth);
+    }
+    // Held to the end: links that stand here without it are those of a mock that is dead.
+    let _lock = FolderLock::take(&options.links)?;
+    if let Some(folder) = &options.truth {
+        prepare(folder, options.overwrite)?;
+    }
+    let mut devices = Devices::new(options)?;
+    let ports = open_ports(options, &mut devices)?;
+    run_ports(ports, options, &devices, stop, ready)
+}
+
+fn open_ports(options: &ServeOptions, devices: &mut Devices) -> Result<Vec<Port>, ServeError> {
+    let mut ports = Vec::new();
+    for (place, (name, device)) in devices.list.drain(..).enumerate() {
+        let mut pty = Pty::open(device.baud())?;
+        pty.publish(&options.links.join(name.name()))?;
+        let stream = place as u64;
+        ports.push(Port {
+            name,
+            place,
+            device,
+            pty,
+            to_host: options.faults.channel(2 * stream),
+            from_host: options.faults.channel(2 * stream + 1),
+            noise: Rng::new(options.seed, 0x0015_E000 + stream, 0),
+            any_baud: options.any_baud,
+            client_rate: ClientRate::default(),
+        });
+    }
+    Ok(ports)
+}
+
+fn run_ports(
+    ports: Vec<Port>,
+    options: &ServeOptions,
+    devices: &Devices,
+    stop: &AtomicBool,
+    ready: impl FnOnce(),
+) -> Result<ServeReport, ServeError> {
+    let clock = VirtualClock::start(options.speed);
+    let stop_all = AtomicBool::new(false);
+    let run = &devices.run;
+    std::thread::scope(|scope| {
+        let threads: Vec<_> = ports
+            .into_iter()
+            .map(|port| (port.name, scope.spawn(|| port.run(clock, run, &stop_all))))
+            .collect();
+        ready();
+        let mut truth = TruthKeeper { options, devices, clock, last: None, failed: None };
+        while !stop.load(Ordering::Relaxed) && !threads.iter().any(|(_, thread)| thread.is_finished()) {
+            truth.look();
+            let over = truth
+                .last
+                .is_some_and(|begun| clock.now_ns() > begun.start_ns + devices.length_ns + SILENCE_NS);
+            if options.once && over || truth.failed.is_some() {
+                break;
+            }
+            biplane_clock::sleep_ns(LOOK_NS);
+        }
+        stop_all.store(true, Ordering::Relaxed);
+        let mut report = ServeReport::default();
+        for (name, thread) in threads {
+            report.ports.push(thread.join().map_err(|_| ServeError::Thread { name })?);
+        }
+        truth.finish()?;
+        Ok(report)
+    })
+}
+
+/// Writes the truth: the drive when it begins, the scans at the end.
+struct TruthKeeper<'a> {
+    options: &'a ServeOptions,
+    devices: &'a Devices,
+    clock: VirtualClock,
+    /// The last run seen.
+    last: Option<Begun>,
+    failed: Option<TruthError>,
+}
+
+impl TruthKeeper<'_> {
+    fn writer(&self) -> Option<(TruthWriter<'_>, &WorldTruth)> {
+        let (folder, world, begun) =
+            (self.options.truth.as_deref()?, self.devices.world.as_ref()?, self.last?);
+        Some((TruthWriter { folder, rig: &world.rig, clock: self.clock, begun }, world))
+    }
+
+    fn look(&mut self) {
+        let begun = self.devices.run.begun();
+        if begun.is_some() && begun != self.last {
+            self.last = begun;
+            let written = self.writer().map_or(Ok(()), |(writer, _)| writer.write_drive());
+            self.failed = written.err();
+        }
+    }
+
+    fn finish(mut self) -> Result<(), TruthError> {
+        if let Some(failed) = self.failed.take() {
+            return Err(failed);
+        }
+        let Some((writer, world)) = self.writer() else { return Ok(()) };
+        writer.write_scans("scans_horizontal.txt", "poses.tum", &world.horizontal)?;
+        if world.rig.vertical().is_some() {
+            writer.write_scans("scans_vertical.txt", "poses_vertical.tum", &world.vertical)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,145 @@
+//! What is simulated, what came of it, and why it could not be.
+
+use crate::capture::same_file::SameFile;
+use crate::faults::{Faults, Misplaced};
+use crate::line::ReadParams;
+use crate::rig::simulated::SimulationParams;
+use crate::simulate::truth_folder::TruthError;
+use crate::world::WorldError;
+use crate::world::path::PathError;
+use biplane_recording::{RigError, WriteError};
+use biplane_wire::WireError;
+use std::path::PathBuf;
+
+/// What to simulate, and where to.
+#[derive(Clone, Debug)]
+pub struct SimulateOptions {
+    /// A built-in world's name, or an OBJ or PLY file.
+    pub world: String,
+    /// A built-in path's name, or a path file; the world's usual path without it.
+    pub path: Option<String>,
+    /// Cruising speed instead of the path's, m/s.
+    pub speed_m_s: Option<f64>,
+    /// The rig; the template without it.
+    pub rig: Option<PathBuf>,
+    /// Of all noise and all phases.
+    pub seed: u64,
+    /// The capture.
+    pub output: PathBuf,
+    /// Directory for the truth.
+    pub truth: Option<PathBuf>,
+    /// Replace an existing capture and an existing truth.
+    pub overwrite: bool,
+    /// Begin with what the devices answer while they are set up.
+    pub start_up: bool,
+    /// Standing still before and after the drive, seconds.
+    pub stand_s: f64,
+    /// Time of the capture's start, UTC nanoseconds.
+    pub start_utc_ns: i64,
+    /// How well the devices measure.
+    pub params: SimulationParams,
+    /// How the bytes reach the computer.
+    pub reads: ReadParams,
+    /// Millionths by which the mirrors of the horizontal and the vertical laser turn too slowly. Scans, index
+    /// bytes and truth follow; the beams inside a scan keep the nominal turn (at 100 millionths 4 us in a
+    /// scan of four turns).
+    pub mirror_ppm: [f64; 2],
+    /// What goes wrong: on the lines, in front of the lasers, with the clock that stamps the capture.
+    pub faults: Faults,
+}
+
+impl Default for SimulateOptions {
+    fn default() -> Self {
+        Self {
+            world: "corridor".to_owned(),
+            path: None,
+            speed_m_s: None,
+            rig: None,
+            seed: 1,
+            output: PathBuf::from("capture.mcap"),
+            truth: None,
+            overwrite: false,
+            start_up: false,
+            stand_s: 0.5,
+            start_utc_ns: 1_000_000_000_000_000_000,
+            params: SimulationParams::default(),
+            reads: ReadParams::default(),
+            mirror_ppm: [0.0; 2],
+            faults: Faults::default(),
+        }
+    }
+}
+
+/// What was simulated.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SimulateReport {
+    /// Telegrams of the localizing laser.
+    pub scans_horizontal: usize,
+    /// Telegrams of the building-facing laser.
+    pub scans_vertical: usize,
+    /// Values of the latter that are ranges.
+    pub echoes_vertical: usize,
+    /// Packets of the base.
+    pub odometry: usize,
+    /// Length of the capture, seconds.
+    pub duration_s: f64,
+    /// Length of the way, meters.
+    pub driven_m: f64,
+    /// Bytes on all lines.
+    pub serial_bytes: u64,
+}
+
+/// Why nothing, or not everything, was simulated.
+#[derive(Debug, thiserror::Error)]
+pub enum SimulateError {
+    /// The world.
+    #[error(transparent)]
+    World(#[from] WorldError),
+    /// The path.
+    #[error(transparent)]
+    Path(#[from] PathError),
+    /// The rig file.
+    #[error(transparent)]
+    Rig(#[from] RigError),
+    /// A rig that the simulator does not know.
+    #[error("{what} = {found} of the rig cannot be simulated: {expected}")]
+    Unsupported {
+        /// The rig's key.
+        what: &'static str,
+        /// Its value.
+        found: String,
+        /// What can.
+        expected: &'static str,
+    },
+    /// A number that makes no capture.
+    #[error("{what} = {found}: expected {expected}")]
+    BadNumber {
+        /// The option.
+        what: &'static str,
+        /// Its value.
+        found: f64,
+        /// What is allowed.
+        expected: &'static str,
+    },
+    /// A fault that a capture without a client cannot have.
+    #[error(transparent)]
+    Fault(#[from] Misplaced),
+    /// The output is the world, path or rig.
+    #[error(transparent)]
+    SameFile(#[from] SameFile),
+    /// A telegram.
+    #[error("a telegram could not be put together: {0:?}")]
+    Telegram(WireError),
+    /// The capture.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    /// The truth.
+    #[error(transparent)]
+    Truth(#[from] TruthError),
+}
+
+impl From<WireError> for SimulateError {
+    fn from(error: WireError) -> Self {
+        Self::Telegram(error)
+    }
+}

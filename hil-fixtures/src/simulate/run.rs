@@ -1,0 +1,112 @@
+//! From a world and a rig to the capture and its truth.
+
+use super::devices::{record_base, record_laser};
+use super::times::Times;
+use super::{SimulateError, SimulateOptions, SimulateReport};
+use crate::capture::file::{About, write_capture};
+use crate::capture::same_file::{SameFile, refuse_same_file};
+use crate::faults::Place;
+use crate::rig::simulated::{LaserRole, SimulatedRig, variant_of};
+use crate::simulate::truth::Truth;
+use crate::simulate::truth_folder::prepare;
+use crate::world::World;
+use crate::world::path::Path as DrivePath;
+use biplane_recording::Rig;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Simulates and writes the files.
+pub fn run(options: &SimulateOptions) -> Result<SimulateReport, SimulateError> {
+    refuse_inputs(options)?;
+    options.faults.check(Place::Simulate)?;
+    let world = World::open(&options.world)?;
+    let path = drive_path(&world, options)?;
+    let rig = match &options.rig {
+        Some(file) => Rig::load(file)?,
+        None => Rig::default(),
+    };
+    check(&rig, options)?;
+    let simulated = SimulatedRig::new(&world, &path, &rig, &options.params, options.seed)?;
+    if let Some(directory) = &options.truth {
+        prepare(directory, options.overwrite)?;
+    }
+    let times = Times::plan(&simulated, options);
+    simulated.start_drive_at(times.drive_ns);
+    let mut report = SimulateReport {
+        duration_s: times.end_ns as f64 * 1e-9,
+        driven_m: simulated.drive().length_m(),
+        ..SimulateReport::default()
+    };
+
+    let horizontal = record_laser(&simulated.horizontal(), &rig.horizontal, &times, options)?;
+    report.scans_horizontal = horizontal.first_beams_ns.len();
+    let vertical = match (simulated.vertical(), &rig.vertical) {
+        (Some(laser), Some(settings)) => Some(record_laser(&laser, settings, &times, options)?),
+        _ => None,
+    };
+    let base = record_base(&simulated, &times, options)?;
+    report.odometry = base.reports;
+    let mut lines = vec![horizontal.line];
+    if let Some(vertical) = &vertical {
+        report.scans_vertical = vertical.first_beams_ns.len();
+        report.echoes_vertical = vertical.echoes;
+        lines.push(vertical.line.clone());
+    }
+    lines.extend(base.lines);
+    report.serial_bytes = lines.iter().flat_map(|line| &line.reads).map(|read| read.bytes.len() as u64).sum();
+
+    let about = about(options, &world, &path);
+    let mut clock = options.faults.host_clock(options.start_utc_ns);
+    write_capture(&options.output, options.overwrite, &rig, &about, &lines, &mut clock)?;
+    if let Some(directory) = &options.truth {
+        let truth = Truth::new(&simulated, directory, options.start_utc_ns);
+        truth.scans(LaserRole::Horizontal, &horizontal.first_beams_ns)?;
+        if let Some(vertical) = &vertical {
+            truth.scans(LaserRole::Vertical, &vertical.first_beams_ns)?;
+        }
+        truth.trajectory(0, times.end_ns)?;
+        truth.surfaces()?;
+    }
+    Ok(report)
+}
+
+fn refuse_inputs(options: &SimulateOptions) -> Result<(), SameFile> {
+    let files =
+        [Some(options.world.as_ref()), options.path.as_deref().map(Path::new), options.rig.as_deref()];
+    files.into_iter().flatten().try_for_each(|input| refuse_same_file(input, &options.output))
+}
+
+fn drive_path(world: &World, options: &SimulateOptions) -> Result<DrivePath, SimulateError> {
+    let mut path = world.path_or_file(options.path.as_deref())?;
+    if let Some(speed_m_s) = options.speed_m_s {
+        path.speed_m_s = speed_m_s;
+    }
+    Ok(path)
+}
+
+fn check(rig: &Rig, options: &SimulateOptions) -> Result<(), SimulateError> {
+    for laser in [Some(&rig.horizontal), rig.vertical.as_ref()].into_iter().flatten() {
+        if variant_of(laser).is_none() {
+            let found = format!("{} ({} degrees)", laser.resolution_deg, laser.fov_deg);
+            let expected = "100 degrees in steps of 0.25, 0.5 or 1 and 180 degrees in steps of 0.5 or 1 can";
+            return Err(SimulateError::Unsupported { what: "resolution_deg", found, expected });
+        }
+    }
+    if !(0.0..=3600.0).contains(&options.stand_s) {
+        let expected = "0 to 3600 seconds";
+        return Err(SimulateError::BadNumber { what: "stand_s", found: options.stand_s, expected });
+    }
+    Ok(())
+}
+
+fn about(options: &SimulateOptions, world: &World, path: &DrivePath) -> About {
+    let values = [
+        ("program", concat!("biplane-mock ", env!("CARGO_PKG_VERSION"), " simulate").to_owned()),
+        ("world", world.name.clone()),
+        ("path", path.name.clone()),
+        ("seed", options.seed.to_string()),
+        ("origin", "synthetic".to_owned()),
+    ];
+    let values = values.into_iter().map(|(key, value)| (key.to_owned(), value)).collect::<BTreeMap<_, _>>();
+    About { name: "biplane-mock".to_owned(), values }
+}

@@ -1,0 +1,4 @@
+//! Meshes from and to files.
+
+pub mod obj;
+pub mod ply;

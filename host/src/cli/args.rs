@@ -1,0 +1,79 @@
+//! The command line as types. Each command's own words stand in its file.
+
+use std::path::PathBuf;
+
+use clap::{Parser, Subcommand};
+
+use crate::cli::build;
+use crate::cli::config::parameters;
+#[cfg(feature = "demo")]
+use crate::cli::demo;
+use crate::cli::measure::{compare, evaluate};
+use crate::cli::models::{compact, planes};
+use crate::cli::recordings::{calibrate, import, info, map, optimize, recover, traj};
+use crate::cli::view::{plot, render};
+
+/// Compact 3D building models from recordings of a robot with two laser scanners.
+#[derive(Debug, Parser)]
+#[command(name = "biplane", version, after_help = EXIT_CODES)]
+pub(super) struct Cli {
+    /// Say nothing but results and errors
+    #[arg(long, short, global = true)]
+    pub quiet: bool,
+    /// Take flags from this TOML file too, a section a command: `biplane parameters` prints one. The command
+    /// line wins
+    #[arg(long, global = true, value_name = "FILE")]
+    pub config: Option<PathBuf>,
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+const EXIT_CODES: &str = "Exit codes: 0 done; 1 failed; 2 wrong arguments; 3 done, but data of the input was lost.\n\
+    Lengths are metres, angles degrees; results go to stdout, everything else to stderr.";
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    /// The whole job with no hardware: mock devices, recording, model, pictures
+    #[cfg(feature = "demo")]
+    Demo(demo::Args),
+    /// Say what a recording or capture holds
+    Info(info::Args),
+    /// Turn other people's recordings into ours
+    Import(import::Args),
+    /// Close loops and optimize the poses of recordings; put several into one frame
+    Optimize(optimize::Args),
+    /// Write the trajectory of a recording as text
+    Traj(traj::Args),
+    /// Draw the floor map of a recording
+    Map(map::Args),
+    /// Build the compact 3D model of a recording, and everything around it
+    Build(build::Args),
+    /// Find the planes of any point cloud
+    Planes(planes::Args),
+    /// Build the compact model of any triangle mesh
+    Compact(compact::Args),
+    /// Measure the raw mesh and the model of a build: sizes and distances
+    Compare(compare::Args),
+    /// Measure a trajectory against relations or the truth, or a map by itself
+    Evaluate(evaluate::Args),
+    /// Draw a figure of measurements: basin of convergence, error along a run, iterations
+    Plot(plot::Args),
+    /// Draw a picture of a build: the raw mesh beside the model
+    Render(render::Args),
+    /// Salvage a recording that was cut off
+    Recover(recover::Args),
+    /// Refine the vertical laser's mount and delay and the odometry's scale from a recording
+    Calibrate(calibrate::Args),
+    /// Print the flags of commands with their defaults, as a file for --config
+    Parameters(parameters::Args),
+    /// Print the completions of this program for a shell
+    ///
+    /// For one user of bash: `biplane completions bash > ~/.local/share/bash-completion/completions/biplane`.
+    Completions(biplane_cli::Completions),
+    /// Write the manual pages of this program, one for each command, into a folder
+    ///
+    /// To read one: `man -l DIR/biplane.1`.
+    Man(biplane_cli::Man),
+}

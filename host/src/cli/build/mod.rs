@@ -1,0 +1,319 @@
+//! `biplane build`: from a recording to the model and everything around it, in one folder.
+
+mod posed;
+
+use std::path::{Path, PathBuf};
+
+use crate::formats::output::OutputFolder;
+use crate::formats::{Shapes, source_name};
+use crate::pipeline::summary::{Parameters, PosesFrom, ScanFigures, Summary};
+use crate::pipeline::{self, BuildInput, BuildOutput};
+use crate::recordings::deskew::StampedPose;
+use crate::recordings::run::{Run, VerticalScans};
+use crate::slam::occupancy::OccupancyGrid;
+use crate::view::floor_map::FloorMapParams;
+use crate::view::floor_map::map_image::MapImage;
+use crate::view::report::Page;
+use anyhow::bail;
+
+use crate::cli::models::model_args::{ModelArgs, report_noise};
+use crate::cli::models::{files, formats};
+use crate::cli::recordings::optimize;
+use crate::cli::terminal::console::Console;
+use crate::cli::terminal::dry_run::Plan;
+use crate::cli::terminal::replace;
+use crate::cli::terminal::stages::Stages;
+use crate::cli::terminal::threads::Threads;
+use crate::cli::terminal::values::length;
+use crate::cli::view::report;
+use biplane_cli::Outcome;
+use posed::Posed;
+
+/// Words of the command.
+#[derive(Clone, Debug, clap::Args)]
+#[command(
+    after_help = "Written: model.glb, model.ply, model.obj, model.city.json, planes.ply, raw.ply, points.ply, map.pgm, map.yaml, \
+    map.png, trajectory.tum, summary.json, report.html (look at this one first); with --formats also model.dxf, model.ifc, \
+    model.lod1.glb, model.lod2.glb, points.las, points.laz."
+)]
+pub(super) struct Args {
+    /// Posed recordings; of one in parts all of them, in any order, or its name without the number
+    #[arg(required = true, value_name = "RUN.mcap")]
+    recordings: Vec<PathBuf>,
+    /// The folder to write
+    #[arg(long, short, value_name = "DIR")]
+    output: PathBuf,
+    /// Use this trajectory (TUM: t x y z qx qy qz qw) instead of the recorded one
+    #[arg(long, value_name = "T.tum")]
+    poses: Option<PathBuf>,
+    /// Take the poses as they were recorded; several recordings are then in one frame already. Otherwise
+    /// loops are closed first. A recording that has none keeps its poses, and so does one that is optimized
+    /// already
+    #[arg(long, conflicts_with = "poses")]
+    no_optimize: bool,
+    /// Range noise of the laser, one standard deviation, meters. Larger: steps between surfaces disappear;
+    /// smaller: a wall becomes several planes [default: estimated from the points]
+    #[arg(long, value_name = "M", value_parser = length)]
+    sigma: Option<f64>,
+    /// Replace the folder if it exists
+    #[arg(long)]
+    force: bool,
+    /// Say what would be read, done and written, and do none of it
+    #[arg(long)]
+    dry_run: bool,
+    #[command(flatten)]
+    model_args: ModelArgs,
+    #[command(flatten)]
+    threads: Threads,
+}
+
+impl Args {
+    fn parameters(&self, map: &FloorMapParams) -> Parameters {
+        Parameters {
+            build: self.model_args.parameters(self.sigma),
+            map_resolution_m: map.grid.resolution_m,
+            max_triangles: self.model_args.max_triangles,
+        }
+    }
+
+    /// As the command line would give them for one recording.
+    #[cfg(feature = "demo")]
+    pub(super) fn for_recording(recording: &Path, output: &Path) -> Self {
+        Self {
+            recordings: vec![recording.to_owned()],
+            output: output.to_owned(),
+            poses: None,
+            no_optimize: false,
+            sigma: None,
+            force: false,
+            dry_run: false,
+            model_args: ModelArgs::unsaid(),
+            threads: Threads::default(),
+        }
+    }
+}
+
+/// Runs the command.
+pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
+    args.threads.take()?;
+    let runs = optimize::open(&args.recordings, console)?;
+    if args.force {
+        let read = runs.iter().flat_map(|run| run.recording().paths()).map(Path::to_owned);
+        let inputs: Vec<PathBuf> = read.chain(args.poses.clone()).collect();
+        replace::check(&files::KNOWN, &args.output, &inputs)?;
+    }
+    OutputFolder::check(&args.output, args.force)?;
+    if args.dry_run {
+        return Ok(plan(args, &runs).print_result());
+    }
+    report_no_model(&runs, console)?;
+    let mut stages = Stages::new(console, &steps(args));
+    let folder = OutputFolder::create(&args.output, args.force)?;
+    let posed = poses(args, &runs, &folder, &mut stages, console)?;
+    let vertical = stages.time("read", || {
+        let scans = posed.vertical_scans()?;
+        let count = scans.as_ref().map_or(0, |scans| scans.range_scans.len());
+        anyhow::Ok((scans, count))
+    })?;
+    let map_params = FloorMapParams::default();
+    let grid = stages.time_with_progress("map", |progress| {
+        let grid = posed.map(&map_params, progress)?;
+        let cells = grid.bounds().map_or(0, |bounds| bounds.size().iter().product::<u64>() as usize);
+        anyhow::Ok((grid, cells))
+    })?;
+    let parameters = args.parameters(&map_params);
+    let built = match &vertical {
+        Some(vertical) => Some(model(vertical, &posed, &parameters, &mut stages)?),
+        None => None,
+    };
+    if let (Some(vertical), Some(built)) = (&vertical, &built)
+        && built.counts.scans_unposed == vertical.range_scans.len()
+    {
+        let source = args.poses.as_deref().unwrap_or(runs[0].path()).display();
+        bail!("none of the {} vertical scans lies within the poses of {source}", vertical.range_scans.len());
+    }
+    let counts = built.as_ref().map(|built| built.counts);
+    let (mut summary, page) =
+        write_all(args, &folder, built, &Floor { grid: &grid, posed: &posed }, &mut stages)?;
+    (summary.source.poses_from, summary.source.loops) = (Some(posed.from), posed.loops);
+    summary.source.recordings =
+        runs.iter().flat_map(|run| run.recording().paths()).map(|path| path.display().to_string()).collect();
+    summary.parameters = parameters;
+    (summary.scans.horizontal, summary.scans.horizontal_unposed) = posed.scans();
+    summary.scans.wild_poses = posed.wild_poses();
+    summary.scans.vertical =
+        vertical.as_ref().map_or(0, |vertical| vertical.range_scans.len() + vertical.odd_scans);
+    summary.scans.vertical_odd = vertical.as_ref().map_or(0, |vertical| vertical.odd_scans);
+    stages.finish(&mut summary);
+    files::write_summary(folder.part(), &summary)?;
+    page.iter().try_for_each(|page| report::write(folder.part(), page, &summary))?;
+    folder.finish()?;
+    counts.iter().for_each(|counts| report_noise(counts, console));
+    print_result(args, &summary, vertical.is_some(), console);
+    Ok(Outcome::Done)
+}
+
+/// Says before all work that there will be no model, where there cannot be one.
+fn report_no_model(runs: &[Run], console: &Console) -> anyhow::Result<()> {
+    for run in runs {
+        if run.has_vertical_scan()? {
+            return Ok(());
+        }
+    }
+    let names: Vec<String> = runs.iter().map(|run| run.path().display().to_string()).collect();
+    console.warn(format!(
+        "biplane: {}: no scan of a vertical laser: there will be a map and a trajectory, and no model",
+        names.join(", ")
+    ));
+    Ok(())
+}
+
+/// The stages in their order.
+fn steps(args: &Args) -> Vec<&'static str> {
+    let optimizes = args.poses.is_none() && !args.no_optimize;
+    let mut steps =
+        vec!["read", "map", "cloud", "mesh", "planes", "polygons", "leftovers", "write", "report"];
+    steps.retain(|step| *step != "report" || !args.model_args.no_report);
+    if optimizes {
+        steps.insert(0, "optimize");
+    }
+    steps
+}
+
+/// What [`run`] would do.
+fn plan<'a>(args: &'a Args, runs: &'a [Run]) -> Plan<'a> {
+    let recordings = runs.iter().flat_map(|run| run.recording().paths());
+    Plan {
+        reads: recordings.chain(args.poses.as_deref()).collect(),
+        steps: steps(args),
+        writes: files::names(&args.model_args.formats, !args.model_args.no_report)
+            .map(|name| args.output.join(name).display().to_string())
+            .collect(),
+    }
+}
+
+/// Somebody else's poses, the optimized ones, or those of the recording.
+fn poses<'a>(
+    args: &Args,
+    runs: &'a [Run],
+    folder: &OutputFolder,
+    stages: &mut Stages<'_>,
+    console: &Console,
+) -> anyhow::Result<Posed<'a>> {
+    match &args.poses {
+        Some(path) => {
+            let posed = Posed::foreign(runs, path)?;
+            if posed.wild_poses() > 0 {
+                console.warn(format!(
+                    "biplane: {}: poses left out because no motion explains them: {}",
+                    path.display(),
+                    posed.wild_poses()
+                ));
+            }
+            Ok(posed)
+        }
+        None if args.no_optimize => Posed::recorded(runs, console),
+        None => {
+            let posed = stages.time("optimize", || {
+                let posed = Posed::optimized(runs, &folder.searches(), console)?;
+                let loops = posed.loops.unwrap_or(0);
+                anyhow::Ok((posed, loops))
+            })?;
+            report_poses(&posed, console);
+            Ok(posed)
+        }
+    }
+}
+
+/// Whether the poses are the recorded ones still.
+fn report_poses(posed: &Posed<'_>, console: &Console) {
+    match (posed.from, posed.loops) {
+        (PosesFrom::Optimized, Some(loops)) => {
+            console.note(format!("{loops} loops closed, all poses optimised (not with --no-optimize)"));
+        }
+        (PosesFrom::OptimizedBefore, _) => {
+            console.note("the recording is optimised already: its poses stay");
+        }
+        (_, Some(_)) => console.note("no loop found: the poses stay as they were recorded"),
+        _ => {}
+    }
+}
+
+fn print_result(args: &Args, summary: &Summary, has_vertical: bool, console: &Console) {
+    let folder = args.output.display();
+    if summary.scans.vertical_unposed > 0 {
+        console.note(format!(
+            "{} of {} vertical scans lie outside the poses and are not in the model",
+            summary.scans.vertical_unposed, summary.scans.vertical
+        ));
+    }
+    if has_vertical {
+        console.note(format!("{folder}: {} points, {}", summary.counts.raw_points, summary.reduction()));
+    } else {
+        console.note(format!(
+            "{folder}: the recording has no scan of a vertical laser, so there is a map and a trajectory, and no model"
+        ));
+    }
+}
+
+fn model(
+    vertical: &VerticalScans,
+    posed: &Posed,
+    parameters: &Parameters,
+    stages: &mut Stages<'_>,
+) -> anyhow::Result<BuildOutput> {
+    let input = BuildInput {
+        geometry: &vertical.geometry,
+        range_scans: &vertical.range_scans,
+        trajectory: &posed.trajectory,
+    };
+    Ok(pipeline::build(&input, &parameters.build, stages)?)
+}
+
+/// Where the robot was, and the map that it drew.
+struct Floor<'a> {
+    grid: &'a OccupancyGrid,
+    posed: &'a Posed<'a>,
+}
+
+/// Writes every file but the summary, whose counts it returns, and the report, which it prepares.
+fn write_all(
+    args: &Args,
+    folder: &OutputFolder,
+    built: Option<BuildOutput>,
+    floor: &Floor<'_>,
+    stages: &mut Stages<'_>,
+) -> anyhow::Result<(Summary, Option<Page>)> {
+    let &Floor { grid, posed } = floor;
+    let part = folder.part();
+    let known: Vec<StampedPose> = posed.known();
+    let image = MapImage::new(grid, &known)?;
+    let mut output = built.unwrap_or_default();
+    posed.restore(&mut output.cloud.stamps_ns);
+    args.model_args.bound(&mut output)?;
+    let shapes = Shapes { source: posed.named(source_name), ..Shapes::new(&output.model) };
+    let building = formats::building(&args.model_args.formats, &output.model, Some(0.0));
+    let has_model = !output.cloud.is_empty();
+    stages.time("write", || {
+        let mut written = files::write_floor(part, &image, &known, &posed.used)?;
+        if has_model {
+            written += files::write_raw(part, &output, &shapes.source, &args.model_args.formats)?;
+            written += files::write_model(part, &shapes, building.as_ref(), &args.model_args.formats)?;
+        }
+        anyhow::Ok(((), written))
+    })?;
+    let page = if args.model_args.no_report {
+        None
+    } else {
+        let floor = Some((&image, &known[..]));
+        Some(report::prepare(&posed.named(report::title), &output, &shapes, floor, stages)?)
+    };
+    let mut summary = Summary::new(&output.counts, &output.model, shapes.triangles());
+    summary.source.poses = args.poses.as_ref().map(|path| path.display().to_string());
+    summary.scans = ScanFigures {
+        vertical_still: output.counts.scans_still,
+        vertical_unposed: output.counts.scans_unposed,
+        ..ScanFigures::default()
+    };
+    Ok((summary, page))
+}

@@ -1,0 +1,258 @@
+//! The poses of a build: optimized, as recorded, or somebody else's; of one recording or of several in one
+//! frame.
+//!
+//! Recordings may overlap in time (two robots, one clock). A model wants one trajectory, so each recording's
+//! time is shifted inside the program to follow the one before; no stamp that is written is changed.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+use crate::formats::text::trajectory::read_poses;
+use crate::pipeline::summary::PosesFrom;
+use crate::recordings::deskew::{StampedPose, Trajectory};
+use crate::recordings::run::{Run, RunPoses, VerticalScans};
+use crate::recordings::scan_geometry::RangeScan;
+use crate::recordings::stamp_text::format_seconds;
+use crate::recordings::wild_poses::remove_wild;
+use crate::slam::corrected_poses::Corrected;
+use crate::slam::occupancy::OccupancyGrid;
+use crate::slam::{LoopParams, rewrite_recording};
+use crate::view::floor_map;
+use crate::view::floor_map::{FloorMapParams, PosedDrive};
+use anyhow::{Context, bail};
+
+use crate::cli::recordings::optimize;
+use crate::cli::terminal::console::Console;
+
+/// Scans farther than this from any pose of a foreign trajectory are not posed.
+const LONGEST_GAP_NS: i64 = 1_000_000_000;
+/// Time between two recordings inside the program, nanoseconds: longer than any gap that is bridged.
+const BETWEEN_NS: i64 = 3_600_000_000_000;
+
+/// One recording with its poses.
+struct Drive<'a> {
+    run: &'a Run,
+    trajectory: Trajectory,
+    /// One a horizontal scan.
+    at_scans: Vec<Option<StampedPose>>,
+    /// What is added to its stamps inside the program.
+    shift_ns: i64,
+    /// Poses that no motion explains, left out.
+    wild_poses: usize,
+}
+
+impl<'a> Drive<'a> {
+    fn new(run: &'a Run, trajectory: Trajectory, at_scans: Vec<Option<StampedPose>>) -> Self {
+        Self { run, trajectory, at_scans, shift_ns: 0, wild_poses: 0 }
+    }
+}
+
+/// See the module's text.
+pub(super) struct Posed<'a> {
+    drives: Vec<Drive<'a>>,
+    /// All poses, in the program's time.
+    pub trajectory: Trajectory,
+    /// The poses as they go to `trajectory.tum`.
+    pub used: Vec<StampedPose>,
+    /// Where they are from.
+    pub from: PosesFrom,
+    /// Loops that were closed, where any were searched for.
+    pub loops: Option<usize>,
+}
+
+impl<'a> Posed<'a> {
+    /// Somebody else's trajectory.
+    pub(super) fn foreign(runs: &'a [Run], path: &Path) -> anyhow::Result<Self> {
+        let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
+        let mut used =
+            read_poses(BufReader::new(file)).with_context(|| format!("cannot read {}", path.display()))?;
+        let wild_poses = remove_wild(&mut used);
+        let trajectory = Trajectory::new(used.clone());
+        let mut drives = Vec::new();
+        for run in runs {
+            let stamps_ns = run.stamps_and_poses()?.scan_stamps_ns;
+            let at_scans: Vec<Option<StampedPose>> =
+                stamps_ns.iter().map(|&stamp_ns| trajectory.at(stamp_ns, LONGEST_GAP_NS)).collect();
+            if at_scans.iter().all(Option::is_none) {
+                bail!(
+                    "no scan of {} lies in the time of {}: {}",
+                    run.path().display(),
+                    path.display(),
+                    spans(&stamps_ns, &used)
+                );
+            }
+            drives.push(Drive::new(run, trajectory.clone(), at_scans));
+        }
+        drives.iter_mut().take(1).for_each(|drive| drive.wild_poses = wild_poses);
+        Ok(Self { used, ..Self::of(drives, PosesFrom::Given, None) })
+    }
+
+    /// As they were recorded.
+    pub(super) fn recorded(runs: &'a [Run], console: &Console) -> anyhow::Result<Self> {
+        Self::untouched(runs, |run, poses| console.report_poses(run.recording(), poses))
+    }
+
+    fn untouched(runs: &'a [Run], notify: impl Fn(&Run, &RunPoses)) -> anyhow::Result<Self> {
+        let mut drives = Vec::new();
+        for run in runs {
+            let poses = run.poses()?;
+            notify(run, &poses);
+            let drive = Drive::new(run, poses.trajectory(), poses.at_scans());
+            drives.push(Drive { wild_poses: poses.wild_poses, ..drive });
+        }
+        Ok(Self::of(drives, PosesFrom::Recorded, None))
+    }
+
+    /// Optimized. A single recording that is optimized already, that has no loop, or whose scans have no
+    /// poses, is taken as it is. Those of several that match none of the others are left out, and that is
+    /// said. What is searched is kept in `searches`, and what a build that was killed has left there is not
+    /// searched again.
+    pub(super) fn optimized(runs: &'a [Run], searches: &Path, console: &Console) -> anyhow::Result<Self> {
+        if let [run] = runs {
+            if rewrite_recording::is_optimized(run)? {
+                return Ok(Self { from: PosesFrom::OptimizedBefore, ..Self::recorded(runs, console)? });
+            }
+            if run.poses()?.at_scans().iter().all(Option::is_none) {
+                return Self::recorded(runs, console);
+            }
+        }
+        let params = LoopParams::default();
+        let all_keyframes = optimize::read(runs, &params, console)?;
+        let mut checkpoint = optimize::checkpoint(searches, runs, console)?;
+        let optimized = optimize::work(&all_keyframes, &params, &mut checkpoint, console);
+        let loops = optimized.counts.loops;
+        if runs.len() == 1 && loops == 0 {
+            // What is to be told of them was told when they were read.
+            return Ok(Self { loops: Some(0), ..Self::untouched(runs, |_, _| ())? });
+        }
+        let mut drives = Vec::new();
+        for (number, run) in runs.iter().enumerate() {
+            if optimized.groups[number] != 0 {
+                console.warn(format!(
+                    "biplane: {} saw no place that the others saw; it is left out",
+                    run.path().display()
+                ));
+                continue;
+            }
+            let corrected = Corrected::new(&all_keyframes[number], &optimized.poses[number]);
+            let moved = |pose: &StampedPose| {
+                let new = corrected.at(pose);
+                StampedPose { stamp_ns: pose.stamp_ns, x_m: new.x_m, y_m: new.y_m, theta_rad: new.theta_rad }
+            };
+            let mut poses: Vec<StampedPose> = corrected.scans.iter().flatten().copied().collect();
+            let recorded = run.poses()?;
+            poses.extend(recorded.vertical_poses.iter().map(moved));
+            let drive = Drive::new(run, Trajectory::new(poses), corrected.scans);
+            drives.push(Drive { wild_poses: recorded.wild_poses, ..drive });
+        }
+        Ok(Self::of(drives, PosesFrom::Optimized, Some(loops)))
+    }
+
+    fn of(mut drives: Vec<Drive<'a>>, from: PosesFrom, loops: Option<usize>) -> Self {
+        let mut all = Vec::new();
+        let mut end_ns: Option<i64> = None;
+        for drive in &mut drives {
+            let poses = drive.trajectory.poses();
+            let first_ns = poses.first().map_or(0, |pose| pose.stamp_ns);
+            let shift_ns = end_ns.map_or(0, |end_ns| (end_ns + BETWEEN_NS).saturating_sub(first_ns));
+            all.extend(poses.iter().map(|pose| StampedPose { stamp_ns: pose.stamp_ns + shift_ns, ..*pose }));
+            end_ns = all.last().map(|pose: &StampedPose| pose.stamp_ns);
+            drive.shift_ns = shift_ns;
+        }
+        let used = drives.iter().flat_map(|drive| drive.at_scans.iter().flatten().copied()).collect();
+        Self { drives, trajectory: Trajectory::new(all), used, from, loops }
+    }
+
+    /// The pose of each horizontal scan that has one.
+    pub(super) fn known(&self) -> Vec<StampedPose> {
+        self.drives.iter().flat_map(|drive| drive.at_scans.iter().flatten().copied()).collect()
+    }
+
+    /// Turns stamps in the program's time into those of the recordings.
+    pub(super) fn restore(&self, stamps_ns: &mut [i64]) {
+        let begins_ns = |drive: &Drive<'_>| {
+            let first_ns = drive.trajectory.poses().first().map_or(0, |pose| pose.stamp_ns);
+            first_ns.saturating_add(drive.shift_ns).saturating_sub(BETWEEN_NS / 2)
+        };
+        let shifts: Vec<(i64, i64)> = self.drives.iter().map(|d| (begins_ns(d), d.shift_ns)).collect();
+        for stamp_ns in stamps_ns {
+            let of_drive = shifts.iter().rfind(|(begins_ns, _)| begins_ns <= stamp_ns);
+            *stamp_ns = stamp_ns.saturating_sub(of_drive.map_or(0, |(_, shift_ns)| *shift_ns));
+        }
+    }
+
+    /// The recordings by name, each as `name` calls its path; parts of one have one.
+    pub(super) fn named(&self, name: impl Fn(&Path) -> String) -> String {
+        self.drives.iter().map(|drive| name(drive.run.path())).collect::<Vec<_>>().join(", ")
+    }
+
+    /// Poses that no motion explains, which were left out.
+    pub(super) fn wild_poses(&self) -> usize {
+        self.drives.iter().map(|drive| drive.wild_poses).sum()
+    }
+
+    /// Horizontal scans, and how many of them have no pose.
+    pub(super) fn scans(&self) -> (usize, usize) {
+        let all = self.drives.iter().map(|drive| drive.at_scans.len()).sum();
+        (all, all - self.known().len())
+    }
+
+    /// Draws the floor map; `told` hears which share of the scans is in it.
+    pub(super) fn map(
+        &self,
+        params: &FloorMapParams,
+        progress: &dyn Fn(f64),
+    ) -> anyhow::Result<OccupancyGrid> {
+        let mut grid = OccupancyGrid::new(params.grid);
+        let (all, _) = self.scans();
+        let mut before = 0;
+        for drive in &self.drives {
+            let posed = PosedDrive { run: drive.run, poses: &drive.at_scans, trajectory: &drive.trajectory };
+            let mut notify = |scans: usize| progress((before + scans) as f64 / all.max(1) as f64);
+            floor_map::draw_into(&mut grid, &posed, params, &mut notify)?;
+            before += drive.at_scans.len();
+        }
+        Ok(grid)
+    }
+
+    /// The vertical scans of all recordings, in the program's time.
+    pub(super) fn vertical_scans(&self) -> anyhow::Result<Option<VerticalScans>> {
+        let mut all: Option<VerticalScans> = None;
+        for drive in &self.drives {
+            let Some(mut scans) = drive.run.vertical_scans()? else { continue };
+            for range_scan in &mut scans.range_scans {
+                range_scan.stamp_ns = range_scan.stamp_ns.saturating_add(drive.shift_ns);
+            }
+            let Some(all) = &mut all else {
+                all = Some(scans);
+                continue;
+            };
+            if all.geometry != scans.geometry {
+                bail!(
+                    "the vertical laser of {} is another than the first recording's",
+                    drive.run.path().display()
+                );
+            }
+            // An empty scan between them: the last one of a recording is no neighbor of the next one's first.
+            all.range_scans.extend(scans.range_scans.first().map(|first| RangeScan {
+                stamp_ns: first.stamp_ns,
+                ranges_m: vec![f32::NAN; first.ranges_m.len()],
+            }));
+            all.range_scans.append(&mut scans.range_scans);
+            all.odd_scans += scans.odd_scans;
+        }
+        Ok(all)
+    }
+}
+
+fn spans(scan_stamps_ns: &[i64], poses: &[StampedPose]) -> String {
+    let span = |stamps_ns: &mut dyn Iterator<Item = i64>| {
+        let (first_ns, last_ns) =
+            stamps_ns.fold((i64::MAX, i64::MIN), |(first, last), stamp| (first.min(stamp), last.max(stamp)));
+        format!("{} to {}", format_seconds(first_ns), format_seconds(last_ns))
+    };
+    let scans = span(&mut scan_stamps_ns.iter().copied());
+    let poses = span(&mut poses.iter().map(|pose| pose.stamp_ns));
+    format!("the scans are from {scans} s, the poses from {poses} s")
+}

@@ -1,0 +1,47 @@
+//! What `compare` says.
+
+use serde::Serialize;
+
+use crate::metrics::blocked_rays::Blocked;
+use crate::metrics::compare::CompareParams;
+use crate::metrics::surface_distance::Distances;
+
+/// One surface of a build.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Figures {
+    /// Triangles of its file.
+    pub triangles: usize,
+    /// What the paper counts: polygons, and triangles that are part of none.
+    pub surfaces: usize,
+    /// Polygons with holes that its triangles stand for.
+    pub polygons: Option<usize>,
+    /// Size of its PLY file.
+    pub bytes: u64,
+    /// From the surface to the reference: how wrong it is.
+    pub to_truth: Distances,
+    /// From what was seen of the reference to the surface: what it misses.
+    pub from_truth: Distances,
+    /// Mean of the two mean distances, meters.
+    pub symmetric_mean_m: f64,
+    /// Rays of the laser that it blocks wrongly; `None` when the folder does not tell where they began.
+    pub rays: Option<Blocked>,
+}
+
+/// What `compare` says.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Report {
+    /// What distances are measured against: the truth's file, or the raw points.
+    pub reference: String,
+    /// Faces of the truth that the laser hit, when the truth tells its faces apart (property `plane`).
+    pub true_faces_seen: Option<usize>,
+    /// The raw mesh.
+    pub raw: Figures,
+    /// The raw mesh simplified to the model's number of surfaces.
+    pub qslim: Figures,
+    /// The flat surfaces alone.
+    pub planes: Figures,
+    /// Flat surfaces and leftovers.
+    pub model: Figures,
+    /// How it was measured.
+    pub parameters: CompareParams,
+}

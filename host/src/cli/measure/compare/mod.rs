@@ -1,0 +1,145 @@
+//! `biplane compare`: how large and how true the raw mesh of a build is, its simplification by others, and
+//! the model.
+
+mod figures;
+mod page;
+mod table;
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use crate::metrics::compare::{BothWays, CompareParams, Reference, faces_seen};
+use crate::metrics::surface_distance::Surface;
+use crate::model::Mesh;
+use crate::reconstruct::simplify::fewer;
+use anyhow::bail;
+
+use crate::cli::terminal::console::Console;
+use crate::cli::view::built;
+use crate::cli::view::built::Built;
+use crate::cli::view::render;
+use crate::cli::view::render::ViewName;
+use biplane_cli::Outcome;
+
+use self::figures::Figures;
+pub(crate) use self::figures::Report;
+pub(crate) use self::page::write_compared;
+
+/// Words of the command.
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "qslim: the raw mesh simplified by quadric errors (Garland and Heckbert 1997) to as many triangles as the model has polygons and \
+    leftover triangles.\nblocked: rays of the laser that a surface stops more than the margin before what they really hit."
+)]
+pub(crate) struct Args {
+    /// A folder that `biplane build` wrote
+    folder: PathBuf,
+    /// The true surfaces, in the frame `map` of the recording; without it everything is measured against the
+    /// raw points
+    #[arg(long, value_name = "TRUTH.ply")]
+    truth: Option<PathBuf>,
+    /// A surface must stand so far before what a ray hit to block it, meters; three standard deviations of
+    /// the noise are added
+    #[arg(long, value_name = "M", default_value_t = CompareParams::default().rays.margin_m, value_parser = margin, allow_hyphen_values = true)]
+    margin: f64,
+    /// Draw raw mesh, simplification and model with the same camera
+    #[arg(long, value_name = "PICTURE.png")]
+    pictures: Option<PathBuf>,
+    /// Where the pictures look from
+    #[arg(long, value_enum, default_value_t = ViewName::Outside)]
+    view: ViewName,
+    /// Write the build's report.html once more, with these figures in it
+    #[arg(long, value_name = "REPORT.html")]
+    report: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    /// Replace the picture and the report if they exist
+    #[arg(long)]
+    force: bool,
+}
+
+fn margin(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(meters) if meters >= 0.0 && meters.is_finite() => Ok(meters),
+        _ => Err("expected a length in metres, 0 or more".to_owned()),
+    }
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
+    let mut parameters = CompareParams::default();
+    parameters.rays.margin_m = args.margin;
+    let spinner = console.spinner("measuring");
+    let report = report(&args.folder, args.truth.as_deref(), &parameters)?;
+    drop(spinner);
+    let mut out = io::stdout().lock();
+    if args.json {
+        serde_json::to_writer_pretty(&mut out, &report).map_err(io::Error::from)?;
+        writeln!(out)?;
+    } else {
+        table::print(&mut out, &report)?;
+    }
+    if let Some(page) = &args.report {
+        write_compared(&args.folder, page, &report, args.force)?;
+    }
+    if let Some(picture) = &args.pictures {
+        render::run(&render::Args::for_comparison(&args.folder, picture, args.view, args.force), console)?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// Measures the surfaces of a build's folder.
+pub(crate) fn report(
+    folder: &Path,
+    truth: Option<&Path>,
+    parameters: &CompareParams,
+) -> anyhow::Result<Report> {
+    let built = Built::load(folder)?;
+    let raw_surface = Surface::new(&built.raw);
+    let rays = built.rays(&parameters.rays);
+    let (reference, true_faces_seen) = match truth {
+        Some(path) => {
+            let truth = built::load(path)?;
+            let faces = truth.face_column("plane");
+            let seen = faces.map(|faces| faces_seen(parameters, &truth.mesh, faces, &rays));
+            (Reference::truth(parameters, &truth.mesh, &raw_surface), seen.filter(|_| !rays.is_empty()))
+        }
+        None => (Reference::points(parameters, &built.points_m), None),
+    };
+    let blocked = |surface: &Surface| {
+        (!rays.is_empty()).then(|| rays.blocked_by(surface, &parameters.rays, built.sigma_m))
+    };
+    let figures = |mesh: &Mesh, surface: &Surface, polygons: Option<usize>, bytes: u64| {
+        let found: BothWays = reference.measure(mesh, surface);
+        Figures {
+            triangles: mesh.triangles.len(),
+            surfaces: polygons.unwrap_or(mesh.triangles.len()),
+            polygons,
+            bytes,
+            to_truth: found.to_reference,
+            from_truth: found.from_reference,
+            symmetric_mean_m: found.symmetric_mean_m(),
+            rays: blocked(surface),
+        }
+    };
+    let of = |mesh: &Mesh, polygons: Option<usize>, bytes: u64| {
+        figures(mesh, &Surface::new(mesh), polygons, bytes)
+    };
+    let qslim = fewer::to_count(&built.raw, built.surfaces());
+    let mut model = of(&built.model, Some(built.polygons), built.bytes("model.ply")?);
+    model.surfaces = built.surfaces();
+    let found = Report {
+        reference: truth.map_or_else(|| "raw points".to_owned(), |path| path.display().to_string()),
+        true_faces_seen,
+        raw: figures(&built.raw, &raw_surface, None, built.bytes("raw.ply")?),
+        qslim: of(&qslim, None, built::ply_bytes(&qslim)),
+        planes: of(&built.planes, Some(built.polygons), built.bytes("planes.ply")?),
+        model,
+        parameters: parameters.clone(),
+    };
+    if found.raw.to_truth.samples == 0 {
+        bail!("{}: the raw mesh has no area", folder.display());
+    }
+    Ok(found)
+}

@@ -1,0 +1,113 @@
+//! `biplane evaluate relations`.
+
+use std::fs::File;
+use std::io::{self, BufReader, Write};
+use std::path::PathBuf;
+
+use crate::formats::output::{check_free, check_not_input, write_file};
+use crate::metrics::evaluate::relations::{
+    RelationError, RelationsParams, RelationsReport, read_relations, relation_errors, report,
+};
+use crate::recordings::stamp_text::format_seconds;
+use anyhow::{Context, bail};
+
+use super::poses;
+use crate::cli::terminal::console::Console;
+use crate::cli::terminal::json::print_json;
+use crate::cli::terminal::values::not_negative;
+use biplane_cli::Outcome;
+
+/// Words of the command.
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// A posed recording, or a trajectory as text: "t x y theta" or "t x y z qx qy qz qw" a line
+    #[arg(value_name = "TRAJ")]
+    trajectory: PathBuf,
+    /// The relations: "t1 t2 x y z roll pitch yaw" a line, pose 2 seen from pose 1
+    relations: PathBuf,
+    /// Only relations whose times are at most this far apart, in seconds
+    #[arg(long, value_name = "S", value_parser = not_negative)]
+    max_gap: Option<f64>,
+    /// Only relations whose times are at least this far apart, in seconds
+    #[arg(long, value_name = "S", default_value_t = RelationsParams::default().min_gap_s, value_parser = not_negative)]
+    min_gap: f64,
+    /// A pose this near in time is taken as it is, in seconds; others are interpolated
+    #[arg(long, value_name = "S", default_value_t = RelationsParams::default().max_dt_s, value_parser = not_negative)]
+    max_dt: f64,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    /// Also write the error of each relation
+    #[arg(long, value_name = "OUT.csv")]
+    per_relation: Option<PathBuf>,
+    /// Replace OUT.csv if it exists
+    #[arg(long)]
+    force: bool,
+}
+
+/// Runs the command.
+pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
+    if let Some(output) = &args.per_relation {
+        check_not_input(output, ".part", &args.trajectory)?;
+        check_not_input(output, ".part", &args.relations)?;
+        check_free(output, args.force)?;
+    }
+    let poses = poses::read(&args.trajectory, console)?;
+    let name = args.relations.display();
+    let file = File::open(&args.relations).with_context(|| format!("cannot read {name}"))?;
+    let relations = read_relations(BufReader::new(file)).with_context(|| format!("cannot read {name}"))?;
+    let params = RelationsParams {
+        max_dt_s: args.max_dt,
+        min_gap_s: args.min_gap,
+        max_gap_s: args.max_gap.unwrap_or(f64::INFINITY),
+    };
+    let (errors, found) = relation_errors(&relations, &poses, &params);
+    let Some(report) = report(&errors, found) else {
+        bail!("none of the {} relations of {name} has times as far apart as asked", relations.len())
+    };
+    if let Some(output) = &args.per_relation {
+        write_file(output, args.force, |out| write_errors(out, &errors))?;
+    }
+    match args.json {
+        true => print_json(&report)?,
+        false => print(&report)?,
+    }
+    Ok(Outcome::Done)
+}
+
+fn write_errors(out: &mut impl Write, errors: &[RelationError]) -> io::Result<()> {
+    writeln!(out, "stamp_a,stamp_b,translation_m,rotation_rad")?;
+    for error in errors {
+        let (a, b) = (format_seconds(error.stamp_a_ns), format_seconds(error.stamp_b_ns));
+        writeln!(out, "{a},{b},{:.9},{:.9}", error.translation_m, error.rotation_rad)?;
+    }
+    Ok(())
+}
+
+fn print(report: &RelationsReport) -> io::Result<()> {
+    let mut out = io::stdout().lock();
+    let found = &report.poses;
+    writeln!(
+        out,
+        "{} relations between {} poses: {} taken as they are, {} interpolated, {} outside of the trajectory's time",
+        report.relations,
+        found.direct + found.interpolated + found.outside,
+        found.direct,
+        found.interpolated,
+        found.outside
+    )?;
+    writeln!(out, "{:<14} {:>10} {:>10} {:>10}", "", "mean", "std", "largest")?;
+    for (name, unit, figures) in [
+        ("translation", "m", &report.translation_m),
+        ("its square", "m2", &report.translation_m2),
+        ("rotation", "deg", &report.rotation_deg),
+        ("its square", "deg2", &report.rotation_deg2),
+    ] {
+        writeln!(
+            out,
+            "{name:<14} {:>10.4} {:>10.4} {:>10.3} {unit}",
+            figures.mean, figures.std, figures.max
+        )?;
+    }
+    Ok(())
+}

@@ -1,0 +1,4 @@
+//! Commands that measure models and trajectories.
+
+pub(crate) mod compare;
+pub(crate) mod evaluate;

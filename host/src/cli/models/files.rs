@@ -1,0 +1,184 @@
+//! The files of a build's folder (`docs/modelling.md`), written into its unfinished form.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+use crate::building::Building;
+use crate::formats::gltf::lod;
+#[cfg(feature = "las")]
+use crate::formats::las;
+use crate::formats::obj;
+use crate::formats::output::error::OutputError;
+use crate::formats::output::write_file;
+use crate::formats::ply;
+use crate::formats::ply::write::PointRows;
+use crate::formats::text::trajectory::{TrajectoryFormat, write_poses};
+use crate::formats::{Shapes, cityjson, dxf, gltf, ifc};
+use crate::pipeline::BuildOutput;
+use crate::pipeline::summary::Summary;
+use crate::recordings::deskew::StampedPose;
+use crate::view::floor_map::map_files::write_map;
+use crate::view::floor_map::map_image::MapError;
+use crate::view::floor_map::map_image::MapImage;
+use serde_json::Value;
+
+use crate::cli::models::formats::{Format, Formats};
+use crate::cli::terminal::replace::Known;
+
+/// Every name that a build writes.
+const NAMES: &[&str] = &[
+    "map.pgm",
+    "map.png",
+    "map.yaml",
+    "model.city.json",
+    "model.dxf",
+    "model.glb",
+    "model.ifc",
+    "model.lod1.glb",
+    "model.lod2.glb",
+    "model.obj",
+    "model.ply",
+    "planes.ply",
+    "points.las",
+    "points.laz",
+    "points.ply",
+    "raw.ply",
+    "report.html",
+    "summary.json",
+    "trajectory.tum",
+];
+
+/// The names that a build with these formats writes.
+pub(crate) fn names(formats: &[Formats], report: bool) -> impl Iterator<Item = &'static str> {
+    let chosen = move |name: &&str| match Format::ALL.iter().find(|format| format.files().contains(name)) {
+        Some(format) => formats.iter().any(|formats| formats.contains(format)),
+        None => match *name {
+            "report.html" => report,
+            // A program without the feature `las` makes neither.
+            "points.las" | "points.laz" => false,
+            _ => true,
+        },
+    };
+    NAMES.iter().copied().filter(chosen)
+}
+
+/// What a folder of a build is known by; one of `compact` has some of its names.
+pub(crate) const KNOWN: Known = Known { by: "build", names: NAMES, sign: "summary.json", is_ours };
+
+fn is_ours(summary: &Value) -> bool {
+    summary["raw_points"].is_u64() && summary["stages"].is_array()
+}
+
+/// Writes the map with the poses of its scans, and the trajectory; returns how many files.
+pub(crate) fn write_floor(
+    folder: &Path,
+    image: &MapImage<'_>,
+    at_scans: &[StampedPose],
+    used: &[StampedPose],
+) -> Result<usize, MapError> {
+    let paths = write_map(&folder.join("map"), image, at_scans, true)?;
+    write_file(&folder.join("trajectory.tum"), true, |out| write_poses(out, used, TrajectoryFormat::Tum))?;
+    Ok(paths.len() + 1)
+}
+
+/// Writes the raw points and the raw mesh.
+pub(crate) fn write_raw(
+    folder: &Path,
+    output: &BuildOutput,
+    source: &str,
+    formats: &[Formats],
+) -> Result<usize, OutputError> {
+    let (cloud, labels) = (&output.cloud, &output.labels);
+    let rows = PointRows { cloud, labels, scan_numbers: &[], order: None, shift_m: [0.0; 3], source };
+    let written = write_points(folder, &rows, formats)?;
+    write_file(&folder.join("raw.ply"), true, |out| {
+        ply::write_mesh(out, &output.mesh, &format!("raw mesh of {source}"))
+    })?;
+    Ok(written + 1)
+}
+
+/// Writes the points, in the formats asked for too.
+pub(crate) fn write_points(
+    folder: &Path,
+    rows: &PointRows<'_>,
+    formats: &[Formats],
+) -> Result<usize, OutputError> {
+    write_file(&folder.join("points.ply"), true, |out| ply::write_points(out, rows))?;
+    let written = 1;
+    #[cfg(not(feature = "las"))]
+    let _ = formats;
+    #[cfg(feature = "las")]
+    let written = written + write_las(folder, rows, formats)?;
+    Ok(written)
+}
+
+#[cfg(feature = "las")]
+fn write_las(folder: &Path, rows: &PointRows<'_>, formats: &[Formats]) -> Result<usize, OutputError> {
+    let mut written = 0;
+    for (name, format) in [("points.las", Format::Las), ("points.laz", Format::Laz)] {
+        if formats.iter().any(|some| some.contains(&format)) {
+            write_file(&folder.join(name), true, |out| {
+                // The library wants a file of its own; both names are of one.
+                let file = BufWriter::new(out.get_ref().try_clone()?);
+                las::write(file, rows, format == Format::Laz)
+            })?;
+            written += 1;
+        }
+    }
+    Ok(written)
+}
+
+/// Writes the model in the formats asked for, and its flat surfaces alone. `building` is there when a format
+/// wants it.
+pub(crate) fn write_model(
+    folder: &Path,
+    shapes: &Shapes<'_>,
+    building: Option<&Building>,
+    formats: &[Formats],
+) -> Result<usize, OutputError> {
+    let write = |name: &str, fill: &dyn Fn(&mut BufWriter<File>) -> io::Result<()>| {
+        write_file(&folder.join(name), true, |out| fill(out))
+    };
+    write("planes.ply", &|out| ply::write_planes(out, shapes))?;
+    let mut written = 1;
+    for format in
+        Format::ALL.iter().copied().filter(|format| formats.iter().any(|some| some.contains(format)))
+    {
+        match (format, building) {
+            (Format::Glb, _) => write("model.glb", &|out| gltf::write(out, shapes))?,
+            (Format::Ply, _) => write("model.ply", &|out| ply::write_model(out, shapes))?,
+            (Format::Obj, _) => write("model.obj", &|out| obj::write(out, shapes))?,
+            (Format::CityJson, _) => write("model.city.json", &|out| cityjson::write(out, shapes))?,
+            (Format::Dxf, Some(building)) => write("model.dxf", &|out| dxf::write(out, shapes, building))?,
+            (Format::Ifc, Some(building)) => write("model.ifc", &|out| ifc::write(out, shapes, building))?,
+            (Format::Dxf | Format::Ifc, None) => continue,
+            (Format::Lod, _) => written += write_levels(folder, shapes)? - 1,
+            // Of points, not of the model.
+            #[cfg(feature = "las")]
+            (Format::Las | Format::Laz, _) => continue,
+        }
+        written += 1;
+    }
+    Ok(written)
+}
+
+/// Writes the levels of detail.
+fn write_levels(folder: &Path, shapes: &Shapes<'_>) -> Result<usize, OutputError> {
+    let triangles = shapes.triangles();
+    for (number, level) in (1..).zip(&lod::LEVELS) {
+        let (coarse, moved_m) = lod::coarse(shapes.model, level, triangles);
+        let source = format!("{}, borders within {:.0} cm", shapes.source, 100.0 * moved_m);
+        let coarse = Shapes { shift_m: shapes.shift_m, source, ..Shapes::new(&coarse) };
+        write_file(&folder.join(format!("model.lod{number}.glb")), true, |out| gltf::write(out, &coarse))?;
+    }
+    Ok(lod::LEVELS.len())
+}
+
+/// Writes the summary.
+pub(crate) fn write_summary(folder: &Path, summary: &Summary) -> Result<(), OutputError> {
+    write_file(&folder.join("summary.json"), true, |out| {
+        serde_json::to_writer_pretty(&mut *out, summary)?;
+        writeln!(out)
+    })
+}

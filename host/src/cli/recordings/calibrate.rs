@@ -1,0 +1,139 @@
+//! `biplane calibrate`: the vertical laser's mount and delay and the odometry's scale, refined from a
+//! recording.
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+
+use crate::calibrate::{Calibration, Row, calibrate};
+use crate::formats::output::{check_free, check_not_input, write_file};
+use crate::recordings::run::Run;
+use anyhow::bail;
+
+use crate::cli::terminal::console::Console;
+use biplane_cli::Outcome;
+
+/// Words of the command.
+#[derive(Debug, clap::Args)]
+#[command(
+    after_help = "Use it: biplane-onboard replay RUN.mcap --rig rig.toml -o BETTER.mcap; or for the next drive. docs/calibration.md tells how to drive for it."
+)]
+pub(crate) struct Args {
+    /// A posed recording; of one in parts all of them, in any order, or its name without the number
+    #[arg(required = true, value_name = "RUN.mcap")]
+    recordings: Vec<PathBuf>,
+    /// Write the corrected rig; without it the lines that change are printed
+    #[arg(long, short, value_name = "rig.toml")]
+    output: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    /// Replace the output if it exists
+    #[arg(long)]
+    force: bool,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
+    if let Some(output) = &args.output {
+        check_free(output, args.force)?;
+    }
+    let run = Run::open(&args.recordings)?;
+    console.report_missing(run.recording());
+    let found = calibrate(&run)?;
+    let mut out = io::stdout().lock();
+    if args.json {
+        json(&mut out, &found)?;
+    } else {
+        table(&mut out, &found)?;
+    }
+    if !found.observed() {
+        bail!("{}: nothing can be determined: {}", run.path().display(), why(&found));
+    }
+    match &args.output {
+        Some(output) => {
+            for recording in run.recording().paths() {
+                check_not_input(output, ".part", recording)?;
+            }
+            write_file(output, args.force, |out| out.write_all(found.corrected.to_toml().as_bytes()))?;
+            console.note(format!("{}: the rig with {} corrected", output.display(), written(&found)));
+        }
+        None if !args.json => changes(&mut out, &found)?,
+        None => {}
+    }
+    Ok(Outcome::Done)
+}
+
+fn json(out: &mut impl Write, found: &Calibration) -> io::Result<()> {
+    let mut value = serde_json::to_value(found).map_err(io::Error::from)?;
+    value["rig"] = found.corrected.to_toml().into();
+    serde_json::to_writer_pretty(&mut *out, &value).map_err(io::Error::from)?;
+    writeln!(out)
+}
+
+fn table(out: &mut impl Write, found: &Calibration) -> io::Result<()> {
+    writeln!(
+        out,
+        "{} vertical scans, {} stretches of odometry, while the robot moved",
+        found.vertical_scans, found.odometry_segments
+    )?;
+    for fit in found.fits.iter().filter(|fit| fit.strips > 0) {
+        writeln!(out, "  {}: {} strips of scans, {:.1} mm RMS", fit.of, fit.strips, fit.rms_m * 1e3)?;
+    }
+    for missing in &found.missing {
+        writeln!(out, "  {missing}")?;
+    }
+    writeln!(
+        out,
+        "  {:<12}{:<6}{:>10}{:>12}{:>10}{:>10}  observed",
+        "", "unit", "before", "correction", "refined", "sigma"
+    )?;
+    found.rows.iter().try_for_each(|row| line(out, row))
+}
+
+fn line(out: &mut impl Write, row: &Row) -> io::Result<()> {
+    let digits = match row.unit {
+        "deg" => 3,
+        "ms" => 2,
+        _ => 4,
+    };
+    let sigma = row.sigma.map_or("unknown".to_owned(), |sigma| format!("{sigma:.digits$}"));
+    let note = if row.note.is_empty() { String::new() } else { format!(": {}", row.note) };
+    writeln!(
+        out,
+        "  {:<12}{:<6}{:>10.digits$}{:>+12.digits$}{:>10.digits$}{sigma:>10}  {}{note}",
+        row.name,
+        row.unit,
+        row.before,
+        row.correction,
+        row.refined,
+        if row.observed { "yes" } else { "no" }
+    )
+}
+
+/// The lines of the rig that change, as they were and as they become.
+fn changes(out: &mut impl Write, found: &Calibration) -> io::Result<()> {
+    let (before, after) = (found.rig.to_toml(), found.corrected.to_toml());
+    let mut section = "";
+    for (was, is) in before.lines().zip(after.lines()) {
+        if is.starts_with('[') {
+            section = is;
+        }
+        if was != is {
+            writeln!(out, "{section}\n- {was}\n+ {is}")?;
+        }
+    }
+    Ok(())
+}
+
+fn written(found: &Calibration) -> String {
+    let names: Vec<&str> = found.rows.iter().filter(|row| row.written).map(|row| row.name).collect();
+    if names.is_empty() { "nothing".to_owned() } else { names.join(", ") }
+}
+
+/// Why nothing was observed.
+fn why(found: &Calibration) -> String {
+    if !found.missing.is_empty() {
+        return found.missing.join("; ");
+    }
+    "the drive tells too little: drive with turns both ways past walls".to_owned()
+}

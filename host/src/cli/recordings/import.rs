@@ -1,0 +1,86 @@
+//! `biplane import`: other people's recordings.
+
+use std::path::{Path, PathBuf};
+
+use crate::formats::output::{check_free, check_not_input};
+use crate::recordings::import::carmen;
+use crate::recordings::import::carmen::ImportReport;
+use biplane_recording::WriterOptions;
+use clap::Subcommand;
+
+use crate::cli::terminal::console::{Console, say};
+use biplane_cli::Outcome;
+
+/// Which kind.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    #[command(subcommand)]
+    format: Format,
+}
+
+#[derive(Debug, Subcommand)]
+enum Format {
+    /// A CARMEN log (FLASER, ROBOTLASER1, RAWLASER1 and ODOM lines)
+    ///
+    /// Stamps are the lines' own, unchanged. `biplane-onboard replay` then makes a posed recording of it.
+    Carmen(CarmenArgs),
+}
+
+#[derive(Debug, clap::Args)]
+struct CarmenArgs {
+    /// The log
+    log: PathBuf,
+    /// The recording to write
+    #[arg(long, short, value_name = "FILE.mcap")]
+    output: PathBuf,
+    /// Replace the output if it exists
+    #[arg(long)]
+    force: bool,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
+    match &args.format {
+        Format::Carmen(args) => {
+            check_not_input(&args.output, ".active", &args.log)?;
+            check_free(&args.output, args.force)?;
+            let spinner = console.spinner(format!("reading {}", args.log.display()));
+            let options = WriterOptions { overwrite: args.force, ..WriterOptions::default() };
+            let report = carmen::import(&args.log, &args.output, &options)?;
+            drop(spinner);
+            Ok(print_result(&report, args, console))
+        }
+    }
+}
+
+fn print_result(report: &ImportReport, args: &CarmenArgs, console: &Console) -> Outcome {
+    report_losses(report, &args.log, console);
+    let beams: Vec<String> = report.beams.keys().map(ToString::to_string).collect();
+    let no_return = match report.no_return_m {
+        Some(value_m) => format!("nothing seen from {value_m:.2} m on"),
+        None => "no range means nothing seen".to_owned(),
+    };
+    let duration_s = report.stamps_ns.map_or(0.0, |[first_ns, last_ns]| (last_ns - first_ns) as f64 / 1e9);
+    console.note(format!(
+        "{}: {} scans of {} beams in {duration_s:.1} s ({no_return}), {} odometry messages, {} stamps step back",
+        args.output.display(),
+        report.scans,
+        beams.join(" or "),
+        report.odometry,
+        report.backward_stamps
+    ));
+    if report.broken_lines == 0 { Outcome::Done } else { Outcome::Lossy }
+}
+
+/// Lost data is said even when quiet: the exit code alone does not tell which lines.
+fn report_losses(report: &ImportReport, log: &Path, console: &Console) {
+    for line in &report.broken {
+        say(&format!("biplane: {} line {}: {}; skipped", log.display(), line.number, line.reason));
+    }
+    if report.broken_lines > report.broken.len() {
+        say(&format!("biplane: {}: {} broken lines skipped in all", log.display(), report.broken_lines));
+    }
+    for (kind, count) in &report.others {
+        console.note(format!("{}: {count} {kind} lines are not taken", log.display()));
+    }
+}

@@ -1,0 +1,66 @@
+//! `biplane map`: the floor map as map_server pair and picture.
+
+use crate::cli::terminal::values::resolution;
+use std::path::PathBuf;
+
+use crate::formats::output::{check_free, check_not_input};
+use crate::recordings::deskew::StampedPose;
+use crate::recordings::run::Run;
+use crate::slam::occupancy::OccupancyParams;
+use crate::view::floor_map;
+use crate::view::floor_map::FloorMapParams;
+use crate::view::floor_map::map_files::map_paths;
+use crate::view::floor_map::map_files::write_map;
+use crate::view::floor_map::map_image::MapImage;
+
+use crate::cli::terminal::console::Console;
+use biplane_cli::Outcome;
+
+/// Words of the command.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// A posed recording; of one in parts all of them, in any order, or its name without the number
+    #[arg(required = true, value_name = "RUN.mcap")]
+    recordings: Vec<PathBuf>,
+    /// Name of the map: NAME.pgm and NAME.yaml for map_server, NAME.png to look at
+    #[arg(long, short, value_name = "NAME")]
+    output: PathBuf,
+    /// Side of a cell in meters; smaller draws finer and larger maps
+    #[arg(long, value_name = "METRES", default_value_t = OccupancyParams::default().resolution_m, value_parser = resolution)]
+    resolution: f64,
+    /// Replace the outputs if they exist
+    #[arg(long)]
+    force: bool,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
+    let run = Run::open(&args.recordings)?;
+    for path in map_paths(&args.output) {
+        for recording in run.recording().paths() {
+            check_not_input(&path, ".part", recording)?;
+        }
+        check_free(&path, args.force)?;
+    }
+    console.report_missing(run.recording());
+    let _spinner = console.spinner(format!("drawing {}", run.path().display()));
+    let poses = run.poses()?;
+    console.report_poses(run.recording(), &poses);
+    let at_scans = poses.at_scans();
+    let mut params = FloorMapParams::default();
+    params.grid.resolution_m = args.resolution;
+    let grid = floor_map::draw(&run, &at_scans, &poses.trajectory(), &params)?;
+    let known: Vec<StampedPose> = at_scans.into_iter().flatten().collect();
+    let image = MapImage::new(&grid, &known)?;
+    let [pgm, yaml, png] = write_map(&args.output, &image, &known, args.force)?;
+    let [columns, rows] = image.size();
+    console.note(format!(
+        "{}, {}, {}: {columns} x {rows} cells of {} m from {} scans",
+        pgm.display(),
+        yaml.display(),
+        png.display(),
+        args.resolution,
+        known.len()
+    ));
+    Ok(Outcome::Done)
+}

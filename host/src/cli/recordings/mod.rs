@@ -1,0 +1,9 @@
+//! Commands that read recordings and write recordings, poses or maps.
+
+pub(crate) mod calibrate;
+pub(crate) mod import;
+pub(crate) mod info;
+pub(crate) mod map;
+pub(crate) mod optimize;
+pub(crate) mod recover;
+pub(crate) mod traj;

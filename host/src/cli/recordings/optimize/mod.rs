@@ -1,0 +1,325 @@
+//! `biplane optimize`: loop closing and pose-graph optimization of recordings.
+
+mod loops_found;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::time::UNIX_EPOCH;
+
+use crate::formats::output::check_free;
+use crate::formats::output::check_not_input;
+use crate::formats::output::error::with_suffix;
+use crate::recordings::run::Run;
+use crate::slam;
+use crate::slam::checkpoint::Checkpoint;
+use crate::slam::corrected_poses::Corrected;
+use crate::slam::keyframes::Keyframes;
+use crate::slam::rewrite_recording::OutputError;
+use crate::slam::{Counts, LoopFound, LoopParams, Optimized, Progress, rewrite_recording};
+use anyhow::{Context, bail};
+use serde::Serialize;
+
+use crate::cli::terminal::console::{Console, say};
+use crate::cli::terminal::dry_run::Plan;
+use crate::cli::terminal::stopwatch::Stopwatch;
+use crate::cli::terminal::threads::Threads;
+use biplane_cli::Outcome;
+use biplane_recording::mcap::write::{active_path, is_being_written};
+
+/// Words of the command.
+#[derive(Clone, Debug, clap::Args)]
+#[command(
+    after_help = "Several recordings are put into one frame where they saw the same places; nothing needs to be known of where they \
+    began. Parts of one recording (RUN_0.mcap, RUN_1.mcap) count as one. A recording that matches none of the others is written apart, as \
+    OPT.apart-N.mcap, and that is said.\nStopped with Ctrl-C, the same command goes on where it was (OPT.mcap.loops)."
+)]
+pub(crate) struct Args {
+    /// Posed recordings
+    #[arg(required = true, value_name = "RUN.mcap")]
+    recordings: Vec<PathBuf>,
+    /// The recording to write: the same messages with better poses
+    #[arg(long, short, value_name = "OPT.mcap")]
+    output: PathBuf,
+    /// Replace the output if it exists
+    #[arg(long)]
+    force: bool,
+    /// Say what would be read, done and written, and do none of it
+    #[arg(long)]
+    dry_run: bool,
+    /// Print what was found as JSON
+    #[arg(long)]
+    json: bool,
+    /// Write the loops found, a line each: where, how sure, and whether believed
+    #[arg(long, value_name = "LOOPS.csv")]
+    loops: Option<PathBuf>,
+    #[command(flatten)]
+    threads: Threads,
+}
+
+/// What `--json` prints.
+#[derive(Debug, Serialize)]
+struct Report {
+    recordings: Vec<RecordingReport>,
+    #[serde(flatten)]
+    counts: Counts,
+    wall_s: f64,
+    cpu_s: f64,
+    peak_memory_bytes: Option<u64>,
+}
+
+#[derive(Debug, Serialize)]
+struct RecordingReport {
+    path: String,
+    scans: usize,
+    /// The file that it is in now.
+    output: String,
+    /// Whether it lies in one frame with another one.
+    joined: bool,
+    /// Stretches of its way that were found in other recordings: a few are a weak reason to join.
+    #[serde(rename = "shared_stretches")]
+    shared_submaps: usize,
+    /// Share of their points that the others explain, 0 to 1, on average. Two floors of one plan come near 1,
+    /// too.
+    shared_agreement: f64,
+}
+
+/// What a recording, by number, has in common with the others.
+fn shared(number: usize, all_keyframes: &[Keyframes], loops: &[LoopFound]) -> (usize, f64) {
+    let first: usize = all_keyframes[..number].iter().map(|keyframes| keyframes.nodes.len()).sum();
+    let own = first..first + all_keyframes[number].nodes.len();
+    let across = loops
+        .iter()
+        .filter(|found| found.inlier && own.contains(&found.nodes[0]) != own.contains(&found.nodes[1]));
+    let of: BTreeMap<usize, f64> = across
+        .map(|found| (found.nodes[usize::from(own.contains(&found.nodes[1]))], found.agreement.share))
+        .collect();
+    (of.len(), of.values().sum::<f64>() / of.len().max(1) as f64)
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
+    let stopwatch = Stopwatch::now();
+    args.threads.take()?;
+    let runs = open(&args.recordings, console)?;
+    let apart = |number: usize| args.output.with_extension(format!("apart-{}.mcap", number + 1));
+    check_outputs(args, &runs, &apart)?;
+    if args.dry_run {
+        let plan = Plan {
+            reads: runs.iter().flat_map(|run| run.recording().paths()).collect(),
+            steps: vec!["read", "optimize", "write"],
+            writes: vec![args.output.display().to_string()],
+        };
+        return Ok(plan.print_result());
+    }
+    let params = LoopParams::default();
+    let all_keyframes = read(&runs, &params, console)?;
+    let kept = with_suffix(&args.output, ".loops");
+    let mut checkpoint = checkpoint(&kept, &runs, console)?;
+    let optimized = work(&all_keyframes, &params, &mut checkpoint, console);
+    let is_resumed = !checkpoint.is_empty();
+    drop(checkpoint);
+    let corrected: Vec<Corrected> = all_keyframes
+        .iter()
+        .zip(&optimized.poses)
+        .map(|(keyframes, poses)| Corrected::new(keyframes, poses))
+        .collect();
+    let spinner = console.spinner(format!("writing {}", args.output.display()));
+    let reported = reported(&runs, &optimized);
+    for (path, members) in files(&optimized.groups, &args.output, &apart) {
+        let members: Vec<(&Run, &Corrected)> =
+            members.iter().map(|&number| (&runs[number], &corrected[number])).collect();
+        let begun = active_path(&path);
+        if is_resumed && !is_being_written(&begun) {
+            // Begun by the run that was killed: the searches beside it are of this very job.
+            let _ = std::fs::remove_file(begun);
+        }
+        let written = rewrite_recording::write(&path, &members, args.force, &reported);
+        if matches!(written, Err(OutputError::Read(_))) {
+            // The input is bad: what was searched in it is of no use to anybody.
+            let _ = std::fs::remove_file(&kept);
+        }
+        written?;
+    }
+    drop(spinner);
+    if let Some(path) = &args.loops {
+        loops_found::write(path, &all_keyframes, &optimized.loops)
+            .with_context(|| format!("cannot write {}", path.display()))?;
+    }
+    // What was kept to go on with is of no use any more.
+    let _ = std::fs::remove_file(kept);
+    let output_of = |group: usize| if group == 0 { args.output.clone() } else { apart(group) };
+    let report = report(&runs, &all_keyframes, &optimized, &output_of, &stopwatch);
+    print_result(args, &report, console)?;
+    Ok(Outcome::Done)
+}
+
+/// Opens recordings; parts of one count as one.
+pub(crate) fn open(paths: &[PathBuf], console: &Console) -> anyhow::Result<Vec<Run>> {
+    for (number, path) in paths.iter().enumerate() {
+        let same = |other: &PathBuf| other == path || other.canonicalize().ok() == path.canonicalize().ok();
+        if path.exists() && paths[..number].iter().any(same) {
+            bail!("{} is given twice", path.display());
+        }
+    }
+    let one = Run::open(paths);
+    let runs = match one {
+        Ok(run) => vec![run],
+        Err(_) if paths.len() > 1 => {
+            paths.iter().map(|path| Run::open(std::slice::from_ref(path))).collect::<Result<_, _>>()?
+        }
+        Err(error) => return Err(error.into()),
+    };
+    for run in &runs {
+        console.report_missing(run.recording());
+    }
+    Ok(runs)
+}
+
+fn check_outputs(args: &Args, runs: &[Run], apart: &impl Fn(usize) -> PathBuf) -> anyhow::Result<()> {
+    let names = std::iter::once(args.output.clone()).chain((1..runs.len()).map(apart));
+    for name in names.chain(args.loops.iter().cloned()) {
+        for input in runs.iter().flat_map(|run| run.recording().paths()) {
+            check_not_input(&name, ".active", input)?;
+        }
+        check_free(&name, args.force)?;
+    }
+    Ok(())
+}
+
+/// Reads the scans that are kept.
+pub(crate) fn read(runs: &[Run], params: &LoopParams, console: &Console) -> anyhow::Result<Vec<Keyframes>> {
+    let mut all_keyframes = Vec::new();
+    for run in runs {
+        let _spinner = console.spinner(format!("reading {}", run.path().display()));
+        let poses = run.poses()?;
+        console.report_poses(run.recording(), &poses);
+        let keyframes = Keyframes::read(run, &poses, &params.keyframes)?;
+        if keyframes.nodes.is_empty() {
+            bail!("no scan of {} has a pose", run.path().display());
+        }
+        all_keyframes.push(keyframes);
+    }
+    Ok(all_keyframes)
+}
+
+/// What was found before the last stop, if it belongs to the same inputs: the same names, sizes and times of
+/// change.
+pub(crate) fn checkpoint(path: &Path, runs: &[Run], console: &Console) -> anyhow::Result<Checkpoint> {
+    let mut inputs = Vec::new();
+    for file in runs.iter().flat_map(|run| run.recording().paths()) {
+        let found = std::fs::metadata(file).with_context(|| format!("cannot read {}", file.display()))?;
+        let changed_ns = found
+            .modified()
+            .ok()
+            .and_then(|time| time.duration_since(UNIX_EPOCH).ok())
+            .map(|age| age.as_nanos());
+        inputs.push((file.display().to_string(), found.len(), changed_ns.map(|ns| ns.to_string())));
+    }
+    let job = serde_json::to_string(&(env!("CARGO_PKG_VERSION"), inputs))?;
+    let checkpoint =
+        Checkpoint::open(path, &job).with_context(|| format!("cannot write {}", path.display()))?;
+    if !checkpoint.is_empty() {
+        console.note(format!("{}: going on after {} searches", path.display(), checkpoint.len()));
+    }
+    Ok(checkpoint)
+}
+
+/// Optimizes, and shows how far it is.
+pub(crate) fn work(
+    all_keyframes: &[Keyframes],
+    params: &LoopParams,
+    checkpoint: &mut Checkpoint,
+    console: &Console,
+) -> Optimized {
+    let spinner = console.spinner("stretches");
+    slam::optimize(all_keyframes, params, checkpoint, &mut |progress| {
+        spinner.say(match progress {
+            Progress::Submaps(scans) => format!("stretches of {scans} scans"),
+            Progress::Searched(pairs, loops) => format!("{pairs} pairs searched, {loops} loops"),
+            Progress::Joint(round, rounds) => format!("all scans among all, round {} of {rounds}", round + 1),
+        });
+    })
+}
+
+/// The files to write, and the recordings in each: the first one's company in the output, others apart.
+fn files(groups: &[usize], output: &Path, apart: &impl Fn(usize) -> PathBuf) -> Vec<(PathBuf, Vec<usize>)> {
+    let mut files: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for (number, group) in groups.iter().enumerate() {
+        files.entry(*group).or_default().push(number);
+    }
+    let name = |group: usize| if group == 0 { output.to_owned() } else { apart(group) };
+    files.into_iter().map(|(group, members)| (name(group), members)).collect()
+}
+
+fn reported(runs: &[Run], optimized: &Optimized) -> BTreeMap<String, String> {
+    let inputs: Vec<String> = runs
+        .iter()
+        .filter_map(|run| run.path().file_name().map(|name| name.to_string_lossy().into_owned()))
+        .collect();
+    BTreeMap::from([
+        ("recordings".to_owned(), inputs.join(", ")),
+        ("loops".to_owned(), optimized.counts.loops.to_string()),
+        ("version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
+    ])
+}
+
+fn report(
+    runs: &[Run],
+    all_keyframes: &[Keyframes],
+    optimized: &Optimized,
+    output_of: &impl Fn(usize) -> PathBuf,
+    stopwatch: &Stopwatch,
+) -> Report {
+    let (wall_s, cpu_s) = stopwatch.elapsed_s();
+    let groups = &optimized.groups;
+    let recordings = runs.iter().zip(groups).enumerate().map(|(number, (run, group))| {
+        let (shared_submaps, shared_agreement) = shared(number, all_keyframes, &optimized.loops);
+        RecordingReport {
+            path: run.path().display().to_string(),
+            scans: all_keyframes[number].scans.len(),
+            output: output_of(*group).display().to_string(),
+            joined: groups.iter().filter(|other| *other == group).count() > 1,
+            shared_submaps,
+            shared_agreement,
+        }
+    });
+    Report {
+        recordings: recordings.collect(),
+        counts: optimized.counts,
+        wall_s,
+        cpu_s,
+        peak_memory_bytes: biplane_clock::peak_memory_bytes(),
+    }
+}
+
+fn print_result(args: &Args, report: &Report, console: &Console) -> anyhow::Result<()> {
+    let output = args.output.display().to_string();
+    for recording in report.recordings.iter().filter(|_| report.recordings.len() > 1) {
+        if recording.output != output {
+            // Said even when quiet: it is not in what was asked for.
+            say(&format!(
+                "biplane: {} saw no place that the others saw; it stays apart, in {}",
+                recording.path, recording.output
+            ));
+        }
+    }
+    for recording in report.recordings.iter().filter(|recording| recording.joined) {
+        console.note(format!(
+            "{}: {} stretches of its way are in other recordings, {:.0} % of their points alike",
+            recording.path,
+            recording.shared_submaps,
+            100.0 * recording.shared_agreement
+        ));
+    }
+    console.note(format!(
+        "{output}: {} loops between {} stretches of the way, {} scans moved, {:.1} s",
+        report.counts.loops,
+        report.counts.submap_count,
+        report.recordings.iter().map(|recording| recording.scans).sum::<usize>(),
+        report.wall_s
+    ));
+    if args.json {
+        crate::cli::terminal::json::print_json(report)?;
+    }
+    Ok(())
+}

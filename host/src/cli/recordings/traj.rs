@@ -1,0 +1,68 @@
+//! `biplane traj`: the trajectory as text, one line a horizontal scan.
+
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use crate::formats::output::{check_not_input, write_file};
+use crate::formats::text::trajectory::{TrajectoryFormat, write_poses};
+use crate::recordings::deskew::StampedPose;
+use crate::recordings::run::Run;
+use clap::ValueEnum;
+
+use crate::cli::terminal::console::Console;
+use biplane_cli::Outcome;
+
+/// Words of the command.
+#[derive(Debug, clap::Args)]
+pub(crate) struct Args {
+    /// A posed recording; of one in parts all of them, in any order, or its name without the number
+    #[arg(required = true, value_name = "RUN.mcap")]
+    recordings: Vec<PathBuf>,
+    /// The file to write, `-` for stdout
+    #[arg(long, short, value_name = "T.tum")]
+    output: PathBuf,
+    /// What a line holds
+    #[arg(long, value_enum, default_value_t = Format::Tum)]
+    format: Format,
+    /// Replace the output if it exists
+    #[arg(long)]
+    force: bool,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum Format {
+    /// t x y z qx qy qz qw
+    Tum,
+    /// t x y theta
+    Xytheta,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
+    let run = Run::open(&args.recordings)?;
+    console.report_missing(run.recording());
+    let poses = run.poses()?;
+    console.report_poses(run.recording(), &poses);
+    let at_scans = poses.at_scans();
+    let known: Vec<StampedPose> = at_scans.iter().flatten().copied().collect();
+    let format = match args.format {
+        Format::Tum => TrajectoryFormat::Tum,
+        Format::Xytheta => TrajectoryFormat::XyTheta,
+    };
+    if args.output == Path::new("-") {
+        let mut out = BufWriter::new(io::stdout().lock());
+        write_poses(&mut out, &known, format)?;
+        out.flush()?;
+    } else {
+        for recording in run.recording().paths() {
+            check_not_input(&args.output, ".part", recording)?;
+        }
+        write_file(&args.output, args.force, |out| write_poses(out, &known, format))?;
+        console.note(format!("{}: {} poses", args.output.display(), known.len()));
+    }
+    let unposed = at_scans.len() - known.len();
+    if unposed > 0 {
+        console.note(format!("{}: {unposed} scans have no pose near them and no line", run.path().display()));
+    }
+    Ok(Outcome::Done)
+}

@@ -1,0 +1,164 @@
+//! What a person at the terminal sees besides results: notes and progress, on stderr only.
+
+use std::borrow::Cow;
+use std::cell::Cell;
+use std::io::IsTerminal;
+
+use crate::recordings::run::RunPoses;
+pub(crate) use biplane_cli::say;
+use biplane_recording::Recording;
+use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+
+/// Where notes go.
+#[derive(Debug)]
+pub(crate) struct Console {
+    quiet: bool,
+    /// Lines that change, where a person looks on.
+    lines: Option<Lines>,
+}
+
+#[derive(Debug)]
+struct Lines {
+    all: MultiProgress,
+    /// So many of them stay at the bottom, below what comes and goes.
+    below: Cell<usize>,
+}
+
+impl Console {
+    /// On stderr, or nowhere when quiet.
+    pub(crate) fn new(quiet: bool) -> Self {
+        let is_seen = !quiet && std::io::stderr().is_terminal();
+        let lines = is_seen.then(|| Lines { all: MultiProgress::new(), below: Cell::new(0) });
+        Self { quiet, lines }
+    }
+
+    /// Says a line.
+    pub(crate) fn note(&self, text: impl AsRef<str>) {
+        if !self.quiet {
+            self.warn(text);
+        }
+    }
+
+    /// Says a line, also when quiet.
+    pub(crate) fn warn(&self, text: impl AsRef<str>) {
+        let say = || say(text.as_ref());
+        match &self.lines {
+            // Lines that change make way for it.
+            Some(lines) => lines.all.suspend(say),
+            None => say(),
+        }
+    }
+
+    /// Puts a line that changes above those that stay at the bottom; hidden where nobody looks on.
+    pub(crate) fn line(&self, bar: ProgressBar) -> ProgressBar {
+        match &self.lines {
+            Some(lines) => lines.all.insert_from_back(lines.below.get(), bar),
+            None => ProgressBar::hidden(),
+        }
+    }
+
+    /// The last so many lines stay at the bottom from now on.
+    pub(crate) fn keep_below(&self, count: usize) {
+        if let Some(lines) = &self.lines {
+            lines.below.set(count);
+        }
+    }
+
+    /// Says which parts of a recording were not given.
+    pub(crate) fn report_missing(&self, recording: &Recording) {
+        for unfinished in recording.unfinished() {
+            // Said even when quiet: it may hold data.
+            self.warn(format!(
+                "biplane: {}: a part that is not finished is left out; where nothing records it any more, `biplane-onboard salvage` makes it whole",
+                unfinished.display()
+            ));
+        }
+        let missing: Vec<String> = recording.missing().iter().map(u32::to_string).collect();
+        if !missing.is_empty() {
+            self.note(format!(
+                "{}: part {} is not among the parts",
+                recording.path().display(),
+                missing.join(", ")
+            ));
+        }
+    }
+
+    /// Says what is wrong with the poses of a recording, also when quiet: those that are left out, and what
+    /// the robot itself has said against how its lasers sit.
+    pub(crate) fn report_poses(&self, recording: &Recording, poses: &RunPoses) {
+        if poses.wild_poses > 0 {
+            self.warn(format!(
+                "biplane: {}: poses left out because no motion explains them: {} (their scans are placed between their neighbors)",
+                recording.path().display(),
+                poses.wild_poses
+            ));
+        }
+        for mounting in &poses.mountings {
+            self.warn(format!(
+                "biplane: {}: the recording says of itself: {mounting} (docs/recording.md)",
+                recording.path().display()
+            ));
+        }
+    }
+
+    /// A bar that fills as work is done, when a person looks on; gone when it is dropped.
+    pub(crate) fn bar(&self, whole: u64, text: impl Into<Cow<'static, str>>) -> Bar {
+        let bar = self.line(ProgressBar::new(whole)).with_message(text);
+        if let Ok(style) =
+            ProgressStyle::with_template("{wide_bar} {human_pos}/{human_len} {msg} ({elapsed})")
+        {
+            bar.set_style(style);
+        }
+        tick(&bar);
+        Bar(bar)
+    }
+
+    /// A turning sign with a text, when a person looks on; gone when it is dropped.
+    pub(crate) fn spinner(&self, text: impl Into<Cow<'static, str>>) -> Spinner {
+        let bar = self.line(ProgressBar::new_spinner()).with_message(text);
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {
+            bar.set_style(style);
+        }
+        tick(&bar);
+        Spinner(bar)
+    }
+}
+
+/// Draws a line anew from time to time, unless nobody sees it.
+pub(crate) fn tick(bar: &ProgressBar) {
+    if !bar.is_hidden() {
+        bar.enable_steady_tick(std::time::Duration::from_millis(120));
+    }
+}
+
+/// See [`Console::bar`].
+pub(crate) struct Bar(ProgressBar);
+
+impl Bar {
+    /// So much is done.
+    pub(crate) fn at(&self, done: u64) {
+        self.0.set_position(done);
+    }
+}
+
+impl Drop for Bar {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
+    }
+}
+
+/// See [`Console::spinner`].
+pub(crate) struct Spinner(ProgressBar);
+
+impl Spinner {
+    /// Another text.
+    pub(crate) fn say(&self, text: impl Into<Cow<'static, str>>) {
+        self.0.set_message(text);
+    }
+}
+
+impl Drop for Spinner {
+    fn drop(&mut self) {
+        self.0.finish_and_clear();
+    }
+}

@@ -1,0 +1,34 @@
+//! `--dry-run`: what a command would read, do and write, in the words of the command line; nothing is made.
+
+use std::fmt::Display;
+use std::path::Path;
+
+use biplane_cli::Outcome;
+
+/// What would be done.
+pub(crate) struct Plan<'a> {
+    /// What is read.
+    pub reads: Vec<&'a Path>,
+    /// The steps, in order.
+    pub steps: Vec<&'static str>,
+    /// What is written.
+    pub writes: Vec<String>,
+}
+
+impl Plan<'_> {
+    /// Prints it, as a result.
+    pub(crate) fn print_result(&self) -> Outcome {
+        let reads: Vec<_> = self.reads.iter().map(|path| path.display()).collect();
+        println!(
+            "would read   {}\nwould do     {}\nwould write  {}",
+            list(&reads),
+            list(&self.steps),
+            list(&self.writes)
+        );
+        Outcome::Done
+    }
+}
+
+fn list(items: &[impl Display]) -> String {
+    items.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+}

@@ -1,0 +1,56 @@
+//! `--force`: which folders of results may be replaced by new ones.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::formats::output::MARKER;
+use anyhow::{Context, bail};
+use serde_json::Value;
+
+/// What the folders of a command are known by.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Known {
+    /// The command, as in "no build wrote".
+    pub by: &'static str,
+    /// Every name that it writes.
+    pub names: &'static [&'static str],
+    /// A file in JSON that is in every such folder.
+    pub sign: &'static str,
+    /// Whether that file is the command's.
+    pub is_ours: fn(&Value) -> bool,
+}
+
+/// Refuses to replace a folder that holds what is read, or anything that the command did not write.
+pub(crate) fn check(known: &Known, folder: &Path, inputs: &[PathBuf]) -> anyhow::Result<()> {
+    let Ok(canonical) = folder.canonicalize() else { return Ok(()) };
+    for input in inputs {
+        if input.canonicalize().is_ok_and(|input| input.starts_with(&canonical)) {
+            bail!("{} is read and lies in {}: name another output", input.display(), folder.display());
+        }
+    }
+    let mut empty = true;
+    for entry in fs::read_dir(folder).with_context(|| format!("cannot replace {}", folder.display()))? {
+        let entry = entry?;
+        empty = false;
+        let name = entry.file_name();
+        // A run that was killed in its last moment leaves its marker.
+        let named = known.names.iter().any(|known| name == *known) || name == MARKER;
+        if !named || !entry.file_type()?.is_file() {
+            bail!(
+                "{} holds {}, which no {} wrote; the folder is not replaced",
+                folder.display(),
+                entry.file_name().display(),
+                known.by
+            );
+        }
+    }
+    if !empty && !is_signed(known, &folder.join(known.sign)) {
+        bail!("{} holds no {} of a {}; the folder is not replaced", folder.display(), known.sign, known.by);
+    }
+    Ok(())
+}
+
+fn is_signed(known: &Known, path: &Path) -> bool {
+    let Ok(bytes) = fs::read(path) else { return false };
+    serde_json::from_slice::<Value>(&bytes).is_ok_and(|value| (known.is_ours)(&value))
+}

@@ -1,0 +1,109 @@
+//! Times the stages of a build and says each as it ends; shows which one runs and which are to come.
+
+mod stage_list;
+mod time_left;
+
+use crate::pipeline::summary::{StageFigures, Summary};
+use crate::pipeline::{Observer, Stage};
+
+use crate::cli::terminal::console::Console;
+use crate::cli::terminal::stages::stage_list::StageList;
+use crate::cli::terminal::stages::time_left::Pace;
+use crate::cli::terminal::stopwatch::Stopwatch;
+
+/// See the module's text.
+pub(crate) struct Stages<'a> {
+    console: &'a Console,
+    start: Stopwatch,
+    current: Option<Stopwatch>,
+    list: StageList<'a>,
+    pace: Pace,
+    done: Vec<StageFigures>,
+}
+
+impl<'a> Stages<'a> {
+    /// Starts the clocks. `steps` are the stages in their order.
+    pub(crate) fn new(console: &'a Console, steps: &[&'static str]) -> Self {
+        Self {
+            console,
+            start: Stopwatch::now(),
+            current: None,
+            list: StageList::new(console, steps),
+            pace: Pace::new(steps),
+            done: Vec::new(),
+        }
+    }
+
+    /// Runs a stage that returns what it made and how many of it.
+    pub(crate) fn time<T>(
+        &mut self,
+        name: &'static str,
+        stage: impl FnOnce() -> anyhow::Result<(T, usize)>,
+    ) -> anyhow::Result<T> {
+        self.time_with_progress(name, |_| stage())
+    }
+
+    /// [`Stages::time`] of a stage that tells which share of its work is done, 0 to 1.
+    pub(crate) fn time_with_progress<T>(
+        &mut self,
+        name: &'static str,
+        stage: impl FnOnce(&dyn Fn(f64)) -> anyhow::Result<(T, usize)>,
+    ) -> anyhow::Result<T> {
+        self.begin(name);
+        let (made, count) = stage(&|share| self.list.at(share))?;
+        self.end(name, count);
+        Ok(made)
+    }
+
+    /// Puts the figures into a summary.
+    pub(crate) fn finish(self, summary: &mut Summary) {
+        (summary.cost.wall_s, summary.cost.cpu_s) = self.start.elapsed_s();
+        summary.cost.peak_memory_bytes = biplane_clock::peak_memory_bytes();
+        summary.stages = self.done;
+    }
+
+    fn begin(&mut self, name: &'static str) {
+        self.list.begin(name, self.pace.ahead(name));
+        self.current = Some(Stopwatch::now());
+    }
+
+    fn end(&mut self, name: &str, count: usize) {
+        let Some(moment) = self.current.take() else { return };
+        let (wall_s, cpu_s) = moment.elapsed_s();
+        self.list.end();
+        self.pace.took(name, wall_s);
+        let peak_memory_bytes = biplane_clock::peak_memory_bytes();
+        self.console.note(format!("  {name:<10} {count:>9} {:<10} {wall_s:>7.2} s", unit(name)));
+        self.done.push(StageFigures { stage: name.to_owned(), count, wall_s, cpu_s, peak_memory_bytes });
+    }
+}
+
+/// What a stage counts.
+fn unit(stage: &str) -> &'static str {
+    match stage {
+        "read" => "scans",
+        "load" => "triangles",
+        "map" => "cells",
+        "optimize" => "loops",
+        "cloud" => "points",
+        "mesh" | "leftovers" => "triangles",
+        "planes" => "planes",
+        "polygons" => "polygons",
+        "write" | "report" => "files",
+        _ => "",
+    }
+}
+
+impl Observer for Stages<'_> {
+    fn begins(&mut self, stage: Stage) {
+        self.begin(stage.name());
+    }
+
+    fn goes_on(&mut self, _stage: Stage, share: f64) {
+        self.list.at(share);
+    }
+
+    fn ended(&mut self, stage: Stage, count: usize) {
+        self.end(stage.name(), count);
+    }
+}

@@ -1,0 +1,109 @@
+//! What `compare` reads of a build's folder.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::formats::ply;
+use crate::formats::ply::read::Ply;
+use crate::metrics::blocked_rays::{RayParams, Rays};
+use crate::model::Mesh;
+use anyhow::{Context, anyhow, bail};
+use serde_json::Value;
+
+/// The surfaces of a build and what is known of them.
+pub(crate) struct Built {
+    folder: PathBuf,
+    pub raw: Mesh,
+    pub planes: Mesh,
+    pub model: Mesh,
+    /// The raw points.
+    pub points_m: Vec<[f32; 3]>,
+    /// For each point the number of its scan; empty when the file does not tell.
+    scans: Vec<f64>,
+    /// Where the laser was at each scan; empty when the file does not tell.
+    origins_m: Vec<[f64; 3]>,
+    pub polygons: usize,
+    leftover_triangles: usize,
+    /// Range noise, meters.
+    pub sigma_m: f64,
+}
+
+impl Built {
+    /// Reads a folder.
+    pub(crate) fn load(folder: &Path) -> anyhow::Result<Self> {
+        let summary = read_summary(folder)?;
+        let count = |key: &str| {
+            let found =
+                summary.get(key).and_then(Value::as_u64).and_then(|count| usize::try_from(count).ok());
+            found.ok_or_else(|| anyhow!("{}/summary.json has no count `{key}`", folder.display()))
+        };
+        let mesh = |name: &str| anyhow::Ok(load_built(folder, name)?.mesh);
+        let points = load_built(folder, "points.ply")?;
+        Ok(Self {
+            folder: folder.to_owned(),
+            raw: mesh("raw.ply")?,
+            planes: mesh("planes.ply")?,
+            model: mesh("model.ply")?,
+            scans: points.vertex_column("scan").map(<[f64]>::to_vec).unwrap_or_default(),
+            points_m: points.mesh.vertices_m,
+            origins_m: points.scan_origins_m,
+            polygons: count("polygons")?,
+            leftover_triangles: count("leftover_triangles")?,
+            sigma_m: summary["errors"]["sigma_m"].as_f64().unwrap_or(0.0),
+        })
+    }
+
+    /// What the paper counts: polygons and leftover triangles.
+    pub(crate) fn surfaces(&self) -> usize {
+        self.polygons + self.leftover_triangles
+    }
+
+    /// The laser's rays; none when the folder does not tell where they began.
+    pub(crate) fn rays(&self, params: &RayParams) -> Rays {
+        Rays::new(params, &self.points_m, &self.scans, &self.origins_m)
+    }
+
+    /// Size of a file.
+    pub(crate) fn bytes(&self, name: &str) -> anyhow::Result<u64> {
+        let path = self.folder.join(name);
+        Ok(fs::metadata(&path).with_context(|| format!("cannot read {}", path.display()))?.len())
+    }
+}
+
+/// Reads a PLY file.
+pub(crate) fn load(path: &Path) -> anyhow::Result<Ply> {
+    let bytes = fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
+    ply::read(&bytes).with_context(|| format!("cannot read {}", path.display()))
+}
+
+/// Reads a PLY file of a build's folder.
+pub(crate) fn load_built(folder: &Path, name: &str) -> anyhow::Result<Ply> {
+    let path = folder.join(name);
+    if !path.exists() {
+        bail!(
+            "{} does not exist: is {} a folder of `biplane build`, with ply among its --formats?",
+            path.display(),
+            folder.display()
+        );
+    }
+    load(&path)
+}
+
+/// Size of a mesh as PLY, as `raw.ply` is written.
+pub(crate) fn ply_bytes(mesh: &Mesh) -> u64 {
+    let mut bytes = Vec::new();
+    ply::write_mesh(&mut bytes, mesh, "raw mesh").map_or(0, |()| bytes.len() as u64)
+}
+
+fn read_summary(folder: &Path) -> anyhow::Result<Value> {
+    let path = folder.join("summary.json");
+    let text = fs::read(&path).with_context(|| {
+        format!("cannot read {}: is {} a folder of `biplane build`?", path.display(), folder.display())
+    })?;
+    let summary: Value =
+        serde_json::from_slice(&text).with_context(|| format!("cannot read {}", path.display()))?;
+    if summary.get("raw_triangles").and_then(Value::as_u64) == Some(0) {
+        bail!("{} holds no model: its recording had no vertical scans", folder.display());
+    }
+    Ok(summary)
+}

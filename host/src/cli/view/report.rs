@@ -1,0 +1,53 @@
+//! `report.html` of `build` and `compact`.
+
+use std::path::Path;
+
+use crate::cli::terminal::stages::Stages;
+use crate::formats::Shapes;
+use crate::formats::output::error::OutputError;
+use crate::formats::output::write_file;
+use crate::pipeline::BuildOutput;
+use crate::pipeline::summary::Summary;
+use crate::reconstruct::simplify::fewer;
+use crate::recordings::deskew::StampedPose;
+use crate::view::floor_map::map_image::MapImage;
+use crate::view::report::Page;
+use crate::view::report::Sources;
+
+/// The page's name in a folder.
+pub(crate) const NAME: &str = "report.html";
+
+/// What a page of this input is called: its name without folders and ending. Unlike an export's header a page
+/// can hold any letter.
+pub(crate) fn title(path: &Path) -> String {
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// Prepares the page of a build or a mesh: its figures come last, when everything else is done.
+pub(crate) fn prepare(
+    title: &str,
+    output: &BuildOutput,
+    shapes: &Shapes<'_>,
+    floor: Option<(&MapImage<'_>, &[StampedPose])>,
+    stages: &mut Stages<'_>,
+) -> anyhow::Result<Page> {
+    stages.time("report", || {
+        let surfaces = output.counts.polygons + output.counts.leftover_triangles;
+        let is_empty = output.mesh.triangles.is_empty();
+        let simple = (!is_empty).then(|| fewer::to_count(&output.mesh, surfaces));
+        let page = Page::new(&Sources {
+            title,
+            raw: &output.mesh,
+            simple: simple.as_ref(),
+            shapes,
+            map: floor.map(|(map, _)| map),
+            poses: floor.map_or(&[], |(_, poses)| poses),
+        })?;
+        Ok((page, 1))
+    })
+}
+
+/// Writes the page.
+pub(crate) fn write(folder: &Path, page: &Page, summary: &Summary) -> Result<(), OutputError> {
+    write_file(&folder.join(NAME), true, |out| page.write(out, summary))
+}

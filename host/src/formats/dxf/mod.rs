@@ -1,0 +1,170 @@
+//! DXF: a floor plan a storey and the surfaces in 3D, for AutoCAD, LibreCAD, QCAD, Rhino and other drawing
+//! programs.
+//!
+//! Plans are cut 1.2 m over the floor and lie at the height of their floor. Layers: WALLS (openings are
+//! gaps), OPENINGS (a line across each, and leaves of closed doors), SECTION (what else is cut), FLOOR and
+//! CEILING (outlines), LABELS (sizes of openings); with several storeys each has its own, `S1-WALLS` being
+//! the lowest. SURFACES and LEFTOVERS hold the model as 3D faces and are off where there is a plan. Frame
+//! `map`, meters. Source: Autodesk's DXF reference for release 2000 (AC1015).
+
+mod document;
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeMap;
+use std::io::{self, Write};
+
+use self::document::{Document, Layer};
+use super::Shapes;
+use crate::building::Building;
+use crate::building::Opening;
+use crate::building::OpeningKind;
+use crate::building::part::CUT_M;
+use crate::building::plan::{self, Plan};
+use crate::formats::input::shift::restored;
+use crate::model::Mesh;
+
+/// Height of labels, meters: 2 mm on paper at 1:50; the size of a window of a meter fits its width.
+const TEXT_M: f64 = 0.1;
+
+/// Writes the model as DXF.
+///
+/// # Errors
+/// When writing fails.
+pub fn write(out: &mut impl Write, shapes: &Shapes<'_>, building: &Building) -> io::Result<()> {
+    let mut document = Document::new(vec![super::description(shapes)]);
+    let storeys = building.floors_m.len();
+    for (storey, plan) in (0..storeys).filter_map(|at| Some((at, plan::draw(shapes.model, building, at)?))) {
+        let prefix = if storeys > 1 { format!("S{}-", storey + 1) } else { String::new() };
+        let openings: Vec<&Opening> = building.openings.iter().filter(|o| o.storey == storey).collect();
+        Drawing { document: &mut document, prefix, shift_m: shapes.shift_m, z_m: plan.floor_m }
+            .draw(&plan, &openings);
+    }
+    surfaces(&mut document, shapes, storeys == 0);
+    document.write(out)
+}
+
+/// One plan on its layers.
+struct Drawing<'a> {
+    document: &'a mut Document,
+    prefix: String,
+    shift_m: [f64; 3],
+    z_m: f64,
+}
+
+impl Drawing<'_> {
+    fn draw(mut self, plan: &Plan, openings: &[&Opening]) {
+        for outline in &plan.ceilings {
+            self.outline(Layer::CEILING, outline);
+        }
+        for outline in &plan.floors {
+            self.outline(Layer::FLOOR, outline);
+        }
+        for (layer, lines) in
+            [(Layer::SECTION, &plan.section), (Layer::WALLS, &plan.walls), (Layer::OPENINGS, &plan.leaves)]
+        {
+            for [from, to] in lines {
+                self.line(layer, *from, *to);
+            }
+        }
+        for opening in openings {
+            let [from, to] = opening.ends_m;
+            self.line(Layer::OPENINGS, from, to);
+            self.label(opening);
+        }
+        self.title(plan);
+    }
+
+    fn at(&self, [x, y]: [f64; 2]) -> [f64; 3] {
+        restored([x, y, self.z_m], self.shift_m)
+    }
+
+    fn layer(&mut self, layer: Layer) -> String {
+        let name = format!("{}{}", self.prefix, layer.name);
+        self.document.layer(&name, layer);
+        name
+    }
+
+    fn line(&mut self, layer: Layer, from: [f64; 2], to: [f64; 2]) {
+        let name = self.layer(layer);
+        self.document.line(&name, self.at(from), self.at(to));
+    }
+
+    fn outline(&mut self, layer: Layer, ring: &[[f64; 2]]) {
+        let name = self.layer(layer);
+        let ring: Vec<[f64; 3]> = ring.iter().map(|p| self.at(*p)).collect();
+        self.document.ring(&name, &ring);
+    }
+
+    /// The opening's size over it, the height of its sill under it, to be read from below or from the right.
+    fn label(&mut self, opening: &Opening) {
+        let [a, b] = opening.ends_m;
+        let (mut dx, mut dy) = (b[0] - a[0], b[1] - a[1]);
+        if dx < -1e-6 || (dx.abs() <= 1e-6 && dy < 0.0) {
+            (dx, dy) = (-dx, -dy);
+        }
+        let width = dx.hypot(dy).max(1e-9);
+        let name = self.layer(Layer::LABELS);
+        let mut put = |away: f64, text: &str| {
+            let away = away * TEXT_M / width;
+            let foot = [(a[0] + b[0]) / 2.0 - away * dy, (a[1] + b[1]) / 2.0 + away * dx];
+            self.document.text(
+                &name,
+                restored([foot[0], foot[1], self.z_m], self.shift_m),
+                TEXT_M,
+                dy.atan2(dx).to_degrees(),
+                text,
+            );
+        };
+        put(0.5, &format!("{:.2} x {:.2}", opening.width_m(), opening.height_m()));
+        if opening.kind == OpeningKind::Window {
+            put(-1.5, &format!("sill {:.2}", opening.bottom_m - self.z_m));
+        }
+    }
+
+    fn title(&mut self, plan: &Plan) {
+        let all = plan.walls.iter().chain(&plan.section).flatten();
+        let low = all.fold([f64::INFINITY; 2], |low, p| [low[0].min(p[0]), low[1].min(p[1])]);
+        if !low.iter().all(|value| value.is_finite()) {
+            return;
+        }
+        let floor_m = ((plan.floor_m + self.shift_m[2]) * 100.0).round() / 100.0 + 0.0;
+        let text = format!("floor {floor_m:+.2} m, cut {CUT_M:.2} m above it; metres");
+        let name = self.layer(Layer::LABELS);
+        let at = self.at([low[0], low[1] - 4.0 * TEXT_M]);
+        self.document.start_text(&name, at, TEXT_M, &text);
+    }
+}
+
+/// The model as 3D faces; edges within a polygon are not drawn.
+fn surfaces(document: &mut Document, shapes: &Shapes<'_>, is_on: bool) {
+    let model = shapes.model;
+    for (layer, meshes) in [
+        (Layer::SURFACES, shapes.faces.as_slice()),
+        (Layer::LEFTOVERS, std::slice::from_ref(&model.leftovers)),
+    ] {
+        let layer = layer.shown(is_on);
+        for mesh in meshes.iter().filter(|mesh| !mesh.triangles.is_empty()) {
+            document.layer(layer.name, layer);
+            faces(document, layer.name, mesh, shapes.shift_m);
+        }
+    }
+}
+
+fn faces(document: &mut Document, layer: &str, mesh: &Mesh, shift_m: [f64; 3]) {
+    let edges = |[a, b, c]: [u32; 3]| [(a, b), (b, c), (c, a)].map(|(p, q)| (p.min(q), p.max(q)));
+    let mut uses: BTreeMap<(u32, u32), u32> = BTreeMap::new();
+    let is_flat = layer == Layer::SURFACES.name;
+    for edge in mesh.triangles.iter().filter(|_| is_flat).flat_map(|triangle| edges(*triangle)) {
+        *uses.entry(edge).or_default() += 1;
+    }
+    for triangle in &mesh.triangles {
+        let corner =
+            |index: &u32| mesh.vertices_m.get(*index as usize).map(|p| restored(p.map(f64::from), shift_m));
+        let corners: Vec<[f64; 3]> = triangle.iter().filter_map(corner).collect();
+        let hidden = edges(*triangle).map(|edge| uses.get(&edge).is_some_and(|count| *count > 1));
+        if let Ok(corners) = corners.try_into() {
+            document.face(layer, corners, hidden);
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! What every IFC file has: owner, units, contexts, and the tree of project, site, building and storeys.
+
+use super::step::{Id, Ids, Maybe, Reals, Step, Text, global_id};
+use crate::building::Building;
+use crate::formats::text::number::Number;
+use crate::formats::{Shapes, description, generator};
+
+/// The entities that elements refer to.
+pub(crate) struct Project {
+    /// Owner of everything.
+    pub(crate) owner: Id,
+    /// Context of surfaces.
+    pub(crate) body: Id,
+    /// Context of outlines of doors and windows.
+    pub(crate) profile: Id,
+    /// Where everything local is: origin, z up.
+    pub(crate) axes: Id,
+    /// The storeys from below; one when no floor is known.
+    pub(crate) storeys: Vec<Storey>,
+}
+
+/// A storey's entities.
+pub(crate) struct Storey {
+    /// The storey.
+    pub(crate) id: Id,
+    /// Its place.
+    pub(crate) place: Id,
+    /// Height of its floor, meters; points are relative to it.
+    pub(crate) floor_m: f64,
+}
+
+impl Project {
+    /// Adds all of it.
+    pub(crate) fn new(step: &mut Step, shapes: &Shapes<'_>, building: &Building) -> Self {
+        let owner = owner(step);
+        let origin = axes(step, [0.0; 3]);
+        let context =
+            step.add(format_args!("IFCGEOMETRICREPRESENTATIONCONTEXT($,'Model',3,1.E-5,{origin},$)"));
+        let mut part = |name: &str| {
+            step.add(format_args!(
+                "IFCGEOMETRICREPRESENTATIONSUBCONTEXT('{name}','Model',*,*,*,*,{context},$,.MODEL_VIEW.,$)"
+            ))
+        };
+        let [body, profile] = ["Body", "Profile"].map(&mut part);
+        let units = units(step);
+        let about = description(shapes);
+        let id = global_id(format_args!("project {about}"));
+        let project = step.add(format_args!(
+            "IFCPROJECT('{id}',{owner},'building model',{},$,$,$,({context}),{units})",
+            Text(&about)
+        ));
+        let far = axes(step, shapes.shift_m);
+        let site_place = step.add(format_args!("IFCLOCALPLACEMENT($,{far})"));
+        let id = global_id(format_args!("site {about}"));
+        let site =
+            step.add(format_args!("IFCSITE('{id}',{owner},'site',$,$,{site_place},$,$,.ELEMENT.,$,$,$,$,$)"));
+        let place = step.add(format_args!("IFCLOCALPLACEMENT({site_place},{origin})"));
+        let id = global_id(format_args!("building {about}"));
+        let house =
+            step.add(format_args!("IFCBUILDING('{id}',{owner},'building',$,$,{place},$,$,.ELEMENT.,$,$,$)"));
+        let storeys = storeys(step, building, owner, place);
+        let ids: Vec<Id> = storeys.iter().map(|storey| storey.id).collect();
+        for (whole, parts) in [(project, vec![site]), (site, vec![house]), (house, ids)] {
+            let id = global_id(format_args!("parts of {whole} {about}"));
+            step.add(format_args!("IFCRELAGGREGATES('{id}',{owner},$,$,{whole},{})", Ids(&parts)));
+        }
+        Self { owner, body, profile, axes: origin, storeys }
+    }
+}
+
+fn owner(step: &mut Step) -> Id {
+    let person = step.add(format_args!("IFCPERSON('operator',$,$,$,$,$,$,$)"));
+    let organization = step.add(format_args!("IFCORGANIZATION($,'Biplane',$,$,$)"));
+    let both = step.add(format_args!("IFCPERSONANDORGANIZATION({person},{organization},$)"));
+    let program = generator();
+    let (name, version) = program.split_once(' ').unwrap_or((&program, ""));
+    let application =
+        step.add(format_args!("IFCAPPLICATION({organization},{},{},'biplane')", Text(version), Text(name)));
+    step.add(format_args!("IFCOWNERHISTORY({both},{application},$,$,$,$,$,0)"))
+}
+
+fn axes(step: &mut Step, at_m: [f64; 3]) -> Id {
+    let point = step.add(format_args!("IFCCARTESIANPOINT({})", Reals(&at_m)));
+    step.add(format_args!("IFCAXIS2PLACEMENT3D({point},$,$)"))
+}
+
+fn units(step: &mut Step) -> Id {
+    let units = [
+        ("LENGTHUNIT", "METRE"),
+        ("AREAUNIT", "SQUARE_METRE"),
+        ("VOLUMEUNIT", "CUBIC_METRE"),
+        ("PLANEANGLEUNIT", "RADIAN"),
+    ];
+    let ids = units.map(|(kind, name)| step.add(format_args!("IFCSIUNIT(*,.{kind}.,$,.{name}.)")));
+    step.add(format_args!("IFCUNITASSIGNMENT({})", Ids(&ids)))
+}
+
+fn storeys(step: &mut Step, building: &Building, owner: Id, place: Id) -> Vec<Storey> {
+    let known = building.floors_m.iter().copied().map(Some);
+    let unknown = building.floors_m.is_empty().then_some(None);
+    let mut storeys = Vec::new();
+    for (number, floor_m) in known.chain(unknown).enumerate() {
+        let at = axes(step, [0.0, 0.0, floor_m.unwrap_or(0.0)]);
+        let place = step.add(format_args!("IFCLOCALPLACEMENT({place},{at})"));
+        let id = global_id(format_args!("storey {number} {floor_m:?}"));
+        let elevation = floor_m.map_or("$".to_owned(), |floor_m| Number(floor_m).to_string());
+        let name =
+            if floor_m.is_some() { format!("storey {}", number + 1) } else { "no floor seen".to_owned() };
+        let none = Maybe(None);
+        let id = step.add(format_args!(
+            "IFCBUILDINGSTOREY('{id}',{owner},{},{none},{none},{place},{none},{none},.ELEMENT.,{elevation})",
+            Text(&name)
+        ));
+        storeys.push(Storey { id, place, floor_m: floor_m.unwrap_or(0.0) });
+    }
+    storeys
+}

@@ -1,0 +1,74 @@
+//! A cloud as it was in a file, and why a file gives none.
+
+use crate::formats::ply::error::PlyError;
+use crate::model::Cloud;
+use biplane_recording::file_kind::describe;
+use std::io;
+
+/// A cloud as it was in a file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CloudFile {
+    /// The points without the shift; an organized cloud in the order scan, then beam.
+    pub cloud: Cloud,
+    /// What was taken off every coordinate, meters.
+    pub shift_m: [f64; 3],
+    /// For each point of `cloud` its place in the file; `None` when both orders are one.
+    pub order: Option<Vec<u32>>,
+    /// The file's number of each scan of `cloud`.
+    pub scan_numbers: Vec<u32>,
+    /// What of the file could not be used, in words.
+    pub notes: Vec<String>,
+}
+
+impl CloudFile {
+    /// Whether the points know their scan and beam.
+    pub fn is_organized(&self) -> bool {
+        self.cloud.beams_per_scan > 0
+    }
+
+    /// Values of the cloud's points in the order of the file.
+    pub fn in_file_order<T: Copy>(&self, values: &[T]) -> Vec<T> {
+        let mut out = values.to_vec();
+        for (value, place) in values.iter().zip(self.order.iter().flatten()) {
+            if let Some(slot) = out.get_mut(*place as usize) {
+                *slot = *value;
+            }
+        }
+        out
+    }
+}
+
+/// Why a file gives no cloud.
+#[derive(Debug, thiserror::Error)]
+pub enum CloudFileError {
+    /// The system refused.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    /// It is a PLY that cannot be read.
+    #[error(transparent)]
+    Ply(#[from] PlyError),
+    /// It is a LAS or LAZ that cannot be read.
+    #[error("the LAS file {what}")]
+    Las {
+        /// What is wrong, and where.
+        what: String,
+    },
+    /// LAS was left out when the program was built.
+    #[error("this program was built without the feature `las` and reads no LAS or LAZ files")]
+    WithoutLas,
+    /// It is something else.
+    #[error("expected a PLY, LAS or LAZ cloud; this file {}", describe(found))]
+    Unknown {
+        /// How the file begins.
+        found: Vec<u8>,
+    },
+    /// There is nothing in it.
+    #[error("the file holds no point")]
+    NoPoints,
+    /// Not one point is anywhere.
+    #[error("none of the {points} points has finite coordinates")]
+    NoFinitePoints {
+        /// How many there are.
+        points: usize,
+    },
+}

@@ -1,0 +1,79 @@
+//! Why a file or a folder of results could not be written.
+
+use std::ffi::OsString;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Why a file could not be written.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum OutputError {
+    /// The file is there already.
+    #[error("{} exists already; it is not overwritten without --force", path.display())]
+    Exists {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The folder is there already and holds something.
+    #[error("{} exists already and is not empty; it is not overwritten without --force", path.display())]
+    NotEmpty {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The name that the result has until it is finished is taken.
+    #[error("{} exists already: it is the name of {} while that is written; move it away first", part.display(), path.display())]
+    PartExists {
+        /// The name that is taken.
+        part: PathBuf,
+        /// What was to be written.
+        path: PathBuf,
+    },
+    /// Another run is writing the same.
+    #[error("{} is being written by another run just now, as {}", path.display(), part.display())]
+    Busy {
+        /// Its unfinished folder.
+        part: PathBuf,
+        /// What was to be written.
+        path: PathBuf,
+    },
+    /// Writing would destroy what is read.
+    #[error("{} is {}, which is read: name another output", output.display(), input.display())]
+    IsInput {
+        /// What would be written.
+        output: PathBuf,
+        /// What is read.
+        input: PathBuf,
+    },
+    /// The system refused.
+    #[error("cannot {action} {}: {source}", path.display())]
+    Io {
+        /// What was tried.
+        action: &'static str,
+        /// The file.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+}
+
+impl OutputError {
+    pub(crate) fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
+        move |source| Self::Io { action, path: path.to_owned(), source }
+    }
+}
+
+/// `path` with `suffix` added to its whole name.
+pub(crate) fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
+    let mut name = OsString::from(path.as_os_str());
+    name.push(suffix);
+    PathBuf::from(name)
+}
+
+/// Why `part` could not be made; what is not its being there names `path`, which was asked for.
+pub(crate) fn taken_or(action: &'static str, part: &Path, path: &Path, source: io::Error) -> OutputError {
+    match source.kind() {
+        io::ErrorKind::AlreadyExists => {
+            OutputError::PartExists { part: part.to_owned(), path: path.to_owned() }
+        }
+        _ => OutputError::Io { action, path: path.to_owned(), source },
+    }
+}

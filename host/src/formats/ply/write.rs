@@ -1,0 +1,353 @@
+//! PLY, binary little endian: what CloudCompare, MeshLab, Blender, Open3D and trimesh open.
+//!
+//! Vertices `float x y z`, colors `uchar red green blue`, faces `list uchar int vertex_indices`, and the
+//! plane's index as `int plane` (-1 for none), a property that readers keep or skip. Source: Turk's PLY file
+//! format page.
+
+use std::io::{self, Write};
+
+use crate::formats::input::shift::restored;
+use crate::formats::{Shapes, append, generator};
+use crate::model::palette;
+use crate::model::palette::Rgb;
+use crate::model::{Cloud, Mesh};
+
+/// Rows of equal length, little endian, as the header declares them.
+fn header(out: &mut impl Write, comment: &str, elements: &[(&str, usize, &[&str])]) -> io::Result<()> {
+    writeln!(out, "ply\nformat binary_little_endian 1.0")?;
+    writeln!(out, "comment {}: {comment}", generator())?;
+    writeln!(out, "comment frame map (z up), metres")?;
+    for (element, count, properties) in elements {
+        writeln!(out, "element {element} {count}")?;
+        for property in *properties {
+            writeln!(out, "property {property}")?;
+        }
+    }
+    writeln!(out, "end_header")
+}
+
+/// What is in a file, and what of.
+fn of(what: &str, source: &str) -> String {
+    if source.is_empty() { what.to_owned() } else { format!("{what}, of {source}") }
+}
+
+const XYZ: [&str; 3] = ["float x", "float y", "float z"];
+const FACE: &str = "list uchar int vertex_indices";
+const FAR_XYZ: [&str; 3] = ["double x", "double y", "double z"];
+const COLOR: [&str; 3] = ["uchar red", "uchar green", "uchar blue"];
+const CLOUD_POINT: [&str; 3] = ["int plane", "int scan", "int beam"];
+
+/// How coordinates are written: as they are, or with a shift and then in 64 bits.
+#[derive(Clone, Copy)]
+struct Coordinates {
+    shift_m: [f64; 3],
+}
+
+impl Coordinates {
+    fn is_far(self) -> bool {
+        self.shift_m != [0.0; 3]
+    }
+
+    fn xyz(self) -> [&'static str; 3] {
+        if self.is_far() { FAR_XYZ } else { XYZ }
+    }
+
+    /// The coordinates, and what else a record has.
+    fn and(self, more: [&'static str; 3]) -> Vec<&'static str> {
+        self.xyz().into_iter().chain(more).collect()
+    }
+
+    fn put(self, out: &mut impl Write, point: &[f32; 3]) -> io::Result<()> {
+        if self.is_far() {
+            let far = restored(point.map(f64::from), self.shift_m);
+            far.iter().try_for_each(|value| out.write_all(&value.to_le_bytes()))
+        } else {
+            point.iter().try_for_each(|value| out.write_all(&value.to_le_bytes()))
+        }
+    }
+}
+
+fn put_face(out: &mut impl Write, corners: &[u32; 3]) -> io::Result<()> {
+    out.write_all(&[3])?;
+    corners.iter().try_for_each(|corner| out.write_all(&corner.to_le_bytes()))
+}
+
+/// Triangles with a color a vertex and a plane a face.
+#[derive(Default)]
+struct Colored {
+    vertices_m: Vec<[f32; 3]>,
+    colors: Vec<Rgb>,
+    triangles: Vec<[u32; 3]>,
+    planes: Vec<i32>,
+}
+
+impl Colored {
+    fn add(&mut self, mesh: &Mesh, color: Rgb, plane: i32) {
+        append(mesh, &mut self.vertices_m, &mut self.triangles);
+        self.colors.resize(self.vertices_m.len(), color);
+        self.planes.resize(self.triangles.len(), plane);
+    }
+
+    fn write(&self, out: &mut impl Write, shift_m: [f64; 3], comment: &str) -> io::Result<()> {
+        let coordinates = Coordinates { shift_m };
+        let properties = coordinates.and(COLOR);
+        let vertex = ("vertex", self.vertices_m.len(), properties.as_slice());
+        let face = ("face", self.triangles.len(), [FACE, "int plane"].as_slice());
+        header(out, comment, &[vertex, face])?;
+        for (point, color) in self.vertices_m.iter().zip(&self.colors) {
+            coordinates.put(out, point)?;
+            out.write_all(color)?;
+        }
+        for (corners, plane) in self.triangles.iter().zip(&self.planes) {
+            put_face(out, corners)?;
+            out.write_all(&plane.to_le_bytes())?;
+        }
+        Ok(())
+    }
+}
+
+fn polygons(shapes: &Shapes<'_>) -> Colored {
+    let mut colored = Colored::default();
+    for (polygon, face) in shapes.model.polygons.iter().zip(&shapes.faces) {
+        if let Some(plane) = shapes.model.planes.get(polygon.plane) {
+            colored.add(face, palette::plane_color(polygon.plane, plane), polygon.plane as i32);
+        }
+    }
+    colored
+}
+
+/// Writes the polygons alone, as triangles (`planes.ply`).
+///
+/// # Errors
+/// When writing fails.
+pub(crate) fn write_planes(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Result<()> {
+    polygons(shapes).write(out, shapes.shift_m, &of("flat surfaces as triangles", &shapes.source))
+}
+
+/// Writes the polygons as triangles and the leftovers (`model.ply`).
+///
+/// # Errors
+/// When writing fails.
+pub fn write_model(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Result<()> {
+    let mut colored = polygons(shapes);
+    colored.add(&shapes.model.leftovers, palette::LEFTOVERS, -1);
+    let comment = of("flat surfaces as triangles, and fine structure (plane -1)", &shapes.source);
+    colored.write(out, shapes.shift_m, &comment)
+}
+
+/// Writes a mesh without colors (`raw.ply`).
+///
+/// # Errors
+/// When writing fails.
+pub fn write_mesh(out: &mut impl Write, mesh: &Mesh, comment: &str) -> io::Result<()> {
+    write_far_mesh(out, mesh, [0.0; 3], comment)
+}
+
+/// Writes a mesh without colors, with a shift added to every coordinate, meters; 64-bit coordinates are
+/// written when it is not zero.
+///
+/// # Errors
+/// When writing fails.
+pub(crate) fn write_far_mesh(
+    out: &mut impl Write,
+    mesh: &Mesh,
+    shift_m: [f64; 3],
+    comment: &str,
+) -> io::Result<()> {
+    let coordinates = Coordinates { shift_m };
+    let (xyz, face) = (coordinates.xyz(), ("face", mesh.triangles.len(), [FACE].as_slice()));
+    header(out, comment, &[("vertex", mesh.vertices_m.len(), xyz.as_slice()), face])?;
+    mesh.vertices_m.iter().try_for_each(|point| coordinates.put(out, point))?;
+    mesh.triangles.iter().try_for_each(|corners| put_face(out, corners))
+}
+
+/// Points with what is written of each.
+#[derive(Clone, Copy, Debug)]
+pub struct PointRows<'a> {
+    /// The points, with scans, beams and origins where these are known.
+    pub cloud: &'a Cloud,
+    /// The plane of each; a point beyond these is on none.
+    pub labels: &'a [i32],
+    /// The number of each scan, where it is not its place in the cloud.
+    pub scan_numbers: &'a [u32],
+    /// The order in which points are written, as indices into the cloud; `None` = the cloud's own.
+    pub order: Option<&'a [u32]>,
+    /// What is added to every coordinate; 64-bit coordinates are written when it is not zero.
+    pub shift_m: [f64; 3],
+    /// What they come from, see `crate::formats::source_name`.
+    pub source: &'a str,
+}
+
+impl PointRows<'_> {
+    /// The point of the cloud that stands in a row.
+    pub(crate) fn index(&self, row: usize) -> usize {
+        self.order.map_or(row, |order| order[row] as usize)
+    }
+
+    /// Plane, scan and beam of a point; -1 where there is none.
+    pub(crate) fn numbers(&self, index: usize) -> [i32; 3] {
+        let number =
+            |scan: &u32| self.scan_numbers.get(*scan as usize).map_or(*scan, |number| *number) as i32;
+        [
+            self.labels.get(index).copied().unwrap_or(-1),
+            self.cloud.scan.get(index).map_or(-1, number),
+            self.cloud.beam.get(index).map_or(-1, |&beam| i32::from(beam)),
+        ]
+    }
+}
+
+/// Writes the points with the plane, scan and beam of each (`points.ply`), and where each scan was taken
+/// from, if that is known: element `scan`, a row a scan.
+///
+/// # Errors
+/// When writing fails.
+pub fn write_points(out: &mut impl Write, rows: &PointRows<'_>) -> io::Result<()> {
+    let coordinates = Coordinates { shift_m: rows.shift_m };
+    let properties = coordinates.and(CLOUD_POINT);
+    let mut elements = vec![("vertex", rows.cloud.len(), properties.as_slice())];
+    // Rows of the element `scan` are found by the scan's number.
+    let origins = if rows.scan_numbers.iter().zip(0..).all(|(number, index)| *number == index) {
+        rows.cloud.origins_m.as_slice()
+    } else {
+        &[]
+    };
+    if !origins.is_empty() {
+        elements.push(("scan", origins.len(), &properties[..3]));
+    }
+    header(out, &of("raw points; plane -1 = none", rows.source), &elements)?;
+    for row in 0..rows.cloud.len() {
+        let index = rows.index(row);
+        coordinates.put(out, &rows.cloud.points_m[index])?;
+        for value in rows.numbers(index) {
+            out.write_all(&value.to_le_bytes())?;
+        }
+    }
+    origins.iter().try_for_each(|origin| coordinates.put(out, origin))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{PointRows, write_mesh, write_model, write_planes, write_points};
+    use crate::formats::Shapes;
+    use crate::model::Cloud;
+    use crate::model::sample;
+
+    /// A reader of its own: header lines, then the rows of each element as it was declared, as numbers.
+    fn read(bytes: &[u8]) -> (Vec<String>, Vec<Vec<Vec<f64>>>) {
+        let end = b"end_header\n";
+        let at = bytes.windows(end.len()).position(|window| window == end).unwrap() + end.len();
+        let lines: Vec<String> =
+            std::str::from_utf8(&bytes[..at]).unwrap().lines().map(str::to_owned).collect();
+        let mut data = bytes[at..].iter().copied();
+        let mut number = |kind: &str| -> f64 {
+            let mut take = || data.next().unwrap();
+            match kind {
+                "uchar" => f64::from(take()),
+                "int" => f64::from(i32::from_le_bytes([take(), take(), take(), take()])),
+                "float" => f64::from(f32::from_le_bytes([take(), take(), take(), take()])),
+                other => panic!("{other}"),
+            }
+        };
+        let mut elements = Vec::new();
+        for (index, line) in lines.iter().enumerate().filter(|(_, line)| line.starts_with("element")) {
+            let count: usize = line.split(' ').nth(2).unwrap().parse().unwrap();
+            let properties: Vec<Vec<&str>> = lines[index + 1..]
+                .iter()
+                .take_while(|line| line.starts_with("property"))
+                .map(|line| line.split(' ').skip(1).collect())
+                .collect();
+            let mut rows = Vec::new();
+            for _ in 0..count {
+                let mut row = Vec::new();
+                for property in &properties {
+                    if property[0] == "list" {
+                        let items = number(property[1]) as usize;
+                        row.push(items as f64);
+                        row.extend((0..items).map(|_| number(property[2])));
+                    } else {
+                        row.push(number(property[0]));
+                    }
+                }
+                rows.push(row);
+            }
+            elements.push(rows);
+        }
+        assert!(data.next().is_none(), "bytes after the last row");
+        (lines, elements)
+    }
+
+    #[test]
+    fn the_model_holds_the_triangles_of_its_polygons_with_their_planes_and_the_leftovers() {
+        let model = sample::model();
+        let shapes = Shapes { faces: sample::faces(&model), ..Shapes::new(&model) };
+        let mut bytes = Vec::new();
+        write_model(&mut bytes, &shapes).unwrap();
+        let (lines, elements) = read(&bytes);
+        assert_eq!(lines[..2], ["ply", "format binary_little_endian 1.0"]);
+        let [vertices, faces] = &elements[..] else { panic!() };
+        assert_eq!((vertices.len(), faces.len()), (8 + 4 + 3, 8 + 2 + 1));
+        let of_plane = |plane: f64| faces.iter().filter(|face| face[4] == plane).count();
+        assert_eq!([of_plane(0.0), of_plane(1.0), of_plane(-1.0)], [8, 2, 1]);
+        // The wall's triangles, turned towards the sensor, cover the wall without its window: 12 - 1 square
+        // meters.
+        let area = |face: &Vec<f64>| {
+            let corner = |i: usize| &vertices[face[i] as usize];
+            let (a, b, c) = (corner(1), corner(2), corner(3));
+            let (u, v) = ([b[0] - a[0], b[2] - a[2]], [c[0] - a[0], c[2] - a[2]]);
+            (u[0] * v[1] - u[1] * v[0]) / 2.0
+        };
+        let wall: f64 = faces.iter().filter(|face| face[4] == 0.0).map(area).sum();
+        assert!((wall.abs() - 11.0).abs() < 1e-6, "{wall}");
+
+        bytes.clear();
+        write_planes(&mut bytes, &shapes).unwrap();
+        assert_eq!(read(&bytes).1[1].len(), 10);
+    }
+
+    #[test]
+    fn points_hold_their_plane_scan_and_beam_and_come_in_the_order_asked_for() {
+        let cloud = Cloud {
+            points_m: vec![[1.0, 2.0, 3.0], [-0.5, 0.25, 0.125]],
+            scan: vec![0, 1],
+            beam: vec![90, 180],
+            ..Cloud::default()
+        };
+        let rows = PointRows {
+            cloud: &cloud,
+            labels: &[4],
+            scan_numbers: &[0, 7],
+            order: None,
+            shift_m: [0.0; 3],
+            source: "",
+        };
+        let written = |rows: &PointRows<'_>| {
+            let mut bytes = Vec::new();
+            write_points(&mut bytes, rows).unwrap();
+            bytes
+        };
+        let (_, elements) = read(&written(&rows));
+        assert_eq!(elements[0], [[1.0, 2.0, 3.0, 4.0, 0.0, 90.0], [-0.5, 0.25, 0.125, -1.0, 7.0, 180.0]]);
+        let (_, elements) = read(&written(&PointRows { order: Some(&[1, 0]), ..rows }));
+        assert_eq!(elements[0][0], [-0.5, 0.25, 0.125, -1.0, 7.0, 180.0]);
+
+        let far = written(&PointRows { shift_m: [4e6, 0.0, -1e3], scan_numbers: &[], ..rows });
+        let far = crate::formats::ply::read::read_wanted(
+            &far,
+            &crate::formats::ply::read::Wanted {
+                shift: crate::formats::input::shift::Shift::Given([4e6, 0.0, -1e3]),
+                columns: None,
+            },
+        );
+        assert_eq!(far.unwrap().mesh.vertices_m, cloud.points_m);
+    }
+
+    #[test]
+    fn a_mesh_reads_back_as_it_was() {
+        let mesh = sample::model().leftovers;
+        let mut bytes = Vec::new();
+        write_mesh(&mut bytes, &mesh, "test").unwrap();
+        let (_, elements) = read(&bytes);
+        assert_eq!(elements[0][2], [1.0, 1.5, 0.75]);
+        assert_eq!(elements[1], [[3.0, 0.0, 1.0, 2.0]]);
+    }
+}

@@ -1,0 +1,4 @@
+//! Numbers, stamps and trajectories as text.
+
+pub(crate) mod number;
+pub(crate) mod trajectory;

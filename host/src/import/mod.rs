@@ -1,7 +1,0 @@
-//! Other people's recordings, as unposed recordings of ours.
-
-pub mod carmen;
-mod carmen_line;
-mod carmen_messages;
-mod log_lines;
-mod no_return;

@@ -1,0 +1,95 @@
+//! How sharp the map of a run is, where no truth is known: the entropy of its occupancy grid (Blanco et al.
+//! 2006).
+//!
+//! A cell of probability p holds -p log2 p - (1 - p) log2 (1 - p) bits: 0 when it is known, 1 when nothing
+//! is. A wall drawn twice or smeared leaves cells that some beams hit and others passed. Figures compare only
+//! between maps of the same scans at the same cell size: a longer look at the same place lowers them, too,
+//! and the grid believes a cell that was hit every second time.
+
+use serde::Serialize;
+
+use crate::slam::occupancy::OccupancyGrid;
+
+/// From this probability on a cell is taken for a wall, as map_server does.
+const OCCUPIED: f64 = 0.65;
+
+/// The figures of a map.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(crate) struct MapEntropy {
+    /// Side of a cell, meters.
+    pub resolution_m: f64,
+    /// Cells that were seen.
+    pub cells: u64,
+    /// Of these, walls: fewer of them draw the same building with thinner, single walls.
+    pub occupied_cells: u64,
+    /// Mean entropy of a cell that was seen, bits.
+    pub mean_bits: f64,
+    /// Sum over all cells that were seen, bits.
+    pub total_bits: f64,
+}
+
+impl MapEntropy {
+    /// Of the cells of a grid that were seen; `None` when there are none.
+    pub(crate) fn of(grid: &OccupancyGrid) -> Option<Self> {
+        let bounds = grid.bounds()?;
+        let (mut cells, mut occupied_cells, mut total_bits) = (0, 0, 0.0);
+        for row in bounds.min[1]..=bounds.max[1] {
+            for p in (bounds.min[0]..=bounds.max[0]).filter_map(|column| grid.probability([column, row])) {
+                cells += 1;
+                occupied_cells += u64::from(p >= OCCUPIED);
+                total_bits += bits(p);
+            }
+        }
+        let mean_bits = total_bits / cells as f64;
+        let resolution_m = grid.params().resolution_m;
+        Some(Self { resolution_m, cells, occupied_cells, mean_bits, total_bits })
+    }
+}
+
+/// Entropy of a cell that is occupied with this probability.
+fn bits(probability: f64) -> f64 {
+    let part = |p: f64| if p > 0.0 { -p * p.log2() } else { 0.0 };
+    part(probability) + part(1.0 - probability)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{MapEntropy, bits};
+    use crate::slam::occupancy::OccupancyGrid;
+    use crate::slam::occupancy::OccupancyParams;
+    use crate::slam::occupancy::Ray;
+
+    fn map_of(walls_at_m: &[f64]) -> MapEntropy {
+        let mut grid =
+            OccupancyGrid::new(OccupancyParams { resolution_m: 1.0, ..OccupancyParams::default() });
+        for scan in 0..20 {
+            let wall_m = walls_at_m[scan % walls_at_m.len()];
+            grid.add_scan(&[Ray { from_m: [0.5, 0.5], to_m: [wall_m, 0.5] }]);
+        }
+        MapEntropy::of(&grid).unwrap()
+    }
+
+    #[test]
+    fn a_cell_nobody_knows_holds_a_bit_and_a_known_one_none() {
+        for (p, expected) in [(0.5, 1.0), (0.0, 0.0), (1.0, 0.0), (0.25, 0.811_278_124_459_132_8)] {
+            assert!((bits(p) - expected).abs() < 1e-12, "{p}");
+        }
+    }
+
+    #[test]
+    fn a_wall_seen_at_two_places_has_more_entropy_than_one_at_its_place() {
+        let (sharp, doubled) = (map_of(&[4.5]), map_of(&[4.5, 5.5, 5.5]));
+        assert_eq!((sharp.cells, sharp.occupied_cells), (5, 1));
+        // Every cell at the bound of the log-odds, exp(5) to 1.
+        let p = 1.0 / (1.0 + (-5.0_f64).exp());
+        assert!((sharp.mean_bits - bits(p)).abs() < 1e-12, "{sharp:?}");
+        assert!((sharp.total_bits - 5.0 * sharp.mean_bits).abs() < 1e-12);
+        assert_eq!(doubled.cells, 6);
+        assert!(doubled.total_bits > 1.5 * sharp.total_bits, "{doubled:?} {sharp:?}");
+    }
+
+    #[test]
+    fn an_empty_grid_has_no_entropy() {
+        assert_eq!(MapEntropy::of(&OccupancyGrid::new(OccupancyParams::default())), None);
+    }
+}

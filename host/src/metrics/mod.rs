@@ -1,0 +1,6 @@
+//! How true a model or a trajectory is.
+
+pub(crate) mod blocked_rays;
+pub(crate) mod compare;
+pub(crate) mod evaluate;
+pub(crate) mod surface_distance;

@@ -1,0 +1,258 @@
+//! `summary.json`: the figures of a build, for people and scripts.
+//!
+//! The names of the top-level counts stay as they are, because scripts read them. Measured times and memory
+//! are the only figures that differ between two runs over the same input.
+
+use serde::Serialize;
+
+use crate::model::{Model, Plane};
+use crate::pipeline::Counts;
+use crate::pipeline::params::BuildParams;
+use crate::reconstruct::planes::labeled::SigmaSource;
+
+/// Time and memory of one stage.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub(crate) struct StageFigures {
+    /// The stage.
+    pub stage: String,
+    /// Things made: points, triangles, planes, polygons, triangles, cells, files.
+    pub count: usize,
+    /// Seconds on the clock.
+    pub wall_s: f64,
+    /// Seconds of processor time, over all threads.
+    pub cpu_s: f64,
+    /// The process's largest resident memory by the stage's end, bytes.
+    pub peak_memory_bytes: Option<u64>,
+}
+
+/// How well planes fit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub(crate) struct PlaneErrors {
+    /// Points on planes.
+    pub points: usize,
+    /// Root mean square distance of these to their planes, meters.
+    pub rms_m: f64,
+    /// Of the worst plane, meters.
+    pub worst_plane_rms_m: f64,
+    /// Range noise, meters.
+    pub sigma_m: f64,
+    /// Where it comes from.
+    pub sigma_source: SigmaSource,
+}
+
+impl PlaneErrors {
+    /// Of all planes of a model.
+    pub(crate) fn of(model: &Model, sigma_m: f64, sigma_source: SigmaSource) -> Self {
+        let points: usize = model.planes.iter().map(|plane| plane.points).sum();
+        let squares = |plane: &Plane| plane.points as f64 * plane.rms_m * plane.rms_m;
+        let sum: f64 = model.planes.iter().map(squares).sum();
+        Self {
+            points,
+            rms_m: (sum / points.max(1) as f64).sqrt(),
+            worst_plane_rms_m: model.planes.iter().map(|plane| plane.rms_m).fold(0.0, f64::max),
+            sigma_m,
+            sigma_source,
+        }
+    }
+}
+
+/// What of a recording was used.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub(crate) struct ScanFigures {
+    /// Horizontal scans.
+    pub horizontal: usize,
+    /// Of these, without a pose.
+    pub horizontal_unposed: usize,
+    /// Vertical scans.
+    pub vertical: usize,
+    /// Of these, left out because the robot had not moved.
+    pub vertical_still: usize,
+    /// Of these, without a pose.
+    pub vertical_unposed: usize,
+    /// Of these, left out because their fan is another than the first one's.
+    pub vertical_odd: usize,
+    /// Poses that no motion explains, left out.
+    pub wild_poses: usize,
+}
+
+/// Where the poses of a model are from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum PosesFrom {
+    /// The recording, as it stands: it was asked for so, or no loop was found.
+    Recorded,
+    /// The recording, which is one that was optimized before.
+    OptimizedBefore,
+    /// This program, which closed the recording's loops.
+    Optimized,
+    /// A file.
+    Given,
+}
+
+/// The counts of a model and of what it was made of.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct ModelFigures {
+    /// Points of the raw cloud.
+    pub raw_points: usize,
+    /// Triangles of the raw mesh.
+    pub raw_triangles: usize,
+    /// Planes.
+    pub planes: usize,
+    /// Polygons.
+    pub polygons: usize,
+    /// Holes of all polygons.
+    pub holes: usize,
+    /// Triangles on no plane.
+    pub leftover_triangles: usize,
+    /// 100 (1 - (polygons + leftover_triangles) / raw_triangles).
+    pub reduction_percent: f64,
+    /// Triangles of the model with its polygons cut into triangles.
+    pub model_triangles: usize,
+}
+
+/// What a model was made of.
+#[derive(Clone, Debug, Default, Serialize)]
+pub(crate) struct SourceFigures {
+    /// The recordings.
+    pub recordings: Vec<String>,
+    /// The mesh, when the model was made of one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<String>,
+    /// What was taken off the mesh's coordinates while working, meters; all files are in its own coordinates
+    /// again.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shift_m: Option<[f64; 3]>,
+    /// The foreign trajectory, if one was given.
+    pub poses: Option<String>,
+    /// Where the poses are from, when there are any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub poses_from: Option<PosesFrom>,
+    /// Loops that were closed. Zero: none was found, and a single recording keeps its poses. Absent: none was
+    /// searched for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub loops: Option<usize>,
+}
+
+/// Time and memory of everything.
+#[derive(Clone, Debug, Default, Serialize)]
+pub(crate) struct CostFigures {
+    /// Seconds of everything, on the clock.
+    pub wall_s: f64,
+    /// Seconds of everything, processor time.
+    pub cpu_s: f64,
+    /// The process's largest resident memory, bytes.
+    pub peak_memory_bytes: Option<u64>,
+}
+
+/// Everything in `summary.json`.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Summary {
+    /// The counts.
+    #[serde(flatten)]
+    pub counts: ModelFigures,
+    /// How well planes fit.
+    pub errors: PlaneErrors,
+    /// What of the recording was used.
+    pub scans: ScanFigures,
+    /// What the model was made of.
+    #[serde(flatten)]
+    pub source: SourceFigures,
+    /// Stages in the order in which they ran.
+    pub stages: Vec<StageFigures>,
+    /// Time and memory of everything.
+    #[serde(flatten)]
+    pub cost: CostFigures,
+    /// All parameters.
+    pub parameters: Parameters,
+    /// The program's version.
+    pub version: &'static str,
+}
+
+/// What a build was asked for.
+#[derive(Clone, Debug, Default, Serialize)]
+pub(crate) struct Parameters {
+    /// Of the stages of modeling.
+    pub build: BuildParams,
+    /// Side of a cell of the floor map, meters.
+    pub map_resolution_m: f64,
+    /// Bound on the model's triangles, if one was given.
+    pub max_triangles: Option<usize>,
+}
+
+impl Summary {
+    /// The counts of a build's output.
+    pub(crate) fn new(counts: &Counts, model: &Model, model_triangles: usize) -> Self {
+        let figures = ModelFigures {
+            raw_points: counts.raw_points,
+            raw_triangles: counts.raw_triangles,
+            planes: counts.planes,
+            polygons: counts.polygons,
+            holes: counts.holes,
+            leftover_triangles: counts.leftover_triangles,
+            reduction_percent: counts.reduction_percent(),
+            model_triangles,
+        };
+        Self {
+            counts: figures,
+            errors: PlaneErrors::of(model, counts.sigma_m, counts.sigma_source),
+            scans: ScanFigures::default(),
+            source: SourceFigures::default(),
+            stages: Vec::new(),
+            cost: CostFigures::default(),
+            parameters: Parameters::default(),
+            version: env!("CARGO_PKG_VERSION"),
+        }
+    }
+
+    /// What the raw triangles became, in words.
+    pub(crate) fn reduction(&self) -> String {
+        format!(
+            "{} triangles -> {} polygons with {} holes on {} planes + {} triangles: {:.1} % fewer",
+            self.counts.raw_triangles,
+            self.counts.polygons,
+            self.counts.holes,
+            self.counts.planes,
+            self.counts.leftover_triangles,
+            self.counts.reduction_percent
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde_json::Value;
+
+    use super::Summary;
+    use crate::model::sample;
+    use crate::pipeline::Counts;
+
+    #[test]
+    fn the_counts_of_the_contract_stand_at_the_top_as_integers() {
+        let counts = Counts {
+            raw_points: 82_592,
+            raw_triangles: 163_336,
+            planes: 40,
+            polygons: 868,
+            holes: 12,
+            leftover_triangles: 24_996,
+            ..Counts::default()
+        };
+        let model = sample::model();
+        let text = serde_json::to_string(&Summary::new(&counts, &model, 11)).unwrap();
+        let value: Value = serde_json::from_str(&text).unwrap();
+        for (key, expected) in [
+            ("raw_points", 82_592),
+            ("raw_triangles", 163_336),
+            ("planes", 40),
+            ("polygons", 868),
+            ("holes", 12),
+            ("leftover_triangles", 24_996),
+        ] {
+            assert_eq!(value[key].as_u64(), Some(expected), "{key}");
+        }
+        // The paper's corridor: 84 % fewer.
+        assert!((value["reduction_percent"].as_f64().unwrap() - 84.165).abs() < 0.001);
+        // sqrt((900 * 0.011^2 + 500 * 0.009^2) / 1400)
+        assert!((value["errors"]["rms_m"].as_f64().unwrap() - 0.010330).abs() < 1e-6);
+    }
+}

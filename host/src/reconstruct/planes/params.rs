@@ -1,0 +1,24 @@
+//! What a plane is: the parameters of the search.
+
+use serde::Serialize;
+
+/// What a plane is.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PlaneParams {
+    /// Range noise of the sensor, meters, one standard deviation; `None` = estimate it from the cloud.
+    /// Larger: steps between parallel surfaces disappear. Smaller: one noisy wall becomes several planes.
+    pub sigma_m: Option<f64>,
+    /// Longest distance from a point to the rest of its plane, meters (the paper's delta).
+    pub delta_m: f64,
+    /// Fewest points of a plane. Larger: small surfaces stay triangles. Smaller: noise is taken for planes.
+    pub min_points: usize,
+    /// Edge of a cell of the search, meters; `None` = as the cloud's density asks. Larger: coarser borders.
+    /// Smaller: too few points a cell to tell steps from noise.
+    pub cell_m: Option<f64>,
+}
+
+impl Default for PlaneParams {
+    fn default() -> Self {
+        Self { sigma_m: None, delta_m: 0.3, min_points: 50, cell_m: None }
+    }
+}

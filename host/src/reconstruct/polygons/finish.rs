@@ -1,0 +1,91 @@
+//! The last steps from united shapes to polygons: no flakes, straight borders, room between corners and
+//! edges.
+//!
+//! The same steps with a larger tolerance make a coarser polygon of a finished one. Frame `map`, meters.
+
+use crate::model::{PlanarPolygon, Plane};
+use crate::reconstruct::polygons::outline::border;
+use crate::reconstruct::polygons::outline::border::Rules;
+use crate::reconstruct::polygons::outline::border_context::Borders;
+use crate::reconstruct::polygons::outline::union::{Ring, Shape, area_m2, repair};
+use crate::reconstruct::polygons::plane_frame::{FlatPoint, Frame, STEP_M};
+use crate::reconstruct::polygons::seams::clearance;
+use rayon::prelude::*;
+
+/// How much the last steps may change.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Limits {
+    /// How far a border may move, meters.
+    pub tolerance_m: f64,
+    /// Smaller openings are closed, square meters.
+    pub min_hole_m2: f64,
+    /// Smaller polygons are dropped, square meters.
+    pub min_polygon_m2: f64,
+}
+
+/// The polygons of plane `index` that shapes in its `frame` become.
+pub(crate) fn finish(
+    limits: &Limits,
+    index: usize,
+    frame: &Frame,
+    mut shapes: Vec<Shape>,
+    borders: &Borders,
+) -> Vec<PlanarPolygon> {
+    drop_small(limits, &mut shapes);
+    let tolerance = |p: FlatPoint| borders.tolerance_steps(p, limits.tolerance_m / STEP_M);
+    for shape in &mut shapes {
+        let rules = Rules { tolerance: &tolerance, seams: &borders.seams, directions: &borders.directions };
+        let mut first = true;
+        for ring in shape.iter_mut() {
+            *ring = border::straighten(ring, &rules);
+            if std::mem::take(&mut first) && ring.is_empty() {
+                break;
+            }
+        }
+        // Openings of what vanished vanish too.
+        if shape.first().is_some_and(Vec::is_empty) {
+            shape.clear();
+        }
+        shape.retain(|ring| !ring.is_empty());
+    }
+    let mut shapes = clearance::clear(repair(&shapes));
+    drop_small(limits, &mut shapes);
+    let lift = |ring: &Ring| ring.iter().map(|p| frame.lift(*p)).collect::<Vec<_>>();
+    let polygon = |shape: Shape| {
+        let (outer, holes) = shape.split_first()?;
+        Some(PlanarPolygon { plane: index, outer_m: lift(outer), holes_m: holes.iter().map(lift).collect() })
+    };
+    shapes.into_iter().filter_map(polygon).collect()
+}
+
+/// Finished polygons with fewer corners: none at all for one that is too small, several for one that falls
+/// apart. `neighbours` are the planes that meet each plane.
+pub(crate) fn coarsen(
+    limits: &Limits,
+    planes: &[Plane],
+    neighbors: &[Vec<usize>],
+    polygons: &[PlanarPolygon],
+) -> Vec<PlanarPolygon> {
+    let of = |polygon: &PlanarPolygon| {
+        let plane = planes.get(polygon.plane)?;
+        let frame = Frame::new(plane, *polygon.outer_m.first()?);
+        let flat =
+            |ring: &Vec<[f64; 3]>| ring.iter().map(|p| frame.flat(*p)).collect::<Option<Vec<FlatPoint>>>();
+        let rings = std::iter::once(&polygon.outer_m).chain(&polygon.holes_m);
+        let shape = rings.map(flat).collect::<Option<Shape>>()?;
+        let borders = Borders::new(planes, polygon.plane, &frame, &neighbors[polygon.plane]);
+        Some(finish(limits, polygon.plane, &frame, vec![shape], &borders))
+    };
+    let coarse: Vec<Vec<PlanarPolygon>> =
+        polygons.par_iter().map(|polygon| of(polygon).unwrap_or_default()).collect();
+    coarse.into_iter().flatten().collect()
+}
+
+/// Closes pinholes and drops flakes.
+fn drop_small(limits: &Limits, shapes: &mut Vec<Shape>) {
+    shapes.retain(|shape| shape.first().is_some_and(|outer| area_m2(outer) >= limits.min_polygon_m2));
+    for shape in shapes {
+        let mut first = true;
+        shape.retain(|ring| std::mem::take(&mut first) || area_m2(ring) >= limits.min_hole_m2);
+    }
+}

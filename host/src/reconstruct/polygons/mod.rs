@@ -1,0 +1,97 @@
+//! From triangles of one plane to polygons with holes (the paper, section 3.2).
+//!
+//! Instead of the paper's pairwise merging, which must not make holes, all pieces of a plane are united at
+//! once: one wall, one polygon, its doors and windows holes of it. Frame `map`, meters.
+
+pub(crate) mod finish;
+pub(crate) mod outline;
+pub(crate) mod paper;
+pub(crate) mod params;
+pub(crate) mod plane_frame;
+pub(crate) mod seams;
+#[cfg(test)]
+mod tests;
+pub(crate) mod triangles;
+pub(crate) mod triangulate;
+pub(crate) mod validate;
+
+use crate::reconstruct::planes::labeled::Planes;
+pub use params::{Merging, PolygonParams};
+
+use crate::model::{Cloud, Mesh, PlanarPolygon, Plane};
+use crate::reconstruct::polygons::outline::border_context::Borders;
+use crate::reconstruct::polygons::outline::union::{Ring, doubled_area, union};
+use crate::reconstruct::polygons::plane_frame::{FlatPoint, Frame};
+use crate::reconstruct::polygons::triangles::assign::{Assigner, Piece, Pieces};
+use finish::Limits;
+use rayon::prelude::*;
+
+/// The flat surfaces, and the triangles that are none.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Merged {
+    /// The flat surfaces.
+    pub polygons: Vec<PlanarPolygon>,
+    /// Indices of triangles of the raw mesh that no polygon stands for.
+    pub rest: Vec<usize>,
+    /// Triangles dropped because they only bridge a gap ([`gaps`]).
+    pub jump_edges: usize,
+}
+
+/// Merges the triangles of each plane to polygons.
+pub(crate) fn merge(params: &PolygonParams, cloud: &Cloud, mesh: &Mesh, planes: &Planes) -> Merged {
+    if planes.labels.len() != cloud.len() {
+        return Merged { rest: (0..mesh.triangles.len()).collect(), ..Merged::default() };
+    }
+    let labels = triangles::sliver_planes::without(cloud, &planes.labels, &planes.planes);
+    let small_component =
+        triangles::small_components::SmallComponent { area_m2: params.min_hole_m2, off_m: params.step_m };
+    let labels = triangles::small_components::join(cloud, mesh, &labels, &planes.planes, small_component);
+    let labels =
+        triangles::label_propagation::propagate_labels(cloud, mesh, &labels, &planes.planes, params.step_m);
+    let laid_m = triangles::project_to_plane::onto_planes(cloud, &labels, &planes.planes);
+    let assigner = Assigner { params, cloud, planes: &planes.planes, labels: &labels, laid_m };
+    let pieces = assigner.assign(mesh);
+    let polygons: Vec<Vec<PlanarPolygon>> = (0..planes.planes.len())
+        .into_par_iter()
+        .map(|index| polygons_of(params, index, &planes.planes, &pieces))
+        .collect();
+    let mut polygons: Vec<PlanarPolygon> = polygons.into_iter().flatten().collect();
+    let pairs: Vec<(usize, usize)> = pieces.seams.iter().copied().collect();
+    seams::weld::weld(&planes.planes, &mut polygons, &pairs, params.border_tolerance_m);
+    if params.merging == Merging::Paper {
+        polygons = paper::without_holes(&planes.planes, polygons);
+    }
+    Merged { polygons, rest: pieces.rest, jump_edges: pieces.jump_edges }
+}
+
+/// The polygons of the pieces of plane `index`.
+fn polygons_of(params: &PolygonParams, index: usize, planes: &[Plane], all: &Pieces) -> Vec<PlanarPolygon> {
+    let pieces = &all.by_plane[index];
+    let Some(near_m) = pieces.first().and_then(|piece| piece.first()) else { return Vec::new() };
+    let frame = Frame::new(&planes[index], *near_m);
+    let flat: Vec<Ring> = pieces.iter().filter_map(|piece| counter_clockwise(&frame, piece)).collect();
+    let shapes = union(flat.iter().map(Vec::as_slice));
+    let limits = Limits {
+        tolerance_m: params.border_tolerance_m,
+        min_hole_m2: params.min_hole_m2,
+        min_polygon_m2: params.min_polygon_m2,
+    };
+    let other = |(a, b): &(usize, usize)| match index {
+        _ if index == *a => Some(*b),
+        _ if index == *b => Some(*a),
+        _ => None,
+    };
+    let neighbors: Vec<usize> = all.seams.iter().filter_map(other).collect();
+    let borders = Borders::new(planes, index, &frame, &neighbors).with_spacing(&frame, pieces, &shapes);
+    finish::finish(&limits, index, &frame, shapes, &borders)
+}
+
+/// A piece in plane coordinates, turned counter-clockwise; `None` when it has no area.
+fn counter_clockwise(frame: &Frame, piece: &Piece) -> Option<Ring> {
+    let mut ring: Ring = piece.iter().map(|p| frame.flat(*p)).collect::<Option<Vec<FlatPoint>>>()?;
+    let doubled = doubled_area(&ring);
+    if doubled < 0 {
+        ring.reverse();
+    }
+    (doubled != 0).then_some(ring)
+}

@@ -1,0 +1,6 @@
+//! From a plane's triangles to polygons with straight borders.
+
+pub(crate) mod border;
+pub(crate) mod border_context;
+pub(crate) mod line;
+pub(crate) mod union;

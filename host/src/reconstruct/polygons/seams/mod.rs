@@ -1,0 +1,7 @@
+//! Where neighboring polygons meet: common lines, common corners, no cracks.
+
+pub(crate) mod clearance;
+pub(crate) mod plane_intersection;
+#[cfg(test)]
+pub(crate) mod t_junctions;
+pub(crate) mod weld;

@@ -1,0 +1,109 @@
+//! From the poses of nodes back to every scan, and to any time between.
+//!
+//! Between two nodes a scan keeps the place among them that was recorded: it moves with both, with the nearer
+//! one more.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use biplane_matcher::Pose2;
+
+use crate::recordings::deskew::StampedPose;
+use crate::slam::keyframes::Keyframes;
+
+/// Recorded and optimized poses of the scans of one recording.
+#[derive(Clone, Debug, Default)]
+pub struct Corrected {
+    /// The optimized pose of each horizontal scan, in file order.
+    pub scans: Vec<Option<StampedPose>>,
+    by_stamp: BTreeMap<i64, Vec<usize>>,
+    /// Recorded and optimized, in the order of time.
+    in_time: Vec<(StampedPose, StampedPose)>,
+}
+
+impl Corrected {
+    /// Moves the scans of a trail with its nodes.
+    pub fn new(keyframes: &Keyframes, nodes: &[Pose2]) -> Self {
+        let mut scans = Vec::with_capacity(keyframes.scans.len());
+        let mut before = 0;
+        for (number, recorded) in keyframes.scans.iter().enumerate() {
+            while before + 1 < nodes.len() && keyframes.nodes[before + 1].scan <= number {
+                before += 1;
+            }
+            scans.push(recorded.map(|recorded| {
+                let pose = between(keyframes, nodes, before, &recorded.pose());
+                StampedPose {
+                    stamp_ns: recorded.stamp_ns,
+                    x_m: pose.x_m,
+                    y_m: pose.y_m,
+                    theta_rad: pose.theta_rad,
+                }
+            }));
+        }
+        let mut by_stamp: BTreeMap<i64, Vec<usize>> = BTreeMap::new();
+        for (number, pose) in scans.iter().enumerate().filter_map(|(number, pose)| Some((number, (*pose)?))) {
+            by_stamp.entry(pose.stamp_ns).or_default().push(number);
+        }
+        let mut in_time: Vec<(StampedPose, StampedPose)> =
+            keyframes.scans.iter().zip(&scans).filter_map(|(old, new)| Some(((*old)?, (*new)?))).collect();
+        in_time.sort_by_key(|(old, _)| old.stamp_ns);
+        in_time.dedup_by_key(|(old, _)| old.stamp_ns);
+        Self { scans, by_stamp, in_time }
+    }
+
+    /// The optimized pose for one that was recorded at a time between two scans.
+    pub fn at(&self, recorded: &StampedPose) -> Pose2 {
+        let after = self.in_time.partition_point(|(old, _)| old.stamp_ns < recorded.stamp_ns);
+        let moved =
+            |(old, new): &(StampedPose, StampedPose)| new.pose() * old.pose().between(&recorded.pose());
+        let (before, next) =
+            (after.checked_sub(1).and_then(|at| self.in_time.get(at)), self.in_time.get(after));
+        match (before, next) {
+            (Some(one), Some(other)) => {
+                let whole = (other.0.stamp_ns - one.0.stamp_ns) as f64;
+                let share = (recorded.stamp_ns - one.0.stamp_ns) as f64 / whole;
+                moved(one).interpolate(&moved(other), share)
+            }
+            (Some(only), None) | (None, Some(only)) => moved(only),
+            (None, None) => recorded.pose(),
+        }
+    }
+
+    /// Finds scans by their stamps, each once.
+    pub fn by_stamps(&self) -> ByStamps<'_> {
+        let numbers =
+            self.by_stamp.iter().map(|(stamp, numbers)| (*stamp, numbers.iter().copied().collect()));
+        ByStamps { corrected: self, numbers: numbers.collect() }
+    }
+}
+
+/// See [`Corrected::by_stamps`].
+#[derive(Clone, Debug)]
+pub struct ByStamps<'a> {
+    corrected: &'a Corrected,
+    numbers: BTreeMap<i64, VecDeque<usize>>,
+}
+
+impl ByStamps<'_> {
+    /// The optimized pose of the next scan with this stamp; of none, for the recorded one's own time.
+    pub fn next(&mut self, recorded: &StampedPose) -> Pose2 {
+        let scan = match self.numbers.get_mut(&recorded.stamp_ns) {
+            Some(numbers) if numbers.len() > 1 => numbers.pop_front(),
+            Some(numbers) => numbers.front().copied(),
+            None => None,
+        };
+        let known = scan.and_then(|scan| self.corrected.scans[scan]);
+        known.map_or_else(|| self.corrected.at(recorded), |pose| pose.pose())
+    }
+}
+
+fn between(keyframes: &Keyframes, nodes: &[Pose2], before: usize, recorded: &Pose2) -> Pose2 {
+    let away = |at: usize| keyframes.nodes[at].recorded.between(recorded);
+    let length = |way: &Pose2| way.distance_m() + way.theta_rad.abs();
+    let Some(first) = nodes.get(before) else { return *recorded };
+    let one = away(before);
+    let Some(next) = nodes.get(before + 1) else { return *first * one };
+    let other = away(before + 1);
+    let whole = length(&one) + length(&other);
+    let share = if whole > 0.0 { length(&one) / whole } else { 0.0 };
+    (*first * one).interpolate(&(*next * other), share)
+}

@@ -1,0 +1,109 @@
+//! A recording as the optimizer holds it: scans kept every so far along the way (nodes), each with its
+//! recorded pose, its odometry and its keyframe scan. Memory grows with the way driven, not with the log.
+
+pub(crate) mod keyframe_scan;
+pub(crate) mod submap;
+
+use biplane_matcher::{Pose2, wrap_angle};
+use biplane_recording::Topic;
+use biplane_recording::messages::LaserScan;
+
+use crate::recordings::deskew::{StampedPose, Trajectory};
+use crate::recordings::run::{Run, RunError, RunPoses, scan_geometry_of};
+use crate::recordings::scan_geometry::ScanGeometry;
+use crate::slam::keyframes::keyframe_scan::{KeyframeScan, KeyframeScanner};
+
+/// Poses farther apart than this are not bridged, nanoseconds.
+const LONGEST_GAP_NS: i64 = 1_000_000_000;
+
+/// Which scans become nodes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KeyframeParams {
+    /// A node every so far, meters. Smaller: finer corrections, at more time and memory.
+    pub every_m: f64,
+    /// Or every so much of a turn, degrees. The same.
+    pub every_deg: f64,
+    /// Longer ranges are not used, meters: sparse, and turned into large errors by small angles. Smaller:
+    /// less to match in halls.
+    pub longest_m: f64,
+}
+
+impl Default for KeyframeParams {
+    fn default() -> Self {
+        Self { every_m: 0.3, every_deg: 20.0, longest_m: 30.0 }
+    }
+}
+
+/// A scan that was kept.
+#[derive(Clone, Debug)]
+pub struct Node {
+    /// Its number among the recording's horizontal scans.
+    pub scan: usize,
+    /// The recorded pose.
+    pub recorded: Pose2,
+    /// The odometry's pose, where there is one.
+    pub odometry: Option<Pose2>,
+    /// What it saw.
+    pub keyframe_scan: KeyframeScan,
+}
+
+/// The nodes of one recording, and the recorded pose of every scan.
+#[derive(Clone, Debug, Default)]
+pub struct Keyframes {
+    /// The nodes, in file order.
+    pub nodes: Vec<Node>,
+    /// The recorded pose of each horizontal scan, in file order.
+    pub scans: Vec<Option<StampedPose>>,
+}
+
+impl Keyframes {
+    /// Reads the nodes of a recording.
+    ///
+    /// # Errors
+    /// When the recording is damaged or says nothing of the robot.
+    pub fn read(run: &Run, poses: &RunPoses, params: &KeyframeParams) -> Result<Self, RunError> {
+        let laser = run.rig()?.horizontal;
+        let mut keyframes = Self { nodes: Vec::new(), scans: poses.at_scans() };
+        let odometry = poses.odometry_at_scans();
+        let trajectory = poses.trajectory();
+        let mut geometry: Option<ScanGeometry> = None;
+        let mut scanner = KeyframeScanner::new(params.longest_m);
+        let mut scan_number = 0;
+        run.for_each_scan(Topic::ScanHorizontal, |scan| {
+            let number = scan_number;
+            scan_number += 1;
+            let Some(Some(pose)) = keyframes.scans.get(number) else { return };
+            if !keyframes.nodes.last().is_none_or(|last| is_news(&last.recorded, &pose.pose(), params)) {
+                return;
+            }
+            if geometry.as_ref().is_none_or(|geometry| geometry.beams.len() != scan.ranges_m.len()) {
+                geometry = Some(scan_geometry_of(&scan, &laser));
+            }
+            let Some(geometry) = &geometry else { return };
+            let twist = twist(&scan, geometry, pose, &trajectory);
+            let keyframe_scan = scanner.keyframe_scan(&scan, geometry, twist);
+            let odometry = odometry.get(number).copied().flatten().map(|pose| pose.pose());
+            keyframes.nodes.push(Node { scan: number, recorded: pose.pose(), odometry, keyframe_scan });
+        })?;
+        Ok(keyframes)
+    }
+}
+
+fn is_news(last: &Pose2, pose: &Pose2, params: &KeyframeParams) -> bool {
+    (pose.x_m - last.x_m).hypot(pose.y_m - last.y_m) >= params.every_m
+        || wrap_angle(pose.theta_rad - last.theta_rad).abs() >= params.every_deg.to_radians()
+}
+
+/// How the base moved while its mirror turned; zeros where beams have no times of their own.
+fn twist(scan: &LaserScan, geometry: &ScanGeometry, pose: &StampedPose, trajectory: &Trajectory) -> [f64; 3] {
+    let delay_ns = geometry.beams.iter().map(|beam| beam.delay_ns).max().unwrap_or(0);
+    if delay_ns <= 0 {
+        return [0.0; 3];
+    }
+    // Over a little more than a scan: two poses a few milliseconds apart tell the speed badly.
+    let span_ns = delay_ns.max(100_000_000);
+    let at = |stamp_ns: i64| trajectory.at(stamp_ns, LONGEST_GAP_NS).map_or(pose.pose(), |pose| pose.pose());
+    let (from, to) = (at(scan.stamp_ns - span_ns / 2), at(scan.stamp_ns.saturating_add(span_ns / 2)));
+    let way = from.between(&to);
+    [way.x_m, way.y_m, way.theta_rad].map(|part| part / (span_ns as f64 * 1e-9))
+}

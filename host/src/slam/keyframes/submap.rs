@@ -1,0 +1,178 @@
+//! Submaps of the way, each with its points in the frame of its middle node, the grid of where they are, and
+//! where nothing is.
+
+use std::ops::Range;
+
+use biplane_matcher::{EndPoint, Placement, PointMap, Pose2, ScorePyramid};
+
+use crate::slam::keyframes::Node;
+use crate::slam::keyframes::keyframe_scan::merged;
+
+/// How submaps are cut.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SubmapParams {
+    /// Way of a submap, meters. Longer: more to tell one place from another, and more drift within.
+    pub path_m: f64,
+    /// Way from one submap's beginning to the next one's, meters. Shorter: loops are found at more places, at
+    /// more time.
+    pub stride_m: f64,
+    /// Side of a cell of the search, meters. Larger: faster and rougher; what is found is refined on the
+    /// points.
+    pub cell_m: f64,
+}
+
+impl Default for SubmapParams {
+    fn default() -> Self {
+        Self { path_m: 8.0, stride_m: 4.0, cell_m: 0.1 }
+    }
+}
+
+/// Points closer than this share one of the keyframe scan, meters.
+const THIN_M: f32 = 0.05;
+/// Side of a cell of free space, meters.
+const FREE_CELL_M: f32 = 0.2;
+/// Beams end this far before what they see, meters.
+const FREE_MARGIN_M: f32 = 0.3;
+
+/// One submap. Its frame is the base at its middle node.
+#[derive(Clone, Debug)]
+pub(crate) struct Submap {
+    /// Its nodes in the graph.
+    pub nodes: Range<usize>,
+    /// The middle one.
+    pub middle: usize,
+    /// Its points, thinned.
+    pub points: Vec<EndPoint>,
+    /// A few of them, evenly chosen, for the search.
+    pub few: Vec<EndPoint>,
+    /// The points to align with.
+    pub surfaces: PointMap,
+    /// The grid and its pyramid.
+    pub pyramid: ScorePyramid,
+    /// Where its beams went through.
+    pub free: FreeSpace,
+}
+
+/// Ranges of nodes with about the same way, in order.
+pub(crate) fn submap_ranges(poses: &[Pose2], params: &SubmapParams) -> Vec<Range<usize>> {
+    let mut way = vec![0.0];
+    for pair in poses.windows(2) {
+        let turned = pair[0].between(&pair[1]);
+        // A turn on the spot sees new things, too.
+        way.push(way[way.len() - 1] + turned.distance_m() + 0.5 * turned.theta_rad.abs());
+    }
+    let mut found = Vec::new();
+    let mut first = 0;
+    while first < poses.len() {
+        let end = way.partition_point(|&path_m| path_m < way[first] + params.path_m).max(first + 1);
+        found.push(first..end);
+        if end >= poses.len() {
+            break;
+        }
+        first = way.partition_point(|&path_m| path_m < way[first] + params.stride_m).max(first + 1);
+    }
+    found
+}
+
+impl Submap {
+    /// Makes a submap of nodes; `poses` are theirs, in any frame, `first` the number of the first one in the
+    /// graph.
+    pub(crate) fn new(nodes: &[Node], poses: &[Pose2], first: usize, params: &SubmapParams) -> Self {
+        let middle = nodes.len() / 2;
+        let from_node: Vec<Pose2> = poses.iter().map(|pose| poses[middle].between(pose)).collect();
+        let points =
+            thinned(merged(from_node.iter().copied().zip(nodes.iter().map(|node| &node.keyframe_scan))));
+        let with_normal = points.iter().filter(|point| point.has_normal()).count();
+        let pool: Vec<&EndPoint> =
+            points.iter().filter(|point| point.has_normal() || with_normal < 40).collect();
+        let few = (0..pool.len().min(FEW)).map(|at| *pool[at * pool.len() / pool.len().min(FEW)]).collect();
+        let free = FreeSpace::new(nodes, &from_node, &points);
+        Self {
+            nodes: first..first + nodes.len(),
+            middle: first + middle,
+            few,
+            surfaces: PointMap::new(&points),
+            pyramid: ScorePyramid::new(&points, params.cell_m as f32),
+            free,
+            points,
+        }
+    }
+}
+
+/// Points of a search.
+const FEW: usize = 100;
+
+/// One point a cell, in the order of the cells.
+fn thinned(points: Vec<EndPoint>) -> Vec<EndPoint> {
+    let cell = |point: &EndPoint| point.at_m.map(|value| (value / THIN_M).floor() as i32);
+    let mut keyed: Vec<([i32; 2], usize, EndPoint)> =
+        points.into_iter().enumerate().map(|(index, point)| (cell(&point), index, point)).collect();
+    keyed.sort_by_key(|(cell, index, point)| (*cell, !point.has_normal(), *index));
+    keyed.dedup_by_key(|(cell, ..)| *cell);
+    keyed.into_iter().map(|(.., point)| point).collect()
+}
+
+/// Cells that beams went through and no point lies near.
+#[derive(Clone, Debug)]
+pub(crate) struct FreeSpace {
+    origin: [i64; 2],
+    columns: i64,
+    rows: i64,
+    seen: Vec<bool>,
+}
+
+impl FreeSpace {
+    fn new(nodes: &[Node], poses: &[Pose2], points: &[EndPoint]) -> Self {
+        let bound = |axis: usize, start: f32, pick: fn(f32, f32) -> f32| {
+            let lasers = poses.iter().map(|pose| [pose.x_m, pose.y_m][axis] as f32);
+            points.iter().map(|point| point.at_m[axis]).chain(lasers).fold(start, pick)
+        };
+        let cell = |value: f32| (value / FREE_CELL_M).floor() as i64;
+        let origin = [0, 1].map(|axis| cell(bound(axis, 0.0, f32::min)) - 1);
+        let [columns, rows] = [0, 1].map(|axis| cell(bound(axis, 0.0, f32::max)) + 2 - origin[axis]);
+        let mut free = Self { origin, columns, rows, seen: vec![false; (columns * rows) as usize] };
+        for (node, pose) in nodes.iter().zip(poses).step_by(3) {
+            let placement = Placement::new(pose);
+            let from = placement.place(node.keyframe_scan.laser_m);
+            for point in node.keyframe_scan.points.iter().step_by(2) {
+                free.pass(from, placement.place(point.at_m));
+            }
+        }
+        for point in points {
+            let middle = free.cell_of(point.at_m);
+            for (x, y) in (-1..=1).flat_map(|y| (-1..=1).map(move |x| (x, y))) {
+                free.set([middle[0] + x, middle[1] + y], false);
+            }
+        }
+        free
+    }
+
+    fn cell_of(&self, at_m: [f32; 2]) -> [i64; 2] {
+        [0, 1].map(|axis| (at_m[axis] / FREE_CELL_M).floor() as i64 - self.origin[axis])
+    }
+
+    fn set(&mut self, [column, row]: [i64; 2], value: bool) {
+        if (0..self.columns).contains(&column) && (0..self.rows).contains(&row) {
+            self.seen[(row * self.columns + column) as usize] = value;
+        }
+    }
+
+    fn pass(&mut self, from: [f32; 2], to: [f32; 2]) {
+        let along = [to[0] - from[0], to[1] - from[1]];
+        let length = along[0].hypot(along[1]);
+        let steps = ((length - FREE_MARGIN_M) / (0.7 * FREE_CELL_M)).max(0.0) as usize;
+        for step in 0..steps {
+            let share = step as f32 * 0.7 * FREE_CELL_M / length;
+            let cell = self.cell_of([from[0] + share * along[0], from[1] + share * along[1]]);
+            self.set(cell, true);
+        }
+    }
+
+    /// Whether beams went through here.
+    pub(crate) fn is_free(&self, at_m: [f32; 2]) -> bool {
+        let [column, row] = self.cell_of(at_m);
+        (0..self.columns).contains(&column)
+            && (0..self.rows).contains(&row)
+            && self.seen[(row * self.columns + column) as usize]
+    }
+}

@@ -1,0 +1,358 @@
+//! Which submaps might see the same place, closest guess first; and the loops found so, believed only in
+//! support.
+//!
+//! The window of a search is three standard deviations of what the graph knows of the two submaps; at first
+//! of a fifth of that (see [`CandidateParams::first_share`]). Narrow windows come first: a loop that they
+//! find makes the others' windows narrow. In a wide window much looks alike, so a loop found there needs
+//! others, of other submaps, that agree with it within what the way between them allows.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use biplane_matcher::{Pose2, Window};
+use rayon::prelude::*;
+
+use crate::slam::checkpoint::{Asked, Checkpoint};
+use crate::slam::keyframes::submap::Submap;
+use crate::slam::loop_closure::verification::{Found, RefineParams, find};
+use crate::slam::pose_graph::Edge;
+use crate::slam::pose_graph::graduated_non_convexity;
+use crate::slam::pose_graph::relative_covariance::{Known, LEVER_M, PathCovariances, reversed};
+
+/// How loops are looked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CandidateParams {
+    /// Middles of two submaps may be this far apart to see the same place, meters. Larger: more pairs, of
+    /// which fewer fit.
+    pub near_m: f64,
+    /// Standard deviations of the window. Larger: surer to hold the loop, slower.
+    pub sigmas: f64,
+    /// Share of the drift that steps may have with which is looked first. A matcher that works as it should
+    /// drifts by so little; loops found in such windows make the others narrow, so that corridors which look
+    /// alike are never compared from afar. Larger: more look alike. Smaller: more is left to the wide
+    /// windows.
+    pub first_share: f64,
+    /// Lengths may all be off by this share, so much of the way wider is the window. Larger: the same.
+    pub scale_share: f64,
+    /// Windows wider than this are not searched, meters each way.
+    pub widest_m: f64,
+    /// Pairs tried for each submap in a round.
+    pub pairs_per_round: usize,
+    /// A loop found in a window wider than this needs support, meters.
+    pub alone_up_to_m: f64,
+    /// Pairs known better than this already are not searched (standard deviation, meters; the heading's at a
+    /// lever of 5 m). Smaller: more loops, slower.
+    pub known_m: f64,
+}
+
+impl Default for CandidateParams {
+    fn default() -> Self {
+        Self {
+            near_m: 7.0,
+            sigmas: 3.0,
+            first_share: 0.2,
+            scale_share: 0.01,
+            widest_m: 64.0,
+            pairs_per_round: 4,
+            alone_up_to_m: 1.5,
+            known_m: 0.15,
+        }
+    }
+}
+
+/// A loop between two submaps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Loop {
+    /// The submaps, by number: the first holds the second.
+    pub submap_ids: [usize; 2],
+    /// What was found.
+    pub found: Found,
+    /// How wide was searched, meters.
+    pub half_m: f64,
+}
+
+impl Loop {
+    fn edge(&self, pose_of: impl Fn(usize) -> usize) -> Edge {
+        let [from, to] = self.submap_ids.map(pose_of);
+        Edge { from, to, measured: self.found.pose, information: self.found.information }
+    }
+}
+
+/// The search for loops: submaps as poses of a graph of their own.
+#[derive(Debug)]
+pub(crate) struct LoopCloser<'a> {
+    pub(crate) submaps: &'a [Submap],
+    /// Which recording each submap is of.
+    pub recording_of: &'a [usize],
+    /// Steps between the middles of following submaps of one recording.
+    pub(crate) chain: &'a [Edge],
+    pub(crate) params: CandidateParams,
+    pub(crate) refine: RefineParams,
+    /// The middles' poses.
+    pub poses: Vec<Pose2>,
+    /// All loops found.
+    pub loops: Vec<Loop>,
+    /// Whether each is believed.
+    pub inlier: Vec<bool>,
+    /// What was searched, and around which guess.
+    pub(crate) tried: BTreeMap<[usize; 2], (Pose2, f64)>,
+    /// Loops whose support was looked for, and those found so.
+    pub(crate) sought: BTreeSet<[usize; 2]>,
+    /// Pairs searched.
+    pub searched: usize,
+}
+
+/// A pair to be searched.
+pub(crate) struct Pair {
+    pub(crate) submap_ids: [usize; 2],
+    pub(crate) guess: Pose2,
+    pub(crate) window: Window,
+    /// How widely the place was searched before: a guess that comes from a loop found in a wide window is as
+    /// doubtful as that.
+    pub(crate) uncertainty_m: f64,
+}
+
+/// Windows beyond this are searched sparingly, meters. Their cost grows with the square; how much support a
+/// loop found in them needs is another question (`company`).
+const SPARING_BEYOND_M: f64 = 4.0;
+/// The widest windows of the first rounds, meters; when nothing more is found, they become wider by
+/// `WIDENING`.
+const FIRST_WIDEST_M: f64 = 1.0;
+/// See [`FIRST_WIDEST_M`]. Larger: fewer rounds, but loops of narrow windows are not there in time to make
+/// wide ones narrow.
+const WIDENING: f64 = 2.0;
+/// What every window has beyond the graph's doubt, meters, so that a place that the graph claims to know well
+/// is looked for, too. Larger: slower; smaller: loops are missed where steps claim too much.
+const WINDOW_FLOOR_M: f64 = 0.3;
+/// The same of the heading, radians.
+const WINDOW_FLOOR_RAD: f64 = 0.03;
+/// A window between so many times the size of one that was searched is no other one. Closer to 1: pairs are
+/// searched again in vain.
+const SAME_SIZE: (f64, f64) = (0.3, 1.5);
+/// A guess that has moved by less than this share of the window searched is no other guess, and by less than
+/// so many radians.
+const SAME_GUESS_SHARE: f64 = 0.5;
+/// See [`SAME_GUESS_SHARE`], radians.
+const SAME_GUESS_RAD: f64 = 0.1;
+/// A loop of more weight than this is believed: weights end at 0 or 1 but for few
+/// ([`graduated_non_convexity::optimise`]).
+const INLIER_WEIGHT: f64 = 0.5;
+/// Pairs between two savings of what was found.
+const BATCH: usize = 256;
+
+impl<'a> LoopCloser<'a> {
+    /// A search over submaps at these poses, `recording_of` telling which recording each is of.
+    pub(crate) fn new(
+        submaps: &'a [Submap],
+        recording_of: &'a [usize],
+        chain: &'a [Edge],
+        poses: Vec<Pose2>,
+        (params, refine): (CandidateParams, RefineParams),
+    ) -> Self {
+        let tried = BTreeMap::new();
+        Self {
+            submaps,
+            recording_of,
+            chain,
+            params,
+            refine,
+            poses,
+            loops: vec![],
+            inlier: vec![],
+            tried,
+            sought: BTreeSet::new(),
+            searched: 0,
+        }
+    }
+
+    /// Looks until nothing more is found, with windows of a small drift first. `progress` hears of pairs
+    /// searched and loops believed.
+    pub(crate) fn run(&mut self, checkpoint: &mut Checkpoint, progress: &mut dyn FnMut(usize, usize)) {
+        for share in [self.params.first_share, 1.0] {
+            self.run_with(share, checkpoint, progress);
+        }
+    }
+
+    /// Looks until nothing more is found in windows of this share of the drift, narrow ones first.
+    fn run_with(&mut self, share: f64, checkpoint: &mut Checkpoint, progress: &mut dyn FnMut(usize, usize)) {
+        let mut widest_m = FIRST_WIDEST_M.min(self.params.widest_m);
+        loop {
+            let pairs = self.pairs(widest_m, share);
+            let before = self.inlier_count();
+            self.search(&pairs, checkpoint, progress);
+            self.find_supporting(checkpoint, progress);
+            self.select_inliers();
+            if self.inlier_count() <= before || pairs.is_empty() {
+                let Some(wider_m) = wider(widest_m, self.params.widest_m) else { return };
+                widest_m = wider_m;
+            }
+        }
+    }
+
+    /// Loops believed.
+    pub(crate) fn inlier_count(&self) -> usize {
+        self.inlier.iter().filter(|inlier| **inlier).count()
+    }
+
+    pub(crate) fn search(
+        &mut self,
+        pairs: &[Pair],
+        checkpoint: &mut Checkpoint,
+        progress: &mut dyn FnMut(usize, usize),
+    ) {
+        for batch in pairs.chunks(BATCH) {
+            let known: &Checkpoint = checkpoint;
+            let answer = |pair: &Pair| {
+                let asked = Asked::new(pair.submap_ids, &pair.guess, pair.window, pair.uncertainty_m);
+                if let Some(found) = known.answer(&asked) {
+                    return (asked, found);
+                }
+                let [a, b] = pair.submap_ids;
+                (
+                    asked,
+                    find(
+                        &self.submaps[a],
+                        &self.submaps[b],
+                        &pair.guess,
+                        (pair.window, pair.uncertainty_m),
+                        &self.refine,
+                    ),
+                )
+            };
+            let answers: Vec<(Asked, Option<Found>)> = batch.par_iter().map(answer).collect();
+            for (pair, (_, found)) in batch.iter().zip(&answers) {
+                self.tried.insert(pair.submap_ids, (pair.guess, pair.window.half_m));
+                if let Some(found) = *found {
+                    self.loops.push(Loop {
+                        submap_ids: pair.submap_ids,
+                        found,
+                        half_m: pair.window.half_m.max(pair.uncertainty_m),
+                    });
+                }
+            }
+            checkpoint.add(&answers);
+            self.searched += batch.len();
+            progress(self.searched, self.inlier_count());
+        }
+    }
+
+    /// Pairs worth a search, with windows up to `widest_m` when the steps have this share of their drift.
+    /// That they have is an assumption: what is found so is uncertain by the geometric mean of both.
+    fn pairs(&self, widest_m: f64, share: f64) -> Vec<Pair> {
+        let loops = self.inlier_edges(|submap_id| submap_id);
+        let path_covariances = PathCovariances::new(self.submaps.len(), self.chain.iter().chain(&loops));
+        (0..self.submaps.len())
+            .into_par_iter()
+            .flat_map_iter(|query| {
+                let known = path_covariances.from(query);
+                let mut pairs: Vec<(f64, Pair)> = (0..query)
+                    .filter_map(|other| self.pair(other, query, known[other].as_ref()?, widest_m, share))
+                    .collect();
+                pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+                self.sparing(query, pairs)
+            })
+            .collect()
+    }
+
+    /// The pairs of a submap to search in this round, of those nearest first. Wide windows, which cost most,
+    /// are searched sparingly: one loop found makes the others narrow.
+    fn sparing(&self, query: usize, pairs: Vec<(f64, Pair)>) -> impl Iterator<Item = Pair> {
+        let mut left = [
+            self.params.pairs_per_round,
+            if query.is_multiple_of(2) { self.params.pairs_per_round / 2 } else { 0 },
+        ];
+        pairs.into_iter().map(|(_, pair)| pair).filter(move |pair| {
+            let left = &mut left[usize::from(pair.window.half_m > SPARING_BEYOND_M)];
+            let chosen = *left > 0;
+            *left = left.saturating_sub(1);
+            chosen
+        })
+    }
+
+    /// Whether a pair is worth a search; how likely it is seen by its distance, nearer first.
+    fn pair(
+        &self,
+        other: usize,
+        query: usize,
+        known: &Known,
+        widest_m: f64,
+        share: f64,
+    ) -> Option<(f64, Pair)> {
+        let (one, two) = (&self.submaps[other], &self.submaps[query]);
+        if one.nodes.end >= two.nodes.start || self.loops.iter().any(|l| l.submap_ids == [other, query]) {
+            return None;
+        }
+        let from_query = self.poses[query].between(&self.poses[other]);
+        let (guess, covariance) = reversed(&from_query, &known.covariance);
+        let sigma_m = covariance.fixed_view::<2, 2>(0, 0).symmetric_eigenvalues().max().max(0.0).sqrt();
+        if sigma_m < self.params.known_m && covariance[(2, 2)].sqrt() < self.params.known_m / LEVER_M {
+            return None;
+        }
+        let uncertainty_m = self.params.sigmas * sigma_m + self.params.scale_share * known.path_m;
+        let half_m = share * uncertainty_m + WINDOW_FLOOR_M;
+        let away_m = guess.distance_m();
+        if half_m > widest_m || away_m > self.params.near_m + half_m {
+            return None;
+        }
+        if let Some((tried, tried_m)) = self.tried.get(&[other, query]) {
+            let moved = guess.step_from(tried);
+            // The same window again finds the same.
+            let is_like = half_m > SAME_SIZE.0 * tried_m && half_m < SAME_SIZE.1 * tried_m;
+            let is_near = moved[0].hypot(moved[1]) < SAME_GUESS_SHARE * tried_m;
+            if is_near && moved[2].abs() < SAME_GUESS_RAD && is_like {
+                return None;
+            }
+        }
+        let half_rad = share * self.params.sigmas * covariance[(2, 2)].sqrt() + WINDOW_FLOOR_RAD;
+        Some((
+            away_m,
+            Pair {
+                submap_ids: [other, query],
+                guess,
+                window: Window { half_m, half_rad },
+                uncertainty_m: share.sqrt() * uncertainty_m + WINDOW_FLOOR_M,
+            },
+        ))
+    }
+
+    pub(crate) fn edges(&self) -> Vec<Edge> {
+        self.loops.iter().map(|found| found.edge(|submap_id| submap_id)).collect()
+    }
+
+    /// The loops believed, between other poses that stand for the submaps.
+    pub(crate) fn inlier_edges(&self, pose_of: impl Fn(usize) -> usize) -> Vec<Edge> {
+        let inlier = self.loops.iter().zip(&self.inlier).filter(|(_, inlier)| **inlier);
+        inlier.map(|(found, _)| found.edge(&pose_of)).collect()
+    }
+
+    /// Which loops are believed now, and the poses that they make.
+    pub(crate) fn select_inliers(&mut self) {
+        let edges = self.edges();
+        let supported = self.supported(&edges);
+        let chosen: Vec<usize> = (0..edges.len()).filter(|&at| supported[at]).collect();
+        let loops: Vec<Edge> = chosen.iter().map(|&at| edges[at]).collect();
+        let weights = graduated_non_convexity::optimize(&mut self.poses, self.chain, &loops);
+        self.inlier = vec![false; edges.len()];
+        for (&at, weight) in chosen.iter().zip(weights) {
+            self.inlier[at] = weight > INLIER_WEIGHT;
+        }
+    }
+}
+
+/// How wide windows may be in the next round; `None` after the widest.
+fn wider(now_m: f64, widest_m: f64) -> Option<f64> {
+    (now_m < widest_m).then(|| (now_m * WIDENING).min(widest_m))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{CandidateParams, FIRST_WIDEST_M, wider};
+
+    #[test]
+    fn windows_become_wider_up_to_the_widest_and_no_wider() {
+        let widths = |widest_m: f64| -> Vec<f64> {
+            std::iter::successors(Some(FIRST_WIDEST_M), |now_m| wider(*now_m, widest_m)).collect()
+        };
+        assert_eq!(widths(40.0), [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 40.0]);
+        assert_eq!(widths(CandidateParams::default().widest_m), [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0]);
+    }
+}

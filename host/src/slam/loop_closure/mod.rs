@@ -1,0 +1,6 @@
+//! Loop closure: where the robot was before, searched, verified, and accepted only when loops support each
+//! other.
+
+pub(crate) mod candidate;
+pub(crate) mod pairwise_consistency;
+pub(crate) mod verification;

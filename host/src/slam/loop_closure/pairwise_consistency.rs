@@ -1,0 +1,229 @@
+//! Loops found in wide windows, where much looks alike, need others that agree with them.
+//!
+//! Two loops agree when the cycle of both and the ways between their ends closes within what is known of
+//! these (pairwise consistency, after Mangelson et al. 2018). Where a loop has no support yet, the submaps
+//! before and after its two are looked for.
+
+use std::collections::BTreeMap;
+
+use biplane_matcher::Window;
+use nalgebra::{Matrix3, Vector3};
+use rayon::prelude::*;
+
+use super::candidate::{Loop, LoopCloser, Pair};
+use crate::slam::checkpoint::Checkpoint;
+use crate::slam::pose_graph::Edge;
+use crate::slam::pose_graph::relative_covariance::{Known, PathCovariances, joined};
+
+/// Up to this window one other loop is support enough, meters.
+const ONE_SUFFICES_UP_TO_M: f64 = 4.0;
+/// Up to this one, two others wherever they are: beyond, there are enough places that one of them looks like
+/// this one for ten meters.
+const TWO_SUFFICE_UP_TO_M: f64 = 16.0;
+/// Beyond it the loops that agree have to lie along so many submaps of both ways (4 m each). More: a place
+/// passed but shortly is not found again from afar; fewer: chance suffices.
+const SUBMAPS_ALONG: usize = 5;
+/// Submaps before and after the two of a loop.
+const BESIDE: [(isize, isize); 8] = [(0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (-1, -1), (1, -1), (-1, 1)];
+/// Around where a loop says that they are, meters and radians.
+const BESIDE_M: f64 = 0.8;
+const BESIDE_RAD: f64 = 0.1;
+/// So many points that tell where along a corridor one is are many.
+const RICH: usize = 150;
+/// A way between the ends of two loops tells nothing of them when its variances of x and y add up to more,
+/// square meters: a meter of standard deviation lets nearly any cycle close.
+const MAX_PATH_VARIANCE_M2: f64 = 1.0;
+/// A cycle closes when the squared Mahalanobis distance of what is left of it is below this, no unit: the
+/// chi-square quantile of three degrees of freedom (x, y and the turn) at 99 %. Stricter than what a loop
+/// must fulfil in the end ([`crate::slam::pose_graph::graduated_non_convexity`], 99.9 %), because a loop that
+/// agrees by chance makes a false one believed.
+const MAX_CYCLE_SQUARED: f64 = 11.3;
+/// What every loop is taken to know at least, 1/m^2 and 1/rad^2: without it, one that says nothing along a
+/// corridor has no covariance.
+const MIN_INFORMATION: f64 = 1e-3;
+
+impl LoopCloser<'_> {
+    /// For loops that need support: the submaps before and after are looked for where the loop says that they
+    /// are; where much is in doubt, from those found on again, until the ways part.
+    pub(crate) fn find_supporting(
+        &mut self,
+        checkpoint: &mut Checkpoint,
+        progress: &mut dyn FnMut(usize, usize),
+    ) {
+        for round in 0..SUBMAPS_ALONG {
+            // On and on only ahead and back: both ways go on by a submap each.
+            let pairs = self.beside(if round == 0 { &BESIDE } else { &BESIDE[4..] });
+            self.sought.extend(self.loops.iter().map(|found| found.submap_ids));
+            if pairs.is_empty() {
+                return;
+            }
+            self.search(&pairs, checkpoint, progress);
+            let ends_here = |pair: &&Pair| asked(pair.uncertainty_m, self.params.alone_up_to_m).1 == 0;
+            self.sought.extend(pairs.iter().filter(ends_here).map(|pair| pair.submap_ids));
+        }
+    }
+
+    /// The pairs beside loops that need support and were not sought for yet.
+    fn beside(&self, steps: &[(isize, isize)]) -> Vec<Pair> {
+        let mut pairs: BTreeMap<[usize; 2], Pair> = BTreeMap::new();
+        let needy = self.loops.iter().filter(|found| found.half_m > self.params.alone_up_to_m);
+        for found in needy.filter(|found| !self.sought.contains(&found.submap_ids)) {
+            let [a, b] = found.submap_ids;
+            for &(da, db) in steps {
+                let (Some(one), Some(two)) = (a.checked_add_signed(da), b.checked_add_signed(db)) else {
+                    continue;
+                };
+                let is_there = |submap_id: usize, of: usize| {
+                    submap_id < self.submaps.len() && self.recording_of[submap_id] == self.recording_of[of]
+                };
+                let known = self.loops.iter().any(|other| other.submap_ids == [one, two]);
+                if known || !is_there(one, a) || !is_there(two, b) || one >= two {
+                    continue;
+                }
+                let guess = self.poses[one].between(&self.poses[a])
+                    * found.found.pose
+                    * self.poses[b].between(&self.poses[two]);
+                let window = Window { half_m: BESIDE_M, half_rad: BESIDE_RAD };
+                let pair = Pair { submap_ids: [one, two], guess, window, uncertainty_m: found.half_m };
+                pairs.entry(pair.submap_ids).or_insert(pair);
+            }
+        }
+        pairs.into_values().collect()
+    }
+
+    /// Whether a loop is narrow, or others agree with it, along as much of the way as the doubt asks for.
+    pub(crate) fn supported(&self, edges: &[Edge]) -> Vec<bool> {
+        let stands = |(at, agreeing): (usize, Vec<usize>)| {
+            let found = &self.loops[at];
+            // A place with much to tell it by is support to itself.
+            let own = usize::from(found.found.agreement.along_points >= RICH);
+            let (support, along) = asked(found.half_m, self.params.alone_up_to_m);
+            !self.lies_anywhere(found)
+                && agreeing.len() + own >= support
+                && along_both(at, &agreeing, edges) >= along
+        };
+        self.support(edges).into_iter().enumerate().map(stands).collect()
+    }
+
+    /// Bare corridor found from afar lies anywhere along the corridor: it leads on to what tells, and holds
+    /// only where it is when that is known.
+    fn lies_anywhere(&self, found: &Loop) -> bool {
+        let [from, to] = found.submap_ids.map(|submap_id| self.poses[submap_id]);
+        let away = from.between(&to).step_from(&found.found.pose);
+        found.half_m > self.refine.narrow_m
+            && !self.refine.constrains_along(&found.found.agreement)
+            && away[0].hypot(away[1]) > self.refine.narrow_m
+    }
+
+    /// The other loops that agree with each. Bare corridor agrees with any other: the way is followed over
+    /// it, and it counts for nothing.
+    pub(crate) fn support(&self, edges: &[Edge]) -> Vec<Vec<usize>> {
+        let path_covariances = PathCovariances::new(self.submaps.len(), self.chain.iter());
+        let mut starts: Vec<usize> = edges.iter().flat_map(|edge| [edge.from, edge.to]).collect();
+        starts.sort_unstable();
+        starts.dedup();
+        let known: Vec<Vec<Option<Known>>> =
+            starts.par_iter().map(|&start| path_covariances.from(start)).collect();
+        let from = |start: usize, to: usize| {
+            starts.binary_search(&start).ok().and_then(|at| known[at][to]).map(|known| known.covariance)
+        };
+        let agreeing = |at: usize| {
+            let one = &edges[at];
+            let agrees =
+                |other: &Edge| self.agree(one, other, [from(one.from, other.from), from(one.to, other.to)]);
+            let constrains_along = |at: usize| self.refine.constrains_along(&self.loops[at].found.agreement);
+            (0..edges.len())
+                .filter(|&other| other != at && constrains_along(other) && agrees(&edges[other]))
+                .collect()
+        };
+        (0..edges.len()).into_par_iter().map(agreeing).collect()
+    }
+
+    /// Whether the cycle of two loops and the ways between their ends closes; the ways have to be short for
+    /// that to say anything.
+    fn agree(&self, one: &Edge, other: &Edge, known: [Option<Matrix3<f64>>; 2]) -> bool {
+        let [Some(at_from), Some(at_to)] = known else { return false };
+        if [at_from, at_to].iter().any(|way| way[(0, 0)] + way[(1, 1)] > MAX_PATH_VARIANCE_M2) {
+            return false;
+        }
+        let Some(own) = covariance(&one.information) else { return false };
+        let Some(its) = covariance(&other.information) else { return false };
+        // Over the first ends and back over the second ones.
+        let from_path_covariance = self.poses[one.from].between(&self.poses[other.from]);
+        let to_path_covariance = self.poses[one.to].between(&self.poses[other.to]);
+        let (there, there_known) = joined((&one.measured, &own), (&to_path_covariance, &at_to));
+        let (here, here_known) = joined((&from_path_covariance, &at_from), (&other.measured, &its));
+        let away = Vector3::from(there.step_from(&here));
+        (there_known + here_known)
+            .cholesky()
+            .is_some_and(|factors| away.dot(&factors.solve(&away)) < MAX_CYCLE_SQUARED)
+    }
+}
+
+/// How many others have to agree with a loop when so much is uncertain, and along how many submaps. Of
+/// another recording's place nothing is known at first: [`crate::slam::join_recordings`] asks for more by
+/// itself.
+fn asked(uncertainty_m: f64, alone_up_to_m: f64) -> (usize, usize) {
+    match uncertainty_m {
+        uncertainty_m if uncertainty_m <= alone_up_to_m => (0, 0),
+        uncertainty_m if uncertainty_m <= ONE_SUFFICES_UP_TO_M => (1, 0),
+        uncertainty_m if uncertainty_m > TWO_SUFFICE_UP_TO_M && uncertainty_m.is_finite() => {
+            (2, SUBMAPS_ALONG)
+        }
+        _ => (2, 0),
+    }
+}
+
+/// Along how many submaps of both ways a loop and those that agree with it lie.
+fn along_both(at: usize, agreeing: &[usize], edges: &[Edge]) -> usize {
+    let along = |end: fn(&Edge) -> usize| {
+        let ends = || agreeing.iter().chain([&at]).map(|&loop_| end(&edges[loop_]));
+        ends().max().unwrap_or(0) - ends().min().unwrap_or(0)
+    };
+    along(|edge| edge.from).min(along(|edge| edge.to))
+}
+
+fn covariance(information: &Matrix3<f64>) -> Option<Matrix3<f64>> {
+    Some((information + Matrix3::identity() * MIN_INFORMATION).cholesky()?.inverse())
+}
+
+#[cfg(test)]
+mod tests {
+    use biplane_matcher::Pose2;
+
+    use super::{MAX_CYCLE_SQUARED, along_both, asked};
+    use crate::slam::pose_graph::graduated_non_convexity::MAX_LOOP_SQUARED;
+    use crate::slam::pose_graph::tests::edge;
+
+    /// The share of squared Mahalanobis distances of three degrees of freedom below a limit: the integral of
+    /// their density.
+    fn share_below(limit: f64) -> f64 {
+        let density = |x: f64| (x / std::f64::consts::TAU).sqrt() * (-0.5 * x).exp();
+        let width = limit / 10_000.0;
+        (0..10_000).map(|at| width * density((f64::from(at) + 0.5) * width)).sum()
+    }
+
+    #[test]
+    fn limits_of_squared_distances_are_the_quantiles_that_they_say() {
+        for (limit, share) in [(MAX_CYCLE_SQUARED, 0.99), (MAX_LOOP_SQUARED, 0.999)] {
+            let found = share_below(limit);
+            assert!((found - share).abs() < 0.03 * (1.0 - share), "{limit}: {found} and not {share}");
+        }
+    }
+
+    #[test]
+    fn the_more_is_in_doubt_the_more_has_to_agree_and_along_more_of_the_way() {
+        let cases = [1.0, 3.0, 10.0, 60.0, f64::INFINITY].map(|uncertainty_m| asked(uncertainty_m, 1.5));
+        assert_eq!(cases, [(0, 0), (1, 0), (2, 0), (2, 5), (2, 0)]);
+    }
+
+    #[test]
+    fn ten_loops_at_one_place_are_short_company_and_three_along_the_way_are_long() {
+        let at = |from, to| edge(from, to, Pose2::IDENTITY, [0.1; 3]);
+        let edges = [at(1, 50), at(2, 51), at(3, 50), at(1, 52), at(7, 44), at(4, 47), at(30, 51)];
+        assert_eq!(along_both(0, &[1, 2, 3], &edges), 2);
+        assert_eq!(along_both(0, &[4, 5], &edges), 6);
+        assert_eq!(along_both(0, &[6], &edges), 1, "far along one way only");
+        assert_eq!(along_both(0, &[], &edges), 0);
+    }
+}

@@ -1,0 +1,281 @@
+//! Loop closing and pose-graph optimization: better poses for one recording, and one frame for several.
+//!
+//! The way, step by step: scans kept along the way ([`keyframes`]) -> steps between them
+//! ([`pose_graph::odometry_edges`]) -> submaps with grids ([`keyframes::submap`]) -> pairs that might see one
+//! place ([`loop_closure::candidate`]; of several recordings [`join_recordings`]) -> the place: the matcher's
+//! search and alignment, with what differs from the tracker in [`submap_alignment`], and the questions of
+//! [`loop_closure::verification`] and [`loop_closure::pairwise_consistency`] -> which loops are inliers
+//! ([`pose_graph::graduated_non_convexity`]) -> every scan among all scans around it ([`refinement`]) -> the
+//! recording again ([`rewrite_recording`]).
+//!
+//! Frame `map`, meters, radians. Results do not depend on the number of threads.
+
+pub(crate) mod checkpoint;
+pub(crate) mod corrected_poses;
+pub(crate) mod join_recordings;
+pub(crate) mod keyframes;
+pub(crate) mod loop_closure;
+pub(crate) mod occupancy;
+pub(crate) mod pose_graph;
+pub(crate) mod refinement;
+pub(crate) mod rewrite_recording;
+pub(crate) mod submap_alignment;
+
+use std::ops::Range;
+
+use biplane_matcher::Pose2;
+use nalgebra::Matrix3;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use crate::slam::keyframes::submap::{Submap, SubmapParams, submap_ranges};
+use crate::slam::keyframes::{KeyframeParams, Keyframes, Node};
+use crate::slam::loop_closure::candidate::{CandidateParams, LoopCloser};
+use crate::slam::loop_closure::verification::RefineParams;
+use crate::slam::pose_graph::Edge;
+use crate::slam::pose_graph::odometry_edges::ChainParams;
+use crate::slam::refinement::params::JointParams;
+use checkpoint::Checkpoint;
+
+/// All parameters.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LoopParams {
+    /// Which scans are kept.
+    pub keyframes: KeyframeParams,
+    /// The steps between them.
+    pub chain: ChainParams,
+    /// Submaps.
+    pub submap: SubmapParams,
+    /// Which submaps are compared.
+    pub candidate: CandidateParams,
+    /// When they match.
+    pub refine: RefineParams,
+    /// The last step.
+    pub joint: JointParams,
+}
+
+/// What goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Progress {
+    /// Steps and submaps are made, of so many scans.
+    Submaps(usize),
+    /// So many pairs were searched, so many loops are believed.
+    Searched(usize, usize),
+    /// The last step, of so many rounds this one.
+    Joint(usize, usize),
+}
+
+/// What became of the recordings.
+#[derive(Clone, Debug)]
+pub struct Optimized {
+    /// The poses of the nodes, by recording.
+    pub poses: Vec<Vec<Pose2>>,
+    /// For each recording the first one that it is joined to; itself when it is alone.
+    pub groups: Vec<usize>,
+    /// The loops found, between nodes counted over all recordings.
+    pub loops: Vec<LoopFound>,
+    /// The figures.
+    pub counts: Counts,
+}
+
+/// A loop that was found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LoopFound {
+    /// The nodes in the middle of both submaps.
+    pub nodes: [usize; 2],
+    /// The second one seen from the first.
+    pub pose: Pose2,
+    /// Inverse covariance of the pose.
+    pub information: Matrix3<f64>,
+    /// How far around the guess was searched, meters.
+    pub half_m: f64,
+    /// How well it fits.
+    pub agreement: loop_closure::verification::Agreement,
+    /// Whether the others agree with it.
+    pub inlier: bool,
+}
+
+/// Figures of an optimization.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Counts {
+    /// Scans kept.
+    pub nodes: usize,
+    /// Submaps of the way.
+    #[serde(rename = "stretches")]
+    pub submap_count: usize,
+    /// Pairs of submaps searched.
+    pub pairs_searched: usize,
+    /// Loops found.
+    pub loops_found: usize,
+    /// Of these, believed.
+    pub loops: usize,
+}
+
+/// Optimizes the poses of recordings.
+pub fn optimize(
+    all_keyframes: &[Keyframes],
+    params: &LoopParams,
+    checkpoint: &mut Checkpoint,
+    progress: &mut dyn FnMut(Progress),
+) -> Optimized {
+    let nodes: Vec<Node> =
+        all_keyframes.iter().flat_map(|keyframes| keyframes.nodes.iter().cloned()).collect();
+    let runs = runs(all_keyframes);
+    progress(Progress::Submaps(nodes.len()));
+    let chain: Vec<Edge> = runs
+        .iter()
+        .flat_map(|run| pose_graph::odometry_edges::edges(&nodes[run.clone()], run.start, &params.chain))
+        .collect();
+    let mut poses = chained(&nodes, &chain);
+    let (submaps, recording_of) = cut(&nodes, &poses, &runs, params);
+    let coarse = coarse_chain(&submaps, &recording_of, &chain);
+    let middles = submaps.iter().map(|submap| poses[submap.middle]).collect();
+    let mut loop_closer =
+        LoopCloser::new(&submaps, &recording_of, &coarse, middles, (params.candidate, params.refine));
+    let mut hear = |searched, inlier| progress(Progress::Searched(searched, inlier));
+    loop_closer.run(checkpoint, &mut hear);
+    while runs.len() > 1 && loop_closer.join(runs.len(), checkpoint, &mut hear) {
+        loop_closer.run(checkpoint, &mut hear);
+    }
+    let loops = loop_closer.inlier_edges(|submap_id| submaps[submap_id].middle);
+    spread(&mut poses, &submaps, &recording_of, &runs, &loop_closer.poses);
+    let all: Vec<Edge> = chain.iter().chain(&loops).copied().collect();
+    let structure = pose_graph::structure(poses.len(), &all);
+    pose_graph::optimize(&mut poses, &all, &vec![1.0; all.len()], &structure);
+    let groups = loop_closer.groups(runs.len());
+    let is_closed = closed(&loop_closer, &groups);
+    for group in (0..runs.len()).filter(|&run| groups[run] == run && is_closed[run]) {
+        let members = runs.iter().zip(&groups).filter(|(_, of)| **of == group);
+        let members: Vec<usize> = members.flat_map(|(run, _)| run.clone()).collect();
+        refinement::refine_some(&members, &nodes, &mut poses, &chain, &params.joint, &mut |round| {
+            progress(Progress::Joint(round, params.joint.rounds()));
+        });
+    }
+    let found = loop_closer.loops.iter().zip(&loop_closer.inlier).map(|(found, &inlier)| LoopFound {
+        nodes: found.submap_ids.map(|submap_id| submaps[submap_id].middle),
+        pose: found.found.pose,
+        information: found.found.information,
+        half_m: found.half_m,
+        agreement: found.found.agreement,
+        inlier,
+    });
+    let counts = Counts {
+        nodes: nodes.len(),
+        submap_count: submaps.len(),
+        pairs_searched: loop_closer.searched,
+        loops_found: loop_closer.loops.len(),
+        loops: loops.len(),
+    };
+    let of_run = |(run, closed): (&Range<usize>, &bool)| match closed {
+        true => poses[run.clone()].to_vec(),
+        false => nodes[run.clone()].iter().map(|node| node.recorded).collect(),
+    };
+    Optimized {
+        poses: runs.iter().zip(&is_closed).map(of_run).collect(),
+        groups,
+        loops: found.collect(),
+        counts,
+    }
+}
+
+/// Whether a recording is part of any loop. One without keeps its recorded poses: nothing says where they
+/// would be wrong.
+fn closed(loop_closer: &LoopCloser<'_>, groups: &[usize]) -> Vec<bool> {
+    let mut closed = vec![false; groups.len()];
+    for edge in loop_closer.inlier_edges(|submap_id| loop_closer.recording_of[submap_id]) {
+        closed[edge.from] = true;
+        closed[edge.to] = true;
+    }
+    let group_is = |group: usize| groups.iter().zip(&closed).any(|(of, closed)| *of == group && *closed);
+    groups.iter().map(|group| group_is(*group)).collect()
+}
+
+/// The nodes of each recording.
+fn runs(all_keyframes: &[Keyframes]) -> Vec<Range<usize>> {
+    let mut end = 0;
+    all_keyframes
+        .iter()
+        .map(|keyframes| {
+            let start = end;
+            end += keyframes.nodes.len();
+            start..end
+        })
+        .collect()
+}
+
+/// Poses by the steps alone; each recording begins at its recorded pose.
+fn chained(nodes: &[Node], chain: &[Edge]) -> Vec<Pose2> {
+    let mut poses: Vec<Pose2> = nodes.iter().map(|node| node.recorded).collect();
+    for edge in chain {
+        poses[edge.to] = poses[edge.from] * edge.measured;
+    }
+    poses
+}
+
+/// The submaps of all recordings, and which recording each is of.
+fn cut(
+    nodes: &[Node],
+    poses: &[Pose2],
+    runs: &[Range<usize>],
+    params: &LoopParams,
+) -> (Vec<Submap>, Vec<usize>) {
+    let mut ranges = Vec::new();
+    for (number, run) in runs.iter().enumerate() {
+        let of_run = submap_ranges(&poses[run.clone()], &params.submap);
+        ranges
+            .extend(of_run.into_iter().map(|range| (number, range.start + run.start..range.end + run.start)));
+    }
+    let submaps = ranges
+        .par_iter()
+        .map(|(_, range)| {
+            Submap::new(&nodes[range.clone()], &poses[range.clone()], range.start, &params.submap)
+        })
+        .collect();
+    (submaps, ranges.into_iter().map(|(number, _)| number).collect())
+}
+
+/// Steps between the middles of following submaps of a recording, added up over the nodes between. `chain`
+/// holds the steps of all recordings, ascending.
+fn coarse_chain(submaps: &[Submap], recording_of: &[usize], chain: &[Edge]) -> Vec<Edge> {
+    let join = |at: usize| {
+        let first = chain.partition_point(|edge| edge.from < submaps[at].middle);
+        let last = chain.partition_point(|edge| edge.from < submaps[at + 1].middle);
+        let mut sum = (Pose2::IDENTITY, Matrix3::zeros());
+        for edge in &chain[first..last] {
+            sum = pose_graph::relative_covariance::joined(
+                (&sum.0, &sum.1),
+                (&edge.measured, &inverse(&edge.information)),
+            );
+        }
+        Edge { from: at, to: at + 1, measured: sum.0, information: inverse(&sum.1) }
+    };
+    let follows = |at: &usize| recording_of[*at] == recording_of[*at + 1];
+    (0..submaps.len().saturating_sub(1)).filter(follows).map(join).collect()
+}
+
+fn inverse(matrix: &Matrix3<f64>) -> Matrix3<f64> {
+    matrix.cholesky().map_or_else(Matrix3::identity, |factors| factors.inverse())
+}
+
+/// Moves each node with the middle of the submap nearest to it: a start for the graph of all nodes.
+fn spread(
+    poses: &mut [Pose2],
+    submaps: &[Submap],
+    recording_of: &[usize],
+    runs: &[Range<usize>],
+    middles: &[Pose2],
+) {
+    let old = poses.to_vec();
+    for (number, run) in runs.iter().enumerate() {
+        let first = recording_of.partition_point(|of| *of < number);
+        let last = recording_of.partition_point(|of| *of <= number);
+        let mut at = first;
+        for node in run.clone() {
+            let away = |at: usize| submaps[at].middle.abs_diff(node);
+            while at + 1 < last && away(at + 1) <= away(at) {
+                at += 1;
+            }
+            poses[node] = middles[at] * old[submaps[at].middle].between(&old[node]);
+        }
+    }
+}

@@ -1,0 +1,103 @@
+// Starts the 3D view: the model first, because it is small and can be looked at while the raw mesh is still on its way.
+
+/** Places at a height, as positions of a mesh are. */
+function onLattice(places, height_m, { origin_m, step_m }) {
+  const positions = new Uint16Array(4 * places.length);
+  places.forEach(([x, y], index) => {
+    [x, y, height_m].forEach((value, axis) => {
+      positions[4 * index + axis] = clamp(Math.round((value - origin_m[axis]) / step_m), 0, 65535);
+    });
+  });
+  return positions;
+}
+
+/** A grid on the floor, of metres or, of a large building, of five: many recordings have no floor to stand on. */
+function gridLines({ bounds_m: [low, high] }) {
+  const side = Math.max(high[0] - low[0], high[1] - low[1]) > 60 ? 5 : 1;
+  const lines = [];
+  for (const axis of [0, 1]) {
+    for (let at = Math.ceil(low[axis] / side) * side; at <= high[axis]; at += side) {
+      for (const end of [low, high]) lines.push(axis === 0 ? [at, end[1]] : [end[0], at]);
+    }
+  }
+  return lines;
+}
+
+/** Colours, plane normals and numbers of a model's surfaces, for each of its vertices. */
+function dress(mesh, normals, { polygons, planes }) {
+  const count = mesh.positions.length / 4;
+  mesh.colors = new Uint8Array(4 * count).fill(152);
+  mesh.surfaces = new Float32Array(count);
+  mesh.normals = normals;
+  let first = 0;
+  polygons.forEach(({ plane, triangles }, index) => {
+    const { color, normal } = planes[plane];
+    for (let c = first; c < first + 3 * triangles; c++) {
+      const vertex = mesh.corners[c];
+      mesh.surfaces[vertex] = index + 1;
+      for (let axis = 0; axis < 3; axis++) {
+        mesh.colors[4 * vertex + axis] = color[axis];
+        normals[4 * vertex + axis] = Math.round(127 * normal[axis]);
+      }
+    }
+    first += 3 * triangles;
+  });
+  mesh.borders = borders(mesh.corners, first / 3);
+}
+
+/** Corners of the model's flat surfaces with their normals, some thousand at most. */
+function cornersToSee({ positions, normals, surfaces }, { origin_m, step_m }) {
+  const corners = [];
+  const every = Math.ceil(surfaces.length / 6000);
+  for (let v = 0; v < surfaces.length; v += every) {
+    if (surfaces[v] === 0) continue;
+    const [at, normal] = [positions, normals].map((from) => [from[4 * v], from[4 * v + 1], from[4 * v + 2]]);
+    corners.push({ at: add(origin_m, scale(at, step_m)), normal });
+  }
+  return corners;
+}
+
+async function loadMesh(viewer, note) {
+  const pane = viewer.panes.find((each) => each.name === note.name);
+  const say = (part) => { pane.status.textContent = `loading ${Math.round(100 * part)} %`; };
+  const mesh = await unpack(note, await bytesOf(note.name), say);
+  const { contents, camera: { floor_m } } = viewer;
+  mesh.way = onLattice(contents.way_m, floor_m + 0.03, contents);
+  mesh.grid = onLattice(gridLines(contents), floor_m, contents);
+  mesh.normals = await facing(mesh);
+  if (note.name === 'model') {
+    dress(mesh, mesh.normals, viewer.contents);
+    viewer.model = mesh;
+    viewer.camera.model = cornersToSee(mesh, viewer.contents);
+    viewer.resized();
+  }
+  await pane.load(mesh, viewer.contents);
+  pane.status.textContent = sizeOf(note, viewer.contents);
+  viewer.changed();
+}
+
+function sizeOf({ name, triangles }, { polygons, raw_triangles }) {
+  const count = (number) => number.toLocaleString('en');
+  if (name === 'model') {
+    const flat = polygons.reduce((sum, polygon) => sum + polygon.triangles, 0);
+    return `${count(polygons.length)} polygons + ${count(triangles - flat)} triangles`;
+  }
+  return name === 'raw' && triangles < raw_triangles ? `${count(triangles)} of ${count(raw_triangles)} triangles` : `${count(triangles)} triangles`;
+}
+
+async function start(section) {
+  const contents = JSON.parse(document.getElementById('contents').textContent);
+  let viewer;
+  try {
+    viewer = new Viewer(section, contents);
+  } catch {
+    document.documentElement.classList.remove('scripted');
+    document.getElementById('no-webgl').hidden = false;
+    section.dataset.state = 'pictures';
+    return;
+  }
+  for (const note of contents.meshes) await loadMesh(viewer, note);
+  section.dataset.state = 'ready';
+}
+
+start(document.getElementById('view'));

@@ -1,0 +1,180 @@
+//! What the page's script reads: where the meshes lie, which triangles are which polygon, and what is known
+//! of each.
+
+use std::fmt::Write;
+use std::io;
+
+use serde::Serialize;
+
+use super::pack::{Lattice, Packed};
+use crate::formats::Shapes;
+use crate::model::area::area_m2;
+use crate::model::palette;
+use crate::model::palette::{Orientation, Rgb};
+use crate::model::{Mesh, Model};
+use crate::recordings::deskew::StampedPose;
+use crate::view::markup::inline_json;
+use crate::view::report::drawn::Drawn;
+use crate::view::report::sources::Sources;
+use crate::view::report::text::grouped;
+
+/// Rows of the table of planes.
+const TABLE_ROWS: usize = 15;
+/// The robot's way has no corners nearer to each other than this, meters.
+const CORNER_M: f64 = 0.1;
+
+#[derive(Serialize)]
+struct Contents<'a> {
+    origin_m: [f64; 3],
+    step_m: f64,
+    meshes: Vec<MeshNote<'a>>,
+    /// Triangles of the whole raw mesh, also when fewer are shown.
+    raw_triangles: usize,
+    planes: Vec<PlaneNote>,
+    polygons: Vec<PolygonNote>,
+    bounds_m: [[f64; 3]; 2],
+    inside: [[f64; 3]; 2],
+    #[serde(rename = "way_m")]
+    path_m: Vec<[f64; 2]>,
+}
+
+#[derive(Serialize)]
+struct MeshNote<'a> {
+    name: &'a str,
+    vertices: usize,
+    triangles: usize,
+}
+
+#[derive(Serialize)]
+struct PlaneNote {
+    normal: [f64; 3],
+    offset_m: f64,
+    points: usize,
+    rms_m: f64,
+    color: Rgb,
+    kind: &'static str,
+}
+
+/// The triangles of polygons come first in the model's mesh, polygon by polygon; none shares a vertex with
+/// another.
+#[derive(Serialize)]
+struct PolygonNote {
+    plane: usize,
+    triangles: usize,
+    area_m2: f64,
+    holes: usize,
+    corners: usize,
+}
+
+/// The model as one mesh: each polygon with vertices of its own, then what is left over.
+pub(crate) fn model_mesh(shapes: &Shapes<'_>) -> Mesh {
+    let mut mesh = Mesh::default();
+    for part in shapes.faces.iter().chain([&shapes.model.leftovers]) {
+        let first = mesh.vertices_m.len() as u32;
+        mesh.vertices_m.extend_from_slice(&part.vertices_m);
+        mesh.triangles.extend(part.triangles.iter().map(|corners| corners.map(|corner| first + corner)));
+    }
+    mesh
+}
+
+/// The color of a plane, as in all pictures.
+pub(crate) fn color(model: &Model, plane: usize) -> Rgb {
+    model.planes.get(plane).map_or(palette::LEFTOVERS, |known| palette::plane_color(plane, known))
+}
+
+/// All of it, safe to stand in a `<script>` element.
+pub(crate) fn json(
+    sources: &Sources<'_>,
+    lattice: &Lattice,
+    packed: &[(&str, Packed)],
+    drawn: &Drawn,
+) -> io::Result<String> {
+    let model = sources.shapes.model;
+    let planes = model.planes.iter().enumerate().map(|(index, plane)| PlaneNote {
+        normal: plane.normal.map(|value| rounded(value, 1e6)),
+        offset_m: rounded(plane.offset_m, 1e5),
+        points: plane.points,
+        rms_m: rounded(plane.rms_m, 1e6),
+        color: color(model, index),
+        kind: Orientation::of(plane).name(),
+    });
+    let polygons = model.polygons.iter().zip(&sources.shapes.faces).map(|(polygon, face)| PolygonNote {
+        plane: polygon.plane,
+        triangles: face.triangles.len(),
+        area_m2: rounded(area_m2(face), 1e4),
+        holes: polygon.holes_m.len(),
+        corners: polygon.outer_m.len() + polygon.holes_m.iter().map(Vec::len).sum::<usize>(),
+    });
+    let contents = Contents {
+        origin_m: lattice.origin_m,
+        step_m: lattice.step_m,
+        meshes: packed
+            .iter()
+            .map(|(name, mesh)| MeshNote { name, vertices: mesh.vertices, triangles: mesh.triangles })
+            .collect(),
+        raw_triangles: sources.raw.triangles.len(),
+        planes: planes.collect(),
+        polygons: polygons.collect(),
+        bounds_m: drawn.bounds_m,
+        inside: drawn.inside,
+        path_m: way(sources.poses),
+    };
+    Ok(inline_json(&serde_json::to_string(&contents)?))
+}
+
+fn rounded(value: f64, digits: f64) -> f64 {
+    (value * digits).round() / digits
+}
+
+fn way(poses: &[StampedPose]) -> Vec<[f64; 2]> {
+    let mut path_m: Vec<[f64; 2]> = Vec::new();
+    for pose in poses {
+        let far = path_m.last().is_none_or(|[x, y]| {
+            let (x_m, y_m) = (pose.x_m - x, pose.y_m - y);
+            x_m * x_m + y_m * y_m >= CORNER_M * CORNER_M
+        });
+        if far {
+            path_m.push([pose.x_m, pose.y_m].map(|value| (value * 100.0).round() / 100.0));
+        }
+    }
+    path_m
+}
+
+/// The largest polygons as a table; a click on a row shows one in the 3D view.
+pub(crate) fn table(shapes: &Shapes<'_>) -> String {
+    let model = shapes.model;
+    let mut order: Vec<(usize, f64)> = shapes.faces.iter().map(area_m2).enumerate().collect();
+    order.sort_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+    let mut rows = String::new();
+    for &(index, area) in order.iter().take(TABLE_ROWS) {
+        let polygon = &model.polygons[index];
+        let Some(plane) = model.planes.get(polygon.plane) else { continue };
+        let [r, g, b] = color(model, polygon.plane);
+        // Adding zero makes -0 and 0 one.
+        let [x, y, z] = plane.normal.map(|value| rounded(value, 1e3) + 0.0);
+        let _ = write!(
+            rows,
+            "<tr data-polygon=\"{index}\"><th scope=\"row\"><button type=\"button\"><i style=\"background:#{r:02x}{g:02x}{b:02x}\"></i>{} \
+             {}</button></th><td>{area:.2}</td><td>{}</td><td>{x:.3}, {y:.3}, {z:.3}</td><td>{:.2}</td><td>{}</td></tr>",
+            Orientation::of(plane).name(),
+            index + 1,
+            polygon.holes_m.len(),
+            100.0 * plane.rms_m,
+            grouped(plane.points),
+        );
+    }
+    if rows.is_empty() {
+        return String::new();
+    }
+    let shown = if order.len() > TABLE_ROWS {
+        format!("The {TABLE_ROWS} largest of {} polygons.", grouped(order.len()))
+    } else {
+        "All polygons, the largest first.".to_owned()
+    };
+    format!(
+        "<section><h2>Flat surfaces</h2><div class=\"scroll\"><table class=\"figures\" id=\"planes\"><thead><tr><th scope=\"col\">surface</th>\
+         <th scope=\"col\">m²</th><th scope=\"col\">openings</th><th scope=\"col\">normal x, y, z</th><th scope=\"col\">RMS, cm</th>\
+         <th scope=\"col\">points</th></tr></thead><tbody>{rows}</tbody></table></div><p class=\"note\">{shown} Points and RMS are those of \
+         the whole plane that a surface lies in. Press a name to see it above.</p></section>"
+    )
+}

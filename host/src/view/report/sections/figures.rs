@@ -1,0 +1,198 @@
+//! The figures of a run, beside the paper's.
+
+use std::fmt::Write;
+use std::io;
+
+use super::paper::{EXPERIMENTS, Experiment};
+use crate::pipeline::summary::Summary;
+use crate::reconstruct::planes::labeled::SigmaSource;
+use crate::recordings::deskew::StampedPose;
+use crate::view::markup::escaped;
+use crate::view::report::text::{duration, grouped};
+
+/// Poses farther apart than this in time belong to two drives, nanoseconds.
+const LONGEST_PAUSE_NS: i64 = 60_000_000_000;
+
+/// How long and how far the robot drove.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct PathFigures {
+    /// Seconds.
+    pub duration_s: f64,
+    /// Meters.
+    pub length_m: f64,
+}
+
+impl PathFigures {
+    /// Of poses, those of several drives one after the other.
+    pub(crate) fn of(poses: &[StampedPose]) -> Self {
+        let mut way = Self::default();
+        for pair in poses.windows(2) {
+            let pause_ns = pair[1].stamp_ns.saturating_sub(pair[0].stamp_ns);
+            let step_m = pair[0].step_m(&pair[1]);
+            if (0..=LONGEST_PAUSE_NS).contains(&pause_ns) && step_m <= StampedPose::LONGEST_STEP_M {
+                way.duration_s += pause_ns as f64 * 1e-9;
+                way.length_m += step_m;
+            }
+        }
+        way
+    }
+}
+
+/// The headline: what became of the raw mesh.
+pub(crate) fn lead(summary: &Summary, way: &PathFigures) -> String {
+    let mut tiles = String::new();
+    let mut tile = |value: &str, words: &str| {
+        let _ = write!(tiles, "<div><dt>{words}</dt><dd>{value}</dd></div>");
+    };
+    if summary.counts.raw_triangles > 0 {
+        tile(&grouped(summary.counts.raw_triangles), "raw triangles");
+        tile(&grouped(summary.counts.polygons), "flat polygons");
+        tile(&grouped(summary.counts.leftover_triangles), "triangles left over");
+        tile(&percent(summary.counts.reduction_percent), "fewer surfaces");
+        tile(&format!("{:.1} cm", 100.0 * summary.errors.rms_m), "RMS off planes");
+    }
+    if way.length_m > 0.0 {
+        tile(&format!("{:.1} m", way.length_m), "driven");
+    }
+    tile(&duration(summary.cost.wall_s), "computed in");
+    format!("<dl class=\"tiles\">{tiles}</dl>")
+}
+
+/// With so many digits that almost all is not all.
+fn percent(value: f64) -> String {
+    if value > 99.9 && value < 100.0 { format!("{value:.2} %") } else { format!("{value:.1} %") }
+}
+
+/// The table beside the paper's experiments, and how exact the planes are.
+pub(crate) fn section(summary: &Summary, way: &PathFigures) -> String {
+    let mut html = String::new();
+    if summary.counts.raw_triangles > 0 {
+        html.push_str(&beside_paper(summary));
+        html.push_str(&exactness(summary));
+    }
+    html.push_str(&recording(summary, way));
+    html
+}
+
+fn beside_paper(summary: &Summary) -> String {
+    let count = |number: Option<usize>| number.map_or_else(|| "–".to_owned(), grouped);
+    type Cell<'a> = &'a dyn Fn(&Experiment) -> String;
+    let rows: [(&str, String, Cell<'_>); 7] = [
+        ("3D points", grouped(summary.counts.raw_points), &|e| count(e.points)),
+        ("triangles of the raw mesh", grouped(summary.counts.raw_triangles), &|e| grouped(e.triangles)),
+        ("polygons", grouped(summary.counts.polygons), &|e| count(e.polygons)),
+        ("triangles on no plane", grouped(summary.counts.leftover_triangles), &|e| count(e.leftovers)),
+        (
+            "polygons and triangles",
+            grouped(summary.counts.polygons + summary.counts.leftover_triangles),
+            &|e| grouped(e.surfaces),
+        ),
+        ("fewer", percent(summary.counts.reduction_percent), &|e| format!("{} %", e.reduction_percent)),
+        ("time", duration(summary.cost.wall_s), &|e| e.time.to_owned()),
+    ];
+    let mut body = String::new();
+    for (name, ours, theirs) in rows {
+        let _ = write!(body, "<tr><th scope=\"row\">{name}</th><td class=\"ours\">{ours}</td>");
+        EXPERIMENTS.iter().for_each(|experiment| {
+            let _ = write!(body, "<td>{}</td>", theirs(experiment));
+        });
+        body.push_str("</tr>");
+    }
+    let heads: String =
+        EXPERIMENTS.iter().map(|e| format!("<th scope=\"col\">paper: {}</th>", e.name)).collect();
+    format!(
+        "<section><h2>Beside the paper</h2><div class=\"scroll\"><table class=\"figures\"><thead><tr><td></td>\
+         <th scope=\"col\">this run</th>{heads}</tr></thead><tbody>{body}</tbody></table></div>\
+         <p class=\"note\">Paper: D. Hähnel, W. Burgard, S. Thrun, “Learning Compact 3D Models of Indoor and Outdoor Environments with a \
+         Mobile Robot”, 2001. Other buildings, other lasers: figures to compare orders of magnitude with, not to beat.</p></section>"
+    )
+}
+
+fn exactness(summary: &Summary) -> String {
+    let errors = &summary.errors;
+    let source = match errors.sigma_source {
+        SigmaSource::Given => "as given",
+        _ => "estimated from the points",
+    };
+    let on_planes = 100.0 * errors.points as f64 / summary.counts.raw_points.max(1) as f64;
+    let rows = [
+        ("points on planes", format!("{} ({on_planes:.1} %)", grouped(errors.points))),
+        (
+            "planes, polygons, openings",
+            format!(
+                "{}, {}, {}",
+                grouped(summary.counts.planes),
+                grouped(summary.counts.polygons),
+                grouped(summary.counts.holes)
+            ),
+        ),
+        ("RMS of these points to their planes", format!("{:.2} cm", 100.0 * errors.rms_m)),
+        ("RMS of the worst plane", format!("{:.2} cm", 100.0 * errors.worst_plane_rms_m)),
+        (&*format!("noise of one point, {source}"), format!("{:.2} cm", 100.0 * errors.sigma_m)),
+        ("triangles of the whole model", grouped(summary.counts.model_triangles)),
+    ]
+    .map(|(name, value)| (name.to_owned(), value));
+    format!("<section><h2>How well planes fit</h2>{}</section>", pairs(&rows))
+}
+
+fn recording(summary: &Summary, way: &PathFigures) -> String {
+    let scans = &summary.scans;
+    let mut rows = Vec::new();
+    let mut row = |name: &str, value: String| rows.push((name.to_owned(), value));
+    for path in summary.source.recordings.iter().chain(&summary.source.mesh) {
+        row("from", escaped(path));
+    }
+    if let Some(poses) = &summary.source.poses {
+        row("poses from", escaped(poses));
+    }
+    if way.duration_s > 0.0 {
+        row("length", format!("{}, {:.1} m", duration(way.duration_s), way.length_m));
+    }
+    if scans.horizontal + scans.vertical > 0 {
+        row(
+            "scans, horizontal and vertical",
+            format!("{} and {}", grouped(scans.horizontal), grouped(scans.vertical)),
+        );
+        row("vertical scans while the robot stood, left out", grouped(scans.vertical_still));
+        row("scans without a pose", grouped(scans.horizontal_unposed + scans.vertical_unposed));
+    }
+    if let Some(loops) = summary.source.loops {
+        row("loops closed", grouped(loops));
+    }
+    if rows.is_empty() {
+        return String::new();
+    }
+    format!("<section><h2>The input</h2>{}</section>", pairs(&rows))
+}
+
+/// All parameters, folded away.
+///
+/// # Errors
+/// When a parameter is no JSON.
+pub(crate) fn parameters(summary: &Summary) -> io::Result<String> {
+    let json = serde_json::to_string_pretty(&summary.parameters)?;
+    Ok(format!("<details><summary>Parameters</summary><pre>{}</pre></details>", escaped(&json)))
+}
+
+/// Names and values, both HTML.
+fn pairs(rows: &[(String, String)]) -> String {
+    let rows: String =
+        rows.iter().map(|(name, value)| format!("<div><dt>{name}</dt><dd>{value}</dd></div>")).collect();
+    format!("<dl class=\"pairs\">{rows}</dl>")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::PathFigures;
+    use crate::recordings::deskew::StampedPose;
+
+    #[test]
+    fn pauses_between_drives_are_no_driving() {
+        let pose =
+            |t_s: i64, x_m: f64| StampedPose { stamp_ns: t_s * 1_000_000_000, x_m, ..StampedPose::default() };
+        let poses =
+            [pose(0, 0.0), pose(10, 3.0), pose(1000, 3.5), pose(1010, 4.5), pose(5, 50.0), pose(6, 50.0)];
+        let way = PathFigures::of(&poses);
+        assert_eq!((way.duration_s, way.length_m), (21.0, 4.0));
+    }
+}

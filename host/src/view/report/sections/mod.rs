@@ -1,0 +1,8 @@
+//! The sections of the page, one file each.
+
+pub(crate) mod comparison;
+pub(crate) mod figures;
+pub(crate) mod floor;
+pub(crate) mod paper;
+pub(crate) mod pictures;
+pub(crate) mod stages;

@@ -1,0 +1,81 @@
+//! Pictures by the software renderer, where the 3D view cannot be: without WebGL2, without scripts, on paper.
+
+use crate::view::report::drawn::{Drawn, Picture};
+use std::io;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+
+use crate::model::Mesh;
+use crate::model::palette;
+use crate::view::render::camera::Camera;
+use crate::view::render::scene::Scene;
+use crate::view::render::sheet::{Scope, SheetSize, Subject, compose, grouped, noisy_scene};
+use crate::view::render::views::{Extent, View, camera};
+use crate::view::report::data::contents;
+use crate::view::report::sources::Sources;
+
+/// Width of a picture, pixels.
+const WIDTH: usize = 1200;
+
+/// Draws raw mesh (which may be a coarser one than that of the sources), simplification and model from
+/// outside and, when the robot was inside, from there.
+pub(crate) fn draw(raw: &Mesh, sources: &Sources<'_>) -> io::Result<Drawn> {
+    let raw_subject = subject("raw mesh", sources.raw.triangles.len(), noisy_scene(raw));
+    let simple = sources.simple.map(|mesh| subject("QSlim-like", mesh.triangles.len(), noisy_scene(mesh)));
+    let model = model_subject(sources);
+    let subjects: Vec<&Subject> =
+        [Some(&raw_subject), simple.as_ref(), Some(&model)].into_iter().flatten().collect();
+    let mut drawn =
+        Drawn { pictures: Vec::new(), bounds_m: [[0.0; 3]; 2], inside: [[0.0; 3], [1.0, 0.0, 0.0]] };
+    for (view, words) in [(View::Outside, "from outside"), (View::Inside, "from inside")] {
+        let Some(extent) = Extent::of(view, &raw_subject.scene) else { continue };
+        if view == View::Outside {
+            drawn.bounds_m = extent.bounds_m();
+        }
+        if view == View::Inside && sources.poses.is_empty() {
+            continue;
+        }
+        let see = |shape: f64| camera(view, &model.scene, &extent, shape, sources.poses);
+        if view == View::Inside {
+            let camera: Camera = see(0.6);
+            drawn.inside = [camera.eye_m, camera.forward()];
+        }
+        let picture = compose(
+            &subjects,
+            SheetSize { width: WIDTH, scene_height: None },
+            Scope { view, extent: &extent },
+            see,
+        );
+        let mut png = Vec::new();
+        picture.write_png(&mut png)?;
+        let names: Vec<&str> = subjects.iter().map(|subject| subject.caption.as_str()).collect();
+        drawn.pictures.push(Picture {
+            base64: STANDARD.encode(&png),
+            size: [picture.width, picture.height],
+            words: format!("{} {words}", names.join(", ")),
+        });
+    }
+    Ok(drawn)
+}
+
+fn subject(name: &str, triangles: usize, scene: Scene) -> Subject {
+    Subject { caption: format!("{name}: {} triangles", grouped(triangles)), scene }
+}
+
+fn model_subject(sources: &Sources<'_>) -> Subject {
+    let model = sources.shapes.model;
+    let mut scene = Scene::default();
+    for (polygon, face) in model.polygons.iter().zip(&sources.shapes.faces) {
+        let color = contents::color(model, polygon.plane);
+        scene.add_mesh(face, |_| color);
+        scene.add_borders(face, |_| Some(0));
+    }
+    scene.add_mesh(&model.leftovers, |_| palette::LEFTOVERS);
+    let caption = format!(
+        "model: {} polygons + {} triangles",
+        grouped(model.polygons.len()),
+        grouped(model.leftovers.triangles.len())
+    );
+    Subject { caption, scene }
+}

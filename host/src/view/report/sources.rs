@@ -1,0 +1,23 @@
+//! What a page is made of.
+
+use crate::formats::Shapes;
+use crate::model::Mesh;
+use crate::recordings::deskew::StampedPose;
+use crate::view::floor_map::map_image::MapImage;
+
+/// What a page is made of.
+#[derive(Clone, Copy)]
+pub(crate) struct Sources<'a> {
+    /// What it is a report of: the recording's name.
+    pub title: &'a str,
+    /// The raw mesh.
+    pub raw: &'a Mesh,
+    /// The raw mesh as others simplify it; `None` when there is no simplifier.
+    pub simple: Option<&'a Mesh>,
+    /// The model.
+    pub shapes: &'a Shapes<'a>,
+    /// The floor map, when there is one.
+    pub map: Option<&'a MapImage<'a>>,
+    /// The poses of the horizontal scans.
+    pub poses: &'a [StampedPose],
+}

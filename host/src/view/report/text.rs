@@ -1,0 +1,33 @@
+//! Numbers as people read them.
+
+pub(super) use crate::view::render::sheet::grouped;
+
+/// Seconds as people say them.
+pub(super) fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 1.0 => format!("{:.0} ms", 1000.0 * s),
+        s if s < 10.0 => format!("{s:.2} s"),
+        s if s < 120.0 => format!("{s:.0} s"),
+        s if s < 7200.0 => format!("{:.0} min {:02.0} s", (s / 60.0).floor(), (s % 60.0).floor()),
+        s => format!("{:.0} h {:02.0} min", (s / 3600.0).floor(), (s / 60.0 % 60.0).floor()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::duration;
+
+    #[test]
+    fn durations_have_the_unit_that_suits_them() {
+        let table = [
+            (0.0123, "12 ms"),
+            (3.456, "3.46 s"),
+            (49.6, "50 s"),
+            (150.0, "2 min 30 s"),
+            (21_600.0, "6 h 00 min"),
+        ];
+        for (seconds, expected) in table {
+            assert_eq!(duration(seconds), expected);
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! `biplane evaluate`: figures from texts and recordings.
+
+use std::fs;
+
+use serde_json::Value;
+
+use crate::room::{self, Content};
+use crate::run::Folder;
+
+/// The number at a path of keys and indices.
+fn number(json: &str, path: &str) -> f64 {
+    let value: Value = serde_json::from_str(json).unwrap();
+    value.pointer(path).and_then(Value::as_f64).unwrap_or_else(|| panic!("no {path} in {json}"))
+}
+
+#[test]
+fn relations_are_measured_on_recordings_and_on_both_forms_of_text_alike() {
+    let folder = Folder::new("evaluate-relations");
+    room::record(&folder.path("run.mcap"), Content { poses: true, vertical: false });
+    folder.expect("traj run.mcap -o run.tum", 0, &[]);
+    folder.expect("traj run.mcap -o run.txt --format xytheta", 0, &[]);
+    // The robot drives along x at 0.25 m a second: after 4 s it is a meter on, after 16 s four.
+    folder.write(
+        "room.relations",
+        "1700000000 1700000004 1.03 0.04 0 0 0 0.1\n1700000020 1700000004 -4 0 0 0 0 0\n",
+    );
+    for trajectory in ["run.mcap", "run.tum", "run.txt"] {
+        let words =
+            format!("evaluate relations {trajectory} room.relations --json --per-relation {trajectory}.csv");
+        let ran = folder.expect(&words, 0, &[]);
+        assert!((number(&ran.stdout, "/translation_m/mean") - 0.025).abs() < 1e-6, "{}", ran.stdout);
+        assert!((number(&ran.stdout, "/rotation_deg/max") - 0.1_f64.to_degrees()).abs() < 1e-6);
+        assert_eq!(number(&ran.stdout, "/poses/direct"), 3.0);
+        assert_eq!(
+            fs::read_to_string(folder.path(&format!("{trajectory}.csv"))).unwrap(),
+            "stamp_a,stamp_b,translation_m,rotation_rad\n\
+             1700000000.000000000,1700000004.000000000,0.050000000,0.100000000\n\
+             1700000020.000000000,1700000004.000000000,0.000000000,0.000000000\n"
+        );
+    }
+    let ran = folder.expect("evaluate relations run.txt room.relations --max-gap 10", 0, &[]);
+    assert!(
+        ran.stdout.contains("1 relations between 2 poses") && ran.stdout.contains("0.0500"),
+        "{}",
+        ran.stdout
+    );
+    folder.expect("evaluate relations run.txt room.relations --max-gap 1", 1, &["none of the 2 relations"]);
+    folder.expect("evaluate relations run.txt run.txt", 1, &["run.txt", "line 1: expected", "t1 t2 x y z"]);
+    folder.expect("evaluate relations room.relations room.relations", 1, &["line 1: expected", "t x y z qx"]);
+    folder.expect("evaluate relations run.mcap room.relations --per-relation run.txt", 1, &["--force"]);
+    folder.expect(
+        "evaluate relations run.mcap room.relations --per-relation run.mcap --force",
+        1,
+        &["is read"],
+    );
+    folder.expect("evaluate relations run.mcap room.relations --max-gap=-1", 2, &["not negative"]);
+}
+
+#[test]
+fn a_trajectory_is_laid_upon_the_truth_before_it_is_judged_unless_told_otherwise() {
+    let folder = Folder::new("evaluate-trajectory");
+    // A quarter turn and a meter off, but for the last pose, which is 3 cm short of where it should be.
+    folder.write("truth.txt", "0 0 0 0\n1 1 0 0\n2 2 0 0\n3 3 0 0\n");
+    folder.write(
+        "turned.txt",
+        "0 1 0 1.5707963267948966\n1 1 1 1.5707963267948966\n2 1 2 1.5707963267948966\n",
+    );
+    let ran = folder.expect("evaluate trajectory turned.txt truth.txt --json", 0, &[]);
+    assert_eq!(number(&ran.stdout, "/pairs"), 3.0);
+    assert!(number(&ran.stdout, "/absolute/translation_m/max") < 1e-9, "{}", ran.stdout);
+    assert!((number(&ran.stdout, "/alignment/2") + 90.0).abs() < 1e-9);
+    assert_eq!(number(&ran.stdout, "/relative/1/delta/metres"), 1.0);
+    let ran = folder.expect("evaluate trajectory turned.txt truth.txt --no-align --delta 2f --json", 0, &[]);
+    assert!((number(&ran.stdout, "/absolute/rotation_deg/mean") - 90.0).abs() < 1e-9);
+    assert!((number(&ran.stdout, "/absolute/translation_m/max") - 5.0_f64.sqrt()).abs() < 1e-9);
+    assert!(number(&ran.stdout, "/relative/0/errors/translation_m/max") < 1e-9);
+    let ran = folder.expect("evaluate trajectory turned.txt truth.txt --delta 9m", 0, &[]);
+    assert!(ran.stdout.contains("nothing is that far apart"), "{}", ran.stdout);
+    folder.write("later.txt", "10 0 0 0\n");
+    folder.expect("evaluate trajectory later.txt truth.txt", 1, &["no pose of later.txt is within 0.01 s"]);
+    folder.expect("evaluate trajectory later.txt gone.txt", 1, &["gone.txt"]);
+    for wrong in ["1", "0.5f", "-1m", "m", "1é"] {
+        let words = format!("evaluate trajectory turned.txt truth.txt --delta={wrong}");
+        folder.expect(&words, 2, &["expected a length such as"]);
+    }
+}
+
+#[test]
+fn the_entropy_of_a_rooms_map_is_said_with_its_cell_size() {
+    let folder = Folder::new("evaluate-map");
+    room::record(&folder.path("run.mcap"), Content { poses: true, vertical: false });
+    let ran = folder.expect("evaluate map run.mcap --json", 0, &[]);
+    assert_eq!(number(&ran.stdout, "/resolution_m"), 0.05);
+    // Floor and walls of a room of 8 x 4 m: some 12,800 cells, nearly all of them well known.
+    let (cells, mean_bits) = (number(&ran.stdout, "/cells"), number(&ran.stdout, "/mean_bits"));
+    assert!((10_000.0..14_000.0).contains(&cells) && (0.05..0.3).contains(&mean_bits), "{}", ran.stdout);
+    let ran = folder.expect("evaluate map run.mcap --resolution 0.1", 0, &[]);
+    assert!(ran.stdout.contains("cells of 0.1 m"), "{}", ran.stdout);
+    room::record(&folder.path("unposed.mcap"), Content { poses: false, vertical: false });
+    folder.expect("evaluate map unposed.mcap", 1, &["no pose"]);
+}

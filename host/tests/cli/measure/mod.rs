@@ -1,0 +1,4 @@
+//! Measures and figures.
+
+mod evaluate;
+mod plot;

@@ -1,0 +1,97 @@
+//! `biplane compact`.
+
+use std::fs;
+
+use serde_json::Value;
+
+use crate::room::{self, Content};
+use crate::run::{Folder, names};
+
+const EVERYTHING: [&str; 9] = [
+    "model.city.json",
+    "model.glb",
+    "model.obj",
+    "model.ply",
+    "planes.ply",
+    "points.ply",
+    "raw.ply",
+    "report.html",
+    "summary.json",
+];
+
+/// Two walls of a room in UTM coordinates, four triangles.
+const WALLS: &str = "v 500000 5400000 100\nv 500004 5400000 100\nv 500004 5400000 103\nv 500000 5400000 103\nv 500004 5400005 100\n\
+    v 500004 5400005 103\nf 1 2 3\nf 1 3 4\nf 2 5 6 3\n";
+
+fn summary(folder: &Folder, of: &str) -> Value {
+    serde_json::from_slice(&fs::read(folder.path(of).join("summary.json")).unwrap()).unwrap()
+}
+
+#[test]
+fn drawn_walls_far_from_zero_become_rectangles_where_they_were_in_every_format() {
+    let folder = Folder::new("compact");
+    folder.write("walls.obj", WALLS);
+    folder.expect("compact walls.obj -o out", 0, &["4 triangles -> 2 polygons"]);
+    assert_eq!(names(&folder.path("out")), EVERYTHING);
+    let found = summary(&folder, "out");
+    assert_eq!((&found["raw_triangles"], &found["polygons"]), (&4.into(), &2.into()), "{found}");
+    assert_eq!(found["leftover_triangles"], 0);
+
+    let text = fs::read_to_string(folder.path("out/model.obj")).unwrap();
+    let corners: Vec<Vec<f64>> = text
+        .lines()
+        .filter_map(|line| line.strip_prefix("v "))
+        .map(|line| line.split(' ').map(|value| value.parse().unwrap()).collect())
+        .collect();
+    assert_eq!(corners.len(), 6, "{text}");
+    let near = |v: f64, ends: [f64; 2]| ends.iter().any(|end| (v - end).abs() < 0.01);
+    let at = |c: &[f64]| {
+        near(c[0], [5e5, 500_004.0]) && near(c[1], [5.4e6, 5_400_005.0]) && near(c[2], [100.0, 103.0])
+    };
+    assert!(corners.iter().all(|corner| at(corner)), "{corners:?}");
+
+    let city: Value = serde_json::from_slice(&fs::read(folder.path("out/model.city.json")).unwrap()).unwrap();
+    let extent: [f64; 6] = serde_json::from_value(city["metadata"]["geographicalExtent"].clone()).unwrap();
+    assert!((extent[0] - 5e5).abs() < 0.01 && (extent[4] - 5_400_005.0).abs() < 0.01, "{extent:?}");
+    let glb = fs::read(folder.path("out/model.glb")).unwrap();
+    let glb = String::from_utf8_lossy(&glb).into_owned();
+    assert!(glb.contains("\"translation\":[500000.0,0.0,-5400000.0]"), "{}", &glb[..2000.min(glb.len())]);
+    let model = fs::read(folder.path("out/model.ply")).unwrap();
+    assert!(String::from_utf8_lossy(&model[..300]).contains("property double x"));
+}
+
+#[test]
+fn the_raw_mesh_of_a_build_becomes_about_the_model_of_the_build_on_any_number_of_threads() {
+    let folder = Folder::new("compact-raw");
+    room::record(&folder.path("run.mcap"), Content { poses: true, vertical: true });
+    folder.expect("build run.mcap -o model", 0, &[]);
+    folder.expect("compact model/raw.ply -o one --threads 1", 0, &["% fewer"]);
+    folder.expect("compact model/raw.ply -o three --threads 3 --force", 0, &[]);
+    // These two hold measured times.
+    for name in EVERYTHING.iter().filter(|name| !["summary.json", "report.html"].contains(name)) {
+        let of = |run: &str| fs::read(folder.path(run).join(name)).unwrap();
+        assert!(of("one") == of("three"), "{name} differs");
+    }
+    let (built, compacted) = (summary(&folder, "model"), summary(&folder, "one"));
+    assert_eq!(built["raw_triangles"], compacted["raw_triangles"]);
+    assert_eq!(built["planes"], compacted["planes"], "{compacted}");
+    assert!(compacted["reduction_percent"].as_f64().unwrap() > 90.0, "{compacted}");
+    folder.expect("compact one/raw.ply -o one --force", 1, &["name another output"]);
+    folder.expect(
+        "compact run.mcap -o other",
+        1,
+        &["cannot read run.mcap", "expected a PLY or OBJ mesh; this file is an MCAP file"],
+    );
+}
+
+#[test]
+fn a_plan_is_left_out_where_there_is_no_floor_and_drawn_where_one_is_given() {
+    let folder = Folder::new("compact-plan");
+    folder.write("walls.obj", WALLS);
+    folder.expect("compact walls.obj -o out --formats dxf", 0, &["no floor with walls over it was found"]);
+    let plan = |out: &str| fs::read_to_string(folder.path(out).join("model.dxf")).unwrap();
+    assert!(!plan("out").contains("WALLS") && plan("out").contains("3DFACE"));
+    folder.expect("compact walls.obj -o given --formats dxf --floor 100", 0, &["2 polygons"]);
+    assert!(plan("given").contains("floor +100.00 m") && plan("given").contains("WALLS"));
+    folder.expect("compact walls.obj -o x --floor nan", 2, &["expected metres"]);
+}

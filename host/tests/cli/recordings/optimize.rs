@@ -1,0 +1,204 @@
+//! `biplane optimize`: loops closed, recordings joined, everything else left as it was.
+
+use std::fs;
+use std::path::Path;
+
+use biplane::loops::{Checkpoint, Corrected, Keyframes, LoopParams, Optimized, optimize};
+use biplane::{Run, StampedPose};
+use biplane_matcher::Pose2;
+use biplane_recording::{AnyMessage, Reader, Topic};
+use serde_json::{Value, json};
+
+use crate::ring::{Drive, pose_at, record};
+use crate::run::Folder;
+
+/// The poses that `traj` writes.
+fn poses(folder: &Folder, name: &str) -> Vec<Pose2> {
+    let text = folder.expect(&format!("traj {name} -o - --format xytheta"), 0, &[]).stdout;
+    let pose = |line: &str| {
+        let values: Vec<f64> = line.split(' ').map(|value| value.parse().unwrap()).collect();
+        Pose2::new(values[1], values[2], values[3])
+    };
+    text.lines().map(pose).collect()
+}
+
+/// Root mean square of the positions' errors, meters; both begin at the same pose.
+fn error_m(poses: &[Pose2], truth: &[Pose2]) -> f64 {
+    assert_eq!(poses.len(), truth.len());
+    let squared =
+        |(pose, truth): (&Pose2, &Pose2)| (pose.x_m - truth.x_m).powi(2) + (pose.y_m - truth.y_m).powi(2);
+    (poses.iter().zip(truth).map(squared).sum::<f64>() / poses.len() as f64).sqrt()
+}
+
+/// All messages of a topic, as bytes with their stamps.
+fn messages(path: &Path, topic: Topic) -> Vec<(i64, Vec<u8>)> {
+    let reader = Reader::open(path).unwrap();
+    let entries = reader.messages().map(Result::unwrap).filter(|entry| entry.topic == Some(topic));
+    entries.map(|entry| (entry.publish_time_ns, entry.bytes)).collect()
+}
+
+#[test]
+fn two_rounds_that_drift_apart_come_together_and_all_else_stays() {
+    let folder = Folder::new("optimize");
+    let truth = record(&folder.path("run.mcap"), Drive::default());
+    let before_m = error_m(&poses(&folder, "run.mcap"), &truth);
+    folder.expect("optimize run.mcap -o opt.mcap --threads 1", 0, &["opt.mcap: ", " loops between "]);
+    let after_m = error_m(&poses(&folder, "opt.mcap"), &truth);
+    assert!(before_m > 0.8 && after_m < 0.03, "{before_m} m before, {after_m} m after");
+    for topic in [Topic::ScanHorizontal, Topic::Odom] {
+        assert_eq!(messages(&folder.path("run.mcap"), topic), messages(&folder.path("opt.mcap"), topic));
+    }
+    let old = messages(&folder.path("run.mcap"), Topic::Pose);
+    assert_eq!(old, messages(&folder.path("opt.mcap"), Topic::PoseIncremental));
+    let rig = |name: &str| Reader::open(&folder.path(name)).unwrap().attachment("rig.toml").unwrap();
+    assert_eq!(rig("run.mcap"), rig("opt.mcap"));
+    frames_give_the_poses(&folder.path("opt.mcap"));
+    assert_eq!(folder.names(), ["opt.mcap", "run.mcap"]);
+    folder.expect("optimize run.mcap -o opt.mcap", 1, &["opt.mcap exists already", "--force"]);
+    folder.expect("optimize run.mcap -o run.mcap --force", 1, &["run.mcap is run.mcap, which is read"]);
+    // Once more: what it was at the very first stays.
+    folder.expect("optimize opt.mcap -o again.mcap", 0, &[]);
+    assert_eq!(old, messages(&folder.path("again.mcap"), Topic::PoseIncremental));
+}
+
+/// `map` -> `odom` -> `base_link` is `/pose`.
+fn frames_give_the_poses(path: &Path) {
+    let reader = Reader::open(path).unwrap();
+    let mut frames = Vec::new();
+    let mut poses = Vec::new();
+    let planar = |at: [f64; 3], q: [f64; 4]| Pose2::new(at[0], at[1], 2.0 * q[2].atan2(q[3]));
+    for entry in reader.messages().map(Result::unwrap) {
+        match (entry.topic, entry.decode().unwrap()) {
+            (Some(Topic::Pose), AnyMessage::Pose(pose)) => {
+                poses.push(planar(pose.position_m, pose.orientation_xyzw));
+            }
+            (Some(Topic::Tf), AnyMessage::Tf(tf)) => {
+                let [map, odom] = &tf.transforms[..] else { panic!("{tf:?}") };
+                let [map, odom] = [map, odom].map(|frame| planar(frame.translation_m, frame.rotation_xyzw));
+                frames.push(map * odom);
+            }
+            _ => {}
+        }
+    }
+    assert_eq!(frames.len(), poses.len());
+    assert!(error_m(&frames, &poses) < 1e-9);
+}
+
+#[test]
+fn the_bytes_are_the_same_on_any_number_of_threads_and_after_a_stop() {
+    let folder = Folder::new("optimize-same");
+    record(&folder.path("run.mcap"), Drive { rounds: 1.4, ..Drive::default() });
+    folder.expect("optimize run.mcap -o one.mcap --threads 1", 0, &[]);
+    folder.expect("optimize run.mcap -o two.mcap --threads 2", 0, &[]);
+    let one = fs::read(folder.path("one.mcap")).unwrap();
+    assert!(one == fs::read(folder.path("two.mcap")).unwrap(), "one and two threads differ");
+    // A stop leaves the searches done so far, the last one cut off: here none, then a line of another job.
+    folder.write("three.mcap.loops", "another job\n[1,2,3]\n");
+    folder.expect("optimize run.mcap -o three.mcap", 0, &[]);
+    assert!(one == fs::read(folder.path("three.mcap")).unwrap(), "another job's searches were used");
+    assert!(!folder.path("three.mcap.loops").exists());
+}
+
+#[test]
+fn two_recordings_that_began_at_different_places_come_into_one_frame_and_a_stranger_stays_apart() {
+    let folder = Folder::new("optimize-join");
+    let drive = Drive { rounds: 1.2, ..Drive::default() };
+    let mut truth = record(&folder.path("a.mcap"), drive);
+    let other = record(&folder.path("b.mcap"), Drive { from_m: 31.0, seed: 2, ..drive });
+    record(&folder.path("c.mcap"), Drive { elsewhere: true, rounds: 0.5, seed: 3, ..drive });
+    let words = ["c.mcap saw no place that the others saw; it stays apart, in opt.apart-3.mcap"];
+    folder.expect("--quiet optimize a.mcap b.mcap c.mcap -o opt.mcap", 0, &words);
+    assert_eq!(folder.names(), ["a.mcap", "b.mcap", "c.mcap", "opt.apart-3.mcap", "opt.mcap"]);
+    // The second one's truth in the first one's frame: it began half a ring away, on the long side opposite,
+    // going back.
+    let began = pose_at(0.0).between(&pose_at(31.0));
+    truth.extend(other.iter().map(|pose| began * *pose));
+    let found = poses(&folder, "opt.mcap");
+    assert!(error_m(&found, &truth) < 0.08, "{} m", error_m(&found, &truth));
+}
+
+/// What `summary.json` says of the poses.
+fn poses_reported(folder: &Folder, model: &str) -> (Value, Value) {
+    let bytes = fs::read(folder.path(&format!("{model}/summary.json"))).unwrap();
+    let summary: Value = serde_json::from_slice(&bytes).unwrap();
+    (summary["poses_from"].clone(), summary["loops"].clone())
+}
+
+#[test]
+fn a_model_is_made_with_loops_closed_unless_its_recording_has_none_or_it_is_not_wanted() {
+    let folder = Folder::new("optimize-build");
+    let truth = record(&folder.path("run.mcap"), Drive::default());
+    let trajectory =
+        |model: &str| fs::read_to_string(folder.path(&format!("{model}/trajectory.tum"))).unwrap();
+    let recorded = |run: &str| folder.expect(&format!("traj {run} -o -"), 0, &[]).stdout;
+    folder.expect("build run.mcap -o model", 0, &["loops closed, all poses optimised"]);
+    let found = trajectory("model");
+    let pose = |line: &str| {
+        let values: Vec<f64> = line.split(' ').map(|value| value.parse().unwrap()).collect();
+        Pose2::new(values[1], values[2], 2.0 * values[6].atan2(values[7]))
+    };
+    let poses: Vec<Pose2> = found.lines().map(pose).collect();
+    assert!(error_m(&poses, &truth) < 0.03, "{} m", error_m(&poses, &truth));
+    let (from, loops) = poses_reported(&folder, "model");
+    assert!(from == "optimized" && loops.as_u64() > Some(0), "{from} {loops}");
+
+    folder.expect("build run.mcap -o recorded --no-optimize", 0, &[]);
+    assert_eq!(trajectory("recorded"), recorded("run.mcap"));
+    assert_eq!(poses_reported(&folder, "recorded"), (json!("recorded"), Value::Null));
+
+    folder.expect("optimize run.mcap -o opt.mcap", 0, &[]);
+    folder.expect("build opt.mcap -o again", 0, &["the recording is optimised already: its poses stay"]);
+    assert_eq!(trajectory("again"), found);
+    assert_eq!(poses_reported(&folder, "again"), (json!("optimized_before"), Value::Null));
+
+    record(&folder.path("part.mcap"), Drive { rounds: 0.3, ..Drive::default() });
+    folder.expect("build part.mcap -o open", 0, &["no loop found: the poses stay as they were recorded"]);
+    assert_eq!(trajectory("open"), recorded("part.mcap"));
+    assert_eq!(poses_reported(&folder, "open"), (json!("recorded"), json!(0)));
+}
+
+/// The nodes of a recording, and its loops as far as `path` has them.
+fn closed(keyframes: &Keyframes, path: &Path) -> Optimized {
+    let mut checkpoint = Checkpoint::open(path, "false loops").unwrap();
+    optimize(std::slice::from_ref(keyframes), &LoopParams::default(), &mut checkpoint, &mut |_| ())
+}
+
+/// Every third loop among the answers that a search has left is moved by two meters and half a radian.
+/// Returns how many.
+fn make_false(path: &Path) -> usize {
+    let mut loops = 0;
+    let text = fs::read_to_string(path).unwrap();
+    let moved = |line: &str| {
+        let Ok(mut numbers) = serde_json::from_str::<Vec<u64>>(line) else { return line.to_owned() };
+        // A question has eight numbers; an answer that is a loop begins with its pose.
+        let [x, y, turn, ..] = &mut numbers[8..] else { return line.to_owned() };
+        loops += 1;
+        if loops % 3 == 0 {
+            for (value, by) in [(x, 2.0), (y, -2.0), (turn, 0.5)] {
+                *value = (f64::from_bits(*value) + by).to_bits();
+            }
+        }
+        serde_json::to_string(&numbers).unwrap()
+    };
+    let lines: Vec<String> = text.lines().map(moved).collect();
+    fs::write(path, lines.join("\n") + "\n").unwrap();
+    loops / 3
+}
+
+#[test]
+fn a_third_of_the_loops_made_false_changes_nothing() {
+    let folder = Folder::new("optimize-spoilt");
+    let truth = record(&folder.path("run.mcap"), Drive::default());
+    let run = Run::open(&[folder.path("run.mcap")]).unwrap();
+    let keyframes = Keyframes::read(&run, &run.poses().unwrap(), &LoopParams::default().keyframes).unwrap();
+    let path = folder.path("loops");
+    let clean = closed(&keyframes, &path);
+    assert!(make_false(&path) > 3 && clean.counts.loops > 10, "{:?}", clean.counts);
+    let spoiled = closed(&keyframes, &path);
+    let [clean_m, spoiled_m] = [clean, spoiled].map(|found| {
+        let corrected = Corrected::new(&keyframes, &found.poses[0]);
+        let poses: Vec<Pose2> = corrected.scans.iter().flatten().map(StampedPose::pose).collect();
+        error_m(&poses, &truth)
+    });
+    assert!(spoiled_m < 1.1 * clean_m + 0.002, "{spoiled_m} m with false loops, {clean_m} m without");
+}

@@ -1,0 +1,99 @@
+//! Flags from a file, and runs that only say what they would do.
+
+use std::fs;
+
+use crate::room::{self, Content};
+use crate::run::Folder;
+
+#[test]
+fn a_dry_run_says_what_a_run_then_does() {
+    let folder = Folder::new("dry");
+    room::record(&folder.path("run.mcap"), Content { poses: true, vertical: true });
+    for (command, output) in [
+        ("build run.mcap -o out --formats all", "out"),
+        ("compact out/raw.ply -o small --no-report", "small"),
+    ] {
+        let before = folder.names();
+        let dry = folder.expect(&format!("{command} --dry-run"), 0, &[]);
+        assert_eq!(folder.names(), before);
+        folder.expect(command, 0, &[]);
+        let written = dry.stdout.lines().find_map(|line| line.strip_prefix("would write  ")).unwrap();
+        let reported: Vec<String> = written.split(", ").map(str::to_owned).collect();
+        let mut made: Vec<String> = fs::read_dir(folder.path(output))
+            .unwrap()
+            .map(|entry| format!("{output}/{}", entry.unwrap().file_name().to_string_lossy()))
+            .collect();
+        made.sort();
+        assert_eq!(reported, made, "{command}");
+    }
+    let dry = folder.expect("optimize run.mcap -o opt.mcap --dry-run", 0, &[]);
+    assert_eq!(
+        dry.stdout,
+        "would read   run.mcap\nwould do     read, optimize, write\nwould write  opt.mcap\n"
+    );
+    // What would fail fails, before any work.
+    folder.expect("build run.mcap -o out --dry-run", 1, &["out exists already"]);
+    folder.expect("build run.mcap -o out", 1, &["out exists already"]);
+    folder.expect("optimize run.mcap -o run.mcap --dry-run", 1, &["name another output"]);
+}
+
+#[test]
+fn a_terminal_shows_the_stages_to_come_and_a_file_only_those_that_are_done() {
+    let folder = Folder::new("stages");
+    room::record(&folder.path("run.mcap"), Content { poses: true, vertical: true });
+    let written = folder.expect("build run.mcap -o out --no-optimize --threads 1", 0, &["  polygons  "]);
+    assert!(
+        !written.stderr.contains('\u{1b}') && !written.stderr.contains("left in all"),
+        "{}",
+        written.stderr
+    );
+    let Some(drawn) = folder.on_terminal("build run.mcap -o drawn --no-optimize") else { return };
+    let place = |text: &str| drawn.find(text).unwrap_or_else(|| panic!("no {text:?} in {drawn:?}"));
+    // To come before the first is done, dim; then done, with what it made.
+    assert!(place("report") < place(" scans "), "{drawn:?}");
+    assert!(place("report") < place(" files "), "{drawn:?}");
+    assert!(drawn.contains(" left in all"), "{drawn:?}");
+    // Nothing but results stays: the last thing drawn is the note of what came out.
+    assert!(drawn.trim_end().ends_with("% fewer"), "{drawn:?}");
+    let quiet = folder.on_terminal("build run.mcap -o quiet --no-optimize --quiet").unwrap();
+    assert_eq!(quiet, "");
+}
+
+#[test]
+fn the_file_of_all_defaults_changes_nothing_and_another_does() {
+    let folder = Folder::new("config");
+    room::record(&folder.path("run.mcap"), Content { poses: true, vertical: true });
+    let defaults = folder.expect("parameters", 0, &[]).stdout;
+    for words in [
+        "[build]\n",
+        "\n[compact]\n",
+        "\n[optimize]\n",
+        "\nno-optimize = false\n",
+        "\n# sigma = M\n",
+        "\nmerging = \"holes\"\n",
+    ] {
+        assert!(defaults.contains(words), "{words} in\n{defaults}");
+    }
+    assert!(!defaults.contains("force"), "{defaults}");
+    folder.write("all.toml", &defaults);
+    folder.write("some.toml", "[build]\nformats = [\"ply\"]\nno-report = true\noutput = \"c\"\n");
+    folder.expect("build run.mcap -o a", 0, &[]);
+    folder.expect("build run.mcap -o b --config all.toml", 0, &[]);
+    folder.expect("--config some.toml build run.mcap", 0, &[]);
+    for name in ["model.glb", "model.ply", "model.obj", "model.city.json", "planes.ply"] {
+        assert_eq!(
+            fs::read(folder.path("a").join(name)).unwrap(),
+            fs::read(folder.path("b").join(name)).unwrap()
+        );
+    }
+    let has = |name: &str| folder.path("c").join(name).exists();
+    assert!(has("model.ply") && !has("model.glb") && !has("report.html"));
+    folder.write("wrong.toml", "[build]\nsigm = 0.02\n");
+    folder.expect(
+        "build run.mcap -o d --config wrong.toml",
+        2,
+        &["wrong.toml: [build] has no sigm; it knows", "sigma"],
+    );
+    folder.write("value.toml", "[build]\nsigma = -1\n");
+    folder.expect("build run.mcap -o d --config value.toml", 2, &["--sigma"]);
+}

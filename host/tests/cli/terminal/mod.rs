@@ -1,0 +1,7 @@
+//! What commands have in common: care with files, comfort, being killed; and the demo.
+
+mod careful;
+mod comfort;
+#[cfg(feature = "demo")]
+mod demo;
+mod killed;

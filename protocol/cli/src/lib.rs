@@ -1,0 +1,11 @@
+//! What the three programs share on the command line.
+//!
+#![doc = include_str!("../README.md")]
+
+mod manual;
+mod outcome;
+mod output;
+
+pub use crate::manual::{Completions, Man};
+pub use crate::outcome::{BAD_ARGUMENTS, FAILED, Outcome};
+pub use crate::output::{paragraph, print_result, say};

@@ -1,0 +1,99 @@
+//! What is in a chunk: its compressed bytes unpacked, within bounds, whole or as far as they go.
+
+use crate::mcap::records::ChunkHeader;
+use std::io::Read;
+
+/// The most that a chunk may unpack to. ROS 2 bags and ours stay near 1 MiB; a file that claims more than
+/// this is broken or hostile.
+pub(crate) const MAX_CHUNK_SIZE: u64 = 1 << 28;
+/// The most that a record other than an attachment takes in a file: a chunk that does not pack, and its
+/// header.
+pub(crate) const MAX_RECORD_SIZE: u64 = MAX_CHUNK_SIZE + (1 << 16);
+
+/// Why a chunk's bytes could not be had.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(crate) enum ChunkError {
+    /// Neither zstd, lz4 nor plain.
+    Compression(String),
+    /// It claims to unpack to so many bytes, above [`MAX_CHUNK_SIZE`].
+    TooLarge(u64),
+    /// The compressed bytes are broken or end early.
+    Corrupt(String),
+    /// It unpacked to another size than its header says.
+    Size { expected: u64, found: u64 },
+    /// The bytes are not those that were written.
+    Checksum { expected: u32, found: u32 },
+}
+
+impl ChunkError {
+    /// True when bytes were changed, false when they may merely end early.
+    pub(crate) fn is_damage(&self) -> bool {
+        match self {
+            Self::Compression(_) | Self::Checksum { .. } => true,
+            Self::Size { expected, found } => found > expected,
+            Self::TooLarge(_) | Self::Corrupt(_) => false,
+        }
+    }
+}
+
+impl std::fmt::Display for ChunkError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Compression(name) => {
+                write!(f, "compression {name:?} is not known (zstd, lz4 and none are)")
+            }
+            Self::TooLarge(size) => write!(f, "chunk of {size} bytes; at most {MAX_CHUNK_SIZE} are taken"),
+            Self::Corrupt(what) => write!(f, "compressed bytes are broken: {what}"),
+            Self::Size { expected, found } => {
+                write!(f, "chunk of {found} bytes where {expected} were announced")
+            }
+            Self::Checksum { expected, found } => {
+                write!(f, "checksum of the chunk is {found:08x}, {expected:08x} was recorded")
+            }
+        }
+    }
+}
+
+/// Unpacks as far as the bytes go, to `limit` bytes at most; an error says why no further. `out` is replaced.
+pub(crate) fn unpack_prefix(
+    compression: &str,
+    packed: &[u8],
+    limit: u64,
+    out: &mut Vec<u8>,
+) -> Result<(), ChunkError> {
+    out.clear();
+    if limit > MAX_CHUNK_SIZE {
+        return Err(ChunkError::TooLarge(limit));
+    }
+    let corrupt = |error: std::io::Error| ChunkError::Corrupt(error.to_string());
+    match compression {
+        "" => packed.take(limit).read_to_end(out).map(drop).map_err(corrupt),
+        "zstd" => {
+            let decoder = zstd::stream::read::Decoder::with_buffer(packed).map_err(corrupt)?;
+            decoder.single_frame().take(limit).read_to_end(out).map(drop).map_err(corrupt)
+        }
+        "lz4" => {
+            let decoder = lz4::Decoder::new(packed).map_err(corrupt)?;
+            decoder.take(limit).read_to_end(out).map(drop).map_err(corrupt)
+        }
+        other => Err(ChunkError::Compression(other.to_owned())),
+    }
+}
+
+/// Unpacks a whole chunk and checks size and checksum. `out` is replaced.
+pub(crate) fn unpack(header: &ChunkHeader, packed: &[u8], out: &mut Vec<u8>) -> Result<(), ChunkError> {
+    if header.uncompressed_size >= MAX_CHUNK_SIZE {
+        return Err(ChunkError::TooLarge(header.uncompressed_size));
+    }
+    // One byte more than announced, to notice when there is more.
+    unpack_prefix(&header.compression, packed, header.uncompressed_size + 1, out)?;
+    let found = out.len() as u64;
+    if found != header.uncompressed_size {
+        return Err(ChunkError::Size { expected: header.uncompressed_size, found });
+    }
+    let found = if header.crc == 0 { 0 } else { crc32fast::hash(out) };
+    if found != header.crc {
+        return Err(ChunkError::Checksum { expected: header.crc, found });
+    }
+    Ok(())
+}

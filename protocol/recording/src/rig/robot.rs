@@ -1,0 +1,55 @@
+//! The rig as a whole: read from a text, and written as one.
+
+use super::parse::{self, Devices};
+use super::print::print;
+use super::{Base, Laser, RigError};
+use std::path::Path;
+
+/// A robot: two lasers and a base.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Rig {
+    /// The laser that localizes.
+    pub horizontal: Laser,
+    /// The laser that sees the building; a robot without one only maps in 2D.
+    pub vertical: Option<Laser>,
+    /// The mobile base.
+    pub base: Base,
+}
+
+impl Rig {
+    /// Reads the text of a `rig.toml`.
+    ///
+    /// A key that is not given takes the value of the template ([`Rig::default`]), also inside `mount`; ports
+    /// must be given.
+    ///
+    /// # Errors
+    /// The first thing that is wrong, with line, key, what was found and what is allowed.
+    pub fn parse(text: &str) -> Result<Self, RigError> {
+        let Devices { horizontal, vertical, base } = parse::parse(text)?;
+        Ok(Self { horizontal, vertical, base })
+    }
+
+    /// Reads a `rig.toml`.
+    ///
+    /// # Errors
+    /// That the file cannot be read, or what [`Rig::parse`] says of it, with the file's name.
+    pub fn load(path: &Path) -> Result<Self, RigError> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| RigError::File { path: path.to_owned(), source })?;
+        Self::parse(&text).map_err(|source| RigError::In { path: path.to_owned(), source: Box::new(source) })
+    }
+
+    /// The resolved `rig.toml`: every key with its value, but for settings that are left to the device.
+    /// [`Rig::parse`] makes the same rig of it.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        print(&self.horizontal, self.vertical.as_ref(), &self.base)
+    }
+}
+
+impl Default for Rig {
+    /// The template rig: both lasers on a Pioneer.
+    fn default() -> Self {
+        Self { horizontal: Laser::horizontal(), vertical: Some(Laser::vertical()), base: Base::default() }
+    }
+}

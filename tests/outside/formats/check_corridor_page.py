@@ -1,0 +1,53 @@
+#!/usr/bin/env python3
+"""Opens report.html of the paper's corridor in a browser, and those of other builds that are named and there.
+
+    check_corridor_page.py WORKDIR [REPORT.html...]
+
+Needs `biplane`, `biplane-onboard` and `biplane-mock` on PATH, playwright-core on NODE_PATH, and Chromium."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from lib.programs import RIGS, fresh_folder, run, run_check
+from lib.verdict import require
+
+
+def main(work, reports):
+    capture, recording, model = work / "capture.mcap", work / "corridor.mcap", work / "model"
+    run(
+        "biplane-mock",
+        "simulate",
+        "--world",
+        "corridor",
+        "--rig",
+        RIGS / "paper.toml",
+        "--seed",
+        7,
+        "-o",
+        capture,
+        "--truth",
+        work / "truth",
+    )
+    run("biplane-onboard", "replay", capture, "-o", recording)
+    run("biplane", "build", recording, "-o", model)
+    run(
+        "biplane",
+        "compare",
+        model,
+        "--truth",
+        work / "truth/surfaces.ply",
+        "--report",
+        model / "report.html",
+        "--force",
+        stdout=subprocess.DEVNULL,
+    )
+    run_check("formats/check_page.js", model / "report.html", work / "pictures")
+    for report in filter(Path.is_file, reports):
+        run_check("formats/check_page.js", report)
+
+
+require(len(sys.argv) > 1, __doc__)
+main(fresh_folder(sys.argv[1]), [Path(name) for name in sys.argv[2:]])

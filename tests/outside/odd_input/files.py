@@ -1,0 +1,53 @@
+"""Clouds and meshes as files of the current folder: PLY, OBJ, LAS. Each function returns the name that it was
+given."""
+
+from pathlib import Path
+
+import laspy
+import numpy as np
+
+
+def ply(name, points, numbers="<f4", columns=None, claim=None, faces=None, header=None):
+    """A binary PLY; `numbers` is numpy's type of the coordinates, byte order first."""
+    points = np.asarray(points, float).reshape(-1, 3)
+    columns = columns or {}
+    rows = np.empty(
+        len(points), [(axis, numbers) for axis in "xyz"] + [(column, numbers[0] + "i4") for column in columns]
+    )
+    for k, axis in enumerate("xyz"):
+        rows[axis] = points[:, k]
+    for column, values in columns.items():
+        rows[column] = values
+    order, kind = {"<": "little", ">": "big"}[numbers[0]], {"f4": "float", "f8": "double"}[numbers[1:]]
+    lines = ["ply", f"format binary_{order}_endian 1.0", f"element vertex {claim or len(points)}"]
+    lines += [f"property {kind} {axis}" for axis in "xyz"] + [f"property int {column}" for column in columns]
+    body = rows.tobytes()
+    if faces is not None:
+        lines += [f"element face {len(faces)}", "property list uchar int vertex_indices"]
+        whole = numbers[0] + "i4"
+        body += b"".join(
+            np.array([len(face)], "u1").tobytes() + np.array(face, whole).tobytes() for face in faces
+        )
+    text = "\n".join(lines + ["end_header", ""])
+    Path(name).write_bytes((header(text) if header else text).encode() + body)
+    return name
+
+
+def obj(name, points, faces, more=""):
+    """An OBJ file; `more` are lines that follow."""
+    lines = [f"v {x:.9g} {y:.9g} {z:.9g}\n" for x, y, z in points]
+    lines += ["f " + " ".join(str(k + 1) for k in face) + "\n" for face in faces]
+    Path(name).write_text("".join(lines) + more)
+    return name
+
+
+def las(name, points, scale=0.001, version="1.2", form=0):
+    """A LAS or LAZ file, as its name ends."""
+    header = laspy.LasHeader(version=version, point_format=form)
+    points = np.asarray(points, float).reshape(-1, 3)
+    header.offsets = np.floor(points.min(axis=0)) if len(points) else np.zeros(3)
+    header.scales = np.full(3, scale)
+    data = laspy.LasData(header)
+    data.x, data.y, data.z = points.T
+    data.write(name)
+    return name

@@ -1,0 +1,112 @@
+#!/usr/bin/env python3
+"""Does `record` keep up, and with how much of a machine?
+
+    check_real_time.py [SECONDS] [--dir DIR]     with `biplane-mock` and `biplane-onboard` on PATH; Linux
+
+Two recordings, of 20 s each unless SECONDS says otherwise. Serves both lasers and a base on pseudo-terminals
+at the highest rates, records from them with the serial bytes (--raw), and prints and checks: the share of one
+core that the recorder used (user and system, all threads, start-up included), the time from the last byte
+that a pose needed until it was in the file (p99.9, measured by the recorder's writing thread), the largest
+resident memory, and that nothing was dropped or damaged. Exit code 1 when a target is missed. Plain
+Python."""
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from lib.mock_rig import MockRig, rig_text
+from lib.programs import peak_memory_mb
+from lib.verdict import require
+
+CORE_SHARE, DELAY_MS, RESIDENT_MB = 0.20, 10.0, 64.0
+BYTES_A_MIB = 1024 * 1024
+# Name, step of the lasers in degrees, scans a second of each.
+RATES = [("75 Hz, 181 beams", 1.0, 75.0), ("37.5 Hz, 361 beams", 0.5, 37.5)]
+
+
+def record(folder, step_deg, seconds):
+    """Records for so long; returns the account, processor seconds and resident megabytes."""
+    lines = ("baud = 500000", f"resolution_deg = {step_deg}")
+    rig = rig_text(folder / "ports", laser_lines=lines)
+    with MockRig(folder, "--world", "office", "--rig", folder / "rig.toml", rig=rig) as devices:
+        words = [
+            "--rig",
+            devices.rig,
+            "-o",
+            folder / "run.mcap",
+            "--raw",
+            "--json",
+            "--duration",
+            f"{seconds}s",
+        ]
+        with open(folder / "account", "w+") as account:
+            recorder = subprocess.Popen(["biplane-onboard", "--quiet", "record", *words], stdout=account)
+            memory_mb, usage = 0.0, None
+            while usage is None:
+                time.sleep(0.2)
+                memory_mb = max(memory_mb, peak_memory_mb(recorder.pid) * BYTES_A_MIB / 1e6)
+                pid, status, rusage = os.wait4(recorder.pid, os.WNOHANG)
+                usage = rusage if pid else None
+            recorder.returncode = os.waitstatus_to_exitcode(status)
+            account.seek(0)
+            text = account.read()
+    require(recorder.returncode == 0, f"record: exit code {recorder.returncode}\n{text}")
+    return json.loads(text[text.index("{") :]), usage.ru_utime + usage.ru_stime, memory_mb
+
+
+def check(name, rate_hz, account, cpu_s, memory_mb):
+    """Prints a row; returns what is missed."""
+    share = cpu_s / account["duration_s"]
+    delays = account["pose_delays"]
+    needed, scan = delays["from_last_byte_ms"], delays["from_scan_ms"]
+    print(
+        f"{name}: {account['duration_s']:.1f} s, {account['scans_horizontal']} "
+        f"+ {account['scans_vertical']} scans, {account['poses']} poses\n"
+        f"  {100 * share:.1f} % of one core; {memory_mb:.1f} MB resident\n"
+        f"  last byte to pose in the file: p50 {needed['p50']:.2f}, p99 {needed['p99']:.2f}, "
+        f"p99.9 {needed['p99_9']:.2f}, max {needed['max']:.2f} ms\n"
+        f"  the scan's last byte to pose, the wait for odometry included: "
+        f"p50 {scan['p50']:.1f}, p99.9 {scan['p99_9']:.1f} ms"
+    )
+    missed = [
+        f"{what} is {value:.2f}, allowed is {limit}"
+        for what, value, limit in [
+            ("share of a core", share, CORE_SHARE),
+            ("delay p99.9 (ms)", needed["p99_9"], DELAY_MS),
+            ("resident memory (MB)", memory_mb, RESIDENT_MB),
+            ("dropped", account["dropped"], 0),
+            ("damaged", account["damaged"], 0),
+        ]
+        if value > limit
+    ]
+    # Start-up takes some seconds: what comes then must come whole.
+    streamed_s = account["scans_horizontal"] / rate_hz
+    if streamed_s < 0.5 * account["duration_s"]:
+        missed.append(f"scans of only {streamed_s:.1f} s")
+    return missed
+
+
+def main():
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("seconds", type=int, nargs="?", default=20)
+    parser.add_argument("--dir", help="where to work; a temporary folder that is removed when left out")
+    options = parser.parse_args()
+    missed = []
+    for name, step_deg, rate_hz in RATES:
+        with tempfile.TemporaryDirectory(dir=options.dir) as folder:
+            missed += check(name, rate_hz, *record(Path(folder), step_deg, options.seconds))
+    for what in missed:
+        print(f"MISSED: {what}")
+    sys.exit(1 if missed else 0)
+
+
+main()

@@ -1,0 +1,7 @@
+//! The tree against its own rules: folders, floors, imports, words, documents.
+
+mod floors;
+mod imports;
+mod layout;
+pub(crate) mod tidy;
+mod words;

@@ -1,0 +1,5 @@
+//! What a run should have recorded, held against what it did record.
+
+pub(crate) mod digest;
+pub(crate) mod truth;
+pub(crate) mod witness;
