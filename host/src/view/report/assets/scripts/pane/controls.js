@@ -3,17 +3,21 @@
 const CLICK_PIXELS = 5;
 const WALK_M_S = 1.4;
 const TURN_RAD_S = 1.2;
+// What a key does that is let go before a picture came that could show it held.
+const TAP_S = 0.1;
 
 class Controls {
   constructor(viewer, container) {
     this.viewer = viewer;
     this.pointers = new Map();
     this.held = new Set();
+    // Those of the held keys that have done nothing yet.
+    this.fresh = new Set();
     for (const pane of viewer.panes) this.listen(pane.canvas);
     container.addEventListener('keydown', (event) => this.keyDown(event));
-    container.addEventListener('keyup', (event) => this.held.delete(event.code) && viewer.changed());
-    container.addEventListener('focusout', () => this.held.clear());
-    addEventListener('blur', () => this.held.clear());
+    container.addEventListener('keyup', (event) => this.release(event.code));
+    container.addEventListener('focusout', () => this.releaseAll());
+    addEventListener('blur', () => this.releaseAll());
   }
 
   listen(canvas) {
@@ -98,12 +102,26 @@ class Controls {
 
   hold(code) {
     if (/^Key[WASD]/.test(code) && !this.viewer.camera.walking) this.viewer.preset('inside');
+    if (!this.held.has(code)) this.fresh.add(code);
     this.held.add(code);
+  }
+
+  /** A tap moves too, however slowly pictures come. */
+  release(code) {
+    if (!this.held.has(code)) return;
+    if (this.fresh.has(code)) this.step(TAP_S);
+    this.held.delete(code);
+    this.viewer.changed();
+  }
+
+  releaseAll() {
+    for (const code of [...this.held]) this.release(code);
   }
 
   /** What held keys do in so many seconds; true while any is held. */
   step(seconds) {
     if (this.held.size === 0) return false;
+    if (seconds > 0) this.fresh.clear();
     const { camera } = this.viewer;
     const sign = (plus, minus) => this.held.has(plus) - this.held.has(minus);
     const metres = WALK_M_S * seconds * (this.fast ? 3 : 1);

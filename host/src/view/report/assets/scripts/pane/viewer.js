@@ -37,7 +37,7 @@ class Viewer {
       this.controls.hold(`Key${button.dataset.key.toUpperCase()}`);
       this.changed();
     });
-    for (const end of ['pointerup', 'pointerleave', 'pointercancel']) on('[data-key]', end, () => this.controls.held.clear());
+    for (const end of ['pointerup', 'pointerleave', 'pointercancel']) on('[data-key]', end, () => this.controls.releaseAll());
     document.querySelectorAll('#planes tr[data-polygon]').forEach((row) => row.addEventListener('click', () => {
       this.pick(Number(row.dataset.polygon));
       section.scrollIntoView({ block: 'nearest' });
