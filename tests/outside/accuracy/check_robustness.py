@@ -15,11 +15,9 @@ found between the poses before and after with the log's own odometry. Exit code 
 target."""
 
 import argparse
-import bisect
 import concurrent.futures
 import math
 import os
-import random
 import re
 import sys
 import tempfile
@@ -27,7 +25,17 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from lib.planar import moved, read_numbers, seen_from
+from lib.carmen_log import (
+    Track,
+    dropped,
+    read_log,
+    scaled,
+    score,
+    stalls_and_jumps,
+    standing,
+    without_odometry,
+)
+from lib.planar import read_numbers
 from lib.programs import json_of, run
 
 TARGET_M, TARGET_WITHOUT_ODOMETRY_M = 0.05, 0.10
@@ -42,74 +50,6 @@ SHORT = (
 )
 
 
-class Scan:
-    """A line of the log: ranges, odometry [x, y, theta], stamp."""
-
-    def __init__(self, line):
-        words = line.split()
-        self.ranges = words[2 : 2 + int(words[1])]
-        rest = words[2 + len(self.ranges) :]
-        self.odometry = [float(word) for word in rest[3:6]]
-        self.stamp, self.host = rest[6], rest[7]
-
-    def text(self):
-        ranges = " ".join(self.ranges)
-        if self.odometry is None:  # CARMEN's message of a laser that knows no robot
-            stamps = f"{self.stamp} {self.host} {self.stamp}"
-            return f"RAWLASER1 0 0 0 0 0 0 0 {len(self.ranges)} {ranges} 0 {stamps}\n"
-        pose = " ".join(f"{value:.6f}" for value in self.odometry)
-        return f"FLASER {len(self.ranges)} {ranges} {pose} {pose} {self.stamp} {self.host} {self.stamp}\n"
-
-
-def with_steps(scans, change):
-    """New odometry out of the old one's steps; `change` gets number and step."""
-    pose, last = list(scans[0].odometry), scans[0].odometry
-    for number, scan in enumerate(scans):
-        step = seen_from(last, scan.odometry)
-        last = scan.odometry
-        pose = moved(pose, change(number, step))
-        scan.odometry = pose
-    return scans
-
-
-def scaled(distance, turn):
-    return lambda scans: with_steps(scans, lambda _, s: [s[0] * distance, s[1] * distance, s[2] * turn])
-
-
-def stalls_and_jumps(scans):
-    """Each minute stands still for 10 s, then goes on from there; half a minute later it jumps 0.5 m aside
-    and 0.3 rad."""
-    start, jumped = float(scans[0].stamp), set()
-
-    def change(number, step):
-        minute, second = divmod(float(scans[number].stamp) - start, 60.0)
-        if 20.0 <= second < 30.0:
-            return [0.0, 0.0, 0.0]
-        if second >= 50.0 and minute not in jumped:
-            jumped.add(minute)
-            return [step[0], step[1] + 0.5, step[2] + 0.3]
-        return step
-
-    return with_steps(scans, change)
-
-
-def without_odometry(scans):
-    for scan in scans:
-        scan.odometry = None
-    return scans
-
-
-def standing(scans):
-    for scan in scans:
-        scan.odometry = [0.0, 0.0, 0.0]
-    return scans
-
-
-def dropped(scans):
-    chance = random.Random(4)
-    return [scan for scan in scans if chance.random() >= 0.01]
-
-
 LOGS = {
     "as it is": lambda scans: scans,
     "every 2nd scan": lambda scans: scans[::2],
@@ -118,7 +58,7 @@ LOGS = {
     "odometry's distances x 1.1": scaled(1.1, 1.0),
     "odometry's distances and turns x 0.9": scaled(0.9, 0.9),
     "odometry's distances and turns x 1.1": scaled(1.1, 1.1),
-    "1 % of scans dropped": dropped,
+    "1 % of scans dropped": dropped(0.01, 4),
     "stamps sorted": lambda scans: sorted(scans, key=lambda scan: float(scan.stamp)),
     "odometry stalls and jumps": stalls_and_jumps,
     "without odometry": without_odometry,
@@ -138,42 +78,6 @@ def parameters(matcher):
             value = min(max(wanted, entry["least"]), entry["most"])
             name = f"{entry['name']} {word}" + ("" if value == wanted else f" (its limit, {value:g})")
             yield name, f"{entry['name']}={value:.9g}"
-
-
-class Track:
-    """A trajectory, by time: rows of t, x, y, theta."""
-
-    def __init__(self, rows):
-        self.rows = sorted(rows)
-        self.stamps = [row[0] for row in self.rows]
-
-    def nearest(self, stamp):
-        i = bisect.bisect_left(self.stamps, stamp)
-        return min(
-            (j for j in (i - 1, i) if 0 <= j < len(self.stamps)), key=lambda j: abs(self.stamps[j] - stamp)
-        )
-
-    def at(self, stamp, odometry):
-        """The pose at a stamp. Where its scan was left out: the log's own odometry from the pose before, led
-        to the pose after."""
-        i = bisect.bisect_left(self.stamps, stamp)
-        if i == len(self.rows) or self.stamps[i] == stamp or i == 0:
-            return self.rows[min(i, len(self.rows) - 1)][1:]
-        before, after = self.rows[i - 1], self.rows[i]
-        here, start, end = (odometry.rows[odometry.nearest(t)][1:] for t in (stamp, before[0], after[0]))
-        forth, back = moved(before[1:], seen_from(start, here)), moved(after[1:], seen_from(end, here))
-        share = (stamp - before[0]) / (after[0] - before[0])
-        return moved(forth, [share * value for value in seen_from(forth, back)])
-
-
-def score(rows, relations, odometry):
-    track = Track(rows)
-    errors = []
-    for first, second, x, y, z, _, _, yaw in relations:
-        step = seen_from(track.at(first, odometry), track.at(second, odometry))
-        turn = math.degrees(abs(math.remainder(step[2] - yaw, math.tau)))
-        errors.append((math.sqrt((step[0] - x) ** 2 + (step[1] - y) ** 2 + z**2), turn))
-    return [sum(column) / len(errors) for column in zip(*errors)]
 
 
 def one_run(number, imported, words, work, relations, odometry):
@@ -198,11 +102,6 @@ def arguments():
     parser.add_argument("--short", action="store_true", help="a few settings only")
     parser.add_argument("--matcher", default="map", choices=("map", "gradient"))
     return parser.parse_args()
-
-
-def read_log(path):
-    with open(path) as lines:
-        return [Scan(line) for line in lines if line.startswith("FLASER")]
 
 
 def run_all(args, settings):

@@ -1,0 +1,139 @@
+#!/usr/bin/env python3
+"""How good are the poses of a log when a few of its scans are missing, each time others?
+
+    check_ensemble.py LOG RELATIONS [--runs N] [--optimize] [--odometry CHANGE] [--set NAME=VALUE]... [--json]
+                      [--worst M] [--median M] [--optimized-median M] [--optimized-worst M]
+
+Needs `biplane` and `biplane-onboard` on PATH; plain Python. One run on one log is chance: a scan more or
+less sends a matcher another way. So the log is run N times (8), the first time whole, then each time with
+another 1 % of its scans left out. The error is the mean over all relations (metric of Kuemmerle et al. 2009);
+one over 0.1 m is a blunder. Odometry can be altered: `signs` (its sign is wrong when the robot drives
+backward), `scaled-0.8`, `scaled-1.2`, `stalled` (5 s a minute), `jumps` (a metre ahead or back each half a
+minute), `none`. Exit code 1 when a given limit, in metres, is missed."""
+
+import argparse
+import concurrent.futures
+import json
+import os
+import statistics
+import sys
+import tempfile
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from lib.carmen_log import (
+    Track,
+    dropped,
+    jumps,
+    read_log,
+    scaled,
+    score,
+    signs_wrong_backward,
+    stalled,
+    without_odometry,
+)
+from lib.planar import read_numbers
+from lib.programs import run
+
+BLUNDER_M = 0.1
+SHARE_LEFT_OUT = 0.01
+CHANGES = {
+    "signs": signs_wrong_backward,
+    "scaled-0.8": scaled(0.8, 1.0),
+    "scaled-1.2": scaled(1.2, 1.0),
+    "stalled": stalled,
+    "jumps": jumps,
+    "none": without_odometry,
+}
+
+
+def arguments():
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("log", type=Path)
+    parser.add_argument("relations")
+    parser.add_argument("--runs", type=int, default=8)
+    parser.add_argument("--optimize", action="store_true", help="close loops too")
+    parser.add_argument("--odometry", choices=tuple(CHANGES))
+    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    parser.add_argument("--json", action="store_true")
+    for limit in ("median", "worst", "optimized-median", "optimized-worst"):
+        parser.add_argument(f"--{limit}", type=float, metavar="M")
+    return parser.parse_args()
+
+
+def log_of_run(path, number, change):
+    """The text of the log: its scans thinned from the second run on, and its odometry altered."""
+    leave_out = dropped(SHARE_LEFT_OUT if number else 0.0, number)
+    if change:
+        return "".join(scan.text() for scan in CHANGES[change](leave_out(read_log(path))))
+    lines = path.read_text(errors="replace").splitlines(keepends=True)
+    scans = [i for i, line in enumerate(lines) if line.startswith("FLASER")]
+    gone = set(scans) - set(leave_out(scans))
+    return "".join(line for i, line in enumerate(lines) if i not in gone)
+
+
+def trajectory(recording, track):
+    run("biplane", "traj", recording, "--format", "xytheta", "-o", track, capture_output=True)
+    return read_numbers(track)
+
+
+def one_run(args, number, relations, odometry):
+    """Errors as recorded, and optimized when that is asked for."""
+    with tempfile.TemporaryDirectory() as work:
+        log, imported, posed = (f"{work}/{name}" for name in ("a.log", "imported.mcap", "posed.mcap"))
+        Path(log).write_text(log_of_run(args.log, number, args.odometry))
+        run("biplane", "import", "carmen", log, "-o", imported, capture_output=True)
+        settings = [word for setting in args.set for word in ("--set", setting)]
+        run("biplane-onboard", "replay", imported, "-o", posed, *settings, capture_output=True)
+        errors = {"incremental": score(trajectory(posed, f"{work}/track"), relations, odometry)}
+        if args.optimize:
+            closed = f"{work}/closed.mcap"
+            run("biplane", "optimize", posed, "-o", closed, "--threads", 1, capture_output=True)
+            errors["optimized"] = score(trajectory(closed, f"{work}/closed"), relations, odometry)
+        return errors
+
+
+def summary(errors):
+    metres = [error[0] for error in errors]
+    return {
+        "median_m": statistics.median(metres),
+        "worst_m": max(metres),
+        "median_deg": statistics.median(error[1] for error in errors),
+        "blunders": sum(error > BLUNDER_M for error in metres) / len(metres),
+        "runs_m": metres,
+    }
+
+
+def main():
+    args = arguments()
+    original = read_log(args.log)
+    odometry = Track([[float(scan.stamp), *scan.odometry] for scan in original])
+    relations = read_numbers(args.relations)
+    with concurrent.futures.ThreadPoolExecutor(args.jobs) as pool:
+        runs = list(pool.map(lambda i: one_run(args, i, relations, odometry), range(args.runs)))
+    found = {kind: summary([run[kind] for run in runs]) for kind in runs[0]}
+    if args.json:
+        print(json.dumps(found))
+    missed = False
+    for kind, errors in found.items():
+        limits = {"incremental": (args.median, args.worst)}.get(
+            kind, (args.optimized_median, args.optimized_worst)
+        )
+        reached = (errors["median_m"], errors["worst_m"])
+        over = any(limit is not None and value > limit for value, limit in zip(reached, limits))
+        missed |= over
+        if not args.json:
+            print(
+                f"{args.log.stem} {args.odometry or ''} {kind}: median {errors['median_m']:.4f} m "
+                f"{errors['median_deg']:.2f} deg, worst {errors['worst_m']:.4f} m, "
+                f"blunders {errors['blunders']:.0%}{'  MISSED' if over else ''}  "
+                + " ".join(f"{metres:.3f}" for metres in errors["runs_m"])
+            )
+    sys.exit(1 if missed else 0)
+
+
+main()
