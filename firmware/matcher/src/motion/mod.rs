@@ -3,12 +3,16 @@
 //! Frames: steps are in the base's frame, covariances in the map's axes. Units: meters, radians; stamps in
 //! nanoseconds.
 
+pub(crate) mod consistency;
 pub(crate) mod innovation_gate;
 pub(crate) mod odometry;
+pub(crate) mod steadiness;
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::motion::consistency::{Consistency, Reading};
 use crate::motion::odometry::{Odometry, StallWatch};
+use crate::motion::steadiness::Steadiness;
 use crate::parameter_group::parameter_group;
 use crate::registration::covariance::rows;
 use biplane_geometry::Pose2;
@@ -67,6 +71,23 @@ const DROPPED: f64 = 1.5;
 /// A guess is not stretched over more than this many scans.
 const LONGEST_GUESS: f64 = 4.0;
 
+/// Over longer ways the errors of wheels are independent of each other, meters.
+const WALK_M: f64 = 0.25;
+/// The same for turns, radians.
+const WALK_RAD: f64 = 0.25;
+/// Longer gaps between scans are a leap of the clock, seconds.
+const LONGEST_GAP_S: f64 = 10.0;
+/// What is expected of the next scan.
+#[derive(Copy, Clone, PartialEq, Debug)]
+pub(crate) struct Prediction {
+    /// The step that is likeliest.
+    pub step: Step,
+    /// Another one that may be right instead.
+    pub rival: Option<Step>,
+    /// How far the motion may be from the last one.
+    pub steadiness: Steadiness,
+}
+
 /// A step from the last scan's base to this one's.
 #[derive(Copy, Clone, PartialEq, Debug)]
 pub(crate) struct Step {
@@ -81,7 +102,7 @@ pub(crate) struct Step {
 impl Step {
     /// Whether the odometry said so.
     pub(crate) fn measured(&self) -> bool {
-        self.odometry == Odometry::Used
+        matches!(self.odometry, Odometry::Used | Odometry::Reversed)
     }
 }
 
@@ -104,7 +125,10 @@ pub(crate) struct MotionModel {
     last_stamp_ns: Option<i64>,
     last_step: Pose2,
     usual_gap_s: Option<f64>,
+    /// The same with stamps that repeat or step back: scans that come in bursts.
+    mean_gap_s: Option<f64>,
     stall: StallWatch,
+    consistency: Consistency,
 }
 
 impl MotionModel {
@@ -116,29 +140,64 @@ impl MotionModel {
             last_stamp_ns: None,
             last_step: Pose2::IDENTITY,
             usual_gap_s: None,
+            mean_gap_s: None,
             stall: StallWatch::default(),
+            consistency: Consistency::default(),
         }
     }
 
-    /// The step to a scan with this stamp and odometry: the odometry's own, or the last one again when there
-    /// is none or it is not believed.
-    pub(crate) fn predict(&self, stamp_ns: i64, odom_from_base: Option<Pose2>) -> Step {
-        let odometry = match (self.last_odom_from_base, odom_from_base) {
-            (_, Some(now)) if !now.is_finite() => Odometry::Jumped,
-            (Some(last), Some(now)) => {
-                let step = last.between(&now);
-                if step.distance_m() > self.params.jump_m || step.theta_rad.abs() > JUMP_RAD {
-                    Odometry::Jumped
-                } else if self.stall.holds(&now) {
-                    Odometry::Stalled
-                } else {
-                    let sigma = self.odometry_sigma(&step);
-                    return Step { last_from_base: step, sigma, odometry: Odometry::Used };
-                }
-            }
-            _ => Odometry::Missing,
+    /// What is expected of a scan with this stamp and odometry.
+    pub(crate) fn predict(&self, stamp_ns: i64, odom_from_base: Option<Pose2>) -> Prediction {
+        let (again, steadiness) = (self.same_again(stamp_ns), Steadiness::after(self.mean_gap_s));
+        let step = match self.measured(stamp_ns, odom_from_base) {
+            Ok(step) => step,
+            Err(odometry) => return Prediction { step: Step { odometry, ..again }, rival: None, steadiness },
         };
-        Step { odometry, ..self.same_again(stamp_ns) }
+        let reading = self.consistency.reading();
+        let inertia = self.inertia(stamp_ns, &step);
+        let apart = step.last_from_base.between(&inertia.last_from_base);
+        let is_worth = steadiness.is_worth();
+        let rival = is_worth && steadiness.squared(&apart) > 1.0;
+        if reading == Reading::Contradicted && is_worth {
+            return Prediction {
+                step: Step { odometry: Odometry::Contradicted, ..again },
+                rival: rival.then_some(step),
+                steadiness,
+            };
+        }
+        Prediction { step, rival: rival.then_some(inertia), steadiness }
+    }
+
+    /// The odometry's step as it is to be read, or why there is none.
+    fn measured(&self, stamp_ns: i64, odom_from_base: Option<Pose2>) -> Result<Step, Odometry> {
+        let now = odom_from_base.ok_or(Odometry::Missing)?;
+        if now.is_finite() && self.last_odom_from_base.is_none() {
+            return Err(Odometry::Missing);
+        }
+        let step = self.plausible(self.gap_s(stamp_ns), odom_from_base).ok_or(Odometry::Jumped)?;
+        if self.stall.holds(&now) {
+            return Err(Odometry::Stalled);
+        }
+        let reading = self.consistency.reading();
+        let [position, heading] = self.consistency.inflation();
+        let [x_m, y_m, theta_rad] = self.odometry_sigma(&step);
+        let (max_m, max_rad) = (self.params.unmeasured_m, self.params.unmeasured_rad);
+        let sigma = [
+            (x_m * position).min(x_m.max(max_m)),
+            (y_m * position).min(y_m.max(max_m)),
+            (theta_rad * heading).min(theta_rad.max(max_rad)),
+        ];
+        let odometry = if reading == Reading::Reversed { Odometry::Reversed } else { Odometry::Used };
+        Ok(Step { last_from_base: reading.of(&step), sigma, odometry })
+    }
+
+    /// The odometry's step when a base can have made it in this time, seconds.
+    fn plausible(&self, gap_s: Option<f64>, odom_from_base: Option<Pose2>) -> Option<Pose2> {
+        let step = self.last_odom_from_base?.between(&odom_from_base?);
+        let seconds = gap_s.map_or(1.0, |gap_s| gap_s.clamp(1.0, LONGEST_GAP_S));
+        let leaps =
+            step.distance_m() > seconds * self.params.jump_m || step.theta_rad.abs() > seconds * JUMP_RAD;
+        (step.is_finite() && !leaps).then_some(step)
     }
 
     /// The last step again, longer when scans seem to have been dropped. Stamps that repeat, step back or
@@ -178,11 +237,21 @@ impl MotionModel {
         (map_from_last, map_from_base): (&Pose2, &Pose2),
         found: Found,
     ) {
-        if let Some(gap_s) = self.gap_s(stamp_ns) {
+        let gap_s = self.gap_s(stamp_ns);
+        if let Some(gap_s) = gap_s {
             let usual_s = self.usual_gap_s.unwrap_or(gap_s);
             self.usual_gap_s = Some(usual_s + 0.1 * (gap_s.min(2.0 * usual_s) - usual_s));
         }
+        if let Some(last_ns) = self.last_stamp_ns {
+            let gap_s = (stamp_ns.saturating_sub(last_ns) as f64 * 1e-9).clamp(0.0, LONGEST_GAP_S);
+            let mean_s = self.mean_gap_s.unwrap_or(gap_s);
+            self.mean_gap_s = Some(mean_s + 0.1 * (gap_s - mean_s));
+        }
         self.last_stamp_ns = Some(stamp_ns);
+        if let (Some(step), Found::Surely) = (self.plausible(gap_s, odom_from_base), found) {
+            let sigma = self.odometry_sigma(&step);
+            self.consistency.compare(&step, sigma, &map_from_last.between(map_from_base));
+        }
         self.last_odom_from_base = odom_from_base.filter(Pose2::is_finite);
         match self.last_odom_from_base {
             Some(odom) if found == Found::Surely => {
@@ -203,12 +272,18 @@ impl MotionModel {
 
     fn odometry_sigma(&self, step: &Pose2) -> [f64; 3] {
         let p = &self.params;
-        let (driven_m, turned_rad) = (step.distance_m(), step.theta_rad.abs());
+        let (driven_m, turned_rad) =
+            (walked(step.distance_m(), WALK_M), walked(step.theta_rad.abs(), WALK_RAD));
         let position_m = POSITION_FLOOR_M + p.position_m_per_m * driven_m + p.position_m_per_rad * turned_rad;
         let heading_rad =
             HEADING_FLOOR_RAD + p.heading_rad_per_rad * turned_rad + p.heading_rad_per_m * driven_m;
         [position_m, position_m, heading_rad]
     }
+}
+
+/// What a way counts: errors of wheels add up like a random walk over ways longer than `from`.
+fn walked(way: f64, from: f64) -> f64 {
+    if way > from { (way * from).sqrt() } else { way }
 }
 
 /// Covariance (x, y, theta; map's axes) after a step from a pose with this covariance.
@@ -239,9 +314,9 @@ mod tests {
         let mut model = MotionModel::new(MotionParams::default());
         let still = (&Pose2::IDENTITY, &Pose2::IDENTITY);
         model.update(0, Some(Pose2::new(5.0, 5.0, FRAC_PI_2)), still, Found::Surely);
-        let short = model.predict(S, Some(Pose2::new(5.0, 5.1, FRAC_PI_2)));
+        let short = model.predict(S, Some(Pose2::new(5.0, 5.1, FRAC_PI_2))).step;
         assert!(short.measured() && (short.last_from_base.x_m - 0.1).abs() < 1e-12);
-        let long = model.predict(S, Some(Pose2::new(5.0, 6.0, FRAC_PI_2)));
+        let long = model.predict(S, Some(Pose2::new(5.0, 6.0, FRAC_PI_2))).step;
         assert!((0..3).all(|i| long.sigma[i] > short.sigma[i]));
     }
 
@@ -255,7 +330,7 @@ mod tests {
             (Some(Pose2::new(0.0, 0.0, 3.0)), Odometry::Jumped),
             (Some(Pose2::new(f64::NAN, 0.0, 0.0)), Odometry::Jumped),
         ] {
-            let step = model.predict(3 * S, odom);
+            let step = model.predict(3 * S, odom).step;
             assert_eq!((step.last_from_base, step.odometry), (STEP, state));
         }
     }

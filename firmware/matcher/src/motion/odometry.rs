@@ -18,6 +18,10 @@ pub enum Odometry {
     Jumped,
     /// It stands still while the scans move: the last motion is taken to go on.
     Stalled,
+    /// Scans have contradicted it for a while: the last motion is taken to go on.
+    Contradicted,
+    /// It said how the base moved, but for the sign: it counts the way back as a way ahead.
+    Reversed,
 }
 
 /// The odometry moves when it has come this far, meters or radians: more than its steps, less than a stall

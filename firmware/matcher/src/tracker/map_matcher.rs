@@ -104,6 +104,13 @@ impl MapMatcher {
         (best, Verdict::of(&best.fit))
     }
 
+    /// Finds the scan's pose from the prior alone, with no search around.
+    pub(crate) fn locate_near(&mut self, points: &EndPoints, prior: &Prior) -> (Alignment, Verdict) {
+        let found =
+            align(&self.map, points.as_slice(), prior.mean, prior, &self.params.align, &mut self.journal);
+        (found, Verdict::of(&found.fit))
+    }
+
     /// How much of a scan a pose explains, 0 to 1.
     pub(crate) fn score_at(&self, points: &EndPoints, pose: &Pose2) -> f64 {
         fit(&self.map, points.as_slice(), pose, &self.params.align).score()

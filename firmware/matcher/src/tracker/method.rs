@@ -65,6 +65,14 @@ impl Engine {
         }
     }
 
+    /// Finds a scan's pose from the prior alone, with no search around.
+    pub(crate) fn locate_near(&mut self, points: &EndPoints, prior: &Prior) -> (Alignment, Verdict) {
+        match self {
+            Self::Map(matcher) => matcher.locate_near(points, prior),
+            Self::Gradient(matcher) => matcher.locate(points, prior),
+        }
+    }
+
     /// How much of a scan a pose explains, 0 to 1.
     pub(crate) fn score_at(&self, points: &EndPoints, pose: &Pose2) -> f64 {
         match self {

@@ -12,7 +12,8 @@ use nalgebra::Matrix3;
 use crate::map::MapSize;
 use crate::motion::innovation_gate::{Expected, InnovationGate};
 use crate::motion::odometry::Odometry;
-use crate::motion::{Found, MotionModel, Step, propagate};
+use crate::motion::steadiness::Steadiness;
+use crate::motion::{Found, MotionModel, Prediction, Step, propagate};
 use crate::params::TrackerParams;
 use crate::pose_covariance::PoseCovariance;
 use crate::registration::covariance::{apart, inverse, rows, weakest_direction, weakest_sigma_m};
@@ -65,6 +66,33 @@ pub struct Tracked {
 /// after the scan is off by degrees in a turn. Error 0.0248 m also when halved or doubled. Without odometry
 /// 4.2719 m and 0.0255 m.
 const HEADING_WINDOW_RAD: f64 = 0.3;
+
+/// A step, and where the base is when it made it.
+#[derive(Copy, Clone, Debug)]
+struct Expectation {
+    step: Step,
+    covariance: Matrix3<f64>,
+    prior: Prior,
+}
+
+/// What speaks against the odometry being wrong in one step (natural logarithm).
+const FAULT: f64 = 12.0;
+/// The same once scans have contradicted it.
+const FAULT_AGAIN: f64 = 3.0;
+
+/// Log-likelihood of an alignment: by the scan, by what odometry and inertia expect, and by the odds of a
+/// fault.
+fn likelihood(
+    alignment: &Alignment,
+    odometry: &Expectation,
+    inertia: &Pose2,
+    rule: (f64, &Steadiness),
+) -> f64 {
+    let (fault, steadiness) = rule;
+    alignment.gain()
+        - odometry.prior.neg_log_likelihood(&alignment.pose).min(fault)
+        - steadiness.neg_log_likelihood(&inertia.between(&alignment.pose))
+}
 
 /// Matches scans one after the other; everything is allocated by [`Tracker::new`].
 #[derive(Clone, Debug)]
@@ -127,17 +155,18 @@ impl Tracker {
     pub fn track(&mut self, scan: &Scan, odom_from_base: Option<Pose2>) -> Tracked {
         self.engine.journal_mut().begin();
         self.points.fill(scan);
-        let step = self.motion.predict(scan.stamp_ns, odom_from_base);
-        let last = self.map_from_base;
-        self.covariance = propagate(&self.covariance, &last, &step);
-        if self.started {
-            self.pose_covariance.moved(&last, &step);
-        }
+        let prediction = self.motion.predict(scan.stamp_ns, odom_from_base);
+        let (last, before) = (self.map_from_base, self.covariance);
+        let mut step = prediction.step;
+        self.covariance = propagate(&before, &last, &step);
         self.map_from_base = last * step.last_from_base;
         let tracked = if self.points.are_too_few() {
+            self.moved(&last, &step);
             self.unmatched(Outcome::NoReturns)
         } else if self.started {
-            self.matched(scan, &last, &step)
+            let found = self.matched(scan, &last, &before, &prediction);
+            step = found.1;
+            found.0
         } else {
             self.first()
         };
@@ -169,24 +198,77 @@ impl Tracker {
         self.unmatched(Outcome::First)
     }
 
-    fn matched(&mut self, scan: &Scan, last: &Pose2, step: &Step) -> Tracked {
-        let Some(information) = inverse(&self.covariance) else { return self.unmatched(Outcome::Lost) };
-        let prior =
-            Prior { mean: self.map_from_base, information, measured: step.measured(), gives_way: true };
-        let (alignment, verdict) = self.locate(scan, last, step, &prior);
+    fn moved(&mut self, last: &Pose2, step: &Step) {
+        if self.started {
+            self.pose_covariance.moved(last, step);
+        }
+    }
+
+    /// Where the base is when it made this step, given the covariance before.
+    fn expected(&self, last: &Pose2, before: &Matrix3<f64>, step: &Step) -> Option<Expectation> {
+        let covariance = propagate(before, last, step);
+        let mean = *last * step.last_from_base;
+        let information = inverse(&covariance)?;
+        let prior = Prior { mean, information, measured: step.measured(), gives_way: true };
+        Some(Expectation { step: *step, covariance, prior })
+    }
+
+    fn matched(
+        &mut self,
+        scan: &Scan,
+        last: &Pose2,
+        before: &Matrix3<f64>,
+        prediction: &Prediction,
+    ) -> (Tracked, Step) {
+        let step = prediction.step;
+        let Some(mut taken) = self.expected(last, before, &step) else {
+            self.moved(last, &step);
+            return (self.unmatched(Outcome::Lost), step);
+        };
+        let (mut alignment, mut verdict) =
+            self.locate(scan, last, (&step, &prediction.steadiness), &taken.prior);
+        let rival = prediction.rival.and_then(|rival| self.expected(last, before, &rival));
+        if let Some(rival) = rival {
+            let (other, its_verdict) = self.engine.locate_near(&self.points, &rival.prior);
+            if its_verdict == Verdict::Found {
+                let distrusted = !step.measured();
+                let (odometry, inertia) = if distrusted { (&rival, &taken) } else { (&taken, &rival) };
+                let rule = (if distrusted { FAULT_AGAIN } else { FAULT }, &prediction.steadiness);
+                let of = |found: &Alignment| likelihood(found, odometry, &inertia.prior.mean, rule);
+                if verdict != Verdict::Found || of(&other) > of(&alignment) {
+                    (alignment, verdict, taken) = (other, its_verdict, rival);
+                }
+            }
+        }
+        self.covariance = taken.covariance;
+        self.map_from_base = taken.prior.mean;
+        self.moved(last, &taken.step);
         let outcome = match verdict {
-            Verdict::Found => self.accept(&alignment, &prior, step),
+            Verdict::Found => self.accept(&alignment, &taken.prior, &taken.step),
             Verdict::Unconfirmed | Verdict::NewGround | Verdict::Lost => Outcome::Lost,
         };
         self.learn(verdict);
-        Tracked { score: alignment.fit.score(), iterations: alignment.iterations, ..self.unmatched(outcome) }
+        let tracked = Tracked {
+            score: alignment.fit.score(),
+            iterations: alignment.iterations,
+            ..self.unmatched(outcome)
+        };
+        (tracked, taken.step)
     }
 
-    fn locate(&mut self, scan: &Scan, last: &Pose2, step: &Step, prior: &Prior) -> (Alignment, Verdict) {
+    fn locate(
+        &mut self,
+        scan: &Scan,
+        last: &Pose2,
+        (step, steadiness): (&Step, &Steadiness),
+        prior: &Prior,
+    ) -> (Alignment, Verdict) {
         let (heading_window, window) = (self.heading_window(step), self.window());
         let again = *last * self.motion.same_again(scan.stamp_ns).last_from_base;
-        let (alignment, verdict) =
-            self.engine.locate(&self.points, prior, &[again, *last], heading_window, window);
+        let guesses = [again, *last];
+        // After a long gap only the odometry knows the way.
+        let others = if step.measured() && !steadiness.is_worth() { &[][..] } else { &guesses[..] };
+        let (alignment, verdict) = self.engine.locate(&self.points, prior, others, heading_window, window);
         if verdict == Verdict::Found && step.measured() {
             let inertia = self.motion.inertia(scan.stamp_ns, step);
             let expected = Expected { prior, again: *last * inertia.last_from_base, inertia: &inertia };

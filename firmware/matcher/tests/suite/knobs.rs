@@ -55,6 +55,9 @@ fn troubled_drive(params: TrackerParams) -> String {
             62..68 => Some(Pose2::new(0.04 * 61.0, 0.61, 1.22)), // a wheel's encoder comes loose
             _ => Some(truth * Pose2::new(0.01 * (at * 0.7).sin(), 0.0, 0.01 * at.sin())),
         };
+        if i == 10 {
+            truth = truth * Pose2::new(0.4, -0.35, 0.6); // pushed aside, and back again
+        }
         if i == 40 {
             truth = truth * Pose2::new(0.4, -0.35, 0.6);
         }

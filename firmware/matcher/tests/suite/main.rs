@@ -6,6 +6,7 @@ mod corridor;
 mod drive;
 mod journal;
 mod knobs;
+mod odometry_faults;
 mod pair;
 mod trouble;
 mod world;

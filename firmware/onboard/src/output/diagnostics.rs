@@ -109,7 +109,7 @@ fn of_laser(laser: &LaserHealth) -> [KeyValue; 11] {
 }
 
 fn of_matcher(matcher: &MatcherHealth) -> DiagnosticStatus {
-    let guessed = matcher.last_odometry != Odometry::Used;
+    let guessed = !matches!(matcher.last_odometry, Odometry::Used | Odometry::Reversed);
     let (mut level, mut message) = match matcher.last_outcome {
         None => (DiagnosticStatus::STALE, "no scan yet".to_owned()),
         Some(outcome) => of_outcome(outcome, guessed),
@@ -118,7 +118,7 @@ fn of_matcher(matcher: &MatcherHealth) -> DiagnosticStatus {
         level = level.max(DiagnosticStatus::WARN);
         message = format!("{message}; {words}");
     }
-    let [missing, jumped, stalled] = &matcher.guessed;
+    let [missing, jumped, stalled, contradicted, reversed] = &matcher.distrusted;
     let values = vec![
         value("poses", &matcher.poses),
         value("unmatched", &matcher.unmatched),
@@ -127,6 +127,8 @@ fn of_matcher(matcher: &MatcherHealth) -> DiagnosticStatus {
         value("odometry_missing", missing),
         value("odometry_jumped", jumped),
         value("odometry_stalled", stalled),
+        value("odometry_contradicted", contradicted),
+        value("odometry_reversed", reversed),
         value("latency_ms", &format_args!("{:.2}", matcher.latency_s * 1e3)),
         value("waiting", &matcher.waiting),
         value("waiting_vertical", &matcher.waiting_vertical),
@@ -152,6 +154,8 @@ fn of_odometry(matcher: &MatcherHealth) -> Option<&'static str> {
         (Odometry::Missing, _) => Some("odometry missing"),
         (Odometry::Jumped, _) => Some("odometry jumped, not believed"),
         (Odometry::Stalled, _) => Some("odometry stalled, not believed"),
+        (Odometry::Contradicted, _) => Some("odometry contradicted by scans, not believed"),
+        (Odometry::Reversed, _) => Some("odometry counts the way back as a way ahead"),
     }
 }
 

@@ -46,7 +46,12 @@ pub(crate) struct Alignment {
 impl Alignment {
     /// Log-likelihood of scan and prior together, up to a constant: what decides between two alignments.
     pub(crate) fn likelihood(&self, prior: &Prior) -> f64 {
-        EXPLAINED_GAIN * self.fit.explained / BEAMS_PER_INDEPENDENT_ONE - prior.neg_log_likelihood(&self.pose)
+        self.gain() - prior.neg_log_likelihood(&self.pose)
+    }
+
+    /// Log-likelihood of the scan alone, up to a constant.
+    pub(crate) fn gain(&self) -> f64 {
+        EXPLAINED_GAIN * self.fit.explained / BEAMS_PER_INDEPENDENT_ONE
     }
 }
 

@@ -51,7 +51,7 @@ impl Prior {
     }
 
     /// What speaks against a pose: minus its log-likelihood, up to a constant.
-    pub(super) fn neg_log_likelihood(&self, pose: &Pose2) -> f64 {
+    pub(crate) fn neg_log_likelihood(&self, pose: &Pose2) -> f64 {
         if !self.gives_way {
             return 0.5 * self.squared(pose);
         }

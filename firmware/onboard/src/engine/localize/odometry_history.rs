@@ -11,7 +11,9 @@ const CAPACITY: usize = 512;
 /// Beyond the newest sample the motion is continued for so long, nanoseconds; after that the odometry is not
 /// known.
 const EXTRAPOLATE_NS: i64 = 400_000_000;
-/// A pair of samples further apart than this encloses nothing, nanoseconds.
+/// A pair of samples that are both further away than this encloses nothing, nanoseconds.
+const NEAREST_NS: i64 = 1_000_000_000;
+/// A pair of samples further apart than this tells no speed, nanoseconds.
 const WIDEST_GAP_NS: i64 = 2_000_000_000;
 /// Two samples closer than this say too little of the speed, nanoseconds.
 const SPEED_BASE_NS: i64 = 50_000_000;
@@ -109,7 +111,8 @@ impl OdometryBuffer {
                 return Some((before, before));
             }
             let encloses = before.stamp_ns < stamp_ns && stamp_ns < after.stamp_ns;
-            if encloses && after.stamp_ns - before.stamp_ns <= WIDEST_GAP_NS {
+            let nearest_ns = (stamp_ns - before.stamp_ns).min(after.stamp_ns - stamp_ns);
+            if encloses && nearest_ns <= NEAREST_NS {
                 return Some((before, after));
             }
             after = before;

@@ -18,7 +18,7 @@ pub(crate) const WAIT_OF_LINES_NS: i64 = 0;
 /// to.
 pub(crate) const WAIT_OF_RECORDINGS_NS: i64 = 300_000_000;
 /// Odometry that has not come for so long is not waited for, nanoseconds.
-const ODOMETRY_GONE_NS: i64 = 1_000_000_000;
+const ODOMETRY_GONE_NS: i64 = 10_000_000_000;
 /// A vertical scan waits for a matched pose this long at most, nanoseconds: two scans at 9600 Bd.
 const POSE_WAIT_NS: i64 = 2_000_000_000;
 

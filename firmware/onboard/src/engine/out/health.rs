@@ -62,8 +62,9 @@ pub struct MatcherHealth {
     pub last_outcome: Option<Outcome>,
     /// What became of its odometry.
     pub last_odometry: Odometry,
-    /// Scans whose motion was guessed, because the odometry was missing, jumped or stalled.
-    pub guessed: [u64; 3],
+    /// Scans whose odometry was not taken as it is: it was missing, jumped, stalled, was contradicted by
+    /// scans, or was reversed.
+    pub distrusted: [u64; 5],
     /// Its score, 0 to 1.
     pub last_score: f64,
     /// Its iterations.
@@ -84,9 +85,11 @@ impl MatcherHealth {
         self.last_odometry = odometry;
         match odometry {
             Odometry::Used => {}
-            Odometry::Missing => self.guessed[0] += 1,
-            Odometry::Jumped => self.guessed[1] += 1,
-            Odometry::Stalled => self.guessed[2] += 1,
+            Odometry::Missing => self.distrusted[0] += 1,
+            Odometry::Jumped => self.distrusted[1] += 1,
+            Odometry::Stalled => self.distrusted[2] += 1,
+            Odometry::Contradicted => self.distrusted[3] += 1,
+            Odometry::Reversed => self.distrusted[4] += 1,
         }
     }
 }

@@ -51,7 +51,8 @@ pub(crate) struct MatcherStatus {
     /// What became of the last scan: `first`, `matched`, `weak`, `lost`, `no_returns`; nothing before the
     /// first.
     pub outcome: Option<&'static str>,
-    /// What became of its odometry: `used`, `missing`, `jumped`, `stalled`; nothing before the first scan.
+    /// What became of its odometry: `used`, `missing`, `jumped`, `stalled`, `contradicted`,
+    /// `reversed`; nothing before the first scan.
     pub odometry: Option<&'static str>,
     /// Its score, 0 to 1.
     pub score: f64,
@@ -219,6 +220,8 @@ fn odometry(odometry: Odometry) -> &'static str {
         Odometry::Missing => "missing",
         Odometry::Jumped => "jumped",
         Odometry::Stalled => "stalled",
+        Odometry::Contradicted => "contradicted",
+        Odometry::Reversed => "reversed",
     }
 }
 

@@ -1,0 +1,65 @@
+//! Odometry that lies along a corridor where scans say little of the way: its sign is wrong, it jumps.
+
+use biplane_matcher::{Odometry, Pose2, Tracked, Tracker, TrackerParams};
+
+use crate::world::{Noise, World, look, track};
+
+/// A corridor 2 m wide with a niche of 20 cm on either side every 5 m.
+fn corridor() -> World {
+    let mut walls = Vec::new();
+    for side in [-1.0, 1.0] {
+        for door in -4..8 {
+            let left_m = 5.0 * f64::from(door) + 0.7 * side;
+            let (right_m, next_m) = (left_m + 0.9, left_m + 5.0);
+            let corners = [[left_m, 1.0], [left_m, 1.2], [right_m, 1.2], [right_m, 1.0], [next_m, 1.0]];
+            walls.extend(corners.windows(2).map(|pair| [pair[0], pair[1]].map(|[x, y]| [x, side * y])));
+        }
+    }
+    World::new(walls)
+}
+
+/// Where the base was, and what the tracker made of it: there at 0.4 m/s, and back as it came, five scans a
+/// second.
+fn drive(odometry: impl Fn(i32, f64) -> f64, seed: u64) -> Vec<(f64, Tracked)> {
+    let (world, mut noise) = (corridor(), Noise(seed));
+    let mut tracker = Tracker::new(TrackerParams::default());
+    let ahead = |i: i32| 0.08 * f64::from(if i < 120 { i } else { 240 - i });
+    let run = (0..240).map(|i| {
+        let beams = look(&world, &Pose2::new(ahead(i), 0.0, 0.0), &mut noise);
+        let odom = Pose2::new(odometry(i, ahead(i)), 0.0, 0.0);
+        (ahead(i), track(&mut tracker, i64::from(i) * 200_000_000, &beams, Some(odom)))
+    });
+    run.collect()
+}
+
+/// How far the run is from that with right odometry, at the worst: what the scans make of the corridor is in
+/// both.
+fn worst_m(odometry: impl Fn(i32, f64) -> f64, seed: u64) -> f64 {
+    let (right, wrong) = (drive(|_, x_m| x_m, seed), drive(odometry, seed));
+    let off =
+        right.iter().zip(&wrong).map(|((_, a), (_, b))| (a.map_from_base.x_m - b.map_from_base.x_m).abs());
+    off.fold(0.0, f64::max)
+}
+
+#[test]
+fn odometry_that_counts_the_way_back_as_a_way_ahead_is_noticed() {
+    for seed in 1..6 {
+        let run = drive(|i, _| 0.08 * f64::from(i), seed);
+        let doubted = |(_, tracked): &&(f64, Tracked)| {
+            matches!(tracked.odometry, Odometry::Reversed | Odometry::Contradicted)
+        };
+        let (ahead, back) = run.split_at(120);
+        let [ahead, back] = [ahead, back].map(|half| half.iter().filter(doubted).count());
+        assert!(ahead < 5 && back > 100, "seed {seed}: {ahead} {back}");
+        let worst_m = worst_m(|i, _| 0.08 * f64::from(i), seed);
+        assert!(worst_m < 1.0, "seed {seed}: {worst_m} m");
+    }
+}
+
+#[test]
+fn odometry_that_jumps_by_a_meter_is_overcome() {
+    for seed in 1..6 {
+        let worst_m = worst_m(|i, x_m| x_m + f64::from(i / 30 % 2), seed);
+        assert!(worst_m < 0.2, "seed {seed}: {worst_m} m");
+    }
+}
