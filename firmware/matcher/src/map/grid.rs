@@ -5,6 +5,8 @@
 //! tiles come into use. When the pool is used up, the tile that was not needed for the longest time is
 //! forgotten.
 
+use crate::map::ages::Ages;
+
 /// Cells along a tile's side.
 pub(crate) const TILE: i32 = 32;
 const TILE_BITS: i32 = 5;
@@ -103,7 +105,11 @@ pub(crate) struct Grid {
     blocks: Vec<Blocks>,           // one a tile
     places: Vec<Option<[i32; 2]>>, // where each tile of the pool lies
     last_used: Vec<u32>,
-    used: usize,
+    /// Tiles that were released.
+    free: Vec<u16>,
+    /// Tiles in the order of their last use.
+    ages: Ages,
+    capacity: usize,
     now: u32,
 }
 
@@ -129,9 +135,11 @@ impl Grid {
             directory: vec![0; (DIRECTORY * DIRECTORY) as usize],
             cells: Vec::with_capacity(tiles * TILE_CELLS),
             blocks: Vec::with_capacity(tiles),
-            places: vec![None; tiles],
-            last_used: vec![0; tiles],
-            used: 0,
+            places: Vec::with_capacity(tiles),
+            last_used: Vec::with_capacity(tiles),
+            free: Vec::with_capacity(tiles),
+            ages: Ages::with_capacity(tiles),
+            capacity: tiles,
             now: 0,
         }
     }
@@ -143,16 +151,22 @@ impl Grid {
 
     /// Tiles in use.
     pub(crate) fn tiles(&self) -> usize {
-        self.used
+        self.places.len() - self.free.len()
+    }
+
+    /// Tiles that there is memory for.
+    pub(crate) fn capacity(&self) -> usize {
+        self.capacity
     }
 
     /// Memory that is in use and memory that may come into use, bytes. The directory counts as used: it fills
     /// anywhere.
     pub(crate) fn bytes(&self) -> [usize; 2] {
         let a_tile = TILE_CELLS * size_of::<Cell>() + size_of::<Blocks>();
-        let a_place = size_of::<Option<[i32; 2]>>() + size_of::<u32>();
-        let fixed = size_of_val(&self.directory[..]) + self.places.len() * a_place;
-        [fixed + self.used * a_tile, fixed + self.places.len() * a_tile]
+        let a_place =
+            size_of::<Option<[i32; 2]>>() + size_of::<u32>() + size_of::<u16>() + Ages::BYTES_PER_TILE;
+        let directory = size_of_val(&self.directory[..]);
+        [self.places.len(), self.capacity].map(|tiles| directory + tiles * (a_tile + a_place))
     }
 
     /// The cell at these coordinates; the empty cell where nothing is known.
@@ -252,28 +266,42 @@ impl Grid {
     pub(crate) fn claim(&mut self, x: i32, y: i32) -> Claim {
         let tile = [x >> TILE_BITS, y >> TILE_BITS];
         if let Some(slot) = self.slot(tile[0], tile[1]) {
-            self.last_used[slot] = self.now;
+            if self.last_used[slot] != self.now {
+                self.last_used[slot] = self.now;
+                self.ages.remove(slot as u16);
+                self.ages.push(slot as u16);
+            }
             return Claim::Ready;
         }
         let Some(entry) = directory_index(tile[0], tile[1]) else { return Claim::Refused };
-        let Some(slot) = self.places.iter().position(Option::is_none) else {
-            return self.oldest();
-        };
-        if slot * TILE_CELLS == self.cells.len() {
-            // A place of the pool that was never used: within the capacity, so nothing is allocated.
-            self.cells.resize(self.cells.len() + TILE_CELLS, Cell::default());
-            self.blocks.push(Blocks::UNKNOWN);
-        }
-        self.directory[entry] = slot as u16 + 1;
-        self.places[slot] = Some(tile);
-        self.last_used[slot] = self.now;
-        self.used += 1;
+        let Some(slot) = self.unused_slot() else { return self.oldest() };
+        self.directory[entry] = slot + 1;
+        self.places[usize::from(slot)] = Some(tile);
+        self.last_used[usize::from(slot)] = self.now;
+        self.ages.push(slot);
         Claim::Ready
     }
 
+    /// A tile of the pool that is not in use. One that was never used is within the capacity: nothing is
+    /// allocated.
+    fn unused_slot(&mut self) -> Option<u16> {
+        if let Some(slot) = self.free.pop() {
+            return Some(slot);
+        }
+        if self.places.len() == self.capacity {
+            return None;
+        }
+        self.cells.resize(self.cells.len() + TILE_CELLS, Cell::default());
+        self.blocks.push(Blocks::UNKNOWN);
+        self.places.push(None);
+        self.last_used.push(self.now);
+        self.ages.grow();
+        Some((self.places.len() - 1) as u16)
+    }
+
     fn oldest(&self) -> Claim {
-        let oldest = (0..self.places.len()).min_by_key(|&slot| self.last_used[slot]);
-        match oldest.filter(|&slot| self.last_used[slot] < self.now).and_then(|slot| self.places[slot]) {
+        let oldest = self.ages.oldest().map(usize::from);
+        match oldest.filter(|&slot| self.last_used[slot] != self.now).and_then(|slot| self.places[slot]) {
             Some(tile) => Claim::Evict(tile),
             None => Claim::Refused,
         }
@@ -285,7 +313,8 @@ impl Grid {
         self.cells[slot * TILE_CELLS..(slot + 1) * TILE_CELLS].fill(Cell::default());
         self.blocks[slot] = Blocks::UNKNOWN;
         self.places[slot] = None;
-        self.used -= 1;
+        self.ages.remove(slot as u16);
+        self.free.push(slot as u16);
         if let Some(entry) = directory_index(tile[0], tile[1]) {
             self.directory[entry] = 0;
         }

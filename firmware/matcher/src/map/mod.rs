@@ -4,6 +4,7 @@
 //! are fixed: when the tiles are used up the place that was not needed for the longest time is forgotten,
 //! when the surfaces are, new ones are not taken until some are freed.
 
+mod ages;
 pub(crate) mod grid;
 mod params;
 pub(crate) mod point_map;
@@ -273,9 +274,21 @@ mod tests {
         for (step, x) in [0.8, 2.4, 4.0].into_iter().enumerate() {
             map.pools.grid.advance();
             map.hit([x, 0.8], [0.0; 2], Kind::Point);
-            assert_eq!((map.size().tiles, map.surfel_count()), ((step + 1).min(2), (step + 1).min(2)));
+            let (size, kept) = (map.size(), (step + 1).min(2));
+            assert_eq!((size.tiles, map.surfel_count(), size.forgotten), (kept, kept, step as u64 / 2));
         }
         assert!(map.nearest([0.8, 0.8]).is_none() && map.nearest([2.4, 0.8]).is_some());
+    }
+
+    #[test]
+    fn a_map_reserves_the_memory_that_it_is_given_and_says_how_full_it_is() {
+        for bytes in [4_000_000, 20_000_000, 300_000_000] {
+            let size = LocalMap::new(MapParams::default().within_bytes(bytes)).size();
+            assert!((bytes * 98 / 100..=bytes).contains(&size.bytes_reserved), "{bytes}: {size:?}");
+        }
+        let full =
+            hits(MapParams { surfaces: 4, ..MapParams::default() }, &[[0.1, 0.1], [0.5, 0.1], [0.9, 0.1]]);
+        assert_eq!((full.size().filling(), full.size().forgotten), (0.75, 0));
     }
 
     #[test]

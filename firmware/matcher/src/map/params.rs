@@ -34,13 +34,32 @@ pub struct MapParams {
 /// than later ones. Error 0.0247 m halved, 0.0254 m doubled.
 const MEMORY_HITS: f64 = 50.0;
 
+/// What a tile takes with all that is kept of it, bytes.
+const BYTES_PER_TILE: usize = 4262;
+/// What a surface takes, bytes.
+const BYTES_PER_SURFACE: usize = 32;
+/// Surfaces in a tile: 46 to 107 in the mean of four recordings in buildings.
+const SURFACES_PER_TILE: usize = 64;
+/// The directory of tiles, bytes.
+const BYTES_OF_DIRECTORY: usize = 2 << 20;
+
+impl MapParams {
+    /// The map remembers as much as fits into so many bytes.
+    #[must_use]
+    pub fn within_bytes(self, bytes: usize) -> Self {
+        let a_tile = BYTES_PER_TILE + SURFACES_PER_TILE * BYTES_PER_SURFACE;
+        let tiles = (bytes.saturating_sub(BYTES_OF_DIRECTORY) / a_tile).clamp(1, 65_534);
+        Self { tiles, surfaces: (tiles * SURFACES_PER_TILE).min(MAX_SURFELS), ..self }
+    }
+}
+
 impl Default for MapParams {
     fn default() -> Self {
         Self {
             cell_m: 0.05,
             reach_m: 0.25,
-            tiles: 4096,
-            surfaces: 200_000,
+            tiles: 18_000,
+            surfaces: 1_152_000,
             merge_across_m: 0.04,
             memory_hits: MEMORY_HITS,
         }

@@ -15,6 +15,8 @@ pub(crate) struct Pools {
     /// All places for surfaces that were ever used.
     pub surfels: Vec<Surfel>,
     free: Vec<u32>,
+    /// Tiles that were forgotten because the pool was full.
+    forgotten: u64,
     /// How many cells away a cell may be that names a surface.
     pub reach: i32,
 }
@@ -27,6 +29,7 @@ impl Pools {
             grid: Grid::new(tiles),
             surfels: Vec::with_capacity(capacity),
             free: Vec::with_capacity(capacity),
+            forgotten: 0,
             reach,
         }
     }
@@ -36,6 +39,7 @@ impl Pools {
         self.grid.clear();
         self.surfels.clear();
         self.free.clear();
+        self.forgotten = 0;
     }
 
     /// Surfaces in use.
@@ -50,6 +54,9 @@ impl Pools {
         MapSize {
             tiles: self.grid.tiles(),
             surfaces: self.surfel_count(),
+            tile_capacity: self.grid.capacity(),
+            surface_capacity: pool,
+            forgotten: self.forgotten,
             bytes_used: used + self.surfels.len() * a_surfel,
             bytes_reserved: reserved + pool * a_surfel,
         }
@@ -89,6 +96,7 @@ impl Pools {
 
     /// Forgets a tile (tile coordinates) and the surfaces in it.
     fn forget(&mut self, tile: [i32; 2]) {
+        self.forgotten += 1;
         let [left, low] = tile.map(|t| t * TILE);
         let reach = self.reach;
         let inside = |home: [i16; 2]| {

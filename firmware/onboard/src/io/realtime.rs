@@ -49,7 +49,8 @@ pub(crate) fn lock_memory() {
         tracing::warn!("memory is not locked: the limit of locked memory is too low ({HINT})");
         return;
     }
-    match mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE) {
+    // Memory that is only reserved, as the map's, is locked once it is used.
+    match mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE | MlockAllFlags::ONFAULT) {
         Ok(()) => tracing::debug!("memory is locked"),
         Err(error) => tracing::warn!("memory is not locked: {error} ({HINT})"),
     }

@@ -118,6 +118,10 @@ fn of_matcher(matcher: &MatcherHealth) -> DiagnosticStatus {
         level = level.max(DiagnosticStatus::WARN);
         message = format!("{message}; {words}");
     }
+    if let Some(words) = of_map(matcher) {
+        level = level.max(DiagnosticStatus::WARN);
+        message = format!("{message}; {words}");
+    }
     let [missing, jumped, stalled, contradicted, reversed] = &matcher.distrusted;
     let values = vec![
         value("poses", &matcher.poses),
@@ -132,6 +136,9 @@ fn of_matcher(matcher: &MatcherHealth) -> DiagnosticStatus {
         value("latency_ms", &format_args!("{:.2}", matcher.latency_s * 1e3)),
         value("waiting", &matcher.waiting),
         value("waiting_vertical", &matcher.waiting_vertical),
+        value("map_filled_percent", &matcher.map_filled_percent()),
+        value("map_megabytes", &format_args!("{:.1}", matcher.map.bytes_used as f64 * 1e-6)),
+        value("map_forgotten_tiles", &matcher.map.forgotten),
     ];
     status("matcher", level, &message, values)
 }
@@ -159,6 +166,20 @@ fn of_odometry(matcher: &MatcherHealth) -> Option<&'static str> {
     }
 }
 
+/// A map that is nearly full is said before anything is forgotten.
+const MAP_NEARLY_FULL_PERCENT: u32 = 90;
+
+/// What is wrong with the map's memory.
+fn of_map(matcher: &MatcherHealth) -> Option<String> {
+    let percent = matcher.map_filled_percent();
+    let forgotten = matcher.map.forgotten;
+    if forgotten > 0 {
+        return Some(format!("the map's memory is full, {forgotten} tiles forgotten (--map-memory)"));
+    }
+    (percent >= MAP_NEARLY_FULL_PERCENT)
+        .then(|| format!("{percent} % of the map's memory in use (--map-memory)"))
+}
+
 fn of_recorder(health: &Health) -> DiagnosticStatus {
     let (level, message) = match health.dropped {
         0 => (DiagnosticStatus::OK, "records"),
@@ -176,6 +197,24 @@ fn of_recorder(health: &Health) -> DiagnosticStatus {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use biplane_matcher::MapSize;
+
+    #[test]
+    fn a_map_that_is_nearly_full_is_said_and_so_is_what_it_forgets() {
+        let of = |tiles, forgotten| {
+            let map =
+                MapSize { tiles, tile_capacity: 200, surface_capacity: 9, forgotten, ..MapSize::default() };
+            let matcher =
+                MatcherHealth { last_outcome: Some(Outcome::First), map, ..MatcherHealth::default() };
+            let status = of_matcher(&matcher);
+            (status.level, status.message)
+        };
+        assert_eq!(of(179, 0), (DiagnosticStatus::OK, "first scan".to_owned()));
+        let nearly = "first scan; 90 % of the map's memory in use (--map-memory)";
+        assert_eq!(of(180, 0), (DiagnosticStatus::WARN, nearly.to_owned()));
+        let full = "first scan; the map's memory is full, 7 tiles forgotten (--map-memory)";
+        assert_eq!(of(200, 7), (DiagnosticStatus::WARN, full.to_owned()));
+    }
 
     #[test]
     fn the_matcher_says_what_became_of_the_scan_and_of_the_odometry() {

@@ -103,6 +103,10 @@ pub struct RunReport {
     pub mounting_vertical: Option<&'static str>,
     /// What a live view has done, where there was one.
     pub live: Option<LiveReport>,
+    /// The share of the map's memory that was in use at the end, percent.
+    pub map_filled_percent: u32,
+    /// Tiles that the map forgot because its memory was full.
+    pub map_forgotten_tiles: u64,
     /// How long poses took into the file; nothing in a replay.
     pub pose_delays: Option<PoseDelays>,
 }

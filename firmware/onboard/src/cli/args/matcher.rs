@@ -12,6 +12,10 @@ pub(crate) struct MatcherArgs {
     /// one counts. `biplane-onboard parameters` lists them.
     #[arg(long, value_name = "NAME=VALUE", value_parser = setting)]
     set: Vec<Setting>,
+    /// Memory that the map may come to use, megabytes; it takes only what it needs. When it is full, places
+    /// that were not seen for the longest time are forgotten. [default: 116, for 46,000 m2 of floor]
+    #[arg(long, value_name = "MB", value_parser = clap::value_parser!(u32).range(4..=360))]
+    map_memory: Option<u32>,
 }
 
 /// A parameter's name and a value that it takes.
@@ -25,6 +29,9 @@ impl MatcherArgs {
     /// The parameters in force.
     pub(crate) fn params(&self) -> TrackerParams {
         let mut params = TrackerParams::for_method(self.matcher);
+        if let Some(megabytes) = self.map_memory {
+            params.map = params.map.within_bytes(megabytes as usize * 1_000_000);
+        }
         for Setting { name, value } in &self.set {
             // What does not go was refused with the words.
             let _ = params.set(name, *value);
@@ -70,7 +77,7 @@ mod tests {
     #[test]
     fn of_two_settings_of_one_parameter_the_last_one_counts() {
         let set = ["map.cell_m=0.1", "map.tiles=9", "map.cell_m=0.2"].map(|text| setting(text).unwrap());
-        let args = MatcherArgs { matcher: Method::Gradient, set: set.to_vec() };
+        let args = MatcherArgs { matcher: Method::Gradient, set: set.to_vec(), map_memory: None };
         let params = args.params();
         assert_eq!((params.method, params.map.cell_m, params.map.tiles), (Method::Gradient, 0.2, 9));
     }

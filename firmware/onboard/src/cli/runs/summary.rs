@@ -57,6 +57,10 @@ fn text(report: &RunReport) -> String {
             report.clock_steps,
             "steps back of the clock that wrote the input: the run's time goes on from there",
         ),
+        (
+            report.map_forgotten_tiles,
+            "tiles of the map were forgotten because its memory was full: --map-memory gives it more",
+        ),
         (report.not_understood, "intact telegrams were not understood: NOT KEPT"),
         (
             report.reads_without_laser,
@@ -67,6 +71,10 @@ fn text(report: &RunReport) -> String {
     ];
     for (count, what) in remarks.into_iter().filter(|(count, _)| *count > 0) {
         text += &format!("\n  {count} {what}");
+    }
+    if report.map_filled_percent >= 90 && report.map_forgotten_tiles == 0 {
+        let percent = report.map_filled_percent;
+        text += &format!("\n  {percent} % of the map's memory are in use: --map-memory gives it more");
     }
     for uncovered in &report.uncovered {
         text += &format!("\n  {}", uncovered.words());

@@ -143,7 +143,8 @@ impl Localizer {
     /// The state since the last call.
     pub(crate) fn health(&mut self) -> MatcherHealth {
         let latency_s = std::mem::take(&mut self.latency_ns) as f64 * 1e-9;
-        MatcherHealth { latency_s, waiting: self.waiting.len(), ..self.health }
+        let (waiting, map) = (self.waiting.len(), self.tracker.map_size());
+        MatcherHealth { latency_s, waiting, map, ..self.health }
     }
 }
 

@@ -106,6 +106,8 @@ impl Posing {
         let matcher = self.localizer.health();
         report.poses = matcher.poses;
         report.unmatched = matcher.unmatched;
+        report.map_filled_percent = matcher.map_filled_percent();
+        report.map_forgotten_tiles = matcher.map.forgotten;
         report.poses_vertical = self.poses_vertical;
         report.mounting_horizontal = self.mounting.mounting(Port::Horizontal).words();
         report.mounting_vertical = self.has_vertical.then(|| self.mounting.mounting(Port::Vertical).words());

@@ -1,6 +1,6 @@
 //! The state of a run as plain numbers, taken once a second: what flows, what is damaged, what is late.
 
-use biplane_matcher::{Odometry, Outcome};
+use biplane_matcher::{MapSize, Odometry, Outcome};
 use biplane_wire::Counts;
 
 use crate::session::lms::health::LaserHealth;
@@ -77,9 +77,16 @@ pub struct MatcherHealth {
     pub waiting: usize,
     /// Vertical scans that wait for a pose.
     pub waiting_vertical: usize,
+    /// What the map uses of its memory.
+    pub map: MapSize,
 }
 
 impl MatcherHealth {
+    /// The share of the map's memory that is in use, percent, rounded down.
+    pub fn map_filled_percent(&self) -> u32 {
+        (100.0 * self.map.filling()) as u32
+    }
+
     /// Takes note of what became of a scan's odometry.
     pub fn note_odometry(&mut self, odometry: Odometry) {
         self.last_odometry = odometry;

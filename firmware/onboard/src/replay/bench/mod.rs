@@ -159,7 +159,7 @@ impl Watch {
     fn report(mut self, kept: &KeptScans, matcher: Method, passes: u32) -> BenchReport {
         let calls = self.cpu_ns.len().max(1) as f64;
         let cpu_ns = self.cpu_ns.iter().sum::<i64>().max(1) as f64;
-        let MapSize { tiles, surfaces, bytes_used, bytes_reserved } = self.map;
+        let MapSize { tiles, surfaces, bytes_used, bytes_reserved, .. } = self.map;
         BenchReport {
             matcher: matcher.name(),
             scans: kept.len(),
