@@ -4,4 +4,5 @@ mod careful;
 mod comfort;
 #[cfg(feature = "demo")]
 mod demo;
+mod interrupted;
 mod killed;
