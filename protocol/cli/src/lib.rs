@@ -5,6 +5,7 @@
 mod ending;
 mod interrupt;
 mod manual;
+pub mod memory;
 mod outcome;
 mod output;
 

@@ -14,7 +14,7 @@ pub(super) const CRATES: &[Crate] = &[
     Crate { source: "protocol/clock/src", floors: &[] },
     Crate {
         source: "protocol/cli/src",
-        floors: &[&["outcome", "output", "manual"], &["ending"], &["interrupt"]],
+        floors: &[&["outcome", "output", "manual"], &["ending"], &["interrupt", "memory"]],
     },
     Crate {
         source: "protocol/wire/src",

@@ -6,3 +6,4 @@ mod comfort;
 mod demo;
 mod interrupted;
 mod killed;
+mod memory;
