@@ -41,7 +41,7 @@ impl Limit {
         let groups = fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
         let of_group = group_files(&groups)
             .into_iter()
-            .filter_map(|file| fs::read_to_string(file).ok()?.trim().parse().ok())
+            .filter_map(|file| limit_in(&fs::read_to_string(file).ok()?))
             .map(|bytes| Self { bytes, by: LimitedBy::ControlGroup });
         of_process.chain(of_group).min_by_key(|limit| limit.bytes)
     }
@@ -56,6 +56,14 @@ impl fmt::Display for Limit {
         };
         write!(f, "this process may have {} of {by}", megabytes(self.bytes))
     }
+}
+
+/// The first version's way to say "none" is the largest number of whole pages; the second's is "max".
+const NO_LIMIT_BYTES: u64 = 1 << 62;
+
+/// What a group's file says.
+fn limit_in(text: &str) -> Option<u64> {
+    text.trim().parse().ok().filter(|bytes| *bytes < NO_LIMIT_BYTES)
 }
 
 /// Files that may hold a limit: of the process's group and of all above it, in both versions of control
@@ -99,6 +107,12 @@ mod tests {
         );
         assert_eq!(files("5:cpu:/\n4:memory:/\n"), ["/sys/fs/cgroup/memory/memory.limit_in_bytes"]);
         assert!(files("nonsense").is_empty());
+    }
+
+    #[test]
+    fn a_group_without_a_limit_has_none() {
+        assert_eq!(limit_in("1048576\n"), Some(1 << 20));
+        assert_eq!([limit_in("max\n"), limit_in("9223372036854771712\n"), limit_in("")], [None; 3]);
     }
 
     #[test]
