@@ -2,12 +2,15 @@
 
 use std::process::ExitCode;
 
+use biplane_cli::memory::GuardedAllocator;
 use biplane_onboard::test_support::CountingAllocator;
 
-/// For `bench`, which says how often the matcher allocates.
+/// Counts for `bench`, which says how often the matcher allocates, and ends with a sentence where memory runs
+/// out.
 #[global_allocator]
-static ALLOCATOR: CountingAllocator = CountingAllocator;
+static ALLOCATOR: GuardedAllocator<CountingAllocator> = GuardedAllocator(CountingAllocator);
 
 fn main() -> ExitCode {
+    ALLOCATOR.keep_reserve();
     ExitCode::from(biplane_onboard::run(std::env::args_os()))
 }

@@ -14,6 +14,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 /// Runs the program with the words of its command line. Exit codes: 0 done, 1 failed, 2 bad arguments, 3 done
 /// with loss.
 pub fn main() -> ExitCode {
+    biplane_cli::clean_up_by("biplane-mock", || "what it was writing is not whole".to_owned());
     match Cli::parse().run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

@@ -19,6 +19,8 @@ use crate::rig::source::{OdometrySource, ScanWords};
 use crate::rng::Rng;
 use biplane_recording::Port;
 use biplane_recording::rig::Laser;
+use std::convert::identity;
+use std::thread::Builder;
 
 /// Time between two packets of the base.
 const ODOMETRY_PERIOD_NS: i64 = 100_000_000;
@@ -149,14 +151,16 @@ fn measure_all(
 ) -> Vec<ScanWords> {
     let workers = std::thread::available_parallelism().map_or(1, usize::from);
     let share = first_beams_ns.len().div_ceil(workers).max(1);
+    let take = |part: &[i64]| part.iter().map(|t0| source.measure(*t0, variant, mm)).collect::<Vec<_>>();
     std::thread::scope(|scope| {
         let parts: Vec<_> = first_beams_ns
             .chunks(share)
-            .map(|part| {
-                scope.spawn(|| part.iter().map(|t0| source.measure(*t0, variant, mm)).collect::<Vec<_>>())
-            })
+            // A thread that the system refuses is none that is needed.
+            .map(|part| Builder::new().spawn_scoped(scope, move || take(part)).map_err(|_refused| take(part)))
             .collect();
-        parts.into_iter().flat_map(|part| part.join().unwrap_or_default()).collect()
+        let taken =
+            parts.into_iter().map(|part| part.map_or_else(identity, |part| part.join().unwrap_or_default()));
+        taken.flatten().collect()
     })
 }
 

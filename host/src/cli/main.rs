@@ -1,7 +1,15 @@
 //! The workstation's program: see `biplane::cli`.
 
+use std::alloc::System;
 use std::process::ExitCode;
 
+use biplane_cli::memory::GuardedAllocator;
+
+/// Ends with a sentence where memory runs out.
+#[global_allocator]
+static ALLOCATOR: GuardedAllocator<System> = GuardedAllocator(System);
+
 fn main() -> ExitCode {
+    ALLOCATOR.keep_reserve();
     biplane::cli::main()
 }

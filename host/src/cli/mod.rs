@@ -22,10 +22,14 @@ use clap::{CommandFactory, Parser};
 
 use crate::cli::args::{Cli, Command};
 use crate::cli::terminal::console::{Console, say};
+use crate::formats::output::unfinished;
 
 /// Runs the program with the words of the command line; its exit code is 0 done, 1 failed, 2 bad arguments, 3
 /// done but data was lost.
 pub fn main() -> ExitCode {
+    biplane_cli::clean_up_by("biplane", unfinished::clean_up);
+    // Refused, an interruption is as silent as the system makes it.
+    let _ = biplane_cli::end_on_signals();
     let words = match config::words(Cli::command(), std::env::args_os().collect()) {
         Ok(words) => words,
         Err(error) => {
@@ -35,7 +39,9 @@ pub fn main() -> ExitCode {
     };
     let cli = Cli::parse_from(words); // wrong arguments: clap says what, and ends with 2
     let console = Console::new(cli.quiet);
-    match run(cli.command, &console) {
+    let ended = run(cli.command, &console);
+    biplane_cli::wait_if_ending();
+    match ended {
         Ok(outcome) => outcome.into(),
         // Whoever read our output has seen enough of it.
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,

@@ -256,20 +256,16 @@ impl Run {
         Ok(())
     }
 
-    /// Whether there is a scan of the vertical laser and the laser is known. Reads up to the first one.
+    /// Ranges that the vertical laser has measured; 0 when it is not known. Reads all of the recording.
     ///
     /// # Errors
-    /// When the file is damaged before it.
-    pub fn has_vertical_scan(&self) -> Result<bool, RunError> {
-        if self.rig()?.vertical.is_none() {
-            return Ok(false);
+    /// When the file is damaged.
+    pub fn vertical_ranges(&self) -> Result<u64, RunError> {
+        let mut ranges = 0;
+        if self.rig()?.vertical.is_some() {
+            self.for_each_scan(Topic::ScanVertical, |scan| ranges += scan.ranges_m.len() as u64)?;
         }
-        for entry in self.recording.messages() {
-            if entry?.topic == Some(Topic::ScanVertical) {
-                return Ok(true);
-            }
-        }
-        Ok(false)
+        Ok(ranges)
     }
 
     /// Reads the scans of the vertical laser; `None` when there is none.

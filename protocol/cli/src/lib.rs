@@ -2,10 +2,15 @@
 //!
 #![doc = include_str!("../README.md")]
 
+mod ending;
+mod interrupt;
 mod manual;
+pub mod memory;
 mod outcome;
 mod output;
 
+pub use crate::ending::{clean_up_by, wait_if_ending};
+pub use crate::interrupt::end_on_signals;
 pub use crate::manual::{Completions, Man};
 pub use crate::outcome::{BAD_ARGUMENTS, FAILED, Outcome};
 pub use crate::output::{paragraph, print_result, say};

@@ -13,6 +13,10 @@ pub(super) const WITHOUT_IO: [&str; 2] = ["firmware/onboard/src/session", "firmw
 pub(super) const CRATES: &[Crate] = &[
     Crate { source: "protocol/clock/src", floors: &[] },
     Crate {
+        source: "protocol/cli/src",
+        floors: &[&["outcome", "output", "manual"], &["ending"], &["interrupt", "memory"]],
+    },
+    Crate {
         source: "protocol/wire/src",
         floors: &[&["error"], &["text", "cursor"], &["framing"], &["lms", "p2os", "rflex", "roboclaw"]],
     },

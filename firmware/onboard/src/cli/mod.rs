@@ -76,6 +76,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         }
     };
     start_log(cli.verbose, cli.quiet);
+    biplane_cli::clean_up_by("biplane-onboard", signals::clean_up);
     let result = match &cli.command {
         Command::Probe(args) => devices::probe::run(args),
         Command::Record(args) => runs::record::run(args, cli.quiet),

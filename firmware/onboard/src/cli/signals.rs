@@ -1,8 +1,8 @@
-//! Signals as flags.
+//! Signals as flags, and what becomes of an output when its process has to end at once.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1};
@@ -14,9 +14,45 @@ fn refused(source: std::io::Error) -> OnboardError {
     OnboardError::System { what: "catch signals", source }
 }
 
+/// What becomes of an unfinished recording when memory runs out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Remains {
+    /// It holds what nobody can have again.
+    Kept,
+    /// The same command makes it again.
+    Removed,
+}
+
+/// The output of this process, and the unfinished files of its name that were there before.
+#[derive(Debug)]
+struct Output {
+    path: PathBuf,
+    remains: Remains,
+    older: Vec<PathBuf>,
+}
+
+static OUTPUT: Mutex<Option<Output>> = Mutex::new(None);
+
+/// For [`biplane_cli::clean_up_by`].
+pub(crate) fn clean_up() -> String {
+    // Taken out, so that nothing waits for the lock.
+    let output = OUTPUT.lock().unwrap_or_else(PoisonError::into_inner).take();
+    match output {
+        Some(output) if output.remains == Remains::Removed => {
+            let ours = unfinished(&output.path).into_iter().filter(|path| !output.older.contains(path));
+            ours.for_each(|path| drop(std::fs::remove_file(path)));
+            NOTHING_REMAINS.to_owned()
+        }
+        Some(output) => what_remains(&output.path),
+        None => NOTHING_REMAINS.to_owned(),
+    }
+}
+
 /// A flag that SIGINT and SIGTERM set; the second signal ends the process at once, with exit code 1 and a
-/// word on what remains of the `output`.
-pub(crate) fn stop(output: &Path) -> Result<Arc<AtomicBool>, OnboardError> {
+/// word on what remains of the `output`. `remains` is for memory that runs out.
+pub(crate) fn stop(output: &Path, remains: Remains) -> Result<Arc<AtomicBool>, OnboardError> {
+    let ours = Output { path: output.to_owned(), remains, older: unfinished(output) };
+    *OUTPUT.lock().unwrap_or_else(PoisonError::into_inner) = Some(ours);
     let stop = Arc::new(AtomicBool::new(false));
     let mut signals = Signals::new([SIGINT, SIGTERM]).map_err(refused)?;
     let (flag, output) = (Arc::clone(&stop), output.to_owned());
@@ -37,9 +73,15 @@ pub(crate) fn stop(output: &Path) -> Result<Arc<AtomicBool>, OnboardError> {
 
 /// What a run that was ended at once leaves.
 fn last_words(output: &Path) -> String {
+    format!("ended at once by a second signal; {}", what_remains(output))
+}
+
+const NOTHING_REMAINS: &str = "nothing unfinished remains";
+
+fn what_remains(output: &Path) -> String {
     let remains = unfinished(output);
     if remains.is_empty() {
-        return "ended at once by a second signal; nothing unfinished remains".to_owned();
+        return NOTHING_REMAINS.to_owned();
     }
     let saved: Vec<_> = remains
         .iter()
@@ -48,7 +90,7 @@ fn last_words(output: &Path) -> String {
             format!("{active} remains: `biplane recover {active} -o {}` saves what is in it", whole.display())
         })
         .collect();
-    format!("ended at once by a second signal; {}", saved.join("; "))
+    saved.join("; ")
 }
 
 /// The unfinished file of an output, or of its part.

@@ -5,6 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
+use std::thread::Builder;
 
 use anyhow::{Context, anyhow};
 use biplane_mock::rig::drive::Drive as PlannedDrive;
@@ -85,9 +86,15 @@ impl Drive {
         let (stop_mock, stop_record, ready) =
             (AtomicBool::new(false), AtomicBool::new(false), AtomicBool::new(false));
         thread::scope(|scope| {
-            let mock = scope.spawn(|| serve(&serving, &stop_mock, || ready.store(true, Ordering::Release)));
+            let refused = || format!("cannot start a thread: {}", biplane_cli::memory::advice());
+            let work = || serve(&serving, &stop_mock, || ready.store(true, Ordering::Release));
+            let mock = Builder::new().spawn_scoped(scope, work).with_context(refused)?;
             wait_until(|| ready.load(Ordering::Acquire) || mock.is_finished());
-            let onboard = scope.spawn(|| record(&recording, &stop_record));
+            let work = || record(&recording, &stop_record);
+            let onboard =
+                Builder::new().spawn_scoped(scope, work).with_context(refused).inspect_err(|_| {
+                    stop_mock.store(true, Ordering::Release);
+                })?;
             let spinner = console.spinner("recording");
             self.wait(|| mock.is_finished() || onboard.is_finished());
             drop(spinner);

@@ -9,6 +9,7 @@ mod drive;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::formats::output::unfinished::Unfinished;
 use crate::formats::output::write_file;
 use crate::metrics::compare::CompareParams;
 use anyhow::{Context, bail};
@@ -40,6 +41,8 @@ pub(super) struct Args {
 /// Runs the command.
 pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let folder = make_folder(args.output.as_deref())?;
+    // Interrupted, a demo leaves nothing: its parts are of use together only.
+    let _folder = Unfinished::new(&folder);
     let start_ns = biplane_clock::monotonic_ns();
     let say = |text: String| {
         let elapsed_s = (biplane_clock::monotonic_ns() - start_ns) as f64 / 1e9;

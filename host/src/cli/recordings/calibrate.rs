@@ -10,6 +10,7 @@ use crate::recordings::run::Run;
 use anyhow::bail;
 
 use crate::cli::terminal::console::Console;
+use crate::cli::terminal::threads::Threads;
 use biplane_cli::Outcome;
 
 /// Words of the command.
@@ -34,6 +35,7 @@ pub(crate) struct Args {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
+    Threads::default().take()?;
     if let Some(output) = &args.output {
         check_free(output, args.force)?;
     }

@@ -2,10 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::formats::output::unfinished::Unfinished;
 use crate::formats::output::{check_free, check_not_input};
 use crate::recordings::import::carmen;
 use crate::recordings::import::carmen::ImportReport;
 use biplane_recording::WriterOptions;
+use biplane_recording::mcap::write::active_path;
 use clap::Subcommand;
 
 use crate::cli::terminal::console::{Console, say};
@@ -46,6 +48,8 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
             check_free(&args.output, args.force)?;
             let spinner = console.spinner(format!("reading {}", args.log.display()));
             let options = WriterOptions { overwrite: args.force, ..WriterOptions::default() };
+            let begun = active_path(&args.output);
+            let _begun = (!begun.exists()).then(|| Unfinished::new(&begun));
             let report = carmen::import(&args.log, &args.output, &options)?;
             drop(spinner);
             Ok(print_result(&report, args, console))

@@ -76,9 +76,12 @@ fn print(out: &mut impl Write, info: &FileInfo) -> io::Result<()> {
     }
 }
 
+/// A longer name stands out of its column; other people's files may have names of any length.
+const MAX_COLUMN: usize = 60;
+
 fn print_topics(out: &mut impl Write, topics: &[TopicInfo]) -> io::Result<()> {
     let width = |text: fn(&TopicInfo) -> &str, minimum: usize| {
-        topics.iter().map(|topic| text(topic).len()).max().unwrap_or(0).max(minimum)
+        topics.iter().map(|topic| text(topic).len()).max().unwrap_or(0).clamp(minimum, MAX_COLUMN)
     };
     let name = width(|topic| &topic.name, 5);
     let kind = width(|topic| &topic.type_name, 4);
@@ -103,4 +106,30 @@ fn print_topics(out: &mut impl Write, topics: &[TopicInfo]) -> io::Result<()> {
         )?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_topic_of_any_length_is_printed() {
+        let topic = TopicInfo {
+            name: "x".repeat(70_000),
+            type_name: "t".repeat(70_000),
+            messages: 1,
+            bytes: 1,
+            serial_bytes: None,
+            first_ns: 0,
+            last_ns: 0,
+            rate_hz: 0.0,
+            gaps: 0,
+            longest_interval_s: 0.0,
+            backward_stamps: 0,
+            missing: 0,
+        };
+        let mut out = Vec::new();
+        print_topics(&mut out, &[topic]).unwrap();
+        assert_eq!(String::from_utf8(out).unwrap().matches('x').count(), 70_000);
+    }
 }

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::formats::output::unfinished::Unfinished;
+use crate::formats::output::with_suffix;
 use biplane_recording::{RecoverError, RecoverReport, WriteError};
 
 use crate::cli::terminal::console::{Console, say};
@@ -23,6 +25,8 @@ pub(crate) struct Args {
 /// Runs the command.
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let spinner = console.spinner(format!("reading {}", args.broken.display()));
+    let begun = with_suffix(&args.output, ".recovering");
+    let _begun = (!begun.exists()).then(|| Unfinished::new(&begun));
     let report = biplane_recording::recover_over(&args.broken, &args.output, args.force).map_err(
         |error| match error {
             RecoverError::Write(WriteError::Exists { .. }) => {

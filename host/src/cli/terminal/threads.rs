@@ -1,5 +1,11 @@
 //! `--threads`, of every command that uses several.
 
+use std::sync::Once;
+
+use anyhow::Context;
+
+static STARTED: Once = Once::new();
+
 /// Words that commands share.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(crate) struct Threads {
@@ -9,11 +15,16 @@ pub(crate) struct Threads {
 }
 
 impl Threads {
-    /// Takes as many as were asked for; before anything runs on several.
+    /// Starts as many as were asked for, before anything runs on several: started later, those that the
+    /// system refuses would end the program without a word. Only the first call in a process starts any.
     pub(crate) fn take(&self) -> anyhow::Result<()> {
-        if let Some(threads) = self.threads {
-            rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global()?;
-        }
-        Ok(())
+        let mut started = Ok(());
+        STARTED.call_once(|| {
+            let threads = usize::from(self.threads.unwrap_or(0));
+            started = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
+        });
+        started.with_context(|| {
+            format!("cannot start threads: {}; --threads 1 needs the least", biplane_cli::memory::advice())
+        })
     }
 }

@@ -18,6 +18,7 @@ use anyhow::{Context, bail};
 use clap::ValueEnum;
 
 use crate::cli::terminal::console::Console;
+use crate::cli::terminal::threads::Threads;
 use crate::cli::view::built::load_built;
 use biplane_cli::Outcome;
 
@@ -124,6 +125,7 @@ fn picture_path(text: &str) -> Result<PathBuf, String> {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
+    Threads::default().take()?;
     if args.at.is_some() && !matches!(args.view, ViewName::Inside) {
         bail!("--at goes with --view inside");
     }

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use crate::formats::output::error::OutputError;
 use crate::formats::output::error::taken_or;
 use crate::formats::output::error::with_suffix;
+use crate::formats::output::unfinished::Unfinished;
 
 /// The file that says whose an unfinished folder is. Killed in the moment of finishing, a run leaves it in
 /// the finished folder.
@@ -27,6 +28,7 @@ pub(crate) struct OutputFolder {
     finished: bool,
     /// Locked as long as it lives.
     _marker: File,
+    _unfinished: Unfinished,
 }
 
 /// What is there under the name of an unfinished folder.
@@ -61,7 +63,8 @@ impl OutputFolder {
             }
             Found::Nothing => begin(&path, &part)?,
         };
-        Ok(Self { path, part, overwrite, finished: false, _marker: marker })
+        let _unfinished = Unfinished::with_checkpoint(&part, &part.join(SEARCHES));
+        Ok(Self { path, part, overwrite, finished: false, _marker: marker, _unfinished })
     }
 
     /// Where to write the files until [`OutputFolder::finish`].

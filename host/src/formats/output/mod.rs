@@ -3,6 +3,7 @@
 
 pub(crate) mod error;
 mod folder;
+pub(crate) mod unfinished;
 
 use crate::formats::output::error::taken_or;
 use std::fs::{self, File};
@@ -13,6 +14,7 @@ use biplane_recording::mcap::write::{active_path, is_being_written};
 
 pub(crate) use error::{OutputError, with_suffix};
 pub(crate) use folder::{MARKER, OutputFolder};
+use unfinished::Unfinished;
 
 /// Whether a file may be written here: there is none, or an empty one, or `overwrite` is set. A link to what
 /// is not there is somebody's too. What another process records under this name is never replaced.
@@ -77,6 +79,7 @@ pub(crate) fn write_file(
     }
     let part = with_suffix(path, ".part");
     // What is there of that name is somebody's.
+    let unfinished = (!part.exists()).then(|| Unfinished::new(&part));
     let file = File::create_new(&part).map_err(|source| taken_or("create", &part, path, source))?;
     let written = fill_file(file, path, fill).and_then(|file| {
         // A name must not reach the disk before what it stands for.
@@ -90,6 +93,7 @@ pub(crate) fn write_file(
     if written.is_err() {
         let _ = fs::remove_file(&part);
     }
+    drop(unfinished);
     written
 }
 

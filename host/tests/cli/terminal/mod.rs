@@ -4,4 +4,6 @@ mod careful;
 mod comfort;
 #[cfg(feature = "demo")]
 mod demo;
+mod interrupted;
 mod killed;
+mod memory;

@@ -13,10 +13,14 @@ pub(crate) const MAX_RECORD_SIZE: u64 = MAX_CHUNK_SIZE + (1 << 16);
 /// Why a chunk's bytes could not be had.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) enum ChunkError {
+    /// Its header or its length cannot be.
+    Header(&'static str),
     /// Neither zstd, lz4 nor plain.
     Compression(String),
     /// It claims to unpack to so many bytes, above [`MAX_CHUNK_SIZE`].
     TooLarge(u64),
+    /// There is too little memory to unpack them. They may be intact.
+    Memory,
     /// The compressed bytes are broken or end early.
     Corrupt(String),
     /// It unpacked to another size than its header says.
@@ -29,9 +33,9 @@ impl ChunkError {
     /// True when bytes were changed, false when they may merely end early.
     pub(crate) fn is_damage(&self) -> bool {
         match self {
-            Self::Compression(_) | Self::Checksum { .. } => true,
+            Self::Header(_) | Self::Compression(_) | Self::Checksum { .. } => true,
             Self::Size { expected, found } => found > expected,
-            Self::TooLarge(_) | Self::Corrupt(_) => false,
+            Self::TooLarge(_) | Self::Memory | Self::Corrupt(_) => false,
         }
     }
 }
@@ -39,10 +43,12 @@ impl ChunkError {
 impl std::fmt::Display for ChunkError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
+            Self::Header(what) => f.write_str(what),
             Self::Compression(name) => {
                 write!(f, "compression {name:?} is not known (zstd, lz4 and none are)")
             }
             Self::TooLarge(size) => write!(f, "chunk of {size} bytes; at most {MAX_CHUNK_SIZE} are taken"),
+            Self::Memory => write!(f, "too little memory to unpack it"),
             Self::Corrupt(what) => write!(f, "compressed bytes are broken: {what}"),
             Self::Size { expected, found } => {
                 write!(f, "chunk of {found} bytes where {expected} were announced")
@@ -65,7 +71,7 @@ pub(crate) fn unpack_prefix(
     if limit > MAX_CHUNK_SIZE {
         return Err(ChunkError::TooLarge(limit));
     }
-    let corrupt = |error: std::io::Error| ChunkError::Corrupt(error.to_string());
+    let corrupt = |error: std::io::Error| unpack_error(&error);
     match compression {
         "" => packed.take(limit).read_to_end(out).map(drop).map_err(corrupt),
         "zstd" => {
@@ -78,6 +84,15 @@ pub(crate) fn unpack_prefix(
         }
         other => Err(ChunkError::Compression(other.to_owned())),
     }
+}
+
+/// The libraries of zstd and lz4 say in words alone that they could not allocate: "Allocation error :
+/// not enough memory", "ERROR_allocation_failed".
+fn unpack_error(error: &std::io::Error) -> ChunkError {
+    let text = error.to_string();
+    let is_memory = error.kind() == std::io::ErrorKind::OutOfMemory
+        || ["not enough memory", "allocation_failed"].iter().any(|words| text.contains(words));
+    if is_memory { ChunkError::Memory } else { ChunkError::Corrupt(text) }
 }
 
 /// Unpacks a whole chunk and checks size and checksum. `out` is replaced.
@@ -96,4 +111,20 @@ pub(crate) fn unpack(header: &ChunkHeader, packed: &[u8], out: &mut Vec<u8>) -> 
         return Err(ChunkError::Checksum { expected: header.crc, found });
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{ChunkError, unpack_error};
+
+    #[test]
+    fn too_little_memory_is_no_damage() {
+        for words in ["Allocation error : not enough memory", "LZ4 error: ERROR_allocation_failed"] {
+            assert_eq!(unpack_error(&std::io::Error::other(words)), ChunkError::Memory);
+        }
+        let memory = unpack_error(&std::io::ErrorKind::OutOfMemory.into());
+        assert!(memory == ChunkError::Memory && !memory.is_damage());
+        let broken = unpack_error(&std::io::Error::other("Data corruption detected"));
+        assert!(matches!(broken, ChunkError::Corrupt(_)));
+    }
 }

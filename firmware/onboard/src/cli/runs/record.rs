@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use crate::cli::rig;
+use crate::cli::signals::{self, Remains};
 use crate::record::acquisition::Controls;
 use crate::record::status::notifier::StatusMode;
 use crate::record::{RecordOptions, record_with};
@@ -81,9 +82,9 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<u8, OnboardError> {
         },
         ..RecordOptions::new(rig::load(&args.rig)?, output)
     };
-    let stop = crate::cli::signals::stop(&options.output)?;
-    let rotate = crate::cli::signals::rotate()?;
-    crate::cli::signals::outlive_terminal()?;
+    let stop = signals::stop(&options.output, Remains::Kept)?;
+    let rotate = signals::rotate()?;
+    signals::outlive_terminal()?;
     let report = record_with(&options, Controls { stop: &stop, rotate: &rotate })?;
     match (args.json_status, args.json) {
         (true, _) => super::summary::print_line(&report),

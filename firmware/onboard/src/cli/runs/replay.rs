@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::cli::rig;
+use crate::cli::signals::{self, Remains};
 use crate::replay::{ReplayOptions, Speed};
 use crate::types::error::OnboardError;
 
@@ -56,7 +57,7 @@ pub(crate) fn run(args: &Args) -> Result<u8, OnboardError> {
         overwrite: args.force,
         rotation: args.rotation.rotation(),
     };
-    let stop = crate::cli::signals::stop(&options.output)?;
+    let stop = signals::stop(&options.output, Remains::Removed)?;
     let report = crate::replay::replay(&options, &stop)?;
     super::summary::print(&report, args.json);
     Ok(report.exit_code())

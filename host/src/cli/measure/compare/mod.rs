@@ -15,6 +15,7 @@ use crate::reconstruct::simplify::fewer;
 use anyhow::bail;
 
 use crate::cli::terminal::console::Console;
+use crate::cli::terminal::threads::Threads;
 use crate::cli::view::built;
 use crate::cli::view::built::Built;
 use crate::cli::view::render;
@@ -68,6 +69,7 @@ fn margin(text: &str) -> Result<f64, String> {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
+    Threads::default().take()?;
     let mut parameters = CompareParams::default();
     parameters.rays.margin_m = args.margin;
     let spinner = console.spinner("measuring");

@@ -9,6 +9,7 @@ use std::time::UNIX_EPOCH;
 use crate::formats::output::check_free;
 use crate::formats::output::check_not_input;
 use crate::formats::output::error::with_suffix;
+use crate::formats::output::unfinished::Unfinished;
 use crate::recordings::run::Run;
 use crate::slam;
 use crate::slam::checkpoint::Checkpoint;
@@ -115,6 +116,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let all_keyframes = read(&runs, &params, console)?;
     let kept = with_suffix(&args.output, ".loops");
     let mut checkpoint = checkpoint(&kept, &runs, console)?;
+    let _searches = Unfinished::with_checkpoint(&kept, &kept);
     let optimized = work(&all_keyframes, &params, &mut checkpoint, console);
     let is_resumed = !checkpoint.is_empty();
     drop(checkpoint);
@@ -131,8 +133,9 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         let begun = active_path(&path);
         if is_resumed && !is_being_written(&begun) {
             // Begun by the run that was killed: the searches beside it are of this very job.
-            let _ = std::fs::remove_file(begun);
+            let _ = std::fs::remove_file(&begun);
         }
+        let _begun = (!begun.exists()).then(|| Unfinished::new(&begun));
         let written = rewrite_recording::write(&path, &members, args.force, &reported);
         if matches!(written, Err(OutputError::Read(_))) {
             // The input is bad: what was searched in it is of no use to anybody.

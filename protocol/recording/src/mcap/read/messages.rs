@@ -2,6 +2,7 @@
 
 use super::{Definitions, Entry, ReadError, Reader, Source};
 use crate::mcap::chunk;
+use crate::mcap::chunk::ChunkError;
 use crate::mcap::records::{
     CHANNEL, CHUNK, ChunkHeader, DATA_END, FOOTER, Fields, Inner, MAGIC, MESSAGE, PREFIX_SIZE, SCHEMA,
 };
@@ -92,7 +93,11 @@ impl<'a> Messages<'a> {
             self.chunk_offset = offset;
             self.chunk_position = 0;
             let opened = open_chunk(body, &mut self.chunk);
-            return opened.map(|()| Step::Next(None)).map_err(|what| self.damaged(offset, what));
+            return match opened {
+                Ok(()) => Ok(Step::Next(None)),
+                Err(ChunkError::Memory) => Err(self.reader.out_of_memory(offset)),
+                Err(error) => Err(self.damaged(offset, error.to_string())),
+            };
         }
         let taken = self.definitions.take(prefix.opcode, body);
         taken.map(Step::Next).map_err(|problem| self.damaged(offset, problem.to_string()))
@@ -135,11 +140,12 @@ enum Step {
     End,
 }
 
-fn open_chunk(body: &[u8], out: &mut Vec<u8>) -> Result<(), String> {
-    let (header, size) = ChunkHeader::parse(body).ok_or("a chunk whose header cannot be read")?;
+fn open_chunk(body: &[u8], out: &mut Vec<u8>) -> Result<(), ChunkError> {
+    let (header, size) =
+        ChunkHeader::parse(body).ok_or(ChunkError::Header("a chunk whose header cannot be read"))?;
     let packed = body.get(size..).filter(|packed| packed.len() as u64 == header.compressed_size);
-    let packed = packed.ok_or("a chunk whose length is not that of its bytes")?;
-    chunk::unpack(&header, packed, out).map_err(|error| error.to_string())
+    let packed = packed.ok_or(ChunkError::Header("a chunk whose length is not that of its bytes"))?;
+    chunk::unpack(&header, packed, out)
 }
 
 impl Iterator for Messages<'_> {

@@ -373,6 +373,12 @@ impl Reader {
         ReadError::Truncated { path: self.path.clone(), offset, size: self.size }
     }
 
+    /// Too little memory for what is there, which may be intact.
+    fn out_of_memory(&self, offset: u64) -> ReadError {
+        let source = io::ErrorKind::OutOfMemory.into();
+        ReadError::Io { path: self.path.clone(), offset, source }
+    }
+
     fn damaged(&self, offset: u64, what: String) -> ReadError {
         ReadError::Damaged { path: self.path.clone(), offset, what }
     }

@@ -188,6 +188,7 @@ impl<'a> Salvage<'a> {
                 self.note_tally(offset, 0, tally);
                 kept
             }
+            Err(ChunkError::Memory) => Err(self.io(offset, io::ErrorKind::OutOfMemory.into())),
             Err(error) => self.damaged_chunk(offset, (&header, size), packed, &mut unpacked, &error),
         };
         self.unpacked = unpacked;
@@ -209,7 +210,8 @@ impl<'a> Salvage<'a> {
             self.note(offset, packed.len() as u64, &tally, Problem::DamagedChunk { what });
             return Ok(());
         };
-        self.prefix_of_chunk(header, packed.get(..hole).unwrap_or_default(), unpacked, &mut tally)?;
+        let front = packed.get(..hole).unwrap_or_default();
+        self.prefix_of_chunk(offset, header, front, unpacked, &mut tally)?;
         self.note(offset, (packed.len() - hole) as u64, &tally, Problem::TornChunk);
         Ok(())
     }
@@ -217,6 +219,7 @@ impl<'a> Salvage<'a> {
     /// Keeps the messages at a chunk's front.
     fn prefix_of_chunk(
         &mut self,
+        offset: u64,
         header: &ChunkHeader,
         packed: &[u8],
         unpacked: &mut Vec<u8>,
@@ -225,7 +228,9 @@ impl<'a> Salvage<'a> {
         // A chunk that was being written may not know its size yet.
         let limit = header.uncompressed_size.min(MAX_CHUNK_SIZE);
         // That it ends early is known.
-        let _ = chunk::unpack_prefix(&header.compression, packed, limit, unpacked);
+        if chunk::unpack_prefix(&header.compression, packed, limit, unpacked) == Err(ChunkError::Memory) {
+            return Err(self.io(offset, io::ErrorKind::OutOfMemory.into()));
+        }
         self.messages(unpacked, Some(header), tally)
     }
 
@@ -254,13 +259,14 @@ impl<'a> Salvage<'a> {
                 self.note(offset, 0, &tally, Problem::DamagedRecord { what });
                 kept
             }
+            Err(ChunkError::Memory) => Err(self.io(offset, io::ErrorKind::OutOfMemory.into())),
             Err(error)
                 if end < self.size || error.is_damage() || hole_in(&header, packed, start).is_some() =>
             {
                 self.damaged_chunk(offset, (&header, size), packed, &mut unpacked, &error)
             }
             Err(_cut) => {
-                let kept = self.prefix_of_chunk(&header, written(packed), &mut unpacked, &mut tally);
+                let kept = self.prefix_of_chunk(offset, &header, written(packed), &mut unpacked, &mut tally);
                 let unused = if tally.kept > 0 { 0 } else { end - offset };
                 self.note(offset, unused, &tally, Problem::CutChunk);
                 kept
