@@ -1,5 +1,5 @@
-//! Where the beams of a submap went through and no point lies near: cells in tiles of bits, so that its memory
-//! follows the area seen.
+//! Where the beams of a submap went through and no point lies near: cells in tiles of bits, so that its
+//! memory follows the area seen.
 //!
 //! Frame of the submap, meters.
 
