@@ -68,16 +68,26 @@ const TILE: usize = 1 << TILE_BITS;
 const UNITS: f64 = 100.0;
 /// Bound of the log-odds: 0.993, so that a door that opens is believed after some scans.
 const LIMIT: i16 = 500;
+/// Sizes of cells are whole nanometers, so that multiples of theirs read well.
+const PER_NM: f64 = 1e9;
 /// Cell numbers beyond this are outside of any building; rays there are left out.
 const FARTHEST_CELL: f64 = 1e7;
 
+#[derive(Clone)]
 struct Tile {
     log_odds: [i16; TILE * TILE],
     /// Number of the scan that touched the cell last; 0 for a cell never seen.
     touched: [u32; TILE * TILE],
 }
 
+impl Tile {
+    fn probability(&self, inside: usize) -> Option<f64> {
+        (self.touched[inside] > 0).then(|| 1.0 / (1.0 + (-f64::from(self.log_odds[inside]) / UNITS).exp()))
+    }
+}
+
 /// The grid. See the module's text.
+#[derive(Clone)]
 pub(crate) struct OccupancyGrid {
     params: OccupancyParams,
     hit: i16,
@@ -142,10 +152,73 @@ impl OccupancyGrid {
     }
 
     /// Probability that a cell is occupied; `None` for a cell never seen.
+    #[cfg(test)]
     pub(crate) fn probability(&self, cell: [i32; 2]) -> Option<f64> {
         let (tile, inside) = tile_of(cell);
-        let tile = &self.tiles[*self.index.get(&tile)?];
-        (tile.touched[inside] > 0).then(|| 1.0 / (1.0 + (-f64::from(tile.log_odds[inside]) / UNITS).exp()))
+        self.tiles[*self.index.get(&tile)?].probability(inside)
+    }
+
+    /// The probabilities of the cells of a row, from the cell `first` on; `None` for a cell never seen.
+    pub(crate) fn fill_row(&self, first: [i32; 2], row: &mut [Option<f64>]) {
+        let mut column = 0;
+        while column < row.len() {
+            let (at, inside) = tile_of([first[0].saturating_add(column as i32), first[1]]);
+            let end = row.len().min(column + TILE - inside % TILE);
+            let cells = row[column..end].iter_mut().zip(inside..);
+            match self.index.get(&at) {
+                Some(&index) => cells.for_each(|(cell, at)| *cell = self.tiles[index].probability(at)),
+                None => cells.for_each(|(cell, _)| *cell = None),
+            }
+            column = end;
+        }
+    }
+
+    /// Visits the cells that were seen with their probabilities, row by row, in each from the smallest column
+    /// on.
+    pub(crate) fn for_each_seen(&self, mut visit: impl FnMut([i32; 2], f64)) {
+        let mut tiles: Vec<([i32; 2], &Tile)> =
+            self.index.iter().map(|(&at, &index)| (at, &self.tiles[index])).collect();
+        tiles.sort_by_key(|([x, y], _)| [*y, *x]);
+        for of_row in tiles.chunk_by(|([_, one], _), ([_, other], _)| one == other) {
+            for row in 0..TILE {
+                for (at, tile) in of_row {
+                    for inside in row * TILE..(row + 1) * TILE {
+                        tile.probability(inside).into_iter().for_each(|p| visit(cell_in_map(*at, inside), p));
+                    }
+                }
+            }
+        }
+    }
+
+    /// The same with cells so many times as large. A cell shows the wall in it, if there is any, otherwise
+    /// what is surest free.
+    pub(crate) fn coarsened(&self, times: i32) -> Self {
+        let exact_m = self.params.resolution_m * f64::from(times);
+        let resolution_m = (exact_m * PER_NM).round() / PER_NM;
+        let mut coarse = Self::new(OccupancyParams { resolution_m, ..self.params });
+        coarse.scan = 1;
+        for (&tile, &index) in &self.index {
+            let seen = self.tiles[index].touched.iter().enumerate().filter(|(_, scan)| **scan > 0);
+            for (inside, _) in seen {
+                let at = cell_in_map(tile, inside).map(|value| value.div_euclid(times));
+                coarse.merge(at, self.tiles[index].log_odds[inside]);
+            }
+        }
+        coarse
+    }
+
+    fn merge(&mut self, cell: [i32; 2], log_odds: i16) {
+        let (at, inside) = tile_of(cell);
+        let index = self.tile_at(at);
+        let tile = &mut self.tiles[index];
+        let known = (tile.touched[inside] > 0).then_some(tile.log_odds[inside]);
+        let is_wall = log_odds > 0 || known.is_some_and(|known| known > 0);
+        tile.log_odds[inside] = match known {
+            Some(known) if is_wall => known.max(log_odds),
+            Some(known) => known.min(log_odds),
+            None => log_odds,
+        };
+        tile.touched[inside] = self.scan;
     }
 
     fn ends_in_range(&self, ray: &Ray) -> bool {
@@ -301,6 +374,39 @@ mod tests {
         let bounds = grid.bounds().unwrap();
         assert!(bounds.size()[0] <= 2 * 801, "{bounds:?}");
         assert!((-900..900).all(|x| grid.probability([x, 0]).is_none_or(|p| p < 0.5)));
+    }
+
+    #[test]
+    fn a_row_and_a_visit_find_each_cell_that_was_seen() {
+        let mut grid = grid(1.0);
+        grid.add_scan(&[ray([0.5, -70.5], [150.5, 90.5]), ray([-70.5, 2.5], [30.5, 2.5])]);
+        let bounds = grid.bounds().unwrap();
+        let mut visited = Vec::new();
+        grid.for_each_seen(|cell, probability| visited.push((cell, probability)));
+        let mut by_row = Vec::new();
+        for y in bounds.min[1]..=bounds.max[1] {
+            let mut row = vec![Some(9.0); bounds.size()[0] as usize];
+            grid.fill_row([bounds.min[0], y], &mut row);
+            let cells = (bounds.min[0]..).map(|x| [x, y]).zip(row);
+            by_row.extend(cells.filter_map(|(cell, probability)| Some((cell, probability?))));
+        }
+        assert_eq!(visited, by_row);
+        assert!(visited.iter().all(|(cell, probability)| grid.probability(*cell) == Some(*probability)));
+    }
+
+    #[test]
+    fn a_coarse_cell_shows_the_wall_in_it_and_otherwise_what_is_free() {
+        let mut grid = grid(0.1);
+        for _ in 0..6 {
+            grid.add_scan(&[ray([-0.95, 0.05], [0.85, 0.05]), ray([-0.95, -0.25], [0.15, -0.25])]);
+        }
+        let coarse = grid.coarsened(3);
+        assert_eq!(coarse.params().resolution_m, 0.3);
+        assert_eq!(coarse.bounds(), Some(CellBounds { min: [-4, -1], max: [2, 0] }));
+        for (fine, cell) in [([8, 0], [2, 0]), ([0, 0], [0, 0]), ([1, -3], [0, -1]), ([-4, 0], [-2, 0])] {
+            assert_eq!(coarse.probability(cell), grid.probability(fine), "{cell:?}");
+        }
+        assert_eq!(coarse.probability([1, -1]), None);
     }
 
     #[test]

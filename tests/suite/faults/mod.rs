@@ -10,6 +10,7 @@ pub(crate) mod clock_steps;
 pub(crate) mod fault;
 pub(crate) mod host_faults;
 mod judge;
+mod mirror_rate;
 mod outcome;
 
 use std::ops::RangeInclusive;

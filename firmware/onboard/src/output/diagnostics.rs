@@ -70,6 +70,11 @@ fn of_line(name: &str, line: &LineHealth) -> DiagnosticStatus {
         let how = if line.is_overrun { "are cut: read too late" } else { "arrive damaged" };
         message = format!("{message}; {:.0} % of its telegrams {how}", (share * 100.0).max(1.0));
     }
+    if let Some(interval_ms) = line.odd_interval_ms {
+        level = level.max(DiagnosticStatus::WARN);
+        message = format!("{message}; its mirror does not turn at 75 Hz");
+        values.push(value("odd_interval_ms", &format_args!("{interval_ms:.3}")));
+    }
     if let Some(laser) = &line.laser {
         if laser.differs {
             level = level.max(DiagnosticStatus::WARN);

@@ -176,6 +176,11 @@ pub enum Event {
         /// Whether this computer read some too late, so that they were cut.
         is_overrun: bool,
     },
+    /// The scans of a laser come at a distance that is no whole number of turns of its mirror.
+    OddInterval {
+        /// The distance, microseconds.
+        micros: u32,
+    },
     /// What a laser sees does not fit how it sits in the rig, or does again.
     Mounting {
         /// What is suspected.
@@ -261,6 +266,12 @@ fn say_damaged(percent: Option<u8>, is_overrun: bool, f: &mut fmt::Formatter<'_>
     }
 }
 
+fn say_interval(micros: u32, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    let interval_ms = f64::from(micros) * 1e-3;
+    write!(f, "its scans come every {interval_ms:.2} ms, no whole number of turns of a mirror at 75 Hz: ")?;
+    write!(f, "stamps follow that, and may err by a few milliseconds")
+}
+
 impl fmt::Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -313,6 +324,7 @@ impl fmt::Display for Event {
             Self::Garbled { for_ms } => write!(f, "no intact telegram for {for_ms} ms, starting again"),
             Self::PoweredOn => write!(f, "was switched on or reset, starting again"),
             Self::Damaged { percent, is_overrun } => say_damaged(*percent, *is_overrun, f),
+            Self::OddInterval { micros } => say_interval(*micros, f),
             Self::Mounting { mount_fault, begins } => mount_fault.say(*begins, f),
             Self::SessionLeftOpen => write!(f, "had a session open, closing it first"),
             Self::OdometryRestarted => write!(f, "counts its odometry from zero again"),

@@ -13,26 +13,52 @@
 //!    sets the count right.
 //!
 //! Not every stream keeps to such cycles: recordings of others that were encoded as telegrams do not. So the
-//! line is followed only while the departures bear it out. All is causal. Units: nanoseconds.
+//! line is followed only while the departures bear it out. A laser whose mirror turns at another rate sends
+//! at even distances that are no whole number of cycles: then one distance is a cycle, because how many turns
+//! it holds is not known, and that is told. All is causal. Units: nanoseconds.
 
 use crate::stamping::arrivals::Pace;
 use crate::stamping::cycle_params::CycleClockParams;
 use crate::stamping::departure::Departure;
 use crate::stamping::departure::HostState;
 use crate::stamping::envelope::Envelope;
+use crate::stamping::mean_interval::MeanInterval;
 use crate::stamping::regularity::{ExpectedInterval, LatenessRun, PhaseConfidence, Verdict};
 
 /// The device's index counts modulo this.
 const INDEX_CYCLES: i64 = 256;
 /// An index that was contradicted so often in a row is none of cycles.
 const MAX_CONTRADICTIONS: u8 = 8;
+/// A mean distance that is off a whole number of cycles by a larger share is none of these cycles: more than
+/// an envelope follows, and than chance makes of it.
+const ODD_SHARE: f64 = 0.001;
 
 /// Follows the departures of one device's telegrams.
 #[derive(Clone, Debug)]
 pub(crate) struct CycleClock {
     params: CycleClockParams,
+    nominal_ns: i64,
     cycle_ns: i64,
     state: Option<State>,
+    /// Of a device whose cycle may be another one.
+    interval: Option<MeanInterval>,
+    odd: Option<OddInterval>,
+}
+
+/// The distance at which telegrams come, where it is no whole number of nominal cycles.
+#[derive(Copy, Clone, Debug)]
+struct OddInterval {
+    mean_ns: i64,
+    /// What it was taken to be.
+    min_cycles: i64,
+}
+
+impl OddInterval {
+    /// A telegram in cycles of that distance. An index counts others.
+    fn departure(self, departure: &Departure) -> Departure {
+        let min_cycles = (departure.min_cycles / self.min_cycles).max(1);
+        Departure { unit: 1, min_cycles, index: None, ..*departure }
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -61,17 +87,49 @@ impl CycleClock {
     /// A clock that has seen nothing of a device whose cycle nominally lasts so long.
     #[must_use]
     pub(crate) fn new(params: CycleClockParams, cycle_ns: i64) -> Self {
-        Self { params, cycle_ns: cycle_ns.max(1), state: None }
+        let nominal_ns = cycle_ns.max(1);
+        let cycle_ns = nominal_ns;
+        Self { params, nominal_ns, cycle_ns, state: None, interval: None, odd: None }
+    }
+
+    /// The same of a device whose cycle may last longer or shorter than nominally: it is measured.
+    #[must_use]
+    pub(crate) fn measured(self) -> Self {
+        Self { interval: Some(MeanInterval::default()), ..self }
+    }
+
+    /// At which distance telegrams come, if that is no whole number of nominal cycles, nanoseconds.
+    #[must_use]
+    pub(crate) fn odd_interval_ns(&self) -> Option<i64> {
+        self.odd.map(|odd| odd.mean_ns)
     }
 
     /// Forgets everything, the phase and the index above all: it may be another device, or one that was
     /// switched off.
     pub(crate) fn reset(&mut self) {
-        self.state = None;
+        (self.state, self.cycle_ns, self.odd) = (None, self.nominal_ns, None);
+        self.interval = self.interval.map(|_| MeanInterval::default());
+    }
+
+    /// Takes the mean distance of telegrams for the cycle, where it is none of whole cycles.
+    fn measure(&mut self, departure: &Departure) {
+        let Some(interval) = &mut self.interval else { return };
+        interval.note(departure);
+        let Some(mean_ns) = interval.mean_ns().filter(|_| departure.is_paced()) else { return };
+        let unit = if self.odd.is_some() { 1 } else { departure.unit.max(1) };
+        let unit_ns = (self.cycle_ns * unit) as f64;
+        let whole_ns = (mean_ns / unit_ns).round().max(1.0) * unit_ns;
+        if (mean_ns - whole_ns).abs() > ODD_SHARE * whole_ns {
+            let mean_ns = (mean_ns.round() as i64).max(1);
+            self.odd = Some(OddInterval { mean_ns, min_cycles: departure.min_cycles.max(1) });
+            (self.cycle_ns, self.state) = (mean_ns, None);
+        }
     }
 
     /// The smoothed departure of a telegram; never later than its reads allow.
     pub(crate) fn smooth(&mut self, departure: &Departure) -> i64 {
+        self.measure(departure);
+        let departure = &self.odd.map_or(*departure, |odd| odd.departure(departure));
         let Some(mut state) = self.state.take() else { return self.start(departure) };
         if departure.host == HostState::Overdue && state.confidence.verdict(&self.params) != Verdict::Broken {
             return self.follow(state, departure);
@@ -205,7 +263,7 @@ impl CycleClock {
         let unpaced_ns = departure.time_ns.saturating_sub(state.paced_ns);
         let is_blind = !state.is_paced || unpaced_ns > self.params.blind_after_ns;
         let share = if is_regular { self.params.regular_share } else { self.params.bearing_share };
-        let bearing_ns = (self.cycle_ns as f64 * share) as i64;
+        let bearing_ns = (self.nominal_ns as f64 * share) as i64;
         if departure.is_paced() || is_blind {
             state.confidence = state.confidence.with((-self.params.early_ns..=bearing_ns).contains(&late_ns));
             if late_ns < -self.params.near_ns {

@@ -13,6 +13,7 @@ pub(crate) mod cycle_clock;
 pub(crate) mod cycle_params;
 pub(crate) mod departure;
 pub(crate) mod envelope;
+pub(crate) mod mean_interval;
 pub(crate) mod regularity;
 #[cfg(test)]
 mod tests;

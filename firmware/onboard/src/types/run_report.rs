@@ -101,6 +101,11 @@ pub struct RunReport {
     pub mounting_horizontal: &'static str,
     /// The same of the vertical one; nothing where the rig has none.
     pub mounting_vertical: Option<&'static str>,
+    /// At which distance the horizontal laser's scans came, where that is no whole number of turns of a
+    /// mirror at 75 Hz, milliseconds.
+    pub odd_interval_ms_horizontal: Option<f64>,
+    /// The same of the vertical one.
+    pub odd_interval_ms_vertical: Option<f64>,
     /// What a live view has done, where there was one.
     pub live: Option<LiveReport>,
     /// The share of the map's memory that was in use at the end, percent.

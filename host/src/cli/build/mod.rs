@@ -134,13 +134,13 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     }
     let counts = built.as_ref().map(|built| built.counts);
     let (mut summary, page) =
-        write_all(args, &folder, built, &Floor { grid: &grid, posed: &posed }, &mut stages)?;
+        write_all(args, &folder, built, &Floor { grid: &grid, posed: &posed, console }, &mut stages)?;
     (summary.source.poses_from, summary.source.loops) = (Some(posed.from), posed.loops);
     summary.source.recordings =
         runs.iter().flat_map(|run| run.recording().paths()).map(|path| path.display().to_string()).collect();
     summary.parameters = parameters;
     (summary.scans.horizontal, summary.scans.horizontal_unposed) = posed.scans();
-    summary.scans.wild_poses = posed.wild_poses();
+    summary.scans.wild_poses = posed.wild_poses;
     summary.scans.vertical =
         vertical.as_ref().map_or(0, |vertical| vertical.range_scans.len() + vertical.odd_scans);
     summary.scans.vertical_odd = vertical.as_ref().map_or(0, |vertical| vertical.odd_scans);
@@ -210,13 +210,7 @@ fn poses<'a>(
     match &args.poses {
         Some(path) => {
             let posed = Posed::foreign(runs, path)?;
-            if posed.wild_poses() > 0 {
-                console.warn(format!(
-                    "biplane: {}: poses left out because no motion explains them: {}",
-                    path.display(),
-                    posed.wild_poses()
-                ));
-            }
+            console.report_wild_poses(path, posed.wild_poses);
             Ok(posed)
         }
         None if args.no_optimize => Posed::recorded(runs, console),
@@ -281,6 +275,7 @@ fn model(
 struct Floor<'a> {
     grid: &'a OccupancyGrid,
     posed: &'a Posed<'a>,
+    console: &'a Console,
 }
 
 /// Writes every file but the summary, whose counts it returns, and the report, which it prepares.
@@ -291,10 +286,11 @@ fn write_all(
     floor: &Floor<'_>,
     stages: &mut Stages<'_>,
 ) -> anyhow::Result<(Summary, Option<Page>)> {
-    let &Floor { grid, posed } = floor;
+    let &Floor { grid, posed, console } = floor;
     let part = folder.part();
     let known: Vec<StampedPose> = posed.known();
-    let image = MapImage::new(grid, &known)?;
+    let (image, coarsened) = MapImage::new(grid, &known)?;
+    console.report_coarsened(coarsened.as_ref());
     let mut output = built.unwrap_or_default();
     posed.restore(&mut output.cloud.stamps_ns);
     args.model_args.bound(&mut output)?;

@@ -38,13 +38,11 @@ struct Drive<'a> {
     at_scans: Vec<Option<StampedPose>>,
     /// What is added to its stamps inside the program.
     shift_ns: i64,
-    /// Poses that no motion explains, left out.
-    wild_poses: usize,
 }
 
 impl<'a> Drive<'a> {
     fn new(run: &'a Run, trajectory: Trajectory, at_scans: Vec<Option<StampedPose>>) -> Self {
-        Self { run, trajectory, at_scans, shift_ns: 0, wild_poses: 0 }
+        Self { run, trajectory, at_scans, shift_ns: 0 }
     }
 }
 
@@ -59,6 +57,8 @@ pub(super) struct Posed<'a> {
     pub from: PosesFrom,
     /// Loops that were closed, where any were searched for.
     pub loops: Option<usize>,
+    /// Poses that no motion explains, which were left out.
+    pub wild_poses: usize,
 }
 
 impl<'a> Posed<'a> {
@@ -84,8 +84,7 @@ impl<'a> Posed<'a> {
             }
             drives.push(Drive::new(run, trajectory.clone(), at_scans));
         }
-        drives.iter_mut().take(1).for_each(|drive| drive.wild_poses = wild_poses);
-        Ok(Self { used, ..Self::of(drives, PosesFrom::Given, None) })
+        Ok(Self { used, wild_poses, ..Self::of(drives, PosesFrom::Given, None) })
     }
 
     /// As they were recorded.
@@ -94,14 +93,14 @@ impl<'a> Posed<'a> {
     }
 
     fn untouched(runs: &'a [Run], notify: impl Fn(&Run, &RunPoses)) -> anyhow::Result<Self> {
-        let mut drives = Vec::new();
+        let (mut drives, mut wild_poses) = (Vec::new(), 0);
         for run in runs {
             let poses = run.poses()?;
             notify(run, &poses);
-            let drive = Drive::new(run, poses.trajectory(), poses.at_scans());
-            drives.push(Drive { wild_poses: poses.wild_poses, ..drive });
+            drives.push(Drive::new(run, poses.trajectory(), poses.at_scans()));
+            wild_poses += poses.wild_poses;
         }
-        Ok(Self::of(drives, PosesFrom::Recorded, None))
+        Ok(Self { wild_poses, ..Self::of(drives, PosesFrom::Recorded, None) })
     }
 
     /// Optimized. A single recording that is optimized already, that has no loop, or whose scans have no
@@ -126,7 +125,7 @@ impl<'a> Posed<'a> {
             // What is to be told of them was told when they were read.
             return Ok(Self { loops: Some(0), ..Self::untouched(runs, |_, _| ())? });
         }
-        let mut drives = Vec::new();
+        let (mut drives, mut wild_poses) = (Vec::new(), 0);
         for (number, run) in runs.iter().enumerate() {
             if optimized.groups[number] != 0 {
                 console.warn(format!(
@@ -143,10 +142,10 @@ impl<'a> Posed<'a> {
             let mut poses: Vec<StampedPose> = corrected.scans.iter().flatten().copied().collect();
             let recorded = run.poses()?;
             poses.extend(recorded.vertical_poses.iter().map(moved));
-            let drive = Drive::new(run, Trajectory::new(poses), corrected.scans);
-            drives.push(Drive { wild_poses: recorded.wild_poses, ..drive });
+            drives.push(Drive::new(run, Trajectory::new(poses), corrected.scans));
+            wild_poses += recorded.wild_poses;
         }
-        Ok(Self::of(drives, PosesFrom::Optimized, Some(loops)))
+        Ok(Self { wild_poses, ..Self::of(drives, PosesFrom::Optimized, Some(loops)) })
     }
 
     fn of(mut drives: Vec<Drive<'a>>, from: PosesFrom, loops: Option<usize>) -> Self {
@@ -161,7 +160,7 @@ impl<'a> Posed<'a> {
             drive.shift_ns = shift_ns;
         }
         let used = drives.iter().flat_map(|drive| drive.at_scans.iter().flatten().copied()).collect();
-        Self { drives, trajectory: Trajectory::new(all), used, from, loops }
+        Self { drives, trajectory: Trajectory::new(all), used, from, loops, wild_poses: 0 }
     }
 
     /// The pose of each horizontal scan that has one.
@@ -185,11 +184,6 @@ impl<'a> Posed<'a> {
     /// The recordings by name, each as `name` calls its path; parts of one have one.
     pub(super) fn named(&self, name: impl Fn(&Path) -> String) -> String {
         self.drives.iter().map(|drive| name(drive.run.path())).collect::<Vec<_>>().join(", ")
-    }
-
-    /// Poses that no motion explains, which were left out.
-    pub(super) fn wild_poses(&self) -> usize {
-        self.drives.iter().map(|drive| drive.wild_poses).sum()
     }
 
     /// Horizontal scans, and how many of them have no pose.

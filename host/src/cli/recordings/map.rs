@@ -51,7 +51,8 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     params.grid.resolution_m = args.resolution;
     let grid = floor_map::draw(&run, &at_scans, &poses.trajectory(), &params)?;
     let known: Vec<StampedPose> = at_scans.into_iter().flatten().collect();
-    let image = MapImage::new(&grid, &known)?;
+    let (image, coarsened) = MapImage::new(&grid, &known)?;
+    console.report_coarsened(coarsened.as_ref());
     let [pgm, yaml, png] = write_map(&args.output, &image, &known, args.force)?;
     let [columns, rows] = image.size();
     console.note(format!(
@@ -59,7 +60,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         pgm.display(),
         yaml.display(),
         png.display(),
-        args.resolution,
+        image.resolution_m(),
         known.len()
     ));
     Ok(Outcome::Done)

@@ -3,8 +3,10 @@
 use std::borrow::Cow;
 use std::cell::Cell;
 use std::io::IsTerminal;
+use std::path::Path;
 
 use crate::recordings::run::RunPoses;
+use crate::view::floor_map::map_image::Coarsened;
 pub(crate) use biplane_cli::say;
 use biplane_recording::Recording;
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
@@ -83,16 +85,29 @@ impl Console {
         }
     }
 
+    /// Says how many poses of a file were left out, where there were any.
+    pub(crate) fn report_wild_poses(&self, path: &Path, count: usize) {
+        if count > 0 {
+            self.warn(format!(
+                "biplane: {}: poses left out because no motion explains them: {count} (their scans are placed between their neighbors)",
+                path.display()
+            ));
+        }
+    }
+
+    /// Says that a map is drawn with larger cells than it should have.
+    pub(crate) fn report_coarsened(&self, coarsened: Option<&Coarsened>) {
+        if let Some(Coarsened { size: [columns, rows], asked_m, drawn_m }) = coarsened {
+            self.warn(format!(
+                "biplane: the places seen lie so far apart that a map would have {columns} x {rows} cells of {asked_m} m; it is drawn with cells of {drawn_m} m"
+            ));
+        }
+    }
+
     /// Says what is wrong with the poses of a recording, also when quiet: those that are left out, and what
     /// the robot itself has said against how its lasers sit.
     pub(crate) fn report_poses(&self, recording: &Recording, poses: &RunPoses) {
-        if poses.wild_poses > 0 {
-            self.warn(format!(
-                "biplane: {}: poses left out because no motion explains them: {} (their scans are placed between their neighbors)",
-                recording.path().display(),
-                poses.wild_poses
-            ));
-        }
+        self.report_wild_poses(recording.path(), poses.wild_poses);
         for mounting in &poses.mountings {
             self.warn(format!(
                 "biplane: {}: the recording says of itself: {mounting} (docs/recording.md)",

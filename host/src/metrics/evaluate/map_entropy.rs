@@ -31,14 +31,14 @@ pub(crate) struct MapEntropy {
 impl MapEntropy {
     /// Of the cells of a grid that were seen; `None` when there are none.
     pub(crate) fn of(grid: &OccupancyGrid) -> Option<Self> {
-        let bounds = grid.bounds()?;
         let (mut cells, mut occupied_cells, mut total_bits) = (0, 0, 0.0);
-        for row in bounds.min[1]..=bounds.max[1] {
-            for p in (bounds.min[0]..=bounds.max[0]).filter_map(|column| grid.probability([column, row])) {
-                cells += 1;
-                occupied_cells += u64::from(p >= OCCUPIED);
-                total_bits += bits(p);
-            }
+        grid.for_each_seen(|_, p| {
+            cells += 1;
+            occupied_cells += u64::from(p >= OCCUPIED);
+            total_bits += bits(p);
+        });
+        if cells == 0 {
+            return None;
         }
         let mean_bits = total_bits / cells as f64;
         let resolution_m = grid.params().resolution_m;

@@ -2,10 +2,12 @@
 //! where nothing is.
 
 use std::ops::Range;
+use std::sync::OnceLock;
 
-use biplane_matcher::{EndPoint, Placement, PointMap, Pose2, ScorePyramid};
+use biplane_matcher::{EndPoint, PointMap, Pose2, ScorePyramid};
 
 use crate::slam::keyframes::Node;
+use crate::slam::keyframes::free_space::FreeSpace;
 use crate::slam::keyframes::keyframe_scan::merged;
 
 /// How submaps are cut.
@@ -29,10 +31,6 @@ impl Default for SubmapParams {
 
 /// Points closer than this share one of the keyframe scan, meters.
 const THIN_M: f32 = 0.05;
-/// Side of a cell of free space, meters.
-const FREE_CELL_M: f32 = 0.2;
-/// Beams end this far before what they see, meters.
-const FREE_MARGIN_M: f32 = 0.3;
 
 /// One submap. Its frame is the base at its middle node.
 #[derive(Clone, Debug)]
@@ -47,8 +45,9 @@ pub(crate) struct Submap {
     pub few: Vec<EndPoint>,
     /// The points to align with.
     pub surfaces: PointMap,
-    /// The grid and its pyramid.
-    pub pyramid: ScorePyramid,
+    /// See [`Submap::pyramid`].
+    pyramid: OnceLock<ScorePyramid>,
+    cell_m: f32,
     /// Where its beams went through.
     pub free: FreeSpace,
 }
@@ -92,10 +91,17 @@ impl Submap {
             middle: first + middle,
             few,
             surfaces: PointMap::new(&points),
-            pyramid: ScorePyramid::new(&points, params.cell_m as f32),
+            pyramid: OnceLock::new(),
+            cell_m: params.cell_m as f32,
             free,
             points,
         }
+    }
+
+    /// The grid of its points and its pyramid. It spans them all, so it is made when somebody searches here
+    /// first: along a way that never comes back there is none.
+    pub(crate) fn pyramid(&self) -> &ScorePyramid {
+        self.pyramid.get_or_init(|| ScorePyramid::new(&self.points, self.cell_m))
     }
 }
 
@@ -110,69 +116,4 @@ fn thinned(points: Vec<EndPoint>) -> Vec<EndPoint> {
     keyed.sort_by_key(|(cell, index, point)| (*cell, !point.has_normal(), *index));
     keyed.dedup_by_key(|(cell, ..)| *cell);
     keyed.into_iter().map(|(.., point)| point).collect()
-}
-
-/// Cells that beams went through and no point lies near.
-#[derive(Clone, Debug)]
-pub(crate) struct FreeSpace {
-    origin: [i64; 2],
-    columns: i64,
-    rows: i64,
-    seen: Vec<bool>,
-}
-
-impl FreeSpace {
-    fn new(nodes: &[Node], poses: &[Pose2], points: &[EndPoint]) -> Self {
-        let bound = |axis: usize, start: f32, pick: fn(f32, f32) -> f32| {
-            let lasers = poses.iter().map(|pose| [pose.x_m, pose.y_m][axis] as f32);
-            points.iter().map(|point| point.at_m[axis]).chain(lasers).fold(start, pick)
-        };
-        let cell = |value: f32| (value / FREE_CELL_M).floor() as i64;
-        let origin = [0, 1].map(|axis| cell(bound(axis, 0.0, f32::min)) - 1);
-        let [columns, rows] = [0, 1].map(|axis| cell(bound(axis, 0.0, f32::max)) + 2 - origin[axis]);
-        let mut free = Self { origin, columns, rows, seen: vec![false; (columns * rows) as usize] };
-        for (node, pose) in nodes.iter().zip(poses).step_by(3) {
-            let placement = Placement::new(pose);
-            let from = placement.place(node.keyframe_scan.laser_m);
-            for point in node.keyframe_scan.points.iter().step_by(2) {
-                free.pass(from, placement.place(point.at_m));
-            }
-        }
-        for point in points {
-            let middle = free.cell_of(point.at_m);
-            for (x, y) in (-1..=1).flat_map(|y| (-1..=1).map(move |x| (x, y))) {
-                free.set([middle[0] + x, middle[1] + y], false);
-            }
-        }
-        free
-    }
-
-    fn cell_of(&self, at_m: [f32; 2]) -> [i64; 2] {
-        [0, 1].map(|axis| (at_m[axis] / FREE_CELL_M).floor() as i64 - self.origin[axis])
-    }
-
-    fn set(&mut self, [column, row]: [i64; 2], value: bool) {
-        if (0..self.columns).contains(&column) && (0..self.rows).contains(&row) {
-            self.seen[(row * self.columns + column) as usize] = value;
-        }
-    }
-
-    fn pass(&mut self, from: [f32; 2], to: [f32; 2]) {
-        let along = [to[0] - from[0], to[1] - from[1]];
-        let length = along[0].hypot(along[1]);
-        let steps = ((length - FREE_MARGIN_M) / (0.7 * FREE_CELL_M)).max(0.0) as usize;
-        for step in 0..steps {
-            let share = step as f32 * 0.7 * FREE_CELL_M / length;
-            let cell = self.cell_of([from[0] + share * along[0], from[1] + share * along[1]]);
-            self.set(cell, true);
-        }
-    }
-
-    /// Whether beams went through here.
-    pub(crate) fn is_free(&self, at_m: [f32; 2]) -> bool {
-        let [column, row] = self.cell_of(at_m);
-        (0..self.columns).contains(&column)
-            && (0..self.rows).contains(&row)
-            && self.seen[(row * self.columns + column) as usize]
-    }
 }

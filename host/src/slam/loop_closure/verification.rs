@@ -82,7 +82,7 @@ pub(crate) fn find(
     (window, uncertainty_m): (Window, f64),
     params: &RefineParams,
 ) -> Option<Found> {
-    let peak = reference.pyramid.search(&query.few, guess, window, params.min_score)?;
+    let peak = reference.pyramid().search(&query.few, guess, window, params.min_score)?;
     let aligned = settle(reference, query, &peak.pose);
     let weak = weakest(&reference.points);
     let agreement = Agreement::of(reference, query, &aligned.map_from_points, weak);
@@ -131,7 +131,7 @@ fn has_rival(
     weak: [f32; 2],
     uncertainty_m: f64,
 ) -> bool {
-    let step_m = reference.pyramid.cell_m();
+    let step_m = reference.pyramid().cell_m();
     let reach = (RIVAL_M.0.min(uncertainty_m) / step_m) as i64;
     let shifted = |step: i64| {
         let [x, y] = weak.map(|part| f64::from(part) * step_m * step as f64);
@@ -142,7 +142,7 @@ fn has_rival(
     let stands = |point: &&EndPoint| (point.normal[0] * across[0] + point.normal[1] * across[1]).abs() > 0.7;
     let informative: Vec<EndPoint> = query.points.iter().filter(stands).copied().collect();
     let scores: Vec<f64> =
-        (-reach..=reach).map(|step| reference.pyramid.score(&informative, &shifted(step))).collect();
+        (-reach..=reach).map(|step| reference.pyramid().score(&informative, &shifted(step))).collect();
     let at =
         |step: i64| scores.get(usize::try_from(step + reach).unwrap_or(usize::MAX)).copied().unwrap_or(0.0);
     let here = (-3..=3).map(at).fold(0.0, f64::max);

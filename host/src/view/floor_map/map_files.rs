@@ -7,7 +7,7 @@
 use crate::view::floor_map::map_image::CellState;
 use crate::view::floor_map::map_image::MapError;
 use crate::view::floor_map::map_image::MapImage;
-use crate::view::floor_map::map_image::{FREE, OCCUPIED};
+use crate::view::floor_map::map_image::{FREE, OCCUPIED, state_of};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -24,9 +24,11 @@ pub(crate) fn write_pgm(out: &mut impl Write, image: &MapImage<'_>) -> io::Resul
     let [columns, rows] = image.size();
     write!(out, "P5\n{columns} {rows}\n255\n")?;
     let mut line = Vec::with_capacity(columns as usize);
+    let mut cells = Vec::new();
     for row in 0..rows {
+        image.fill_row(row, &mut cells);
         line.clear();
-        line.extend((0..columns).map(|column| match image.state(column, row) {
+        line.extend(cells.iter().map(|cell| match state_of(*cell) {
             CellState::Occupied => 0_u8,
             CellState::Free => 254,
             CellState::Unknown => 205,
@@ -121,7 +123,7 @@ mod tests {
     fn the_image_of_a_small_room_has_the_bytes_that_map_server_expects() {
         let grid = room();
         let mut bytes = Vec::new();
-        write_pgm(&mut bytes, &MapImage::new(&grid, &[]).unwrap()).unwrap();
+        write_pgm(&mut bytes, &MapImage::new(&grid, &[]).unwrap().0).unwrap();
         #[rustfmt::skip]
         let expected = [
             b"P5\n4 3\n255\n".as_slice(),
@@ -136,7 +138,7 @@ mod tests {
     fn the_image_reaches_to_where_the_robot_was() {
         let grid = room();
         let pose = StampedPose { x_m: -2.5, y_m: 0.0, ..StampedPose::default() };
-        let image = MapImage::new(&grid, &[pose, StampedPose { x_m: f64::NAN, ..pose }]).unwrap();
+        let (image, _) = MapImage::new(&grid, &[pose, StampedPose { x_m: f64::NAN, ..pose }]).unwrap();
         assert_eq!((image.size(), image.origin_m()), ([7, 3], [-3.0, -1.0]));
     }
 
@@ -153,7 +155,7 @@ mod tests {
         for _ in 0..5 {
             grid.add_scan(&rays);
         }
-        let whole = MapImage::new(&grid, &[]).unwrap();
+        let (whole, _) = MapImage::new(&grid, &[]).unwrap();
         assert_eq!(whole.size(), [801, 500]);
         let pose = |x_m| StampedPose { x_m, ..StampedPose::default() };
         let size = |poses: &[StampedPose]| whole.without_spokes(poses).size();
@@ -166,7 +168,7 @@ mod tests {
     fn the_description_names_the_image_and_its_lower_left_corner() {
         let grid = room();
         let mut text = Vec::new();
-        write_yaml(&mut text, &MapImage::new(&grid, &[]).unwrap(), "room.pgm").unwrap();
+        write_yaml(&mut text, &MapImage::new(&grid, &[]).unwrap().0, "room.pgm").unwrap();
         let expected = "image: room.pgm\nmode: trinary\nresolution: 1\norigin: [0.000000, -1.000000, 0.0]\nnegate: 0\n\
                         occupied_thresh: 0.65\nfree_thresh: 0.196\n";
         assert_eq!(String::from_utf8(text).unwrap(), expected);
@@ -175,15 +177,18 @@ mod tests {
     }
 
     #[test]
-    fn an_empty_grid_and_a_boundless_one_are_refused() {
+    fn an_empty_grid_is_refused_and_a_boundless_one_drawn_coarser() {
         let mut grid =
             OccupancyGrid::new(OccupancyParams { resolution_m: 0.01, ..OccupancyParams::default() });
         assert!(matches!(MapImage::new(&grid, &[]), Err(MapError::Empty)));
         for x_m in [0.0, 9e4] {
             grid.add_scan(&[Ray { from_m: [x_m, x_m], to_m: [x_m + 1.0, x_m] }]);
         }
-        let error = MapImage::new(&grid, &[]).err().unwrap().to_string();
-        assert!(error.starts_with("the map would have 9000101 x 9000001 cells at 0.01 m"), "{error}");
+        let (image, coarsened) = MapImage::new(&grid, &[]).unwrap();
+        let coarsened = coarsened.unwrap();
+        assert_eq!((coarsened.size, coarsened.asked_m), ([9_000_101, 9_000_001], 0.01));
+        assert_eq!((coarsened.drawn_m, image.resolution_m()), (5.5, 5.5));
+        assert_eq!((image.size(), image.origin_m()), ([16_364, 16_364], [0.0, 0.0]));
     }
 
     #[test]

@@ -2,6 +2,7 @@
 //! to a red end.
 
 use std::io::{self, Write};
+use std::ops::Range;
 
 use crate::model::palette::Rgb;
 use crate::recordings::deskew::StampedPose;
@@ -24,10 +25,8 @@ const HALF_LINE: f64 = 1.1;
 /// Radius of the dots at its ends, pixels.
 const DOT: f64 = 6.0;
 
-struct Picture {
-    size: [u32; 2],
-    pixels: Vec<Rgb>,
-}
+/// Pixels in memory at a time: larger pictures are painted and compressed strip by strip.
+const STRIP_PIXELS: u32 = 1 << 24;
 
 /// Writes the picture as PNG.
 ///
@@ -36,9 +35,12 @@ struct Picture {
 pub(crate) fn write_png(out: &mut impl Write, image: &MapImage<'_>, poses: &[StampedPose]) -> io::Result<()> {
     let image = &image.without_spokes(poses);
     let scale = scale_of(image.size());
-    let mut picture = paint_cells(image, scale);
-    draw_path(&mut picture, image, poses, scale);
-    encode(out, &picture)
+    let size = image.size().map(|side| side * scale + 2 * MARGIN);
+    encode(out, size, STRIP_PIXELS, |rows| {
+        let mut pixels = paint_cells(image, scale, size[0], rows.clone());
+        draw_path(&mut pixels, image, poses, (scale, size, rows));
+        pixels
+    })
 }
 
 /// Writes the cells alone as PNG, a pixel a cell.
@@ -46,18 +48,38 @@ pub(crate) fn write_png(out: &mut impl Write, image: &MapImage<'_>, poses: &[Sta
 /// # Errors
 /// When writing fails.
 pub(crate) fn write_cells_png(out: &mut impl Write, image: &MapImage<'_>) -> io::Result<()> {
-    let [columns, rows] = image.size();
-    let cell = |index: u32| color_of(image.probability(index % columns, index / columns));
-    let pixels = (0..columns * rows).map(cell).collect();
-    encode(out, &Picture { size: [columns, rows], pixels })
+    let mut cells = Vec::new();
+    encode(out, image.size(), STRIP_PIXELS, |rows| {
+        let mut pixels = Vec::with_capacity(rows.len() * image.size()[0] as usize);
+        for row in rows {
+            image.fill_row(row, &mut cells);
+            pixels.extend(cells.iter().map(|cell| color_of(*cell)));
+        }
+        pixels
+    })
 }
 
-fn encode(out: &mut impl Write, picture: &Picture) -> io::Result<()> {
-    let mut encoder = png::Encoder::new(out, picture.size[0], picture.size[1]);
+/// Encodes what `paint` makes of some rows of pixels.
+fn encode(
+    out: &mut impl Write,
+    [width, height]: [u32; 2],
+    strip_pixels: u32,
+    mut paint: impl FnMut(Range<u32>) -> Vec<Rgb>,
+) -> io::Result<()> {
+    let mut encoder = png::Encoder::new(out, width, height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     let mut writer = encoder.write_header().map_err(io::Error::from)?;
-    writer.write_image_data(picture.pixels.as_flattened()).map_err(io::Error::from)?;
+    let strip = (strip_pixels / width.max(1)).max(1);
+    if height <= strip {
+        writer.write_image_data(paint(0..height).as_flattened()).map_err(io::Error::from)?;
+        return writer.finish().map_err(io::Error::from);
+    }
+    let mut stream = writer.stream_writer().map_err(io::Error::from)?;
+    for first in (0..height).step_by(strip as usize) {
+        stream.write_all(paint(first..height.min(first + strip)).as_flattened())?;
+    }
+    stream.finish().map_err(io::Error::from)?;
     writer.finish().map_err(io::Error::from)
 }
 
@@ -66,22 +88,27 @@ fn scale_of([columns, rows]: [u32; 2]) -> u32 {
     (SIDE_PIXELS / columns.max(rows).max(1)).clamp(1, MAX_ENLARGED)
 }
 
-fn paint_cells(image: &MapImage<'_>, scale: u32) -> Picture {
-    let [columns, rows] = image.size();
-    let size = [columns * scale + 2 * MARGIN, rows * scale + 2 * MARGIN];
-    let mut pixels = vec![UNKNOWN; size[0] as usize * size[1] as usize];
-    for row in 0..rows {
-        let first = (MARGIN + row * scale) as usize * size[0] as usize;
-        for column in 0..columns {
-            let color = color_of(image.probability(column, row));
-            let from = first + (MARGIN + column * scale) as usize;
-            pixels[from..from + scale as usize].fill(color);
+/// Some rows of pixels with the cells in them.
+fn paint_cells(image: &MapImage<'_>, scale: u32, width: u32, rows: Range<u32>) -> Vec<Rgb> {
+    let width = width as usize;
+    let mut pixels = vec![UNKNOWN; width * rows.len()];
+    let mut cells = Vec::new();
+    let mut painted = None;
+    for (at, y) in rows.enumerate() {
+        let row = y.checked_sub(MARGIN).map(|y| y / scale).filter(|row| *row < image.size()[1]);
+        let Some(row) = row else { continue };
+        if painted == Some(row) {
+            pixels.copy_within((at - 1) * width..at * width, at * width);
+            continue;
         }
-        for copy in 1..scale as usize {
-            pixels.copy_within(first..first + size[0] as usize, first + copy * size[0] as usize);
+        painted = Some(row);
+        image.fill_row(row, &mut cells);
+        let line = &mut pixels[at * width + MARGIN as usize..(at + 1) * width];
+        for (pixels, cell) in line.chunks_exact_mut(scale as usize).zip(&cells) {
+            pixels.fill(color_of(*cell));
         }
     }
-    Picture { size, pixels }
+    pixels
 }
 
 fn color_of(probability: Option<f64>) -> Rgb {
@@ -93,32 +120,37 @@ fn color_of(probability: Option<f64>) -> Rgb {
     }
 }
 
-fn draw_path(picture: &mut Picture, image: &MapImage<'_>, poses: &[StampedPose], scale: u32) {
+fn draw_path(
+    pixels: &mut [Rgb],
+    image: &MapImage<'_>,
+    poses: &[StampedPose],
+    (scale, size, rows): (u32, [u32; 2], Range<u32>),
+) {
     let [x0_m, y0_m] = image.origin_m();
     let per_m = f64::from(scale) / image.resolution_m();
-    let top = f64::from(picture.size[1] - MARGIN);
+    let top = f64::from(size[1] - MARGIN);
     let place =
         |pose: &StampedPose| [f64::from(MARGIN) + (pose.x_m - x0_m) * per_m, top - (pose.y_m - y0_m) * per_m];
-    let size = picture.size.map(|side| side as usize);
-    let mut line = Mask::new(size);
+    let empty = || Mask::of_rows(size[0] as usize, rows.start as usize..rows.end as usize);
+    let mut line = empty();
     for pair in poses.windows(2) {
         if pair[0].step_m(&pair[1]) <= StampedPose::LONGEST_STEP_M {
             line.cover_segment([place(&pair[0]), place(&pair[1])], HALF_LINE);
         }
     }
-    line.paint(&mut picture.pixels, PATH, 1.0);
+    line.paint(pixels, PATH, 1.0);
     for (pose, color) in [(poses.first(), START), (poses.last(), END)] {
         if let Some(pose) = pose {
-            let mut dot = Mask::new(size);
+            let mut dot = empty();
             dot.cover_segment([place(pose); 2], DOT);
-            dot.paint(&mut picture.pixels, color, 1.0);
+            dot.paint(pixels, color, 1.0);
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{FREE, MARGIN, START, UNKNOWN, WALL, write_png};
+    use super::{FREE, MARGIN, Rgb, START, UNKNOWN, WALL, encode, write_png};
     use crate::recordings::deskew::StampedPose;
     use crate::slam::occupancy::OccupancyGrid;
     use crate::slam::occupancy::OccupancyParams;
@@ -135,7 +167,7 @@ mod tests {
                 Ray { from_m: [0.5, 0.5], to_m: [0.5, 9.5] },
             ]);
         }
-        let image = MapImage::new(&grid, &[]).unwrap();
+        let (image, _) = MapImage::new(&grid, &[]).unwrap();
         let pose = StampedPose { x_m: 2.5, y_m: 0.5, ..StampedPose::default() };
         let mut bytes = Vec::new();
         write_png(&mut bytes, &image, &[pose, StampedPose { x_m: 7.5, ..pose }]).unwrap();
@@ -156,5 +188,28 @@ mod tests {
         assert_eq!(at(5, 5), UNKNOWN);
         assert_eq!(at(2, 0), START);
         assert_eq!(at(4, 0), super::PATH);
+    }
+    #[test]
+    fn a_picture_in_strips_is_the_picture() {
+        let size = [30_u32, 23];
+        let color = |index: u32| -> Rgb { [index as u8, (index / 7) as u8, 9] };
+        let decoded = |strip_pixels: u32| {
+            let mut strips = Vec::new();
+            let mut bytes = Vec::new();
+            let paint = |rows: std::ops::Range<u32>| {
+                strips.push(rows.len());
+                (rows.start * size[0]..rows.end * size[0]).map(color).collect()
+            };
+            encode(&mut bytes, size, strip_pixels, paint).unwrap();
+            let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
+            let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+            reader.next_frame(&mut pixels).unwrap();
+            reader.finish().unwrap();
+            (strips, pixels)
+        };
+        let (whole, strips) = (decoded(1000), decoded(250));
+        assert_eq!((whole.0, strips.0), (vec![23], vec![8, 8, 7]));
+        assert_eq!(whole.1, strips.1);
+        assert_eq!(decoded(1).0.len(), 23);
     }
 }

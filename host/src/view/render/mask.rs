@@ -1,6 +1,8 @@
 //! How much of each pixel a line or an area covers. Coverage first, color once: a line drawn over itself
 //! stays as thin as it is.
 
+use std::ops::Range;
+
 use crate::model::palette::Rgb;
 use biplane_geometry::vec2::distance_to_segment;
 
@@ -11,29 +13,36 @@ const ROWS_PER_PIXEL: usize = 4;
 #[derive(Clone, Debug)]
 pub(crate) struct Mask {
     size: [usize; 2],
+    first_row: usize,
     coverage: Vec<u8>,
 }
 
 impl Mask {
     /// Nothing covered, in a picture of this width and height.
     pub(crate) fn new([width, height]: [usize; 2]) -> Self {
-        Self { size: [width, height], coverage: vec![0; width * height] }
+        Self::of_rows(width, 0..height)
+    }
+
+    /// Nothing covered in some rows of a picture of this width.
+    pub(crate) fn of_rows(width: usize, rows: Range<usize>) -> Self {
+        Self { size: [width, rows.len()], first_row: rows.start, coverage: vec![0; width * rows.len()] }
     }
 
     /// Covers the pixels within `half_width` of a segment, with soft edges.
     pub(crate) fn cover_segment(&mut self, [a, b]: [[f64; 2]; 2], half_width: f64) {
         let reach = half_width + 1.0;
-        let size = self.size;
+        let (size, first) = (self.size, [0, self.first_row]);
         let span = |axis: usize| {
-            let low = (a[axis].min(b[axis]) - reach).floor().clamp(0.0, size[axis] as f64);
-            let high = (a[axis].max(b[axis]) + reach).ceil().clamp(0.0, size[axis] as f64);
+            let (from, to) = (first[axis] as f64, (first[axis] + size[axis]) as f64);
+            let low = (a[axis].min(b[axis]) - reach).floor().clamp(from, to);
+            let high = (a[axis].max(b[axis]) + reach).ceil().clamp(from, to);
             low as usize..high as usize
         };
         for y in span(1) {
             for x in span(0) {
                 let distance = distance_to_segment([x as f64 + 0.5, y as f64 + 0.5], a, b);
                 let part = (half_width + 0.5 - distance).clamp(0.0, 1.0);
-                let pixel = &mut self.coverage[y * size[0] + x];
+                let pixel = &mut self.coverage[(y - first[1]) * size[0] + x];
                 *pixel = (*pixel).max((part * 255.0).round() as u8);
             }
         }
@@ -47,7 +56,11 @@ impl Mask {
         for y in 0..height {
             row.fill(0.0);
             for part in 0..ROWS_PER_PIXEL {
-                crossings_at(corners, y as f64 + (part as f64 + 0.5) / ROWS_PER_PIXEL as f64, &mut crossings);
+                crossings_at(
+                    corners,
+                    (self.first_row + y) as f64 + (part as f64 + 0.5) / ROWS_PER_PIXEL as f64,
+                    &mut crossings,
+                );
                 for pair in crossings.chunks_exact(2) {
                     add_span(&mut row, pair[0], pair[1]);
                 }
@@ -105,6 +118,20 @@ mod tests {
         let mut cut = Mask::new([2, 2]);
         cut.cover_area(&[[-5.0, -5.0], [9.0, -5.0], [9.0, 1.0], [-5.0, 1.0]]);
         assert_eq!(cut.coverage, [255, 255, 0, 0]);
+    }
+
+    #[test]
+    fn rows_of_a_picture_are_covered_as_in_the_whole() {
+        let segment = [[0.3, 0.9], [6.1, 8.2]];
+        let mut whole = Mask::new([7, 9]);
+        whole.cover_segment(segment, 1.1);
+        let mut rows = Vec::new();
+        for part in [0..2, 2..3, 3..8, 8..9] {
+            let mut part = Mask::of_rows(7, part);
+            part.cover_segment(segment, 1.1);
+            rows.extend(part.coverage);
+        }
+        assert_eq!(rows, whole.coverage);
     }
 
     #[test]

@@ -69,7 +69,7 @@ fn page() -> (String, Mesh, Mesh) {
         ..StampedPose::default()
     };
     let poses = [pose(0, 0.5), pose(4, 1.5), pose(8, 2.5)];
-    let map = MapImage::new(&grid, &poses).unwrap();
+    let (map, _) = MapImage::new(&grid, &poses).unwrap();
     let sources = Sources {
         title: "a <b> & \"c\"",
         raw: &raw,

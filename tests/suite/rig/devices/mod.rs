@@ -41,7 +41,17 @@ pub(crate) fn laser(params: LmsParams, faults: &Faults, seed: u64, stream: u64) 
 /// The same, whose scans are remembered with the times at which they were taken.
 #[must_use]
 pub(crate) fn remembered_laser(params: LmsParams, seed: u64, stream: u64, taken: &Taken) -> Box<dyn Device> {
-    let params = LmsParams { mirror: mirror(seed, stream), ..params };
+    remembered_laser_turning(LmsParams { mirror: mirror(seed, stream), ..params }, seed, stream, taken)
+}
+
+/// The same with the mirror that its parameters say.
+#[must_use]
+pub(crate) fn remembered_laser_turning(
+    params: LmsParams,
+    seed: u64,
+    stream: u64,
+    taken: &Taken,
+) -> Box<dyn Device> {
     let source = Remembering { room: Room::new(seed, stream), taken: taken.clone() };
     Box::new(LmsDevice::new(params, Box::new(MirrorFeed::new(Box::new(source), Box::new(SameTime)))))
 }

@@ -76,6 +76,15 @@ fn text(report: &RunReport) -> String {
         let percent = report.map_filled_percent;
         text += &format!("\n  {percent} % of the map's memory are in use: --map-memory gives it more");
     }
+    let lasers = [
+        ("horizontal laser", report.odd_interval_ms_horizontal),
+        ("vertical laser", report.odd_interval_ms_vertical),
+    ];
+    for (name, interval_ms) in lasers.into_iter().filter_map(|(name, ms)| Some((name, ms?))) {
+        text += &format!(
+            "\n  {name}: scans came every {interval_ms:.2} ms, its mirror does not turn at 75 Hz: stamps may err by a few milliseconds"
+        );
+    }
     for uncovered in &report.uncovered {
         text += &format!("\n  {}", uncovered.words());
     }

@@ -2,6 +2,7 @@
 
 use biplane_recording::{Port, Rig};
 
+use crate::engine::line::LaserLine;
 use crate::engine::line::decoded::with_decoded;
 use crate::engine::line::lines::Lines;
 use crate::engine::line::watch::LineWatch;
@@ -72,7 +73,8 @@ impl Devices {
     pub(crate) fn state(&mut self, port: Port, interval_s: f64) -> Option<LineHealth> {
         let line = self.lines.health(port, interval_s)?;
         let (line, event) = self.watch.damage(port).judge(line);
-        if let Some(event) = event {
+        let odd = self.lines.laser_mut(port).and_then(LaserLine::interval_news);
+        for event in [event, odd].into_iter().flatten() {
             self.event(port, event);
         }
         Some(line)

@@ -187,8 +187,10 @@ impl Lines {
             let streaming = self.base.session.is_streaming();
             return (port == Port::Base).then(|| self.base.health(interval_s, streaming));
         };
+        let odd_interval_ms = laser.odd_interval_ms();
         let line = &mut laser.line;
         let streaming = line.session.is_streaming();
-        Some(LineHealth { laser: Some(*line.session.health()), ..line.health(interval_s, streaming) })
+        let laser = Some(*line.session.health());
+        Some(LineHealth { laser, odd_interval_ms, ..line.health(interval_s, streaming) })
     }
 }

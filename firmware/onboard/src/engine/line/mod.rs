@@ -237,6 +237,10 @@ pub(crate) struct LaserLine {
     /// The line.
     pub line: Line<LaserSession>,
     delay_ns: i64,
+    /// At which distance its scans came last that is none of its nominal mirror, nanoseconds; and whether
+    /// that was said.
+    odd_interval_ns: Option<i64>,
+    is_odd_reported: bool,
 }
 
 impl LaserLine {
@@ -244,8 +248,30 @@ impl LaserLine {
     #[must_use]
     pub(crate) fn new(session: LaserSession, laser: &rig::Laser) -> Self {
         let delay_ns = (laser.delay_ms * 1e6).round() as i64;
-        let turns = CycleClock::new(CycleClockParams::default(), MIRROR_TURN_NS);
-        Self { line: Line::new(session, Some(turns)), delay_ns }
+        let turns = CycleClock::new(CycleClockParams::default(), MIRROR_TURN_NS).measured();
+        Self {
+            line: Line::new(session, Some(turns)),
+            delay_ns,
+            odd_interval_ns: None,
+            is_odd_reported: false,
+        }
+    }
+
+    /// At which distance its scans come, if that is no whole number of nominal turns, milliseconds.
+    pub(crate) fn odd_interval_ms(&self) -> Option<f64> {
+        self.odd_interval_ns.map(|interval_ns| interval_ns as f64 * 1e-6)
+    }
+
+    /// The same when it is new.
+    pub(crate) fn interval_news(&mut self) -> Option<Event> {
+        let interval_ns = self.odd_interval_ns.filter(|_| !self.is_odd_reported)?;
+        self.is_odd_reported = true;
+        Some(Event::OddInterval { micros: u32::try_from(interval_ns / 1000).unwrap_or(u32::MAX) })
+    }
+
+    /// The distance of its telegrams, where that is no whole number of nominal turns, nanoseconds.
+    fn interval_ns(&self) -> Option<i64> {
+        self.line.cycles.as_ref().and_then(CycleClock::odd_interval_ns)
     }
 
     /// The scan with its stamp: its first byte left the device after all its turns. A laser sends every n-th
@@ -262,11 +288,12 @@ impl LaserLine {
             length: reading.length,
             byte_ns,
             burst: if pauses { BYTES_PER_TURN } else { usize::MAX },
-            spacing_ns: scans * scan_ns,
+            spacing_ns: self.interval_ns().unwrap_or(scans * scan_ns),
         };
         let index = reading.index.map(|index| index.scan);
         let cycles = Cycles { unit: turns, step: scans * turns, index };
         let departure_ns = self.line.departure_ns(now_ns, &telegram, cycles);
+        self.odd_interval_ns = self.interval_ns().or(self.odd_interval_ns);
         let stamp_ns = departure_ns.saturating_sub(scan_ns).saturating_sub(self.delay_ns);
         self.line.meter.count(now_ns, stamp_ns);
         ScanData::of_reading(reading, stamp_ns)

@@ -45,6 +45,9 @@ pub struct LineHealth {
     pub overruns: u64,
     /// From a measurement's stamp to its arrival, the largest in the last second, seconds.
     pub latency_s: f64,
+    /// At which distance a laser's scans come, if that is no whole number of turns of a mirror at 75 Hz,
+    /// milliseconds.
+    pub odd_interval_ms: Option<f64>,
     /// What a laser's telegrams say of it; `None` for a base.
     pub laser: Option<LaserHealth>,
     /// Whether a laser sits where the rig says, as far as what it sees tells; `None` for a base.

@@ -83,6 +83,8 @@ fn add_lines(lines: &Lines, report: &mut RunReport) {
     report.scans_horizontal += lines.horizontal.line.meter.measurements;
     report.scans_vertical += lines.vertical.as_ref().map_or(0, |laser| laser.line.meter.measurements);
     report.odometry += lines.base.meter.measurements;
+    report.odd_interval_ms_horizontal = lines.horizontal.odd_interval_ms();
+    report.odd_interval_ms_vertical = lines.vertical.as_ref().and_then(|laser| laser.odd_interval_ms());
     for laser in lines.lasers() {
         add_laser(&laser.session, report);
         report.not_understood += laser.session.not_kept();
