@@ -15,6 +15,7 @@ pub(crate) mod corrected_poses;
 pub(crate) mod join_recordings;
 pub(crate) mod keyframes;
 pub(crate) mod loop_closure;
+pub(crate) mod map_entropy;
 pub(crate) mod occupancy;
 pub(crate) mod pose_graph;
 pub(crate) mod refinement;
@@ -109,6 +110,8 @@ pub struct Counts {
     pub loops_found: usize,
     /// Of these, believed.
     pub loops: usize,
+    /// Recordings that keep their recorded poses, because the optimized ones drew a worse map.
+    pub not_better: usize,
 }
 
 /// Optimizes the poses of recordings.
@@ -143,7 +146,7 @@ pub fn optimize(
     let structure = pose_graph::structure(poses.len(), &all);
     pose_graph::optimize(&mut poses, &all, &vec![1.0; all.len()], &structure);
     let groups = loop_closer.groups(runs.len());
-    let is_closed = closed(&loop_closer, &groups);
+    let mut is_closed = closed(&loop_closer, &groups);
     for group in (0..runs.len()).filter(|&run| groups[run] == run && is_closed[run]) {
         let members = runs.iter().zip(&groups).filter(|(_, of)| **of == group);
         let members: Vec<usize> = members.flat_map(|(run, _)| run.clone()).collect();
@@ -151,6 +154,9 @@ pub fn optimize(
             progress(Progress::Joint(round, params.joint.rounds()));
         });
     }
+    let not_better = keep_recorded(&mut is_closed, &groups, |run: usize| {
+        map_entropy::is_worse(&nodes[runs[run].clone()], &poses[runs[run].clone()])
+    });
     let found = loop_closer.loops.iter().zip(&loop_closer.inlier).map(|(found, &inlier)| LoopFound {
         nodes: found.submap_ids.map(|submap_id| submaps[submap_id].middle),
         pose: found.found.pose,
@@ -165,6 +171,7 @@ pub fn optimize(
         pairs_searched: loop_closer.searched,
         loops_found: loop_closer.loops.len(),
         loops: loops.len(),
+        not_better,
     };
     let of_run = |(run, closed): (&Range<usize>, &bool)| match closed {
         true => poses[run.clone()].to_vec(),
@@ -188,6 +195,20 @@ fn closed(loop_closer: &LoopCloser<'_>, groups: &[usize]) -> Vec<bool> {
     }
     let group_is = |group: usize| groups.iter().zip(&closed).any(|(of, closed)| *of == group && *closed);
     groups.iter().map(|group| group_is(*group)).collect()
+}
+
+/// Leaves out recordings whose optimized poses are worse than the recorded ones; those of several that lie in
+/// one frame stay together. Returns how many.
+fn keep_recorded(is_closed: &mut [bool], groups: &[usize], is_worse: impl Fn(usize) -> bool) -> usize {
+    let mut count = 0;
+    for run in 0..is_closed.len() {
+        let alone = groups.iter().filter(|&&group| group == groups[run]).count() == 1;
+        if alone && is_closed[run] && is_worse(run) {
+            is_closed[run] = false;
+            count += 1;
+        }
+    }
+    count
 }
 
 /// The nodes of each recording.

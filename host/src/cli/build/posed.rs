@@ -121,9 +121,10 @@ impl<'a> Posed<'a> {
         let mut checkpoint = optimize::checkpoint(searches, runs, console)?;
         let optimized = optimize::work(&all_keyframes, &params, &mut checkpoint, console);
         let loops = optimized.counts.loops;
-        if runs.len() == 1 && loops == 0 {
-            // What is to be told of them was told when they were read.
-            return Ok(Self { loops: Some(0), ..Self::untouched(runs, |_, _| ())? });
+        let is_better = optimized.counts.not_better == 0;
+        if runs.len() == 1 && (loops == 0 || !is_better) {
+            // What is to be told of them was told when they were read, or searched.
+            return Ok(Self { loops: is_better.then_some(0), ..Self::untouched(runs, |_, _| ())? });
         }
         let (mut drives, mut wild_poses) = (Vec::new(), 0);
         for (number, run) in runs.iter().enumerate() {

@@ -4,7 +4,6 @@
 //! base moves on the floor: poses are planar.
 
 pub(crate) mod association;
-pub(crate) mod map_entropy;
 pub(crate) mod pose_error;
 pub(crate) mod relations;
 pub(crate) mod statistics;

@@ -3,8 +3,8 @@
 use std::io::{self, Write};
 use std::path::PathBuf;
 
-use crate::metrics::evaluate::map_entropy::MapEntropy;
 use crate::recordings::run::Run;
+use crate::slam::map_entropy::MapEntropy;
 use crate::slam::occupancy::OccupancyParams;
 use crate::view::floor_map;
 use crate::view::floor_map::FloorMapParams;

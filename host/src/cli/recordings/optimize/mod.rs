@@ -235,13 +235,20 @@ pub(crate) fn work(
     console: &Console,
 ) -> Optimized {
     let spinner = console.spinner("stretches");
-    slam::optimize(all_keyframes, params, checkpoint, &mut |progress| {
+    let optimized = slam::optimize(all_keyframes, params, checkpoint, &mut |progress| {
         spinner.say(match progress {
             Progress::Submaps(scans) => format!("stretches of {scans} scans"),
             Progress::Searched(pairs, loops) => format!("{pairs} pairs searched, {loops} loops"),
             Progress::Joint(round, rounds) => format!("all scans among all, round {} of {rounds}", round + 1),
         });
-    })
+    });
+    drop(spinner);
+    if optimized.counts.not_better > 0 {
+        console.warn(
+            "biplane: the loops that were found draw a worse map than the recorded poses, which stay as they were",
+        );
+    }
+    optimized
 }
 
 /// The files to write, and the recordings in each: the first one's company in the output, others apart.
