@@ -158,7 +158,7 @@ async function picks(page) {
   await page.keyboard.press('Escape');
 }
 
-/** What a picture's pixels sum to once it stands still: a slow machine draws what moved a second time, whole. */
+/** What a picture's pixels sum to once it stands still: a slow machine draws what moved again, whole. */
 async function atRest(sum) {
   for (let last = await sum(), tries = 0; tries < 40; tries++) {
     await new Promise((done) => { setTimeout(done, 400); });
