@@ -78,7 +78,7 @@ fn run(presence: Presence, port: Port, seed: u64, shown: &mut Shown) {
     let other_ns = witness.scans[1 - place(port)][0].log_ns;
     let missing_s = [first_ns - base_first_ns.min(other_ns), now_ns - last_ns].map(|ns| ns as f64 * 1e-9);
     let name = if port == Port::Horizontal { "horizontal laser" } else { "vertical laser" };
-    let is_told = match &report.uncovered[..] {
+    let is_reported = match &report.uncovered[..] {
         [] => presence == Presence::Whole,
         [one] => {
             let off_s = (one.at_start_s - missing_s[0]).abs().max((one.at_end_s - missing_s[1]).abs());
@@ -89,10 +89,10 @@ fn run(presence: Presence, port: Port, seed: u64, shown: &mut Shown) {
         _ => false,
     };
     let is_lossless = account.lost() + account.wrongly_kept + account.undetected == 0;
-    if !is_told || !is_lossless || report.lost > 0 || report.exit_code() != 0 {
-        let said = &report.uncovered;
+    if !is_reported || !is_lossless || report.lost > 0 || report.exit_code() != 0 {
+        let reported = &report.uncovered;
         shown.wrong.push(format!(
-            "{presence:?}, {port:?}, seed {seed}: missing {missing_s:?} s, said {said:?}, {account:?}, lost {}\n\
+            "{presence:?}, {port:?}, seed {seed}: missing {missing_s:?} s, said {reported:?}, {account:?}, lost {}\n\
              {transcript}",
             report.lost
         ));

@@ -43,9 +43,9 @@ fn run(wanted: u32, kept: u32, request: [u8; 8], left_streaming: bool, seed: u64
     let mut sim = SimRig::new(&rig, lines, Plan::default(), Witness::default());
     sim.run(LASTS_NS, |_| false);
     let of_rate = |event: &Event| matches!(event, Event::RateKept { .. });
-    let said: Vec<&Event> = sim.reported.iter().map(|r| &r.event).filter(|e| of_rate(e)).collect();
-    let is_said_once =
-        matches!(said[..], [Event::RateKept { wanted: w, kept: k }] if (*w, *k) == (wanted, kept));
+    let reported: Vec<&Event> = sim.reported.iter().map(|r| &r.event).filter(|e| of_rate(e)).collect();
+    let is_reported_once =
+        matches!(reported[..], [Event::RateKept { wanted: w, kept: k }] if (*w, *k) == (wanted, kept));
     let others = sim.reported.iter().any(|r| r.port != Port::Horizontal && r.event.is_warning());
     let line = sim.lines[0].as_ref().unwrap();
     let asked = line.asked.pieces().filter(|(_, bytes)| *bytes == request).count();
@@ -54,10 +54,10 @@ fn run(wanted: u32, kept: u32, request: [u8; 8], left_streaming: bool, seed: u64
     let account = laser_account(Port::Horizontal, &telegrams, &line.delivered, scans, &sim.reported);
     let up_ns = scans.first().map_or(i64::MAX, |scan| scan.log_ns);
     let is_lossless = account.lost() + account.wrongly_kept + account.undetected == 0;
-    if !is_said_once || asked != 1 || others || up_ns > UP_NS || !is_lossless || account.recorded == 0 {
+    if !is_reported_once || asked != 1 || others || up_ns > UP_NS || !is_lossless || account.recorded == 0 {
         shown.wrong.push(format!(
             "{wanted} Bd refused at {kept}, streaming {left_streaming}, seed {seed}: asked {asked} times, said \
-             {said:?}, up after {} ms, {account:?}\n{}",
+             {reported:?}, up after {} ms, {account:?}\n{}",
             up_ns / MS,
             sim.transcript()
         ));
