@@ -186,8 +186,8 @@ mod tests {
         }
     }
 
-    /// What the client of one seed does, as AriaCoda: it writes, changes its speed 20 ms later, and asks 300 ms
-    /// after that. The mock looks every few milliseconds, but for the times that it is held up.
+    /// A client does as AriaCoda: it writes, changes its speed 20 ms later, and asks 300 ms after that. The
+    /// mock looks every few milliseconds, but for the times that it is held up. Whether it hears both.
     fn hears_both(seed: u64) -> bool {
         let mut rng = Rng::new(seed, 0xA21A, 0);
         let mut ms = |low: f64, high: f64| (rng.between(low, high) * MS as f64) as i64;
