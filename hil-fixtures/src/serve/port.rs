@@ -185,4 +185,45 @@ mod tests {
             assert_eq!(counts.noise_bytes, (1 - requests) * 8, "{late_ms} ms late");
         }
     }
+
+    /// A client does as AriaCoda: it writes, changes its speed 20 ms later, and asks 300 ms after that. The
+    /// mock looks every few milliseconds, but for the times that it is held up. Whether it hears both.
+    fn hears_both(seed: u64) -> bool {
+        let mut rng = Rng::new(seed, 0xA21A, 0);
+        let mut ms = |low: f64, high: f64| (rng.between(low, high) * MS as f64) as i64;
+        let written_ns = ms(20.0, 40.0);
+        // It may be held up around each of the two, so that it sees the speed only behind it.
+        let held_up = [written_ns - ms(0.0, 5.0), written_ns + 320 * MS - ms(0.0, 5.0)];
+        // By more than a fifth of a second and the device has not changed its rate when it is asked.
+        let late_ns = [ms(0.0, 200.0), ms(0.0, 280.0)];
+        let status = hex("02 00 01 00 31 15 12");
+        let to_38400 = hex("02 00 02 00 20 40 50 08");
+        let (mut port, client) = laser();
+        let mut does = [(0, Some(&to_38400)), (20, None), (320, Some(&status))].into_iter().peekable();
+        let (mut now_ns, mut held) = (0, held_up.into_iter().zip(late_ns).peekable());
+        while now_ns < written_ns + 1000 * MS {
+            while let Some((_, request)) = does.next_if(|(at_ms, _)| written_ns + at_ms * MS <= now_ns) {
+                match request {
+                    Some(bytes) => drop(rustix::io::write(&client, bytes).expect("it is written")),
+                    None => set_speed(&client, 38_400),
+                }
+            }
+            port.listen(now_ns, now_ns);
+            port.device.poll(now_ns, &mut Vec::new());
+            let pause_ns = ms(0.5, 5.0);
+            now_ns += held
+                .next_if(|(at_ns, _)| *at_ns <= now_ns + pause_ns)
+                .map_or(pause_ns, |(_, late)| late.max(pause_ns));
+        }
+        (port.device.counts().requests, port.device.counts().noise_bytes) == (2, 0)
+    }
+
+    #[test]
+    fn a_mock_held_up_by_a_fifth_of_a_second_hears_a_client_that_changes_its_speed_behind_a_request() {
+        let asked = std::env::var("BIPLANE_SEEDS").ok().and_then(|text| text.parse().ok());
+        let seeds = 1..=asked.unwrap_or(20);
+        let deaf: Vec<u64> = seeds.clone().filter(|seed| !hears_both(*seed)).collect();
+        println!("{} runs", seeds.count());
+        assert!(deaf.is_empty(), "both requests are not heard with the seeds {deaf:?}");
+    }
 }

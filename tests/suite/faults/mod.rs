@@ -10,8 +10,11 @@ pub(crate) mod clock_steps;
 pub(crate) mod fault;
 pub(crate) mod host_faults;
 mod judge;
+mod late_start;
 mod mirror_rate;
+mod other_programs;
 mod outcome;
+mod refused_rate;
 
 use std::ops::RangeInclusive;
 

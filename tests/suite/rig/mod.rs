@@ -12,6 +12,7 @@
 pub(crate) mod devices;
 pub(crate) mod disk;
 pub(crate) mod host;
+pub(crate) mod laser_client;
 pub(crate) mod line;
 pub(crate) mod pairs;
 pub(crate) mod plan;

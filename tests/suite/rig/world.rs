@@ -65,22 +65,38 @@ impl Room {
         }
         self.fans.iter().find(|(of, _)| *of == key).map_or(&[], |(_, beams)| beams)
     }
-}
 
-impl ScanSource for Room {
-    fn scan(&mut self, t0_ns: i64, fov_deg: u16, resolution_cdeg: u16, mm: bool) -> Option<ScanWords> {
+    /// Value words of the beams of a variant from one on, each so many.
+    fn words(
+        &mut self,
+        t0_ns: i64,
+        (fov_deg, resolution_cdeg): (u16, u16),
+        (first, step): (usize, usize),
+        mm: bool,
+    ) -> ScanWords {
         let mut rng = Rng::new(self.seed, 0x0C0A + self.stream, t0_ns);
         let [ahead, behind, left, right] = WALLS_M;
         let (to_front, to_back) = (ahead - path_m(t0_ns), behind + path_m(t0_ns));
         let units = if mm { 1000.0 } else { 100.0 };
-        let words = self.fan(fov_deg, resolution_cdeg).iter().map(|&(sin, cos)| {
+        let beams = self.fan(fov_deg, resolution_cdeg).iter().skip(first).step_by(step);
+        let words = beams.map(|&(sin, cos)| {
             let to_x = if cos > 0.0 { to_front } else { to_back } / cos.abs().max(1e-9);
             let to_y = if sin > 0.0 { left } else { right } / sin.abs().max(1e-9);
             // One draw a beam: 1 cm up or down, evenly, is enough to tell scans apart.
             let range_m = to_x.min(to_y) + 0.02 * (rng.unit() - 0.5);
             (range_m * units).round().clamp(1.0, 8100.0) as u16
         });
-        Some(words.collect())
+        words.collect()
+    }
+}
+
+impl ScanSource for Room {
+    fn scan(&mut self, t0_ns: i64, fov_deg: u16, resolution_cdeg: u16, mm: bool) -> Option<ScanWords> {
+        Some(self.words(t0_ns, (fov_deg, resolution_cdeg), (0, 1), mm))
+    }
+
+    fn turn(&mut self, t0_ns: i64, quarter: u8, mm: bool) -> Option<ScanWords> {
+        Some(self.words(t0_ns, (180, 25), (usize::from(quarter), 4), mm))
     }
 }
 

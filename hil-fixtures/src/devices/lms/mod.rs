@@ -61,6 +61,7 @@ impl LmsDevice {
             type_text: params.type_text.clone(),
             address: params.address & 0x7F,
             baud: params.baud,
+            max_baud: params.max_baud,
             power_on_baud: 9600,
             installation: false,
             output: if params.left_streaming { Output::Stream(Content::All) } else { Output::OnRequest },

@@ -16,6 +16,8 @@ pub struct LmsParams {
     pub address: u8,
     /// Rate at the start, in Bd; another one than 9600 is a device that an earlier client left so.
     pub baud: u32,
+    /// Highest rate that it changes to, in Bd; it refuses any above.
+    pub max_baud: u32,
     /// Whether it streams whole scans from the start, as an earlier client left it.
     pub left_streaming: bool,
     /// Whether it says 90h at the start, as after power-on.
@@ -48,6 +50,7 @@ impl Default for LmsParams {
             type_text: "LMS291;S05;X01.27 ".to_owned(),
             address: 0,
             baud: 9600,
+            max_baud: 500_000,
             left_streaming: false,
             power_on_message: false,
             variant: Variant::of(180, 50),

@@ -62,6 +62,8 @@ pub struct State {
     pub address: u8,
     /// Rate of the line in Bd.
     pub baud: u32,
+    /// Highest rate that it changes to, in Bd.
+    pub max_baud: u32,
     /// Rate at power-on in Bd.
     pub power_on_baud: u32,
     /// Whether installation mode is in force.
@@ -199,6 +201,9 @@ impl State {
             (0x30, password) => return done(u8::from(password != PASSWORD)),
             (0x40..=0x42 | 0x48, []) => {
                 let baud = [38_400, 19_200, 9600].get(usize::from(sub & 0x0F)).copied().unwrap_or(500_000);
+                if baud > self.max_baud {
+                    return Reply::refused(latency);
+                }
                 return Reply { then: Then::Baud(baud), ..done(0) };
             }
             _ => {}

@@ -6,26 +6,28 @@
 //! device is left as it was then.
 
 use biplane_mock::devices::device::Device;
+use biplane_mock::devices::lms::request::Latency;
 use biplane_mock::devices::lms::scans::feed::MirrorFeed;
 use biplane_mock::devices::lms::{LmsDevice, LmsParams};
+use biplane_mock::rng::Rng;
 
 use crate::rig::devices::mirror;
 use crate::rig::world::{Room, SameTime};
 use crate::rig::{MS, S};
 
-const STOP: &[u8] = &[0x02, 0x00, 0x02, 0x00, 0x20, 0x25, 0x35, 0x08];
-const STREAM: &[u8] = &[0x02, 0x00, 0x02, 0x00, 0x20, 0x24, 0x34, 0x08];
-const PARTIAL: &[u8] = &[0x02, 0x00, 0x02, 0x00, 0x20, 0x2A, 0x3A, 0x08];
+pub(crate) const STOP: &[u8] = &[0x02, 0x00, 0x02, 0x00, 0x20, 0x25, 0x35, 0x08];
+pub(crate) const STREAM: &[u8] = &[0x02, 0x00, 0x02, 0x00, 0x20, 0x24, 0x34, 0x08];
+pub(crate) const PARTIAL: &[u8] = &[0x02, 0x00, 0x02, 0x00, 0x20, 0x2A, 0x3A, 0x08];
 const TO_9600: &[u8] = &[0x02, 0x00, 0x02, 0x00, 0x20, 0x42, 0x52, 0x08];
-const TO_38400: &[u8] = &[0x02, 0x00, 0x02, 0x00, 0x20, 0x40, 0x50, 0x08];
+pub(crate) const TO_38400: &[u8] = &[0x02, 0x00, 0x02, 0x00, 0x20, 0x40, 0x50, 0x08];
 const TO_500000: &[u8] = &[0x02, 0x00, 0x02, 0x00, 0x20, 0x48, 0x58, 0x08];
 const STATUS: &[u8] = &[0x02, 0x00, 0x01, 0x00, 0x31, 0x15, 0x12];
 const TYPE: &[u8] = &[0x02, 0x00, 0x01, 0x00, 0x3A, 0x1E, 0x12];
-const CONFIG: &[u8] = &[0x02, 0x00, 0x01, 0x00, 0x74, 0x50, 0x12];
-const WIDE_1: &[u8] = &[0x02, 0x00, 0x05, 0x00, 0x3B, 0xB4, 0x00, 0x64, 0x00, 0x97, 0x49];
+pub(crate) const CONFIG: &[u8] = &[0x02, 0x00, 0x01, 0x00, 0x74, 0x50, 0x12];
+pub(crate) const WIDE_1: &[u8] = &[0x02, 0x00, 0x05, 0x00, 0x3B, 0xB4, 0x00, 0x64, 0x00, 0x97, 0x49];
 const WIDE_HALF: &[u8] = &[0x02, 0x00, 0x05, 0x00, 0x3B, 0xB4, 0x00, 0x32, 0x00, 0x3B, 0x1F];
-const NARROW_QUARTER: &[u8] = &[0x02, 0x00, 0x05, 0x00, 0x3B, 0x64, 0x00, 0x19, 0x00, 0xE7, 0x72];
-const INSTALL: &[u8] =
+pub(crate) const NARROW_QUARTER: &[u8] = &[0x02, 0x00, 0x05, 0x00, 0x3B, 0x64, 0x00, 0x19, 0x00, 0xE7, 0x72];
+pub(crate) const INSTALL: &[u8] =
     &[0x02, 0x00, 0x0A, 0x00, 0x20, 0x00, 0x53, 0x49, 0x43, 0x4B, 0x5F, 0x4C, 0x4D, 0x53, 0xBE, 0xC5];
 /// Sub-range 1..181, as Player asks for it.
 const SUB_RANGE: &[u8] = &[0x02, 0x00, 0x06, 0x00, 0x20, 0x27, 0x01, 0x00, 0xB5, 0x00, 0x12, 0x09];
@@ -39,13 +41,13 @@ const MRPT_WRITES: &[u8] = &[
     0x00, 0x00, 0x00, 0x02, 0x00, 0xCF, 0x21,
 ];
 /// CARMEN: measuring mode 01, available when dazzled.
-const CARMEN_WRITES: &[u8] = &[
+pub(crate) const CARMEN_WRITES: &[u8] = &[
     0x02, 0x00, 0x21, 0x00, 0x77, 0x00, 0x00, 0x46, 0x00, 0x01, 0x01, 0x00, 0x00, 0x00, 0x02, 0x02, 0x02,
     0x00, 0x00, 0x0A, 0x0A, 0x50, 0x64, 0x00, 0x0A, 0x0A, 0x50, 0x64, 0x00, 0x0A, 0x0A, 0x50, 0x64, 0x00,
     0x00, 0x00, 0x00, 0xCD, 0x8C,
 ];
 /// AriaCoda: measuring mode 05, millimeters, everything else zero.
-const ARIA_WRITES: &[u8] = &[
+pub(crate) const ARIA_WRITES: &[u8] = &[
     0x02, 0x00, 0x21, 0x00, 0x77, 0x00, 0x00, 0x46, 0x00, 0x00, 0x05, 0x01, 0x00, 0x00, 0x02, 0x02, 0x00,
     0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
     0x00, 0x00, 0x00, 0x5B, 0x51,
@@ -63,7 +65,14 @@ pub(crate) struct Client {
     pub baud_at_end: u32,
     /// Moments at which it may be killed, and the device's rate then.
     pub cuts: &'static [(f64, u32)],
+    /// The device takes so many milliseconds to write its configuration; drawn between the two.
+    pub config_write_ms: (f64, f64),
 }
+
+/// The time that a write of what is there takes (a real LMS 200).
+const USUAL_WRITE_MS: (f64, f64) = (106.0, 106.0);
+/// CARMEN waits 250 ms and repeats itself.
+const SLOW_WRITE_MS: (f64, f64) = (260.0, 1200.0);
 
 /// The programs.
 pub(crate) const CLIENTS: &[Client] = &[
@@ -82,6 +91,7 @@ pub(crate) const CLIENTS: &[Client] = &[
         ],
         baud_at_end: 9600,
         cuts: &[(0.55, 38_400), (3.0, 38_400), (6.05, 38_400)],
+        config_write_ms: USUAL_WRITE_MS,
     },
     Client {
         name: "sicktoolbox with partial scans at 500000 Bd",
@@ -96,6 +106,7 @@ pub(crate) const CLIENTS: &[Client] = &[
         ],
         baud_at_end: 9600,
         cuts: &[(2.0, 500_000)],
+        config_write_ms: USUAL_WRITE_MS,
     },
     Client {
         name: "sicktoolbox in installation mode",
@@ -103,6 +114,7 @@ pub(crate) const CLIENTS: &[Client] = &[
         requests: &[(0.5, 9600, TO_500000), (0.8, 500_000, STOP), (0.98, 500_000, INSTALL)],
         baud_at_end: 500_000,
         cuts: &[(0.99, 500_000)],
+        config_write_ms: USUAL_WRITE_MS,
     },
     Client {
         name: "MRPT",
@@ -122,6 +134,7 @@ pub(crate) const CLIENTS: &[Client] = &[
         ],
         baud_at_end: 500_000,
         cuts: &[(3.3, 500_000), (7.0, 500_000)],
+        config_write_ms: USUAL_WRITE_MS,
     },
     Client {
         name: "CARMEN, interlaced",
@@ -138,6 +151,25 @@ pub(crate) const CLIENTS: &[Client] = &[
         ],
         baud_at_end: 500_000,
         cuts: &[(8.0, 500_000), (20.0, 500_000)],
+        config_write_ms: USUAL_WRITE_MS,
+    },
+    Client {
+        name: "CARMEN that repeats its write",
+        baud: 500_000,
+        requests: &[
+            (0.48, 500_000, STOP),
+            (1.57, 500_000, CONFIG),
+            (2.58, 500_000, INSTALL),
+            (3.61, 500_000, CARMEN_WRITES),
+            (3.86, 500_000, CARMEN_WRITES),
+            (5.86, 500_000, NARROW_QUARTER),
+            (6.96, 500_000, STOP),
+            (8.0, 500_000, PARTIAL),
+            (12.5, 500_000, STOP),
+        ],
+        baud_at_end: 500_000,
+        cuts: &[(3.7, 500_000), (3.9, 500_000), (5.9, 500_000), (9.0, 500_000)],
+        config_write_ms: SLOW_WRITE_MS,
     },
     Client {
         name: "AriaCoda",
@@ -153,6 +185,7 @@ pub(crate) const CLIENTS: &[Client] = &[
         ],
         baud_at_end: 9600,
         cuts: &[(1.5, 38_400), (8.0, 38_400)],
+        config_write_ms: USUAL_WRITE_MS,
     },
     Client {
         name: "Player",
@@ -170,13 +203,17 @@ pub(crate) const CLIENTS: &[Client] = &[
         ],
         baud_at_end: 38_400,
         cuts: &[(2.75, 38_400)],
+        config_write_ms: USUAL_WRITE_MS,
     },
 ];
 
 /// A laser to which a program has spoken until it ended, or until it was killed; then half a second passed.
 #[must_use]
 pub(crate) fn after_client(client: &Client, cut_s: Option<f64>, seed: u64) -> Box<dyn Device> {
-    let params = LmsParams { baud: client.baud, mirror: mirror(seed, 0), ..LmsParams::default() };
+    let (low_ms, high_ms) = client.config_write_ms;
+    let write_ms = Rng::new(seed, 0x77, 0).between(low_ms, high_ms);
+    let latency = Latency { config_write_ns: (write_ms * MS as f64) as i64, ..Latency::default() };
+    let params = LmsParams { baud: client.baud, mirror: mirror(seed, 0), latency, ..LmsParams::default() };
     let feed = MirrorFeed::new(Box::new(Room::new(seed, 0)), Box::new(SameTime));
     let mut device = LmsDevice::new(params, Box::new(feed));
     let last_s = client.requests.last().map_or(0.0, |request| request.0);
