@@ -77,6 +77,13 @@ const WALK_M: f64 = 0.25;
 const WALK_RAD: f64 = 0.25;
 /// Longer gaps between scans are a leap of the clock, seconds.
 const LONGEST_GAP_S: f64 = 10.0;
+/// Scans that come after less than this share of the mean gap come at once.
+const AT_ONCE: f64 = 0.2;
+/// What the newest scan counts for the share of those that come at once.
+const DISORDER_RATE: f64 = 0.05;
+/// Where more than this share of the scans come at once, their order is not sure: inertia foretells nothing.
+const DISORDERED: f64 = 0.2;
+
 /// What is expected of the next scan.
 #[derive(Copy, Clone, PartialEq, Debug)]
 pub(crate) struct Prediction {
@@ -127,6 +134,8 @@ pub(crate) struct MotionModel {
     usual_gap_s: Option<f64>,
     /// The same with stamps that repeat or step back: scans that come in bursts.
     mean_gap_s: Option<f64>,
+    /// The share of the last scans whose stamps came at once with others, or stepped back.
+    disorder: f64,
     stall: StallWatch,
     consistency: Consistency,
 }
@@ -141,6 +150,7 @@ impl MotionModel {
             last_step: Pose2::IDENTITY,
             usual_gap_s: None,
             mean_gap_s: None,
+            disorder: 0.0,
             stall: StallWatch::default(),
             consistency: Consistency::default(),
         }
@@ -156,7 +166,7 @@ impl MotionModel {
         let reading = self.consistency.reading();
         let inertia = self.inertia(stamp_ns, &step);
         let apart = step.last_from_base.between(&inertia.last_from_base);
-        let is_worth = steadiness.is_worth();
+        let is_worth = steadiness.is_worth() && self.disorder < DISORDERED;
         let rival = is_worth && steadiness.squared(&apart) > 1.0;
         if reading == Reading::Contradicted && is_worth {
             return Prediction {
@@ -246,11 +256,14 @@ impl MotionModel {
             let gap_s = (stamp_ns.saturating_sub(last_ns) as f64 * 1e-9).clamp(0.0, LONGEST_GAP_S);
             let mean_s = self.mean_gap_s.unwrap_or(gap_s);
             self.mean_gap_s = Some(mean_s + 0.1 * (gap_s - mean_s));
+            let is_odd = gap_s < AT_ONCE * mean_s;
+            self.disorder += DISORDER_RATE * (f64::from(u8::from(is_odd)) - self.disorder);
         }
         self.last_stamp_ns = Some(stamp_ns);
         if let (Some(step), Found::Surely) = (self.plausible(gap_s, odom_from_base), found) {
             let sigma = self.odometry_sigma(&step);
-            self.consistency.compare(&step, sigma, &map_from_last.between(map_from_base));
+            let matched = map_from_last.between(map_from_base);
+            self.consistency.compare(&step, sigma, &matched);
         }
         self.last_odom_from_base = odom_from_base.filter(Pose2::is_finite);
         match self.last_odom_from_base {
@@ -260,7 +273,8 @@ impl MotionModel {
             _ => self.stall.unmatched(),
         }
         let worth = if found == Found::Guessed { 0.5 } else { 1.0 };
-        let Pose2 { x_m, y_m, theta_rad } = map_from_last.between(map_from_base);
+        let step = map_from_last.between(map_from_base);
+        let Pose2 { x_m, y_m, theta_rad } = step;
         self.last_step = Pose2::new(worth * x_m, worth * y_m, worth * theta_rad);
     }
 
