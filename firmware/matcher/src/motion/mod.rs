@@ -127,6 +127,8 @@ pub(crate) enum Found {
 /// Remembers the last scan's odometry and step.
 #[derive(Clone, Debug)]
 pub(crate) struct MotionModel {
+    /// Whether the odometry is weighed against inertia and against what scans have shown of it.
+    weighs_odometry: bool,
     params: MotionParams,
     last_odom_from_base: Option<Pose2>,
     last_stamp_ns: Option<i64>,
@@ -144,6 +146,7 @@ impl MotionModel {
     /// A model that has seen nothing.
     pub(crate) fn new(params: MotionParams) -> Self {
         Self {
+            weighs_odometry: true,
             params,
             last_odom_from_base: None,
             last_stamp_ns: None,
@@ -156,6 +159,11 @@ impl MotionModel {
         }
     }
 
+    /// The same, which takes each step of the odometry as it is: the paper's method knows nothing else.
+    pub(crate) fn taking_odometry_as_it_is(params: MotionParams) -> Self {
+        Self { weighs_odometry: false, ..Self::new(params) }
+    }
+
     /// What is expected of a scan with this stamp and odometry.
     pub(crate) fn predict(&self, stamp_ns: i64, odom_from_base: Option<Pose2>) -> Prediction {
         let (again, steadiness) = (self.same_again(stamp_ns), Steadiness::after(self.mean_gap_s));
@@ -166,7 +174,7 @@ impl MotionModel {
         let reading = self.consistency.reading();
         let inertia = self.inertia(stamp_ns, &step);
         let apart = step.last_from_base.between(&inertia.last_from_base);
-        let is_worth = steadiness.is_worth() && self.disorder < DISORDERED;
+        let is_worth = self.weighs_odometry && steadiness.is_worth() && self.disorder < DISORDERED;
         let rival = is_worth && steadiness.squared(&apart) > 1.0;
         if reading == Reading::Contradicted && is_worth {
             return Prediction {
@@ -260,7 +268,9 @@ impl MotionModel {
             self.disorder += DISORDER_RATE * (f64::from(u8::from(is_odd)) - self.disorder);
         }
         self.last_stamp_ns = Some(stamp_ns);
-        if let (Some(step), Found::Surely) = (self.plausible(gap_s, odom_from_base), found) {
+        if let (Some(step), Found::Surely, true) =
+            (self.plausible(gap_s, odom_from_base), found, self.weighs_odometry)
+        {
             let sigma = self.odometry_sigma(&step);
             let matched = map_from_last.between(map_from_base);
             self.consistency.compare(&step, sigma, &matched);

@@ -14,7 +14,7 @@ use crate::motion::innovation_gate::{Expected, InnovationGate};
 use crate::motion::odometry::Odometry;
 use crate::motion::steadiness::Steadiness;
 use crate::motion::{Found, MotionModel, Prediction, Step, propagate};
-use crate::params::TrackerParams;
+use crate::params::{Method, TrackerParams};
 use crate::pose_covariance::PoseCovariance;
 use crate::registration::covariance::{apart, inverse, rows, weakest_direction, weakest_sigma_m};
 use crate::registration::gauss_newton::Alignment;
@@ -116,7 +116,10 @@ impl Tracker {
     pub fn new(params: TrackerParams) -> Self {
         Self {
             points: EndPoints::new(params.points),
-            motion: MotionModel::new(params.motion),
+            motion: match params.method {
+                Method::Map => MotionModel::new(params.motion),
+                Method::Gradient => MotionModel::taking_odometry_as_it_is(params.motion),
+            },
             innovation_gate: InnovationGate::default(),
             engine: Engine::new(&params),
             map_from_base: Pose2::IDENTITY,
