@@ -160,18 +160,12 @@ impl Tracker {
         self.points.fill(scan);
         let prediction = self.motion.predict(scan.stamp_ns, odom_from_base);
         let (last, before) = (self.map_from_base, self.covariance);
-        let mut step = prediction.step;
-        self.covariance = propagate(&before, &last, &step);
-        self.map_from_base = last * step.last_from_base;
-        let tracked = if self.points.are_too_few() {
-            self.moved(&last, &step);
-            self.unmatched(Outcome::NoReturns)
-        } else if self.started {
-            let found = self.matched(scan, &last, &before, &prediction);
-            step = found.1;
-            found.0
+        let (tracked, step) = if self.started && !self.points.are_too_few() {
+            self.matched(scan, &last, &before, &prediction)
         } else {
-            self.first()
+            let step = prediction.step;
+            self.follow(&last, &before, &step);
+            (if self.points.are_too_few() { self.unmatched(Outcome::NoReturns) } else { self.first() }, step)
         };
         let found = match tracked.outcome {
             Outcome::First | Outcome::Matched => Found::Surely,
@@ -201,7 +195,10 @@ impl Tracker {
         self.unmatched(Outcome::First)
     }
 
-    fn moved(&mut self, last: &Pose2, step: &Step) {
+    /// Where the step leads, without a look at the scan.
+    fn follow(&mut self, last: &Pose2, before: &Matrix3<f64>, step: &Step) {
+        self.covariance = propagate(before, last, step);
+        self.map_from_base = *last * step.last_from_base;
         if self.started {
             self.pose_covariance.moved(last, step);
         }
@@ -225,9 +222,10 @@ impl Tracker {
     ) -> (Tracked, Step) {
         let step = prediction.step;
         let Some(mut taken) = self.expected(last, before, &step) else {
-            self.moved(last, &step);
+            self.follow(last, before, &step);
             return (self.unmatched(Outcome::Lost), step);
         };
+        self.covariance = taken.covariance;
         let (mut alignment, mut verdict) =
             self.locate(scan, last, (&step, &prediction.steadiness), &taken.prior);
         let rival = prediction.rival.and_then(|rival| self.expected(last, before, &rival));
@@ -245,7 +243,7 @@ impl Tracker {
         }
         self.covariance = taken.covariance;
         self.map_from_base = taken.prior.mean;
-        self.moved(last, &taken.step);
+        self.pose_covariance.moved(last, &taken.step);
         let outcome = match verdict {
             Verdict::Found => self.accept(&alignment, &taken.prior, &taken.step),
             Verdict::Unconfirmed | Verdict::NewGround | Verdict::Lost => Outcome::Lost,
