@@ -4,11 +4,12 @@
 //!
 //! # Floors
 //! The modules from bottom to top; each uses only those before it, and its own parts: `parameter_group` <
-//! `placement` < `scan` < `map` < `registration` < `motion` < `pose_covariance` < `params` < `tracker`. Each
+//! `placement` < `scan` < `map` < `moving`, `registration` < `motion` < `pose_covariance` < `params` < `tracker`. Each
 //! stage declares its parameters beside its code; only `params` knows all of them.
 
 mod map;
 mod motion;
+mod moving;
 mod parameter_group;
 mod params;
 mod placement;
@@ -34,7 +35,7 @@ pub use registration::likelihood_field::GradientParams;
 pub use registration::search::correlative::SearchParams;
 pub use registration::search::score_pyramid::ScorePyramid;
 pub use registration::search::{Candidate, Window};
-pub use scan::end_points::{EndPoint, EndPoints, Kind, PointParams};
+pub use scan::end_points::{EndPoint, EndPoints, Kind, Mobility, PointParams};
 pub use scan::{Beam, Scan};
 pub use tracker::pair::{Guess, PairMatch, PairMatcher};
 pub use tracker::{Outcome, Tracked, Tracker};

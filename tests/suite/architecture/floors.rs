@@ -31,7 +31,7 @@ pub(super) const CRATES: &[Crate] = &[
             &["placement"],
             &["scan"],
             &["map"],
-            &["registration"],
+            &["moving", "registration"],
             &["motion"],
             &["pose_covariance"],
             &["params"],

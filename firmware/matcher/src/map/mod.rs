@@ -23,7 +23,7 @@ use crate::map::rasterize::Stamp;
 use crate::map::raycast_free::Carving;
 use crate::map::surfel::Surfel;
 use crate::placement::Placement;
-use crate::scan::end_points::{EndPoint, EndPoints, Kind};
+use crate::scan::end_points::{EndPoint, EndPoints, Kind, Mobility};
 use biplane_geometry::Pose2;
 use biplane_geometry::vec2::{dot, minus};
 
@@ -172,7 +172,7 @@ impl LocalMap {
 
     fn hit_all(&mut self, map_from_base: &Pose2, points: &[EndPoint]) {
         let placement = Placement::new(map_from_base);
-        for point in points {
+        for point in points.iter().filter(|point| point.mobility == Mobility::Static) {
             let EndPoint { at_m, normal, kind, .. } = point.placed(&placement);
             self.hit(at_m, normal, kind);
         }

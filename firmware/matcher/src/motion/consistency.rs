@@ -6,6 +6,8 @@ use biplane_geometry::{Pose2, wrap_angle};
 
 /// What the newest comparison counts. Larger: quicker to doubt and to believe again.
 const RATE: f64 = 0.25;
+/// What a scan that says nothing takes away of what was seen before.
+const FADE_RATE: f64 = 0.05;
 /// The most that one comparison says, standard deviations squared: one slip is no lie.
 const MAX_SQUARED: f64 = 36.0;
 /// Mean squared standard deviations from which on the odometry is contradicted.
@@ -38,12 +40,19 @@ impl Reading {
 }
 
 /// Compares the odometry's steps with those found by matching.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(crate) struct Consistency {
     as_is: f64,
     reversed: f64,
     heading: f64,
     reading: Reading,
+}
+
+impl Default for Consistency {
+    /// Odometry that has shown nothing yet is right.
+    fn default() -> Self {
+        Self { as_is: 0.0, reversed: MAX_SQUARED, heading: 0.0, reading: Reading::AsIs }
+    }
 }
 
 impl Consistency {
@@ -70,6 +79,14 @@ impl Consistency {
         if odometry.distance_m() > SAYS_SIGN_M {
             self.reversed += RATE * (off(Reading::Reversed) - self.reversed);
         }
+        self.reading = self.next();
+    }
+
+    /// A scan that does not tell in every direction says nothing of the odometry; what was seen before fades.
+    pub(crate) fn fade(&mut self) {
+        self.as_is -= FADE_RATE * self.as_is;
+        self.reversed += FADE_RATE * (MAX_SQUARED - self.reversed);
+        self.heading -= FADE_RATE * self.heading;
         self.reading = self.next();
     }
 
@@ -128,5 +145,13 @@ mod tests {
         assert_eq!(after(&steps).reading(), Reading::Contradicted);
         steps.extend([(AHEAD, AHEAD); 12]);
         assert_eq!(after(&steps).reading(), Reading::AsIs);
+    }
+
+    #[test]
+    fn what_was_seen_of_the_odometry_fades_where_scans_say_nothing() {
+        let mut consistency = after(&[(AHEAD, Pose2::new(0.0, 0.2, 0.0)); 4]);
+        assert_eq!(consistency.reading(), Reading::Contradicted);
+        (0..60).for_each(|_| consistency.fade());
+        assert_eq!(consistency.reading(), Reading::AsIs);
     }
 }

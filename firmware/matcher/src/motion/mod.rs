@@ -139,7 +139,8 @@ pub(crate) struct MotionModel {
     /// The share of the last scans whose stamps came at once with others, or stepped back.
     disorder: f64,
     stall: StallWatch,
-    consistency: Consistency,
+    /// What scans have shown of the odometry.
+    pub consistency: Consistency,
 }
 
 impl MotionModel {
@@ -274,6 +275,8 @@ impl MotionModel {
             let sigma = self.odometry_sigma(&step);
             let matched = map_from_last.between(map_from_base);
             self.consistency.compare(&step, sigma, &matched);
+        } else {
+            self.consistency.fade();
         }
         self.last_odom_from_base = odom_from_base.filter(Pose2::is_finite);
         match self.last_odom_from_base {

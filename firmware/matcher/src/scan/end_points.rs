@@ -4,6 +4,8 @@
 //! Frame: the base at the scan's stamp. Units: meters. The buffer is made once; a scan with more beams than
 //! it holds is thinned evenly, never refused.
 
+use std::ops::RangeInclusive;
+
 use crate::parameter_group::parameter_group;
 use crate::placement::Placement;
 use crate::scan::Scan;
@@ -59,6 +61,18 @@ pub enum Kind {
     Unsure,
 }
 
+/// Whether what an end point lies on moves by itself.
+#[derive(Copy, Clone, PartialEq, Eq, Debug, Default)]
+pub enum Mobility {
+    /// It stands.
+    #[default]
+    Static,
+    /// Not known yet: it is no part of the map until it is.
+    Unknown,
+    /// It moves: it says nothing of the pose and is no part of the map.
+    Dynamic,
+}
+
 /// One end point.
 #[derive(Copy, Clone, PartialEq, Debug, Default)]
 pub struct EndPoint {
@@ -73,6 +87,8 @@ pub struct EndPoint {
     /// It stands alone off what its neighbors on both sides lie on: a leg before a wall, or a beam that fell
     /// short.
     pub alone: bool,
+    /// Whether what it lies on moves by itself.
+    pub mobility: Mobility,
 }
 
 impl EndPoint {
@@ -134,6 +150,16 @@ impl EndPoints {
     /// Where they were seen from, base's frame, meters.
     pub fn laser_in_base_m(&self) -> [f32; 2] {
         self.laser_in_base_m
+    }
+
+    /// Says whether what some end points lie on moves. What does has no weight.
+    pub(crate) fn set_mobility(&mut self, which: RangeInclusive<usize>, mobility: Mobility) {
+        for point in &mut self.points[which] {
+            point.mobility = mobility;
+            if mobility == Mobility::Dynamic {
+                point.weight = 0.0;
+            }
+        }
     }
 
     /// No end point lies farther from the base than this, meters.

@@ -10,10 +10,12 @@ pub(crate) mod pair;
 use nalgebra::Matrix3;
 
 use crate::map::MapSize;
+use crate::motion::consistency::Consistency;
 use crate::motion::innovation_gate::{Expected, InnovationGate};
 use crate::motion::odometry::Odometry;
 use crate::motion::steadiness::Steadiness;
 use crate::motion::{Found, MotionModel, Prediction, Step, propagate};
+use crate::moving::MovingObjects;
 use crate::params::{Method, TrackerParams};
 use crate::pose_covariance::PoseCovariance;
 use crate::registration::covariance::{apart, inverse, rows, weakest_direction, weakest_sigma_m};
@@ -75,6 +77,9 @@ struct Expectation {
     prior: Prior,
 }
 
+/// A map of so few scans is young: what it learned of people who stood around is better not known.
+const YOUNG_SCANS: u32 = 10;
+
 /// What speaks against the odometry being wrong in one step (natural logarithm).
 const FAULT: f64 = 12.0;
 /// The same once scans have contradicted it.
@@ -99,6 +104,7 @@ fn likelihood(
 pub struct Tracker {
     params: TrackerParams,
     points: EndPoints,
+    moving: MovingObjects,
     motion: MotionModel,
     innovation_gate: InnovationGate,
     engine: Engine,
@@ -108,6 +114,10 @@ pub struct Tracker {
     /// Of the pose against the truth.
     pose_covariance: PoseCovariance,
     started: bool,
+    /// Scans seen.
+    scans: u32,
+    /// What moves is known from this scan on, and the map is young: it begins anew without.
+    begins_anew: bool,
 }
 
 impl Tracker {
@@ -116,6 +126,7 @@ impl Tracker {
     pub fn new(params: TrackerParams) -> Self {
         Self {
             points: EndPoints::new(params.points),
+            moving: MovingObjects::new(),
             motion: match params.method {
                 Method::Map => MotionModel::new(params.motion),
                 Method::Gradient => MotionModel::taking_odometry_as_it_is(params.motion),
@@ -126,6 +137,8 @@ impl Tracker {
             covariance: Matrix3::zeros(),
             pose_covariance: PoseCovariance::new(params.pose_covariance),
             started: false,
+            scans: 0,
+            begins_anew: false,
             params,
         }
     }
@@ -160,6 +173,12 @@ impl Tracker {
         self.points.fill(scan);
         let prediction = self.motion.predict(scan.stamp_ns, odom_from_base);
         let (last, before) = (self.map_from_base, self.covariance);
+        if self.params.method == Method::Map {
+            let expected = last * prediction.step.last_from_base;
+            self.moving.label(&mut self.points, &expected);
+            self.begins_anew = self.moving.has_begun() && self.scans < YOUNG_SCANS;
+            self.scans = self.scans.saturating_add(1);
+        }
         let (tracked, step) = if self.started && !self.points.are_too_few() {
             self.matched(scan, &last, &before, &prediction)
         } else {
@@ -167,6 +186,7 @@ impl Tracker {
             self.follow(&last, &before, &step);
             (if self.points.are_too_few() { self.unmatched(Outcome::NoReturns) } else { self.first() }, step)
         };
+        self.moving.update(&self.map_from_base);
         let found = match tracked.outcome {
             Outcome::First | Outcome::Matched => Found::Surely,
             _ if step.measured() => Found::ByOdometry,
@@ -248,6 +268,10 @@ impl Tracker {
             Verdict::Found => self.accept(&alignment, &taken.prior, &taken.step),
             Verdict::Unconfirmed | Verdict::NewGround | Verdict::Lost => Outcome::Lost,
         };
+        if self.begins_anew && verdict == Verdict::Found {
+            self.engine.forget();
+            self.motion.consistency = Consistency::default();
+        }
         self.learn(verdict);
         let tracked = Tracked {
             score: alignment.fit.score(),

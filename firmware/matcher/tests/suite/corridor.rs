@@ -61,3 +61,21 @@ fn a_panel_carried_through_a_bare_corridor_does_not_carry_the_base_along() {
         assert!((tracked.map_from_base.x_m - x_m).abs() < 0.02, "scan {i}: {tracked:?}");
     }
 }
+
+#[test]
+fn people_who_walk_along_do_not_hold_the_base_back() {
+    let noise = &mut Noise(13);
+    let mut tracker = Tracker::new(TrackerParams::default());
+    for i in 0..120_i32 {
+        let x_m = 0.1 * f64::from((i - 5).max(0)); // it stands for a second
+        let mut world = World::rectangle([-200.0, -1.1], [200.0, 1.1]);
+        for [ahead_m, beside_m] in [[1.2, 0.5], [1.8, -0.4], [2.5, 0.1]] {
+            let (x, y) = (x_m + ahead_m, beside_m);
+            world.extend(World::rectangle([x - 0.12, y - 0.2], [x + 0.12, y + 0.2]));
+        }
+        let odom = Pose2::new(x_m, 0.0, 0.0);
+        let beams = look(&World::new(world), &odom, noise);
+        let found = track(&mut tracker, i64::from(i) * 200_000_000, &beams, Some(odom)).map_from_base;
+        assert!((found.x_m - x_m).abs() < 0.1, "scan {i}: {found:?}");
+    }
+}

@@ -41,7 +41,7 @@ const OTHER: &[(&str, f64)] = &[
 /// Round a room with a person in it; the odometry fails, jumps and comes late in turns, and the base is
 /// carried away.
 fn troubled_drive(params: TrackerParams) -> String {
-    let (room, mut noise) = (World::room(), Noise(9));
+    let (room, mut noise) = (World::room(), Noise(5));
     let elsewhere = World::new(World::rectangle([-0.6, -0.7], [0.9, 0.8]));
     let mut tracker = Tracker::new(params);
     let mut results = String::new();

@@ -1,0 +1,190 @@
+//! Short runs of end points in a scan: what stands free, and what is seen between nearer things.
+//!
+//! Legs, poles, chairs, people; a piece of wall between two people. Frame: the base at the scan's stamp. Units: meters.
+
+use crate::scan::end_points::{EndPoint, EndPoints};
+use biplane_geometry::vec2::{distance, dot, minus};
+
+/// Neighboring ranges that differ by more than this belong to different things, meters. Larger: somebody
+/// before a wall is part of the wall; smaller: a wall struck flatly falls apart.
+const JUMP_M: f32 = 0.2;
+/// Longer runs are walls or furniture that nobody carries away, meters.
+const LONGEST_M: f32 = 0.8;
+/// Beams so many times as far apart as the closest ones have others between them that met nothing.
+const OPEN: f32 = 2.5;
+
+/// A short run of end points.
+#[derive(Copy, Clone, PartialEq, Debug)]
+pub(crate) struct Segment {
+    /// Its first end point.
+    pub first: usize,
+    /// Its last end point.
+    pub last: usize,
+    /// Its middle, meters.
+    pub at_m: [f32; 2],
+    /// Half its length, meters.
+    pub half_m: f32,
+    /// Whether something nearer hides what goes on before and after it.
+    pub is_hidden: [bool; 2],
+}
+
+impl Segment {
+    /// Whether what is behind it is farther on both sides.
+    pub(crate) fn stands_free(&self) -> bool {
+        self.is_hidden == [false; 2]
+    }
+
+    /// So many end points.
+    pub(crate) fn count(&self) -> usize {
+        self.last - self.first + 1
+    }
+}
+
+/// An end point as the laser sees it.
+#[derive(Copy, Clone)]
+struct Seen {
+    offset_m: [f32; 2],
+    range_m: f32,
+}
+
+impl Seen {
+    fn of(point: &EndPoint, laser_m: [f32; 2]) -> Self {
+        let offset_m = minus(point.at_m, laser_m);
+        Self { offset_m, range_m: dot(offset_m, offset_m).sqrt() }
+    }
+
+    /// About the sine of the angle between two beams.
+    fn apart(&self, next: &Self) -> f32 {
+        let across = self.offset_m[0] * next.offset_m[1] - self.offset_m[1] * next.offset_m[0];
+        (across / (self.range_m * next.range_m).max(1e-6)).abs()
+    }
+}
+
+/// What lies between two neighboring end points.
+#[derive(Copy, Clone, PartialEq, Eq)]
+enum Border {
+    /// Nothing: they may lie on one thing.
+    None,
+    /// The second one is nearer.
+    Nearer,
+    /// The second one is farther.
+    Farther,
+    /// Nothing was seen between them: what lies there is farther than both.
+    Open,
+}
+
+/// Finds what is short, in the order of the beams; no more than fits into `segments` without allocating.
+pub(crate) fn find_short(points: &EndPoints, segments: &mut Vec<Segment>) {
+    segments.clear();
+    let (all, laser_m) = (points.as_slice(), points.laser_in_base_m());
+    let closest = closest_beams(all, laser_m);
+    let (mut first, mut opened) = (0, Border::Open);
+    for index in 0..all.len() {
+        let border = match all.get(index + 1) {
+            None => Border::Open,
+            Some(next) => border(&all[index], next, laser_m, closest),
+        };
+        if border == Border::None {
+            continue;
+        }
+        let long_m = distance(all[first].at_m, all[index].at_m);
+        if long_m <= LONGEST_M && segments.len() < segments.capacity() {
+            let is_hidden = [opened == Border::Farther, border == Border::Nearer];
+            segments.push(Segment { is_hidden, ..segment(all, first, index) });
+        }
+        (first, opened) = (index + 1, border);
+    }
+}
+
+/// The angle between the beams that are closest to each other.
+fn closest_beams(all: &[EndPoint], laser_m: [f32; 2]) -> f32 {
+    let pairs = all.windows(2).map(|pair| Seen::of(&pair[0], laser_m).apart(&Seen::of(&pair[1], laser_m)));
+    pairs.filter(|apart| *apart > 1e-4).fold(f32::INFINITY, f32::min)
+}
+
+fn border(here: &EndPoint, next: &EndPoint, laser_m: [f32; 2], closest: f32) -> Border {
+    let (here, next) = (Seen::of(here, laser_m), Seen::of(next, laser_m));
+    if here.apart(&next) > OPEN * closest {
+        return Border::Open;
+    }
+    let jump_m = next.range_m - here.range_m;
+    if jump_m > JUMP_M {
+        Border::Farther
+    } else if jump_m < -JUMP_M {
+        Border::Nearer
+    } else {
+        Border::None
+    }
+}
+
+fn segment(all: &[EndPoint], first: usize, last: usize) -> Segment {
+    let count = (last - first + 1) as f32;
+    let sum = all[first..=last]
+        .iter()
+        .fold([0.0_f32; 2], |sum, point| [sum[0] + point.at_m[0], sum[1] + point.at_m[1]]);
+    let half_m = distance(all[first].at_m, all[last].at_m) / 2.0;
+    Segment { first, last, at_m: sum.map(|sum| sum / count), half_m, is_hidden: [false; 2] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scan::end_points::PointParams;
+    use crate::scan::{Beam, Scan};
+
+    /// What stands free in a scan of 181 beams, their first and last beam.
+    fn found(range_m: impl Fn(i32) -> f64) -> Vec<(usize, usize)> {
+        let beams: Vec<Beam> = (-90..=90)
+            .map(|degrees| {
+                let angle = f64::from(degrees).to_radians();
+                let direction_in_base = [angle.cos() as f32, angle.sin() as f32];
+                Beam { direction_in_base, range_m: range_m(degrees) as f32, delay_s: 0.0 }
+            })
+            .collect();
+        let mut points = EndPoints::new(PointParams::default());
+        points.fill(&Scan { stamp_ns: 0, laser_in_base_m: [0.0; 2], beams: &beams, twist_in_base: [0.0; 3] });
+        let mut segments = Vec::with_capacity(16);
+        find_short(&points, &mut segments);
+        let free = segments.iter().filter(|segment| segment.stands_free());
+        free.map(|segment| (segment.first, segment.last)).collect()
+    }
+
+    #[test]
+    fn somebody_before_a_wall_stands_free_and_a_pillar_at_a_step_of_the_wall_does_not() {
+        assert_eq!(found(|degrees| if (10..=15).contains(&degrees) { 2.0 } else { 4.0 }), [(100, 105)]);
+        let step = |degrees| match degrees {
+            ..10 => 3.0,
+            10..=15 => 3.5,
+            _ => 4.0,
+        };
+        assert_eq!(found(step), []);
+    }
+
+    #[test]
+    fn a_pole_before_nothing_stands_free_and_a_wall_does_not() {
+        // No returns but from the pole and, behind a gap, from a long wall.
+        let range_m = |degrees: i32| match degrees {
+            -3..=0 => 3.0,
+            20..=60 => 5.0,
+            _ => f64::INFINITY,
+        };
+        assert_eq!(found(range_m), [(0, 3)]);
+    }
+
+    #[test]
+    fn no_more_is_kept_than_fits() {
+        let mut segments: Vec<Segment> = Vec::with_capacity(2);
+        let comb: Vec<Beam> = (-90..=90)
+            .map(|degrees| {
+                let angle = f64::from(degrees).to_radians();
+                let direction_in_base = [angle.cos() as f32, angle.sin() as f32];
+                let range_m = if degrees % 4 == 0 { 1.0 } else { 5.0 };
+                Beam { direction_in_base, range_m, delay_s: 0.0 }
+            })
+            .collect();
+        let mut points = EndPoints::new(PointParams::default());
+        points.fill(&Scan { stamp_ns: 0, laser_in_base_m: [0.0; 2], beams: &comb, twist_in_base: [0.0; 3] });
+        find_short(&points, &mut segments);
+        assert_eq!((segments.len(), segments.capacity()), (2, 2));
+    }
+}
