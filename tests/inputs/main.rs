@@ -85,6 +85,7 @@ targets!(
     mcap,
     rig,
     carmen,
+    bag,
     poses,
     relations,
     obj,

@@ -159,7 +159,7 @@ class Oddities:
         self.save("lone.db3", whole)
         self.ends("lone.db3", 0, "20 horizontal")
         self.save("cut.db3", whole[: len(whole) * 2 // 3])
-        self.ends("cut.db3", 3, "cut off in page")
+        self.ends("cut.db3", 3, "rows are lost")
         circle = bytearray(whole)
         for page in range(1, len(whole) // 4096):
             if circle[page * 4096] == 5:
@@ -193,12 +193,18 @@ class Oddities:
         self.ends("killed", 0, "20 horizontal and 20 vertical")
 
     def chunks(self):
-        write_ros2(self.work / "chunks", drive(scans=2000), StoragePlugin.MCAP)
-        whole = (self.work / "chunks/chunks.mcap").read_bytes()
+        """MCAP of one chunk, as rosbags writes it, and of one a second, as an import writes it."""
+        write_ros2(self.work / "one_chunk", drive(), StoragePlugin.MCAP)
+        whole = (self.work / "one_chunk/one_chunk.mcap").read_bytes()
+        self.save("cut_chunk.mcap", whole[: len(whole) // 2])
+        self.ends("cut_chunk.mcap", 1, "biplane recover")
+        self.bag("long.bag", drive(scans=100))
+        self.ends("long.bag", 0, "100 horizontal")
+        whole = (self.work / "long.bag.out.mcap").read_bytes()
         self.save("cut.mcap", whole[: len(whole) // 2])
         self.ends("cut.mcap", 3, "what follows is lost")
         flipped = bytearray(whole)
-        flipped[len(flipped) // 3] ^= 0x55
+        flipped[len(flipped) // 2] ^= 0x55
         self.save("flipped.mcap", flipped)
         self.ends("flipped.mcap", 3, "what follows is lost")
 

@@ -68,6 +68,8 @@ pub const TARGETS: &[Target] = &[
     Target { unpacked: recordings::unpacked, ..target("mcap", Form::Binary, 16, recordings::file) },
     target("rig", Form::Text, 400, rigs::rig),
     target("carmen", Form::Text, 64, logs::carmen),
+    // Tables of three decompressors.
+    Target { own_bytes: 16 << 20, ..target("bag", Form::Binary, 64, logs::bag) },
     target("poses", Form::Text, 64, logs::poses),
     target("relations", Form::Text, 64, logs::relations),
     target("obj", Form::Text, 64, geometry::obj),

@@ -52,15 +52,15 @@ struct Bag {
 /// When a bag cannot be read or holds no scan, when more than one choice makes sense
 /// ([`BagError::Choice`]), and when the recording cannot be written. Files that are damaged are read as far
 /// as they go: what is lost stands in the report.
-pub fn import(bags: &[PathBuf], output: &Path, options: &BagOptions) -> Result<BagReport, BagError> {
+pub fn import(paths: &[PathBuf], output: &Path, options: &BagOptions) -> Result<BagReport, BagError> {
     let spool = match output.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
     };
     let (mut survey, mut losses, mut notes) = (Survey::default(), Losses::default(), Vec::new());
-    let bags = open(bags, spool, &mut survey, &mut losses, &mut notes)?;
+    let bags = open(paths, spool, &mut survey, &mut losses, &mut notes)?;
     if survey.lasers.values().all(|laser| laser.scans == 0) {
-        let path = bags.first().map_or(output, |bag| &bag.path).to_owned();
+        let path = paths.first().map_or(output, PathBuf::as_path).to_owned();
         return Err(BagError::NoScans { path, found: holdings(&survey, &losses) });
     }
     let plan = plan::plan(&survey, options)?;
@@ -126,11 +126,13 @@ fn holdings(survey: &Survey, losses: &Losses) -> String {
         None => format!("{} {} on {topic}", seen.count, seen.type_name),
     }));
     words.extend(survey.odometry.values().map(|seen| format!("{} odometry on {}", seen.count, seen.topic)));
-    words.extend(losses.first.first().cloned());
-    if words.is_empty() {
-        "there is no message".to_owned()
-    } else {
-        format!("there are {}", words.join(", "))
+    let found = match words.is_empty() {
+        true => "there is no message".to_owned(),
+        false => format!("there are {}", words.join(", ")),
+    };
+    match losses.first.first() {
+        Some(loss) => format!("{found} ({loss})"),
+        None => found,
     }
 }
 
