@@ -76,6 +76,7 @@ macro_rules! targets {
 
 targets!(
     lms,
+    cola,
     p2os,
     rflex,
     roboclaw,

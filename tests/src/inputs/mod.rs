@@ -59,6 +59,8 @@ const fn target(name: &'static str, form: Form, memory_factor: usize, check: fn(
 /// All of them.
 pub const TARGETS: &[Target] = &[
     target("lms", Form::Binary, 64, wire::lms),
+    // The buffers of two deframers, 64 KiB each.
+    target("cola", Form::Binary, 256, wire::cola),
     target("p2os", Form::Binary, 64, wire::p2os),
     target("rflex", Form::Binary, 64, wire::rflex),
     target("roboclaw", Form::Binary, 64, wire::roboclaw),
