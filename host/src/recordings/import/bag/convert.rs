@@ -23,8 +23,8 @@ use super::report::BagReport;
 #[derive(Clone, PartialEq, Debug)]
 enum Out {
     Scan(Topic, LaserScan),
-    Odometry(Odometry),
-    Imu(Imu),
+    Odometry(Box<Odometry>),
+    Imu(Box<Imu>),
 }
 
 /// What is being written.
@@ -148,7 +148,7 @@ impl<'a> Conversion<'a> {
         if self.options.stamps == Stamps::Receipt {
             made.stamp_ns = received_ns;
         }
-        self.reorder.push(made.stamp_ns, received_ns, size_of::<Out>(), Out::Odometry(made));
+        self.reorder.push(made.stamp_ns, received_ns, size_of::<Out>(), Out::Odometry(Box::new(made)));
     }
 
     fn take_imu(&mut self, topic: &str, mut imu: Imu, received_ns: i64) {
@@ -157,7 +157,7 @@ impl<'a> Conversion<'a> {
             imu.stamp_ns = received_ns;
         }
         imu.frame_id = imu_frame(bare(&imu.frame_id), mount.as_ref());
-        self.reorder.push(imu.stamp_ns, received_ns, size_of::<Out>(), Out::Imu(imu));
+        self.reorder.push(imu.stamp_ns, received_ns, size_of::<Out>(), Out::Imu(Box::new(imu)));
     }
 
     /// Writes what has waited long enough, or all.
@@ -192,11 +192,11 @@ impl<'a> Conversion<'a> {
             }
             Out::Odometry(odometry) => {
                 report.odometry += 1;
-                self.writer.write(Topic::Odom, stamp_ns, stamp_ns, odometry)?;
+                self.writer.write(Topic::Odom, stamp_ns, stamp_ns, &**odometry)?;
             }
             Out::Imu(imu) => {
                 report.imu += 1;
-                self.writer.write(Topic::Imu, stamp_ns, stamp_ns, imu)?;
+                self.writer.write(Topic::Imu, stamp_ns, stamp_ns, &**imu)?;
             }
         }
         self.last[place] = Some(out);

@@ -196,7 +196,8 @@ impl Survey {
             BagMessage::Scan { scan, several_echoes } => {
                 let frame = bare(&scan.frame_id).to_owned();
                 let laser = self.lasers.entry((key, frame.clone())).or_default();
-                (laser.topic.clone_from(topic), laser.frame = frame);
+                laser.topic.clone_from(topic);
+                laser.frame = frame;
                 laser.take(scan, several_echoes, raw.received_ns);
             }
             BagMessage::Odometry(odometry) => {

@@ -53,7 +53,7 @@ pub(crate) fn clean(scan: &mut LaserScan) {
     for range in &mut scan.ranges_m {
         if *range >= farthest {
             *range = f32::INFINITY;
-        } else if !(*range >= nearest) {
+        } else if range.is_nan() || *range < nearest {
             *range = f32::NAN;
         }
     }
