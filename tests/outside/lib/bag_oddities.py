@@ -69,6 +69,22 @@ def drive(scans=20, **fields):
     return rows
 
 
+def odometry(time_ns):
+    """A base that stands still."""
+    point = kind("geometry_msgs/msg/Point")(x=0.0, y=0.0, z=0.0)
+    pose = kind("geometry_msgs/msg/Pose")(
+        position=point, orientation=kind("geometry_msgs/msg/Quaternion")(x=0.0, y=0.0, z=0.0, w=1.0)
+    )
+    still = kind("geometry_msgs/msg/Vector3")(x=0.0, y=0.0, z=0.0)
+    twist = kind("geometry_msgs/msg/Twist")(linear=still, angular=still)
+    return kind("nav_msgs/msg/Odometry")(
+        header=header(time_ns, "odom"),
+        child_frame_id="base_link",
+        pose=kind("geometry_msgs/msg/PoseWithCovariance")(pose=pose, covariance=np.zeros(36)),
+        twist=kind("geometry_msgs/msg/TwistWithCovariance")(twist=twist, covariance=np.zeros(36)),
+    )
+
+
 class Oddities:
     """A folder of odd bags, and what is expected of each."""
 
@@ -240,6 +256,15 @@ class Oddities:
         unstamped += [(at, topic, scan(0, "flat")) for at, topic, _ in drive() if topic == "/scan"]
         self.bag("unstamped.bag", unstamped)
         self.ends("unstamped.bag", 0, "the time of receipt is taken")
+        shared = [(at, topic.replace("_up", ""), message) for at, topic, message in drive()]
+        self.bag("shared_topic.bag", shared)
+        self.ends("shared_topic.bag", 0, "20 horizontal and 20 vertical scans")
+        clocks = [
+            (at, "/odom", odometry(at + 100 * 10**9)) for at in range(START_NS, START_NS + 2 * 10**9, 10**8)
+        ]
+        self.bag("clocks.bag", sorted(drive() + clocks, key=lambda row: row[0]))
+        self.ends("clocks.bag", 2, "-100.")
+        self.ends("clocks.bag", 0, "20 odometry messages", "--stamps", "receipt")
         self.ends(
             "overlap", 1, "merge them first", paths=[self.work / "whole.bag", self.work / "one_laser.bag"]
         )
