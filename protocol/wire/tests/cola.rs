@@ -154,6 +154,30 @@ fn a_scan_of_text_is_that_of_an_lms111_as_it_was_pasted() {
 }
 
 #[test]
+fn numbers_of_a_text_may_be_decimal_with_a_sign() {
+    let scan_of = |frame: &[u8]| {
+        let scan = Scan::parse(&Telegram::parse(frame).unwrap());
+        scan.map(|scan| {
+            (scan.head.scan_frequency_chz, scan.channels[0].start_e4deg, scan.channels[0].step_e4deg)
+        })
+    };
+    let data = |frequency: &str, start: &str, step: &str| {
+        let data = format!(
+            "1 1 1 0 0 1 1 1 1 0 0 0 0 0 {frequency} 168 0 1 DIST1 3F800000 00000000 {start} {step} 0 0 0 0 0 0 0"
+        );
+        text(Kind::Event, "LMDscandata", Some(&data))
+    };
+    assert_eq!(scan_of(&data("+5000", "-450000", "+5000")), Ok((5000, -450_000, 5000)));
+    assert_eq!(scan_of(&data("1388", "FFF92230", "1388")), Ok((5000, -450_000, 5000)));
+    for (frequency, start, step) in
+        [("-1", "0", "1"), ("1", "+4294967296", "1"), ("1", "0", "10000"), ("x", "0", "1")]
+    {
+        let error = scan_of(&data(frequency, start, step)).unwrap_err();
+        assert!(matches!(error, WireError::Value { .. }), "{frequency} {start} {step}: {error}");
+    }
+}
+
+#[test]
 fn a_scan_reads_back_as_it_was_written_in_both_dialects() {
     let (numbers, remissions) = ([0, 1, 16, 0xFFFF, 4711], [0, 1, 254, 255, 7]);
     let mut full = scan(&numbers, &remissions);

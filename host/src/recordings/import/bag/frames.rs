@@ -209,6 +209,18 @@ mod tests {
     }
 
     #[test]
+    fn a_turned_frame_turns_what_sits_on_it() {
+        let mut frames = Frames::default();
+        let left = base_from_mount(&Mount { yaw: 90.0, ..Mount::default() }).rotation;
+        let turned =
+            TransformStamped { rotation_xyzw: left.coords.into(), ..transform("base_link", "mast", 1.0) };
+        frames.take(&turned, true);
+        frames.take(&transform("mast", "laser", 2.0), true);
+        let mount = mount_of(&frames.between("base_link", "laser").unwrap());
+        assert_eq!((mount.x, mount.y, mount.yaw), (1.0, 2.0, 90.0));
+    }
+
+    #[test]
     fn what_is_no_transform_is_counted() {
         let mut frames = Frames::default();
         frames.take(&transform("a", "b", f64::NAN), true);
