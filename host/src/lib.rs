@@ -61,6 +61,11 @@ pub mod files {
         text::trajectory::{TrajectoryError, TrajectoryFormat, read_poses, write_poses},
     };
     #[doc(inline)]
+    pub use crate::recordings::import::bag::{
+        BagError, BagOptions, BagReport, Echo, LaserOptions, Losses, Stamps, TopicChoice,
+        import as import_bag, parse_mount,
+    };
+    #[doc(inline)]
     pub use crate::recordings::import::carmen::{
         BrokenLine, ImportError, ImportReport, import as import_carmen,
     };

@@ -76,6 +76,7 @@ macro_rules! targets {
 
 targets!(
     lms,
+    cola,
     p2os,
     rflex,
     roboclaw,
@@ -85,6 +86,7 @@ targets!(
     mcap,
     rig,
     carmen,
+    bag,
     poses,
     relations,
     obj,

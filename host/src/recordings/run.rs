@@ -23,6 +23,8 @@ use crate::recordings::wild_poses::remove_wild;
 /// apart.
 const LONGEST_GAP_NS: i64 = 1_000_000_000;
 const NS_PER_S: f64 = 1e9;
+/// Times from beam to beam that are nearer to each other are the same, in s.
+const SAME_INCREMENT_S: f64 = 1e-7;
 
 /// Why a recording does not serve.
 #[derive(Debug, thiserror::Error)]
@@ -295,8 +297,10 @@ impl Run {
 /// `time_increment` (an imported one) has all beams at the scan's stamp.
 pub(crate) fn scan_geometry_of(scan: &LaserScan, laser: &Laser) -> ScanGeometry {
     let count = scan.ranges_m.len();
-    let modeled = count == laser.beam_count();
     let increment_s = f64::from(scan.time_increment_s);
+    // Another laser with as many beams has its own time from beam to beam.
+    let modeled =
+        count == laser.beam_count() && (increment_s - laser.time_increment_s()).abs() < SAME_INCREMENT_S;
     let beam = |index: usize| BeamGeometry {
         angle_rad: f64::from(scan.angle_min_rad) + index as f64 * f64::from(scan.angle_increment_rad),
         delay_ns: match increment_s {

@@ -1,7 +1,7 @@
 //! The topics of a recording: name, message type and delivery of each (REP 105 frames).
 
 use crate::messages::{
-    ByteArray, DiagnosticArray, LaserScan, Message, Odometry, PoseWithCovarianceStamped, TfMessage,
+    ByteArray, DiagnosticArray, Imu, LaserScan, Message, Odometry, PoseWithCovarianceStamped, TfMessage,
 };
 
 /// The world frame of a run: `base_link` at its first matched scan.
@@ -44,6 +44,8 @@ pub enum Topic {
     ScanVertical,
     /// The base's own odometry.
     Odom,
+    /// An inertial measurement unit, of an import.
+    Imu,
     /// Pose of `base_link` in `map` at each horizontal scan's stamp.
     Pose,
     /// The same at each vertical scan's stamp.
@@ -110,10 +112,11 @@ impl Direction {
 
 impl Topic {
     /// Every topic, in a fixed order.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 16] = [
         Self::ScanHorizontal,
         Self::ScanVertical,
         Self::Odom,
+        Self::Imu,
         Self::Pose,
         Self::PoseVertical,
         Self::PoseIncremental,
@@ -135,6 +138,7 @@ impl Topic {
             Self::ScanHorizontal => "/scan/horizontal",
             Self::ScanVertical => "/scan/vertical",
             Self::Odom => "/odom",
+            Self::Imu => "/imu",
             Self::Pose => "/pose",
             Self::PoseVertical => "/pose/vertical",
             Self::PoseIncremental => "/pose_incremental",
@@ -157,13 +161,14 @@ impl Topic {
             Self::ScanHorizontal => 0,
             Self::ScanVertical => 1,
             Self::Odom => 2,
-            Self::Pose => 3,
-            Self::PoseVertical => 4,
-            Self::PoseIncremental => 5,
-            Self::Tf => 6,
-            Self::TfStatic => 7,
-            Self::Diagnostics => 8,
-            Self::Serial(port, direction) => 9 + Direction::ALL.len() * port.index() + direction.index(),
+            Self::Imu => 3,
+            Self::Pose => 4,
+            Self::PoseVertical => 5,
+            Self::PoseIncremental => 6,
+            Self::Tf => 7,
+            Self::TfStatic => 8,
+            Self::Diagnostics => 9,
+            Self::Serial(port, direction) => 10 + Direction::ALL.len() * port.index() + direction.index(),
         }
     }
 
@@ -179,6 +184,7 @@ impl Topic {
         match self {
             Self::ScanHorizontal | Self::ScanVertical => LaserScan::TYPE,
             Self::Odom => Odometry::TYPE,
+            Self::Imu => Imu::TYPE,
             Self::Pose | Self::PoseVertical | Self::PoseIncremental => PoseWithCovarianceStamped::TYPE,
             Self::Tf | Self::TfStatic => TfMessage::TYPE,
             Self::Diagnostics => DiagnosticArray::TYPE,

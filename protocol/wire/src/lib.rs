@@ -2,6 +2,7 @@
 //!
 //! - `deframe`: cuts a byte stream into frames, and accounts for every byte that is in none.
 //! - [`lms`]: SICK LMS 2xx laser scanners.
+//! - [`cola`]: SICK laser scanners over TCP (LMS1xx, LMS5xx, TiM).
 //! - [`p2os`]: Pioneer bases (PSOS, P2OS, AROS, ARCOS).
 //! - [`roboclaw`]: RoboClaw motor controllers, whose replies have no header and are read question by
 //!   question.
@@ -13,6 +14,7 @@
 #![doc = include_str!("../README.md")]
 #![no_std]
 
+pub mod cola;
 mod cursor;
 pub mod error;
 pub mod framing;

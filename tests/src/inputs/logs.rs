@@ -1,7 +1,7 @@
-//! Text files of other programs: CARMEN logs, trajectories, relations.
+//! Files of other programs: CARMEN logs, bags, trajectories, relations.
 
 use biplane::evaluate::{RelationsParams, read_relations, relation_errors, relations_report};
-use biplane::files::import_carmen;
+use biplane::files::{BagOptions, import_bag, import_carmen};
 use biplane::files::{TrajectoryFormat, read_poses, write_poses};
 use biplane_recording::{Reader, Topic, WriterOptions};
 
@@ -21,6 +21,24 @@ pub(super) fn carmen(input: &[u8]) {
     let count = |topic: Topic| entries.iter().filter(|name| **name == topic.name()).count();
     assert_eq!(count(Topic::ScanHorizontal), report.scans);
     assert_eq!(count(Topic::Odom), report.odometry);
+}
+
+/// A bag with a scan becomes a recording that reads whole, with as many messages as the report says.
+pub(super) fn bag(input: &[u8]) {
+    let (bag, recording) = (MemoryFile::of(input), Scratch::new());
+    let mut options = BagOptions::default();
+    options.writer.overwrite = true;
+    let Ok(report) = import_bag(&[bag.path()], &recording.0, &options) else { return };
+    let mut counts = [0; 4];
+    for entry in Reader::open(&recording.0).expect("a whole file").messages() {
+        let entry = entry.expect("a whole file");
+        let topics = [Topic::ScanHorizontal, Topic::ScanVertical, Topic::Odom, Topic::Imu];
+        if let Some(place) = topics.iter().position(|topic| topic.name() == entry.topic_name) {
+            counts[place] += 1;
+            entry.decode().expect("what is written decodes");
+        }
+    }
+    assert_eq!(counts, [report.scans[0], report.scans[1], report.odometry, report.imu]);
 }
 
 /// Poses are written and read back: stamps to the nanosecond, places to the micrometre.

@@ -1,18 +1,19 @@
 //! CDR messages of every type that a recording holds.
 
 use biplane_recording::messages::{
-    AnyMessage, ByteArray, DiagnosticArray, LaserScan, Message, Odometry, PoseWithCovarianceStamped,
+    AnyMessage, ByteArray, DiagnosticArray, Imu, LaserScan, Message, Odometry, PoseWithCovarianceStamped,
     TfMessage,
 };
 
 /// The types; the first byte of an input says which.
-pub(super) const TYPES: [&str; 6] = [
+pub(super) const TYPES: [&str; 7] = [
     LaserScan::TYPE,
     Odometry::TYPE,
     PoseWithCovarianceStamped::TYPE,
     TfMessage::TYPE,
     DiagnosticArray::TYPE,
     ByteArray::TYPE,
+    Imu::TYPE,
 ];
 
 /// A message that decodes is written, decodes again and is then written as the same bytes. (Not always as the
@@ -40,6 +41,7 @@ fn encoded(message: &AnyMessage) -> Option<Vec<u8>> {
     match message {
         AnyMessage::Scan(scan) => scan.encode(&mut out),
         AnyMessage::Odometry(odometry) => odometry.encode(&mut out),
+        AnyMessage::Imu(imu) => imu.encode(&mut out),
         AnyMessage::Pose(pose) => pose.encode(&mut out),
         AnyMessage::Tf(tf) => tf.encode(&mut out),
         AnyMessage::Diagnostics(diagnostics) => diagnostics.encode(&mut out),

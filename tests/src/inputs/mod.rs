@@ -59,6 +59,8 @@ const fn target(name: &'static str, form: Form, memory_factor: usize, check: fn(
 /// All of them.
 pub const TARGETS: &[Target] = &[
     target("lms", Form::Binary, 64, wire::lms),
+    // The buffers of two deframers, 64 KiB each.
+    target("cola", Form::Binary, 256, wire::cola),
     target("p2os", Form::Binary, 64, wire::p2os),
     target("rflex", Form::Binary, 64, wire::rflex),
     target("roboclaw", Form::Binary, 64, wire::roboclaw),
@@ -68,6 +70,8 @@ pub const TARGETS: &[Target] = &[
     Target { unpacked: recordings::unpacked, ..target("mcap", Form::Binary, 16, recordings::file) },
     target("rig", Form::Text, 400, rigs::rig),
     target("carmen", Form::Text, 64, logs::carmen),
+    // Tables of three decompressors.
+    Target { own_bytes: 16 << 20, ..target("bag", Form::Binary, 64, logs::bag) },
     target("poses", Form::Text, 64, logs::poses),
     target("relations", Form::Text, 64, logs::relations),
     target("obj", Form::Text, 64, geometry::obj),

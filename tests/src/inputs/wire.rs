@@ -9,7 +9,7 @@ use biplane_wire::framing::{Deframer, Framing, Measure};
 use biplane_wire::lms::{self, Telegram};
 use biplane_wire::p2os::{self, Packet, Report};
 use biplane_wire::roboclaw::{Answer, Collector, Motor, Question, Request as Asked, StatusWidth};
-use biplane_wire::{Item, WireError, rflex};
+use biplane_wire::{Item, WireError, cola, rflex};
 
 /// Bits of an input's first byte.
 #[derive(Clone, Copy)]
@@ -44,6 +44,37 @@ pub(super) fn lms(input: &[u8]) {
         stream(lms::HostDeframer::new, how, bytes, mend, laser_frame);
     } else {
         stream(lms::DeviceDeframer::new, how, bytes, mend, laser_frame);
+    }
+}
+
+/// CoLa telegrams, either dialect.
+pub(super) fn cola(input: &[u8]) {
+    let Some((how, bytes)) = input.split_first() else { return };
+    let mend = |frame: &mut [u8]| {
+        let at = frame.len() - 1;
+        if frame[1] == 0x02 {
+            frame[at] = cola::checksum(&frame[8..at]);
+        }
+    };
+    stream(cola::Deframer::new, How(*how), bytes, mend, cola_frame);
+}
+
+/// A telegram is written back as it was; a scan reads back as the same, however its numbers were written.
+fn cola_frame(bytes: &[u8]) {
+    let Ok(telegram) = cola::Telegram::parse(bytes) else { return };
+    let mut out = vec![0; telegram.encoded_len()];
+    assert_eq!(telegram.emit(&mut out), Ok(bytes.len()));
+    assert_eq!(out, bytes);
+    let _ = telegram.error_code();
+    let Ok(scan) = cola::Scan::parse(&telegram) else { return };
+    for dialect in [cola::Dialect::A, cola::Dialect::B] {
+        let mut data = vec![0; 16 * bytes.len() + 256];
+        let length = scan.emit_data(dialect, &mut data).expect("there is room");
+        let data = Some(&data[..length]);
+        let again = cola::Telegram { dialect, kind: telegram.kind, name: telegram.name, data };
+        let again = cola::Scan::parse(&again).expect("what was written reads");
+        assert_eq!(format!("{:?}", again.head), format!("{:?}", scan.head));
+        assert!(again.channels.iter().zip(&scan.channels).all(|(a, b)| a.values == b.values));
     }
 }
 

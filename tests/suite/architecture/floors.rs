@@ -18,7 +18,12 @@ pub(super) const CRATES: &[Crate] = &[
     },
     Crate {
         source: "protocol/wire/src",
-        floors: &[&["error"], &["text", "cursor"], &["framing"], &["lms", "p2os", "rflex", "roboclaw"]],
+        floors: &[
+            &["error"],
+            &["text", "cursor"],
+            &["framing"],
+            &["cola", "lms", "p2os", "rflex", "roboclaw"],
+        ],
     },
     Crate {
         source: "protocol/recording/src",

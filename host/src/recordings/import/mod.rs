@@ -1,5 +1,6 @@
 //! Other people's recordings, as unposed recordings of ours.
 
+pub(crate) mod bag;
 pub(crate) mod carmen;
 mod carmen_line;
 mod carmen_messages;

@@ -1,4 +1,4 @@
-//! `biplane import carmen` and `biplane info`.
+//! `biplane import` and `biplane info`.
 
 use std::fs;
 
@@ -59,4 +59,56 @@ fn bad_input_is_one_sentence_and_nothing_is_written_or_lost() {
     assert_eq!(fs::read(folder.path("kept.mcap")).unwrap(), b"somebody's");
     assert_eq!(folder.names(), ["a.log", "empty.log", "kept.mcap"]);
     folder.expect("import carmen a.log -o kept.mcap --force", 0, &[]);
+}
+
+/// A small bag of our own making, in the container of that name: two lasers, two scans each, and odometry.
+fn bag(container: &str) -> Vec<u8> {
+    let corpus = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/fuzz/corpus/bag");
+    fs::read(format!("{corpus}/seed-{container}")).unwrap()
+}
+
+#[test]
+fn a_bag_in_any_container_becomes_the_same_recording() {
+    let folder = Folder::new("import-bag");
+    let summary = ["2 horizontal and 2 vertical scans in 0.1 s, 1 odometry messages"];
+    let mut recordings = Vec::new();
+    for container in ["none", "bz2", "lz4", "sqlite", "packed"] {
+        folder.write("a.bag", bag(container));
+        folder.expect("import bag a.bag -o a.mcap --force", 0, &summary);
+        recordings.push(fs::read(folder.path("a.mcap")).unwrap());
+    }
+    assert!(recordings.windows(2).all(|pair| pair[0] == pair[1]));
+    let ran = folder.expect("info a.mcap", 0, &[]);
+    // base_link -> up: pitch -90; the laser that localizes lies flat.
+    assert!(ran.stdout.contains("x = 0.2, y = 0.0, z = 0.3, roll = 0.0, pitch = 0.0"), "{}", ran.stdout);
+    assert!(ran.stdout.contains("x = 0.0, y = 0.0, z = 0.5, roll = 0.0, pitch = -90.0"), "{}", ran.stdout);
+    assert_eq!(folder.names(), ["a.bag", "a.mcap"]);
+}
+
+#[test]
+fn a_damaged_bag_costs_what_is_damaged_and_exit_code_3() {
+    let folder = Folder::new("damaged-bag");
+    let whole = bag("none");
+    for (cut, expected) in [(whole.len() - 1, 3), (13, 1), (0, 1)] {
+        folder.write("a.bag", &whole[..cut]);
+        let ran = folder.expect("--quiet import bag a.bag -o a.mcap --force", expected, &["a.bag"]);
+        assert_eq!(ran.stderr.lines().count(), 1, "{}", ran.stderr);
+    }
+}
+
+#[test]
+fn what_is_not_the_only_choice_is_asked_for() {
+    let folder = Folder::new("choice-bag");
+    folder.write("a.bag", bag("none"));
+    folder.expect("import bag a.bag -o a.mcap --horizontal nothing", 2, &["/scan@flat", "/scan_up@up"]);
+    folder.expect("import bag a.bag -o a.mcap --vertical /scan", 2, &["cannot be both lasers"]);
+    folder.expect("import bag a.bag -o a.mcap --odom wheels", 2, &["/odom (1 messages)"]);
+    folder.expect("import bag a.bag -o a.mcap --base-frame moon", 2, &["no transform names it"]);
+    folder.expect("import bag a.bag -o a.mcap --mount-vertical 1,2", 2, &["six numbers"]);
+    assert_eq!(folder.names(), ["a.bag"]);
+    folder.expect(
+        "import bag a.bag -o a.mcap --vertical none --odom none",
+        0,
+        &["2 horizontal and 0 vertical"],
+    );
 }

@@ -1,6 +1,8 @@
 //! CDR, the bytes of ROS 2 messages: little endian, a header `00 01 00 00`, every number aligned to its own
 //! size counted from after that header (OMG DDS-RTPS 2.3 section 10, CDR version 1).
 //!
+//! ROS 1 has the same fields in the same order, packed: [`Decoder::ros1`].
+//!
 //! A string is its length with the closing NUL as `u32`, its bytes, the NUL. A sequence is its count as `u32`
 //! and its elements; a fixed array is its elements alone. The decoder trusts no length: one that promises
 //! more than the bytes that are left is an error before anything is allocated.
@@ -144,11 +146,21 @@ impl<'a> Encoder<'a> {
     }
 }
 
+/// How a message's numbers and texts lie.
+#[derive(Copy, Clone, PartialEq, Eq, Debug)]
+enum Layout {
+    /// ROS 2: numbers aligned, texts with a closing NUL.
+    Cdr,
+    /// ROS 1: nothing aligned, texts without NUL, a header begins with its sequence number.
+    Ros1,
+}
+
 /// Reads one message's bytes.
 #[derive(Debug)]
 pub struct Decoder<'a> {
     bytes: &'a [u8],
     position: usize,
+    layout: Layout,
 }
 
 impl<'a> Decoder<'a> {
@@ -159,9 +171,16 @@ impl<'a> Decoder<'a> {
     pub fn new(bytes: &'a [u8]) -> Result<Self, CdrError> {
         // The last two header bytes are options that readers ignore.
         match bytes {
-            [0, 1, _, _, ..] => Ok(Self { bytes, position: HEADER.len() }),
+            [0, 1, _, _, ..] => Ok(Self { bytes, position: HEADER.len(), layout: Layout::Cdr }),
             _ => Err(CdrError::Header { found: bytes.iter().copied().take(4).collect() }),
         }
+    }
+
+    /// Starts at the first byte of a ROS 1 message: the same fields in the same order, packed, and without a
+    /// header of the encoding.
+    #[must_use]
+    pub fn ros1(bytes: &'a [u8]) -> Self {
+        Self { bytes, position: 0, layout: Layout::Ros1 }
     }
 
     fn left(&self) -> usize {
@@ -180,6 +199,9 @@ impl<'a> Decoder<'a> {
     }
 
     fn align(&mut self, size: usize) -> Result<(), CdrError> {
+        if self.layout == Layout::Ros1 {
+            return Ok(());
+        }
         let position = self.position - HEADER.len();
         self.take(position.next_multiple_of(size) - position).map(|_padding| ())
     }
@@ -279,10 +301,11 @@ impl<'a> Decoder<'a> {
     pub fn string(&mut self) -> Result<String, CdrError> {
         let bytes = self.byte_sequence()?;
         let offset = self.position - bytes.len();
-        let text = match bytes {
-            [] => &[],
-            [text @ .., 0] => text,
-            _ => return Err(CdrError::Text { offset, what: "no NUL at its end" }),
+        let text = match (self.layout, bytes) {
+            (Layout::Ros1, text) => text,
+            (Layout::Cdr, []) => &[],
+            (Layout::Cdr, [text @ .., 0]) => text,
+            (Layout::Cdr, _) => return Err(CdrError::Text { offset, what: "no NUL at its end" }),
         };
         match std::str::from_utf8(text) {
             Ok(text) => Ok(text.to_owned()),
@@ -306,6 +329,9 @@ impl<'a> Decoder<'a> {
     /// # Errors
     /// As [`Decoder::stamp_ns`] and [`Decoder::string`].
     pub fn header(&mut self) -> Result<(i64, String), CdrError> {
+        if self.layout == Layout::Ros1 {
+            self.u32()?;
+        }
         Ok((self.stamp_ns()?, self.string()?))
     }
 

@@ -5,6 +5,7 @@
 mod bytes;
 pub mod cdr;
 mod diagnostics;
+mod imu;
 mod laser_scan;
 mod odometry;
 mod pose;
@@ -13,6 +14,7 @@ mod tf;
 
 pub use bytes::ByteArray;
 pub use diagnostics::{DiagnosticArray, DiagnosticStatus, KeyValue};
+pub use imu::Imu;
 pub use laser_scan::LaserScan;
 pub use odometry::Odometry;
 pub use pose::PoseWithCovarianceStamped;
@@ -49,6 +51,17 @@ pub trait Message: Sized {
         decoder.finish()?;
         Ok(message)
     }
+
+    /// Reads the bytes of a ROS 1 message.
+    ///
+    /// # Errors
+    /// As [`Message::decode`], but for the header.
+    fn decode_ros1(bytes: &[u8]) -> Result<Self, CdrError> {
+        let mut decoder = Decoder::ros1(bytes);
+        let message = Self::read(&mut decoder)?;
+        decoder.finish()?;
+        Ok(message)
+    }
 }
 
 /// A message of any type that Biplane knows.
@@ -62,6 +75,8 @@ pub enum AnyMessage {
     Scan(LaserScan),
     /// `nav_msgs/msg/Odometry`.
     Odometry(Odometry),
+    /// A sample of an inertial measurement unit.
+    Imu(Imu),
     /// `geometry_msgs/msg/PoseWithCovarianceStamped`.
     Pose(PoseWithCovarianceStamped),
     /// `tf2_msgs/msg/TFMessage`.
@@ -84,6 +99,7 @@ impl AnyMessage {
         Ok(match type_name {
             LaserScan::TYPE => Self::Scan(LaserScan::decode(bytes)?),
             Odometry::TYPE => Self::Odometry(Odometry::decode(bytes)?),
+            Imu::TYPE => Self::Imu(Imu::decode(bytes)?),
             PoseWithCovarianceStamped::TYPE => Self::Pose(PoseWithCovarianceStamped::decode(bytes)?),
             TfMessage::TYPE => Self::Tf(TfMessage::decode(bytes)?),
             DiagnosticArray::TYPE => Self::Diagnostics(DiagnosticArray::decode(bytes)?),
@@ -99,6 +115,7 @@ impl AnyMessage {
         match self {
             Self::Scan(scan) => Some(scan.stamp_ns),
             Self::Odometry(odometry) => Some(odometry.stamp_ns),
+            Self::Imu(imu) => Some(imu.stamp_ns),
             Self::Pose(pose) => Some(pose.stamp_ns),
             Self::Tf(tf) => tf.transforms.first().map(|transform| transform.stamp_ns),
             Self::Diagnostics(diagnostics) => Some(diagnostics.stamp_ns),

@@ -25,6 +25,9 @@ const LASER_SCAN: &str = "std_msgs/Header header\nfloat32 angle_min\nfloat32 ang
      float32 time_increment\nfloat32 scan_time\nfloat32 range_min\nfloat32 range_max\nfloat32[] ranges\nfloat32[] intensities";
 const ODOMETRY: &str = "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/PoseWithCovariance pose\n\
      geometry_msgs/TwistWithCovariance twist";
+const IMU: &str = "std_msgs/Header header\ngeometry_msgs/Quaternion orientation\nfloat64[9] orientation_covariance\n\
+     geometry_msgs/Vector3 angular_velocity\nfloat64[9] angular_velocity_covariance\n\
+     geometry_msgs/Vector3 linear_acceleration\nfloat64[9] linear_acceleration_covariance";
 const POSE_STAMPED: &str = "std_msgs/Header header\ngeometry_msgs/PoseWithCovariance pose";
 const TF_MESSAGE: &str = "geometry_msgs/TransformStamped[] transforms";
 const DIAGNOSTIC_ARRAY: &str = "std_msgs/Header header\ndiagnostic_msgs/DiagnosticStatus[] status";
@@ -51,6 +54,7 @@ const TWIST_PARTS: [Part; 3] = [
     ("geometry_msgs/Twist", TWIST),
     ("geometry_msgs/Vector3", POINT),
 ];
+const IMU_PARTS: [Part; 2] = [("geometry_msgs/Quaternion", QUATERNION), ("geometry_msgs/Vector3", POINT)];
 const TRANSFORM_STAMPED_PART: [Part; 1] = [("geometry_msgs/TransformStamped", TRANSFORM_STAMPED)];
 const TRANSFORM_PARTS: [Part; 3] = [
     ("geometry_msgs/Transform", TRANSFORM),
@@ -76,6 +80,7 @@ pub fn ros2msg(type_name: &str) -> Option<String> {
     let (own, groups): (&str, &[&[Part]]) = match type_name {
         "sensor_msgs/msg/LaserScan" => (LASER_SCAN, &[&STAMPED]),
         "nav_msgs/msg/Odometry" => (ODOMETRY, &[&STAMPED, &POSE_PARTS, &TWIST_PARTS]),
+        "sensor_msgs/msg/Imu" => (IMU, &[&STAMPED, &IMU_PARTS]),
         "geometry_msgs/msg/PoseWithCovarianceStamped" => (POSE_STAMPED, &[&STAMPED, &POSE_PARTS]),
         "tf2_msgs/msg/TFMessage" => (TF_MESSAGE, &[&TRANSFORM_STAMPED_PART, &STAMPED, &TRANSFORM_PARTS]),
         "diagnostic_msgs/msg/DiagnosticArray" => (DIAGNOSTIC_ARRAY, &[&STAMPED, &DIAGNOSTIC_PARTS]),

@@ -1,4 +1,4 @@
-//! `biplane import`: other people's recordings.
+//! `biplane import carmen`: logs of CARMEN.
 
 use std::path::{Path, PathBuf};
 
@@ -8,28 +8,12 @@ use crate::recordings::import::carmen;
 use crate::recordings::import::carmen::ImportReport;
 use biplane_recording::WriterOptions;
 use biplane_recording::mcap::write::active_path;
-use clap::Subcommand;
 
 use crate::cli::terminal::console::{Console, say};
 use biplane_cli::Outcome;
 
-/// Which kind.
 #[derive(Debug, clap::Args)]
-pub(crate) struct Args {
-    #[command(subcommand)]
-    format: Format,
-}
-
-#[derive(Debug, Subcommand)]
-enum Format {
-    /// A CARMEN log (FLASER, ROBOTLASER1, RAWLASER1 and ODOM lines)
-    ///
-    /// Stamps are the lines' own, unchanged. `biplane-onboard replay` then makes a posed recording of it.
-    Carmen(CarmenArgs),
-}
-
-#[derive(Debug, clap::Args)]
-struct CarmenArgs {
+pub(super) struct Args {
     /// The log
     log: PathBuf,
     /// The recording to write
@@ -41,23 +25,19 @@ struct CarmenArgs {
 }
 
 /// Runs the command.
-pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
-    match &args.format {
-        Format::Carmen(args) => {
-            check_not_input(&args.output, ".active", &args.log)?;
-            check_free(&args.output, args.force)?;
-            let spinner = console.spinner(format!("reading {}", args.log.display()));
-            let options = WriterOptions { overwrite: args.force, ..WriterOptions::default() };
-            let begun = active_path(&args.output);
-            let _begun = (!begun.exists()).then(|| Unfinished::new(&begun));
-            let report = carmen::import(&args.log, &args.output, &options)?;
-            drop(spinner);
-            Ok(print_result(&report, args, console))
-        }
-    }
+pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
+    check_not_input(&args.output, ".active", &args.log)?;
+    check_free(&args.output, args.force)?;
+    let spinner = console.spinner(format!("reading {}", args.log.display()));
+    let options = WriterOptions { overwrite: args.force, ..WriterOptions::default() };
+    let begun = active_path(&args.output);
+    let _begun = (!begun.exists()).then(|| Unfinished::new(&begun));
+    let report = carmen::import(&args.log, &args.output, &options)?;
+    drop(spinner);
+    Ok(print_result(&report, args, console))
 }
 
-fn print_result(report: &ImportReport, args: &CarmenArgs, console: &Console) -> Outcome {
+fn print_result(report: &ImportReport, args: &Args, console: &Console) -> Outcome {
     report_losses(report, &args.log, console);
     let beams: Vec<String> = report.beams.keys().map(ToString::to_string).collect();
     let no_return = match report.no_return_m {
