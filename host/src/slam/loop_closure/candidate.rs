@@ -103,6 +103,8 @@ pub(crate) struct LoopCloser<'a> {
     pub(crate) tried: BTreeMap<[usize; 2], (Pose2, f64)>,
     /// Loops whose support was looked for, and those found so.
     pub(crate) sought: BTreeSet<[usize; 2]>,
+    /// Submaps whose place is known: with nothing left to search around them, they are asked no more.
+    settled: Vec<bool>,
     /// The pairs of `loops`.
     pub(crate) found_pairs: BTreeSet<[usize; 2]>,
     /// Of `loops`, so many were weighed when it was last chosen which to believe.
@@ -177,6 +179,7 @@ impl<'a> LoopCloser<'a> {
             inlier: vec![],
             tried,
             sought: BTreeSet::new(),
+            settled: vec![false; submaps.len()],
             found_pairs: BTreeSet::new(),
             weighed: 0,
             searched: 0,
@@ -257,28 +260,40 @@ impl<'a> LoopCloser<'a> {
 
     /// Pairs worth a search, with windows up to `widest_m` when the steps have this share of their drift.
     /// That they have is an assumption: what is found so is uncertain by the geometric mean of both.
-    fn pairs(&self, widest_m: f64, share: f64) -> Vec<Pair> {
+    fn pairs(&mut self, widest_m: f64, share: f64) -> Vec<Pair> {
         let loops = self.inlier_edges(|submap_id| submap_id);
         let path_covariances = PathCovariances::new(self.submaps.len(), self.chain.iter().chain(&loops));
-        (0..self.submaps.len())
-            .into_par_iter()
-            .flat_map_iter(|query| {
-                let mut pairs: Vec<(f64, Pair)> = Vec::new();
-                let mut known_here = 0;
-                path_covariances.visit(query, |other, known| {
-                    let around = Around { other, query, known };
-                    known_here += usize::from(self.is_known_here(&around));
-                    pairs.extend(self.pair(&around, widest_m, share));
-                    let too_wide = self.half_m(0.0, known.path_m, share) > widest_m;
-                    match known_here >= self.params.known_enough || too_wide {
-                        true => ControlFlow::Break(()),
-                        false => ControlFlow::Continue(()),
-                    }
-                });
-                pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
-                self.sparing(query, pairs)
-            })
-            .collect()
+        let asked: Vec<usize> = (0..self.submaps.len()).filter(|&query| !self.settled[query]).collect();
+        let found: Vec<(Vec<Pair>, bool)> =
+            asked.par_iter().map(|&query| self.pairs_of(query, &path_covariances, widest_m, share)).collect();
+        for (query, (pairs, is_known)) in asked.into_iter().zip(&found) {
+            self.settled[query] = *is_known && pairs.is_empty();
+        }
+        found.into_iter().flat_map(|(pairs, _)| pairs).collect()
+    }
+
+    /// The pairs of one submap, and whether its place is known.
+    fn pairs_of(
+        &self,
+        query: usize,
+        path_covariances: &PathCovariances,
+        widest_m: f64,
+        share: f64,
+    ) -> (Vec<Pair>, bool) {
+        let mut pairs: Vec<(f64, Pair)> = Vec::new();
+        let mut known_here = 0;
+        path_covariances.visit(query, |other, known| {
+            let around = Around { other, query, known };
+            known_here += usize::from(self.is_known_here(&around));
+            pairs.extend(self.pair(&around, widest_m, share));
+            let too_wide = self.half_m(0.0, known.path_m, share) > widest_m;
+            match known_here >= self.params.known_enough || too_wide {
+                true => ControlFlow::Break(()),
+                false => ControlFlow::Continue(()),
+            }
+        });
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        (self.sparing(query, pairs).collect(), known_here >= self.params.known_enough)
     }
 
     /// The pairs of a submap to search in this round, of those nearest first. Wide windows, which cost most,
@@ -305,10 +320,10 @@ impl<'a> LoopCloser<'a> {
         self.params.sigmas * sigma_m + self.params.scale_share * path_m
     }
 
-    /// Whether the submap is an earlier visit of the place that the other one sees, and known well enough.
+    /// Whether the submap is another visit of the place, known well enough.
     fn is_known_here(&self, around: &Around<'_>) -> bool {
         let Around { other, query, known } = *around;
-        self.is_before(other, query)
+        (self.is_before(other, query) || self.is_before(query, other))
             && self.is_well_known(&known.covariance)
             && self.poses[query].between(&self.poses[other]).distance_m() < self.params.near_m
     }
