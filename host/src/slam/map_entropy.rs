@@ -54,11 +54,11 @@ const COMPARED_CELL_M: f64 = 0.1;
 /// A map that holds so much more is worse: good ones of seven recordings differ by 0.3 % at the most from the
 /// recorded ones, and hold up to 13 % less.
 const WORSE_SHARE: f64 = 0.01;
-/// And by so many bits a cell that was seen: after many visits nearly every cell is known, and next to nothing
-/// is left of which a share would tell something. Fresh maps hold some 0.2 bits a cell.
+/// And by so many bits a cell that was seen: after many visits nearly every cell is known, and next to
+/// nothing is left of which a share would tell something. Fresh maps hold some 0.2 bits a cell.
 const WORSE_BITS: f64 = 0.002;
-/// So many scans at most are drawn, evenly chosen: what was driven a hundred times is compared at the cost of a
-/// few times.
+/// So many scans at most are drawn, evenly chosen: what was driven a hundred times is compared at the cost of
+/// a few times.
 const COMPARED_SCANS: usize = 2048;
 
 /// Whether the scans of a recording draw a worse map from these poses than from the recorded ones.

@@ -129,8 +129,8 @@ impl Console {
         Bar(bar)
     }
 
-    /// A turning sign with a text, when a person looks on; gone when it is dropped. Where stderr is no terminal
-    /// the text is a line from time to time instead.
+    /// A turning sign with a text, when a person looks on; gone when it is dropped. Where stderr is no
+    /// terminal the text is a line from time to time instead.
     pub(crate) fn spinner(&self, text: impl Into<Cow<'static, str>>) -> Spinner {
         let text = text.into();
         let is_seen = self.lines.is_some() || self.quiet;

@@ -58,9 +58,9 @@ mod tests {
     use std::time::Duration;
 
     #[test]
-    fn the_last_text_is_said_again_and_again_until_it_ends_and_never_of_what_is_short() {
-        let (heard, lines) = channel();
-        let say = move |line: &str| heard.send(line.to_owned()).unwrap();
+    fn the_last_text_comes_again_and_again_until_it_ends_and_never_of_what_is_short() {
+        let (sender, lines) = channel();
+        let say = move |line: &str| sender.send(line.to_owned()).unwrap();
         let heartbeat = Heartbeat::new(Duration::from_millis(1), "first", say);
         heartbeat.set("256 pairs searched");
         while !lines.recv().unwrap().starts_with("256 pairs searched (") {}
@@ -68,9 +68,9 @@ mod tests {
         drop(heartbeat);
         assert!(lines.into_iter().all(|line| line.starts_with("256 pairs")), "and then no more");
 
-        let (heard, lines) = channel();
+        let (sender, lines) = channel();
         drop(Heartbeat::new(Duration::from_secs(3600), "short", move |line| {
-            heard.send(line.to_owned()).unwrap();
+            sender.send(line.to_owned()).unwrap();
         }));
         assert_eq!(lines.into_iter().count(), 0);
     }

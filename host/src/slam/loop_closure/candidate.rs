@@ -44,8 +44,8 @@ pub struct CandidateParams {
     /// Pairs known better than this already are not searched (standard deviation, meters; the heading's at a
     /// lever of 5 m). Smaller: more loops, slower.
     pub known_m: f64,
-    /// When a submap knows so many earlier ones of its place so well, the place is known: it is compared with
-    /// no more of them, so that the hundredth visit costs what the third one does. Larger: more loops, slower.
+    /// When a submap knows so many others of its place so well, the place is known: it is compared with no
+    /// more of them, so that the hundredth visit costs what the third one does. Larger: more loops, slower.
     pub known_enough: usize,
 }
 
@@ -336,8 +336,8 @@ impl<'a> LoopCloser<'a> {
         sigma_m(covariance) < self.params.known_m && covariance[(2, 2)].sqrt() < self.params.known_m / LEVER_M
     }
 
-    /// Whether a pair is worth a search; how likely it is seen by its distance and by what is in doubt, nearer
-    /// and surer ones first: of many visits the last ones.
+    /// Whether a pair is worth a search; how likely it is seen by its distance and by what is in doubt,
+    /// nearer and surer ones first: of many visits the last ones.
     fn pair(&self, around: &Around<'_>, widest_m: f64, share: f64) -> Option<(f64, Pair)> {
         let Around { other, query, known } = *around;
         if !self.is_before(other, query) || self.found_pairs.contains(&[other, query]) {

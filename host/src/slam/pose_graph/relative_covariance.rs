@@ -74,8 +74,8 @@ impl PathCovariances {
         Self { steps }
     }
 
-    /// Tells `visit` what is known of each pose seen from `start`, the surest one first, until it breaks. Time
-    /// and memory follow what was visited, not the graph.
+    /// Tells `visit` what is known of each pose seen from `start`, the surest one first, until it breaks.
+    /// Time and memory follow what was visited, not the graph.
     pub(crate) fn visit(&self, start: usize, mut visit: impl FnMut(usize, &Known) -> ControlFlow<()>) {
         let origin = Known { covariance: Matrix3::zeros(), path_m: 0.0 };
         let mut best = BTreeMap::from([(start, Reach { pose: Pose2::IDENTITY, known: origin, done: false })]);

@@ -2,8 +2,8 @@
 //!
 //! Every surface joins all nodes that saw it, so the system is far too full for a factorization. The
 //! preconditioner is a sparse one that resembles it: each node compared with some before it, ever farther
-//! back, and with the first visits of its place, scaled such that each node is held as strongly as by all. With
-//! it some twenty iterations do.
+//! back, and with the first visits of its place, scaled such that each node is held as strongly as by all.
+//! With it some twenty iterations do.
 
 use std::collections::BTreeMap;
 
