@@ -70,8 +70,8 @@ impl LoopCloser<'_> {
         self.search(&pairs, checkpoint, progress);
         self.find_supporting(checkpoint, progress);
         let edges = self.edges();
-        let support = self.support(&edges);
         let apart = |edge: &Edge| group_of(edge.from) != group_of(edge.to);
+        let support = self.support(&edges, |at| apart(&edges[at]));
         let joins = |at: &usize| {
             apart(&edges[*at])
                 && support[*at].len() >= MIN_SUPPORT

@@ -5,6 +5,7 @@ use std::cell::Cell;
 use std::io::IsTerminal;
 use std::path::Path;
 
+use crate::cli::terminal::heartbeat::{HEARTBEAT, Heartbeat};
 use crate::recordings::run::RunPoses;
 use crate::view::floor_map::map_image::Coarsened;
 pub(crate) use biplane_cli::say;
@@ -128,14 +129,18 @@ impl Console {
         Bar(bar)
     }
 
-    /// A turning sign with a text, when a person looks on; gone when it is dropped.
+    /// A turning sign with a text, when a person looks on; gone when it is dropped. Where stderr is no
+    /// terminal the text is a line from time to time instead.
     pub(crate) fn spinner(&self, text: impl Into<Cow<'static, str>>) -> Spinner {
+        let text = text.into();
+        let is_seen = self.lines.is_some() || self.quiet;
+        let heartbeat = (!is_seen).then(|| Heartbeat::new(HEARTBEAT, &text, |line| say(line)));
         let bar = self.line(ProgressBar::new_spinner()).with_message(text);
         if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {
             bar.set_style(style);
         }
         tick(&bar);
-        Spinner(bar)
+        Spinner { bar, heartbeat }
     }
 }
 
@@ -163,17 +168,24 @@ impl Drop for Bar {
 }
 
 /// See [`Console::spinner`].
-pub(crate) struct Spinner(ProgressBar);
+pub(crate) struct Spinner {
+    bar: ProgressBar,
+    heartbeat: Option<Heartbeat>,
+}
 
 impl Spinner {
     /// Another text.
     pub(crate) fn say(&self, text: impl Into<Cow<'static, str>>) {
-        self.0.set_message(text);
+        let text = text.into();
+        if let Some(heartbeat) = &self.heartbeat {
+            heartbeat.set(&text);
+        }
+        self.bar.set_message(text);
     }
 }
 
 impl Drop for Spinner {
     fn drop(&mut self) {
-        self.0.finish_and_clear();
+        self.bar.finish_and_clear();
     }
 }

@@ -7,8 +7,10 @@
 //! others, of other submaps, that agree with it within what the way between them allows.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::ControlFlow;
 
 use biplane_matcher::{Pose2, Window};
+use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 use crate::slam::checkpoint::{Asked, Checkpoint};
@@ -42,6 +44,9 @@ pub struct CandidateParams {
     /// Pairs known better than this already are not searched (standard deviation, meters; the heading's at a
     /// lever of 5 m). Smaller: more loops, slower.
     pub known_m: f64,
+    /// When a submap knows so many others of its place so well, the place is known: it is compared with no
+    /// more of them, so that the hundredth visit costs what the third one does. Larger: more loops, slower.
+    pub known_enough: usize,
 }
 
 impl Default for CandidateParams {
@@ -55,6 +60,7 @@ impl Default for CandidateParams {
             pairs_per_round: 4,
             alone_up_to_m: 1.5,
             known_m: 0.15,
+            known_enough: 16,
         }
     }
 }
@@ -97,6 +103,12 @@ pub(crate) struct LoopCloser<'a> {
     pub(crate) tried: BTreeMap<[usize; 2], (Pose2, f64)>,
     /// Loops whose support was looked for, and those found so.
     pub(crate) sought: BTreeSet<[usize; 2]>,
+    /// Submaps whose place is known: with nothing left to search around them, they are asked no more.
+    settled: Vec<bool>,
+    /// The pairs of `loops`.
+    pub(crate) found_pairs: BTreeSet<[usize; 2]>,
+    /// Of `loops`, so many were weighed when it was last chosen which to believe.
+    weighed: usize,
     /// Pairs searched.
     pub searched: usize,
 }
@@ -109,6 +121,13 @@ pub(crate) struct Pair {
     /// How widely the place was searched before: a guess that comes from a loop found in a wide window is as
     /// doubtful as that.
     pub(crate) uncertainty_m: f64,
+}
+
+/// A submap, another one, and what the graph knows of the two, seen from `query`.
+struct Around<'a> {
+    other: usize,
+    query: usize,
+    known: &'a Known,
 }
 
 /// Windows beyond this are searched sparingly, meters. Their cost grows with the square; how much support a
@@ -160,6 +179,9 @@ impl<'a> LoopCloser<'a> {
             inlier: vec![],
             tried,
             sought: BTreeSet::new(),
+            settled: vec![false; submaps.len()],
+            found_pairs: BTreeSet::new(),
+            weighed: 0,
             searched: 0,
         }
     }
@@ -222,6 +244,7 @@ impl<'a> LoopCloser<'a> {
             for (pair, (_, found)) in batch.iter().zip(&answers) {
                 self.tried.insert(pair.submap_ids, (pair.guess, pair.window.half_m));
                 if let Some(found) = *found {
+                    self.found_pairs.insert(pair.submap_ids);
                     self.loops.push(Loop {
                         submap_ids: pair.submap_ids,
                         found,
@@ -237,20 +260,40 @@ impl<'a> LoopCloser<'a> {
 
     /// Pairs worth a search, with windows up to `widest_m` when the steps have this share of their drift.
     /// That they have is an assumption: what is found so is uncertain by the geometric mean of both.
-    fn pairs(&self, widest_m: f64, share: f64) -> Vec<Pair> {
+    fn pairs(&mut self, widest_m: f64, share: f64) -> Vec<Pair> {
         let loops = self.inlier_edges(|submap_id| submap_id);
         let path_covariances = PathCovariances::new(self.submaps.len(), self.chain.iter().chain(&loops));
-        (0..self.submaps.len())
-            .into_par_iter()
-            .flat_map_iter(|query| {
-                let known = path_covariances.from(query);
-                let mut pairs: Vec<(f64, Pair)> = (0..query)
-                    .filter_map(|other| self.pair(other, query, known[other].as_ref()?, widest_m, share))
-                    .collect();
-                pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
-                self.sparing(query, pairs)
-            })
-            .collect()
+        let asked: Vec<usize> = (0..self.submaps.len()).filter(|&query| !self.settled[query]).collect();
+        let found: Vec<(Vec<Pair>, bool)> =
+            asked.par_iter().map(|&query| self.pairs_of(query, &path_covariances, widest_m, share)).collect();
+        for (query, (pairs, is_known)) in asked.into_iter().zip(&found) {
+            self.settled[query] = *is_known && pairs.is_empty();
+        }
+        found.into_iter().flat_map(|(pairs, _)| pairs).collect()
+    }
+
+    /// The pairs of one submap, and whether its place is known.
+    fn pairs_of(
+        &self,
+        query: usize,
+        path_covariances: &PathCovariances,
+        widest_m: f64,
+        share: f64,
+    ) -> (Vec<Pair>, bool) {
+        let mut pairs: Vec<(f64, Pair)> = Vec::new();
+        let mut known_here = 0;
+        path_covariances.visit(query, |other, known| {
+            let around = Around { other, query, known };
+            known_here += usize::from(self.is_known_here(&around));
+            pairs.extend(self.pair(&around, widest_m, share));
+            let too_wide = self.half_m(0.0, known.path_m, share) > widest_m;
+            match known_here >= self.params.known_enough || too_wide {
+                true => ControlFlow::Break(()),
+                false => ControlFlow::Continue(()),
+            }
+        });
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        (self.sparing(query, pairs).collect(), known_here >= self.params.known_enough)
     }
 
     /// The pairs of a submap to search in this round, of those nearest first. Wide windows, which cost most,
@@ -268,26 +311,44 @@ impl<'a> LoopCloser<'a> {
         })
     }
 
-    /// Whether a pair is worth a search; how likely it is seen by its distance, nearer first.
-    fn pair(
-        &self,
-        other: usize,
-        query: usize,
-        known: &Known,
-        widest_m: f64,
-        share: f64,
-    ) -> Option<(f64, Pair)> {
-        let (one, two) = (&self.submaps[other], &self.submaps[query]);
-        if one.nodes.end >= two.nodes.start || self.loops.iter().any(|l| l.submap_ids == [other, query]) {
+    /// Half the width of a window, of what the graph knows of the two: standard deviation and way.
+    fn half_m(&self, sigma_m: f64, path_m: f64, share: f64) -> f64 {
+        share * self.uncertainty_m(sigma_m, path_m) + WINDOW_FLOOR_M
+    }
+
+    fn uncertainty_m(&self, sigma_m: f64, path_m: f64) -> f64 {
+        self.params.sigmas * sigma_m + self.params.scale_share * path_m
+    }
+
+    /// Whether the submap is another visit of the place, known well enough.
+    fn is_known_here(&self, around: &Around<'_>) -> bool {
+        let Around { other, query, known } = *around;
+        (self.is_before(other, query) || self.is_before(query, other))
+            && self.is_well_known(&known.covariance)
+            && self.poses[query].between(&self.poses[other]).distance_m() < self.params.near_m
+    }
+
+    fn is_before(&self, other: usize, query: usize) -> bool {
+        other < query && self.submaps[other].nodes.end < self.submaps[query].nodes.start
+    }
+
+    fn is_well_known(&self, covariance: &Matrix3<f64>) -> bool {
+        sigma_m(covariance) < self.params.known_m && covariance[(2, 2)].sqrt() < self.params.known_m / LEVER_M
+    }
+
+    /// Whether a pair is worth a search; how likely it is seen by its distance and by what is in doubt,
+    /// nearer and surer ones first: of many visits the last ones.
+    fn pair(&self, around: &Around<'_>, widest_m: f64, share: f64) -> Option<(f64, Pair)> {
+        let Around { other, query, known } = *around;
+        if !self.is_before(other, query) || self.found_pairs.contains(&[other, query]) {
             return None;
         }
         let from_query = self.poses[query].between(&self.poses[other]);
         let (guess, covariance) = reversed(&from_query, &known.covariance);
-        let sigma_m = covariance.fixed_view::<2, 2>(0, 0).symmetric_eigenvalues().max().max(0.0).sqrt();
-        if sigma_m < self.params.known_m && covariance[(2, 2)].sqrt() < self.params.known_m / LEVER_M {
+        if self.is_well_known(&covariance) {
             return None;
         }
-        let uncertainty_m = self.params.sigmas * sigma_m + self.params.scale_share * known.path_m;
+        let uncertainty_m = self.uncertainty_m(sigma_m(&covariance), known.path_m);
         let half_m = share * uncertainty_m + WINDOW_FLOOR_M;
         let away_m = guess.distance_m();
         if half_m > widest_m || away_m > self.params.near_m + half_m {
@@ -304,7 +365,7 @@ impl<'a> LoopCloser<'a> {
         }
         let half_rad = share * self.params.sigmas * covariance[(2, 2)].sqrt() + WINDOW_FLOOR_RAD;
         Some((
-            away_m,
+            away_m + uncertainty_m,
             Pair {
                 submap_ids: [other, query],
                 guess,
@@ -326,6 +387,10 @@ impl<'a> LoopCloser<'a> {
 
     /// Which loops are believed now, and the poses that they make.
     pub(crate) fn select_inliers(&mut self) {
+        if self.weighed == self.loops.len() {
+            return; // with nothing new the same ones are chosen
+        }
+        self.weighed = self.loops.len();
         let edges = self.edges();
         let supported = self.supported(&edges);
         let chosen: Vec<usize> = (0..edges.len()).filter(|&at| supported[at]).collect();
@@ -336,6 +401,11 @@ impl<'a> LoopCloser<'a> {
             self.inlier[at] = weight > INLIER_WEIGHT;
         }
     }
+}
+
+/// Standard deviation of the position along the direction that is known least, meters.
+fn sigma_m(covariance: &Matrix3<f64>) -> f64 {
+    covariance.fixed_view::<2, 2>(0, 0).symmetric_eigenvalues().max().max(0.0).sqrt()
 }
 
 /// How wide windows may be in the next round; `None` after the widest.

@@ -5,6 +5,7 @@
 //! before and after its two are looked for.
 
 use std::collections::BTreeMap;
+use std::ops::ControlFlow;
 
 use biplane_matcher::Window;
 use nalgebra::{Matrix3, Vector3};
@@ -13,7 +14,7 @@ use rayon::prelude::*;
 use super::candidate::{Loop, LoopCloser, Pair};
 use crate::slam::checkpoint::Checkpoint;
 use crate::slam::pose_graph::Edge;
-use crate::slam::pose_graph::relative_covariance::{Known, PathCovariances, joined};
+use crate::slam::pose_graph::relative_covariance::{PathCovariances, joined};
 
 /// Up to this window one other loop is support enough, meters.
 const ONE_SUFFICES_UP_TO_M: f64 = 4.0;
@@ -33,6 +34,9 @@ const RICH: usize = 150;
 /// A way between the ends of two loops tells nothing of them when its variances of x and y add up to more,
 /// square meters: a meter of standard deviation lets nearly any cycle close.
 const MAX_PATH_VARIANCE_M2: f64 = 1.0;
+/// Support is looked for among so many submaps along a way, the surest known ones: some 100 m ahead and
+/// back. More: slower; fewer: a loop far from any other stays alone.
+const SUBMAPS_ON_WAYS: usize = 50;
 /// A cycle closes when the squared Mahalanobis distance of what is left of it is below this, no unit: the
 /// chi-square quantile of three degrees of freedom (x, y and the turn) at 99 %. Stricter than what a loop
 /// must fulfil in the end ([`crate::slam::pose_graph::graduated_non_convexity`], 99.9 %), because a loop that
@@ -76,7 +80,7 @@ impl LoopCloser<'_> {
                 let is_there = |submap_id: usize, of: usize| {
                     submap_id < self.submaps.len() && self.recording_of[submap_id] == self.recording_of[of]
                 };
-                let known = self.loops.iter().any(|other| other.submap_ids == [one, two]);
+                let known = self.found_pairs.contains(&[one, two]);
                 if known || !is_there(one, a) || !is_there(two, b) || one >= two {
                     continue;
                 }
@@ -93,16 +97,21 @@ impl LoopCloser<'_> {
 
     /// Whether a loop is narrow, or others agree with it, along as much of the way as the doubt asks for.
     pub(crate) fn supported(&self, edges: &[Edge]) -> Vec<bool> {
+        let support = self.support(edges, |at| self.asked(at) != (0, 0));
         let stands = |(at, agreeing): (usize, Vec<usize>)| {
             let found = &self.loops[at];
             // A place with much to tell it by is support to itself.
             let own = usize::from(found.found.agreement.along_points >= RICH);
-            let (support, along) = asked(found.half_m, self.params.alone_up_to_m);
+            let (support, along) = self.asked(at);
             !self.lies_anywhere(found)
                 && agreeing.len() + own >= support
                 && along_both(at, &agreeing, edges) >= along
         };
-        self.support(edges).into_iter().enumerate().map(stands).collect()
+        support.into_iter().enumerate().map(stands).collect()
+    }
+
+    fn asked(&self, at: usize) -> (usize, usize) {
+        asked(self.loops[at].half_m, self.params.alone_up_to_m)
     }
 
     /// Bare corridor found from afar lies anywhere along the corridor: it leads on to what tells, and holds
@@ -115,44 +124,48 @@ impl LoopCloser<'_> {
             && away[0].hypot(away[1]) > self.refine.narrow_m
     }
 
-    /// The other loops that agree with each. Bare corridor agrees with any other: the way is followed over
-    /// it, and it counts for nothing.
-    pub(crate) fn support(&self, edges: &[Edge]) -> Vec<Vec<usize>> {
+    /// The other loops that agree with each of those that are asked for; of the others none. Bare corridor
+    /// agrees with any other: the way is followed over it, and it counts for nothing.
+    pub(crate) fn support(&self, edges: &[Edge], is_asked: impl Fn(usize) -> bool + Sync) -> Vec<Vec<usize>> {
         let path_covariances = PathCovariances::new(self.submaps.len(), self.chain.iter());
-        let mut starts: Vec<usize> = edges.iter().flat_map(|edge| [edge.from, edge.to]).collect();
-        starts.sort_unstable();
-        starts.dedup();
-        let known: Vec<Vec<Option<Known>>> =
-            starts.par_iter().map(|&start| path_covariances.from(start)).collect();
-        let from = |start: usize, to: usize| {
-            starts.binary_search(&start).ok().and_then(|at| known[at][to]).map(|known| known.covariance)
-        };
+        let mut loops_from: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for (at, edge) in edges.iter().enumerate() {
+            if self.refine.constrains_along(&self.loops[at].found.agreement) {
+                loops_from.entry(edge.from).or_default().push(at);
+            }
+        }
         let agreeing = |at: usize| {
+            if !is_asked(at) {
+                return Vec::new();
+            }
             let one = &edges[at];
-            let agrees =
-                |other: &Edge| self.agree(one, other, [from(one.from, other.from), from(one.to, other.to)]);
-            let constrains_along = |at: usize| self.refine.constrains_along(&self.loops[at].found.agreement);
-            (0..edges.len())
-                .filter(|&other| other != at && constrains_along(other) && agrees(&edges[other]))
-                .collect()
+            let [at_from, at_to] = [one.from, one.to].map(|end| ways(&path_covariances, end));
+            let beside = at_from.iter().filter_map(|(from, way)| Some((loops_from.get(from)?, way)));
+            let agrees = |other: usize, from_way: &Matrix3<f64>| {
+                let to_way = at_to.get(&edges[other].to);
+                other != at && to_way.is_some_and(|to_way| self.agree(one, &edges[other], [from_way, to_way]))
+            };
+            let mut found: Vec<usize> = beside
+                .flat_map(|(others, way)| {
+                    others.iter().copied().filter(|&other| agrees(other, way)).collect::<Vec<_>>()
+                })
+                .collect();
+            found.sort_unstable();
+            found
         };
         (0..edges.len()).into_par_iter().map(agreeing).collect()
     }
 
     /// Whether the cycle of two loops and the ways between their ends closes; the ways have to be short for
     /// that to say anything.
-    fn agree(&self, one: &Edge, other: &Edge, known: [Option<Matrix3<f64>>; 2]) -> bool {
-        let [Some(at_from), Some(at_to)] = known else { return false };
-        if [at_from, at_to].iter().any(|way| way[(0, 0)] + way[(1, 1)] > MAX_PATH_VARIANCE_M2) {
-            return false;
-        }
+    fn agree(&self, one: &Edge, other: &Edge, [at_from, at_to]: [&Matrix3<f64>; 2]) -> bool {
         let Some(own) = covariance(&one.information) else { return false };
         let Some(its) = covariance(&other.information) else { return false };
         // Over the first ends and back over the second ones.
         let from_path_covariance = self.poses[one.from].between(&self.poses[other.from]);
         let to_path_covariance = self.poses[one.to].between(&self.poses[other.to]);
-        let (there, there_known) = joined((&one.measured, &own), (&to_path_covariance, &at_to));
-        let (here, here_known) = joined((&from_path_covariance, &at_from), (&other.measured, &its));
+        let (there, there_known) = joined((&one.measured, &own), (&to_path_covariance, at_to));
+        let (here, here_known) = joined((&from_path_covariance, at_from), (&other.measured, &its));
         let away = Vector3::from(there.step_from(&here));
         (there_known + here_known)
             .cholesky()
@@ -181,6 +194,21 @@ fn along_both(at: usize, agreeing: &[usize], edges: &[Edge]) -> usize {
         ends().max().unwrap_or(0) - ends().min().unwrap_or(0)
     };
     along(|edge| edge.from).min(along(|edge| edge.to))
+}
+
+/// The submaps along the way from one, with what the steps between know of each.
+fn ways(path_covariances: &PathCovariances, start: usize) -> BTreeMap<usize, Matrix3<f64>> {
+    let mut found = BTreeMap::new();
+    let mut visited = 0;
+    path_covariances.visit(start, |to, known| {
+        let way = known.covariance;
+        if way[(0, 0)] + way[(1, 1)] <= MAX_PATH_VARIANCE_M2 {
+            found.insert(to, way);
+        }
+        visited += 1;
+        if visited < SUBMAPS_ON_WAYS { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    });
+    found
 }
 
 fn covariance(information: &Matrix3<f64>) -> Option<Matrix3<f64>> {

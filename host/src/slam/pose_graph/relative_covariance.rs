@@ -5,7 +5,8 @@
 //! y) along the axes of the pose that one starts at, and the turn.
 
 use std::cmp::Ordering;
-use std::collections::BinaryHeap;
+use std::collections::{BTreeMap, BinaryHeap};
+use std::ops::ControlFlow;
 
 use biplane_geometry::covariance::{self, Covariance2};
 use biplane_matcher::Pose2;
@@ -29,6 +30,14 @@ pub(crate) struct Known {
     pub covariance: Matrix3<f64>,
     /// Length of the way there, meters.
     pub path_m: f64,
+}
+
+/// The surest way to a pose that was found so far.
+struct Reach {
+    pose: Pose2,
+    known: Known,
+    /// There is no surer one.
+    done: bool,
 }
 
 #[derive(PartialEq)]
@@ -65,29 +74,33 @@ impl PathCovariances {
         Self { steps }
     }
 
-    /// What is known of every pose seen from `start`; `None` for those that no way leads to.
-    pub(crate) fn from(&self, start: usize) -> Vec<Option<Known>> {
-        let mut known: Vec<Option<Known>> = vec![None; self.steps.len()];
-        let mut best: Vec<Option<(Pose2, Known)>> = vec![None; self.steps.len()];
-        best[start] = Some((Pose2::IDENTITY, Known { covariance: Matrix3::zeros(), path_m: 0.0 }));
+    /// Tells `visit` what is known of each pose seen from `start`, the surest one first, until it breaks.
+    /// Time and memory follow what was visited, not the graph.
+    pub(crate) fn visit(&self, start: usize, mut visit: impl FnMut(usize, &Known) -> ControlFlow<()>) {
+        let origin = Known { covariance: Matrix3::zeros(), path_m: 0.0 };
+        let mut best = BTreeMap::from([(start, Reach { pose: Pose2::IDENTITY, known: origin, done: false })]);
         let mut queue = BinaryHeap::from([Reached { cost: 0.0, pose: start }]);
         while let Some(Reached { pose: at, .. }) = queue.pop() {
-            let Some((pose, here)) = best[at].filter(|_| known[at].is_none()) else { continue };
-            known[at] = Some(here);
+            let Some(reach) = best.get_mut(&at).filter(|reach| !reach.done) else { continue };
+            reach.done = true;
+            let (pose, here) = (reach.pose, reach.known);
+            if visit(at, &here).is_break() {
+                return;
+            }
             for (to, step, more) in &self.steps[at] {
-                if known[*to].is_some() {
+                let held = best.get(to);
+                if held.is_some_and(|held| held.done) {
                     continue;
                 }
                 let (reached, covariance) = joined((&pose, &here.covariance), (step, more));
                 let cost = cost(&covariance);
-                if best[*to].as_ref().is_none_or(|(_, held)| cost < self::cost(&held.covariance)) {
-                    best[*to] =
-                        Some((reached, Known { covariance, path_m: here.path_m + step.distance_m() }));
+                if held.is_none_or(|held| cost < self::cost(&held.known.covariance)) {
+                    let known = Known { covariance, path_m: here.path_m + step.distance_m() };
+                    best.insert(*to, Reach { pose: reached, known, done: false });
                     queue.push(Reached { cost, pose: *to });
                 }
             }
         }
-        known
     }
 }
 
@@ -118,13 +131,38 @@ fn from_rows(rows: &Covariance2) -> Matrix3<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::{PathCovariances, joined, reversed};
+    use super::{Known, PathCovariances, joined, reversed};
     use crate::slam::pose_graph::tests::{edge, square};
     use biplane_matcher::Pose2;
     use nalgebra::{Matrix3, Vector3};
+    use std::ops::ControlFlow;
 
     fn covariance() -> Matrix3<f64> {
         Matrix3::new(0.04, 0.01, 0.002, 0.01, 0.09, -0.003, 0.002, -0.003, 0.01)
+    }
+
+    /// What is known of each pose seen from the first one.
+    fn from_first(path_covariances: &PathCovariances) -> Vec<Option<Known>> {
+        let mut known = vec![None; path_covariances.steps.len()];
+        path_covariances.visit(0, |pose, found| {
+            known[pose] = Some(*found);
+            ControlFlow::Continue(())
+        });
+        known
+    }
+
+    #[test]
+    fn the_surest_poses_are_visited_first_and_no_more_than_are_wanted() {
+        let (truth, chain) = square(0.0);
+        let path_covariances = PathCovariances::new(truth.len(), chain.iter());
+        let mut visited = Vec::new();
+        path_covariances.visit(40, |pose, known| {
+            visited.push((pose, known.path_m));
+            if visited.len() == 7 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        });
+        let poses: std::collections::BTreeSet<usize> = visited.iter().map(|(pose, _)| *pose).collect();
+        assert_eq!(poses, (37..=43).collect());
+        assert!(visited.is_sorted_by(|one, other| one.1 <= other.1 + 1e-9), "{visited:?}");
     }
 
     #[test]
@@ -165,7 +203,8 @@ mod tests {
         let (truth, chain) = square(0.0);
         let known = |edges: &[super::Edge]| {
             let path_covariances = PathCovariances::new(truth.len(), edges.iter());
-            path_covariances.from(0)[80].map(|known| (known.covariance.trace(), known.path_m)).unwrap()
+            let known = from_first(&path_covariances)[80].unwrap();
+            (known.covariance.trace(), known.path_m)
         };
         let open = known(&chain);
         let mut closed = chain.clone();
@@ -174,6 +213,6 @@ mod tests {
         assert!((open.1 - 80.0).abs() < 1e-9 && closed.1 < 1e-9, "{open:?} {closed:?}");
         assert!(open.0 > 1.0 && (closed.0 - 3.0 * 0.05 * 0.05).abs() < 1e-6, "{open:?} {closed:?}");
         let apart = PathCovariances::new(truth.len() + 1, chain.iter());
-        assert!(apart.from(0)[81].is_none());
+        assert!(from_first(&apart)[81].is_none());
     }
 }

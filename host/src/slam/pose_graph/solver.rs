@@ -50,6 +50,12 @@ impl Structure {
         self.position.len()
     }
 
+    /// Blocks below the diagonal of the factor.
+    #[cfg(test)]
+    pub(crate) fn blocks(&self) -> usize {
+        self.rows.len()
+    }
+
     /// Where the blocks below the diagonal of a column are.
     fn column(&self, at: usize) -> std::ops::Range<usize> {
         self.starts[at]..self.starts[at + 1]

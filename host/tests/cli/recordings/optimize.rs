@@ -117,6 +117,21 @@ fn two_recordings_that_began_at_different_places_come_into_one_frame_and_a_stran
     assert!(error_m(&found, &truth) < 0.08, "{} m", error_m(&found, &truth));
 }
 
+#[test]
+fn the_order_in_which_recordings_are_named_changes_no_byte() {
+    let folder = Folder::new("optimize-order");
+    let drive = Drive { rounds: 0.9, ..Drive::default() };
+    for (name, from_m, seed) in [("b", 0.0, 1), ("a", 31.0, 2), ("c", 12.0, 3)] {
+        record(&folder.path(&format!("{name}.mcap")), Drive { from_m, seed, ..drive });
+    }
+    folder.expect("optimize a.mcap b.mcap c.mcap -o one.mcap", 0, &[]);
+    let one = fs::read(folder.path("one.mcap")).unwrap();
+    for names in ["c.mcap b.mcap a.mcap", "b.mcap c.mcap a.mcap"] {
+        folder.expect(&format!("optimize {names} -o other.mcap --force"), 0, &[]);
+        assert!(one == fs::read(folder.path("other.mcap")).unwrap(), "{names} differ from a b c");
+    }
+}
+
 /// What `summary.json` says of the poses.
 fn poses_reported(folder: &Folder, model: &str) -> (Value, Value) {
     let bytes = fs::read(folder.path(&format!("{model}/summary.json"))).unwrap();

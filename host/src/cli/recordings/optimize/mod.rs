@@ -3,6 +3,7 @@
 mod loops_found;
 
 use std::collections::BTreeMap;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
 
@@ -31,7 +32,7 @@ use biplane_recording::mcap::write::{active_path, is_being_written};
 #[derive(Clone, Debug, clap::Args)]
 #[command(
     after_help = "Several recordings are put into one frame where they saw the same places; nothing needs to be known of where they \
-    began. Parts of one recording (RUN_0.mcap, RUN_1.mcap) count as one. A recording that matches none of the others is written apart, as \
+    began, nor in which order they are named: the one that begins first gives the frame. Parts of one recording (RUN_0.mcap, RUN_1.mcap) count as one. A recording that matches none of the others is written apart, as \
     OPT.apart-N.mcap, and that is said.\nStopped with Ctrl-C, the same command goes on where it was (OPT.mcap.loops)."
 )]
 pub(crate) struct Args {
@@ -156,7 +157,8 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// Opens recordings; parts of one count as one.
+/// Opens recordings; parts of one count as one. They come in the order in which they begin (those that begin
+/// together by their names), so that the order of the arguments changes nothing.
 pub(crate) fn open(paths: &[PathBuf], console: &Console) -> anyhow::Result<Vec<Run>> {
     for (number, path) in paths.iter().enumerate() {
         let same = |other: &PathBuf| other == path || other.canonicalize().ok() == path.canonicalize().ok();
@@ -175,7 +177,18 @@ pub(crate) fn open(paths: &[PathBuf], console: &Console) -> anyhow::Result<Vec<R
     for run in &runs {
         console.report_missing(run.recording());
     }
-    Ok(runs)
+    in_order(runs)
+}
+
+fn in_order(runs: Vec<Run>) -> anyhow::Result<Vec<Run>> {
+    let begin = |run: Run| -> anyhow::Result<_> {
+        let first = run.recording().messages().next().transpose()?;
+        Ok((first.map(|entry| entry.log_time_ns), run))
+    };
+    let mut runs: Vec<_> = runs.into_iter().map(begin).collect::<Result<_, _>>()?;
+    let name = |run: &Run| run.path().file_name().map(OsStr::to_owned);
+    runs.sort_by_cached_key(|(begin, run)| (*begin, name(run), run.path().to_owned()));
+    Ok(runs.into_iter().map(|(_, run)| run).collect())
 }
 
 fn check_outputs(args: &Args, runs: &[Run], apart: &impl Fn(usize) -> PathBuf) -> anyhow::Result<()> {
