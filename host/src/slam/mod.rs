@@ -31,7 +31,8 @@ use serde::Serialize;
 
 use crate::slam::keyframes::submap::{Submap, SubmapParams, submap_ranges};
 use crate::slam::keyframes::{KeyframeParams, Keyframes, Node};
-use crate::slam::loop_closure::candidate::{CandidateParams, LoopCloser};
+use crate::slam::loop_closure::candidate::LoopCloser;
+use crate::slam::loop_closure::params::CandidateParams;
 use crate::slam::loop_closure::verification::RefineParams;
 use crate::slam::pose_graph::Edge;
 use crate::slam::pose_graph::odometry_edges::ChainParams;

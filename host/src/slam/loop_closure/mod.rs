@@ -3,4 +3,5 @@
 
 pub(crate) mod candidate;
 pub(crate) mod pairwise_consistency;
+pub(crate) mod params;
 pub(crate) mod verification;
