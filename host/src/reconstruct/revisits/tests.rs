@@ -87,18 +87,17 @@ fn what_is_kept_of_many_passes_does_not_grow_with_their_number() {
 }
 
 #[test]
-fn what_a_later_pass_sees_first_is_kept_and_reaches_back_over_the_border() {
+fn what_a_later_pass_sees_first_is_kept_up_to_the_border_of_what_was_covered() {
     with_drive(&[4.0, 4.0, 4.0, 6.0], 0.015, |drive| {
         let last = |point: &&DrivePoint| point.scan > 3 * 101;
         let all = points(drive);
         for point in all.iter().filter(last) {
             let (x_m, is_kept) = (point.point_m[0], point.first_view.is_some());
-            assert!(is_kept || x_m < 4.1, "{x_m} was never seen before");
+            // The third pass came to 4.026 m.
+            assert!(is_kept || x_m < 4.03, "{x_m} was never seen before");
         }
         let covered = all.iter().filter(last).filter(|point| point.point_m[0] < 3.5);
         assert!(covered.clone().filter(|point| point.first_view.is_some()).count() * 10 < covered.count());
-        let overlap = all.iter().filter(last).filter(|point| (3.95..4.03).contains(&point.point_m[0]));
-        assert!(overlap.clone().count() > 0 && overlap.clone().all(|point| point.first_view.is_some()));
     });
 }
 
