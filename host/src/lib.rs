@@ -33,6 +33,7 @@ pub use self::{
     reconstruct::polygons::triangulate::{model_mesh, polygons_mesh},
     reconstruct::polygons::validate::{Defect, check as check_polygon},
     reconstruct::polygons::{Merging, PolygonParams},
+    reconstruct::revisits::params::RevisitParams,
     recordings::deskew::{StampedPose, Trajectory},
     recordings::run::{Run, RunError, RunPoses, VerticalScans},
     recordings::scan_geometry::{BeamGeometry, RangeScan, ScanGeometry},
@@ -57,7 +58,7 @@ pub mod files {
         obj::{Obj, ObjError, read as read_obj, write as write_obj},
         ply::error::PlyError,
         ply::read::{Ply, Wanted, read as read_ply, read_wanted as read_wanted_ply},
-        ply::write::{PointRows, write_mesh, write_model as write_ply, write_points},
+        ply::write::{PointRow, PointRows, PointTable, write_mesh, write_model as write_ply, write_points},
         text::trajectory::{TrajectoryError, TrajectoryFormat, read_poses, write_poses},
     };
     #[doc(inline)]

@@ -5,18 +5,20 @@
 
 use crate::model::{Cloud, Mesh, Model};
 use crate::pipeline::params::BuildParams;
-use crate::reconstruct::cloud::pose_scans;
 use crate::reconstruct::leftovers;
 use crate::reconstruct::mesh;
 use crate::reconstruct::planes;
-use crate::reconstruct::planes::labeled::SigmaSource;
+use crate::reconstruct::planes::labeled::{Planes, SigmaSource};
 use crate::reconstruct::polygons;
+use crate::reconstruct::revisits::fuse::fuse;
+use crate::reconstruct::revisits::labels::PlanesNear;
+use crate::reconstruct::revisits::split::{Drive, Kept, Scans};
 use crate::recordings::deskew::Trajectory;
 use crate::recordings::scan_geometry::RangeScan;
 use crate::recordings::scan_geometry::ScanGeometry;
 
 /// What modeling needs of a recording.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct BuildInput<'a> {
     /// The vertical laser.
     pub geometry: &'a ScanGeometry,
@@ -24,6 +26,14 @@ pub struct BuildInput<'a> {
     pub range_scans: &'a [RangeScan],
     /// The poses of the base.
     pub trajectory: &'a Trajectory,
+}
+
+impl<'a> BuildInput<'a> {
+    /// What its points are made of.
+    pub(crate) fn drive(&self, params: &'a BuildParams) -> Drive<'a> {
+        let Self { geometry, range_scans, trajectory } = *self;
+        Drive { params: &params.cloud, geometry, range_scans, trajectory }
+    }
 }
 
 /// One line of [`build`].
@@ -61,6 +71,13 @@ pub trait Observer {
     fn begins(&mut self, stage: Stage);
     /// This share of a stage's work is done, 0 to 1; said of stages that know it.
     fn goes_on(&mut self, _stage: Stage, _share: f64) {}
+    /// So many points show something new: all stages to come cost by them.
+    ///
+    /// # Errors
+    /// A sentence, when that is too much.
+    fn first_views(&mut self, _points: usize) -> Result<(), String> {
+        Ok(())
+    }
     /// A stage ended with `count` things made (points, triangles, planes, polygons, triangles).
     fn ended(&mut self, stage: Stage, count: usize);
 }
@@ -74,9 +91,11 @@ impl Observer for () {
 /// The figures of a build.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Counts {
-    /// Points of the cloud.
+    /// Points of the drive.
     pub raw_points: usize,
-    /// Triangles of the raw mesh.
+    /// Of these, seen again: on surfaces that earlier passes have covered, fused with the planes.
+    pub revisited_points: usize,
+    /// Triangles of the raw mesh of all points.
     pub raw_triangles: usize,
     /// Planes with at least one polygon.
     pub planes: usize,
@@ -119,9 +138,9 @@ impl Counts {
 /// Everything a build makes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BuildOutput {
-    /// The raw 3D points.
+    /// The raw 3D points; of a drive those that show something new.
     pub cloud: Cloud,
-    /// For every point the index of its plane in `model.planes`, or -1.
+    /// For every point of the cloud the index of its plane in `model.planes`, or -1.
     pub labels: Vec<i32>,
     /// The raw 3D mesh over the cloud's points.
     pub mesh: Mesh,
@@ -129,11 +148,27 @@ pub struct BuildOutput {
     pub model: Model,
     /// The figures.
     pub counts: Counts,
+    /// What tells of points that are not in the cloud.
+    pub(crate) revisits: Revisits,
+}
+
+/// Points that show nothing new, which nobody holds.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Revisits {
+    /// Which points are in the cloud.
+    pub kept: Kept,
+    /// All scans.
+    pub scans: Scans,
+    /// On which planes the others lie.
+    pub near: PlanesNear,
 }
 
 /// Why there is no model.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BuildError {
+    /// The observer wants no more.
+    #[error("{0}")]
+    Refused(String),
     /// Not one beam became a point.
     #[error(
         "no 3D point in {range_scans} vertical scans: {unposed} have no pose, the others saw nothing between {min_range_m} m and {max_range_m} m"
@@ -157,31 +192,50 @@ pub fn build(
     observer: &mut dyn Observer,
 ) -> Result<BuildOutput, BuildError> {
     observer.begins(Stage::Cloud);
-    let posed = pose_scans(&params.cloud, input.geometry, input.range_scans, input.trajectory);
-    observer.ended(Stage::Cloud, posed.cloud.len());
-    if posed.cloud.is_empty() {
+    let drive = input.drive(params);
+    let split = drive.split(&params.revisits, &params.mesh);
+    observer.ended(Stage::Cloud, split.kept.points());
+    if split.cloud.is_empty() {
         return Err(BuildError::NoPoints {
             range_scans: input.range_scans.len(),
-            unposed: posed.scans_unposed,
+            unposed: split.left_out.scans_unposed,
             min_range_m: params.cloud.min_range_m,
             max_range_m: params.cloud.max_range_m,
         });
     }
-    let mut output = model_of(posed.cloud, params, observer);
-    output.counts.scans_still = posed.scans_still;
-    output.counts.scans_unposed = posed.scans_unposed;
+    observer.first_views(split.cloud.len()).map_err(BuildError::Refused)?;
+    let mut near = PlanesNear::default();
+    let mut fuse = |cloud: &Cloud, found: &mut Planes| near = fuse(&drive, cloud, &split.kept, found);
+    let mut output = model_with(split.cloud, params, observer, &mut fuse);
+    output.counts.raw_points = split.kept.points();
+    output.counts.raw_triangles = split.raw_triangles;
+    output.counts.revisited_points = split.kept.revisited();
+    output.counts.scans_still = split.left_out.scans_still;
+    output.counts.scans_unposed = split.left_out.scans_unposed;
+    output.revisits = Revisits { kept: split.kept, scans: split.scans, near };
     Ok(output)
 }
 
 /// Builds the compact model of an organized cloud: everything after its points are posed.
 pub fn model_of(cloud: Cloud, params: &BuildParams, observer: &mut dyn Observer) -> BuildOutput {
+    model_with(cloud, params, observer, &mut |_, _| ())
+}
+
+/// [`model_of`], with planes that `fuse` makes more exact before they get polygons.
+fn model_with(
+    cloud: Cloud,
+    params: &BuildParams,
+    observer: &mut dyn Observer,
+    fuse: &mut dyn FnMut(&Cloud, &mut Planes),
+) -> BuildOutput {
     observer.begins(Stage::Mesh);
     let mesh = mesh::join(&params.mesh, &cloud);
     observer.ended(Stage::Mesh, mesh.triangles.len());
 
     observer.begins(Stage::Planes);
     let mut progress = |percent: u64| observer.goes_on(Stage::Planes, percent as f64 / 100.0);
-    let found = planes::extract_with_progress(&params.planes, &cloud, &mut progress);
+    let mut found = planes::extract_with_progress(&params.planes, &cloud, &mut progress);
+    fuse(&cloud, &mut found);
     observer.ended(Stage::Planes, found.planes.len());
 
     observer.begins(Stage::Polygons);
@@ -203,10 +257,11 @@ pub fn model_of(cloud: Cloud, params: &BuildParams, observer: &mut dyn Observer)
     };
     let model = Model { planes: found.planes, polygons: merged.polygons, leftovers };
     counts.recount(&model);
-    BuildOutput { cloud, labels: found.labels, mesh, model, counts }
+    BuildOutput { cloud, labels: found.labels, mesh, model, counts, revisits: Revisits::default() }
 }
 
 pub(crate) mod compact;
+pub(crate) mod drive_points;
 pub(crate) mod params;
 pub(crate) mod plane_report;
 pub(crate) mod summary;

@@ -5,6 +5,7 @@ use crate::reconstruct::leftovers::LeftoverParams;
 use crate::reconstruct::mesh::MeshParams;
 use crate::reconstruct::planes::params::PlaneParams;
 use crate::reconstruct::polygons::params::PolygonParams;
+use crate::reconstruct::revisits::params::RevisitParams;
 use serde::Serialize;
 
 /// The parameters of every stage of [`crate::pipeline::build`].
@@ -12,6 +13,8 @@ use serde::Serialize;
 pub struct BuildParams {
     /// Which beams become points.
     pub cloud: CloudParams,
+    /// Which points show nothing new.
+    pub revisits: RevisitParams,
     /// Which points are joined to raw triangles.
     pub mesh: MeshParams,
     /// What a plane is.

@@ -92,8 +92,10 @@ pub(crate) enum PosesFrom {
 /// The counts of a model and of what it was made of.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct ModelFigures {
-    /// Points of the raw cloud.
+    /// Points of the drive.
     pub raw_points: usize,
+    /// Of these, seen again on surfaces that were covered, and fused with the planes.
+    pub revisited_points: usize,
     /// Triangles of the raw mesh.
     pub raw_triangles: usize,
     /// Planes.
@@ -184,6 +186,7 @@ impl Summary {
     pub(crate) fn new(counts: &Counts, model: &Model, model_triangles: usize) -> Self {
         let figures = ModelFigures {
             raw_points: counts.raw_points,
+            revisited_points: counts.revisited_points,
             raw_triangles: counts.raw_triangles,
             planes: counts.planes,
             polygons: counts.polygons,

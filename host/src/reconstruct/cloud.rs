@@ -5,8 +5,8 @@
 
 use crate::model::Cloud;
 use crate::recordings::deskew::{StampedPose, Trajectory};
-use crate::recordings::scan_geometry::{MAX_BEAMS_PER_SCAN, RangeScan, ScanGeometry};
-use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+use crate::recordings::scan_geometry::{BeamGeometry, MAX_BEAMS_PER_SCAN, RangeScan, ScanGeometry};
+use nalgebra::Vector3;
 use serde::Serialize;
 
 /// What becomes a point.
@@ -41,11 +41,9 @@ impl Default for CloudParams {
     }
 }
 
-/// A cloud and what was left out of it.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct PosedCloud {
-    /// The points.
-    pub cloud: Cloud,
+/// What was left out of a drive's cloud.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct LeftOut {
     /// Scans dropped because the robot had not moved.
     pub scans_still: usize,
     /// Scans dropped because the trajectory does not cover their time.
@@ -55,67 +53,94 @@ pub(crate) struct PosedCloud {
     pub beams_empty: usize,
 }
 
-/// Poses every beam of every scan. Sweeps are taken in the order given; ranges beyond the fan's beams are
-/// ignored, beams beyond the 65,535th give no point.
-pub(crate) fn pose_scans(
-    params: &CloudParams,
-    geometry: &ScanGeometry,
-    range_scans: &[RangeScan],
-    trajectory: &Trajectory,
-) -> PosedCloud {
-    let mut out = PosedCloud::default();
-    let beams = geometry.beams.len().min(MAX_BEAMS_PER_SCAN);
-    out.cloud.beams_per_scan = beams;
-    out.cloud.delays_ns = geometry.beams.iter().take(beams).map(|beam| beam.delay_ns).collect();
-    let Some(middle) = geometry.beams.get(beams / 2) else {
-        out.scans_unposed = range_scans.len();
-        return out;
-    };
-    let gap_ns = seconds_to_ns(params.max_pose_gap_s);
-    let mut last_kept: Option<StampedPose> = None;
-    for range_scan in range_scans {
-        let Some(pose) = trajectory.at(range_scan.stamp_ns.saturating_add(middle.delay_ns), gap_ns) else {
-            out.scans_unposed += 1;
-            continue;
-        };
-        if last_kept.is_some_and(|last| stands_still(params, &last, &pose)) {
-            out.scans_still += 1;
-            continue;
-        }
-        last_kept = Some(pose);
-        pose_beams(params, geometry, range_scan, trajectory, &mut out);
-        let origin = map_from_base(&pose) * geometry.base_from_laser.translation.vector;
-        out.cloud.origins_m.push(to_f32(origin.into()));
-        out.cloud.stamps_ns.push(range_scan.stamp_ns);
-    }
-    out
+/// One scan's points.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct PosedScan {
+    /// Where the laser was at the scan's middle beam, meters in `map`.
+    pub origin_m: [f32; 3],
+    /// The base's heading at that beam, radians.
+    pub theta_rad: f64,
+    /// The scan's stamp, nanoseconds.
+    pub stamp_ns: i64,
+    /// The points, in the order of their beams.
+    pub points_m: Vec<[f32; 3]>,
+    /// The beam of each.
+    pub beams: Vec<u16>,
 }
 
-fn pose_beams(
-    params: &CloudParams,
-    geometry: &ScanGeometry,
-    range_scan: &RangeScan,
-    trajectory: &Trajectory,
-    out: &mut PosedCloud,
-) {
-    let scan = out.cloud.origins_m.len() as u32;
-    let gap_ns = seconds_to_ns(params.max_pose_gap_s);
-    let before = out.cloud.len();
-    for (index, (beam, &range_m)) in (0..u16::MAX).zip(geometry.beams.iter().zip(&range_scan.ranges_m)) {
-        if !(range_m >= params.min_range_m && range_m <= params.max_range_m) {
-            continue;
-        }
-        let Some(pose) = trajectory.at(range_scan.stamp_ns.saturating_add(beam.delay_ns), gap_ns) else {
-            continue;
+/// Poses a drive scan by scan, so that nobody has to hold all of its points.
+pub(crate) struct ScanPoser<'a> {
+    params: &'a CloudParams,
+    geometry: &'a ScanGeometry,
+    trajectory: &'a Trajectory,
+    /// The unit vector of each beam in `base_link`.
+    directions: Vec<Vector3<f64>>,
+    last_kept: Option<StampedPose>,
+    /// What was left out so far.
+    pub left_out: LeftOut,
+}
+
+impl<'a> ScanPoser<'a> {
+    /// At the start of a drive.
+    pub(crate) fn new(
+        params: &'a CloudParams,
+        geometry: &'a ScanGeometry,
+        trajectory: &'a Trajectory,
+    ) -> Self {
+        let direction = |beam: &BeamGeometry| {
+            let (sin, cos) = beam.angle_rad.sin_cos();
+            geometry.base_from_laser.rotation * Vector3::new(cos, sin, 0.0)
         };
-        let (sin, cos) = beam.angle_rad.sin_cos();
-        let in_laser = Point3::new(cos, sin, 0.0) * f64::from(range_m);
-        let in_map = map_from_base(&pose) * (geometry.base_from_laser * in_laser).coords;
-        out.cloud.points_m.push(to_f32(in_map.into()));
-        out.cloud.scan.push(scan);
-        out.cloud.beam.push(index);
+        let directions = geometry.beams.iter().map(direction).collect();
+        Self { params, geometry, trajectory, directions, last_kept: None, left_out: LeftOut::default() }
     }
-    out.beams_empty += geometry.beams.len() - (out.cloud.len() - before);
+
+    /// A cloud without points that knows the laser.
+    pub(crate) fn empty_cloud(&self) -> Cloud {
+        let beams = self.geometry.beams.len().min(MAX_BEAMS_PER_SCAN);
+        let delays_ns = self.geometry.beams.iter().take(beams).map(|beam| beam.delay_ns).collect();
+        Cloud { beams_per_scan: beams, delays_ns, ..Cloud::default() }
+    }
+
+    /// Poses the next scan into `row`, each beam at its own time; `false` when the scan is left out. Ranges
+    /// beyond the fan's beams are ignored, beams beyond the 65,535th give no point.
+    pub(crate) fn pose(&mut self, range_scan: &RangeScan, row: &mut PosedScan) -> bool {
+        let gap_ns = seconds_to_ns(self.params.max_pose_gap_s);
+        let middle = self.geometry.beams.get(self.geometry.beams.len().min(MAX_BEAMS_PER_SCAN) / 2);
+        let at_middle = middle.and_then(|middle| {
+            self.trajectory.at(range_scan.stamp_ns.saturating_add(middle.delay_ns), gap_ns)
+        });
+        let Some(pose) = at_middle else {
+            self.left_out.scans_unposed += 1;
+            return false;
+        };
+        if self.last_kept.is_some_and(|last| stands_still(self.params, &last, &pose)) {
+            self.left_out.scans_still += 1;
+            return false;
+        }
+        self.last_kept = Some(pose);
+        self.pose_beams(range_scan, gap_ns, row);
+        let origin = in_map(&pose, self.geometry.base_from_laser.translation.vector);
+        (row.origin_m, row.theta_rad, row.stamp_ns) = (origin, pose.theta_rad, range_scan.stamp_ns);
+        true
+    }
+
+    fn pose_beams(&mut self, range_scan: &RangeScan, gap_ns: i64, row: &mut PosedScan) {
+        row.points_m.clear();
+        row.beams.clear();
+        let laser = self.geometry.base_from_laser.translation.vector;
+        let beams = self.geometry.beams.iter().zip(&self.directions).zip(&range_scan.ranges_m);
+        for (index, ((beam, direction), &range_m)) in (0..u16::MAX).zip(beams) {
+            if !(range_m >= self.params.min_range_m && range_m <= self.params.max_range_m) {
+                continue;
+            }
+            let stamp_ns = range_scan.stamp_ns.saturating_add(beam.delay_ns);
+            let Some(pose) = self.trajectory.at(stamp_ns, gap_ns) else { continue };
+            row.points_m.push(in_map(&pose, laser + direction * f64::from(range_m)));
+            row.beams.push(index);
+        }
+        self.left_out.beams_empty += self.geometry.beams.len() - row.points_m.len();
+    }
 }
 
 fn stands_still(params: &CloudParams, last: &StampedPose, now: &StampedPose) -> bool {
@@ -123,42 +148,52 @@ fn stands_still(params: &CloudParams, last: &StampedPose, now: &StampedPose) -> 
     moved_m < params.still_distance_m && last.turn_rad(now).abs().to_degrees() < params.still_angle_deg
 }
 
-/// A planar pose as a map of vectors: turn about z, then move in the floor's plane.
-struct Planar(Isometry3<f64>);
-
-fn map_from_base(pose: &StampedPose) -> Planar {
-    Planar(Isometry3::from_parts(
-        Translation3::new(pose.x_m, pose.y_m, 0.0),
-        UnitQuaternion::from_axis_angle(&Vector3::z_axis(), pose.theta_rad),
-    ))
-}
-
-impl std::ops::Mul<Vector3<f64>> for Planar {
-    type Output = Vector3<f64>;
-
-    fn mul(self, in_base: Vector3<f64>) -> Vector3<f64> {
-        (self.0 * Point3::from(in_base)).coords
-    }
+/// A point in `base_link` turned about z and moved in the floor's plane.
+fn in_map(pose: &StampedPose, p: Vector3<f64>) -> [f32; 3] {
+    let (sin, cos) = pose.theta_rad.sin_cos();
+    [pose.x_m + cos * p.x - sin * p.y, pose.y_m + sin * p.x + cos * p.y, p.z].map(|v| v as f32)
 }
 
 fn seconds_to_ns(seconds: f64) -> i64 {
     (seconds * 1e9) as i64
 }
 
-fn to_f32(v: [f64; 3]) -> [f32; 3] {
-    v.map(|x| x as f32)
-}
-
 #[cfg(test)]
 mod tests {
-    use super::CloudParams;
-    use super::pose_scans;
+    use super::{CloudParams, LeftOut, PosedScan, ScanPoser};
+    use crate::model::Cloud;
     use crate::recordings::deskew::{StampedPose, Trajectory};
     use crate::recordings::scan_geometry::BeamGeometry;
     use crate::recordings::scan_geometry::RangeScan;
     use crate::recordings::scan_geometry::ScanGeometry;
     use nalgebra::{Isometry3, Translation3, UnitQuaternion};
     use std::f64::consts::FRAC_PI_2;
+
+    struct Posed {
+        cloud: Cloud,
+        left_out: LeftOut,
+    }
+
+    /// All scans as one cloud.
+    fn pose_scans(
+        params: &CloudParams,
+        geometry: &ScanGeometry,
+        range_scans: &[RangeScan],
+        trajectory: &Trajectory,
+    ) -> Posed {
+        let mut poser = ScanPoser::new(params, geometry, trajectory);
+        let mut cloud = poser.empty_cloud();
+        let mut row = PosedScan::default();
+        for range_scan in range_scans {
+            if poser.pose(range_scan, &mut row) {
+                cloud.scan.extend(row.points_m.iter().map(|_| cloud.origins_m.len() as u32));
+                cloud.points_m.extend(&row.points_m);
+                cloud.beam.extend(&row.beams);
+                cloud.origins_m.push(row.origin_m);
+            }
+        }
+        Posed { cloud, left_out: poser.left_out }
+    }
 
     /// A laser 0.45 m up whose fan's middle points up: pitch -90 degrees, as in the default rig.
     fn upright(beams: Vec<BeamGeometry>) -> ScanGeometry {
@@ -216,7 +251,7 @@ mod tests {
             &driving_along_x(1.0),
         );
         assert_eq!(posed.cloud.beam, [1, 4]);
-        assert_eq!(posed.beams_empty, 3);
+        assert_eq!(posed.left_out.beams_empty, 3);
         assert_eq!(posed.cloud.beams_per_scan, 5);
     }
 
@@ -227,7 +262,7 @@ mod tests {
             let geometry = upright(vec![BeamGeometry { angle_rad: 0.0, delay_ns: 0 }; last + extra]);
             let range_scan = RangeScan { stamp_ns: 5, ranges_m: vec![1.0; last + extra] };
             let posed = pose_scans(&CloudParams::default(), &geometry, &[range_scan], &driving_along_x(1.0));
-            assert_eq!((posed.cloud.len(), posed.beams_empty), (last, empty));
+            assert_eq!((posed.cloud.len(), posed.left_out.beams_empty), (last, empty));
             assert_eq!((posed.cloud.beams_per_scan, posed.cloud.delays_ns.len()), (last, last));
             assert_eq!(posed.cloud.beam.last(), Some(&(u16::MAX - 1)));
         }
@@ -239,9 +274,9 @@ mod tests {
         let range_scans: Vec<_> =
             (0..10).map(|i| RangeScan { stamp_ns: i * 100_000_000, ranges_m: vec![1.0] }).collect();
         let still = pose_scans(&CloudParams::default(), &geometry, &range_scans, &driving_along_x(0.0));
-        assert_eq!((still.cloud.len(), still.scans_still), (1, 9));
+        assert_eq!((still.cloud.len(), still.left_out.scans_still), (1, 9));
         let moving = pose_scans(&CloudParams::default(), &geometry, &range_scans, &driving_along_x(1.0));
-        assert_eq!((moving.cloud.len(), moving.scans_still), (10, 0));
+        assert_eq!((moving.cloud.len(), moving.left_out.scans_still), (10, 0));
     }
 
     #[test]
@@ -249,7 +284,7 @@ mod tests {
         let geometry = upright(vec![BeamGeometry { angle_rad: 0.0, delay_ns: 0 }]);
         let late = RangeScan { stamp_ns: 60_000_000_000, ranges_m: vec![1.0] };
         let posed = pose_scans(&CloudParams::default(), &geometry, &[late], &driving_along_x(1.0));
-        assert_eq!((posed.cloud.len(), posed.scans_unposed), (0, 1));
+        assert_eq!((posed.cloud.len(), posed.left_out.scans_unposed), (0, 1));
         assert!(pose_scans(&CloudParams::default(), &geometry, &[], &Trajectory::default()).cloud.is_empty());
     }
 }

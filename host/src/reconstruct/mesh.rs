@@ -4,6 +4,7 @@
 //! only create a polygonal surface if the consecutive points are close to each other").
 
 use crate::model::{Cloud, Mesh};
+use crate::reconstruct::cloud::PosedScan;
 use biplane_geometry::vec3::{cross, distance, dot, minus, norm};
 use serde::Serialize;
 
@@ -112,10 +113,73 @@ impl Joiner<'_> {
     }
 }
 
+/// Counts the triangles that [`join`] would make of a drive, for which nobody has to hold it.
+pub(crate) struct TriangleCount<'a> {
+    params: &'a MeshParams,
+    /// A slot a beam of the scan before; what is missing is infinitely far away.
+    previous: Vec<[f32; 3]>,
+    next: Vec<[f32; 3]>,
+    /// So many so far.
+    pub triangles: usize,
+}
+
+impl<'a> TriangleCount<'a> {
+    /// Before the first scan of a laser with so many beams.
+    pub(crate) fn new(params: &'a MeshParams, beams_per_scan: usize) -> Self {
+        let none = vec![[f32::NAN; 3]; beams_per_scan];
+        Self { params, previous: none.clone(), next: none, triangles: 0 }
+    }
+
+    /// Counts those between a scan and the one before.
+    pub(crate) fn push(&mut self, row: &PosedScan) {
+        self.next.fill([f32::NAN; 3]);
+        for (beam, point) in row.beams.iter().zip(&row.points_m) {
+            self.next.get_mut(usize::from(*beam)).into_iter().for_each(|slot| *slot = *point);
+        }
+        for (left, right) in self.previous.windows(2).zip(self.next.windows(2)) {
+            self.triangles += self.in_quad([left[0], right[0], right[1], left[1]]);
+        }
+        std::mem::swap(&mut self.previous, &mut self.next);
+    }
+
+    fn in_quad(&self, [a, b, c, d]: [[f32; 3]; 4]) -> usize {
+        let length_m = |p: [f32; 3], q: [f32; 3]| {
+            let length_m = distance(p, q);
+            if length_m.is_nan() { f32::INFINITY } else { length_m }
+        };
+        let close = |p, q| length_m(p, q) < self.params.max_edge_m;
+        let has_area = |p, q, r| norm(cross(minus(q, p), minus(r, p))) != 0.0;
+        let counts =
+            |[p, q, r]: [[f32; 3]; 3]| close(p, q) && close(q, r) && close(r, p) && has_area(p, q, r);
+        let halves =
+            if length_m(a, c) <= length_m(b, d) { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] };
+        halves.into_iter().filter(|half| counts(*half)).count()
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{MeshParams, cross, dot, join, minus};
+    use super::{MeshParams, TriangleCount, cross, dot, join, minus};
     use crate::model::Cloud;
+    use crate::reconstruct::cloud::PosedScan;
+    use crate::reconstruct::fixture::{corridor, drive};
+
+    #[test]
+    fn as_many_triangles_are_counted_as_are_made() {
+        let params = MeshParams::default();
+        for cloud in [wall(4, 5, &[]), wall(3, 3, &[(1, 1)]), drive(&corridor(), 60, 0.02, 5)] {
+            let mut count = TriangleCount::new(&params, cloud.beams_per_scan);
+            for scan in 0..cloud.origins_m.len() as u32 {
+                let of_scan: Vec<usize> = (0..cloud.len()).filter(|k| cloud.scan[*k] == scan).collect();
+                count.push(&PosedScan {
+                    points_m: of_scan.iter().map(|k| cloud.points_m[*k]).collect(),
+                    beams: of_scan.iter().map(|k| cloud.beam[*k]).collect(),
+                    ..PosedScan::default()
+                });
+            }
+            assert_eq!(count.triangles, join(&params, &cloud).triangles.len());
+        }
+    }
 
     /// A wall at y = 1 seen from the x axis: `scans` columns and `beams` rows 0.1 m apart, without the points
     /// in `missing`.

@@ -8,4 +8,6 @@ pub(crate) mod leftovers;
 pub(crate) mod mesh;
 pub(crate) mod planes;
 pub(crate) mod polygons;
+pub(crate) mod revisits;
 pub(crate) mod simplify;
+pub(crate) mod voxels;

@@ -8,6 +8,7 @@ use crate::formats::output::OutputFolder;
 use crate::formats::{Shapes, source_name};
 use crate::pipeline::summary::{Parameters, PosesFrom, ScanFigures, Summary};
 use crate::pipeline::{self, BuildInput, BuildOutput};
+use crate::reconstruct::revisits::split::Drive;
 use crate::recordings::deskew::StampedPose;
 use crate::recordings::run::{Run, VerticalScans};
 use crate::slam::occupancy::OccupancyGrid;
@@ -21,10 +22,11 @@ use crate::cli::models::{files, formats};
 use crate::cli::recordings::optimize;
 use crate::cli::terminal::console::Console;
 use crate::cli::terminal::dry_run::Plan;
+use crate::cli::terminal::needs::{self, Needs};
 use crate::cli::terminal::replace;
 use crate::cli::terminal::stages::Stages;
 use crate::cli::terminal::threads::Threads;
-use crate::cli::terminal::values::length;
+use crate::cli::terminal::values::{length, memory};
 use crate::cli::view::report;
 use biplane_cli::Outcome;
 use posed::Posed;
@@ -58,9 +60,13 @@ pub(super) struct Args {
     /// Replace the folder if it exists
     #[arg(long)]
     force: bool,
-    /// Say what would be read, done and written, and do none of it
+    /// Say what would be read, done and written and how much memory it takes, and do none of it
     #[arg(long)]
     dry_run: bool,
+    /// Take no more memory than this, such as 500M or 4G; what needs more is refused, as early as it is known
+    /// [default: three quarters of the machine's or the control group's]
+    #[arg(long, value_name = "BYTES", value_parser = memory)]
+    memory: Option<u64>,
     #[command(flatten)]
     model_args: ModelArgs,
     #[command(flatten)]
@@ -87,6 +93,7 @@ impl Args {
             sigma: None,
             force: false,
             dry_run: false,
+            memory: None,
             model_args: ModelArgs::unsaid(),
             threads: Threads::default(),
         }
@@ -103,10 +110,11 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         replace::check(&files::KNOWN, &args.output, &inputs)?;
     }
     OutputFolder::check(&args.output, args.force)?;
+    needs::keep_below(args.memory).map_err(|why| anyhow!(why))?;
+    let needs = report_needs(&runs, console)?;
     if args.dry_run {
-        return Ok(plan(args, &runs).print_result());
+        return Ok(Plan { takes: Some(needs.words()), ..plan(args, &runs) }.print_result());
     }
-    report_needs(&runs, console)?;
     let mut stages = Stages::new(console, &steps(args));
     let folder = OutputFolder::create(&args.output, args.force)?;
     let posed = poses(args, &runs, &folder, &mut stages, console)?;
@@ -133,12 +141,13 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         bail!("none of the {} vertical scans lies within the poses of {source}", vertical.range_scans.len());
     }
     let counts = built.as_ref().map(|built| built.counts);
+    let drive = vertical.as_ref().map(|vertical| input(vertical, &posed).drive(&parameters.build));
     let (mut summary, page) =
-        write_all(args, &folder, built, &Floor { grid: &grid, posed: &posed, console }, &mut stages)?;
+        write_all(args, &folder, built, &Drawn { grid: &grid, drive, posed: &posed, console }, &mut stages)?;
     (summary.source.poses_from, summary.source.loops) = (Some(posed.from), posed.loops);
     summary.source.recordings =
         runs.iter().flat_map(|run| run.recording().paths()).map(|path| path.display().to_string()).collect();
-    summary.parameters = parameters;
+    summary.parameters = parameters.clone();
     (summary.scans.horizontal, summary.scans.horizontal_unposed) = posed.scans();
     summary.scans.wild_poses = posed.wild_poses;
     summary.scans.vertical =
@@ -153,18 +162,12 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// Memory for each range of the vertical laser, bytes, and for everything else: 82 MB for the 83 thousand of
-/// the demo's corridor, 286 MB for 250 thousand of the office. A robot that stands still half of its time
-/// needs half.
-const BYTES_PER_RANGE: u64 = 1_100;
-const BYTES_WITHOUT_RANGES: u64 = 10_000_000;
-
 /// Says before all work that there will be no model, where there cannot be one, and refuses work for which
 /// there is not memory enough.
-fn report_needs(runs: &[Run], console: &Console) -> anyhow::Result<()> {
+fn report_needs(runs: &[Run], console: &Console) -> anyhow::Result<Needs> {
     let ranges = runs.iter().map(Run::vertical_ranges).sum::<Result<u64, _>>()?;
-    biplane_cli::memory::expect_need(BYTES_WITHOUT_RANGES + BYTES_PER_RANGE * ranges)
-        .map_err(|why| anyhow!(why))?;
+    let needs = Needs::of(ranges);
+    biplane_cli::memory::expect_need(needs.min_bytes).map_err(|why| anyhow!(why))?;
     if ranges == 0 {
         let names: Vec<String> = runs.iter().map(|run| run.path().display().to_string()).collect();
         console.warn(format!(
@@ -172,7 +175,7 @@ fn report_needs(runs: &[Run], console: &Console) -> anyhow::Result<()> {
             names.join(", ")
         ));
     }
-    Ok(())
+    Ok(needs)
 }
 
 /// The stages in their order.
@@ -196,6 +199,7 @@ fn plan<'a>(args: &'a Args, runs: &'a [Run]) -> Plan<'a> {
         writes: files::names(&args.model_args.formats, !args.model_args.no_report)
             .map(|name| args.output.join(name).display().to_string())
             .collect(),
+        takes: None,
     }
 }
 
@@ -263,17 +267,22 @@ fn model(
     parameters: &Parameters,
     stages: &mut Stages<'_>,
 ) -> anyhow::Result<BuildOutput> {
-    let input = BuildInput {
+    Ok(pipeline::build(&input(vertical, posed), &parameters.build, stages)?)
+}
+
+fn input<'a>(vertical: &'a VerticalScans, posed: &'a Posed<'_>) -> BuildInput<'a> {
+    BuildInput {
         geometry: &vertical.geometry,
         range_scans: &vertical.range_scans,
         trajectory: &posed.trajectory,
-    };
-    Ok(pipeline::build(&input, &parameters.build, stages)?)
+    }
 }
 
-/// Where the robot was, and the map that it drew.
-struct Floor<'a> {
+/// Where the robot was, what it saw, and the map that it drew.
+struct Drawn<'a> {
     grid: &'a OccupancyGrid,
+    /// What the points are made of; `None` without a vertical laser.
+    drive: Option<Drive<'a>>,
     posed: &'a Posed<'a>,
     console: &'a Console,
 }
@@ -283,24 +292,25 @@ fn write_all(
     args: &Args,
     folder: &OutputFolder,
     built: Option<BuildOutput>,
-    floor: &Floor<'_>,
+    drawn: &Drawn<'_>,
     stages: &mut Stages<'_>,
 ) -> anyhow::Result<(Summary, Option<Page>)> {
-    let &Floor { grid, posed, console } = floor;
+    let &Drawn { grid, drive, posed, console } = drawn;
     let part = folder.part();
     let known: Vec<StampedPose> = posed.known();
     let (image, coarsened) = MapImage::new(grid, &known)?;
     console.report_coarsened(coarsened.as_ref());
     let mut output = built.unwrap_or_default();
     posed.restore(&mut output.cloud.stamps_ns);
+    posed.restore(&mut output.revisits.scans.stamps_ns);
     args.model_args.bound(&mut output)?;
     let shapes = Shapes { source: posed.named(source_name), ..Shapes::new(&output.model) };
     let building = formats::building(&args.model_args.formats, &output.model, Some(0.0));
     let has_model = !output.cloud.is_empty();
     stages.time("write", || {
         let mut written = files::write_floor(part, &image, &known, &posed.used)?;
-        if has_model {
-            written += files::write_raw(part, &output, &shapes.source, &args.model_args.formats)?;
+        if let Some(drive) = drive.filter(|_| has_model) {
+            written += files::write_raw(part, drive, &output, &shapes.source, &args.model_args.formats)?;
             written += files::write_model(part, &shapes, building.as_ref(), &args.model_args.formats)?;
         }
         anyhow::Ok(((), written))

@@ -145,6 +145,7 @@ fn plan(args: &Args) -> Plan<'_> {
             .filter(is_of_meshes)
             .map(|name| args.output.join(name).display().to_string())
             .collect(),
+        takes: None,
     }
 }
 

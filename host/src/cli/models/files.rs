@@ -12,11 +12,13 @@ use crate::formats::obj;
 use crate::formats::output::error::OutputError;
 use crate::formats::output::write_file;
 use crate::formats::ply;
-use crate::formats::ply::write::PointRows;
+use crate::formats::ply::write::{PointRows, PointTable};
 use crate::formats::text::trajectory::{TrajectoryFormat, write_poses};
 use crate::formats::{Shapes, cityjson, dxf, gltf, ifc};
 use crate::pipeline::BuildOutput;
+use crate::pipeline::drive_points::DrivePoints;
 use crate::pipeline::summary::Summary;
+use crate::reconstruct::revisits::split::Drive;
 use crate::recordings::deskew::StampedPose;
 use crate::view::floor_map::map_files::write_map;
 use crate::view::floor_map::map_image::MapError;
@@ -82,16 +84,21 @@ pub(crate) fn write_floor(
     Ok(paths.len() + 1)
 }
 
-/// Writes the raw points and the raw mesh.
+/// Writes the raw points, all of them, and the raw mesh of the first views.
 pub(crate) fn write_raw(
     folder: &Path,
+    drive: Drive<'_>,
     output: &BuildOutput,
     source: &str,
     formats: &[Formats],
 ) -> Result<usize, OutputError> {
     let (cloud, labels) = (&output.cloud, &output.labels);
-    let rows = PointRows { cloud, labels, scan_numbers: &[], order: None, shift_m: [0.0; 3], source };
-    let written = write_points(folder, &rows, formats)?;
+    let written = if output.counts.revisited_points == 0 {
+        let rows = PointRows { cloud, labels, scan_numbers: &[], order: None, shift_m: [0.0; 3], source };
+        write_points(folder, &rows, formats)?
+    } else {
+        write_points(folder, &DrivePoints { drive, output, source }, formats)?
+    };
     write_file(&folder.join("raw.ply"), true, |out| {
         ply::write_mesh(out, &output.mesh, &format!("raw mesh of {source}"))
     })?;
@@ -101,27 +108,27 @@ pub(crate) fn write_raw(
 /// Writes the points, in the formats asked for too.
 pub(crate) fn write_points(
     folder: &Path,
-    rows: &PointRows<'_>,
+    points: &dyn PointTable,
     formats: &[Formats],
 ) -> Result<usize, OutputError> {
-    write_file(&folder.join("points.ply"), true, |out| ply::write_points(out, rows))?;
+    write_file(&folder.join("points.ply"), true, |out| ply::write_points(out, points))?;
     let written = 1;
     #[cfg(not(feature = "las"))]
     let _ = formats;
     #[cfg(feature = "las")]
-    let written = written + write_las(folder, rows, formats)?;
+    let written = written + write_las(folder, points, formats)?;
     Ok(written)
 }
 
 #[cfg(feature = "las")]
-fn write_las(folder: &Path, rows: &PointRows<'_>, formats: &[Formats]) -> Result<usize, OutputError> {
+fn write_las(folder: &Path, points: &dyn PointTable, formats: &[Formats]) -> Result<usize, OutputError> {
     let mut written = 0;
     for (name, format) in [("points.las", Format::Las), ("points.laz", Format::Laz)] {
         if formats.iter().any(|some| some.contains(&format)) {
             write_file(&folder.join(name), true, |out| {
                 // The library wants a file of its own; both names are of one.
                 let file = BufWriter::new(out.get_ref().try_clone()?);
-                las::write(file, rows, format == Format::Laz)
+                las::write(file, points, format == Format::Laz)
             })?;
             written += 1;
         }

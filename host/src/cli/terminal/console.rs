@@ -35,6 +35,11 @@ impl Console {
         Self { quiet, lines }
     }
 
+    /// Whether notes go where nobody looks on: a file, another program.
+    pub(crate) fn is_log(&self) -> bool {
+        !self.quiet && self.lines.is_none()
+    }
+
     /// Says a line.
     pub(crate) fn note(&self, text: impl AsRef<str>) {
         if !self.quiet {

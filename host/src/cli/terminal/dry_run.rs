@@ -13,6 +13,8 @@ pub(crate) struct Plan<'a> {
     pub steps: Vec<&'static str>,
     /// What is written.
     pub writes: Vec<String>,
+    /// What it takes, where that is known.
+    pub takes: Option<String>,
 }
 
 impl Plan<'_> {
@@ -25,6 +27,7 @@ impl Plan<'_> {
             list(&self.steps),
             list(&self.writes)
         );
+        self.takes.iter().for_each(|takes| println!("would take   {takes}"));
         Outcome::Done
     }
 }

@@ -4,6 +4,7 @@ pub(crate) mod console;
 pub(crate) mod dry_run;
 pub(crate) mod heartbeat;
 pub(crate) mod json;
+pub(crate) mod needs;
 pub(crate) mod replace;
 pub(crate) mod stages;
 pub(crate) mod stopwatch;

@@ -8,6 +8,18 @@ pub(crate) fn length(text: &str) -> Result<f64, String> {
     }
 }
 
+/// An amount of memory, bytes: a number with K, M, G or T behind it (1024 each), or without.
+pub(crate) fn memory(text: &str) -> Result<u64, String> {
+    let bare = text.strip_suffix(['B', 'b']).unwrap_or(text);
+    let units = [(['K', 'k'], 10), (['M', 'm'], 20), (['G', 'g'], 30), (['T', 't'], 40)];
+    let unit = units.into_iter().find_map(|(letters, shift)| Some((bare.strip_suffix(letters)?, shift)));
+    let (number, shift) = unit.unwrap_or((bare, 0));
+    match number.parse::<f64>().map(|number| number * (1_u64 << shift) as f64) {
+        Ok(bytes) if (1e6..=1e18).contains(&bytes) => Ok(bytes as u64),
+        _ => Err("expected an amount of memory of at least 1M, such as 500M or 4G".to_owned()),
+    }
+}
+
 /// Reads the side of a cell.
 pub(crate) fn resolution(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
@@ -21,5 +33,22 @@ pub(crate) fn not_negative(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value >= 0.0 => Ok(value),
         _ => Err("expected a number that is not negative".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::memory;
+
+    #[test]
+    fn memory_is_a_number_with_a_unit_or_without() {
+        assert_eq!(memory("4G"), Ok(4 << 30));
+        assert_eq!(
+            [memory("1.5M"), memory("500mb"), memory("2000000")],
+            [Ok(3 << 19), Ok(500 << 20), Ok(2_000_000)]
+        );
+        for text in ["", "G", "-4G", "4X", "nan", "1e30", "10"] {
+            assert!(memory(text).is_err(), "{text}");
+        }
     }
 }

@@ -6,6 +6,7 @@ use crate::cli::terminal::stages::Stages;
 use crate::formats::Shapes;
 use crate::formats::output::error::OutputError;
 use crate::formats::output::write_file;
+use crate::model::Mesh;
 use crate::pipeline::BuildOutput;
 use crate::pipeline::summary::Summary;
 use crate::reconstruct::simplify::fewer;
@@ -13,9 +14,16 @@ use crate::recordings::deskew::StampedPose;
 use crate::view::floor_map::map_image::MapImage;
 use crate::view::report::Page;
 use crate::view::report::Sources;
+use crate::view::report::data::reduce::to_fit;
 
 /// The page's name in a folder.
 pub(crate) const NAME: &str = "report.html";
+
+/// Triangles of a mesh that is simplified for a page, at most. More: a page takes longer than the model.
+/// Fewer: the simplification starts from rough walls.
+const MAX_SIMPLIFIED_TRIANGLES: usize = 500_000;
+/// Triangles that it may have in the end: more would make the page too large.
+const MAX_SIMPLE_TRIANGLES: usize = 250_000;
 
 /// What a page of this input is called: its name without folders and ending. Unlike an export's header a page
 /// can hold any letter.
@@ -34,7 +42,7 @@ pub(crate) fn prepare(
     stages.time("report", || {
         let surfaces = output.counts.polygons + output.counts.leftover_triangles;
         let is_empty = output.mesh.triangles.is_empty();
-        let simple = (!is_empty).then(|| fewer::to_count(&output.mesh, surfaces));
+        let simple = (!is_empty).then(|| simplified(&output.mesh, surfaces.min(MAX_SIMPLE_TRIANGLES)));
         let page = Page::new(&Sources {
             title,
             raw: &output.mesh,
@@ -45,6 +53,13 @@ pub(crate) fn prepare(
         })?;
         Ok((page, 1))
     })
+}
+
+/// The raw mesh as others simplify it; a large one is made coarser first, so that a page costs no more than a
+/// model.
+fn simplified(raw: &Mesh, triangles: usize) -> Mesh {
+    let coarse = to_fit(raw, MAX_SIMPLIFIED_TRIANGLES);
+    fewer::to_count(coarse.as_ref().map_or(raw, |(mesh, _)| mesh), triangles)
 }
 
 /// Writes the page.

@@ -17,7 +17,7 @@ use ::las::{Builder, GpsTimeType, Point, Transform, Vector, Version, Vlr, Writer
 
 use super::generator;
 use crate::formats::input::shift::restored;
-use crate::formats::ply::write::PointRows;
+use crate::formats::ply::write::{PointRow, PointTable};
 
 /// Step of coordinates, meters.
 const STEP_M: f64 = 1e-4;
@@ -33,12 +33,12 @@ const I32: u8 = 6;
 ///
 /// # Errors
 /// When writing fails.
-pub fn write<W>(out: W, rows: &PointRows<'_>, is_compressed: bool) -> io::Result<()>
+pub fn write<W>(out: W, points: &dyn PointTable, is_compressed: bool) -> io::Result<()>
 where
     W: Write + Seek + Send + Sync + 'static,
 {
     let mut extras = vec![("plane", I32, "index of the plane, -1: none")];
-    if !rows.cloud.scan.is_empty() {
+    if points.has_scans() {
         extras.extend([("scan", U32, "number of the scan"), ("beam", U16, "number in the scan")]);
     }
     let mut format = Format::new(6).map_err(io::Error::other)?;
@@ -53,23 +53,23 @@ where
     builder.gps_time_type = GpsTimeType::Standard;
     // The specification wants it of point formats from 6 on, with a system of coordinates or without.
     builder.has_wkt_crs = true;
-    let [x, y, z] = rows.shift_m.map(|offset| Transform { scale: STEP_M, offset });
+    let [x, y, z] = points.shift_m().map(|offset| Transform { scale: STEP_M, offset });
     builder.transforms = Vector { x, y, z };
-    builder.vlrs = vec![extra_bytes(&extras), text(rows.source)];
+    builder.vlrs = vec![extra_bytes(&extras), text(points.source())];
     let header = builder.into_header().map_err(io::Error::other)?;
     let mut writer = Writer::new(out, header).map_err(io::Error::other)?;
-    for row in 0..rows.cloud.len() {
-        writer.write_point(point(rows, row, extras.len() > 1)).map_err(io::Error::other)?;
-    }
+    points.visit(&mut |row| {
+        let point = point(row, points.shift_m(), extras.len() > 1);
+        writer.write_point(point).map_err(io::Error::other)
+    })?;
     writer.close().map_err(io::Error::other)
 }
 
-fn point(rows: &PointRows<'_>, row: usize, has_scans: bool) -> Point {
-    let index = rows.index(row);
-    let near = rows.cloud.points_m[index].map(f64::from);
+fn point(row: &PointRow, shift_m: [f64; 3], has_scans: bool) -> Point {
+    let near = row.point_m.map(f64::from);
     let is_somewhere = near.iter().all(|value| value.abs() < REACH_M);
-    let [x, y, z] = restored(if is_somewhere { near } else { [0.0; 3] }, rows.shift_m);
-    let [plane, scan, beam] = rows.numbers(index);
+    let [x, y, z] = restored(if is_somewhere { near } else { [0.0; 3] }, shift_m);
+    let [plane, scan, beam] = row.numbers;
     let mut extra_bytes = plane.to_le_bytes().to_vec();
     if has_scans {
         extra_bytes.extend(scan.to_le_bytes());
@@ -84,7 +84,7 @@ fn point(rows: &PointRows<'_>, row: usize, has_scans: bool) -> Point {
         classification: if plane < 0 { Classification::Unclassified } else { Classification::Building },
         is_withheld: !is_somewhere,
         point_source_id: u16::try_from(plane + 1).unwrap_or(u16::MAX),
-        gps_time: Some(rows.cloud.stamp_of(index).map_or(0.0, gps_time::adjusted_s)),
+        gps_time: Some(row.stamp_ns.map_or(0.0, gps_time::adjusted_s)),
         extra_bytes,
         ..Point::default()
     }

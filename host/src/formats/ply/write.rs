@@ -178,21 +178,73 @@ pub struct PointRows<'a> {
     pub source: &'a str,
 }
 
-impl PointRows<'_> {
-    /// The point of the cloud that stands in a row.
-    pub(crate) fn index(&self, row: usize) -> usize {
-        self.order.map_or(row, |order| order[row] as usize)
+/// What is written of one point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointRow {
+    /// Where it is, meters.
+    pub point_m: [f32; 3],
+    /// Its plane, scan and beam; -1 where there is none.
+    pub numbers: [i32; 3],
+    /// When it was measured, nanoseconds of Unix time, where that is known.
+    pub stamp_ns: Option<i64>,
+}
+
+/// Points for a file, one after the other: nobody needs to hold all of them.
+pub trait PointTable {
+    /// How many there are.
+    fn count(&self) -> usize;
+    /// Whether points have scans and beams.
+    fn has_scans(&self) -> bool;
+    /// Where each scan was taken from, by its number; empty where that is not known.
+    fn origins_m(&self) -> &[[f32; 3]];
+    /// What is added to every coordinate.
+    fn shift_m(&self) -> [f64; 3];
+    /// What they come from, see `crate::formats::source_name`.
+    fn source(&self) -> &str;
+    /// Visits all, in order.
+    ///
+    /// # Errors
+    /// The visitor's.
+    fn visit(&self, visit: &mut dyn FnMut(&PointRow) -> io::Result<()>) -> io::Result<()>;
+}
+
+impl PointTable for PointRows<'_> {
+    fn count(&self) -> usize {
+        self.cloud.len()
     }
 
-    /// Plane, scan and beam of a point; -1 where there is none.
-    pub(crate) fn numbers(&self, index: usize) -> [i32; 3] {
+    fn has_scans(&self) -> bool {
+        !self.cloud.scan.is_empty()
+    }
+
+    fn origins_m(&self) -> &[[f32; 3]] {
+        // Rows of the element `scan` are found by the scan's number.
+        let in_order = self.scan_numbers.iter().zip(0..).all(|(number, index)| *number == index);
+        if in_order { &self.cloud.origins_m } else { &[] }
+    }
+
+    fn shift_m(&self) -> [f64; 3] {
+        self.shift_m
+    }
+
+    fn source(&self) -> &str {
+        self.source
+    }
+
+    fn visit(&self, visit: &mut dyn FnMut(&PointRow) -> io::Result<()>) -> io::Result<()> {
         let number =
             |scan: &u32| self.scan_numbers.get(*scan as usize).map_or(*scan, |number| *number) as i32;
-        [
-            self.labels.get(index).copied().unwrap_or(-1),
-            self.cloud.scan.get(index).map_or(-1, number),
-            self.cloud.beam.get(index).map_or(-1, |&beam| i32::from(beam)),
-        ]
+        for row in 0..self.cloud.len() {
+            let index = self.order.map_or(row, |order| order[row] as usize);
+            let numbers = [
+                self.labels.get(index).copied().unwrap_or(-1),
+                self.cloud.scan.get(index).map_or(-1, number),
+                self.cloud.beam.get(index).map_or(-1, |&beam| i32::from(beam)),
+            ];
+            let point_m = self.cloud.points_m[index];
+            visit(&PointRow { point_m, numbers, stamp_ns: self.cloud.stamp_of(index) })?;
+        }
+        Ok(())
     }
 }
 
@@ -201,27 +253,19 @@ impl PointRows<'_> {
 ///
 /// # Errors
 /// When writing fails.
-pub fn write_points(out: &mut impl Write, rows: &PointRows<'_>) -> io::Result<()> {
-    let coordinates = Coordinates { shift_m: rows.shift_m };
+pub fn write_points(out: &mut impl Write, points: &dyn PointTable) -> io::Result<()> {
+    let coordinates = Coordinates { shift_m: points.shift_m() };
     let properties = coordinates.and(CLOUD_POINT);
-    let mut elements = vec![("vertex", rows.cloud.len(), properties.as_slice())];
-    // Rows of the element `scan` are found by the scan's number.
-    let origins = if rows.scan_numbers.iter().zip(0..).all(|(number, index)| *number == index) {
-        rows.cloud.origins_m.as_slice()
-    } else {
-        &[]
-    };
+    let mut elements = vec![("vertex", points.count(), properties.as_slice())];
+    let origins = points.origins_m();
     if !origins.is_empty() {
         elements.push(("scan", origins.len(), &properties[..3]));
     }
-    header(out, &of("raw points; plane -1 = none", rows.source), &elements)?;
-    for row in 0..rows.cloud.len() {
-        let index = rows.index(row);
-        coordinates.put(out, &rows.cloud.points_m[index])?;
-        for value in rows.numbers(index) {
-            out.write_all(&value.to_le_bytes())?;
-        }
-    }
+    header(out, &of("raw points; plane -1 = none", points.source()), &elements)?;
+    points.visit(&mut |row| {
+        coordinates.put(out, &row.point_m)?;
+        row.numbers.iter().try_for_each(|value| out.write_all(&value.to_le_bytes()))
+    })?;
     origins.iter().try_for_each(|origin| coordinates.put(out, origin))
 }
 

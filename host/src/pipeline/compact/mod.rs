@@ -53,7 +53,7 @@ pub fn compact(mesh: Mesh, params: &BuildParams, observer: &mut dyn Observer) ->
     };
     counts.recount(&model);
     let cloud = Cloud { points_m: mesh.vertices_m.clone(), ..Cloud::default() };
-    BuildOutput { cloud, labels: vertex_labels, mesh, model, counts }
+    BuildOutput { cloud, labels: vertex_labels, mesh, model, counts, ..BuildOutput::default() }
 }
 
 /// A mesh of dense, noisy points: its vertices are the cloud.

@@ -20,9 +20,10 @@ pub use params::{Merging, PolygonParams};
 
 use crate::model::{Cloud, Mesh, PlanarPolygon, Plane};
 use crate::reconstruct::polygons::outline::border_context::Borders;
+use crate::reconstruct::polygons::outline::directed_edges::DirectedEdges;
 use crate::reconstruct::polygons::outline::union::{Ring, doubled_area, union};
 use crate::reconstruct::polygons::plane_frame::{FlatPoint, Frame};
-use crate::reconstruct::polygons::triangles::assign::{Assigner, Piece, Pieces};
+use crate::reconstruct::polygons::triangles::assign::{Assigner, Corners, Piece, Pieces};
 use finish::Limits;
 use rayon::prelude::*;
 
@@ -53,7 +54,7 @@ pub(crate) fn merge(params: &PolygonParams, cloud: &Cloud, mesh: &Mesh, planes: 
     let pieces = assigner.assign(mesh);
     let polygons: Vec<Vec<PlanarPolygon>> = (0..planes.planes.len())
         .into_par_iter()
-        .map(|index| polygons_of(params, index, &planes.planes, &pieces))
+        .map(|index| polygons_of(params, index, &planes.planes, &pieces, &assigner.laid_m))
         .collect();
     let mut polygons: Vec<PlanarPolygon> = polygons.into_iter().flatten().collect();
     let pairs: Vec<(usize, usize)> = pieces.seams.iter().copied().collect();
@@ -64,13 +65,23 @@ pub(crate) fn merge(params: &PolygonParams, cloud: &Cloud, mesh: &Mesh, planes: 
     Merged { polygons, rest: pieces.rest, jump_edges: pieces.jump_edges }
 }
 
-/// The polygons of the pieces of plane `index`.
-fn polygons_of(params: &PolygonParams, index: usize, planes: &[Plane], all: &Pieces) -> Vec<PlanarPolygon> {
-    let pieces = &all.by_plane[index];
-    let Some(near_m) = pieces.first().and_then(|piece| piece.first()) else { return Vec::new() };
-    let frame = Frame::new(&planes[index], *near_m);
-    let flat: Vec<Ring> = pieces.iter().filter_map(|piece| counter_clockwise(&frame, piece)).collect();
+/// The polygons of the pieces of plane `index`; `laid_m` are the corners of its triangles.
+fn polygons_of(
+    params: &PolygonParams,
+    index: usize,
+    planes: &[Plane],
+    all: &Pieces,
+    laid_m: &[[f64; 3]],
+) -> Vec<PlanarPolygon> {
+    let corners_of = |triangle: &Corners| triangle.map(|corner| laid_m[corner as usize]);
+    let (triangles, rings) = (&all.triangles[index], &all.rings[index]);
+    let first = triangles.first().map(|triangle| corners_of(triangle)[0]);
+    let Some(near_m) = first.or_else(|| rings.first()?.first().copied()) else { return Vec::new() };
+    let frame = Frame::new(&planes[index], near_m);
+    let mut flat = border_of(&frame, triangles, laid_m);
+    flat.extend(rings.iter().filter_map(|ring| counter_clockwise(&frame, ring)));
     let shapes = union(flat.iter().map(Vec::as_slice));
+    drop(flat);
     let limits = Limits {
         tolerance_m: params.border_tolerance_m,
         min_hole_m2: params.min_hole_m2,
@@ -82,8 +93,26 @@ fn polygons_of(params: &PolygonParams, index: usize, planes: &[Plane], all: &Pie
         _ => None,
     };
     let neighbors: Vec<usize> = all.seams.iter().filter_map(other).collect();
-    let borders = Borders::new(planes, index, &frame, &neighbors).with_spacing(&frame, pieces, &shapes);
+    let mut borders = Borders::new(planes, index, &frame, &neighbors).with_corners(&shapes);
+    triangles.iter().for_each(|triangle| borders.note_spacing(&frame, &corners_of(triangle)));
+    rings.iter().for_each(|ring| borders.note_spacing(&frame, ring));
     finish::finish(&limits, index, &frame, shapes, &borders)
+}
+
+/// Rings round the triangles of a plane, in plane coordinates: their union is that of the triangles.
+fn border_of(frame: &Frame, triangles: &[Corners], laid_m: &[[f64; 3]]) -> Vec<Ring> {
+    let flat = |corner: u32| frame.flat(laid_m[corner as usize]);
+    let mut edges = DirectedEdges::with_room(triangles.len());
+    for &[a, b, c] in triangles {
+        let (Some(p), Some(q), Some(r)) = (flat(a), flat(b), flat(c)) else { continue };
+        match doubled_area(&[p, q, r]) {
+            0 => {}
+            doubled if doubled > 0 => edges.add([a, b, c]),
+            _ => edges.add([a, c, b]),
+        }
+    }
+    let ring = |corners: Vec<u32>| corners.into_iter().filter_map(flat).collect();
+    edges.rings().into_iter().map(ring).collect()
 }
 
 /// A piece in plane coordinates, turned counter-clockwise; `None` when it has no area.

@@ -53,8 +53,8 @@ fn a_triangle_round_an_edge_is_folded_into_the_common_line() {
         pieces(&[WALL, CEILING], [([0.0, 1.0, 1.9], 0), ([0.1, 1.0, 1.9], 0), ([0.05, 0.92, 2.0], 1)]);
     assert!(found.rest.is_empty() && found.jump_edges == 0);
     // Each plane gets the part up to the line y = 1, z = 2: triangles with a base of 10 cm.
-    assert!((area_m2(&found.by_plane[0]) - 0.005).abs() < 1e-6, "{found:?}");
-    assert!((area_m2(&found.by_plane[1]) - 0.004).abs() < 1e-6, "{found:?}");
+    assert!((area_m2(&found.rings[0]) - 0.005).abs() < 1e-6, "{found:?}");
+    assert!((area_m2(&found.rings[1]) - 0.004).abs() < 1e-6, "{found:?}");
 }
 
 #[test]
@@ -63,7 +63,7 @@ fn a_triangle_in_the_corner_of_a_room_is_shared_by_three_planes() {
         pieces(&[WALL, CEILING, BACK], [([2.9, 1.0, 1.9], 0), ([2.9, 0.9, 2.0], 1), ([3.0, 0.9, 1.9], 2)]);
     assert!(found.rest.is_empty() && found.jump_edges == 0);
     for plane in 0..3 {
-        assert!((area_m2(&found.by_plane[plane]) - 0.01).abs() < 1e-6, "{found:?}");
+        assert!((area_m2(&found.rings[plane]) - 0.01).abs() < 1e-6, "{found:?}");
     }
 }
 
@@ -71,20 +71,20 @@ fn a_triangle_in_the_corner_of_a_room_is_shared_by_three_planes() {
 fn a_small_step_is_flattened_onto_both_planes_with_the_border_half_way() {
     let corners = [([0.0, 1.0, 0.2], 0), ([0.1, 1.0, 0.2], 0), ([0.05, 0.95, 0.3], 1)];
     let found = pieces(&[WALL, BOARD], corners);
-    assert!(found.by_plane[0][0].iter().all(|p| WALL.distance_m(*p).abs() < 1e-9 && p[2] < 0.25 + 1e-6));
-    assert!(found.by_plane[1][0].iter().all(|p| BOARD.distance_m(*p).abs() < 1e-9 && p[2] > 0.25 - 1e-6));
+    assert!(found.rings[0][0].iter().all(|p| WALL.distance_m(*p).abs() < 1e-9 && p[2] < 0.25 + 1e-6));
+    assert!(found.rings[1][0].iter().all(|p| BOARD.distance_m(*p).abs() < 1e-9 && p[2] > 0.25 - 1e-6));
     // What was seen between both planes, a step too small for a surface, is laid on the one that has two
     // corners.
     let outlier = [corners[0], corners[1], (corners[2].0, -1)];
     let found = pieces(&[WALL, BOARD], outlier);
-    assert_eq!((found.by_plane[0].len(), found.by_plane[1].len()), (1, 0));
+    assert_eq!((found.rings[0].len(), found.rings[1].len()), (1, 0));
 }
 
 #[test]
 fn a_gap_along_the_beam_is_no_surface() {
     // An edge at half a meter and the wall behind it, in one line with the laser.
     let found = pieces(&[WALL], [([0.0, 0.7, 0.0], -1), ([0.0, 1.0, 0.0], 0), ([0.02, 1.0, 0.02], 0)]);
-    assert_eq!((found.jump_edges, found.rest.len(), found.by_plane[0].len()), (1, 0, 0));
+    assert_eq!((found.jump_edges, found.rest.len(), found.rings[0].len()), (1, 0, 0));
 }
 
 #[test]

@@ -29,6 +29,8 @@ pub(crate) use crate::view::report::sources::Sources;
 /// Triangles of the raw mesh that a page shows at most. More would make the file larger than 20 MB and
 /// turning it jerky.
 const MAX_RAW_TRIANGLES: usize = 1_500_000;
+/// Triangles of no plane that a page shows at most, for the same reason.
+const MAX_LEFTOVER_TRIANGLES: usize = 250_000;
 /// Triangles of the raw mesh in the pictures at most: more would be smaller than their pixels.
 const MAX_DRAWN_TRIANGLES: usize = 400_000;
 /// Bytes of a block of packed data in the page; a browser decodes one without holding up the page.
@@ -118,7 +120,10 @@ impl View {
                 100.0 * cell_m
             )
         });
-        let model = data::contents::model_mesh(sources.shapes);
+        let leftovers = &sources.shapes.model.leftovers;
+        let fewer = data::reduce::to_fit(leftovers, MAX_LEFTOVER_TRIANGLES);
+        let model =
+            data::contents::model_mesh(sources.shapes, fewer.as_ref().map_or(leftovers, |(mesh, _)| mesh));
         let lattice = Lattice::around([Some(raw), sources.simple, Some(&model)].into_iter().flatten());
         let mut blocks = Vec::new();
         let mut packed = Vec::new();

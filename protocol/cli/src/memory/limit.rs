@@ -20,6 +20,8 @@ pub enum LimitedBy {
     DataSegment,
     /// `memory.max` of the control group or of one above it.
     ControlGroup,
+    /// Whoever started the program, or its own default ([`crate::memory::keep_below`]).
+    Program,
 }
 
 /// The lowest limit.
@@ -53,9 +55,23 @@ impl fmt::Display for Limit {
             LimitedBy::AddressSpace => "address space (ulimit -v)",
             LimitedBy::DataSegment => "data (ulimit -d)",
             LimitedBy::ControlGroup => "memory (its control group's limit)",
+            LimitedBy::Program => "memory (--memory)",
         };
         write!(f, "this process may have {} of {by}", megabytes(self.bytes))
     }
+}
+
+/// Three quarters of what the machine or the control group has, bytes; `None` where the system does not tell.
+pub(super) fn three_quarters() -> Option<u64> {
+    let machine = fs::read_to_string("/proc/meminfo").ok().and_then(|text| total_in(&text));
+    let group = Limit::of_this_process().map(|limit| limit.bytes);
+    machine.into_iter().chain(group).min().map(|bytes| bytes / 4 * 3)
+}
+
+/// `MemTotal` of the kernel's figures, bytes.
+fn total_in(meminfo: &str) -> Option<u64> {
+    let line = meminfo.lines().find_map(|line| line.strip_prefix("MemTotal:"))?;
+    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
 }
 
 /// The first version's way to say "none" is the largest number of whole pages; the second's is "max".
@@ -113,6 +129,13 @@ mod tests {
     fn a_group_without_a_limit_has_none() {
         assert_eq!(limit_in("1048576\n"), Some(1 << 20));
         assert_eq!([limit_in("max\n"), limit_in("9223372036854771712\n"), limit_in("")], [None; 3]);
+    }
+
+    #[test]
+    fn the_machine_tells_what_it_has() {
+        assert_eq!(total_in("MemTotal:        2048 kB\nMemFree: 1 kB\n"), Some(2 << 20));
+        assert_eq!([total_in(""), total_in("MemTotal: many kB"), total_in("MemTotal: 5")], [None; 3]);
+        assert!(three_quarters().is_some_and(|bytes| bytes > 1 << 20));
     }
 
     #[test]

@@ -9,23 +9,50 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 pub use guarded::GuardedAllocator;
 pub use limit::{Limit, LimitedBy};
+use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 
 static LIMIT: OnceLock<Option<Limit>> = OnceLock::new();
+static KEPT_BYTES: AtomicU64 = AtomicU64::new(0);
 static NEEDED_BYTES: AtomicU64 = AtomicU64::new(0);
 
-/// What the process may have, read once.
+/// What the process may have: the system's limit, read once, or a lower one of its own.
 pub fn limit() -> Option<Limit> {
-    *LIMIT.get_or_init(Limit::of_this_process)
+    let of_system = *LIMIT.get_or_init(Limit::of_this_process);
+    let own = match KEPT_BYTES.load(Ordering::Relaxed) {
+        0 => None,
+        bytes => Some(Limit { bytes, by: LimitedBy::Program }),
+    };
+    of_system.into_iter().chain(own).min_by_key(|limit| limit.bytes)
+}
+
+/// The bound that a program has where nobody says another: three quarters of what the machine or the control
+/// group has, bytes.
+pub fn usual_bound() -> Option<u64> {
+    limit::three_quarters()
+}
+
+/// Keeps the process below so many bytes from now on: the system refuses more, and the program ends with a
+/// sentence. Where a limit is lower already, that one stays.
+///
+/// # Errors
+/// A sentence, when the system does not take the bound.
+pub fn keep_below(bytes: u64) -> Result<(), String> {
+    let Rlimit { current, maximum } = getrlimit(Resource::Data);
+    let allowed = [current, maximum].into_iter().flatten().fold(bytes, u64::min);
+    setrlimit(Resource::Data, Rlimit { current: Some(allowed), maximum })
+        .map_err(|why| format!("cannot keep the memory below {}: {why}", megabytes(bytes)))?;
+    KEPT_BYTES.store(bytes, Ordering::Relaxed);
+    Ok(())
 }
 
 /// Tells how many bytes a job takes as a rule. They are named when memory runs out.
 ///
 /// # Errors
-/// A sentence, when the process may not have half of them: no estimate is better than that.
+/// A sentence, when the process may not have three quarters of them: no estimate is better than that.
 pub fn expect_need(bytes: u64) -> Result<(), String> {
     NEEDED_BYTES.store(bytes, Ordering::Relaxed);
     match limit() {
-        Some(limit) if limit.bytes < bytes / 2 => Err(format!("not enough memory: {}", advice())),
+        Some(limit) if limit.bytes < bytes / 4 * 3 => Err(format!("not enough memory: {}", advice())),
         _ => Ok(()),
     }
 }
@@ -42,6 +69,7 @@ pub fn advice() -> String {
     }
 }
 
-fn megabytes(bytes: u64) -> String {
+/// Bytes for people.
+pub fn megabytes(bytes: u64) -> String {
     format!("{} MB", bytes.div_ceil(1_000_000))
 }

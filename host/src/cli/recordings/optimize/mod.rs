@@ -110,6 +110,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
             reads: runs.iter().flat_map(|run| run.recording().paths()).collect(),
             steps: vec!["read", "optimize", "write"],
             writes: vec![args.output.display().to_string()],
+            takes: None,
         };
         return Ok(plan.print_result());
     }

@@ -1,12 +1,15 @@
 //! Times the stages of a build and says each as it ends; shows which one runs and which are to come.
 
+mod heartbeat;
 mod stage_list;
 mod time_left;
 
 use crate::pipeline::summary::{StageFigures, Summary};
 use crate::pipeline::{Observer, Stage};
 
-use crate::cli::terminal::console::Console;
+use crate::cli::terminal::console::{Console, say};
+use crate::cli::terminal::needs;
+use crate::cli::terminal::stages::heartbeat::Heartbeat;
 use crate::cli::terminal::stages::stage_list::StageList;
 use crate::cli::terminal::stages::time_left::Pace;
 use crate::cli::terminal::stopwatch::Stopwatch;
@@ -17,6 +20,8 @@ pub(crate) struct Stages<'a> {
     start: Stopwatch,
     current: Option<Stopwatch>,
     list: StageList<'a>,
+    /// Says from time to time which stage runs, where no person looks on.
+    heartbeat: Option<Heartbeat>,
     pace: Pace,
     done: Vec<StageFigures>,
 }
@@ -29,6 +34,7 @@ impl<'a> Stages<'a> {
             start: Stopwatch::now(),
             current: None,
             list: StageList::new(console, steps),
+            heartbeat: console.is_log().then(|| Heartbeat::new(heartbeat::INTERVAL, say)),
             pace: Pace::new(steps),
             done: Vec::new(),
         }
@@ -50,7 +56,7 @@ impl<'a> Stages<'a> {
         stage: impl FnOnce(&dyn Fn(f64)) -> anyhow::Result<(T, usize)>,
     ) -> anyhow::Result<T> {
         self.begin(name);
-        let (made, count) = stage(&|share| self.list.at(share))?;
+        let (made, count) = stage(&|share| self.at(share))?;
         self.end(name, count);
         Ok(made)
     }
@@ -62,7 +68,13 @@ impl<'a> Stages<'a> {
         summary.stages = self.done;
     }
 
+    fn at(&self, share: f64) {
+        self.list.at(share);
+        self.heartbeat.iter().for_each(|heartbeat| heartbeat.at(share));
+    }
+
     fn begin(&mut self, name: &'static str) {
+        self.heartbeat.iter().for_each(|heartbeat| heartbeat.begin(name));
         self.list.begin(name, self.pace.ahead(name));
         self.current = Some(Stopwatch::now());
     }
@@ -100,7 +112,11 @@ impl Observer for Stages<'_> {
     }
 
     fn goes_on(&mut self, _stage: Stage, share: f64) {
-        self.list.at(share);
+        self.at(share);
+    }
+
+    fn first_views(&mut self, points: usize) -> Result<(), String> {
+        needs::expect_first_views(points)
     }
 
     fn ended(&mut self, stage: Stage, count: usize) {

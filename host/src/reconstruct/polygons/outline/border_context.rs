@@ -8,8 +8,7 @@ use super::union::Shape;
 use crate::model::Plane;
 use crate::reconstruct::polygons::plane_frame::{FlatPoint, Frame, STEP_M};
 use crate::reconstruct::polygons::seams::plane_intersection;
-use crate::reconstruct::polygons::triangles::assign::Piece;
-use std::collections::HashMap;
+use crate::reconstruct::voxels::Voxels;
 
 /// A border is as uncertain as this share of the longest edge of the raw triangles there. Half an edge would
 /// be enough for points in rows; labels err too.
@@ -29,7 +28,7 @@ pub(crate) struct Borders {
     /// Directions of the building in this plane: level, plumb, and along the largest planes.
     pub directions: Vec<[f64; 2]>,
     /// Longest edge of the raw triangles at corners of the shapes, steps.
-    spacing: HashMap<FlatPoint, f64>,
+    spacing: Voxels<f64>,
 }
 
 impl Borders {
@@ -57,30 +56,46 @@ impl Borders {
                 }
             }
         }
-        Self { seams: neighbors.iter().filter_map(line_with).collect(), directions, spacing: HashMap::new() }
+        Self {
+            seams: neighbors.iter().filter_map(line_with).collect(),
+            directions,
+            spacing: Voxels::default(),
+        }
     }
 
-    /// Adds how far apart the points are at the corners of shapes that were made of these pieces.
-    pub(crate) fn with_spacing(mut self, frame: &Frame, pieces: &[Piece], shapes: &[Shape]) -> Self {
-        self.spacing = shapes.iter().flatten().flatten().map(|corner| (*corner, 0.0)).collect();
-        for piece in pieces {
-            let longest_m = (0..piece.len())
-                .map(|k| biplane_geometry::vec3::distance(piece[k], piece[(k + 1) % piece.len()]))
-                .fold(0.0, f64::max);
-            for corner in piece.iter().filter_map(|p| frame.flat(*p)) {
-                if let Some(known) = self.spacing.get_mut(&corner) {
-                    *known = known.max(longest_m / STEP_M);
-                }
+    /// Asks for how far apart the points are at the corners of shapes.
+    pub(crate) fn with_corners(mut self, shapes: &[Shape]) -> Self {
+        self.spacing = shapes.iter().flatten().flatten().map(|corner| (key(*corner), 0.0)).collect();
+        self
+    }
+
+    /// Notes how far apart the corners of a piece are that the shapes were made of.
+    pub(crate) fn note_spacing(&mut self, frame: &Frame, piece: &[[f64; 3]]) {
+        let mut longest_steps = None;
+        for corner in piece.iter().filter_map(|p| frame.flat(*p)) {
+            if let Some(known) = self.spacing.get_mut(&key(corner)) {
+                let steps = longest_steps.get_or_insert_with(|| longest_m(piece) / STEP_M);
+                *known = known.max(*steps);
             }
         }
-        self
     }
 
     /// How far a corner may lie off the straight border, steps.
     pub(crate) fn tolerance_steps(&self, corner: FlatPoint, min_steps: f64) -> f64 {
-        let spacing = self.spacing.get(&corner).copied().unwrap_or(0.0);
+        let spacing = self.spacing.get(&key(corner)).copied().unwrap_or(0.0);
         min_steps.max((SPACING_SHARE * spacing).min(MAX_TOLERANCE_M / STEP_M))
     }
+}
+
+/// A corner as one number.
+fn key(corner: FlatPoint) -> u64 {
+    u64::from(corner.x as u32) << 32 | u64::from(corner.y as u32)
+}
+
+/// The longest edge of a ring.
+fn longest_m(ring: &[[f64; 3]]) -> f64 {
+    let edges = ring.iter().zip(ring.iter().cycle().skip(1));
+    edges.map(|(a, b)| biplane_geometry::vec3::distance(*a, *b)).fold(0.0, f64::max)
 }
 
 #[cfg(test)]
@@ -113,9 +128,10 @@ mod tests {
         let piece = |size: f64| vec![[0.0, 1.0, 0.0], [size, 1.0, 0.0], [0.0, 1.0, 0.5 * size]];
         let tolerance = |size: f64| {
             let corner = frame.flat([size, 1.0, 0.0]).unwrap();
-            let borders = Borders::new(&[wall], 0, &frame, &[]);
-            let pieces = [piece(0.5 * size), piece(size)];
-            borders.with_spacing(&frame, &pieces, &[vec![vec![corner]]]).tolerance_steps(corner, 300.0)
+            let mut borders = Borders::new(&[wall], 0, &frame, &[]).with_corners(&[vec![vec![corner]]]);
+            borders.note_spacing(&frame, &piece(0.5 * size));
+            borders.note_spacing(&frame, &piece(size));
+            borders.tolerance_steps(corner, 300.0)
         };
         assert_eq!(tolerance(0.03), 300.0);
         assert!((500.0..1000.0).contains(&tolerance(0.1)), "{}", tolerance(0.1));

@@ -2,5 +2,6 @@
 
 pub(crate) mod border;
 pub(crate) mod border_context;
+pub(crate) mod directed_edges;
 pub(crate) mod line;
 pub(crate) mod union;

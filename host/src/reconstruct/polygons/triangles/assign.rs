@@ -16,12 +16,16 @@ use std::collections::BTreeSet;
 
 /// A flat piece: a convex ring of points on one plane.
 pub(crate) type Piece = Vec<[f64; 3]>;
+/// A triangle whose corners all lie on one plane, as indices of points.
+pub(crate) type Corners = [u32; 3];
 
 /// Raw triangles sorted by what they stand for.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Pieces {
-    /// The pieces of each plane.
-    pub by_plane: Vec<Vec<Piece>>,
+    /// The triangles of each plane.
+    pub triangles: Vec<Vec<Corners>>,
+    /// What triangles across a border leave to each plane.
+    pub rings: Vec<Vec<Piece>>,
     /// Triangles that stand for no plane.
     pub rest: Vec<usize>,
     /// Triangles that are no surface at all but bridge a gap
@@ -49,14 +53,16 @@ impl Assigner<'_> {
     /// Sorts all triangles of a mesh over the cloud's points.
     pub(crate) fn assign(&self, mesh: &Mesh) -> Pieces {
         let gaps = JumpEdges::new(self.params, self.cloud, mesh, self.labels);
-        let mut pieces = Pieces { by_plane: vec![Vec::new(); self.planes.len()], ..Pieces::default() };
+        let count = self.planes.len();
+        let (triangles, rings) = (vec![Vec::new(); count], vec![Vec::new(); count]);
+        let mut pieces = Pieces { triangles, rings, ..Pieces::default() };
         for (index, triangle) in mesh.triangles.iter().enumerate() {
             let corners = triangle.map(|corner| corner as usize);
             if corners.iter().any(|corner| *corner >= self.labels.len()) {
                 continue;
             }
             if let Some(plane) = self.common_plane(corners) {
-                pieces.by_plane[plane].push(corners.map(|corner| self.laid_m[corner]).to_vec());
+                pieces.triangles[plane].push(*triangle);
             } else if gaps.is_jump_edge(corners) {
                 pieces.jump_edges += 1;
             } else if let Some(found) = self.pieces_of(corners) {
@@ -65,7 +71,7 @@ impl Assigner<'_> {
                     .seams
                     .extend(planes().flat_map(|a| planes().map(move |b| (a, b))).filter(|(a, b)| a < b));
                 for (plane, piece) in found {
-                    pieces.by_plane[plane].push(piece);
+                    pieces.rings[plane].push(piece);
                 }
             } else if gaps.is_open(corners) {
                 pieces.jump_edges += 1;

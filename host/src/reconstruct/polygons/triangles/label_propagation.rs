@@ -21,7 +21,8 @@ pub(crate) fn propagate_labels(
 ) -> Vec<i32> {
     let mut labels = labels.to_vec();
     let free = |labels: &[i32], corner: u32| labels.get(corner as usize).is_some_and(|label| *label < 0);
-    let mut open: Vec<[u32; 3]> = mesh.triangles.clone();
+    let is_open = |triangle: &&[u32; 3]| triangle.iter().any(|corner| free(&labels, *corner));
+    let mut open: Vec<[u32; 3]> = mesh.triangles.iter().filter(is_open).copied().collect();
     for _ in 0..ROUNDS {
         open.retain(|triangle| triangle.iter().any(|corner| free(&labels, *corner)));
         let mut joining: Vec<(u32, f64, i32)> = Vec::new();

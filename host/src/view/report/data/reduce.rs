@@ -1,9 +1,8 @@
 //! A raw mesh that is too large for a page, with fewer triangles: all vertices of a cell become the first of
 //! them. Meters.
 
-use std::collections::HashMap;
-
 use crate::model::Mesh;
+use crate::reconstruct::voxels::{Voxels, key};
 
 /// The first cells' side, meters: about the points' spacing.
 const FIRST_CELL_M: f64 = 0.03;
@@ -11,6 +10,9 @@ const FIRST_CELL_M: f64 = 0.03;
 const MIN_GROWTH: f64 = 1.1;
 /// Rounds; far more than are needed.
 const ROUNDS: usize = 50;
+
+/// In place of a cell: the vertex is in none.
+const NOWHERE: u32 = u32::MAX;
 
 /// The mesh with at most so many triangles, and the side of the cells; `None` when it fits as it is.
 pub(crate) fn to_fit(mesh: &Mesh, max_triangles: usize) -> Option<(Mesh, f64)> {
@@ -31,20 +33,22 @@ pub(crate) fn to_fit(mesh: &Mesh, max_triangles: usize) -> Option<(Mesh, f64)> {
 }
 
 fn clustered(mesh: &Mesh, cell_m: f64) -> Mesh {
-    let mut first_of: HashMap<[i64; 3], u32> = HashMap::new();
+    let mut first_of: Voxels<u32> = Voxels::default();
     let mut vertices_m: Vec<[f32; 3]> = Vec::new();
     let mut new_of = Vec::with_capacity(mesh.vertices_m.len());
     for vertex in &mesh.vertices_m {
-        let cell = vertex.map(|value| (f64::from(value) / cell_m).floor() as i64);
-        new_of.push(*first_of.entry(cell).or_insert_with(|| {
-            vertices_m.push(*vertex);
-            vertices_m.len() as u32 - 1
-        }));
+        let of_cell = key(vertex.map(f64::from), cell_m.recip()).map(|key| {
+            *first_of.entry(key).or_insert_with(|| {
+                vertices_m.push(*vertex);
+                vertices_m.len() as u32 - 1
+            })
+        });
+        new_of.push(of_cell.unwrap_or(NOWHERE));
     }
     let renumbered = mesh.triangles.iter().filter_map(|triangle| {
         let [a, b, c] = triangle.map(|corner| new_of.get(corner as usize).copied());
         let (a, b, c) = (a?, b?, c?);
-        (a != b && b != c && c != a).then_some([a, b, c])
+        (a != b && b != c && c != a && ![a, b, c].contains(&NOWHERE)).then_some([a, b, c])
     });
     Mesh { triangles: renumbered.collect(), vertices_m }
 }
