@@ -1,15 +1,16 @@
 //! Times the stages of a build and says each as it ends; shows which one runs and which are to come.
 
-mod heartbeat;
 mod stage_list;
 mod time_left;
+
+use std::cell::Cell;
 
 use crate::pipeline::summary::{StageFigures, Summary};
 use crate::pipeline::{Observer, Stage};
 
 use crate::cli::terminal::console::{Console, say};
+use crate::cli::terminal::heartbeat::{HEARTBEAT, Heartbeat};
 use crate::cli::terminal::needs;
-use crate::cli::terminal::stages::heartbeat::Heartbeat;
 use crate::cli::terminal::stages::stage_list::StageList;
 use crate::cli::terminal::stages::time_left::Pace;
 use crate::cli::terminal::stopwatch::Stopwatch;
@@ -20,10 +21,32 @@ pub(crate) struct Stages<'a> {
     start: Stopwatch,
     current: Option<Stopwatch>,
     list: StageList<'a>,
-    /// Says from time to time which stage runs, where no person looks on.
-    heartbeat: Option<Heartbeat>,
+    /// Whether a line from time to time says which stage runs: where no person looks on.
+    is_log: bool,
+    heartbeat: Option<RunningStage>,
     pace: Pace,
     done: Vec<StageFigures>,
+}
+
+/// The stage that runs, in a log.
+struct RunningStage {
+    name: &'static str,
+    percent: Cell<u32>,
+    heartbeat: Heartbeat,
+}
+
+impl RunningStage {
+    fn new(name: &'static str) -> Self {
+        Self { name, percent: Cell::new(0), heartbeat: Heartbeat::new(HEARTBEAT, name, |line| say(line)) }
+    }
+
+    /// This share of its work is done, 0 to 1.
+    fn at(&self, share: f64) {
+        let percent = (share.clamp(0.0, 1.0) * 100.0) as u32;
+        if self.percent.replace(percent) != percent {
+            self.heartbeat.set(&format!("{}, {percent} % done", self.name));
+        }
+    }
 }
 
 impl<'a> Stages<'a> {
@@ -34,7 +57,8 @@ impl<'a> Stages<'a> {
             start: Stopwatch::now(),
             current: None,
             list: StageList::new(console, steps),
-            heartbeat: console.is_log().then(|| Heartbeat::new(heartbeat::INTERVAL, say)),
+            is_log: console.is_log(),
+            heartbeat: None,
             pace: Pace::new(steps),
             done: Vec::new(),
         }
@@ -74,7 +98,7 @@ impl<'a> Stages<'a> {
     }
 
     fn begin(&mut self, name: &'static str) {
-        self.heartbeat.iter().for_each(|heartbeat| heartbeat.begin(name));
+        self.heartbeat = self.is_log.then(|| RunningStage::new(name));
         self.list.begin(name, self.pace.ahead(name));
         self.current = Some(Stopwatch::now());
     }
