@@ -5,6 +5,10 @@ use serde::Serialize;
 /// When a point shows nothing new.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct RevisitParams {
+    /// A drive of which a smaller share of the points shows nothing new is taken whole: one pass and a bit of
+    /// a second one cost little, and each point counts for its borders. Larger: more memory and time before
+    /// anything is fused.
+    pub min_share: f64,
     /// A scan taken nearer to the last one that was kept than this shows nothing new, meters. Larger:
     /// borders are less exact. Smaller: a fast laser on a slow robot costs more than one that sees as much.
     pub min_step_m: f64,
@@ -36,6 +40,7 @@ pub struct RevisitParams {
 impl Default for RevisitParams {
     fn default() -> Self {
         Self {
+            min_share: 0.5,
             min_step_m: 0.01,
             turn_m: 3.0,
             cell_m: 0.05,

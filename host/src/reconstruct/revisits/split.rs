@@ -115,6 +115,21 @@ impl Drive<'_> {
         }
         first_views.finish(&mut keep);
         (out.left_out, out.raw_triangles) = (poser.left_out, triangles.triangles);
+        let enough = params.min_share * out.kept.points() as f64;
+        if (out.kept.revisited() as f64) < enough { self.whole(&out) } else { out }
+    }
+
+    /// All points, whatever they show.
+    fn whole(&self, split: &Split) -> Split {
+        let mut poser = ScanPoser::new(self.params, self.geometry, self.trajectory);
+        let (left_out, raw_triangles) = (split.left_out, split.raw_triangles);
+        let mut out = Split { cloud: poser.empty_cloud(), left_out, raw_triangles, ..Split::default() };
+        let mut row = PosedScan::default();
+        for range_scan in self.range_scans {
+            if poser.pose(range_scan, &mut row) {
+                out.keep(&row, Some(&vec![true; row.points_m.len()]));
+            }
+        }
         out
     }
 

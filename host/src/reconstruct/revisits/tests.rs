@@ -45,6 +45,11 @@ fn passes(lengths_m: &[f64], sigma_m: f64) -> (Vec<RangeScan>, Trajectory) {
     (range_scans, Trajectory::new(poses))
 }
 
+/// Whatever the share that shows nothing new.
+fn always() -> RevisitParams {
+    RevisitParams { min_share: 0.0, ..RevisitParams::default() }
+}
+
 fn with_drive<T>(lengths_m: &[f64], sigma_m: f64, work: impl FnOnce(&Drive<'_>) -> T) -> T {
     let (range_scans, trajectory) = passes(lengths_m, sigma_m);
     let (params, geometry) = (CloudParams::default(), geometry());
@@ -53,7 +58,7 @@ fn with_drive<T>(lengths_m: &[f64], sigma_m: f64, work: impl FnOnce(&Drive<'_>) 
 
 /// All points with whether they are kept.
 fn points(drive: &Drive<'_>) -> Vec<DrivePoint> {
-    let split = drive.split(&RevisitParams::default(), &MeshParams::default());
+    let split = drive.split(&always(), &MeshParams::default());
     let mut all = Vec::new();
     let visited: Result<(), Infallible> = drive.visit(&split.kept, |point| {
         all.push(point);
@@ -105,7 +110,7 @@ fn what_a_later_pass_sees_first_is_kept_up_to_the_border_of_what_was_covered() {
 fn each_pass_makes_the_wall_more_exact() {
     let off_m = |passes: usize| {
         with_drive(&vec![3.0; passes], 0.02, |drive| {
-            let split = drive.split(&RevisitParams::default(), &MeshParams::default());
+            let split = drive.split(&always(), &MeshParams::default());
             let mut found = extract(&PlaneParams::default(), &split.cloud);
             let first_only = found.planes[0];
             let near = fuse(drive, &split.cloud, &split.kept, &mut found);
@@ -140,9 +145,19 @@ fn scans_nearer_to_each_other_than_a_centimeter_are_fused_and_the_others_joined(
     let (params, geometry) = (CloudParams { still_distance_m: 0.0, ..CloudParams::default() }, geometry());
     let drive =
         Drive { params: &params, geometry: &geometry, range_scans: &range_scans, trajectory: &trajectory };
-    let split = drive.split(&RevisitParams::default(), &MeshParams::default());
+    let split = drive.split(&always(), &MeshParams::default());
     assert_eq!((split.scans.origins_m.len(), split.cloud.origins_m.len()), (202, 101));
     assert_eq!(split.kept.revisited() * 2, split.kept.points());
     let mesh = crate::reconstruct::mesh::join(&MeshParams::default(), &split.cloud);
     assert!(mesh.triangles.len() > 100 * 40 * 2 * 9 / 10, "{}", mesh.triangles.len());
+}
+
+#[test]
+fn a_drive_of_which_little_is_seen_again_is_taken_whole() {
+    for (lengths_m, is_whole) in [(&[4.0, 1.0][..], true), (&[4.0, 4.0, 4.0], false)] {
+        with_drive(lengths_m, 0.0, |drive| {
+            let split = drive.split(&RevisitParams::default(), &MeshParams::default());
+            assert_eq!(split.kept.revisited() == 0, is_whole, "{lengths_m:?}");
+        });
+    }
 }
