@@ -131,7 +131,7 @@ def drive(seed, structure, people, name):
 def error_m(seed, structure, people):
     """Mean distance from the true way, as seen from the start."""
     with tempfile.TemporaryDirectory() as work:
-        log, imported, posed, track = (f"{work}/{name}" for name in ("a.log", "i.mcap", "p.mcap", "t.txt"))
+        log, imported, posed, track = (f"{work}/{name}" for name in ("a.log", "i.mcap", "p.mcap", "track"))
         truth = drive(seed, structure, people, log)
         run("biplane", "import", "carmen", log, "-o", imported, capture_output=True)
         run("biplane-onboard", "replay", imported, "-o", posed, capture_output=True)

@@ -1,6 +1,7 @@
 //! Short runs of end points in a scan: what stands free, and what is seen between nearer things.
 //!
-//! Legs, poles, chairs, people; a piece of wall between two people. Frame: the base at the scan's stamp. Units: meters.
+//! Legs, poles, chairs, people; a piece of wall between two people. Frame: the base at the scan's stamp.
+//! Units: meters.
 
 use crate::scan::end_points::{EndPoint, EndPoints};
 use biplane_geometry::vec2::{distance, dot, minus};
