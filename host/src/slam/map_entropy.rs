@@ -51,9 +51,10 @@ impl MapEntropy {
 /// Side of a cell when two ways of placing the same scans are compared, meters: what loop closing mends is
 /// larger.
 const COMPARED_CELL_M: f64 = 0.1;
-/// A map that holds so much more is worse: good ones of seven recordings differ by 0.3 % at the most from the
-/// recorded ones, and hold up to 13 % less.
-const WORSE_SHARE: f64 = 0.01;
+/// A map that holds so much more is worse. Recorded poses agree with the map that they were matched to, also
+/// where it is bent: of six rounds of an office three good results hold up to 2.3 % more. Those of seven real
+/// recordings hold from 0.3 % more to 13 % less.
+const WORSE_SHARE: f64 = 0.03;
 /// And by so many bits a cell that was seen: after many visits nearly every cell is known, and next to
 /// nothing is left of which a share would tell something. Fresh maps hold some 0.2 bits a cell.
 const WORSE_BITS: f64 = 0.002;
