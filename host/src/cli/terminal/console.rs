@@ -139,7 +139,7 @@ impl Console {
     pub(crate) fn spinner(&self, text: impl Into<Cow<'static, str>>) -> Spinner {
         let text = text.into();
         let is_seen = self.lines.is_some() || self.quiet;
-        let heartbeat = (!is_seen).then(|| Heartbeat::new(HEARTBEAT, &text, |line| say(line)));
+        let heartbeat = (!is_seen).then(|| Heartbeat::new(HEARTBEAT, &text, say));
         let bar = self.line(ProgressBar::new_spinner()).with_message(text);
         if let Ok(style) = ProgressStyle::with_template("{spinner} {msg} ({elapsed})") {
             bar.set_style(style);

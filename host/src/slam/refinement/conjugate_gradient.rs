@@ -167,9 +167,9 @@ fn partners(poses: &[Pose2]) -> Vec<(usize, usize)> {
     let away_m = |a: usize, b: usize| (poses[a].x_m - poses[b].x_m).hypot(poses[a].y_m - poses[b].y_m);
     let mut cells: BTreeMap<[i64; 2], Vec<usize>> = BTreeMap::new();
     let mut found = Vec::new();
-    for at in 0..poses.len() {
+    for (at, pose) in poses.iter().enumerate() {
         found.extend(BACK.iter().filter_map(|back| at.checked_sub(*back)).map(|other| (other, at)));
-        let [x, y] = cell(&poses[at]);
+        let [x, y] = cell(pose);
         let around = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| [x + dx, y + dy]));
         let firsts: Vec<usize> = around.filter_map(|cell| cells.get(&cell)).flatten().copied().collect();
         if firsts.iter().all(|&other| away_m(at, other) >= PLACE_M) {

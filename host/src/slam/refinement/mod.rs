@@ -83,7 +83,7 @@ mod tests {
             normal: turn.transform(normal).map(|value| value as f32),
             kind: Kind::Line,
             weight: 1.0,
-            alone: false,
+            ..EndPoint::default()
         };
         let mut points = Vec::new();
         for step in 0..60 {

@@ -37,7 +37,7 @@ struct RunningStage {
 
 impl RunningStage {
     fn new(name: &'static str) -> Self {
-        Self { name, percent: Cell::new(0), heartbeat: Heartbeat::new(HEARTBEAT, name, |line| say(line)) }
+        Self { name, percent: Cell::new(0), heartbeat: Heartbeat::new(HEARTBEAT, name, say) }
     }
 
     /// This share of its work is done, 0 to 1.
