@@ -184,6 +184,9 @@ impl<'a> Wall<'a> {
         };
         let min_top_m = if has_sill { CUT_M + MIN_OVER_CUT_M } else { MIN_DOOR_M };
         let polygon = self.over((gap[0] + gap[1]) / 2.0, top_m)?;
+        if !self.spans(polygon, gap) {
+            return None;
+        }
         let ends_m = gap.map(|u| self.elevation.point(u, cut_m));
         (top_m >= self.floor_m + min_top_m).then_some(Opening {
             kind,
@@ -216,6 +219,15 @@ impl<'a> Wall<'a> {
             let near = |side: Option<f64>, at: f64| side.is_some_and(|side| (side - at).abs() <= SKEW_M);
             is_open && near(before, gap[0]) && near(after, gap[1])
         })
+    }
+
+    /// Whether a polygon reaches from one side of the gap to the other: an opening lies in one wall.
+    fn spans(&self, polygon: usize, gap: Span) -> bool {
+        let own = self.indices.iter().zip(&self.polygons).filter(|(index, _)| **index == polygon);
+        let along = own.flat_map(|(_, own)| own.outer_m.iter().map(|p| self.elevation.u([p[0], p[1]])));
+        let (low, high) =
+            along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), u| (low.min(u), high.max(u)));
+        low <= gap[0] + SKEW_M && gap[1] - SKEW_M <= high
     }
 
     /// The polygon whose border is the upper edge.
