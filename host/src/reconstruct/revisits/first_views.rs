@@ -135,7 +135,7 @@ impl<'a> FirstViews<'a> {
         let first_ns = *self.first_stamp_ns.get_or_insert(row.stamp_ns);
         let since_s = row.stamp_ns.saturating_sub(first_ns) as f64 / 1e9;
         // Zero stands for never.
-        let time = 1 + (since_s / STEP_S) as u32;
+        let time = ((since_s / STEP_S) as u32).saturating_add(1);
         let mut waiting = self.spare.pop().unwrap_or_default();
         waiting.row.clone_from(row);
         waiting.time = time;

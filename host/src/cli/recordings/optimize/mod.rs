@@ -16,7 +16,6 @@ use crate::slam;
 use crate::slam::checkpoint::Checkpoint;
 use crate::slam::corrected_poses::Corrected;
 use crate::slam::keyframes::Keyframes;
-use crate::slam::rewrite_recording::OutputError;
 use crate::slam::{Counts, LoopFound, LoopParams, Optimized, Progress, rewrite_recording};
 use anyhow::{Context, bail};
 use serde::Serialize;
@@ -139,8 +138,8 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         }
         let _begun = (!begun.exists()).then(|| Unfinished::new(&begun));
         let written = rewrite_recording::write(&path, &members, args.force, &reported);
-        if matches!(written, Err(OutputError::Read(_))) {
-            // The input is bad: what was searched in it is of no use to anybody.
+        if written.is_err() {
+            // Bad input, no memory, a full disk: a command that fails leaves nothing behind.
             let _ = std::fs::remove_file(&kept);
         }
         written?;
