@@ -7,7 +7,7 @@ use biplane_geometry::{Pose2, wrap_angle};
 /// What the newest comparison counts. Larger: quicker to doubt and to believe again.
 const RATE: f64 = 0.25;
 /// What a scan that says nothing takes away of what was seen before.
-const FADE_RATE: f64 = 0.05;
+const FADE_RATE: f64 = 0.01;
 /// The most that one comparison says, standard deviations squared: one slip is no lie.
 const MAX_SQUARED: f64 = 36.0;
 /// Mean squared standard deviations from which on the odometry is contradicted.
@@ -151,7 +151,7 @@ mod tests {
     fn what_was_seen_of_the_odometry_fades_where_scans_say_nothing() {
         let mut consistency = after(&[(AHEAD, Pose2::new(0.0, 0.2, 0.0)); 4]);
         assert_eq!(consistency.reading(), Reading::Contradicted);
-        (0..60).for_each(|_| consistency.fade());
+        (0..300).for_each(|_| consistency.fade());
         assert_eq!(consistency.reading(), Reading::AsIs);
     }
 }

@@ -148,6 +148,15 @@ impl MovingObjects {
         self.short_steps == SHORT_STEPS
     }
 
+    /// Forgets what is followed: without odometry the scans alone tell where the base is, and all of them is
+    /// needed.
+    pub(crate) fn pause(&mut self) {
+        self.short_steps = 0;
+        self.tracks.clear();
+        self.track_of.clear();
+        self.segments.clear();
+    }
+
     /// Says of each end point what it is known to lie on, given about where the base is.
     pub(crate) fn label(&mut self, points: &mut EndPoints, expected: &Pose2) {
         self.track_of.clear();

@@ -174,8 +174,12 @@ impl Tracker {
         let prediction = self.motion.predict(scan.stamp_ns, odom_from_base);
         let (last, before) = (self.map_from_base, self.covariance);
         if self.params.method == Method::Map {
-            let expected = last * prediction.step.last_from_base;
-            self.moving.label(&mut self.points, &expected);
+            if prediction.step.odometry == Odometry::Missing {
+                self.moving.pause();
+            } else {
+                let expected = last * prediction.step.last_from_base;
+                self.moving.label(&mut self.points, &expected);
+            }
             self.begins_anew = self.moving.has_begun() && self.scans < YOUNG_SCANS;
             self.scans = self.scans.saturating_add(1);
         }
