@@ -150,7 +150,14 @@ impl LocalMap {
         let cell_m = self.params.cell_m as f32;
         Carving { pools: &mut self.pools, stamp: &mut self.stamp, cell_m }
             .look_through(map_from_base, points);
-        self.hit_all(map_from_base, points.as_slice());
+        self.hit_all(map_from_base, points.as_slice(), Mobility::Static);
+    }
+
+    /// Adds what was left out of a scan taken at this pose because it might have moved.
+    pub(crate) fn learn_left_out(&mut self, map_from_base: &Pose2, points: &EndPoints) {
+        if self.covers(map_from_base, points.reach_m()) {
+            self.hit_all(map_from_base, points.as_slice(), Mobility::Unknown);
+        }
     }
 
     /// Adds where a scan's beams ended, taken at this pose; what stood in their way before stays. Too close
@@ -161,7 +168,7 @@ impl LocalMap {
             return;
         }
         self.pools.grid.advance();
-        self.hit_all(map_from_base, points);
+        self.hit_all(map_from_base, points, Mobility::Static);
     }
 
     /// Whether the directory covers all around a pose, so far.
@@ -170,9 +177,9 @@ impl LocalMap {
         map_from_base.x_m.abs().max(map_from_base.y_m.abs()) <= f64::from(limit_m)
     }
 
-    fn hit_all(&mut self, map_from_base: &Pose2, points: &[EndPoint]) {
+    fn hit_all(&mut self, map_from_base: &Pose2, points: &[EndPoint], mobility: Mobility) {
         let placement = Placement::new(map_from_base);
-        for point in points.iter().filter(|point| point.mobility == Mobility::Static) {
+        for point in points.iter().filter(|point| point.mobility == mobility) {
             let EndPoint { at_m, normal, kind, .. } = point.placed(&placement);
             self.hit(at_m, normal, kind);
         }

@@ -140,7 +140,7 @@ pub(crate) struct MotionModel {
     disorder: f64,
     stall: StallWatch,
     /// What scans have shown of the odometry.
-    pub consistency: Consistency,
+    consistency: Consistency,
 }
 
 impl MotionModel {

@@ -48,6 +48,10 @@ const SHORT_STEPS: u32 = 3;
 /// learned: a map of nothing holds no pose.
 const MANY: f64 = 0.7;
 
+fn is_short(step: &Pose2) -> bool {
+    step.distance_m() < SHORT_M && step.theta_rad.abs() < SHORT_RAD
+}
+
 /// A thing that is followed.
 #[derive(Copy, Clone, Debug)]
 struct Track {
@@ -133,7 +137,7 @@ impl MovingObjects {
             track_of: Vec::with_capacity(SEGMENTS),
             mobility: Vec::with_capacity(SEGMENTS),
             tracks: Vec::with_capacity(TRACKS),
-            short_steps: 0,
+            short_steps: SHORT_STEPS,
             expected: Pose2::IDENTITY,
             last: Pose2::IDENTITY,
         }
@@ -143,9 +147,13 @@ impl MovingObjects {
         self.short_steps >= SHORT_STEPS
     }
 
-    /// Whether the last scan was the first one in which things were followed.
-    pub(crate) fn has_begun(&self) -> bool {
-        self.short_steps == SHORT_STEPS
+    /// Whether a step is so long that what has been followed is not found again.
+    pub(crate) fn loses_sight(&mut self, step: &Pose2) -> bool {
+        let loses = self.follows() && !is_short(step);
+        if loses {
+            self.short_steps = 0;
+        }
+        loses
     }
 
     /// Forgets what is followed: without odometry the scans alone tell where the base is, and all of them is
@@ -238,7 +246,7 @@ impl MovingObjects {
     /// Takes note of where the base was found in the end.
     pub(crate) fn update(&mut self, map_from_base: &Pose2) {
         let step = std::mem::replace(&mut self.last, *map_from_base).between(map_from_base);
-        let is_short = step.distance_m() < SHORT_M && step.theta_rad.abs() < SHORT_RAD;
+        let is_short = is_short(&step);
         let followed = self.follows();
         self.short_steps = if is_short { self.short_steps.saturating_add(1) } else { 0 };
         if !followed {

@@ -97,6 +97,13 @@ impl Engine {
         }
     }
 
+    /// Learns what was left out of a scan at its pose.
+    pub(crate) fn learn_left_out(&mut self, map_from_base: &Pose2, points: &EndPoints) {
+        if let Self::Map(matcher) = self {
+            matcher.map_mut().learn_left_out(map_from_base, points);
+        }
+    }
+
     /// Surfaces of the map that have come since its last submap began.
     pub(crate) fn new_surfels(&self) -> u32 {
         match self {

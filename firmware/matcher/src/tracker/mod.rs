@@ -10,7 +10,6 @@ pub(crate) mod pair;
 use nalgebra::Matrix3;
 
 use crate::map::MapSize;
-use crate::motion::consistency::Consistency;
 use crate::motion::innovation_gate::{Expected, InnovationGate};
 use crate::motion::odometry::Odometry;
 use crate::motion::steadiness::Steadiness;
@@ -77,13 +76,14 @@ struct Expectation {
     prior: Prior,
 }
 
-/// A map of so few scans is young: what it learned of people who stood around is better not known.
-const YOUNG_SCANS: u32 = 10;
-
 /// What speaks against the odometry being wrong in one step (natural logarithm).
 const FAULT: f64 = 12.0;
 /// The same once scans have contradicted it.
 const FAULT_AGAIN: f64 = 3.0;
+
+/// A rival is taken when it is likelier by more than this (natural logarithm): one end point that fits by
+/// chance is no reason.
+const CLEARLY: f64 = 1.0;
 
 /// Log-likelihood of an alignment: by the scan, by what odometry and inertia expect, and by the odds of a
 /// fault.
@@ -104,6 +104,8 @@ fn likelihood(
 pub struct Tracker {
     params: TrackerParams,
     points: EndPoints,
+    /// Those of the scan before.
+    before: EndPoints,
     moving: MovingObjects,
     motion: MotionModel,
     innovation_gate: InnovationGate,
@@ -114,10 +116,8 @@ pub struct Tracker {
     /// Of the pose against the truth.
     pose_covariance: PoseCovariance,
     started: bool,
-    /// Scans seen.
-    scans: u32,
-    /// What moves is known from this scan on, and the map is young: it begins anew without.
-    begins_anew: bool,
+    /// Whether the last scan's pose came from the scan.
+    is_placed: bool,
 }
 
 impl Tracker {
@@ -126,6 +126,7 @@ impl Tracker {
     pub fn new(params: TrackerParams) -> Self {
         Self {
             points: EndPoints::new(params.points),
+            before: EndPoints::new(params.points),
             moving: MovingObjects::new(),
             motion: match params.method {
                 Method::Map => MotionModel::new(params.motion),
@@ -137,8 +138,7 @@ impl Tracker {
             covariance: Matrix3::zeros(),
             pose_covariance: PoseCovariance::new(params.pose_covariance),
             started: false,
-            scans: 0,
-            begins_anew: false,
+            is_placed: false,
             params,
         }
     }
@@ -170,18 +170,20 @@ impl Tracker {
     /// there is none.
     pub fn track(&mut self, scan: &Scan, odom_from_base: Option<Pose2>) -> Tracked {
         self.engine.journal_mut().begin();
+        std::mem::swap(&mut self.points, &mut self.before);
         self.points.fill(scan);
         let prediction = self.motion.predict(scan.stamp_ns, odom_from_base);
         let (last, before) = (self.map_from_base, self.covariance);
         if self.params.method == Method::Map {
-            if prediction.step.odometry == Odometry::Missing {
+            if odom_from_base.is_none() {
                 self.moving.pause();
             } else {
+                if self.moving.loses_sight(&prediction.step.last_from_base) && self.is_placed {
+                    self.engine.learn_left_out(&last, &self.before);
+                }
                 let expected = last * prediction.step.last_from_base;
                 self.moving.label(&mut self.points, &expected);
             }
-            self.begins_anew = self.moving.has_begun() && self.scans < YOUNG_SCANS;
-            self.scans = self.scans.saturating_add(1);
         }
         let (tracked, step) = if self.started && !self.points.are_too_few() {
             self.matched(scan, &last, &before, &prediction)
@@ -191,6 +193,7 @@ impl Tracker {
             (if self.points.are_too_few() { self.unmatched(Outcome::NoReturns) } else { self.first() }, step)
         };
         self.moving.update(&self.map_from_base);
+        self.is_placed = matches!(tracked.outcome, Outcome::First | Outcome::Matched | Outcome::Weak);
         let found = match tracked.outcome {
             Outcome::First | Outcome::Matched => Found::Surely,
             _ if step.measured() => Found::ByOdometry,
@@ -260,7 +263,7 @@ impl Tracker {
                 let (odometry, inertia) = if distrusted { (&rival, &taken) } else { (&taken, &rival) };
                 let rule = (if distrusted { FAULT_AGAIN } else { FAULT }, &prediction.steadiness);
                 let of = |found: &Alignment| likelihood(found, odometry, &inertia.prior.mean, rule);
-                if verdict != Verdict::Found || of(&other) > of(&alignment) {
+                if verdict != Verdict::Found || of(&other) > of(&alignment) + CLEARLY {
                     (alignment, verdict, taken) = (other, its_verdict, rival);
                 }
             }
@@ -272,10 +275,6 @@ impl Tracker {
             Verdict::Found => self.accept(&alignment, &taken.prior, &taken.step),
             Verdict::Unconfirmed | Verdict::NewGround | Verdict::Lost => Outcome::Lost,
         };
-        if self.begins_anew && verdict == Verdict::Found {
-            self.engine.forget();
-            self.motion.consistency = Consistency::default();
-        }
         self.learn(verdict);
         let tracked = Tracked {
             score: alignment.fit.score(),

@@ -79,3 +79,21 @@ fn people_who_walk_along_do_not_hold_the_base_back() {
         assert!((found.x_m - x_m).abs() < 0.1, "scan {i}: {found:?}");
     }
 }
+
+#[test]
+fn after_a_long_step_posts_seen_once_are_landmarks() {
+    let noise = &mut Noise(14);
+    let mut tracker = Tracker::new(TrackerParams::default());
+    let mut world = World::rectangle([-200.0, -1.1], [200.0, 1.1]);
+    for [x, y] in [[1.5, 0.6], [2.5, -0.5], [3.5, 0.3], [4.5, -0.7]] {
+        world.extend(World::rectangle([x - 0.1, y - 0.1], [x + 0.1, y + 0.1]));
+    }
+    let world = World::new(world);
+    for i in 0..2 {
+        let x_m = 0.8 * f64::from(i);
+        let beams = look(&world, &Pose2::new(x_m, 0.0, 0.0), noise);
+        let odom = Pose2::new(1.1 * x_m, 0.0, 0.0);
+        let found = track(&mut tracker, i64::from(i) * 2_000_000_000, &beams, Some(odom)).map_from_base;
+        assert!((found.x_m - x_m).abs() < 0.03, "scan {i}: {found:?}");
+    }
+}

@@ -41,31 +41,39 @@ fn worst_m(odometry: impl Fn(i32, f64) -> f64, seed: u64) -> f64 {
     off.fold(0.0, f64::max)
 }
 
-/// The middle one and the largest of what eleven seeds make of something.
-fn middle_and_largest(of: impl Fn(u64) -> f64) -> [f64; 2] {
-    let mut all: Vec<f64> = (1..12).map(of).collect();
+const SEEDS: std::ops::RangeInclusive<u64> = 1..=41;
+
+/// The middle one of what all seeds make of something, and what nine in ten of them stay below.
+fn middle_and_nine_in_ten(of: impl Fn(u64) -> f64) -> [f64; 2] {
+    let mut all: Vec<f64> = SEEDS.map(of).collect();
     all.sort_by(f64::total_cmp);
-    [all[5], all[10]]
+    [all[20], all[36]]
+}
+
+/// Scans by which odometry that counts the way back as a way ahead was doubted: on the way ahead, on the way
+/// back.
+fn doubted_with_reversed_odometry(seed: u64) -> [usize; 2] {
+    let run = drive(|i, _| 0.08 * f64::from(i), seed);
+    let doubted = |(_, tracked): &&(f64, Tracked)| {
+        matches!(tracked.odometry, Odometry::Reversed | Odometry::Contradicted)
+    };
+    let (ahead, back) = run.split_at(120);
+    [ahead, back].map(|half| half.iter().filter(doubted).count())
 }
 
 #[test]
 fn odometry_that_counts_the_way_back_as_a_way_ahead_is_noticed() {
-    for seed in 1..12 {
-        let run = drive(|i, _| 0.08 * f64::from(i), seed);
-        let doubted = |(_, tracked): &&(f64, Tracked)| {
-            matches!(tracked.odometry, Odometry::Reversed | Odometry::Contradicted)
-        };
-        let (ahead, back) = run.split_at(120);
-        let [ahead, back] = [ahead, back].map(|half| half.iter().filter(doubted).count());
-        assert!(ahead < 5 && back > 90, "seed {seed}: {ahead} {back}");
-    }
-    let [middle_m, _] = middle_and_largest(|seed| worst_m(|i, _| 0.08 * f64::from(i), seed));
+    let doubted: Vec<[usize; 2]> = SEEDS.map(doubted_with_reversed_odometry).collect();
+    assert!(doubted.iter().all(|[ahead, _]| *ahead < 5), "{doubted:?}");
+    let late = doubted.iter().filter(|[_, back]| *back <= 90).count();
+    assert!(late <= 4, "{late} of 41: {doubted:?}");
+    let [middle_m, _] = middle_and_nine_in_ten(|seed| worst_m(|i, _| 0.08 * f64::from(i), seed));
     assert!(middle_m < 0.8, "{middle_m} m");
 }
 
 #[test]
 fn odometry_that_jumps_by_a_meter_is_overcome() {
-    let [middle_m, largest_m] =
-        middle_and_largest(|seed| worst_m(|i, x_m| x_m + f64::from(i / 30 % 2), seed));
-    assert!(middle_m < 0.2 && largest_m < 0.3, "{middle_m} {largest_m} m");
+    let [middle_m, nine_in_ten_m] =
+        middle_and_nine_in_ten(|seed| worst_m(|i, x_m| x_m + f64::from(i / 30 % 2), seed));
+    assert!(middle_m < 0.2 && nine_in_ten_m < 0.3, "{middle_m} {nine_in_ten_m} m");
 }
