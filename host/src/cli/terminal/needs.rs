@@ -5,8 +5,8 @@ use biplane_cli::memory::{self, megabytes};
 
 /// For each range of the vertical laser, whatever it shows: the range itself, poses, files that are read.
 const BYTES_PER_RANGE: u64 = 8;
-/// For each point that shows something new, in all stages: 150 for scans at the laser's full rate, 350 where
-/// points are sparse and cells have few of them.
+/// For each point that shows something new, in all stages: a rough figure on the safe side for dense scans.
+/// Where points are sparse, and cells have few of them, it takes more.
 const BYTES_PER_FIRST_VIEW: u64 = 300;
 /// For everything else.
 const OTHER_BYTES: u64 = 25_000_000;

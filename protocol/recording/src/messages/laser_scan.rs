@@ -33,6 +33,28 @@ pub struct LaserScan {
     pub intensities: Vec<f32>,
 }
 
+impl LaserScan {
+    /// All that comes before the beams, which `sensor_msgs/msg/MultiEchoLaserScan` has as well.
+    ///
+    /// # Errors
+    /// When the bytes end before.
+    pub fn read_without_beams(decoder: &mut Decoder<'_>) -> Result<Self, CdrError> {
+        let (stamp_ns, frame_id) = decoder.header()?;
+        Ok(Self {
+            stamp_ns,
+            frame_id,
+            angle_min_rad: decoder.f32()?,
+            angle_max_rad: decoder.f32()?,
+            angle_increment_rad: decoder.f32()?,
+            time_increment_s: decoder.f32()?,
+            scan_time_s: decoder.f32()?,
+            range_min_m: decoder.f32()?,
+            range_max_m: decoder.f32()?,
+            ..Self::default()
+        })
+    }
+}
+
 impl Message for LaserScan {
     const TYPE: &'static str = "sensor_msgs/msg/LaserScan";
 
@@ -50,19 +72,7 @@ impl Message for LaserScan {
     }
 
     fn read(decoder: &mut Decoder) -> Result<Self, CdrError> {
-        let (stamp_ns, frame_id) = decoder.header()?;
-        Ok(Self {
-            stamp_ns,
-            frame_id,
-            angle_min_rad: decoder.f32()?,
-            angle_max_rad: decoder.f32()?,
-            angle_increment_rad: decoder.f32()?,
-            time_increment_s: decoder.f32()?,
-            scan_time_s: decoder.f32()?,
-            range_min_m: decoder.f32()?,
-            range_max_m: decoder.f32()?,
-            ranges_m: decoder.f32_sequence()?,
-            intensities: decoder.f32_sequence()?,
-        })
+        let scan = Self::read_without_beams(decoder)?;
+        Ok(Self { ranges_m: decoder.f32_sequence()?, intensities: decoder.f32_sequence()?, ..scan })
     }
 }

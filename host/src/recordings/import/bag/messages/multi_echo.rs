@@ -7,19 +7,7 @@ use crate::recordings::import::bag::options::Echo;
 
 /// A scan of one echo a beam, and how many beams had several.
 pub(crate) fn read(decoder: &mut Decoder<'_>, echo: Echo) -> Result<(LaserScan, usize), CdrError> {
-    let (stamp_ns, frame_id) = decoder.header()?;
-    let mut scan = LaserScan {
-        stamp_ns,
-        frame_id,
-        angle_min_rad: decoder.f32()?,
-        angle_max_rad: decoder.f32()?,
-        angle_increment_rad: decoder.f32()?,
-        time_increment_s: decoder.f32()?,
-        scan_time_s: decoder.f32()?,
-        range_min_m: decoder.f32()?,
-        range_max_m: decoder.f32()?,
-        ..LaserScan::default()
-    };
+    let mut scan = LaserScan::read_without_beams(decoder)?;
     let (ranges, intensities) = (echoes(decoder)?, echoes(decoder)?);
     let has_intensities = intensities.len() == ranges.len();
     let mut several = 0;
