@@ -37,7 +37,7 @@ pub struct JointParams {
 
 impl Default for JointParams {
     fn default() -> Self {
-        let coarse = Level { cell_m: 0.1, merge_m: 0.08, scale_m: 0.08, noise_m: 0.06, rounds: 1 };
+        let coarse = Level { cell_m: 0.1, merge_m: 0.08, scale_m: 0.08, noise_m: 0.06, rounds: 3 };
         let fine = Level { cell_m: 0.05, merge_m: 0.04, scale_m: 0.05, noise_m: 0.015, rounds: 4 };
         Self { levels: [coarse, fine], point_noise: 2.5, beams_per_independent_one: 5.0, straight_m: 0.25 }
     }
