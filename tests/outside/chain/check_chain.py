@@ -14,7 +14,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from lib.programs import RIGS, fresh_folder, output_of, run, run_check
+from lib.programs import RIGS, fresh_folder, output_of, run, run_check, simulate
 from lib.verdict import Tally, require
 
 DEMO_WITHIN_S = 180
@@ -67,21 +67,9 @@ class Chain:
     def drive(self, world, rig):
         """A drive as bytes, replayed, modelled; the recording opens elsewhere too."""
         work = self.work
-        run(
-            "biplane-mock",
-            "simulate",
-            "--world",
-            world,
-            "--rig",
-            RIGS / f"{rig}.toml",
-            "--seed",
-            7,
-            "-o",
-            work / f"{world}.capture.mcap",
-            "--truth",
-            work / f"{world}.truth",
-        )
-        run("biplane-onboard", "replay", work / f"{world}.capture.mcap", "-o", work / f"{world}.run.mcap")
+        capture, truth = work / f"{world}.capture.mcap", work / f"{world}.truth"
+        simulate(world, capture, truth, RIGS / f"{rig}.toml", 7)
+        run("biplane-onboard", "replay", capture, "-o", work / f"{world}.run.mcap")
         run_check("recording/check_recording.py", work / f"{world}.run.mcap")
         run("biplane", "build", work / f"{world}.run.mcap", "-o", work / f"{world}.model", "--formats", "all")
         self.tally.ok(f"{world}: simulated, replayed, read by others, modelled")

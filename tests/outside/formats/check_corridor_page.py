@@ -11,26 +11,13 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from lib.programs import RIGS, fresh_folder, run, run_check
+from lib.programs import RIGS, fresh_folder, run, run_check, simulate
 from lib.verdict import require
 
 
 def main(work, reports):
     capture, recording, model = work / "capture.mcap", work / "corridor.mcap", work / "model"
-    run(
-        "biplane-mock",
-        "simulate",
-        "--world",
-        "corridor",
-        "--rig",
-        RIGS / "paper.toml",
-        "--seed",
-        7,
-        "-o",
-        capture,
-        "--truth",
-        work / "truth",
-    )
+    simulate("corridor", capture, work / "truth", RIGS / "paper.toml", 7)
     run("biplane-onboard", "replay", capture, "-o", recording)
     run("biplane", "build", recording, "-o", model)
     run(

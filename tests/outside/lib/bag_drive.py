@@ -7,7 +7,7 @@ from rosbags.rosbag2 import Writer as FolderWriter
 from rosbags.typesys import Stores
 
 from lib import bags
-from lib.programs import json_of, run
+from lib.programs import json_of, run, simulate
 from lib.verdict import require
 
 TOPICS = {"scan/horizontal": "/scan", "scan/vertical": "/scan_up", "odom": "/odom", "tf_static": "/tf_static"}
@@ -119,19 +119,7 @@ def check(work, tally):
     direct.mkdir()
     capture = work / "capture.mcap"
     truth = work / "truth"
-    simulate = (
-        "biplane-mock",
-        "simulate",
-        "--world",
-        "corridor",
-        "--seed",
-        1,
-        "-o",
-        capture,
-        "--truth",
-        truth,
-    )
-    run(*simulate, capture_output=True)
+    simulate("corridor", capture, truth, capture_output=True)
     run("biplane-onboard", "replay", capture, "-o", direct / "run.mcap", capture_output=True)
     poses, summary, _ = modelled(direct, direct / "run.mcap")
     imported, models = {}, {}

@@ -80,3 +80,9 @@ def peak_memory_mb(pid):
         return 0.0
     peak = re.search(r"VmHWM:\s+(\d+) kB", status)
     return int(peak.group(1)) / 1024 if peak else 0.0
+
+
+def simulate(world, capture, truth, rig=None, seed=1, **options):
+    """A simulated drive through a world: its serial bytes, and the truth of it."""
+    words = ["--world", world, "--seed", seed, "-o", capture, "--truth", truth]
+    run("biplane-mock", "simulate", *words, *(["--rig", rig] if rig else []), **options)

@@ -34,7 +34,7 @@ from mcap.reader import make_reader
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from lib.mock_rig import MockRig
-from lib.programs import fresh_folder, output_of, run
+from lib.programs import fresh_folder, output_of, run, simulate
 from lib.verdict import fail, leave_out, require
 
 PROMISED_S = 1.0
@@ -234,19 +234,7 @@ def one_bad_file(work, whole, seed):
 def bad_files(work, args):
     base = fresh_folder(work / "base")
     quiet = {"cwd": base, "capture_output": True}
-    run(
-        "biplane-mock",
-        "simulate",
-        "--world",
-        "corridor",
-        "--seed",
-        1,
-        "-o",
-        "c.mcap",
-        "--truth",
-        "truth",
-        **quiet,
-    )
+    simulate("corridor", "c.mcap", "truth", **quiet)
     run("biplane-onboard", "replay", "c.mcap", "-o", "whole.mcap", **quiet)
     whole = (base / "whole.mcap").read_bytes()
     trials, refused = 0, 0

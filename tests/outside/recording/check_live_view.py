@@ -40,7 +40,7 @@ from websockets.exceptions import ConnectionClosed
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from lib.mock_rig import MockRig, rig_text
-from lib.programs import fresh_folder, output_of, run
+from lib.programs import fresh_folder, output_of, simulate
 from lib.verdict import fail
 
 TOPICS = {
@@ -185,25 +185,11 @@ def check_scene(maps, clouds):
     return len(points), sizes
 
 
-def simulate(work):
+def recorded_bytes(work):
     """A drive through the corridor, as the bytes of its devices."""
     capture, rig = work / "capture.mcap", work / "rig.toml"
     rig.write_text(rig_text("/none", laser_lines=HIGHEST_RATE))
-    run(
-        "biplane-mock",
-        "simulate",
-        "--world",
-        "corridor",
-        "--rig",
-        rig,
-        "--seed",
-        1,
-        "-o",
-        capture,
-        "--truth",
-        work / "truth",
-        capture_output=True,
-    )
+    simulate("corridor", capture, work / "truth", rig, capture_output=True)
     return capture
 
 
@@ -267,7 +253,7 @@ def check_bytes(viewer, messages, live):
 
 
 def check_replay(work):
-    capture = simulate(work)
+    capture = recorded_bytes(work)
     plain = work / "plain.mcap"
     output_of("biplane-onboard", "--quiet", "replay", capture, "-o", plain, "--json")
     messages, schemas = recorded(plain)

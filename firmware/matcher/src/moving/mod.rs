@@ -148,21 +148,13 @@ impl MovingObjects {
     }
 
     /// Whether a step is so long that what has been followed is not found again.
-    pub(crate) fn loses_sight(&mut self, step: &Pose2) -> bool {
-        let loses = self.follows() && !is_short(step);
-        if loses {
-            self.short_steps = 0;
-        }
-        loses
+    pub(crate) fn loses_sight(&self, step: &Pose2) -> bool {
+        self.follows() && !is_short(step)
     }
 
-    /// Forgets what is followed: without odometry the scans alone tell where the base is, and all of them is
-    /// needed.
+    /// Follows nothing until so many steps in a row were short.
     pub(crate) fn pause(&mut self) {
         self.short_steps = 0;
-        self.tracks.clear();
-        self.track_of.clear();
-        self.segments.clear();
     }
 
     /// Says of each end point what it is known to lie on, given about where the base is.

@@ -175,15 +175,16 @@ impl Tracker {
         let prediction = self.motion.predict(scan.stamp_ns, odom_from_base);
         let (last, before) = (self.map_from_base, self.covariance);
         if self.params.method == Method::Map {
-            if odom_from_base.is_none() {
-                self.moving.pause();
-            } else {
-                if self.moving.loses_sight(&prediction.step.last_from_base) && self.is_placed {
-                    self.engine.learn_left_out(&last, &self.before);
-                }
-                let expected = last * prediction.step.last_from_base;
-                self.moving.label(&mut self.points, &expected);
+            let step = prediction.step.last_from_base;
+            let (is_blind, loses_sight) = (odom_from_base.is_none(), self.moving.loses_sight(&step));
+            if loses_sight && !is_blind && self.is_placed {
+                self.engine.learn_left_out(&last, &self.before);
             }
+            // Without odometry the scans alone tell where the base is, and all of them is needed.
+            if loses_sight || is_blind {
+                self.moving.pause();
+            }
+            self.moving.label(&mut self.points, &(last * step));
         }
         let (tracked, step) = if self.started && !self.points.are_too_few() {
             self.matched(scan, &last, &before, &prediction)
