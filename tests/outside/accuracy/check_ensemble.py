@@ -1,15 +1,17 @@
 #!/usr/bin/env python3
 """How good are the poses of a log when a few of its scans are missing, each time others?
 
-    check_ensemble.py LOG RELATIONS [--runs N] [--optimize] [--odometry CHANGE] [--set NAME=VALUE]... [--json]
-                      [--worst M] [--median M] [--optimized-median M] [--optimized-worst M]
+    check_ensemble.py LOG [RELATIONS] [--runs N] [--optimize] [--odometry CHANGE] [--set NAME=VALUE]...
+                      [--json] [--worst LIMIT] [--median LIMIT] [--optimized-median LIMIT]
+                      [--optimized-worst LIMIT]
 
 Needs `biplane` and `biplane-onboard` on PATH; plain Python. One run on one log is chance: a scan more or
 less sends a matcher another way. So the log is run N times (8), the first time whole, then each time with
 another 1 % of its scans left out. The error is the mean over all relations (metric of Kuemmerle et al. 2009);
-one over 0.1 m is a blunder. Odometry can be altered: `signs` (its sign is wrong when the robot drives
+one over 0.1 m is a blunder. Without a file of relations the bits of the map count (`evaluate map`): sharp
+maps of right poses have few. Odometry can be altered: `signs` (its sign is wrong when the robot drives
 backward), `scaled-0.8`, `scaled-1.2`, `stalled` (5 s a minute), `jumps` (a metre ahead or back each half a
-minute), `none`. Exit code 1 when a given limit, in metres, is missed."""
+minute), `none`. Exit code 1 when a given limit, in metres or bits, is missed."""
 
 import argparse
 import concurrent.futures
@@ -34,7 +36,7 @@ from lib.carmen_log import (
     without_odometry,
 )
 from lib.planar import read_numbers
-from lib.programs import run
+from lib.programs import json_of, run
 
 BLUNDER_M = 0.1
 SHARE_LEFT_OUT = 0.01
@@ -53,7 +55,7 @@ def arguments():
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("log", type=Path)
-    parser.add_argument("relations")
+    parser.add_argument("relations", nargs="?")
     parser.add_argument("--runs", type=int, default=8)
     parser.add_argument("--optimize", action="store_true", help="close loops too")
     parser.add_argument("--odometry", choices=tuple(CHANGES))
@@ -61,7 +63,7 @@ def arguments():
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--json", action="store_true")
     for limit in ("median", "worst", "optimized-median", "optimized-worst"):
-        parser.add_argument(f"--{limit}", type=float, metavar="M")
+        parser.add_argument(f"--{limit}", type=float, metavar="LIMIT")
     return parser.parse_args()
 
 
@@ -76,63 +78,91 @@ def log_of_run(path, number, change):
     return "".join(line for i, line in enumerate(lines) if i not in gone)
 
 
-def trajectory(recording, track):
-    run("biplane", "traj", recording, "--format", "xytheta", "-o", track, capture_output=True)
-    return read_numbers(track)
+class RelationsError:
+    """Judges a recording by its poses: the mean error of all relations, in metres and degrees."""
+
+    unit, decimals = "m", 4
+
+    def __init__(self, log, relations):
+        self.odometry = Track([[float(scan.stamp), *scan.odometry] for scan in read_log(log)])
+        self.relations = read_numbers(relations)
+
+    def of(self, recording):
+        track = f"{recording}.txt"
+        run("biplane", "traj", recording, "--format", "xytheta", "-o", track, capture_output=True)
+        return score(read_numbers(track), self.relations, self.odometry)
+
+    def summary(self, errors):
+        metres = [error[0] for error in errors]
+        return {
+            "median_m": statistics.median(metres),
+            "worst_m": max(metres),
+            "median_deg": statistics.median(error[1] for error in errors),
+            "blunders": sum(error > BLUNDER_M for error in metres) / len(metres),
+            "runs_m": metres,
+        }
 
 
-def one_run(args, number, relations, odometry):
-    """Errors as recorded, and optimized when that is asked for."""
+class MapBits:
+    """Judges a recording by the bits of its map."""
+
+    unit, decimals = "bits", 0
+
+    def of(self, recording):
+        return json_of("biplane", "evaluate", "map", recording, "--json")["total_bits"]
+
+    def summary(self, bits):
+        return {"median_bits": statistics.median(bits), "worst_bits": max(bits), "runs_bits": bits}
+
+
+def one_run(args, number, judge):
+    """What the judge finds as recorded, and optimized when that is asked for."""
     with tempfile.TemporaryDirectory() as work:
         log, imported, posed = (f"{work}/{name}" for name in ("a.log", "imported.mcap", "posed.mcap"))
         Path(log).write_text(log_of_run(args.log, number, args.odometry))
         run("biplane", "import", "carmen", log, "-o", imported, capture_output=True)
         settings = [word for setting in args.set for word in ("--set", setting)]
         run("biplane-onboard", "replay", imported, "-o", posed, *settings, capture_output=True)
-        errors = {"incremental": score(trajectory(posed, f"{work}/track"), relations, odometry)}
+        found = {"incremental": judge.of(posed)}
         if args.optimize:
             closed = f"{work}/closed.mcap"
             run("biplane", "optimize", posed, "-o", closed, "--threads", 1, capture_output=True)
-            errors["optimized"] = score(trajectory(closed, f"{work}/closed"), relations, odometry)
-        return errors
+            found["optimized"] = judge.of(closed)
+        return found
 
 
-def summary(errors):
-    metres = [error[0] for error in errors]
-    return {
-        "median_m": statistics.median(metres),
-        "worst_m": max(metres),
-        "median_deg": statistics.median(error[1] for error in errors),
-        "blunders": sum(error > BLUNDER_M for error in metres) / len(metres),
-        "runs_m": metres,
-    }
+def row(judge, spread):
+    """One line of a printed summary."""
+    unit, decimals = judge.unit, judge.decimals
+    words = [f"median {spread[f'median_{unit}']:.{decimals}f} {unit}"]
+    if "median_deg" in spread:
+        words.append(f"{spread['median_deg']:.2f} deg")
+    words.append(f"worst {spread[f'worst_{unit}']:.{decimals}f} {unit}")
+    if "blunders" in spread:
+        words.append(f"blunders {spread['blunders']:.0%}")
+    runs = " ".join(f"{value:.{max(decimals - 1, 0)}f}" for value in spread[f"runs_{unit}"])
+    return f"{', '.join(words)}  {runs}"
 
 
 def main():
     args = arguments()
-    original = read_log(args.log)
-    odometry = Track([[float(scan.stamp), *scan.odometry] for scan in original])
-    relations = read_numbers(args.relations)
+    judge = RelationsError(args.log, args.relations) if args.relations else MapBits()
     with concurrent.futures.ThreadPoolExecutor(args.jobs) as pool:
-        runs = list(pool.map(lambda i: one_run(args, i, relations, odometry), range(args.runs)))
-    found = {kind: summary([run[kind] for run in runs]) for kind in runs[0]}
+        runs = list(pool.map(lambda i: one_run(args, i, judge), range(args.runs)))
+    found = {kind: judge.summary([run[kind] for run in runs]) for kind in runs[0]}
     if args.json:
         print(json.dumps(found))
     missed = False
-    for kind, errors in found.items():
+    for kind, spread in found.items():
         limits = {"incremental": (args.median, args.worst)}.get(
             kind, (args.optimized_median, args.optimized_worst)
         )
-        reached = (errors["median_m"], errors["worst_m"])
+        reached = (spread[f"median_{judge.unit}"], spread[f"worst_{judge.unit}"])
         over = any(limit is not None and value > limit for value, limit in zip(reached, limits))
         missed |= over
         if not args.json:
-            print(
-                f"{args.log.stem} {args.odometry or ''} {kind}: median {errors['median_m']:.4f} m "
-                f"{errors['median_deg']:.2f} deg, worst {errors['worst_m']:.4f} m, "
-                f"blunders {errors['blunders']:.0%}{'  MISSED' if over else ''}  "
-                + " ".join(f"{metres:.3f}" for metres in errors["runs_m"])
-            )
+            name = f"{args.log.stem} {args.odometry or ''} {kind}"
+            print(f"{name}: {row(judge, spread)}{'  MISSED' if over else ''}")
     sys.exit(1 if missed else 0)
 
 
