@@ -1,18 +1,18 @@
 //! A pseudo-terminal as the host's end of a serial line: clients open a symbolic link as they would open
 //! `/dev/ttyUSB0`.
 //!
-//! The mock holds the master. The client's line speed is read back from its terminal settings, so that a
+//! The crate `serialport` makes the pair, and the mock holds the master. The client's line speed is read back from its terminal settings, so that a
 //! client at the wrong rate is not understood, as on a real line. Bytes sent while no client has the port
 //! open are lost, as they are there.
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
-use rustix::io::Errno;
-use rustix::pty::{OpenptFlags, grantpt, ioctl_tiocgptpeer, openpt, ptsname, unlockpt};
-use rustix::termios::{OptionalActions, QueueSelector, tcflush, tcgetattr, tcsetattr};
+use rustix::io::{Errno, FdFlags, fcntl_getfd, fcntl_setfd};
+use rustix::pty::{OpenptFlags, ioctl_tiocgptpeer};
+use rustix::termios::{QueueSelector, tcflush, tcgetattr};
+use serialport::{SerialPort, TTYPort};
 use std::fs;
-use std::os::fd::OwnedFd;
-use std::os::unix::ffi::OsStringExt;
+use std::os::fd::{FromRawFd, IntoRawFd, OwnedFd};
 use std::path::{Path, PathBuf};
 
 /// How often a port that no client has open is looked at.
@@ -45,6 +45,12 @@ pub enum PtyError {
     },
 }
 
+impl From<serialport::Error> for PtyError {
+    fn from(error: serialport::Error) -> Self {
+        Self::Open { source: error.into() }
+    }
+}
+
 impl From<Errno> for PtyError {
     fn from(errno: Errno) -> Self {
         Self::Open { source: errno.into() }
@@ -62,18 +68,16 @@ pub struct Pty {
     pub lost_bytes: u64,
 }
 
+/// The master, and the path of the terminal in raw mode. The slave is closed again: from then on the terminal
+/// reports whether a client has it open.
 fn open_pair(baud: u32) -> Result<(OwnedFd, PathBuf), PtyError> {
-    let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
-    grantpt(&master)?;
-    unlockpt(&master)?;
+    let (master, mut slave) = TTYPort::pair()?;
+    slave.set_baud_rate(baud)?;
+    let slave_path = PathBuf::from(slave.name().ok_or(Errno::NODEV)?);
+    // SAFETY: `into_raw_fd` gives up the descriptor, and nothing else has it.
+    let master = unsafe { OwnedFd::from_raw_fd(master.into_raw_fd()) };
+    fcntl_setfd(&master, fcntl_getfd(&master)? | FdFlags::CLOEXEC)?;
     fcntl_setfl(&master, fcntl_getfl(&master)? | OFlags::NONBLOCK)?;
-    let slave_path = PathBuf::from(std::ffi::OsString::from_vec(ptsname(&master, Vec::new())?.into_bytes()));
-    // Opened and closed once, the terminal reports from now on whether a client has it open.
-    let slave = ioctl_tiocgptpeer(&master, OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
-    let mut settings = tcgetattr(&slave)?;
-    settings.make_raw();
-    settings.set_speed(baud)?;
-    tcsetattr(&slave, OptionalActions::Now, &settings)?;
     Ok((master, slave_path))
 }
 

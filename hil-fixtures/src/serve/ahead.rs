@@ -56,18 +56,20 @@ pub(super) struct AheadSource {
 
 impl AheadSource {
     /// Moves the source to a thread, which ends with this value.
-    #[must_use]
-    pub(super) fn new(mut source: impl ScanSource + 'static) -> Self {
+    ///
+    /// # Errors
+    /// When the system gives no thread.
+    pub(super) fn new(mut source: impl ScanSource + 'static) -> std::io::Result<Self> {
         let (asks, asked) = channel::<Asked>();
         let (answer, scans) = channel();
-        std::thread::spawn(move || {
+        std::thread::Builder::new().spawn(move || {
             for asked in asked {
                 if answer.send(asked.of(&mut source)).is_err() {
                     break;
                 }
             }
-        });
-        Self { asks, scans, pending: None, last: None }
+        })?;
+        Ok(Self { asks, scans, pending: None, last: None })
     }
 
     fn ask(&mut self, asked: Asked) {
@@ -124,7 +126,7 @@ mod tests {
 
     #[test]
     fn every_scan_is_the_one_that_was_asked_for_whatever_was_guessed() {
-        let mut source = AheadSource::new(Echo);
+        let mut source = AheadSource::new(Echo).unwrap();
         let asks = [
             (10, 180, 50),
             (20, 180, 50),

@@ -72,7 +72,7 @@ impl Devices {
         match &options.source {
             Source::World { world, path, rig, params } => {
                 let simulated = SimulatedRig::new(world, path, rig, params, options.seed)?;
-                Ok(of_world(&simulated, options).behind_switches(options))
+                Ok(of_world(&simulated, options)?.behind_switches(options))
             }
             Source::Capture { capture } => Ok(of_capture(capture, options).behind_switches(options)),
         }
@@ -109,7 +109,7 @@ fn laser_params(options: &ServeOptions, place: u64) -> LmsParams {
     params
 }
 
-fn of_world(simulated: &SimulatedRig, options: &ServeOptions) -> Devices {
+fn of_world(simulated: &SimulatedRig, options: &ServeOptions) -> Result<Devices, ServeError> {
     let vertical = simulated.vertical();
     let run = Run::new(rules(options, 1 + usize::from(vertical.is_some()), true));
     let sent = [SentScans::default(), SentScans::default()];
@@ -117,7 +117,8 @@ fn of_world(simulated: &SimulatedRig, options: &ServeOptions) -> Devices {
     let lasers = [(LinkName::Horizontal, Some(simulated.horizontal())), (LinkName::Vertical, vertical)];
     for (place, ((name, laser), sent)) in (0..).zip(lasers.into_iter().zip(&sent)) {
         let Some(laser) = laser else { continue };
-        let feed = MirrorFeed::new(Box::new(AheadSource::new(laser)), Box::new(run.clone()));
+        let ahead = AheadSource::new(laser).map_err(|source| ServeError::Refused { name, source })?;
+        let feed = MirrorFeed::new(Box::new(ahead), Box::new(run.clone()));
         let feed = NotingFeed { feed, sent: sent.clone() };
         let feed = options.faults.feed(Box::new(feed), place);
         list.push((name, Box::new(LmsDevice::new(laser_params(options, place), feed))));
@@ -125,7 +126,8 @@ fn of_world(simulated: &SimulatedRig, options: &ServeOptions) -> Devices {
     list.push((LinkName::Base, base_of_world(simulated, &run, options)));
     let length_ns = (simulated.drive_duration_s() * NS_PER_S) as i64;
     let [horizontal, vertical] = sent;
-    Devices { list, run, length_ns, world: Some(WorldTruth { rig: simulated.clone(), horizontal, vertical }) }
+    let world = Some(WorldTruth { rig: simulated.clone(), horizontal, vertical });
+    Ok(Devices { list, run, length_ns, world })
 }
 
 /// The base that the rig's protocol asks for.

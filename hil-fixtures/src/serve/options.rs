@@ -146,7 +146,15 @@ pub enum ServeError {
         /// The speed given.
         speed: f64,
     },
-    /// A device's thread could not be started, or failed.
+    /// The system gave no thread for a device.
+    #[error("{name}: the system gives no thread for this device: {source}")]
+    Refused {
+        /// Name of its link.
+        name: LinkName,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// A device's thread failed.
     #[error("the thread of {name} failed")]
     Thread {
         /// Name of its link.

@@ -84,10 +84,19 @@ fn run_ports(
     let stop_all = AtomicBool::new(false);
     let run = &devices.run;
     std::thread::scope(|scope| {
-        let threads: Vec<_> = ports
-            .into_iter()
-            .map(|port| (port.name, scope.spawn(|| port.run(clock, run, &stop_all))))
-            .collect();
+        let mut threads = Vec::new();
+        for port in ports {
+            let (name, serving) = (port.name, || port.run(clock, run, &stop_all));
+            let started = std::thread::Builder::new().spawn_scoped(scope, serving);
+            threads.push((
+                name,
+                started.map_err(|source| {
+                    // Those that run already would be waited for.
+                    stop_all.store(true, Ordering::Relaxed);
+                    ServeError::Refused { name, source }
+                })?,
+            ));
+        }
         ready();
         let mut truth = TruthKeeper { options, devices, clock, last: None, failed: None };
         while !stop.load(Ordering::Relaxed) && !threads.iter().any(|(_, thread)| thread.is_finished()) {

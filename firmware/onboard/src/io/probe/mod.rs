@@ -40,15 +40,25 @@ pub fn probe(rig: &Rig, wanted: &[Port]) -> Result<Vec<DeviceReport>, OnboardErr
     let mut devices = port_check::of_rig(rig);
     devices.retain(|port| wanted.is_empty() || wanted.contains(&port.device));
     Ok(thread::scope(|scope| {
-        let asked: Vec<_> =
-            devices.iter().map(|&port| (port.device, scope.spawn(move || ask(rig, port)))).collect();
-        let report = |(device, asked): (Port, thread::ScopedJoinHandle<'_, DeviceReport>)| {
-            asked
-                .join()
-                .unwrap_or_else(|_| DeviceReport { device: device_name(device), ..DeviceReport::default() })
-        };
-        asked.into_iter().map(report).collect()
+        // A thread that is refused: its device is asked here and now.
+        let asked: Vec<_> = devices
+            .iter()
+            .map(|&port| {
+                let started = thread::Builder::new().spawn_scoped(scope, move || ask(rig, port));
+                (port.device, started.map_err(|_refused| ask(rig, port)))
+            })
+            .collect();
+        asked.into_iter().map(|(device, asked)| report(device, asked)).collect()
     }))
+}
+
+/// What a device's thread says, or what was asked without one.
+fn report(
+    device: Port,
+    asked: Result<thread::ScopedJoinHandle<'_, DeviceReport>, DeviceReport>,
+) -> DeviceReport {
+    let nothing = || DeviceReport { device: device_name(device), ..DeviceReport::default() };
+    asked.map_or_else(|report| report, |thread| thread.join().unwrap_or_else(|_| nothing()))
 }
 
 fn ask(rig: &Rig, NeededPort { device, path, baud }: NeededPort<'_>) -> DeviceReport {
