@@ -1,9 +1,9 @@
 //! A pseudo-terminal as the host's end of a serial line: clients open a symbolic link as they would open
 //! `/dev/ttyUSB0`.
 //!
-//! The crate `serialport` makes the pair, and the mock holds the master. The client's line speed is read back from its terminal settings, so that a
-//! client at the wrong rate is not understood, as on a real line. Bytes sent while no client has the port
-//! open are lost, as they are there.
+//! The crate `serialport` makes the pair, and the mock holds the master. The client's line speed is read
+//! back from its terminal settings, so that a client at the wrong rate is not understood, as on a real
+//! line. Bytes sent while no client has the port open are lost, as they are there.
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
