@@ -59,6 +59,7 @@ pub mod files {
         ply::error::PlyError,
         ply::read::{Ply, Wanted, read as read_ply, read_wanted as read_wanted_ply},
         ply::write::{PointRow, PointRows, PointTable, write_mesh, write_model as write_ply, write_points},
+        text::model_json::{ModelFile, ModelFileError, PointsOf, ScanTimes, read as read_model_json},
         text::trajectory::{TrajectoryError, TrajectoryFormat, read_poses, write_poses},
     };
     #[doc(inline)]

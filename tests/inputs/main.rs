@@ -91,6 +91,7 @@ targets!(
     relations,
     obj,
     ply,
+    model_json,
     las,
     world_path,
     live_request,

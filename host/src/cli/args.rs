@@ -9,7 +9,7 @@ use crate::cli::config::parameters;
 #[cfg(feature = "demo")]
 use crate::cli::demo;
 use crate::cli::measure::{compare, evaluate};
-use crate::cli::models::{compact, planes};
+use crate::cli::models::{compact, export, planes};
 use crate::cli::recordings::{calibrate, import, info, map, optimize, recover, traj};
 use crate::cli::view::{plot, render};
 
@@ -54,6 +54,8 @@ pub(super) enum Command {
     Planes(planes::Args),
     /// Build the compact model of any triangle mesh
     Compact(compact::Args),
+    /// Write further formats of a model that is built already
+    Export(export::Args),
     /// Measure the raw mesh and the model of a build: sizes and distances
     Compare(compare::Args),
     /// Measure a trajectory against relations or the truth, or a map by itself

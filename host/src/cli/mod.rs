@@ -67,6 +67,10 @@ fn run(command: Command, console: &Console) -> anyhow::Result<Outcome> {
             None => models::planes::run(&args, console),
         },
         Command::Compact(args) => models::compact::run(&args, console),
+        Command::Export(args) => match args.conflict() {
+            Some(why) => Cli::command().error(ErrorKind::ValueValidation, why).exit(),
+            None => models::export::run(&args, console),
+        },
         Command::Compare(args) => measure::compare::run(&args, console),
         Command::Evaluate(args) => measure::evaluate::run(&args, console),
         Command::Plot(args) => view::plot::run(&args, console),

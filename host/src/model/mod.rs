@@ -10,6 +10,8 @@ pub(crate) mod part;
 #[cfg(test)]
 pub(crate) mod sample;
 
+use serde::{Deserialize, Serialize};
+
 /// The end points of all vertical beams that saw something: the raw 3D points, in the order scan, then beam.
 ///
 /// A cloud of a rig is organized: point `i` is beam `beam[i]` of scan `scan[i]`, beams that saw nothing are
@@ -57,7 +59,8 @@ impl Cloud {
 }
 
 /// A triangle mesh in `map`.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Mesh {
     /// Vertex positions, meters.
     pub vertices_m: Vec<[f32; 3]>,
@@ -66,7 +69,8 @@ pub struct Mesh {
 }
 
 /// A plane fitted to points: `normal . p = offset_m`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Plane {
     /// Unit normal in `map`; points towards the sensors that saw the plane.
     pub normal: [f64; 3],
@@ -86,7 +90,8 @@ impl Plane {
 }
 
 /// A flat surface with holes, lying in one plane of a [`Model`].
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct PlanarPolygon {
     /// Index of the plane in [`Model::planes`].
     pub plane: usize,
@@ -97,7 +102,8 @@ pub struct PlanarPolygon {
 }
 
 /// The compact model: flat surfaces, and the fine structure that is on no plane.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Model {
     /// The planes that polygons lie in, largest first.
     pub planes: Vec<Plane>,

@@ -1,6 +1,12 @@
 //! Meshes and clouds of other programs: OBJ, PLY, LAS, as models' inputs and as worlds to simulate.
 
-use biplane::files::{Shift, cloud_from_ply, read_cloud, read_obj, read_ply};
+use std::io;
+
+use biplane::Building;
+use biplane::files::{
+    Shift, cloud_from_ply, read_cloud, read_model_json, read_obj, read_ply, write_cityjson, write_dxf,
+    write_glb, write_ifc, write_obj, write_ply,
+};
 
 use crate::inputs::making::memory_file::MemoryFile;
 
@@ -32,6 +38,27 @@ pub(super) fn ply(input: &[u8]) {
         assert_corners(&mesh.faces, mesh.vertices_m.len());
         assert_eq!(mesh.planes.len(), mesh.faces.len());
         assert!(mesh.vertices_m.iter().flatten().all(|v| v.is_finite()));
+    }
+}
+
+/// A model is written back as the same model, and every format takes it, however far its corners are.
+pub(super) fn model_json(input: &[u8]) {
+    let Ok(file) = read_model_json(input) else { return };
+    let mut written = Vec::new();
+    file.write(&mut written).expect("memory takes all");
+    assert_eq!(read_model_json(&written).expect("it was written just now"), file);
+    let (shapes, building) = (file.shapes(), Building::read(&file.model, file.floor_m));
+    assert_eq!(shapes.faces.len(), file.model.polygons.len());
+    let out = &mut io::sink();
+    for result in [
+        write_glb(out, &shapes),
+        write_ply(out, &shapes),
+        write_obj(out, &shapes),
+        write_cityjson(out, &shapes),
+        write_dxf(out, &shapes, &building),
+        write_ifc(out, &shapes, &building),
+    ] {
+        result.expect("nothing refuses bytes");
     }
 }
 

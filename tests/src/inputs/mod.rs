@@ -76,6 +76,8 @@ pub const TARGETS: &[Target] = &[
     target("relations", Form::Text, 64, logs::relations),
     target("obj", Form::Text, 64, geometry::obj),
     target("ply", Form::Binary, 64, geometry::ply),
+    // Six other formats are made of it.
+    Target { own_bytes: 16 << 20, ..target("model_json", Form::Text, 1024, geometry::model_json) },
     // The tables of a LAZ decompressor, and points that pack well.
     Target { own_bytes: 16 << 20, ..target("las", Form::Binary, 4096, geometry::las) },
     target("world_path", Form::Text, 400, rigs::world_path),

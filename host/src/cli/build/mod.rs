@@ -5,6 +5,7 @@ mod posed;
 use std::path::{Path, PathBuf};
 
 use crate::formats::output::OutputFolder;
+use crate::formats::text::model_json::ModelFile;
 use crate::formats::{Shapes, source_name};
 use crate::pipeline::summary::{Parameters, PosesFrom, ScanFigures, Summary};
 use crate::pipeline::{self, BuildInput, BuildOutput};
@@ -31,12 +32,15 @@ use crate::cli::view::report;
 use biplane_cli::Outcome;
 use posed::Posed;
 
+/// The robot stands on a floor, whether the laser sees it or not: z = 0.
+const FLOOR_M: Option<f64> = Some(0.0);
+
 /// Words of the command.
 #[derive(Clone, Debug, clap::Args)]
 #[command(
-    after_help = "Written: model.glb, model.ply, model.obj, model.city.json, planes.ply, raw.ply, points.ply, map.pgm, map.yaml, \
-    map.png, trajectory.tum, summary.json, report.html (look at this one first); with --formats also model.dxf, model.ifc, \
-    model.lod1.glb, model.lod2.glb, points.las, points.laz."
+    after_help = "Written: model.glb, model.ply, model.obj, model.city.json, model.json, planes.ply, raw.ply, points.ply, map.pgm, map.yaml, \
+    map.png, trajectory.tum, summary.json, report.html (look at this one first); with --formats, or later by `biplane export`, \
+    also model.dxf, model.ifc, model.lod1.glb, model.lod2.glb, points.las, points.laz."
 )]
 pub(super) struct Args {
     /// Posed recordings; of one in parts all of them, in any order, or its name without the number
@@ -305,12 +309,14 @@ fn write_all(
     posed.restore(&mut output.revisits.scans.stamps_ns);
     args.model_args.bound(&mut output)?;
     let shapes = Shapes { source: posed.named(source_name), ..Shapes::new(&output.model) };
-    let building = formats::building(&args.model_args.formats, &output.model, Some(0.0));
+    let file = ModelFile::new(&shapes, FLOOR_M, files::points_of(&output));
+    let building = formats::building(&args.model_args.formats, &output.model, FLOOR_M);
     let has_model = !output.cloud.is_empty();
     stages.time("write", || {
         let mut written = files::write_floor(part, &image, &known, &posed.used)?;
         if let Some(drive) = drive.filter(|_| has_model) {
             written += files::write_raw(part, drive, &output, &shapes.source, &args.model_args.formats)?;
+            written += files::write_lossless(part, &shapes, &file)?;
             written += files::write_model(part, &shapes, building.as_ref(), &args.model_args.formats)?;
         }
         anyhow::Ok(((), written))

@@ -7,6 +7,7 @@ use crate::formats::input::mesh::MeshFile;
 use crate::formats::output::{OutputFolder, write_file};
 use crate::formats::ply;
 use crate::formats::ply::write::PointRows;
+use crate::formats::text::model_json::{ModelFile, PointsOf};
 use crate::formats::{Shapes, source_name};
 use crate::model::Cloud;
 use crate::pipeline::BuildOutput;
@@ -32,7 +33,7 @@ use biplane_cli::Outcome;
 /// Words of the command.
 #[derive(Clone, Debug, clap::Args)]
 #[command(
-    after_help = "Written: model.glb, model.ply, model.obj, model.city.json, planes.ply, raw.ply (the mesh), points.ply (its vertices with the property \
+    after_help = "Written: model.glb, model.ply, model.obj, model.city.json, model.json (for `biplane export`), planes.ply, raw.ply (the mesh), points.ply (its vertices with the property \
     `plane`, -1 = none), summary.json, report.html.\nCoordinates are metres. Flat surfaces face the way their triangles do."
 )]
 pub(crate) struct Args {
@@ -99,10 +100,12 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let building = formats::building(&args.model_args.formats, &output.model, floor_m);
     stages.time("write", || {
         let raw = write_raw(folder.part(), &file, &output, &shapes.source, &args.model_args.formats)?;
-        Ok((
-            (),
-            raw + files::write_model(folder.part(), &shapes, building.as_ref(), &args.model_args.formats)?,
-        ))
+        let points = PointsOf { count: file.vertex_of.len(), times: None };
+        let lossless = ModelFile::new(&shapes, floor_m, points);
+        let lossless = files::write_lossless(folder.part(), &shapes, &lossless)?;
+        let formats = &args.model_args.formats;
+        let chosen = files::write_model(folder.part(), &shapes, building.as_ref(), formats)?;
+        Ok(((), raw + lossless + chosen))
     })?;
     let page = if args.model_args.no_report {
         None

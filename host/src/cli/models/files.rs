@@ -13,6 +13,7 @@ use crate::formats::output::error::OutputError;
 use crate::formats::output::write_file;
 use crate::formats::ply;
 use crate::formats::ply::write::{PointRows, PointTable};
+use crate::formats::text::model_json::{self, ModelFile, PointsOf, ScanTimes};
 use crate::formats::text::trajectory::{TrajectoryFormat, write_poses};
 use crate::formats::{Shapes, cityjson, dxf, gltf, ifc};
 use crate::pipeline::BuildOutput;
@@ -37,6 +38,7 @@ const NAMES: &[&str] = &[
     "model.dxf",
     "model.glb",
     "model.ifc",
+    "model.json",
     "model.lod1.glb",
     "model.lod2.glb",
     "model.obj",
@@ -112,16 +114,22 @@ pub(crate) fn write_points(
     formats: &[Formats],
 ) -> Result<usize, OutputError> {
     write_file(&folder.join("points.ply"), true, |out| ply::write_points(out, points))?;
-    let written = 1;
-    #[cfg(not(feature = "las"))]
-    let _ = formats;
-    #[cfg(feature = "las")]
-    let written = written + write_las(folder, points, formats)?;
-    Ok(written)
+    Ok(1 + write_las(folder, points, formats)?)
 }
 
+/// A program without the feature `las` writes neither.
+#[cfg(not(feature = "las"))]
+pub(crate) fn write_las(_: &Path, _: &dyn PointTable, _: &[Formats]) -> Result<usize, OutputError> {
+    Ok(0)
+}
+
+/// Writes the points as LAS and LAZ, as far as these are asked for.
 #[cfg(feature = "las")]
-fn write_las(folder: &Path, points: &dyn PointTable, formats: &[Formats]) -> Result<usize, OutputError> {
+pub(crate) fn write_las(
+    folder: &Path,
+    points: &dyn PointTable,
+    formats: &[Formats],
+) -> Result<usize, OutputError> {
     let mut written = 0;
     for (name, format) in [("points.las", Format::Las), ("points.laz", Format::Laz)] {
         if formats.iter().any(|some| some.contains(&format)) {
@@ -136,8 +144,28 @@ fn write_las(folder: &Path, points: &dyn PointTable, formats: &[Formats]) -> Res
     Ok(written)
 }
 
-/// Writes the model in the formats asked for, and its flat surfaces alone. `building` is there when a format
-/// wants it.
+/// What other formats need of the points of a build besides `points.ply`.
+pub(crate) fn points_of(output: &BuildOutput) -> PointsOf<'_> {
+    let BuildOutput { cloud, revisits, .. } = output;
+    let has_all = output.counts.revisited_points == 0;
+    let count = if has_all { cloud.len() } else { revisits.kept.points() };
+    let scans_ns = if has_all { &cloud.stamps_ns } else { &revisits.scans.stamps_ns };
+    let times = ScanTimes { scans_ns: scans_ns.into(), beams_ns: (&cloud.delays_ns).into() };
+    PointsOf { count, times: Some(times) }
+}
+
+/// Writes the model without loss, for `biplane export`, and its flat surfaces alone.
+pub(crate) fn write_lossless(
+    folder: &Path,
+    shapes: &Shapes<'_>,
+    file: &ModelFile<'_>,
+) -> Result<usize, OutputError> {
+    write_file(&folder.join(model_json::NAME), true, |out| file.write(out))?;
+    write_file(&folder.join("planes.ply"), true, |out| ply::write_planes(out, shapes))?;
+    Ok(2)
+}
+
+/// Writes the model in the formats asked for. `building` is there when a format wants it.
 pub(crate) fn write_model(
     folder: &Path,
     shapes: &Shapes<'_>,
@@ -147,8 +175,7 @@ pub(crate) fn write_model(
     let write = |name: &str, fill: &dyn Fn(&mut BufWriter<File>) -> io::Result<()>| {
         write_file(&folder.join(name), true, |out| fill(out))
     };
-    write("planes.ply", &|out| ply::write_planes(out, shapes))?;
-    let mut written = 1;
+    let mut written = 0;
     for format in
         Format::ALL.iter().copied().filter(|format| formats.iter().any(|some| some.contains(format)))
     {

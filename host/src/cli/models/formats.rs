@@ -68,6 +68,11 @@ impl Format {
         }
     }
 
+    /// Whether its files hold the raw points, and not the model.
+    pub(crate) fn is_of_points(self) -> bool {
+        self.files().iter().any(|name| name.starts_with("points."))
+    }
+
     /// Whether the model has to be read as a building for it.
     fn is_of_buildings(self) -> bool {
         matches!(self, Self::Dxf | Self::Ifc)
@@ -88,6 +93,7 @@ const WORDS: &[(&str, Formats)] = &[
     ("las", &[Format::Las]),
     #[cfg(feature = "las")]
     ("laz", &[Format::Laz]),
+    ("none", &[]),
     ("all", Format::ALL),
 ];
 
@@ -110,6 +116,6 @@ pub(crate) fn building(formats: &[Formats], model: &Model, known_floor_m: Option
 /// What cannot be drawn of a building, in words.
 pub(crate) fn hint(building: Option<&Building>) -> Option<&'static str> {
     building.filter(|building| building.floors_m.is_empty()).map(|_| {
-        "no floor with walls over it was found (z must be up), so model.dxf has no plan and model.ifc no storeys; --floor M says where it is"
+        "no floor with walls over it was found (z must be up), so model.dxf has no plan and model.ifc no storeys; `compact --floor M` says where it is"
     })
 }

@@ -95,7 +95,8 @@ pub(crate) fn ply_bytes(mesh: &Mesh) -> u64 {
     ply::write_mesh(&mut bytes, mesh, "raw mesh").map_or(0, |()| bytes.len() as u64)
 }
 
-fn read_summary(folder: &Path) -> anyhow::Result<Value> {
+/// The summary of a folder that holds a model.
+pub(crate) fn read_summary(folder: &Path) -> anyhow::Result<Value> {
     let path = folder.join("summary.json");
     let text = fs::read(&path).with_context(|| {
         format!("cannot read {}: is {} a folder of `biplane build`?", path.display(), folder.display())

@@ -2,6 +2,7 @@
 
 pub(crate) mod error;
 pub(crate) mod header;
+pub(crate) mod points_file;
 pub(crate) mod read;
 pub(crate) mod values;
 pub(crate) mod write;

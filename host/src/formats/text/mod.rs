@@ -1,4 +1,5 @@
-//! Numbers, stamps and trajectories as text.
+//! Numbers, stamps, trajectories and finished models as text.
 
+pub(crate) mod model_json;
 pub(crate) mod number;
 pub(crate) mod trajectory;

@@ -7,12 +7,13 @@ use serde_json::Value;
 use crate::room::{self, Content};
 use crate::run::{Folder, names};
 
-const EVERYTHING: [&str; 13] = [
+const EVERYTHING: [&str; 14] = [
     "map.pgm",
     "map.png",
     "map.yaml",
     "model.city.json",
     "model.glb",
+    "model.json",
     "model.obj",
     "model.ply",
     "planes.ply",

@@ -7,9 +7,10 @@ use serde_json::Value;
 use crate::room::{self, Content};
 use crate::run::{Folder, names};
 
-const EVERYTHING: [&str; 9] = [
+const EVERYTHING: [&str; 10] = [
     "model.city.json",
     "model.glb",
+    "model.json",
     "model.obj",
     "model.ply",
     "planes.ply",

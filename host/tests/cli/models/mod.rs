@@ -2,6 +2,7 @@
 
 mod build;
 mod compact;
+mod export;
 mod floor;
 mod odd_clouds;
 mod planes;

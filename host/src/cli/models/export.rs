@@ -1,0 +1,154 @@
+//! `biplane export`: further formats of a model that is built already, the same files as `build` writes.
+
+use std::fs;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use crate::formats::output::{MARKER, check_free};
+use crate::formats::ply::points_file::PointsFile;
+use crate::formats::text::model_json::{self, ModelFile};
+use anyhow::{Context, bail};
+use serde::Serialize;
+
+use crate::cli::models::formats::{Format, Formats};
+use crate::cli::models::{files, formats};
+use crate::cli::terminal::console::Console;
+use crate::cli::terminal::json::print_json;
+use crate::cli::terminal::threads::Threads;
+use crate::cli::view::built::read_summary;
+use biplane_cli::Outcome;
+
+/// Words of the command.
+#[derive(Clone, Debug, clap::Args)]
+#[command(
+    after_help = "Examples:\n  biplane export model --formats dxf,ifc          a floor plan and a building model, into the folder model\n  \
+    biplane export model --formats laz --force      the points once more\n\
+    The files are the same as `biplane build --formats` writes, byte for byte."
+)]
+pub(crate) struct Args {
+    /// A folder that `biplane build` or `biplane compact` wrote; the files are added to it
+    #[arg(value_name = "MODEL_DIR")]
+    folder: PathBuf,
+    /// Files to write, separated by commas: glb, ply, obj, cityjson, dxf, ifc, lod, las, laz, or all;
+    /// `biplane build --help` says what they are
+    #[arg(long, value_name = "FORMATS", value_delimiter = ',', value_parser = formats::parse, required = true, hide_possible_values = true)]
+    formats: Vec<Formats>,
+    /// Replace files that exist
+    #[arg(long)]
+    force: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    threads: Threads,
+}
+
+/// What was written.
+#[derive(Debug, Serialize)]
+struct Written {
+    /// The folder.
+    folder: String,
+    /// What the model was made of.
+    source: String,
+    /// The files, in the order of the alphabet.
+    files: Vec<WrittenFile>,
+}
+
+#[derive(Debug, Serialize)]
+struct WrittenFile {
+    name: &'static str,
+    bytes: u64,
+}
+
+impl Args {
+    /// Why there is nothing to do, if there is not.
+    pub(crate) fn conflict(&self) -> Option<String> {
+        self.names().is_empty().then(|| "--formats none writes no file".to_owned())
+    }
+
+    fn wanted(&self) -> impl Iterator<Item = Format> {
+        self.formats.iter().copied().flatten().copied()
+    }
+
+    /// The names of the files asked for, each once.
+    fn names(&self) -> Vec<&'static str> {
+        let mut names: Vec<&str> = self.wanted().flat_map(Format::files).copied().collect();
+        names.sort_unstable();
+        names.dedup();
+        names
+    }
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
+    args.threads.take()?;
+    let names = args.names();
+    check_model(&args.folder)?;
+    names.iter().try_for_each(|name| check_free(&args.folder.join(name), args.force))?;
+    let spinner = console.spinner("writing");
+    let file = read(&args.folder)?;
+    let shapes = file.shapes();
+    let building = formats::building(&args.formats, &file.model, file.floor_m);
+    if args.wanted().any(Format::is_of_points) {
+        let path = args.folder.join("points.ply");
+        let cannot_read = || format!("cannot read {}", path.display());
+        let points = PointsFile::open(&path, &file).with_context(cannot_read)?;
+        files::write_las(&args.folder, &points, &args.formats)?;
+    }
+    files::write_model(&args.folder, &shapes, building.as_ref(), &args.formats)?;
+    drop(spinner);
+    print_result(args, &written(&args.folder, &file, &names)?)?;
+    formats::hint(building.as_ref()).into_iter().for_each(|why| console.note(why));
+    Ok(Outcome::Done)
+}
+
+/// Says in a sentence what is wrong with a folder from which nothing can be exported.
+fn check_model(folder: &Path) -> anyhow::Result<()> {
+    let shown = folder.display();
+    let found = fs::metadata(folder).with_context(|| format!("cannot read {shown}"))?;
+    if !found.is_dir() {
+        bail!("{shown} is a file; expected a folder that `biplane build` wrote");
+    }
+    let has_summary = folder.join("summary.json").exists();
+    if !has_summary && folder.join(MARKER).exists() {
+        bail!("{shown} is not finished: its `biplane build` runs still, or was ended");
+    }
+    let summary = read_summary(folder)?;
+    if !folder.join(model_json::NAME).exists() {
+        let version = summary["version"].as_str().unwrap_or("an unknown version");
+        bail!(
+            "{shown} has no {}, which formats are made of: biplane {version} wrote the folder without it; build it again",
+            model_json::NAME
+        );
+    }
+    Ok(())
+}
+
+fn read(folder: &Path) -> anyhow::Result<ModelFile<'static>> {
+    let path = folder.join(model_json::NAME);
+    let cannot_read = || format!("cannot read {}", path.display());
+    let bytes = fs::read(&path).with_context(cannot_read)?;
+    model_json::read(&bytes).with_context(cannot_read)
+}
+
+fn written(folder: &Path, file: &ModelFile<'_>, names: &[&'static str]) -> anyhow::Result<Written> {
+    let size = |name: &'static str| {
+        let path = folder.join(name);
+        let found = fs::metadata(&path).with_context(|| format!("cannot read {}", path.display()))?;
+        anyhow::Ok(WrittenFile { name, bytes: found.len() })
+    };
+    let files = names.iter().map(|name| size(name)).collect::<anyhow::Result<_>>()?;
+    Ok(Written { folder: folder.display().to_string(), source: file.source.clone().into_owned(), files })
+}
+
+fn print_result(args: &Args, written: &Written) -> anyhow::Result<()> {
+    if args.json {
+        return print_json(written);
+    }
+    let mut out = io::stdout().lock();
+    for file in &written.files {
+        let path = args.folder.join(file.name);
+        writeln!(out, "{:>12} bytes  {}", file.bytes, path.display())?;
+    }
+    Ok(())
+}

@@ -1,0 +1,30 @@
+//! Whether a model that was read agrees with itself, as all that a build makes do.
+
+use super::ModelFileError;
+use crate::model::Model;
+use biplane_geometry::vec3::dot;
+
+/// A normal's length may differ from 1 by this: far more than rounding does, far less than a wrong digit.
+const UNIT_TOLERANCE: f64 = 1e-6;
+
+/// Every polygon has its plane, every triangle its vertices, every normal has the length 1.
+pub(super) fn model(model: &Model) -> Result<(), ModelFileError> {
+    for (plane, normal) in model.planes.iter().map(|plane| plane.normal).enumerate() {
+        let length = dot(normal, normal).sqrt();
+        if (length - 1.0).abs() > UNIT_TOLERANCE {
+            return Err(ModelFileError::NotUnit { plane, length });
+        }
+    }
+    let planes = model.planes.len();
+    let lost = model.polygons.iter().map(|polygon| polygon.plane).enumerate().find(|at| at.1 >= planes);
+    if let Some((polygon, plane)) = lost {
+        return Err(ModelFileError::NoSuchPlane { polygon, plane, planes });
+    }
+    let vertices = model.leftovers.vertices_m.len();
+    for (triangle, corners) in model.leftovers.triangles.iter().enumerate() {
+        if let Some(&vertex) = corners.iter().find(|corner| **corner as usize >= vertices) {
+            return Err(ModelFileError::NoSuchVertex { triangle, vertex, vertices });
+        }
+    }
+    Ok(())
+}
