@@ -25,6 +25,7 @@ pub use crate::io::probe::probe;
 pub use crate::record::{RecordOptions, record};
 pub use crate::replay::{ReplayOptions, replay};
 pub use crate::session::base::{BaseSession, BaseSettings};
+pub use crate::session::cola::event::ColaEvent;
 pub use crate::session::device_session::{Input, MAX_INPUT_BYTES, Output, Session};
 pub use crate::session::event::Event;
 pub use crate::session::lms::LaserSession;
@@ -39,7 +40,7 @@ pub use crate::types::web_origin::WebOrigin;
 #[doc(hidden)]
 pub mod test_support {
     pub use crate::io::clock::{Clocks, RunClock};
-    pub use crate::io::tty::Tty;
+    pub use crate::io::line::tty::Tty;
     #[cfg(feature = "live")]
     pub use crate::live::server::protocol::request as live_request;
     pub use crate::output::diagnostics::message as diagnostics_message;

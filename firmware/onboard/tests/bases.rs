@@ -131,6 +131,7 @@ fn device(settings: &BaseSettings, speeds: Speeds, first_counts: [i32; 2]) -> Bo
         Box::new(SourceCounts::new(source, Box::new(Same), scale))
     };
     match settings.protocol {
+        BaseProtocol::None => panic!("a base"),
         BaseProtocol::P2os { .. } => {
             let feed = CycleFeed::new(source, Box::new(Same), 100 * MS);
             let params = BaseParams { boot_ns: BOOT_NS, ..BaseParams::default() };

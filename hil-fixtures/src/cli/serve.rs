@@ -2,6 +2,7 @@
 
 use super::{BadArgument, MirrorPpm, worlds};
 use crate::capture::source::Capture;
+use crate::devices::cola::ColaParams;
 use crate::devices::lms::LmsParams;
 use crate::devices::lms::model::Model;
 use crate::devices::lms::settings::OLD_CONFIG_BYTES;
@@ -16,7 +17,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// Serve a mock rig on pseudo-terminals: two SICK LMS 2xx and a base.
+/// Serve a mock rig: two lasers and a base, on pseudo-terminals or TCP ports of this machine.
+///
+/// A laser with protocol = "cola" in the rig is on the network: DIR/lms-horizontal.address then
+/// holds its host:port. Other lasers are SICK LMS 2xx.
 ///
 /// The base is a P2OS, RoboClaw or rFLEX, as the rig says. DIR/lms-horizontal, DIR/lms-vertical and
 /// DIR/base appear when their devices are ready; open them as you would open a serial port. The
@@ -124,6 +128,10 @@ struct Lasers {
     /// type text.
     #[arg(long, value_name = "TYPE", default_value = "LMS291;S05;X01.27 ")]
     laser_type: String,
+    /// Type of the lasers that the rig has on the network, as they leave the factory: LMS111, LMS511, TIM561,
+    /// TIM781, or another name of these families.
+    #[arg(long, value_name = "TYPE", default_value = "LMS111", value_parser = network_laser)]
+    network_laser: ColaParams,
     /// A fault in the lasers' list of faults (32h), until a reset: TYPE 1 info, 2 warning, 3 error, 4 fatal.
     /// May be given several times.
     #[arg(long = "laser-error", value_name = "TYPE:NUMBER", value_parser = laser_error)]
@@ -183,6 +191,7 @@ impl Serve {
         options.overwrite = self.drive.force;
         options.mirror_ppm = self.mirror_ppm;
         options.laser = LmsParams::of_type(Model::text_of_name(&self.lasers.laser_type));
+        options.network_laser = self.lasers.network_laser.clone();
         options.laser.errors = self.lasers.laser_errors.clone();
         if self.lasers.old_firmware {
             options.laser.config_bytes = OLD_CONFIG_BYTES;
@@ -190,11 +199,16 @@ impl Serve {
         options.laser.baud = self.lasers.laser_baud.parse()?;
         options.laser.left_streaming = self.lasers.left_streaming;
         options.laser.boot_ns = (self.lasers.boot * 1e9) as i64;
+        options.network_laser.boot_ns = options.laser.boot_ns;
         options.laser.power_on_message = self.lasers.power_on_message;
         options.base.identity.subclass.clone_from(&self.base_subclass);
         options.base.strict = self.strict_base;
         Ok(options)
     }
+}
+
+fn network_laser(text: &str) -> Result<ColaParams, String> {
+    ColaParams::of_name(text).ok_or_else(|| "expected LMS1.., LMS5.., TIM5.. or TIM7..".to_owned())
 }
 
 fn laser_error(text: &str) -> Result<(u8, u8), String> {

@@ -47,6 +47,17 @@ pub trait Device: Send {
     /// own begins after its own boot time.
     fn power_on(&mut self, now_ns: i64);
 
+    /// Whether a device on a network takes a connection at this time.
+    fn takes_connection(&mut self, _now_ns: i64) -> bool {
+        true
+    }
+
+    /// A client has connected to a device on a network.
+    fn connected(&mut self, _now_ns: i64) {}
+
+    /// The connection is gone.
+    fn disconnected(&mut self, _now_ns: i64) {}
+
     /// Rate of the line in Bd.
     fn baud(&self) -> u32;
 

@@ -3,6 +3,7 @@
 pub mod base;
 #[cfg(test)]
 pub(crate) mod bench;
+pub mod cola;
 pub mod device;
 pub mod lms;
 pub mod pacing;

@@ -1,6 +1,7 @@
 //! Rigs: named ones, and one that is driven through a world.
 
 pub mod drive;
+pub mod fan;
 pub mod named;
 pub mod scanner;
 pub mod simulated;

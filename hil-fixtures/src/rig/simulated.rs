@@ -6,6 +6,7 @@
 
 use crate::rig::drive::Drive;
 use crate::rig::drive::odometry::{Odometer, OdometryParams};
+use crate::rig::fan::Fan;
 use crate::rig::scanner::{Scanner, ScannerParams, TURN_NS, Variant};
 use crate::rig::source::{OdometrySample, OdometrySource, ScanSource, ScanWords};
 use crate::rig::tick;
@@ -159,6 +160,12 @@ impl SimulatedLaser {
     #[must_use]
     pub fn measure(&self, t0_ns: i64, variant: Variant, mm: bool) -> ScanWords {
         self.with_scanner(t0_ns, |scanner, rng| scanner.scan(t0_ns, variant, mm, rng))
+    }
+
+    /// A fan of a laser of today, whose beams are timed by the fan itself.
+    #[must_use]
+    pub fn measure_fan(&self, fan: &Fan) -> Vec<u16> {
+        self.with_scanner(fan.first_beam_ns, |scanner, rng| scanner.fan_mm(fan, rng))
     }
 
     fn with_scanner<T>(&self, t0_ns: i64, take: impl FnOnce(&Scanner<'_>, &mut Rng) -> T) -> T {

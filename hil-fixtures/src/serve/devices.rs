@@ -1,6 +1,7 @@
 //! The devices of a rig for each kind of source: a world driven through, or a capture played back.
 
 use super::ahead::AheadSource;
+use super::ahead_fan::ahead;
 use super::truth::{NotingFeed, SentScans};
 use super::{LinkName, ServeError, ServeOptions, Source};
 use crate::capture::source::Capture;
@@ -15,12 +16,14 @@ use crate::devices::base::report::Identity;
 use crate::devices::base::rflex::{RflexDevice, RflexParams};
 use crate::devices::base::roboclaw::{RoboClawDevice, RoboClawParams};
 use crate::devices::base::{BaseDevice, BaseParams};
+use crate::devices::cola::ColaDevice;
 use crate::devices::device::Device;
-use crate::devices::lms::scans::feed::{Mirror, MirrorFeed, ScanFeed};
+use crate::devices::lms::scans::feed::{Mirror, MirrorFeed, ScanFeed, Timeline};
 use crate::devices::lms::settings::Variant;
 use crate::devices::lms::{LmsDevice, LmsParams};
 use crate::devices::run::{Run, RunRules};
-use crate::rig::simulated::SimulatedRig;
+use crate::rig::fan::Fan;
+use crate::rig::simulated::{SimulatedLaser, SimulatedRig};
 use crate::rng::Rng;
 use biplane_recording::rig::{Base, BaseProtocol};
 use std::sync::Arc;
@@ -44,10 +47,26 @@ const CAPTURE_PATIENCE_NS: i64 = 600 * MS;
 /// Requests may be held up by the scheduler of a busy machine; a real device allows 6 ms between bytes.
 const REQUEST_GAP_NS: i64 = 25 * MS;
 
+/// A device to be put on a line.
+pub(super) struct Served {
+    /// Name of its link.
+    pub name: LinkName,
+    /// The device.
+    pub device: Box<dyn Device>,
+    /// Whether it is on the network instead of a serial line.
+    pub is_network: bool,
+}
+
+impl Served {
+    fn serial(name: LinkName, device: impl Device + 'static) -> Self {
+        Self { name, device: Box::new(device), is_network: false }
+    }
+}
+
 /// The devices of a rig, ready to be put on lines.
 pub(super) struct Devices {
     /// Devices by the names of their links.
-    pub list: Vec<(LinkName, Box<dyn Device>)>,
+    pub list: Vec<Served>,
     /// What they share.
     pub run: Run,
     /// Length of the drive or capture.
@@ -80,8 +99,11 @@ impl Devices {
 
     /// Every device with the power faults asked for.
     fn behind_switches(mut self, options: &ServeOptions) -> Self {
-        let list = self.list.into_iter().zip(0..);
-        self.list = list.map(|((name, device), place)| (name, options.faults.power(device, place))).collect();
+        let behind_switch = |(served, place): (Served, u64)| {
+            let device = options.faults.power(served.device, place);
+            Served { device, ..served }
+        };
+        self.list = self.list.into_iter().zip(0..).map(behind_switch).collect();
         self
     }
 }
@@ -111,23 +133,62 @@ fn laser_params(options: &ServeOptions, place: u64) -> LmsParams {
 
 fn of_world(simulated: &SimulatedRig, options: &ServeOptions) -> Result<Devices, ServeError> {
     let vertical = simulated.vertical();
-    let run = Run::new(rules(options, 1 + usize::from(vertical.is_some()), true));
+    let has_base = simulated.rig().base.is_present();
+    let run = Run::new(rules(options, 1 + usize::from(vertical.is_some()), has_base));
     let sent = [SentScans::default(), SentScans::default()];
-    let mut list: Vec<(LinkName, Box<dyn Device>)> = Vec::new();
-    let lasers = [(LinkName::Horizontal, Some(simulated.horizontal())), (LinkName::Vertical, vertical)];
-    for (place, ((name, laser), sent)) in (0..).zip(lasers.into_iter().zip(&sent)) {
-        let Some(laser) = laser else { continue };
-        let ahead = AheadSource::new(laser).map_err(|source| ServeError::Refused { name, source })?;
+    let mut list = Vec::new();
+    let rig = simulated.rig();
+    let lasers = [
+        (LinkName::Horizontal, Some(simulated.horizontal()), Some(&rig.horizontal)),
+        (LinkName::Vertical, vertical, rig.vertical.as_ref()),
+    ];
+    for (place, ((name, laser, of_rig), sent)) in (0..).zip(lasers.into_iter().zip(&sent)) {
+        let Some((laser, of_rig)) = laser.zip(of_rig) else { continue };
+        let refused = |source| ServeError::Refused { name, source };
+        if of_rig.cola().is_some() {
+            let device = network_laser(laser, &run, sent.clone(), options, place).map_err(refused)?;
+            list.push(Served { name, device: Box::new(device), is_network: true });
+            continue;
+        }
+        let ahead = AheadSource::new(laser).map_err(refused)?;
         let feed = MirrorFeed::new(Box::new(ahead), Box::new(run.clone()));
         let feed = NotingFeed { feed, sent: sent.clone() };
         let feed = options.faults.feed(Box::new(feed), place);
-        list.push((name, Box::new(LmsDevice::new(laser_params(options, place), feed))));
+        list.push(Served::serial(name, LmsDevice::new(laser_params(options, place), feed)));
     }
-    list.push((LinkName::Base, base_of_world(simulated, &run, options)));
+    if has_base {
+        let device = base_of_world(simulated, &run, options);
+        list.push(Served { name: LinkName::Base, device, is_network: false });
+    }
     let length_ns = (simulated.drive_duration_s() * NS_PER_S) as i64;
     let [horizontal, vertical] = sent;
     let world = Some(WorldTruth { rig: simulated.clone(), horizontal, vertical });
     Ok(Devices { list, run, length_ns, world })
+}
+
+/// A laser on the network that measures what the robot's laser sees, and notes when.
+fn network_laser(
+    laser: SimulatedLaser,
+    run: &Run,
+    sent: SentScans,
+    options: &ServeOptions,
+    place: u64,
+) -> std::io::Result<ColaDevice> {
+    let mut params = options.network_laser.clone();
+    let turn_ns = params.turn_ns(&params.scan);
+    let phase = Rng::new(options.seed, 0x0EC0_4A5E, place.cast_signed()).unit();
+    params.phase_ns = (phase * turn_ns as f64) as i64;
+    let run = run.clone();
+    let mut measured = ahead(Box::new(move |fan| {
+        laser.measure_fan(&Fan { first_beam_ns: run.world_ns(fan.first_beam_ns), ..*fan })
+    }))?;
+    Ok(ColaDevice::new(
+        params,
+        Box::new(move |fan| {
+            sent.note(fan.first_beam_ns);
+            measured(fan)
+        }),
+    ))
 }
 
 /// The base that the rig's protocol asks for.
@@ -167,16 +228,17 @@ fn of_capture(capture: &Capture, options: &ServeOptions) -> Devices {
     let present = lasers.iter().filter(|(_, track)| track.is_some()).count();
     let run = Run::new(rules(options, present, capture.base.is_some()));
     let origin_ns = capture.first_ns().unwrap_or(0);
-    let mut list: Vec<(LinkName, Box<dyn Device>)> = Vec::new();
+    let mut list = Vec::new();
     for (place, (name, track)) in (0..).zip(lasers) {
         let Some(track) = track else { continue };
         let params = captured_params(track, laser_params(options, place));
         let feed = CaptureScans::new(Arc::new(track.clone()), origin_ns, run.clone(), options.once);
         let feed = options.faults.feed(Box::new(feed) as Box<dyn ScanFeed>, place);
-        list.push((name, Box::new(LmsDevice::new(params, feed))));
+        list.push(Served::serial(name, LmsDevice::new(params, feed)));
     }
     if let Some(track) = &capture.base {
-        list.push((LinkName::Base, base_of_capture(capture, track, origin_ns, &run, options)));
+        let device = base_of_capture(capture, track, origin_ns, &run, options);
+        list.push(Served { name: LinkName::Base, device, is_network: false });
     }
     Devices { list, run, length_ns: capture.duration_ns(), world: None }
 }

@@ -3,6 +3,7 @@
 use super::lock::LockError;
 use crate::capture::source::Capture;
 use crate::devices::base::BaseParams;
+use crate::devices::cola::ColaParams;
 use crate::devices::lms::LmsParams;
 use crate::devices::pty::PtyError;
 use crate::faults::{Faults, Misplaced};
@@ -83,6 +84,8 @@ pub struct ServeOptions {
     pub start_after_s: Option<f64>,
     /// How the lasers are at the start.
     pub laser: LmsParams,
+    /// The lasers of a rig that are on the network.
+    pub network_laser: ColaParams,
     /// Millionths by which the mirrors of the horizontal and the vertical laser turn too slowly.
     pub mirror_ppm: [f64; 2],
     /// How the base is at the start.
@@ -108,6 +111,7 @@ impl ServeOptions {
             seed: 1,
             start_after_s: None,
             laser: LmsParams::default(),
+            network_laser: ColaParams::default(),
             mirror_ppm: [0.0; 2],
             base: BaseParams::default(),
             truth: None,
@@ -134,6 +138,14 @@ pub enum ServeError {
     /// A pseudo-terminal or its link failed.
     #[error(transparent)]
     Pty(#[from] PtyError),
+    /// A device could not listen on the network.
+    #[error("{name}: cannot listen on a port of this machine: {source}")]
+    Network {
+        /// Name of its link.
+        name: LinkName,
+        /// What the system said.
+        source: std::io::Error,
+    },
     /// The path cannot be driven.
     #[error(transparent)]
     Path(#[from] PathError),

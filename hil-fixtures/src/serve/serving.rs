@@ -2,13 +2,14 @@
 
 use super::client_rate::ClientRate;
 use super::clock::VirtualClock;
-use super::devices::{Devices, WorldTruth};
+use super::devices::{Devices, Served, WorldTruth};
 use super::lock::FolderLock;
+use super::network_port::NetworkPort;
 use super::port::{Port, PortReport};
 use super::truth::TruthWriter;
-use super::{ServeError, ServeOptions, Source};
+use super::{LinkName, ServeError, ServeOptions, Source};
 use crate::devices::pty::Pty;
-use crate::devices::run::Begun;
+use crate::devices::run::{Begun, Run};
 use crate::faults::Place;
 use crate::rng::Rng;
 use crate::simulate::truth_folder::{TruthError, prepare};
@@ -52,29 +53,62 @@ pub fn serve(
     run_ports(ports, options, &devices, stop, ready)
 }
 
-fn open_ports(options: &ServeOptions, devices: &mut Devices) -> Result<Vec<Port>, ServeError> {
-    let mut ports = Vec::new();
-    for (place, (name, device)) in devices.list.drain(..).enumerate() {
-        let mut pty = Pty::open(device.baud())?;
-        pty.publish(&options.links.join(name.name()))?;
-        let stream = place as u64;
-        ports.push(Port {
-            name,
-            place,
-            device,
-            pty,
-            to_host: options.faults.channel(2 * stream),
-            from_host: options.faults.channel(2 * stream + 1),
-            noise: Rng::new(options.seed, 0x0015_E000 + stream, 0),
-            any_baud: options.any_baud,
-            client_rate: ClientRate::default(),
-        });
+/// A port of either kind.
+enum AnyPort {
+    /// A pseudo-terminal.
+    Serial(Box<Port>),
+    /// A TCP port.
+    Network(Box<NetworkPort>),
+}
+
+impl AnyPort {
+    fn name(&self) -> LinkName {
+        match self {
+            Self::Serial(port) => port.name,
+            Self::Network(port) => port.name,
+        }
     }
-    Ok(ports)
+
+    fn run(self, clock: VirtualClock, run: &Run, stop: &AtomicBool) -> PortReport {
+        match self {
+            Self::Serial(port) => port.run(clock, run, stop),
+            Self::Network(port) => port.run(clock, run, stop),
+        }
+    }
+}
+
+fn open_ports(options: &ServeOptions, devices: &mut Devices) -> Result<Vec<AnyPort>, ServeError> {
+    let list = devices.list.drain(..).enumerate();
+    list.map(|(place, served)| open_port(options, place, served)).collect()
+}
+
+fn open_port(options: &ServeOptions, place: usize, served: Served) -> Result<AnyPort, ServeError> {
+    let Served { name, device, is_network } = served;
+    let stream = place as u64;
+    let channels = [2 * stream, 2 * stream + 1].map(|stream| options.faults.channel(stream));
+    if is_network {
+        let port = NetworkPort::open(name, place, device, channels, &options.links);
+        let port = port.map_err(|source| ServeError::Network { name, source })?;
+        return Ok(AnyPort::Network(Box::new(port)));
+    }
+    let mut pty = Pty::open(device.baud())?;
+    pty.publish(&options.links.join(name.name()))?;
+    let [to_host, from_host] = channels;
+    Ok(AnyPort::Serial(Box::new(Port {
+        name,
+        place,
+        device,
+        pty,
+        to_host,
+        from_host,
+        noise: Rng::new(options.seed, 0x0015_E000 + stream, 0),
+        any_baud: options.any_baud,
+        client_rate: ClientRate::default(),
+    })))
 }
 
 fn run_ports(
-    ports: Vec<Port>,
+    ports: Vec<AnyPort>,
     options: &ServeOptions,
     devices: &Devices,
     stop: &AtomicBool,
@@ -86,7 +120,7 @@ fn run_ports(
     std::thread::scope(|scope| {
         let mut threads = Vec::new();
         for port in ports {
-            let (name, serving) = (port.name, || port.run(clock, run, &stop_all));
+            let (name, serving) = (port.name(), || port.run(clock, run, &stop_all));
             let started = std::thread::Builder::new().spawn_scoped(scope, serving);
             threads.push((
                 name,

@@ -28,7 +28,8 @@ const MARGIN_NS: i64 = 2_000_000_000;
 pub(super) struct SentScans(Arc<Mutex<Vec<i64>>>);
 
 impl SentScans {
-    fn note(&self, t0_ns: i64) {
+    /// A scan that is sent began at this time.
+    pub(super) fn note(&self, t0_ns: i64) {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).push(t0_ns);
     }
 

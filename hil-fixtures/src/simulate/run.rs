@@ -85,7 +85,16 @@ fn drive_path(world: &World, options: &SimulateOptions) -> Result<DrivePath, Sim
 }
 
 fn check(rig: &Rig, options: &SimulateOptions) -> Result<(), SimulateError> {
+    if !rig.base.is_present() {
+        let (found, expected) =
+            ("none".to_owned(), "p2os, roboclaw or rflex; `serve` plays a rig without a base");
+        return Err(SimulateError::Unsupported { what: "base.protocol", found, expected });
+    }
     for laser in [Some(&rig.horizontal), rig.vertical.as_ref()].into_iter().flatten() {
+        if laser.cola().is_some() {
+            let (found, expected) = ("cola".to_owned(), "lms2xx; `serve` plays lasers on a network");
+            return Err(SimulateError::Unsupported { what: "protocol", found, expected });
+        }
         if variant_of(laser).is_none() {
             let found = format!("{} ({} degrees)", laser.resolution_deg, laser.fov_deg);
             let expected = "100 degrees in steps of 0.25, 0.5 or 1 and 180 degrees in steps of 0.5 or 1 can";

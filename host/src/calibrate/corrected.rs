@@ -43,7 +43,7 @@ pub(super) fn with_scales(rig: &mut Rig, scales: &Scales, observed: Observed) ->
             *meters = precise(*meters * way);
             [true, false, false]
         }
-        BaseProtocol::P2os { metres_per_tick: None } => [false; 3],
+        BaseProtocol::P2os { metres_per_tick: None } | BaseProtocol::None => [false; 3],
         BaseProtocol::RoboClaw { wheel_base_m, metres_per_count_left, metres_per_count_right, .. } => {
             // Way (l + r) / 2, turn (r - l) / wheel base: both must come out times `way`, times `turn` plus
             // the drift.

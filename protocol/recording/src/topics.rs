@@ -111,6 +111,12 @@ impl Direction {
 }
 
 impl Topic {
+    /// The topic of a laser's scans; that of the localizing laser for a port that is no laser's.
+    #[must_use]
+    pub fn scan_of(port: Port) -> Self {
+        if port == Port::Vertical { Self::ScanVertical } else { Self::ScanHorizontal }
+    }
+
     /// Every topic, in a fixed order.
     pub const ALL: [Self; 16] = [
         Self::ScanHorizontal,

@@ -222,7 +222,11 @@ impl Line {
                     self.device.handle(self.now_ns, &bytes);
                 }
                 Output::Write(bytes) => self.device.handle_noise(self.now_ns, bytes.len()),
-                Output::Scan(_) | Output::Odometry(_) | Output::Event(_) => {}
+                Output::Scan(_)
+                | Output::ColaScan
+                | Output::Reconnect
+                | Output::Odometry(_)
+                | Output::Event(_) => {}
             }
         }
         panic!("a session does not come to rest");

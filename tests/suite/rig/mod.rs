@@ -248,6 +248,8 @@ fn serve<K: Sink>(
         match command {
             Command::Write(bytes) => line.write(now_ns, &bytes),
             Command::SetBaud(baud) => line.set_baud(baud),
+            // No serial line is asked for one.
+            Command::Reconnect => {}
         }
     }
     while let Some((port, event)) = engine.next_event() {

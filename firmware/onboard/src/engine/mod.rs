@@ -5,10 +5,9 @@
 //!                                          |                                       |
 //!                                          +--> /scan/... at once                  +-> vertical poses
 //! ```
-//! Inputs carry the host's time in nanoseconds; the engine never asks for it. Outputs leave in an order that
-//! depends on the inputs alone. Whoever drives it: one input, then [`Engine::next_command`] and
-//! [`Engine::next_event`] until there are none, then the next input or, at [`Engine::wake_ns`],
-//! [`Engine::advance`].
+//! Inputs carry the host's time in nanoseconds; the engine never asks for it. The order of outputs depends on
+//! the inputs alone. Whoever drives it: one input, then [`Engine::next_command`] and [`Engine::next_event`]
+//! until there are none, then the next input or, at [`Engine::wake_ns`], [`Engine::advance`].
 
 pub(crate) mod line;
 pub(crate) mod localize;
@@ -314,6 +313,8 @@ impl<S: Sink> Engine<S> {
                 Output::Write(bytes) => self.command(now_ns, port, Command::Write(bytes)),
                 Output::SetBaud(baud) => self.command(now_ns, port, Command::SetBaud(baud)),
                 Output::Event(event) => self.devices.event(port, event),
+                Output::Reconnect => self.command(now_ns, port, Command::Reconnect),
+                Output::ColaScan => self.network_scan(now_ns, port),
                 Output::Scan(reading) => self.scan(now_ns, port, &reading),
                 Output::Odometry(reading) => self.odometry(now_ns, &reading),
             }
@@ -333,10 +334,17 @@ impl<S: Sink> Engine<S> {
     fn scan(&mut self, now_ns: i64, port: Port, reading: &ScanReading) {
         self.devices.watch.foreign_device(port).measured();
         let Some(laser) = self.devices.lines.laser_mut(port) else { return };
-        let topic = if port == Port::Vertical { Topic::ScanVertical } else { Topic::ScanHorizontal };
         let data = laser.stamped(now_ns, reading);
-        self.publisher.scan(now_ns, topic, &data, &reading.intensities);
-        self.take_scan(now_ns, topic, data, WAIT_OF_LINES_NS);
+        self.publisher.scan(now_ns, Topic::scan_of(port), &data, &reading.intensities);
+        self.take_scan(now_ns, Topic::scan_of(port), data, WAIT_OF_LINES_NS);
+    }
+
+    /// The scan that the session of a laser on a network holds.
+    fn network_scan(&mut self, now_ns: i64, port: Port) {
+        let Some(laser) = self.devices.lines.laser_mut(port) else { return };
+        let Some((data, remissions)) = laser.stamped_by_device(now_ns) else { return };
+        self.publisher.scan(now_ns, Topic::scan_of(port), &data, remissions);
+        self.take_scan(now_ns, Topic::scan_of(port), data, WAIT_OF_LINES_NS);
     }
 
     /// A scan, posed as soon as odometry covers it, and after `wait_ns` without.

@@ -12,6 +12,8 @@ pub enum Command {
     Write(RequestBytes),
     /// Change the port's rate, bits per second.
     SetBaud(u32),
+    /// Make the connection to a device on a network anew.
+    Reconnect,
 }
 
 /// Whether the engine talks to devices or listens to what they once said.

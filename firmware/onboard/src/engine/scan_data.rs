@@ -5,10 +5,11 @@ use biplane_recording::messages::LaserScan;
 use biplane_recording::rig;
 use biplane_wire::lms::MIRROR_TURN_NS;
 
+use crate::session::cola::scan::{ColaScan, MAX_COLA_BEAMS};
 use crate::session::lms::scan::ranges::ScanReading;
 
 /// Most beams that the matcher gets of a scan; of a longer one, every second, third ... beam.
-pub(crate) const MAX_BEAMS: usize = 1081;
+pub(crate) const MAX_BEAMS: usize = MAX_COLA_BEAMS;
 /// Shortest range that is one, meters: one step of a laser in centimeters.
 const RANGE_MIN_M: f32 = 0.01;
 
@@ -52,6 +53,22 @@ impl ScanData {
             range_min_m: RANGE_MIN_M,
             range_max_m: reading.range_max_m,
             ranges_m: heapless::Vec::from_slice(&reading.ranges_m).unwrap_or_default(),
+        }
+    }
+
+    /// A scan of a laser on a network, with the time of its first beam.
+    #[must_use]
+    pub(crate) fn of_cola(scan: &ColaScan, stamp_ns: i64) -> Self {
+        Self {
+            stamp_ns,
+            angle_min_rad: scan.first_deg.to_radians(),
+            angle_increment_rad: scan.step_deg.to_radians(),
+            turns: 1,
+            time_increment_s: scan.step_deg / 360.0 / scan.rate_hz,
+            scan_time_s: 1.0 / scan.rate_hz,
+            range_min_m: RANGE_MIN_M,
+            range_max_m: scan.range_max_m,
+            ranges_m: scan.ranges_m.clone(),
         }
     }
 

@@ -1,31 +1,39 @@
-//! The serial ports that a rig needs, and what can be said of them before they are opened.
+//! The ports and addresses that a rig needs, and what can be said of them before they are opened.
+
+use std::io;
+use std::path::Path;
 
 use biplane_recording::rig::Laser;
 use biplane_recording::{Port, Rig};
 
+use crate::io::line::OpenLine;
 use crate::types::device_name::device_name;
 use crate::types::error::OnboardError;
 
-/// A serial port that a rig needs.
+/// A port or an address that a rig needs.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
 pub(crate) struct NeededPort<'a> {
     /// Which device is on it.
     pub device: Port,
-    /// Its path.
+    /// Its path, or its host and port.
     pub path: &'a str,
-    /// Its rate, bits per second.
-    pub baud: u32,
+    /// Its rate, bits per second; `None` of a device on a network.
+    pub baud: Option<u32>,
 }
 
 /// The ports of a rig in a fixed order.
 #[must_use]
 pub(crate) fn of_rig(rig: &Rig) -> Vec<NeededPort<'_>> {
     fn laser(device: Port, laser: &Laser) -> NeededPort<'_> {
-        NeededPort { device, path: &laser.port, baud: laser.baud }
+        match laser.cola() {
+            Some(cola) => NeededPort { device, path: &cola.address, baud: None },
+            None => NeededPort { device, path: &laser.port, baud: Some(laser.baud) },
+        }
     }
     let mut ports = vec![laser(Port::Horizontal, &rig.horizontal)];
     ports.extend(rig.vertical.as_ref().map(|vertical| laser(Port::Vertical, vertical)));
-    ports.push(NeededPort { device: Port::Base, path: &rig.base.port, baud: rig.base.baud });
+    let base = NeededPort { device: Port::Base, path: &rig.base.port, baud: Some(rig.base.baud) };
+    ports.extend(rig.base.is_present().then_some(base));
     ports
 }
 
@@ -37,6 +45,19 @@ pub(crate) fn warn(rig: &Rig) {
             "base: {} have default values, which are not those of your robot: odometry will be wrong until they are measured (docs/bases.md)",
             unmeasured.join(", ")
         );
+    }
+}
+
+impl NeededPort<'_> {
+    /// Opens the port, or connects to the device.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub(crate) fn open(&self) -> io::Result<OpenLine> {
+        match self.baud {
+            Some(baud) => OpenLine::serial(Path::new(self.path), baud),
+            None => OpenLine::network(self.path),
+        }
     }
 }
 

@@ -8,9 +8,9 @@ use std::thread::{self, JoinHandle, Thread};
 use rtrb::{Consumer, Producer, RingBuffer};
 
 use crate::io::clock::RunClock;
+use crate::io::line::OpenLine;
 use crate::io::realtime;
 use crate::io::serial::Link;
-use crate::io::tty::Tty;
 use crate::types::error::OnboardError;
 
 /// Bytes that one read returns at most; at 500,000 Bd they take 10 ms.
@@ -97,7 +97,7 @@ impl Reader {
 ///
 /// # Errors
 /// When no thread can be started.
-pub(crate) fn spawn(link: Arc<Link>, port: Arc<Tty>, shared: Shared) -> Result<Reader, OnboardError> {
+pub(crate) fn spawn(link: Arc<Link>, port: Arc<OpenLine>, shared: Shared) -> Result<Reader, OnboardError> {
     let (producer, chunks) = RingBuffer::new(QUEUE_READS);
     let name = format!("read {}", link.device.name());
     let received_ns = Arc::new(AtomicI64::new(shared.clock.now_ns()));
@@ -117,7 +117,7 @@ struct Worker {
 }
 
 impl Worker {
-    fn run(mut self, port: Arc<Tty>) {
+    fn run(mut self, port: Arc<OpenLine>) {
         if self.shared.realtime {
             realtime::raise_priority(self.link.device.name(), realtime::READER_PRIORITY);
         }
@@ -130,7 +130,7 @@ impl Worker {
         }
     }
 
-    fn read(&mut self, port: Arc<Tty>) -> Option<Arc<Tty>> {
+    fn read(&mut self, port: Arc<OpenLine>) -> Option<Arc<OpenLine>> {
         let mut buffer = [0; READ_BYTES];
         let before_ns = self.shared.clock.now_ns();
         match port.read(&mut buffer, READ_TIMEOUT_NS) {
@@ -140,7 +140,10 @@ impl Worker {
                 if count < READ_BYTES {
                     self.received_ns.store(before_ns, Ordering::Release);
                 }
-                biplane_clock::sleep_ns(COLLECT_NS);
+                // A network brings telegrams of several reads at once.
+                if count < READ_BYTES || !port.is_network() {
+                    biplane_clock::sleep_ns(COLLECT_NS);
+                }
                 Some(port)
             }
             Ok(None) => {
@@ -172,7 +175,7 @@ impl Worker {
         self.notify(&News::Lost);
     }
 
-    fn look_for_port(&mut self) -> Option<Arc<Tty>> {
+    fn look_for_port(&mut self) -> Option<Arc<OpenLine>> {
         biplane_clock::sleep_ns(REOPEN_NS);
         let (port, path) = self.link.reopen().ok()?;
         tracing::debug!("{} is back as {}", self.link.path().display(), path.display());

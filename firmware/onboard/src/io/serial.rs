@@ -1,5 +1,5 @@
-//! The line of one device: its port, which may be lost and found again, shared by the thread that reads it
-//! and the loop that writes to it.
+//! The line of one device: its port or connection, which may be lost and found again, shared by the thread
+//! that reads it and the loop that writes to it.
 
 use std::io;
 use std::path::Path;
@@ -8,11 +8,13 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use biplane_recording::Port;
 
-use crate::io::adapter;
-use crate::io::adapter::Adapter;
-use crate::io::open_error::reason;
+use crate::io::line::OpenLine;
+use crate::io::line::adapter;
+use crate::io::line::adapter::Adapter;
+use crate::io::line::open_error::reason;
+use crate::io::line::tty::Tty;
+use crate::io::port_check::NeededPort;
 use crate::io::port_location::Place;
-use crate::io::tty::Tty;
 use crate::types::device_name::device_name;
 use crate::types::error::PortRefused;
 
@@ -22,42 +24,45 @@ pub(crate) struct Link {
     /// Which device is on it.
     pub device: Port,
     place: Place,
+    /// Rate of a serial port; 0 of a connection.
     baud: AtomicU32,
-    writer: Mutex<Option<Arc<Tty>>>,
+    is_network: bool,
+    writer: Mutex<Option<Arc<OpenLine>>>,
 }
 
 impl Link {
-    /// Opens the port of a device, and remembers which links in `serial_links` lead to it; also returns the
-    /// handle to read from.
+    /// Opens the port of a device, and remembers which links in `serial_links` lead to it; or connects to the
+    /// device. Also returns the handle to read from.
     ///
     /// # Errors
     /// A sentence that names port and device.
     pub(crate) fn open(
-        device: Port,
-        path: &str,
-        baud: u32,
+        needed: &NeededPort<'_>,
         serial_links: &Path,
-    ) -> Result<(Self, Arc<Tty>), PortRefused> {
+    ) -> Result<(Self, Arc<OpenLine>), PortRefused> {
+        let NeededPort { device, path, baud } = *needed;
         let mut place = Place::new(path);
-        let tty = Tty::open(Path::new(path), baud).map(Arc::new).map_err(|source| PortRefused {
+        let line = needed.open().map(Arc::new).map_err(|source| PortRefused {
             port: path.to_owned(),
             device: device_name(device),
             reason: reason(&source),
         })?;
-        place.remember(serial_links);
-        let device_word = device_name(device);
-        match adapter::prepare(&*tty) {
-            Adapter::Prompt => tracing::info!("{device_word}: {path} hands bytes on at once (low latency)"),
-            Adapter::AsItIs => {
-                tracing::info!("{device_word}: the driver of {path} does not offer low latency");
-            }
-            Adapter::None => {}
+        if let OpenLine::Serial(tty) = &*line {
+            place.remember(serial_links);
+            say_adapter(tty, device, path);
         }
         if place.now() != Path::new(path) {
-            tracing::info!("{device_word}: {path} is {}, should it move", place.now().display());
+            tracing::info!("{}: {path} is {}, should it move", device_name(device), place.now().display());
         }
-        let writer = Mutex::new(Some(Arc::clone(&tty)));
-        Ok((Self { device, place, baud: AtomicU32::new(baud), writer }, tty))
+        let writer = Mutex::new(Some(Arc::clone(&line)));
+        let link = Self {
+            device,
+            place,
+            baud: AtomicU32::new(baud.unwrap_or_default()),
+            is_network: baud.is_none(),
+            writer,
+        };
+        Ok((link, line))
     }
 
     /// The port's name in the rig.
@@ -71,19 +76,38 @@ impl Link {
     ///
     /// # Errors
     /// What the system says. The port is closed then, so that it can be tried again.
-    pub(crate) fn reopen(&self) -> io::Result<(Arc<Tty>, &Path)> {
+    pub(crate) fn reopen(&self) -> io::Result<(Arc<OpenLine>, &Path)> {
+        if self.is_network {
+            return self.reconnect();
+        }
         let path = self.place.now();
-        let tty = Arc::new(Tty::open(path, self.baud.load(Ordering::Relaxed))?);
-        adapter::prepare(&*tty);
-        *self.writer() = Some(Arc::clone(&tty));
+        let tty = Tty::open(path, self.baud.load(Ordering::Relaxed))?;
+        adapter::prepare(&tty);
+        let line = Arc::new(OpenLine::Serial(tty));
+        *self.writer() = Some(Arc::clone(&line));
         // The loop may have changed the rate while the port was not there to be told; of one that the port
         // does not have, it hears when the session sets it again.
-        match tty.set_baud(self.baud.load(Ordering::Relaxed)) {
+        match line.set_baud(self.baud.load(Ordering::Relaxed)) {
             Err(error) if error.kind() != io::ErrorKind::Unsupported => {
                 self.close();
                 Err(error)
             }
-            _ => Ok((tty, path)),
+            _ => Ok((line, path)),
+        }
+    }
+
+    /// Connects to the device again.
+    fn reconnect(&self) -> io::Result<(Arc<OpenLine>, &Path)> {
+        let address = self.path();
+        let line = Arc::new(OpenLine::network(&address.to_string_lossy())?);
+        *self.writer() = Some(Arc::clone(&line));
+        Ok((line, address))
+    }
+
+    /// Ends a connection that seems dead: the thread that reads it finds it lost, and makes it anew.
+    pub(crate) fn hang_up(&self) {
+        if let Some(line) = self.line() {
+            line.hang_up();
         }
     }
 
@@ -97,7 +121,7 @@ impl Link {
     /// # Errors
     /// What the system says.
     pub(crate) fn write(&self, bytes: &[u8]) -> io::Result<()> {
-        self.tty().map_or(Ok(()), |tty| tty.write_all(bytes))
+        self.line().map_or(Ok(()), |line| line.write_all(bytes))
     }
 
     /// Changes the rate and drops what was received at the old one.
@@ -106,28 +130,47 @@ impl Link {
     /// What the system says; [`io::ErrorKind::Unsupported`] of a rate that the port does not have.
     pub(crate) fn set_baud(&self, baud: u32) -> io::Result<()> {
         self.baud.store(baud, Ordering::Relaxed);
-        self.tty().map_or(Ok(()), |tty| tty.set_baud(baud))
+        self.line().map_or(Ok(()), |line| line.set_baud(baud))
     }
 
     /// The port, for a call that may take a moment: the reading thread can close it meanwhile.
-    fn tty(&self) -> Option<Arc<Tty>> {
+    fn line(&self) -> Option<Arc<OpenLine>> {
         self.writer().clone()
     }
 
-    fn writer(&self) -> MutexGuard<'_, Option<Arc<Tty>>> {
+    fn writer(&self) -> MutexGuard<'_, Option<Arc<OpenLine>>> {
         // A thread that died while it held the port left it as usable as before.
         self.writer.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Asks the driver of a serial port to hand bytes on at once, and says what came of it.
+fn say_adapter(tty: &Tty, device: Port, path: &str) {
+    let device_word = device_name(device);
+    match adapter::prepare(tty) {
+        Adapter::Prompt => tracing::info!("{device_word}: {path} hands bytes on at once (low latency)"),
+        Adapter::AsItIs => {
+            tracing::info!("{device_word}: the driver of {path} does not offer low latency");
+        }
+        Adapter::None => {}
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::tty::tests::line;
-    use crate::io::tty::tests::set_fastest_baud;
+    use crate::io::line::tty::tests::line;
+    use crate::io::line::tty::tests::set_fastest_baud;
 
-    fn link(path: &Path) -> (Link, Arc<Tty>) {
-        Link::open(Port::Horizontal, path.to_str().unwrap(), 38400, Path::new("/nowhere")).unwrap()
+    fn link(path: &Path) -> (Link, Arc<OpenLine>) {
+        let path = path.to_str().unwrap();
+        let needed = NeededPort { device: Port::Horizontal, path, baud: Some(38400) };
+        Link::open(&needed, Path::new("/nowhere")).unwrap()
+    }
+
+    fn baud(line: &OpenLine) -> u32 {
+        let OpenLine::Serial(tty) = line else { panic!("a serial port") };
+        tty.baud().unwrap()
     }
 
     #[test]
@@ -141,7 +184,7 @@ mod tests {
         let (tty, at) = link.reopen().unwrap();
         assert_eq!(at, path);
         link.set_baud(9600).unwrap();
-        assert_eq!(tty.baud().unwrap(), 9600);
+        assert_eq!(baud(&tty), 9600);
     }
 
     #[test]
@@ -153,6 +196,6 @@ mod tests {
         let somebody = Tty::open(&path, 9600).unwrap();
         assert_eq!(link.reopen().unwrap_err().kind(), io::ErrorKind::ResourceBusy);
         drop(somebody);
-        assert_eq!(link.reopen().unwrap().0.baud().unwrap(), 38400);
+        assert_eq!(baud(&link.reopen().unwrap().0), 38400);
     }
 }

@@ -118,6 +118,10 @@ impl Acquisition {
             let result = match &command {
                 Command::Write(bytes) => link.write(bytes),
                 Command::SetBaud(baud) => link.set_baud(*baud),
+                Command::Reconnect => {
+                    link.hang_up();
+                    Ok(())
+                }
             };
             let Err(error) = result else { continue };
             tracing::debug!("{} ({}): {error}", device_name(port), link.path().display());

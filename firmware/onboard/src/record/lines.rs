@@ -7,10 +7,10 @@ use std::thread;
 use biplane_recording::Port;
 
 use crate::io::clock::RunClock;
+use crate::io::line::OpenLine;
 use crate::io::reader;
 use crate::io::reader::Reader;
 use crate::io::serial::Link;
-use crate::io::tty::Tty;
 use crate::types::error::OnboardError;
 
 /// The open ports and their reading threads.
@@ -26,7 +26,7 @@ impl Lines {
     /// # Errors
     /// When no thread can be started.
     pub(crate) fn start(
-        opened: Vec<(Link, Arc<Tty>)>,
+        opened: Vec<(Link, Arc<OpenLine>)>,
         clock: RunClock,
         realtime: bool,
     ) -> Result<Self, OnboardError> {

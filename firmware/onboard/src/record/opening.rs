@@ -5,10 +5,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde::Serialize;
 
+use crate::io::line::OpenLine;
 use crate::io::port_check;
 use crate::io::port_check::NeededPort;
 use crate::io::serial::Link;
-use crate::io::tty::Tty;
 use crate::record::RecordOptions;
 use crate::record::status::notifier::StatusMode;
 use crate::record::status::notifier::print_json;
@@ -29,7 +29,7 @@ pub(crate) fn open_ports(
     options: &RecordOptions,
     service: Service,
     stop: &AtomicBool,
-) -> Result<Vec<(Link, Arc<Tty>)>, OnboardError> {
+) -> Result<Vec<(Link, Arc<OpenLine>)>, OnboardError> {
     let mut slots: Vec<Slot<'_>> = port_check::of_rig(&options.rig).into_iter().map(Slot::new).collect();
     let mut reported_ns = i64::MIN;
     loop {
@@ -56,7 +56,7 @@ pub(crate) fn open_ports(
 /// One port of the rig.
 struct Slot<'a> {
     port: NeededPort<'a>,
-    opened: Option<(Link, Arc<Tty>)>,
+    opened: Option<(Link, Arc<OpenLine>)>,
     /// It was said that it is waited for.
     reported: bool,
 }
@@ -71,8 +71,8 @@ impl<'a> Slot<'a> {
         if self.opened.is_some() {
             return None;
         }
-        let NeededPort { device, path, baud } = self.port;
-        match Link::open(device, path, baud, &options.serial_links) {
+        let NeededPort { device, path, .. } = self.port;
+        match Link::open(&self.port, &options.serial_links) {
             Ok(opened) => {
                 if self.reported {
                     tracing::info!("{}: {path} is there", device_name(device));

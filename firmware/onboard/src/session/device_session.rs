@@ -38,6 +38,10 @@ pub enum Output {
     SetBaud(u32),
     /// A scan has arrived.
     Scan(ScanReading),
+    /// A scan of a laser on a network has arrived: it lies in the session until the next poll.
+    ColaScan,
+    /// Make the connection anew.
+    Reconnect,
     /// An odometry report has arrived.
     Odometry(OdometryReading),
     /// Something worth saying happened.

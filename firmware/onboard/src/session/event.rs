@@ -4,6 +4,7 @@ use std::fmt;
 
 use biplane_wire::roboclaw::StatusBits;
 
+use crate::session::cola::event::ColaEvent;
 use crate::session::lms::health::FaultList;
 use crate::session::lms::scan::condition::Trouble;
 use crate::session::lms::scan::ranges::Unpublished;
@@ -44,8 +45,10 @@ pub enum Step {
     StopStream,
     /// Synchronizing with the base.
     Synchronize,
-    /// Opening the base's session.
+    /// Opening the session.
     Open,
+    /// Becoming an authorized client.
+    LogIn,
 }
 
 impl Step {
@@ -66,6 +69,7 @@ impl Step {
             Self::StopStream => "stopping continuous output",
             Self::Synchronize => "synchronising",
             Self::Open => "opening the session",
+            Self::LogIn => "logging in",
         }
     }
 }
@@ -213,12 +217,17 @@ pub enum Event {
     },
     /// The run ends while the laser is looked for: it has not answered a stop request at any rate.
     StopUnanswered,
+    /// What only a laser on a network has to say.
+    Cola(ColaEvent),
 }
 
 impl Event {
     /// Whether something is not as it should be.
     #[must_use]
     pub fn is_warning(&self) -> bool {
+        if let Self::Cola(event) = self {
+            return event.is_warning();
+        }
         !matches!(
             self,
             Self::Found { .. }
@@ -243,6 +252,7 @@ impl Event {
     #[must_use]
     pub fn fault(&self) -> Option<&'static str> {
         Some(match self {
+            Self::Cola(event) => return event.fault(),
             Self::PortLost => "its port is gone",
             Self::Silent { .. } => "silent",
             Self::Garbled { .. } => "no intact telegram",
@@ -275,6 +285,7 @@ fn say_interval(micros: u32, f: &mut fmt::Formatter<'_>) -> fmt::Result {
 impl fmt::Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Cola(event) => event.fmt(f),
             Self::Found { baud } => write!(f, "answers at {baud} Bd"),
             Self::NotFound { .. } => {
                 write!(f, "no answer yet, asking on (is it switched on and connected?)")

@@ -8,6 +8,7 @@
 //! 8007954, Pioneer manuals.
 
 pub(crate) mod base;
+pub(crate) mod cola;
 pub(crate) mod device_session;
 pub(crate) mod event;
 pub(crate) mod lms;

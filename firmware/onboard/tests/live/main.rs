@@ -2,6 +2,7 @@
 
 mod listeners;
 mod mock;
+mod network;
 mod record;
 mod recovery;
 mod service;

@@ -51,7 +51,7 @@ impl BaseReading {
     #[must_use]
     pub fn new(baud: u32, protocol: &BaseProtocol) -> Self {
         let reading = match *protocol {
-            BaseProtocol::P2os { .. } => Reading::P2os(p2os::Deframer::new()),
+            BaseProtocol::None | BaseProtocol::P2os { .. } => Reading::P2os(p2os::Deframer::new()),
             BaseProtocol::RoboClaw { address, .. } => {
                 Reading::RoboClaw { address, collector: Collector::new() }
             }

@@ -31,6 +31,12 @@ pub enum CaptureError {
         /// The file.
         path: PathBuf,
     },
+    /// Lasers on a network are not played.
+    #[error("{}: its rig has lasers on a network, which cannot be served from a capture; serve a world", path.display())]
+    OnNetwork {
+        /// The file.
+        path: PathBuf,
+    },
     /// Serial bytes, but nothing in them that a device could send.
     #[error("{}: {bytes} serial bytes, but no whole scan and no odometry packet in them", path.display())]
     NothingWhole {
@@ -59,6 +65,10 @@ impl Capture {
     pub fn read(path: &Path) -> Result<Self, CaptureError> {
         let reader = Reader::open(path)?;
         let rig = reader.rig()?;
+        let lasers = rig.iter().flat_map(|rig| [Some(&rig.horizontal), rig.vertical.as_ref()]);
+        if lasers.flatten().any(|laser| laser.cola().is_some()) {
+            return Err(CaptureError::OnNetwork { path: path.to_owned() });
+        }
         let baud = |port| rig_baud(rig.as_ref(), port);
         let mut horizontal = LaserReading::new(baud(Port::Horizontal));
         let mut vertical = LaserReading::new(baud(Port::Vertical));

@@ -38,6 +38,7 @@ impl BaseEncoder {
     pub fn exchange_bytes(&self) -> usize {
         match self.protocol {
             // Without sonar readings.
+            BaseProtocol::None => 0,
             BaseProtocol::P2os { .. } => 25,
             BaseProtocol::RoboClaw { .. } => 2 + 10,
             BaseProtocol::Rflex { .. } => 2 * 34,
@@ -48,6 +49,7 @@ impl BaseEncoder {
     pub fn odometry(&mut self, sample: &OdometrySample, time_ns: i64) -> Result<EncodedPacket, WireError> {
         let [first, second] = CountScale::of(&self.protocol).map_or([0, 0], |scale| scale.counts(sample));
         match self.protocol {
+            BaseProtocol::None => unasked(Ok(Vec::new())),
             BaseProtocol::P2os { .. } => unasked(telegrams::odometry(sample)),
             BaseProtocol::RoboClaw { address, .. } => {
                 let answer = Answer::Encoders { m1_counts: first, m2_counts: second };
@@ -69,6 +71,7 @@ impl BaseEncoder {
     /// What it says while a session begins.
     pub fn start_up(&mut self) -> Result<Vec<EncodedPacket>, WireError> {
         match self.protocol {
+            BaseProtocol::None => Ok(Vec::new()),
             BaseProtocol::P2os { .. } => {
                 telegrams::base_start_up()?.into_iter().map(|answer| unasked(Ok(answer))).collect()
             }

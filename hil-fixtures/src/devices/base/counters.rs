@@ -36,7 +36,7 @@ impl CountScale {
     #[must_use]
     pub fn of(protocol: &BaseProtocol) -> Option<Self> {
         match *protocol {
-            BaseProtocol::P2os { .. } => None,
+            BaseProtocol::None | BaseProtocol::P2os { .. } => None,
             BaseProtocol::RoboClaw {
                 wheel_base_m, metres_per_count_left, metres_per_count_right, ..
             } => Some(Self::Wheels { wheel_base_m, metres_per_count_left, metres_per_count_right }),

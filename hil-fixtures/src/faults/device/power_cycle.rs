@@ -98,6 +98,18 @@ impl Device for PowerCycle {
         self.device.power_on(now_ns);
     }
 
+    fn takes_connection(&mut self, now_ns: i64) -> bool {
+        !self.is_dark(now_ns) && self.device.takes_connection(now_ns)
+    }
+
+    fn connected(&mut self, now_ns: i64) {
+        self.device.connected(now_ns);
+    }
+
+    fn disconnected(&mut self, now_ns: i64) {
+        self.device.disconnected(now_ns);
+    }
+
     fn baud(&self) -> u32 {
         self.device.baud()
     }

@@ -6,6 +6,7 @@
 //! mostly the nearer one's. Accuracy and spot sizes: SICK technical description 8008970, LMS 200. Angles in
 //! the laser's frame: x along the middle beam, first beam on the right.
 
+use crate::rig::fan::Fan;
 use crate::rig::source::ScanWords;
 use crate::rng::Rng;
 use crate::world::mesh::NO_PLANE;
@@ -104,6 +105,19 @@ impl Scanner<'_> {
             let _ = words.push(self.word(range_m, unit_m, rng));
         }
         words
+    }
+
+    /// Ranges of a fan in millimeters; 0 where there is no echo. What is nearer than 16 mm is 16 mm away:
+    /// smaller values say something else.
+    #[must_use]
+    pub fn fan_mm(&self, fan: &Fan, rng: &mut Rng) -> Vec<u16> {
+        let range_mm = |(time_ns, angle_rad): (i64, f64)| {
+            let map_from_laser = (self.map_from_base)(time_ns).then(&self.base_from_laser);
+            let range_m = self.echo(&map_from_laser, angle_rad, rng);
+            let noise_m = self.params.bias_m + self.params.sigma_m * rng.normal();
+            range_m.map_or(0, |range_m| ((range_m + noise_m) * 1e3).round().clamp(16.0, 65_535.0) as u16)
+        };
+        fan.beams().map(range_mm).collect()
     }
 
     fn word(&self, range_m: Option<f64>, unit_m: f64, rng: &mut Rng) -> u16 {

@@ -41,6 +41,8 @@ pub struct Base {
 /// What a base speaks, with what only that protocol needs.
 #[derive(Copy, Clone, PartialEq, Debug)]
 pub enum BaseProtocol {
+    /// There is none, or none that reports: scans are matched without odometry.
+    None,
     /// P2OS and ARCOS: Pioneer and its kin.
     P2os {
         /// Distance of one odometry unit, in m. Too large makes the robot seem to drive too far. `None`: what
@@ -137,10 +139,11 @@ impl RflexModel {
 }
 
 impl BaseProtocol {
-    /// The word in `rig.toml`: `p2os`, `roboclaw` or `rflex`.
+    /// The word in `rig.toml`: `p2os`, `roboclaw`, `rflex` or `none`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
+            Self::None => "none",
             Self::P2os { .. } => "p2os",
             Self::RoboClaw { .. } => "roboclaw",
             Self::Rflex { .. } => "rflex",
@@ -170,6 +173,7 @@ impl BaseProtocol {
     #[must_use]
     pub const fn default_baud(self) -> u32 {
         match self {
+            Self::None => 0,
             Self::P2os { .. } => 9600,
             Self::RoboClaw { .. } => 38400,
             Self::Rflex { .. } => 115_200,
@@ -186,20 +190,39 @@ impl Default for Base {
 }
 
 impl Base {
+    /// No base: a rig that is carried, or whose wheels do not tell.
+    #[must_use]
+    pub fn none() -> Self {
+        Self { protocol: BaseProtocol::None, port: String::new(), baud: 0 }
+    }
+
+    /// Whether there is a base on a port.
+    #[must_use]
+    pub fn is_present(&self) -> bool {
+        self.protocol != BaseProtocol::None
+    }
+
     pub(crate) fn parse(table: &Table) -> Result<Self, RigError> {
         let template = Self::default();
-        let protocol =
-            match table.word("protocol", template.protocol.name(), &["p2os", "roboclaw", "rflex"])? {
-                "roboclaw" => roboclaw(table)?,
-                "rflex" => rflex(table)?,
-                _ => p2os(table)?,
-            };
+        let words = ["p2os", "roboclaw", "rflex", "none"];
+        let protocol = match table.word("protocol", template.protocol.name(), &words)? {
+            "roboclaw" => roboclaw(table)?,
+            "rflex" => rflex(table)?,
+            "none" => return none(table),
+            _ => p2os(table)?,
+        };
         Ok(Self {
             protocol,
             port: table.text("port")?,
             baud: table.one_of("baud", f64::from(protocol.default_baud()), &BAUDS)? as u32,
         })
     }
+}
+
+/// Without a base there is no port.
+fn none(table: &Table) -> Result<Base, RigError> {
+    table.only(&["protocol"])?;
+    Ok(Base::none())
 }
 
 fn p2os(table: &Table) -> Result<BaseProtocol, RigError> {

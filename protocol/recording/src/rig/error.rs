@@ -47,8 +47,8 @@ pub enum RigError {
     },
     /// The section of the base must be there.
     #[error(
-        "missing section [base] with its `port`: a run needs a base; a laser alone on the bench answers to `probe --only horizontal` with any \
-         name as the base's port, and streams with a mock in the base's place (the hardware ladder)"
+        "missing section [base] with its `port`; a rig whose base tells nothing, or a laser alone on the bench, has \
+         `protocol = \"none\"` there and is matched without odometry"
     )]
     NoBase,
     /// A value that is not allowed.

@@ -5,7 +5,7 @@
 //! resolution / 360 degrees) T. The first byte of the scan's telegram leaves the device at t0 + k T +
 //! `delay_ms`. t0 is the scan's `header.stamp`.
 
-use super::Mount;
+use super::{ColaLaser, Mount};
 
 /// One turn of the mirror, in ns (75 a second).
 pub const MIRROR_TURN_NS: i64 = 13_320_000;
@@ -13,10 +13,22 @@ pub const MIRROR_TURN_NS: i64 = 13_320_000;
 const NS_PER_S: f64 = 1e9;
 const NS_PER_MS: f64 = 1e6;
 
-/// A laser of the LMS 2xx family: its line, its settings, its place.
+/// What a laser speaks, with what only that protocol needs.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub enum LaserProtocol {
+    /// SICK LMS 2xx on a serial line.
+    #[default]
+    Lms2xx,
+    /// SICK LMS1xx, LMS5xx, TiM over TCP. Of the keys of an LMS 2xx only `mount` and `delay_ms` count.
+    Cola(ColaLaser),
+}
+
+/// A laser: its line, its settings, its place.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Laser {
-    /// The serial port.
+    /// What it speaks.
+    pub protocol: LaserProtocol,
+    /// The serial port; empty for a laser on a network.
     pub port: String,
     /// The rate to run at, in Bd: 9600, 19200, 38400 or 500000. A higher rate lets more scans through.
     pub baud: u32,
@@ -79,6 +91,7 @@ impl Laser {
     #[must_use]
     pub fn horizontal() -> Self {
         Self {
+            protocol: LaserProtocol::Lms2xx,
             port: "/dev/lms-horizontal".to_owned(),
             baud: 38400,
             fov_deg: 180,
@@ -103,20 +116,39 @@ impl Laser {
         }
     }
 
-    /// Mirror turns of a scan: 1, 2 or 4. An S14 (90 degrees) takes one.
+    /// Such a laser at an address on the network, with nothing asked of it.
+    #[must_use]
+    pub fn at_address(self, address: impl Into<String>) -> Self {
+        let cola = ColaLaser { address: address.into(), ..ColaLaser::default() };
+        Self { protocol: LaserProtocol::Cola(cola), port: String::new(), ..self }
+    }
+
+    /// What a laser on a network needs; `None` for an LMS 2xx.
+    #[must_use]
+    pub fn cola(&self) -> Option<&ColaLaser> {
+        match &self.protocol {
+            LaserProtocol::Cola(cola) => Some(cola),
+            LaserProtocol::Lms2xx => None,
+        }
+    }
+
+    /// Mirror turns of a scan: 1, 2 or 4. An S14 (90 degrees) takes one, and so do lasers of today.
     #[must_use]
     pub fn turns(&self) -> u32 {
         match self.resolution_deg {
-            _ if self.fov_deg == 90 => 1,
+            _ if self.fov_deg == 90 || self.cola().is_some() => 1,
             fine if fine <= 0.25 => 4,
             half if half <= 0.5 => 2,
             _ => 1,
         }
     }
 
-    /// Beams of a scan: 101, 181, 201, 361 or 401.
+    /// Beams of a scan: 101, 181, 201, 361 or 401; 0 for a laser whose scans say it themselves.
     #[must_use]
     pub fn beam_count(&self) -> usize {
+        if self.cola().is_some() {
+            return 0;
+        }
         (f64::from(self.fov_deg) / self.resolution_deg).round() as usize + 1
     }
 

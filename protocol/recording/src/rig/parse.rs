@@ -1,7 +1,7 @@
 //! From text to rig: every key known, every value allowed, every default filled in.
 
 use super::table::{Table, line_at};
-use super::{Base, Laser, Mount, RigError, Units};
+use super::{Base, Laser, LaserProtocol, Mount, RigError, Units, cola};
 use toml::de::DeTable;
 
 /// Rates that a laser of the LMS 2xx family can run at, in Bd.
@@ -11,7 +11,8 @@ const REACH_M: (f64, f64) = (-100.0, 100.0);
 const TURN_DEG: (f64, f64) = (-360.0, 360.0);
 const DELAY_MS: (f64, f64) = (-1000.0, 1000.0);
 
-const LASER_KEYS: [&str; 11] = [
+const LASER_KEYS: [&str; 12] = [
+    "protocol",
     "port",
     "baud",
     "fov_deg",
@@ -52,6 +53,31 @@ pub(crate) fn parse(text: &str) -> Result<Devices, RigError> {
 }
 
 fn laser(table: &Table, template: &Laser) -> Result<Laser, RigError> {
+    match table.word("protocol", "lms2xx", &["lms2xx", "cola"])? {
+        "cola" => network_laser(table, template),
+        _ => serial_laser(table, template),
+    }
+}
+
+fn network_laser(table: &Table, template: &Laser) -> Result<Laser, RigError> {
+    table.only(&[&cola::KEYS[..], &["delay_ms"]].concat())?;
+    Ok(Laser {
+        protocol: LaserProtocol::Cola(cola::parse(table)?),
+        port: String::new(),
+        mount: mount_of(table, template)?,
+        delay_ms: table.number("delay_ms", template.delay_ms, DELAY_MS)?,
+        ..template.clone()
+    })
+}
+
+fn mount_of(table: &Table, template: &Laser) -> Result<Mount, RigError> {
+    match table.table("mount")? {
+        Some(inner) => mount(&inner, template.mount),
+        None => Ok(template.mount),
+    }
+}
+
+fn serial_laser(table: &Table, template: &Laser) -> Result<Laser, RigError> {
     table.only(&LASER_KEYS)?;
     let fov_deg = table.one_of("fov_deg", f64::from(template.fov_deg), &[90.0, 100.0, 180.0])? as u16;
     let units = match table.word("units", template.units.name(), &["cm", "mm"])? {
@@ -60,6 +86,7 @@ fn laser(table: &Table, template: &Laser) -> Result<Laser, RigError> {
     };
     let remission = table.flag("remission")?.unwrap_or(template.remission);
     Ok(Laser {
+        protocol: LaserProtocol::Lms2xx,
         port: table.text("port")?,
         baud: table.one_of("baud", f64::from(template.baud), &LASER_BAUDS)? as u32,
         fov_deg,
@@ -69,10 +96,7 @@ fn laser(table: &Table, template: &Laser) -> Result<Laser, RigError> {
         index_bytes: table.flag("index_bytes")?,
         remission,
         dazzle_tolerant: table.flag("dazzle_tolerant")?,
-        mount: match table.table("mount")? {
-            Some(inner) => mount(&inner, template.mount)?,
-            None => template.mount,
-        },
+        mount: mount_of(table, template)?,
         delay_ms: table.number("delay_ms", template.delay_ms, DELAY_MS)?,
     })
 }

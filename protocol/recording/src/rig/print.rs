@@ -1,6 +1,6 @@
 //! From rig to text: everything resolved, nothing left to defaults.
 
-use super::{Base, BaseProtocol, Laser};
+use super::{Base, BaseProtocol, Laser, cola};
 use std::fmt::Write;
 
 /// A TOML string with what must be escaped in it.
@@ -9,21 +9,29 @@ fn quoted(text: &str) -> String {
 }
 
 fn laser(out: &mut String, name: &str, laser: &Laser) -> std::fmt::Result {
-    let Laser { port, baud, fov_deg, resolution_deg, units, mount, delay_ms, .. } = laser;
+    let Laser { mount, delay_ms, .. } = laser;
     writeln!(out, "[{name}]")?;
-    writeln!(out, "port = {}", quoted(port))?;
-    writeln!(out, "baud = {baud}")?;
-    writeln!(out, "fov_deg = {fov_deg}")?;
-    // `{:?}` keeps the point of a whole number, and every digit of the others.
-    writeln!(out, "resolution_deg = {resolution_deg:?}")?;
-    writeln!(out, "units = {}", quoted(units.name()))?;
-    settings(out, laser)?;
+    match laser.cola() {
+        Some(cola) => cola::print(out, cola)?,
+        None => serial_laser(out, laser)?,
+    }
     writeln!(
         out,
         "mount = {{ x = {:?}, y = {:?}, z = {:?}, roll = {:?}, pitch = {:?}, yaw = {:?} }}",
         mount.x, mount.y, mount.z, mount.roll, mount.pitch, mount.yaw
     )?;
     writeln!(out, "delay_ms = {delay_ms:?}\n")
+}
+
+fn serial_laser(out: &mut String, laser: &Laser) -> std::fmt::Result {
+    let Laser { port, baud, fov_deg, resolution_deg, units, .. } = laser;
+    writeln!(out, "port = {}", quoted(port))?;
+    writeln!(out, "baud = {baud}")?;
+    writeln!(out, "fov_deg = {fov_deg}")?;
+    // `{:?}` keeps the point of a whole number, and every digit of the others.
+    writeln!(out, "resolution_deg = {resolution_deg:?}")?;
+    writeln!(out, "units = {}", quoted(units.name()))?;
+    settings(out, laser)
 }
 
 /// What may be left to the device is printed only where the rig says it.
@@ -46,9 +54,13 @@ fn base(out: &mut String, base: &Base) -> std::fmt::Result {
     let Base { protocol, port, baud } = base;
     writeln!(out, "[base]")?;
     writeln!(out, "protocol = {}", quoted(protocol.name()))?;
+    if *protocol == BaseProtocol::None {
+        return Ok(());
+    }
     writeln!(out, "port = {}", quoted(port))?;
     writeln!(out, "baud = {baud}")?;
     match protocol {
+        BaseProtocol::None => Ok(()),
         BaseProtocol::P2os { metres_per_tick: Some(meters) } => writeln!(out, "metres_per_tick = {meters:?}"),
         BaseProtocol::P2os { metres_per_tick: None } => {
             writeln!(out, "# metres_per_tick: by the subclass that the base tells")

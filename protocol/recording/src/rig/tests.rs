@@ -145,7 +145,7 @@ const MISTAKES: &[(&str, &str, &str)] = &[
     (
         "horizontal",
         "buad = 9600",
-        "line 2: unknown key `horizontal.buad`; known here: port, baud, fov_deg, resolution_deg, units, range_max_m, index_bytes, remission, dazzle_tolerant, mount, delay_ms",
+        "line 2: unknown key `horizontal.buad`; known here: protocol, port, baud, fov_deg, resolution_deg, units, range_max_m, index_bytes, remission, dazzle_tolerant, mount, delay_ms",
     ),
     ("horizontal", "baud = 57600", "line 2: `horizontal.baud` is 57600; allowed: 9600, 19200, 38400, 500000"),
     ("vertical", "fov_deg = 270", "line 4: `vertical.fov_deg` is 270; allowed: 90, 100, 180"),
@@ -212,7 +212,7 @@ const MISTAKES: &[(&str, &str, &str)] = &[
     (
         "base",
         "protocol = \"p3os\"",
-        "line 6: `base.protocol` is \"p3os\"; allowed: \"p2os\", \"roboclaw\", \"rflex\"",
+        "line 6: `base.protocol` is \"p3os\"; allowed: \"p2os\", \"roboclaw\", \"rflex\", \"none\"",
     ),
     (
         "base",
@@ -264,8 +264,8 @@ fn each_mistake_is_named_with_line_key_found_and_allowed() {
     }
 }
 
-const NO_BASE: &str = "missing section [base] with its `port`: a run needs a base; a laser alone on the bench answers to \
-    `probe --only horizontal` with any name as the base's port, and streams with a mock in the base's place (the hardware ladder)";
+const NO_BASE: &str = "missing section [base] with its `port`; a rig whose base tells nothing, or a laser alone on the \
+    bench, has `protocol = \"none\"` there and is matched without odometry";
 
 #[test]
 fn what_is_missing_or_is_no_toml_is_named() {
@@ -322,4 +322,53 @@ fn a_home_made_base_without_its_measures_is_told() {
         base("protocol = \"roboclaw\"\nwheel_base_m = 0.41\nmetres_per_count_right = -0.00009"),
         all[1..2]
     );
+}
+
+/// A laser on a network, and a base that tells nothing.
+const NETWORK: &str =
+    "[horizontal]\nprotocol = \"cola\"\naddress = \"192.168.0.1:2112\"\n[base]\nprotocol = \"none\"\n";
+
+#[test]
+fn a_laser_at_an_address_and_no_base_are_a_rig_that_reads_back() {
+    let rig = Rig::parse(NETWORK).unwrap();
+    assert_eq!(rig.horizontal, Laser::horizontal().at_address("192.168.0.1:2112"));
+    assert_eq!(rig.base, Base::none());
+    assert_eq!((rig.horizontal.turns(), rig.horizontal.beam_count()), (1, 0));
+    assert_eq!(Rig::parse(&rig.to_toml()).unwrap(), rig);
+    assert!(!Rig::default().to_toml().contains("lms2xx"), "old rigs are written as before");
+    let keys =
+        "fov_deg = 180\nresolution_deg = 0.3333\nscan_hz = 50\nremission = true\nlogin = true\nsave = true\n";
+    let rig = Rig::parse(&NETWORK.replace("[base]", &format!("{keys}[base]"))).unwrap();
+    let cola = rig.horizontal.cola().unwrap();
+    assert_eq!((cola.fov_deg, cola.resolution_deg, cola.scan_hz), (Some(180.0), Some(0.3333), Some(50.0)));
+    assert!(cola.login && cola.save && cola.remission == Some(true));
+    assert_eq!(Rig::parse(&rig.to_toml()).unwrap(), rig);
+}
+
+#[test]
+fn what_no_laser_on_a_network_offers_is_refused_with_what_some_do() {
+    let with = |keys: &str| {
+        Rig::parse(&NETWORK.replace("[base]", &format!("{keys}\n[base]"))).unwrap_err().to_string()
+    };
+    for (keys, error) in [
+        ("scan_hz = 40", "line 4: `horizontal.scan_hz` is 40; allowed: 15, 25, 35, 50, 75, 100"),
+        (
+            "resolution_deg = 0.1",
+            "line 4: `horizontal.resolution_deg` is 0.1; allowed: 0.1667, 0.25, 0.3333, 0.5, 0.6667, 1, 0.333",
+        ),
+        ("fov_deg = 360", "line 4: `horizontal.fov_deg` is 360; allowed: a number from 1 to 270"),
+        (
+            "save = true",
+            "line 4: `horizontal.save` is true; allowed: false without login = true: who does not log in writes nothing",
+        ),
+    ] {
+        assert_eq!(with(keys), error);
+    }
+    assert!(with("baud = 38400").contains("`horizontal.baud`"), "{}", with("baud = 38400"));
+    for address in ["192.168.0.1", "192.168.0.1:", ":2112", "laser:cola", "laser:0"] {
+        let refused = Rig::parse(&NETWORK.replace("192.168.0.1:2112", address)).unwrap_err().to_string();
+        assert!(refused.contains("allowed: host and port"), "{refused}");
+    }
+    let port = Rig::parse(&NETWORK.replace("\"none\"", "\"none\"\nport = \"b\"")).unwrap_err();
+    assert!(port.to_string().contains("base.port"), "{port}");
 }

@@ -6,16 +6,23 @@
 //! Sources: SICK's telegram listing 8014631 and captures of an LMS111, an LMS511 and a TiM871S; CoLa A was
 //! read in print only.
 
+mod family;
 mod fields;
 mod framing;
 mod kind;
 mod scan;
+mod settings;
 mod telegram;
 
+pub use family::{Family, Offer};
 pub use framing::{ColaFraming, Deframer, MAX_TELEGRAM_BYTES, checksum};
 pub use kind::Kind;
 pub use scan::{
     Channel, Clock, Encoder, Event, Head, MAX_CHANNELS, MAX_ENCODERS, Position, Scan, Values, Width,
+};
+pub use settings::{
+    CLIENT_HASH, OutputRange, SAFETY_CLIENT_HASH, ScanConfig, ScanDataConfig, emit_byte, emit_login,
+    emit_texts, parse_byte, parse_login, parse_texts,
 };
 pub use telegram::{Dialect, Telegram};
 

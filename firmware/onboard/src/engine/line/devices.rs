@@ -53,6 +53,10 @@ impl Devices {
 
     /// Bytes that a session has had: says so when another device speaks.
     pub(crate) fn listen_for_foreign_devices(&mut self, now_ns: i64, port: Port, bytes: &[u8]) {
+        // A connection leads to one device, and nobody else speaks on it.
+        if self.lines.laser_mut(port).is_some_and(|laser| laser.line.session.is_on_network()) {
+            return;
+        }
         let Some(counts) = self.lines.counts(port) else { return };
         if let Some(foreign_protocol) = self.watch.foreign_device(port).hear(now_ns, counts.frames, bytes) {
             self.event(port, Event::ForeignDevice(foreign_protocol));
@@ -74,7 +78,8 @@ impl Devices {
         let line = self.lines.health(port, interval_s)?;
         let (line, event) = self.watch.damage(port).judge(line);
         let odd = self.lines.laser_mut(port).and_then(LaserLine::interval_news);
-        for event in [event, odd].into_iter().flatten() {
+        let restart = self.lines.laser_mut(port).and_then(LaserLine::restart_news);
+        for event in [event, odd, restart].into_iter().flatten() {
             self.event(port, event);
         }
         Some(line)

@@ -162,7 +162,7 @@ impl ForeignDevice {
             (Port::Horizontal | Port::Vertical, _) => Some(ForeignProtocol::Laser),
             (Port::Base, BaseProtocol::P2os { .. }) => Some(ForeignProtocol::Pioneer),
             (Port::Base, BaseProtocol::Rflex { .. }) => Some(ForeignProtocol::Rflex),
-            (Port::Base, BaseProtocol::RoboClaw { .. }) => None,
+            (Port::Base, BaseProtocol::RoboClaw { .. } | BaseProtocol::None) => None,
         };
         Self {
             laser: Frames { deframer: Deframer::new(), count: 0 },

@@ -4,14 +4,13 @@ use biplane_recording::rig::Laser;
 use biplane_recording::{Port, Rig};
 use biplane_wire::Counts;
 
+use crate::engine::line::laser_device::LaserDevice;
 use crate::engine::line::{LaserLine, Line};
 use crate::engine::options::Feed;
 use crate::engine::out::health::LineHealth;
 use crate::session::base::{BaseSession, BaseSettings};
 use crate::session::device_session::{Input, Output, Session};
 use crate::session::event::Event;
-use crate::session::lms::LaserSession;
-use crate::session::lms::setup::settings::LaserSettings;
 
 /// The lines of a rig. What is asked of a line that the rig does not have is answered as by one on which
 /// nothing ever happens.
@@ -22,27 +21,24 @@ pub(crate) struct Lines {
     pub(crate) horizontal: Box<LaserLine>,
     /// Of the laser that sees the building, where there is one.
     pub(crate) vertical: Option<Box<LaserLine>>,
-    /// Of the base.
+    /// Of the base; of one that is not there, nothing comes.
     pub(crate) base: Box<Line<BaseSession>>,
+    has_base: bool,
 }
 
 impl Lines {
     /// The lines of this rig, whose sessions begin at `now_ns`.
     pub(crate) fn new(rig: &Rig, feed: Feed, now_ns: i64) -> Self {
-        let make_laser: fn(LaserSettings, i64) -> LaserSession = match feed {
-            Feed::Live => LaserSession::streaming,
-            Feed::Recorded => LaserSession::listening,
-        };
         let make_base: fn(BaseSettings, i64) -> BaseSession = match feed {
             Feed::Live => BaseSession::streaming,
             Feed::Recorded => BaseSession::listening,
         };
-        let laser =
-            |laser: &Laser| Box::new(LaserLine::new(make_laser(LaserSettings::from(laser), now_ns), laser));
+        let laser = |laser: &Laser| Box::new(LaserLine::new(LaserDevice::new(laser, feed, now_ns), laser));
         Self {
             horizontal: laser(&rig.horizontal),
             vertical: rig.vertical.as_ref().map(laser),
             base: Box::new(Line::of_base(make_base(BaseSettings::from(&rig.base), now_ns), &rig.base)),
+            has_base: rig.base.is_present(),
         }
     }
 
@@ -56,7 +52,7 @@ impl Lines {
     }
 
     /// The lines of all lasers.
-    pub(crate) fn lasers(&self) -> impl Iterator<Item = &Line<LaserSession>> {
+    pub(crate) fn lasers(&self) -> impl Iterator<Item = &Line<LaserDevice>> {
         [Some(&*self.horizontal), self.vertical.as_deref()].into_iter().flatten().map(|laser| &laser.line)
     }
 
@@ -73,7 +69,7 @@ impl Lines {
         Some(match port {
             Port::Horizontal => &self.horizontal.line.session,
             Port::Vertical => &self.vertical.as_ref()?.line.session,
-            Port::Base => &self.base.session,
+            Port::Base => Some(&self.base.session).filter(|_| self.has_base)?,
         })
     }
 
@@ -81,7 +77,7 @@ impl Lines {
         Some(match port {
             Port::Horizontal => &mut self.horizontal.line.session,
             Port::Vertical => &mut self.vertical.as_mut()?.line.session,
-            Port::Base => &mut self.base.session,
+            Port::Base => Some(&mut self.base.session).filter(|_| self.has_base)?,
         })
     }
 
@@ -185,7 +181,7 @@ impl Lines {
     pub(crate) fn health(&mut self, port: Port, interval_s: f64) -> Option<LineHealth> {
         let Some(laser) = self.laser_mut(port) else {
             let streaming = self.base.session.is_streaming();
-            return (port == Port::Base).then(|| self.base.health(interval_s, streaming));
+            return self.has(port).then(|| self.base.health(interval_s, streaming));
         };
         let odd_interval_ms = laser.odd_interval_ms();
         let line = &mut laser.line;

@@ -5,6 +5,7 @@ pub(crate) mod damage;
 pub(crate) mod decoded;
 pub(crate) mod devices;
 pub(crate) mod foreign_device;
+pub(crate) mod laser_device;
 pub(crate) mod lines;
 pub(crate) mod monotonic;
 pub(crate) mod read_watermark;
@@ -13,18 +14,21 @@ pub(crate) mod watch;
 use biplane_recording::rig::{self, BaseProtocol};
 use biplane_wire::lms::MIRROR_TURN_NS;
 
+use crate::engine::line::laser_device::LaserDevice;
 use crate::engine::out::health::LineHealth;
 use crate::engine::scan_data::ScanData;
 use crate::session::base::BaseSession;
 use crate::session::base::reading::OdometryReading;
+use crate::session::cola::event::ColaEvent;
+use crate::session::cola::scan::ColaScan;
 use crate::session::device_session::{Output, Session};
 use crate::session::event::Event;
-use crate::session::lms::LaserSession;
 use crate::session::lms::scan::ranges::ScanReading;
 use crate::stamping::arrivals::{Arrivals, Bound, Extent, IN_TIME_NS, Pace};
 use crate::stamping::cycle_clock::CycleClock;
 use crate::stamping::cycle_params::CycleClockParams;
 use crate::stamping::departure::{Departure, HostState};
+use crate::stamping::device_clock::{DeviceClock, Stated};
 use crate::types::byte_time::byte_time_ns;
 
 /// With so many bytes of a port that nobody read, a kernel's buffer was full: behind them some may be lost
@@ -235,7 +239,9 @@ const BYTES_PER_TURN: usize = 508;
 #[derive(Debug)]
 pub(crate) struct LaserLine {
     /// The line.
-    pub line: Line<LaserSession>,
+    pub line: Line<LaserDevice>,
+    /// The clock of a device that states its own time.
+    device_clock: DeviceClock,
     delay_ns: i64,
     /// At which distance its scans came last that is none of its nominal mirror, nanoseconds; and whether
     /// that was said.
@@ -246,11 +252,13 @@ pub(crate) struct LaserLine {
 impl LaserLine {
     /// The line of this laser of the rig.
     #[must_use]
-    pub(crate) fn new(session: LaserSession, laser: &rig::Laser) -> Self {
+    pub(crate) fn new(session: LaserDevice, laser: &rig::Laser) -> Self {
         let delay_ns = (laser.delay_ms * 1e6).round() as i64;
-        let turns = CycleClock::new(CycleClockParams::default(), MIRROR_TURN_NS).measured();
+        let turns = || CycleClock::new(CycleClockParams::default(), MIRROR_TURN_NS).measured();
+        let cycles = (!session.is_on_network()).then(turns);
         Self {
-            line: Line::new(session, Some(turns)),
+            line: Line::new(session, cycles),
+            device_clock: DeviceClock::default(),
             delay_ns,
             odd_interval_ns: None,
             is_odd_reported: false,
@@ -298,6 +306,34 @@ impl LaserLine {
         self.line.meter.count(now_ns, stamp_ns);
         ScanData::of_reading(reading, stamp_ns)
     }
+
+    /// The scan that the session of a laser on a network holds, with its remissions and its stamp.
+    pub(crate) fn stamped_by_device(&mut self, now_ns: i64) -> Option<(ScanData, &[u16])> {
+        let LaserDevice::Cola(session) = &self.line.session else { return None };
+        let scan = session.scan();
+        let (stated, before_us) = stated(scan);
+        // The network carries a telegram at once: its first byte tells.
+        let (offset, length) = (scan.offset, scan.length);
+        let telegram = Extent { offset, length, byte_ns: 0, burst: usize::MAX, spacing_ns: 0 };
+        let arrived_ns = self.line.arrivals.departure(&telegram).map_or(now_ns, |bound| bound.time_ns);
+        let first_beam_ns = self.device_clock.stamp_ns(stated, arrived_ns, before_us);
+        let stamp_ns = first_beam_ns.saturating_sub(self.delay_ns);
+        self.line.meter.count(now_ns, stamp_ns);
+        Some((ScanData::of_cola(scan, stamp_ns), &scan.intensities))
+    }
+
+    /// Whether the device's own clock began anew since this was asked last.
+    pub(crate) fn restart_news(&mut self) -> Option<Event> {
+        self.device_clock.take_restart().then_some(Event::Cola(ColaEvent::Restarted))
+    }
+}
+
+/// What a telegram states, and how long before it was sent its first beam was taken, microseconds.
+fn stated(scan: &ColaScan) -> (Stated, i64) {
+    let since_scan_us = i64::from(scan.sent_us.wrapping_sub(scan.scan_us));
+    let before_us = since_scan_us - (scan.first_beam_s * 1e6).round() as i64;
+    let interval_us = (1e6 / scan.rate_hz).round() as i64;
+    (Stated { sent_us: scan.sent_us, counter: scan.telegram_counter, interval_us }, before_us)
 }
 
 /// From one packet of a Pioneer to the next, nanoseconds (its default; one that is set otherwise is stamped

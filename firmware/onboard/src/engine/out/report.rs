@@ -5,12 +5,12 @@ use biplane_wire::Counts;
 
 use crate::engine::line::decoded::WithoutLine;
 use crate::engine::line::devices::Devices;
+use crate::engine::line::laser_device::LaserDevice;
 use crate::engine::line::lines::Lines;
 use crate::engine::localize::posing::Posing;
 use crate::engine::mount_check::news::News;
 use crate::engine::out::health::{Health, LineHealth};
 use crate::session::event::Event;
-use crate::session::lms::LaserSession;
 use crate::types::device_name::device_name;
 use crate::types::run_report::RunReport;
 use crate::types::uncovered::Uncovered;
@@ -103,7 +103,7 @@ fn add_counts(counts: Counts, report: &mut RunReport) {
     report.skipped_bytes += counts.skipped_bytes;
 }
 
-fn add_laser(session: &LaserSession, report: &mut RunReport) {
+fn add_laser(session: &LaserDevice, report: &mut RunReport) {
     let (laser, cuts) = (session.health(), session.truncated());
     report.cut_by_us += cuts.telegrams;
     report.cut_by_us_bytes += cuts.bytes;

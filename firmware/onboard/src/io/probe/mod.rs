@@ -3,19 +3,22 @@
 
 pub(crate) mod device_report;
 pub(crate) mod laser_report;
+pub(crate) mod network_laser_report;
 
 use std::io;
-use std::path::Path;
 use std::thread;
 
+use biplane_recording::rig::{ColaLaser, Laser};
 use biplane_recording::{Port, Rig};
 
-use crate::io::open_error::reason;
+use crate::io::line::OpenLine;
+use crate::io::line::open_error::reason;
 use crate::io::port_check;
 use crate::io::port_check::NeededPort;
 use crate::io::probe::device_report::DeviceReport;
-use crate::io::tty::Tty;
 use crate::session::base::{BaseSession, BaseSettings};
+use crate::session::cola::ColaSession;
+use crate::session::cola::settings::ColaSettings;
 use crate::session::device_session::{Input, MAX_INPUT_BYTES, Output, Session};
 use crate::session::event::Event;
 use crate::session::lms::LaserSession;
@@ -61,14 +64,15 @@ fn report(
     asked.map_or_else(|report| report, |thread| thread.join().unwrap_or_else(|_| nothing()))
 }
 
-fn ask(rig: &Rig, NeededPort { device, path, baud }: NeededPort<'_>) -> DeviceReport {
+fn ask(rig: &Rig, needed: NeededPort<'_>) -> DeviceReport {
+    let NeededPort { device, path, baud } = needed;
     let nothing = DeviceReport {
         device: device_name(device),
         port: path.to_owned(),
-        baud_configured: baud,
+        baud_configured: baud.unwrap_or_default(),
         ..DeviceReport::default()
     };
-    let result = Tty::open(Path::new(path), baud).and_then(|port| match device {
+    let result = needed.open().and_then(|port| match device {
         Port::Base => ask_base(rig, &port, &nothing),
         Port::Horizontal => ask_laser(&rig.horizontal, &port, &nothing),
         Port::Vertical => ask_laser(rig.vertical.as_ref().unwrap_or(&rig.horizontal), &port, &nothing),
@@ -76,22 +80,39 @@ fn ask(rig: &Rig, NeededPort { device, path, baud }: NeededPort<'_>) -> DeviceRe
     result.unwrap_or_else(|error| DeviceReport { problem: Some(reason(&error)), ..nothing })
 }
 
-fn ask_laser(
-    laser: &biplane_recording::rig::Laser,
-    port: &Tty,
-    nothing: &DeviceReport,
-) -> io::Result<DeviceReport> {
+fn ask_laser(laser: &Laser, port: &OpenLine, nothing: &DeviceReport) -> io::Result<DeviceReport> {
+    if let Some(cola) = laser.cola() {
+        return ask_network_laser(cola, port, nothing);
+    }
     let settings = LaserSettings::from(laser);
     let mut session = LaserSession::probing(settings, biplane_clock::monotonic_ns());
-    if !converse(&mut session, port)? {
+    if converse(&mut session, port)? != Talk::Done {
         return Ok(no_answer(nothing));
     }
     Ok(laser_report::report(session.info(), &settings, nothing))
 }
 
-fn ask_base(rig: &Rig, port: &Tty, nothing: &DeviceReport) -> io::Result<DeviceReport> {
+/// A laser that does not answer in one dialect is asked in the other one, on a new connection.
+fn ask_network_laser(cola: &ColaLaser, port: &OpenLine, nothing: &DeviceReport) -> io::Result<DeviceReport> {
+    let settings = ColaSettings::from(cola);
+    let mut session = ColaSession::probing(settings, biplane_clock::monotonic_ns());
+    let mut again = None;
+    loop {
+        match converse(&mut session, again.as_ref().unwrap_or(port))? {
+            Talk::Done => return Ok(network_laser_report::report(session.info(), &settings, nothing)),
+            Talk::NoAnswer => return Ok(no_answer(nothing)),
+            Talk::Reconnect => {
+                port.hang_up();
+                again = Some(OpenLine::network(&cola.address)?);
+                session.handle(biplane_clock::monotonic_ns(), Input::PortBack);
+            }
+        }
+    }
+}
+
+fn ask_base(rig: &Rig, port: &OpenLine, nothing: &DeviceReport) -> io::Result<DeviceReport> {
     let mut session = BaseSession::probing(BaseSettings::from(&rig.base), biplane_clock::monotonic_ns());
-    if !converse(&mut session, port)? {
+    if converse(&mut session, port)? != Talk::Done {
         return Ok(no_answer(nothing));
     }
     let info = session.info();
@@ -109,19 +130,30 @@ fn no_answer(nothing: &DeviceReport) -> DeviceReport {
     DeviceReport { problem: Some("no answer".to_owned()), ..nothing.clone() }
 }
 
-/// Lets a session talk until it is done; false when the device does not answer.
-fn converse(session: &mut dyn Session, port: &Tty) -> io::Result<bool> {
+/// How a talk ended.
+#[derive(Copy, Clone, PartialEq, Eq, Debug)]
+enum Talk {
+    /// The session has what it wanted.
+    Done,
+    /// The device does not answer.
+    NoAnswer,
+    /// The session needs a new connection.
+    Reconnect,
+}
+
+/// Lets a session talk until it is done.
+fn converse(session: &mut dyn Session, port: &OpenLine) -> io::Result<Talk> {
     let start_ns = biplane_clock::monotonic_ns();
     loop {
-        if !serve(session, port)? {
-            return Ok(false);
+        if let Some(end) = serve(session, port)? {
+            return Ok(end);
         }
         let now_ns = biplane_clock::monotonic_ns();
         if session.is_done() {
-            return Ok(true);
+            return Ok(Talk::Done);
         }
         if now_ns - start_ns > LIMIT_NS {
-            return Ok(false);
+            return Ok(Talk::NoAnswer);
         }
         let mut bytes = [0; MAX_INPUT_BYTES];
         match port.read(&mut bytes, READ_TIMEOUT_NS)? {
@@ -134,8 +166,8 @@ fn converse(session: &mut dyn Session, port: &Tty) -> io::Result<bool> {
     }
 }
 
-/// Does what the session wants done; false when it has looked everywhere in vain.
-fn serve(session: &mut dyn Session, port: &Tty) -> io::Result<bool> {
+/// Does what the session wants done; how the talk ended, if it did.
+fn serve(session: &mut dyn Session, port: &OpenLine) -> io::Result<Option<Talk>> {
     loop {
         match session.poll() {
             Output::Write(bytes) => port.write_all(&bytes)?,
@@ -146,9 +178,10 @@ fn serve(session: &mut dyn Session, port: &Tty) -> io::Result<bool> {
                 result => result?,
             },
             Output::Event(event @ Event::RateRefused { .. }) => tracing::warn!("{event}"),
-            Output::Event(Event::NotFound { rounds }) if rounds >= ROUNDS => return Ok(false),
-            Output::Event(_) | Output::Scan(_) | Output::Odometry(_) => {}
-            Output::WaitUntil(_) => return Ok(true),
+            Output::Event(Event::NotFound { rounds }) if rounds >= ROUNDS => return Ok(Some(Talk::NoAnswer)),
+            Output::Reconnect => return Ok(Some(Talk::Reconnect)),
+            Output::Event(_) | Output::Scan(_) | Output::ColaScan | Output::Odometry(_) => {}
+            Output::WaitUntil(_) => return Ok(None),
         }
     }
 }

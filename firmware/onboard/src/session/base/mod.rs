@@ -9,6 +9,7 @@
 //! odometry: the base's own (`odom`); it goes on where it was when a base starts to count anew. Units:
 //! meters, radians, nanoseconds.
 
+pub(crate) mod absent;
 pub(crate) mod contact;
 pub(crate) mod counted;
 pub(crate) mod driver;
@@ -47,6 +48,8 @@ impl From<&rig::Base> for BaseSettings {
 #[derive(Debug)]
 #[allow(clippy::large_enum_variant)] // one a robot, and no heap in the acquisition path
 pub enum BaseSession {
+    /// No base.
+    Absent(absent::AbsentBase),
     /// P2OS, ARCOS.
     P2os(PacketSession<p2os::machine::Machine>),
     /// RoboClaw.
@@ -77,6 +80,7 @@ impl BaseSession {
     fn new(settings: BaseSettings, purpose: Purpose, now_ns: i64) -> Self {
         let baud = settings.baud;
         match settings.protocol {
+            BaseProtocol::None => Self::Absent(absent::AbsentBase::default()),
             BaseProtocol::P2os { metres_per_tick } => {
                 let machine = p2os::machine::Machine::new(baud, metres_per_tick, purpose, now_ns);
                 Self::P2os(PacketSession::new(machine, purpose))
@@ -135,6 +139,7 @@ impl BaseSession {
 
     fn driver(&self) -> &dyn BaseDriver {
         match self {
+            Self::Absent(driver) => driver,
             Self::P2os(driver) => driver,
             Self::RoboClaw(driver) => driver,
             Self::Rflex(driver) => driver,
@@ -143,6 +148,7 @@ impl BaseSession {
 
     fn driver_mut(&mut self) -> &mut dyn BaseDriver {
         match self {
+            Self::Absent(driver) => driver,
             Self::P2os(driver) => driver,
             Self::RoboClaw(driver) => driver,
             Self::Rflex(driver) => driver,

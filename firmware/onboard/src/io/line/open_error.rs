@@ -19,7 +19,7 @@ pub(crate) fn reason(error: &io::Error) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::tty::Tty;
+    use crate::io::line::tty::Tty;
     use std::path::Path;
 
     #[test]

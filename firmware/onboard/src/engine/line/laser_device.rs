@@ -1,0 +1,135 @@
+//! The session of a laser, whatever it speaks.
+
+use biplane_recording::rig;
+use biplane_wire::Counts;
+
+use crate::engine::options::Feed;
+use crate::session::cola::ColaSession;
+use crate::session::cola::settings::ColaSettings;
+use crate::session::device_session::{Input, Output, Session};
+use crate::session::lms::LaserSession;
+use crate::session::lms::health::LaserHealth;
+use crate::session::lms::setup::settings::LaserSettings;
+use crate::session::lms::streaming::self_truncated::TruncationCounts;
+
+/// A laser.
+#[derive(Debug)]
+#[allow(clippy::large_enum_variant)] // two a robot, and no heap in the acquisition path
+pub(crate) enum LaserDevice {
+    /// On a serial line.
+    Lms(LaserSession),
+    /// On a network.
+    Cola(ColaSession),
+}
+
+impl LaserDevice {
+    /// The laser of a rig, whose session begins at `now_ns`.
+    pub(crate) fn new(laser: &rig::Laser, feed: Feed, now_ns: i64) -> Self {
+        match (laser.cola(), feed) {
+            (None, Feed::Live) => Self::Lms(LaserSession::streaming(LaserSettings::from(laser), now_ns)),
+            (None, Feed::Recorded) => Self::Lms(LaserSession::listening(LaserSettings::from(laser), now_ns)),
+            (Some(cola), Feed::Live) => Self::Cola(ColaSession::streaming(ColaSettings::from(cola), now_ns)),
+            (Some(cola), Feed::Recorded) => {
+                Self::Cola(ColaSession::listening(ColaSettings::from(cola), now_ns))
+            }
+        }
+    }
+
+    /// Whether it is on a network.
+    pub(crate) fn is_on_network(&self) -> bool {
+        matches!(self, Self::Cola(_))
+    }
+
+    /// What it has seen of its device.
+    pub(crate) fn health(&self) -> &LaserHealth {
+        match self {
+            Self::Lms(session) => session.health(),
+            Self::Cola(session) => session.health(),
+        }
+    }
+
+    /// Intact telegrams that could not be published.
+    pub(crate) fn not_kept(&self) -> u64 {
+        self.health().not_kept
+    }
+
+    /// Telegrams that were cut because we stopped the laser.
+    pub(crate) fn truncated(&self) -> TruncationCounts {
+        match self {
+            Self::Lms(session) => session.truncated(),
+            Self::Cola(_) => TruncationCounts::default(),
+        }
+    }
+
+    /// Whether scans flow.
+    pub(crate) fn is_streaming(&self) -> bool {
+        match self {
+            Self::Lms(session) => session.is_streaming(),
+            Self::Cola(session) => session.is_streaming(),
+        }
+    }
+
+    /// Whether the device may be at work on its memory.
+    pub(crate) fn is_writing(&self) -> bool {
+        match self {
+            Self::Lms(session) => session.is_writing(),
+            Self::Cola(_) => false,
+        }
+    }
+
+    /// In a recording: something was sent to the laser at this time.
+    pub(crate) fn host_sent(&mut self, now_ns: i64) {
+        match self {
+            Self::Lms(session) => session.host_sent(now_ns),
+            Self::Cola(_) => {}
+        }
+    }
+
+    /// The input ends.
+    pub(crate) fn finish(&mut self) {
+        match self {
+            Self::Lms(session) => session.finish(),
+            Self::Cola(session) => session.finish(),
+        }
+    }
+
+    fn session(&self) -> &dyn Session {
+        match self {
+            Self::Lms(session) => session,
+            Self::Cola(session) => session,
+        }
+    }
+
+    fn session_mut(&mut self) -> &mut dyn Session {
+        match self {
+            Self::Lms(session) => session,
+            Self::Cola(session) => session,
+        }
+    }
+}
+
+impl Session for LaserDevice {
+    fn handle(&mut self, now_ns: i64, input: Input<'_>) {
+        self.session_mut().handle(now_ns, input);
+    }
+
+    fn poll(&mut self) -> Output {
+        self.session_mut().poll()
+    }
+
+    fn is_done(&self) -> bool {
+        self.session().is_done()
+    }
+
+    fn baud(&self) -> u32 {
+        self.session().baud()
+    }
+
+    fn counts(&self) -> Counts {
+        self.session().counts()
+    }
+
+    fn overflowed(&self) -> u64 {
+        self.session().overflowed()
+    }
+}
