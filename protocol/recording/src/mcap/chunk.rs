@@ -72,26 +72,30 @@ pub(crate) fn unpack_prefix(
         return Err(ChunkError::TooLarge(limit));
     }
     let corrupt = |error: std::io::Error| unpack_error(&error);
+    // A decoder that cannot even be made has read no byte yet: it lacks memory, whatever it says.
     match compression {
         "" => packed.take(limit).read_to_end(out).map(drop).map_err(corrupt),
         "zstd" => {
-            let decoder = zstd::stream::read::Decoder::with_buffer(packed).map_err(corrupt)?;
+            let decoder = zstd::stream::read::Decoder::with_buffer(packed).map_err(|_| ChunkError::Memory)?;
             decoder.single_frame().take(limit).read_to_end(out).map(drop).map_err(corrupt)
         }
         "lz4" => {
-            let decoder = lz4::Decoder::new(packed).map_err(corrupt)?;
+            let decoder = lz4::Decoder::new(packed).map_err(|_| ChunkError::Memory)?;
             decoder.take(limit).read_to_end(out).map(drop).map_err(corrupt)
         }
         other => Err(ChunkError::Compression(other.to_owned())),
     }
 }
 
+/// What the libraries' words for too little memory have in common.
+const LACKS_MEMORY: [&str; 3] = ["not enough memory", "allocation_failed", "could not allocate"];
+
 /// The libraries of zstd and lz4 say in words alone that they could not allocate: "Allocation error :
-/// not enough memory", "ERROR_allocation_failed".
+/// not enough memory", "ERROR_allocation_failed", "zstd could not allocate a decompression context".
 fn unpack_error(error: &std::io::Error) -> ChunkError {
     let text = error.to_string();
     let is_memory = error.kind() == std::io::ErrorKind::OutOfMemory
-        || ["not enough memory", "allocation_failed"].iter().any(|words| text.contains(words));
+        || LACKS_MEMORY.iter().any(|words| text.contains(words));
     if is_memory { ChunkError::Memory } else { ChunkError::Corrupt(text) }
 }
 
@@ -119,7 +123,11 @@ mod tests {
 
     #[test]
     fn too_little_memory_is_no_damage() {
-        for words in ["Allocation error : not enough memory", "LZ4 error: ERROR_allocation_failed"] {
+        for words in [
+            "Allocation error : not enough memory",
+            "LZ4 error: ERROR_allocation_failed",
+            "zstd could not allocate a decompression context",
+        ] {
             assert_eq!(unpack_error(&std::io::Error::other(words)), ChunkError::Memory);
         }
         let memory = unpack_error(&std::io::ErrorKind::OutOfMemory.into());

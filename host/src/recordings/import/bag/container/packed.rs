@@ -2,10 +2,11 @@
 //! gone as soon as it is open: what reads it wants to jump about in it.
 
 use std::fs::{self, File};
-use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
 use biplane_recording::file_kind::KIND_BYTES;
+use zstd::stream::read::Decoder;
 
 use super::channel::LONGEST_MESSAGE;
 use crate::recordings::import::bag::error::BagError;
@@ -24,6 +25,12 @@ pub(crate) fn start_of(path: &Path) -> io::Result<Vec<u8>> {
     Ok(start)
 }
 
+/// A decoder that cannot be made has read no byte yet: it lacks memory, whatever it says.
+fn decoder<'a, R: BufRead>(packed: R) -> io::Result<Decoder<'a, R>> {
+    Decoder::with_buffer(packed)
+        .map_err(|_| io::Error::new(io::ErrorKind::OutOfMemory, "too little memory to unpack it"))
+}
+
 /// Back to a file's first byte.
 fn rewind(file: &mut File) -> io::Result<()> {
     file.seek(SeekFrom::Start(0)).map(drop)
@@ -33,7 +40,7 @@ fn rewind(file: &mut File) -> io::Result<()> {
 pub(crate) fn unpacked_start_of(path: &Path) -> Result<Vec<u8>, BagError> {
     let failed = |source| BagError::Read { path: path.to_owned(), source };
     let mut start = Vec::new();
-    let decoder = File::open(path).and_then(zstd::stream::read::Decoder::new).map_err(failed)?;
+    let decoder = File::open(path).and_then(|file| decoder(BufReader::new(file))).map_err(failed)?;
     decoder.take(KIND_BYTES).read_to_end(&mut start).map_err(failed)?;
     Ok(start)
 }
@@ -54,7 +61,7 @@ fn unpack(file: File, spool: &Path) -> io::Result<File> {
     let name = spool.join(format!(".biplane-unpacked-{}", std::process::id()));
     let mut unpacked = File::options().read(true).write(true).create(true).truncate(true).open(&name)?;
     fs::remove_file(&name)?;
-    let mut decoder = zstd::stream::read::Decoder::new(file)?;
+    let mut decoder = decoder(BufReader::new(file))?;
     match io::copy(&mut decoder, &mut unpacked) {
         // A file that is cut off is read as far as it goes.
         Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => {}
@@ -73,7 +80,7 @@ pub(crate) fn message<'a>(bytes: &'a [u8], buffer: &'a mut Vec<u8>) -> io::Resul
         return Ok(bytes);
     }
     buffer.clear();
-    let decoder = zstd::stream::read::Decoder::with_buffer(bytes)?.single_frame();
+    let decoder = decoder(bytes)?.single_frame();
     decoder.take(LONGEST_MESSAGE + 1).read_to_end(buffer)?;
     if buffer.len() as u64 > LONGEST_MESSAGE {
         return Err(io::Error::other(format!("a message that unpacks to over {LONGEST_MESSAGE} bytes")));
