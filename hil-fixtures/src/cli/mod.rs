@@ -15,7 +15,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 /// with loss.
 pub fn main() -> ExitCode {
     biplane_cli::clean_up_by("biplane-mock", || "what it was writing is not whole".to_owned());
-    match Cli::parse().run() {
+    match biplane_cli::parse::<Cli>(std::env::args_os()).run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             // Messages name their causes themselves: the chain would say them twice.
@@ -48,7 +48,7 @@ enum Command {
     Completions(Completions),
     /// Writes the manual pages of this program, one for each command, into a folder.
     ///
-    /// To read one: `man -l DIR/biplane-mock.1`.
+    /// To read one: `biplane-mock man pages`, then `man -l pages/biplane-mock.1`.
     Man(Man),
 }
 
@@ -112,7 +112,12 @@ pub struct BadArgument(pub String);
 #[cfg(test)]
 mod tests {
     use super::Cli;
-    use clap::Parser;
+    use clap::{CommandFactory, Parser};
+
+    #[test]
+    fn every_command_has_an_example_and_every_example_is_a_command() {
+        assert_eq!(biplane_cli::faulty_examples(Cli::command()), Vec::<String>::new());
+    }
 
     #[test]
     fn numbers_that_make_no_drive_and_no_stretch_are_bad_arguments() {

@@ -76,6 +76,6 @@ pub(super) enum Command {
     Completions(biplane_cli::Completions),
     /// Write the manual pages of this program, one for each command, into a folder
     ///
-    /// To read one: `man -l DIR/biplane.1`.
+    /// To read one: `biplane man pages`, then `man -l pages/biplane.1`.
     Man(biplane_cli::Man),
 }

@@ -17,8 +17,8 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 use biplane_cli::{BAD_ARGUMENTS, FAILED, Outcome};
+use clap::CommandFactory;
 use clap::error::ErrorKind;
-use clap::{CommandFactory, Parser};
 
 use crate::cli::args::{Cli, Command};
 use crate::cli::terminal::console::{Console, say};
@@ -37,7 +37,7 @@ pub fn main() -> ExitCode {
             return ExitCode::from(BAD_ARGUMENTS);
         }
     };
-    let cli = Cli::parse_from(words); // wrong arguments: clap says what, and ends with 2
+    let cli: Cli = biplane_cli::parse(words); // wrong arguments: clap says what, and ends with 2
     let console = Console::new(cli.quiet);
     let ended = run(cli.command, &console);
     biplane_cli::wait_if_ending();
@@ -108,4 +108,16 @@ fn is_broken_pipe(error: &anyhow::Error) -> bool {
         cause.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
     };
     error.chain().any(broken)
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::Cli;
+
+    #[test]
+    fn every_command_has_an_example_and_every_example_is_a_command() {
+        assert_eq!(biplane_cli::faulty_examples(Cli::command()), Vec::<String>::new());
+    }
 }

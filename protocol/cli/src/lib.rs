@@ -3,14 +3,18 @@
 #![doc = include_str!("../README.md")]
 
 mod ending;
+mod examples;
 mod interrupt;
 mod manual;
 pub mod memory;
 mod outcome;
 mod output;
+mod words;
 
 pub use crate::ending::{clean_up_by, wait_if_ending};
+pub use crate::examples::faulty_examples;
 pub use crate::interrupt::end_on_signals;
 pub use crate::manual::{Completions, Man};
 pub use crate::outcome::{BAD_ARGUMENTS, FAILED, Outcome};
 pub use crate::output::{paragraph, print_result, say};
+pub use crate::words::{parse, try_parse};

@@ -2,7 +2,11 @@
 //!
 //! Libraries take time as an argument, whole nanoseconds as `i64`; programs read it here, at their edge.
 //! Clippy refuses `Instant::now` and `SystemTime::now` in the whole workspace, so that a simulated hour needs
-//! no hour.
+//! no hour. How a time is written as a date stands here, too.
+
+mod date;
+
+pub use crate::date::iso_8601;
 
 use rustix::time::{ClockId, Timespec, clock_gettime};
 

@@ -11,10 +11,14 @@ pub(super) struct Crate {
 pub(super) const WITHOUT_IO: [&str; 2] = ["firmware/onboard/src/session", "firmware/onboard/src/engine"];
 
 pub(super) const CRATES: &[Crate] = &[
-    Crate { source: "protocol/clock/src", floors: &[] },
+    Crate { source: "protocol/clock/src", floors: &[&["date"]] },
     Crate {
         source: "protocol/cli/src",
-        floors: &[&["outcome", "output", "manual"], &["ending"], &["interrupt", "memory"]],
+        floors: &[
+            &["outcome", "output", "manual", "examples", "words"],
+            &["ending"],
+            &["interrupt", "memory"],
+        ],
     },
     Crate {
         source: "protocol/wire/src",

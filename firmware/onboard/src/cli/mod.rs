@@ -61,13 +61,13 @@ enum Command {
     Completions(Completions),
     /// Writes the manual pages of this program, one for each command, into a folder.
     ///
-    /// To read one: `man -l DIR/biplane-onboard.1`.
+    /// To read one: `biplane-onboard man pages`, then `man -l pages/biplane-onboard.1`.
     Man(Man),
 }
 
 /// Runs the program and returns its exit code.
 pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
-    let cli = match Cli::try_parse_from(words) {
+    let cli = match biplane_cli::try_parse::<Cli>(words) {
         Ok(cli) => cli,
         Err(error) => {
             // Help and version are no errors: clap knows where they go.

@@ -112,7 +112,7 @@ fn manual_pages_and_completions_come_from_the_same_definition() {
 fn a_folder_with_a_leftover_is_salvaged_and_one_that_is_missing_is_told() {
     let folder = std::env::temp_dir().join(format!("biplane-cli-salvage-{}", std::process::id()));
     fs::create_dir(&folder).unwrap();
-    let words = ["salvage", &folder.to_string_lossy()];
+    let words = ["salvage", &folder.to_string_lossy(), "--json"];
     assert_eq!(exit_code(&words), 0);
     fs::write(folder.join("run.mcap.active"), "no recording").unwrap();
     assert_eq!(exit_code(&words), 3);
@@ -166,4 +166,20 @@ fn a_basin_without_scans_or_pairs_gives_1() {
     assert_eq!(refused(&["basin", "/nowhere.mcap"]), Some(2));
     assert_eq!(refused(&["basin", "/nowhere.mcap", &list, "--matcher", "magic"]), Some(2));
     fs::remove_file(&*list).unwrap();
+}
+
+#[test]
+fn every_command_has_an_example_and_every_example_is_a_command() {
+    assert_eq!(biplane_cli::faulty_examples(Cli::command()), Vec::<String>::new());
+}
+
+#[test]
+fn a_rig_is_checked_by_its_name_alone_too() {
+    let good = rig_file("named", PORTS);
+    let by_name = exit_code(&["check-config", &good]);
+    assert_eq!(by_name, exit_code(&["check-config", "--rig", &good]));
+    assert_eq!(exit_code(&["check-config", "/nowhere/rig.toml"]), 1);
+    assert_eq!(refused(&["check-config"]), Some(2));
+    assert_eq!(refused(&["check-config", &good, "--rig", &good]), Some(2));
+    fs::remove_file(&good).unwrap();
 }

@@ -7,7 +7,7 @@ use std::ffi::OsStr;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::output::provenance::iso_8601;
+use biplane_clock::iso_8601;
 
 /// `output` itself, or a new name inside it when it is a folder (one that is there, or any path that ends in
 /// `/`).

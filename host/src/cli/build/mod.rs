@@ -23,6 +23,7 @@ use crate::cli::models::{files, formats};
 use crate::cli::recordings::optimize;
 use crate::cli::terminal::console::Console;
 use crate::cli::terminal::dry_run::Plan;
+use crate::cli::terminal::json::print_json;
 use crate::cli::terminal::needs::{self, Needs};
 use crate::cli::terminal::replace;
 use crate::cli::terminal::stages::Stages;
@@ -37,11 +38,11 @@ const FLOOR_M: Option<f64> = Some(0.0);
 
 /// Words of the command.
 #[derive(Clone, Debug, clap::Args)]
-#[command(
-    after_help = "Written: model.glb, model.ply, model.obj, model.city.json, model.json, planes.ply, raw.ply, points.ply, map.pgm, map.yaml, \
+#[command(after_help = "Examples:\n  biplane build office.mcap -o model\n  \
+    biplane build office.mcap -o model --formats all --json\n\n\
+    Written: model.glb, model.ply, model.obj, model.city.json, model.json, planes.ply, raw.ply, points.ply, map.pgm, map.yaml, \
     map.png, trajectory.tum, summary.json, report.html (look at this one first); with --formats, or later by `biplane export`, \
-    also model.dxf, model.ifc, model.lod1.glb, model.lod2.glb, points.las, points.laz."
-)]
+    also model.dxf, model.ifc, model.lod1.glb, model.lod2.glb, points.las, points.laz.")]
 pub(super) struct Args {
     /// Posed recordings; of one in parts all of them, in any order, or its name without the number
     #[arg(required = true, value_name = "RUN.mcap")]
@@ -67,6 +68,9 @@ pub(super) struct Args {
     /// Say what would be read, done and written and how much memory it takes, and do none of it
     #[arg(long)]
     dry_run: bool,
+    /// Print what `summary.json` holds
+    #[arg(long, conflicts_with = "dry_run")]
+    json: bool,
     /// Take no more memory than this, such as 500M or 4G; what needs more is refused, as early as it is known
     /// [default: three quarters of the machine's or the control group's]
     #[arg(long, value_name = "BYTES", value_parser = memory)]
@@ -97,6 +101,7 @@ impl Args {
             sigma: None,
             force: false,
             dry_run: false,
+            json: false,
             memory: None,
             model_args: ModelArgs::unsaid(),
             threads: Threads::default(),
@@ -163,6 +168,9 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     folder.finish()?;
     counts.iter().for_each(|counts| report_noise(counts, console));
     print_result(args, &summary, vertical.is_some(), console);
+    if args.json {
+        print_json(&summary)?;
+    }
     Ok(Outcome::Done)
 }
 

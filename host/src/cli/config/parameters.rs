@@ -15,9 +15,8 @@ const WIDTH: usize = 120;
 
 /// Words of the command.
 #[derive(Clone, Debug, clap::Args)]
-#[command(
-    after_help = "Keep what you change, leave out the rest: biplane parameters > biplane.toml; biplane build run.mcap -o model --config biplane.toml"
-)]
+#[command(after_help = "Example:\n  biplane parameters build > biplane.toml\n\n\
+    Keep what you change, leave out the rest: biplane parameters > biplane.toml; biplane build run.mcap -o model --config biplane.toml")]
 pub(crate) struct Args {
     /// Of these commands only
     #[arg(value_name = "COMMAND", default_values = ["build", "compact", "optimize"])]

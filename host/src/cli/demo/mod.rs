@@ -29,6 +29,7 @@ const FAST_S: f64 = 15.0;
 
 /// Words of the command.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  biplane demo\n  biplane demo --fast -o try")]
 pub(super) struct Args {
     /// The folder to write [default: biplane-demo, or the next free name after it]
     #[arg(long, short, value_name = "DIR")]

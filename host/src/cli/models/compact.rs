@@ -23,6 +23,7 @@ use crate::cli::models::model_args::report_noise;
 use crate::cli::models::no_planes_hint;
 use crate::cli::terminal::console::Console;
 use crate::cli::terminal::dry_run::Plan;
+use crate::cli::terminal::json::print_json;
 use crate::cli::terminal::replace;
 use crate::cli::terminal::stages::Stages;
 use crate::cli::terminal::threads::Threads;
@@ -32,10 +33,9 @@ use biplane_cli::Outcome;
 
 /// Words of the command.
 #[derive(Clone, Debug, clap::Args)]
-#[command(
-    after_help = "Written: model.glb, model.ply, model.obj, model.city.json, model.json (for `biplane export`), planes.ply, raw.ply (the mesh), points.ply (its vertices with the property \
-    `plane`, -1 = none), summary.json, report.html.\nCoordinates are metres. Flat surfaces face the way their triangles do."
-)]
+#[command(after_help = "Example:\n  biplane compact house.ply -o house\n\n\
+    Written: model.glb, model.ply, model.obj, model.city.json, model.json (for `biplane export`), planes.ply, raw.ply (the mesh), points.ply (its vertices with the property \
+    `plane`, -1 = none), summary.json, report.html.\nCoordinates are metres. Flat surfaces face the way their triangles do.")]
 pub(crate) struct Args {
     /// A triangle mesh: PLY (ASCII or binary) or OBJ
     #[arg(value_name = "MESH")]
@@ -61,6 +61,9 @@ pub(crate) struct Args {
     /// Say what would be read, done and written, and do none of it
     #[arg(long)]
     dry_run: bool,
+    /// Print what `summary.json` holds
+    #[arg(long, conflicts_with = "dry_run")]
+    json: bool,
 }
 
 fn height(text: &str) -> Result<f64, String> {
@@ -127,6 +130,9 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let hint = no_planes_hint::of_mesh(&output.cloud.points_m, summary.counts.polygons);
     hint.into_iter().for_each(|why| console.note(why));
     formats::hint(building.as_ref()).into_iter().for_each(|why| console.note(why));
+    if args.json {
+        print_json(&summary)?;
+    }
     Ok(Outcome::Done)
 }
 

@@ -16,7 +16,8 @@ use biplane_cli::Outcome;
 /// Words of the command.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Use it: biplane-onboard replay RUN.mcap --rig rig.toml -o BETTER.mcap; or for the next drive. docs/calibration.md tells how to drive for it."
+    after_help = "Examples:\n  biplane calibrate office.mcap\n  biplane calibrate office.mcap -o rig.toml\n\n\
+    Use it: biplane-onboard replay RUN.mcap --rig rig.toml -o BETTER.mcap; or for the next drive. docs/calibration.md tells how to drive for it."
 )]
 pub(crate) struct Args {
     /// A posed recording; of one in parts all of them, in any order, or its name without the number

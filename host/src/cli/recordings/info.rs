@@ -7,10 +7,12 @@ use crate::recordings::info;
 use crate::recordings::info::{FileInfo, TopicInfo};
 use crate::recordings::stamp_text::format_seconds;
 
-use biplane_cli::Outcome;
+use biplane_cli::{Outcome, paragraph};
+use biplane_clock::iso_8601;
 
 /// Words of the command.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  biplane info office.mcap\n  biplane info run_0.mcap run_1.mcap --json")]
 pub(crate) struct Args {
     /// A recording or capture; of one in parts all of them, in any order, or its name without the number
     #[arg(required = true, value_name = "FILE")]
@@ -45,22 +47,18 @@ fn print(out: &mut impl Write, info: &FileInfo) -> io::Result<()> {
         writeln!(out, "  {part} is not finished, and not among them (`biplane-onboard salvage`)")?;
     }
     writeln!(out, "  {} bytes, profile {}, written by {}", info.bytes, info.profile, info.library)?;
-    writeln!(
-        out,
-        "  {} messages in {:.3} s, {} to {}",
-        info.messages,
-        info.duration_s,
-        format_seconds(info.start_ns),
-        format_seconds(info.end_ns)
-    )?;
+    writeln!(out, "  {} messages in {:.3} s", info.messages, info.duration_s)?;
+    writeln!(out, "  from {}", time(info.start_ns))?;
+    writeln!(out, "    to {}", time(info.end_ns))?;
     print_topics(out, &info.topics)?;
     for health in &info.health {
         let values: Vec<String> = health.values.iter().map(|(key, value)| format!("{key} {value}")).collect();
-        writeln!(out, "  health of {}: {} ({})", health.name, health.message, values.join(", "))?;
+        writeln!(out, "  health of {}: {}", health.name, health.message)?;
+        out.write_all(paragraph(&values.join(", "), WIDTH, "    ").as_bytes())?;
     }
     for (name, values) in &info.metadata {
-        let values: Vec<String> = values.iter().map(|(key, value)| format!("{key} = {value}")).collect();
-        writeln!(out, "  metadata {name}: {}", values.join("; "))?;
+        writeln!(out, "  metadata {name}")?;
+        values.iter().try_for_each(|(key, value)| writeln!(out, "    {key} = {value}"))?;
     }
     if !info.attachments.is_empty() {
         writeln!(out, "  attachments: {}", info.attachments.join(", "))?;
@@ -76,7 +74,24 @@ fn print(out: &mut impl Write, info: &FileInfo) -> io::Result<()> {
     }
 }
 
-/// A longer name stands out of its column; other people's files may have names of any length.
+/// Letters of a paragraph beside its indentation: the lines then fit into a terminal of 80 columns.
+const WIDTH: usize = 76;
+/// 1 January 1990. Earlier stamps count from the start of some clock, and are no dates.
+const FIRST_DATE_NS: i64 = 631_152_000_000_000_000;
+
+/// A stamp as a date where it can be one, and as seconds.
+fn time(stamp_ns: i64) -> String {
+    let seconds = format_seconds(stamp_ns);
+    if stamp_ns < FIRST_DATE_NS {
+        return format!("{seconds} s");
+    }
+    let date = iso_8601(stamp_ns);
+    // Milliseconds: the seconds beside them have all digits.
+    let to_milliseconds = date.get(..23).unwrap_or(&date).replace('T', " ");
+    format!("{to_milliseconds} UTC ({seconds} s)")
+}
+
+/// Longer names stand out of their columns; other people's files may have names of any length.
 const MAX_COLUMN: usize = 60;
 
 fn print_topics(out: &mut impl Write, topics: &[TopicInfo]) -> io::Result<()> {
@@ -84,28 +99,47 @@ fn print_topics(out: &mut impl Write, topics: &[TopicInfo]) -> io::Result<()> {
         topics.iter().map(|topic| text(topic).len()).max().unwrap_or(0).clamp(minimum, MAX_COLUMN)
     };
     let name = width(|topic| &topic.name, 5);
-    let kind = width(|topic| &topic.type_name, 4);
+    let kind = width(short_type, 4);
     writeln!(
         out,
-        "  {:name$}  {:kind$}  {:>9}  {:>8}  {:>5}  {:>9}  {:>8}  {:>7}  {:>12}",
-        "topic", "type", "messages", "rate", "gaps", "longest", "backward", "missing", "line"
+        "  {:name$}  {:kind$} {:>8} {:>7} {:>6} {:>9}",
+        "topic", "type", "messages", "Hz", "gaps", "longest"
     )?;
     for topic in topics {
-        let serial = topic.serial_bytes.map(|bytes| format!("{bytes} bytes")).unwrap_or_default();
         writeln!(
             out,
-            "  {:name$}  {:kind$}  {:>9}  {:>5.2} Hz  {:>5}  {:>7.3} s  {:>8}  {:>7}  {serial:>12}",
+            "  {:name$}  {:kind$} {:>8} {:>7.2} {:>6} {:>7.3} s",
             topic.name,
-            topic.type_name,
+            short_type(topic),
             topic.messages,
             topic.rate_hz,
             topic.gaps,
-            topic.longest_interval_s,
-            topic.backward_stamps,
-            topic.missing
+            topic.longest_interval_s
         )?;
+        let odd = odd_figures(topic);
+        if !odd.is_empty() {
+            writeln!(out, "      {}", odd.join(", "))?;
+        }
     }
     Ok(())
+}
+
+/// The type without its package: `LaserScan` of `sensor_msgs/msg/LaserScan`.
+fn short_type(topic: &TopicInfo) -> &str {
+    topic.type_name.rsplit('/').next().unwrap_or_default()
+}
+
+/// What most topics do not have.
+fn odd_figures(topic: &TopicInfo) -> Vec<String> {
+    let mut words = Vec::new();
+    if topic.backward_stamps > 0 {
+        words.push(format!("stamps step back {} times", topic.backward_stamps));
+    }
+    if topic.missing > 0 {
+        words.push(format!("{} missing", topic.missing));
+    }
+    words.extend(topic.serial_bytes.map(|bytes| format!("{bytes} bytes on the line")));
+    words
 }
 
 #[cfg(test)]
@@ -131,5 +165,38 @@ mod tests {
         let mut out = Vec::new();
         print_topics(&mut out, &[topic]).unwrap();
         assert_eq!(String::from_utf8(out).unwrap().matches('x').count(), 70_000);
+    }
+    #[test]
+    fn stamps_are_dates_where_they_can_be() {
+        // From `date -u -d @976052857` of GNU coreutils.
+        assert_eq!(time(976_052_857_337_532_000), "2000-12-05 21:47:37.337 UTC (976052857.337532000 s)");
+        assert_eq!(time(70_289_900_000), "70.289900000 s");
+    }
+
+    #[test]
+    fn a_table_of_our_own_topics_fits_into_80_columns() {
+        let topic = |name: &str, type_name: &str| TopicInfo {
+            name: name.to_owned(),
+            type_name: type_name.to_owned(),
+            messages: 1_234_567,
+            bytes: 1,
+            serial_bytes: Some(123_456_789),
+            first_ns: 0,
+            last_ns: 0,
+            rate_hz: 75.0,
+            gaps: 4045,
+            longest_interval_s: 123.456,
+            backward_stamps: 1251,
+            missing: 3,
+        };
+        let pose = topic("/pose_incremental", "geometry_msgs/msg/PoseWithCovarianceStamped");
+        let mut out = Vec::new();
+        print_topics(&mut out, &[pose, topic("/scan/horizontal", "sensor_msgs/msg/LaserScan")]).unwrap();
+        let text = String::from_utf8(out).unwrap();
+        assert!(text.lines().all(|line| line.len() <= 80), "{text}");
+        assert!(
+            text.contains("stamps step back 1251 times, 3 missing, 123456789 bytes on the line"),
+            "{text}"
+        );
     }
 }

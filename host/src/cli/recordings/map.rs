@@ -12,12 +12,16 @@ use crate::view::floor_map::FloorMapParams;
 use crate::view::floor_map::map_files::map_paths;
 use crate::view::floor_map::map_files::write_map;
 use crate::view::floor_map::map_image::MapImage;
+use serde::Serialize;
 
 use crate::cli::terminal::console::Console;
+use crate::cli::terminal::json::print_json;
 use biplane_cli::Outcome;
 
 /// Words of the command.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  biplane map office.mcap -o floor\n  \
+    biplane map office.mcap -o fine --resolution 0.02")]
 pub(crate) struct Args {
     /// A posed recording; of one in parts all of them, in any order, or its name without the number
     #[arg(required = true, value_name = "RUN.mcap")]
@@ -31,6 +35,24 @@ pub(crate) struct Args {
     /// Replace the outputs if they exist
     #[arg(long)]
     force: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// What was drawn.
+#[derive(Debug, Serialize)]
+struct Drawn {
+    /// The files: both of the map_server pair, then the picture.
+    files: [String; 3],
+    /// Cells from west to east.
+    columns: u32,
+    /// Cells from south to north.
+    rows: u32,
+    /// Side of a cell.
+    resolution_m: f64,
+    /// Scans that the map was drawn from.
+    scans: usize,
 }
 
 /// Runs the command.
@@ -53,15 +75,21 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let known: Vec<StampedPose> = at_scans.into_iter().flatten().collect();
     let (image, coarsened) = MapImage::new(&grid, &known)?;
     console.report_coarsened(coarsened.as_ref());
-    let [pgm, yaml, png] = write_map(&args.output, &image, &known, args.force)?;
+    let files = write_map(&args.output, &image, &known, args.force)?.map(|path| path.display().to_string());
     let [columns, rows] = image.size();
-    console.note(format!(
-        "{}, {}, {}: {columns} x {rows} cells of {} m from {} scans",
-        pgm.display(),
-        yaml.display(),
-        png.display(),
-        image.resolution_m(),
-        known.len()
-    ));
+    let drawn = Drawn { files, columns, rows, resolution_m: image.resolution_m(), scans: known.len() };
+    print_result(&drawn, args, console)?;
     Ok(Outcome::Done)
+}
+
+fn print_result(drawn: &Drawn, args: &Args, console: &Console) -> anyhow::Result<()> {
+    if args.json {
+        return print_json(drawn);
+    }
+    let Drawn { files, columns, rows, resolution_m, scans } = drawn;
+    console.note(format!(
+        "{}: {columns} x {rows} cells of {resolution_m} m from {scans} scans",
+        files.join(", ")
+    ));
+    Ok(())
 }

@@ -5,12 +5,15 @@ use std::path::PathBuf;
 use crate::formats::output::unfinished::Unfinished;
 use crate::formats::output::with_suffix;
 use biplane_recording::{RecoverError, RecoverReport, WriteError};
+use serde::Serialize;
 
 use crate::cli::terminal::console::{Console, say};
+use crate::cli::terminal::json::print_json;
 use biplane_cli::Outcome;
 
 /// Words of the command.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  biplane recover run.mcap.active -o run.mcap")]
 pub(crate) struct Args {
     /// The recording that was cut off; it is not touched
     broken: PathBuf,
@@ -20,6 +23,48 @@ pub(crate) struct Args {
     /// Replace the output if it exists
     #[arg(long)]
     force: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// What was kept and what was not.
+#[derive(Debug, Serialize)]
+struct Recovered {
+    /// The recording that was written.
+    output: String,
+    /// Whether data was lost, or may have been; the exit code is 3 then.
+    lost: bool,
+    messages: u64,
+    attachments: u64,
+    metadata: u64,
+    /// Messages known to be lost.
+    lost_messages: u64,
+    /// Bytes of the input that could not be used.
+    lost_bytes: u64,
+    /// Bytes that the input announces and does not have.
+    missing_bytes: u64,
+    /// Whether the index or the footer was missing or broken.
+    index_missing: bool,
+    /// What was found wrong, in the order of the file.
+    findings: Vec<String>,
+}
+
+impl Recovered {
+    fn new(report: &RecoverReport, args: &Args) -> Self {
+        Self {
+            output: args.output.display().to_string(),
+            lost: report.lost(),
+            messages: report.messages,
+            attachments: report.attachments,
+            metadata: report.metadata,
+            lost_messages: report.lost_messages(),
+            lost_bytes: report.lost_bytes(),
+            missing_bytes: report.missing_bytes(),
+            index_missing: report.index_missing(),
+            findings: report.findings.iter().map(ToString::to_string).collect(),
+        }
+    }
 }
 
 /// Runs the command.
@@ -39,6 +84,9 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         },
     )?;
     drop(spinner);
+    if args.json {
+        print_json(&Recovered::new(&report, args))?;
+    }
     Ok(print_result(&report, args, console))
 }
 

@@ -14,6 +14,8 @@ use biplane_cli::Outcome;
 
 /// Words of the command.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  biplane traj office.mcap -o office.tum\n  \
+    biplane traj office.mcap -o - --format xytheta")]
 pub(crate) struct Args {
     /// A posed recording; of one in parts all of them, in any order, or its name without the number
     #[arg(required = true, value_name = "RUN.mcap")]

@@ -58,6 +58,7 @@ struct Common {
 }
 
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  biplane plot basin basin.csv -o basin.svg")]
 struct BasinArgs {
     #[command(flatten)]
     common: Common,
@@ -76,6 +77,7 @@ struct BasinArgs {
 }
 
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  biplane plot relations errors.csv -o errors.svg")]
 struct RelationsArgs {
     #[command(flatten)]
     common: Common,
@@ -88,6 +90,7 @@ struct RelationsArgs {
 }
 
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  biplane plot journal journal.csv -o journal.svg")]
 struct JournalArgs {
     #[command(flatten)]
     common: Common,

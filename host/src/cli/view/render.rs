@@ -24,6 +24,7 @@ use biplane_cli::Outcome;
 
 /// Words of the command.
 #[derive(Clone, Debug, clap::Args)]
+#[command(after_help = "Example:\n  biplane render model -o picture.png --view inside")]
 pub(crate) struct Args {
     /// A folder that `biplane build` wrote
     folder: PathBuf,

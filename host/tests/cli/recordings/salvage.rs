@@ -17,6 +17,11 @@ fn a_cut_recording_is_salvaged_and_the_exit_code_says_what_was_lost() {
     // Half of the file: data is lost, and said also when quiet.
     folder.write("half.mcap", &bytes[..bytes.len() / 2]);
     folder.expect("--quiet recover half.mcap -o b.mcap", 3, &["b.mcap: ", "messages kept; lost:"]);
+    let ran = folder.expect("--quiet recover half.mcap -o b.mcap --force --json", 3, &["lost:"]);
+    let reported: serde_json::Value = serde_json::from_str(&ran.stdout).unwrap();
+    assert_eq!(reported["lost"], true);
+    let kept = reported["messages"].as_u64().unwrap();
+    assert!(ran.stderr.contains(&format!("b.mcap: {kept} messages kept")), "{ran:?}");
     folder.expect("traj b.mcap -o -", 0, &[]);
     assert_eq!(fs::read(folder.path("half.mcap")).unwrap(), bytes[..bytes.len() / 2]);
     folder.expect("recover half.mcap -o a.mcap", 1, &["a.mcap exists already"]);

@@ -38,6 +38,34 @@ fn a_dry_run_says_what_a_run_then_does() {
 }
 
 #[test]
+fn a_program_reads_on_stdout_what_a_command_made() {
+    let folder = Folder::new("json");
+    room::record(&folder.path("run.mcap"), Content { poses: true, vertical: true });
+    let json = |command: &str| -> serde_json::Value {
+        let ran = folder.expect(command, 0, &[]);
+        serde_json::from_str(&ran.stdout).unwrap_or_else(|error| panic!("{command}: {error}: {}", ran.stdout))
+    };
+    let summary = |folder_name: &str| -> serde_json::Value {
+        serde_json::from_slice(&fs::read(folder.path(folder_name).join("summary.json")).unwrap()).unwrap()
+    };
+    assert_eq!(json("build run.mcap -o out --json"), summary("out"));
+    assert_eq!(json("compact out/raw.ply -o small --no-report --json"), summary("small"));
+    let map = json("map run.mcap -o floor --json");
+    assert_eq!(map["files"], serde_json::json!(["floor.pgm", "floor.yaml", "floor.png"]));
+    // Binary PGM: the second line says how wide and how high.
+    let picture = fs::read(folder.path("floor.pgm")).unwrap();
+    let size = format!("{} {}", map["columns"], map["rows"]);
+    assert!(String::from_utf8_lossy(&picture[..200]).lines().any(|line| line == size), "{size}");
+    folder.expect("build run.mcap -o again --json --dry-run", 2, &["--dry-run"]);
+}
+
+#[test]
+fn a_number_below_0_is_refused_for_what_it_is() {
+    let folder = Folder::new("negative");
+    folder.expect("build run.mcap -o out --sigma -1", 2, &["--sigma", "more than 0"]);
+}
+
+#[test]
 fn a_terminal_shows_the_stages_to_come_and_a_file_only_those_that_are_done() {
     let folder = Folder::new("stages");
     room::record(&folder.path("run.mcap"), Content { poses: true, vertical: true });

@@ -1,23 +1,29 @@
 //! `check-config`: what a rig.toml stands for.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::cli::rig;
 use crate::types::error::OnboardError;
 
 /// Reads a rig.toml, checks it, and prints it with all defaults filled in.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  biplane-onboard check-config rig.toml")]
 pub(crate) struct Args {
     /// The robot.
-    #[arg(long)]
-    rig: PathBuf,
+    #[arg(value_name = "RIG", required_unless_present = "rig")]
+    file: Option<PathBuf>,
+    /// The robot, as other commands take it.
+    #[arg(long, conflicts_with = "file")]
+    rig: Option<PathBuf>,
     /// As JSON instead of TOML.
     #[arg(long)]
     json: bool,
 }
 
 pub(crate) fn run(args: &Args) -> Result<u8, OnboardError> {
-    let rig = rig::load(&args.rig)?;
+    // One of both is there: the command line asks for it.
+    let path = args.file.as_deref().or(args.rig.as_deref()).unwrap_or(Path::new("rig.toml"));
+    let rig = rig::load(path)?;
     crate::io::port_check::check(&rig)?;
     crate::io::port_check::warn(&rig);
     let text = rig.to_toml();

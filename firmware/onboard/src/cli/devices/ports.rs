@@ -10,6 +10,7 @@ use crate::types::error::OnboardError;
 ///
 /// Which adapter is which: list, unplug one, list again. Then `udev-rule` gives them their roles.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  biplane-onboard ports")]
 pub(crate) struct Args {
     /// Print JSON instead of a table.
     #[arg(long)]

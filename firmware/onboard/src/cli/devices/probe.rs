@@ -12,6 +12,8 @@ use crate::types::error::OnboardError;
 ///
 /// Settings are not changed; a running output is stopped. Exit code 1 when a device does not answer.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  biplane-onboard probe --rig rig.toml\n  \
+    biplane-onboard probe --rig rig.toml --only vertical")]
 pub(crate) struct Args {
     /// The robot.
     #[arg(long)]

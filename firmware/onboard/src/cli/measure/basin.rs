@@ -16,6 +16,7 @@ use crate::types::error::OnboardError;
 /// Success: within 2 cm and 0.5 degrees of the pose that the list has; gross: more than 10 cm or 2 degrees
 /// wrong.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  biplane-onboard basin intel.mcap intel_pairs.txt -o basin.csv")]
 pub(crate) struct Args {
     /// A capture, an import or a recording.
     #[arg(value_name = "LOG.mcap")]

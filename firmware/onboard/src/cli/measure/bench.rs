@@ -13,6 +13,7 @@ use crate::types::error::OnboardError;
 /// The scans are those that the tracker of `record` or `replay` would get; they are matched on one thread,
 /// and nothing is written.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  biplane-onboard bench intel.mcap")]
 pub(crate) struct Args {
     /// A capture, an import or a recording; of one in parts all of them, or its name without the number.
     #[arg(required_unless_present = "worst_case", value_name = "LOG.mcap")]

@@ -9,6 +9,7 @@ use biplane_matcher::{Parameter, TrackerParams};
 /// `--set NAME=VALUE` on `record` and `replay` changes one. Those of `gradient.` belong to `--matcher
 /// gradient`, those of `map.` and `align.` to the default.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  biplane-onboard parameters")]
 pub(crate) struct Args {
     /// Print JSON instead of text.
     #[arg(long)]

@@ -15,6 +15,8 @@ use crate::types::error::OnboardError;
 /// A second signal ends the process at once (exit code 1); `biplane recover` then saves what was recorded.
 /// SIGUSR1 begins the next part of a recording in parts. A terminal that goes away does not end the run.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  biplane-onboard record --rig rig.toml -o office.mcap\n  \
+    biplane-onboard record --rig rig.toml -o recordings/ --duration 30m --live 127.0.0.1:8765")]
 pub(crate) struct Args {
     /// The robot.
     #[arg(long)]

@@ -11,6 +11,8 @@ use crate::types::error::OnboardError;
 ///
 /// Deterministic: the same input gives the same bytes.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  biplane-onboard replay bytes.mcap -o office.mcap\n  \
+    biplane-onboard replay office.mcap --rig better.toml -o better.mcap")]
 pub(crate) struct Args {
     /// A capture (serial bytes), an import, or a recording whose poses shall be found anew; of one in parts
     /// all of them, in any order, or its name without the number.

@@ -12,10 +12,14 @@ use crate::types::error::OnboardError;
 /// removed: nothing else was in it. One that is damaged elsewhere is kept as NAME.mcap.damaged. One that is
 /// being written is left alone.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  biplane-onboard salvage recordings")]
 pub(crate) struct Args {
     /// The folder with the recordings.
     #[arg(value_name = "DIR")]
     folder: PathBuf,
+    /// As JSON on stdout: what became of each.
+    #[arg(long)]
+    json: bool,
 }
 
 pub(crate) fn run(args: &Args) -> Result<u8, OnboardError> {
@@ -26,6 +30,10 @@ pub(crate) fn run(args: &Args) -> Result<u8, OnboardError> {
         // A log that is full stops no salvage.
         let _ = writeln!(std::io::stderr(), "{}", line(leftover));
         code = code.max(exit_code(&leftover.outcome));
+    }
+    if args.json {
+        let list: Vec<_> = leftovers.iter().map(json).collect();
+        crate::cli::print_result(&format!("{:#}\n", serde_json::Value::from(list)));
     }
     // A failure says more than a loss.
     Ok(if leftovers.iter().any(|leftover| matches!(leftover.outcome, Salvaged::Failed(_))) {
@@ -41,6 +49,26 @@ fn exit_code(outcome: &Salvaged) -> u8 {
         Salvaged::Cut { .. } | Salvaged::Damaged(_) | Salvaged::NotOurs(_) | Salvaged::NameTaken => 3,
         Salvaged::Failed(_) => 1,
     }
+}
+
+fn json(leftover: &Leftover) -> serde_json::Value {
+    let outcome = match &leftover.outcome {
+        Salvaged::Whole => "whole",
+        Salvaged::Cut { .. } => "cut",
+        Salvaged::Damaged(_) => "damaged",
+        Salvaged::Empty => "empty",
+        Salvaged::NotOurs(_) => "no recording",
+        Salvaged::BeingWritten => "being written",
+        Salvaged::NameTaken => "name taken",
+        Salvaged::Failed(_) => "failed",
+    };
+    serde_json::json!({
+        "unfinished": leftover.unfinished.display().to_string(),
+        "recording": leftover.recording.display().to_string(),
+        "messages": leftover.messages,
+        "outcome": outcome,
+        "said": line(leftover),
+    })
 }
 
 fn line(leftover: &Leftover) -> String {

@@ -29,7 +29,8 @@ pub(crate) use self::page::write_compared;
 /// Words of the command.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "qslim: the raw mesh simplified by quadric errors (Garland and Heckbert 1997) to as many triangles as the model has polygons and \
+    after_help = "Examples:\n  biplane compare model\n  biplane compare model --truth truth/surfaces.ply\n\n\
+    qslim: the raw mesh simplified by quadric errors (Garland and Heckbert 1997) to as many triangles as the model has polygons and \
     leftover triangles.\nblocked: rays of the laser that a surface stops more than the margin before what they really hit."
 )]
 pub(crate) struct Args {

@@ -17,6 +17,7 @@ use biplane_cli::Outcome;
 
 /// Words of the command.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  biplane evaluate map office.mcap")]
 pub(super) struct Args {
     /// A posed recording; of one in parts all of them, in any order, or its name without the number
     #[arg(required = true, value_name = "RUN.mcap")]

@@ -19,6 +19,7 @@ use biplane_cli::Outcome;
 
 /// Words of the command.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  biplane evaluate relations intel.opt.mcap intel.relations")]
 pub(super) struct Args {
     /// A posed recording, or a trajectory as text: "t x y theta" or "t x y z qx qy qz qw" a line
     #[arg(value_name = "TRAJ")]

@@ -17,6 +17,7 @@ use biplane_cli::Outcome;
 
 /// Words of the command.
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  biplane evaluate trajectory office.mcap truth/poses.tum")]
 pub(super) struct Args {
     /// What is judged: a posed recording, or a trajectory as text ("t x y theta" or "t x y z qx qy qz qw" a
     /// line)

@@ -21,6 +21,8 @@ use biplane_cli::Outcome;
 const US_PER_S: f64 = 1e6;
 
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:\n  biplane import bag drive.bag -o drive.mcap\n  \
+    biplane import bag first.bag second.bag -o drive.mcap")]
 pub(super) struct Args {
     /// The bags of one drive
     #[arg(required = true)]

@@ -13,6 +13,7 @@ use crate::cli::terminal::console::{Console, say};
 use biplane_cli::Outcome;
 
 #[derive(Debug, clap::Args)]
+#[command(after_help = "Example:\n  biplane import carmen intel.log -o intel.mcap")]
 pub(super) struct Args {
     /// The log
     log: PathBuf,
