@@ -62,9 +62,9 @@ impl SimulatedRig {
         params: &SimulationParams,
         seed: u64,
     ) -> Result<Self, PathError> {
-        let drive = Drive::new(path, seed)?;
+        let (drive, scene) = Drive::through(world, path, seed)?;
         let shared = Shared {
-            scene: Scene::new(world.mesh_for(path).moved(&drive.map_from_world())),
+            scene,
             odometer: Odometer::new(&drive, params.odometry, seed),
             drive,
             rig: rig.clone(),

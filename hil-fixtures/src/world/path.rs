@@ -4,6 +4,7 @@
 //! ```toml
 //! waypoints_m = [[0.0, 0.0], [10.0, 0.0]]
 //! floor_z_m = 0.0        # everything below has a default
+//! follow_ground = true
 //! speed_m_s = 0.4
 //! without_objects = ["IfcDoor"]
 //! ```
@@ -20,6 +21,9 @@ pub struct Path {
     pub waypoints_m: Vec<[f64; 2]>,
     /// Height of the floor: where `base_link` moves.
     pub floor_z_m: f64,
+    /// Whether the robot stands on the surfaces under its wheels: ramps and bumps lift and tilt it. It starts
+    /// at `floor_z_m`, where the ground must be level. Otherwise it moves at that height, never tilted.
+    pub follow_ground: bool,
     /// Cruising speed. Faster: fewer scans a meter, more distortion within a scan.
     pub speed_m_s: f64,
     /// Speeding up and slowing down. Smaller: softer starts, longer drives.
@@ -46,6 +50,7 @@ impl Default for Path {
             name: "path".to_owned(),
             waypoints_m: Vec::new(),
             floor_z_m: 0.0,
+            follow_ground: false,
             speed_m_s: 0.3,
             acceleration_m_s2: 0.3,
             corner_m: 1.0,
@@ -94,6 +99,16 @@ pub enum PathError {
         found_m: f64,
         /// The longest way.
         max_m: f64,
+    },
+    /// Nothing to stand on.
+    #[error("no ground within {reach_m} m under the robot at x = {x_m:.2} m, y = {y_m:.2} m of the map")]
+    NoGround {
+        /// Where, in `map`.
+        x_m: f64,
+        /// See `x_m`.
+        y_m: f64,
+        /// How far down was looked.
+        reach_m: f64,
     },
     /// A drive that takes too long.
     #[error(

@@ -148,10 +148,8 @@ fn stands_still(params: &CloudParams, last: &StampedPose, now: &StampedPose) -> 
     moved_m < params.still_distance_m && last.turn_rad(now).abs().to_degrees() < params.still_angle_deg
 }
 
-/// A point in `base_link` turned about z and moved in the floor's plane.
 fn in_map(pose: &StampedPose, p: Vector3<f64>) -> [f32; 3] {
-    let (sin, cos) = pose.theta_rad.sin_cos();
-    [pose.x_m + cos * p.x - sin * p.y, pose.y_m + sin * p.x + cos * p.y, p.z].map(|v| v as f32)
+    pose.transform(p.into()).map(|v| v as f32)
 }
 
 fn seconds_to_ns(seconds: f64) -> i64 {
@@ -209,7 +207,7 @@ mod tests {
             stamp_ns: s * 1_000_000_000,
             x_m: meters_per_s * s as f64,
             y_m: 0.0,
-            theta_rad: 0.0,
+            ..StampedPose::default()
         };
         Trajectory::new((0..11).map(at).collect())
     }

@@ -12,7 +12,7 @@ use biplane_recording::{AnyMessage, ReadError, Recording, Rig, Topic};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 use crate::recordings::deskew::FARTHEST_M;
-use crate::recordings::deskew::heading_rad;
+use crate::recordings::deskew::roll_pitch_yaw_rad;
 use crate::recordings::deskew::{StampedPose, Trajectory};
 use crate::recordings::scan_geometry::BeamGeometry;
 use crate::recordings::scan_geometry::RangeScan;
@@ -217,9 +217,9 @@ impl Run {
                     match entry.decode()? {
                         AnyMessage::Scan(scan) => found.scan_stamps_ns.push(scan.stamp_ns),
                         AnyMessage::Pose(pose) if entry.topic == Some(Topic::Pose) => {
-                            found.poses.push(planar(&pose));
+                            found.poses.push(posed(&pose));
                         }
-                        AnyMessage::Pose(pose) => found.vertical_poses.push(planar(&pose)),
+                        AnyMessage::Pose(pose) => found.vertical_poses.push(posed(&pose)),
                         AnyMessage::Odometry(odometry) => found.odometry.push(stamped(
                             odometry.stamp_ns,
                             odometry.position_m,
@@ -318,12 +318,13 @@ pub(crate) fn scan_geometry_of(scan: &LaserScan, laser: &Laser) -> ScanGeometry 
     }
 }
 
-fn planar(pose: &PoseWithCovarianceStamped) -> StampedPose {
+fn posed(pose: &PoseWithCovarianceStamped) -> StampedPose {
     stamped(pose.stamp_ns, pose.position_m, pose.orientation_xyzw)
 }
 
-fn stamped(stamp_ns: i64, [x_m, y_m, _]: [f64; 3], orientation_xyzw: [f64; 4]) -> StampedPose {
-    StampedPose { stamp_ns, x_m, y_m, theta_rad: heading_rad(orientation_xyzw) }
+fn stamped(stamp_ns: i64, [x_m, y_m, z_m]: [f64; 3], orientation_xyzw: [f64; 4]) -> StampedPose {
+    let [roll_rad, pitch_rad, theta_rad] = roll_pitch_yaw_rad(orientation_xyzw);
+    StampedPose { stamp_ns, x_m, y_m, theta_rad, z_m, roll_rad, pitch_rad }
 }
 
 /// What a state of the robot says against how its lasers sit.

@@ -31,12 +31,7 @@ impl Corrected {
             }
             scans.push(recorded.map(|recorded| {
                 let pose = between(keyframes, nodes, before, &recorded.pose());
-                StampedPose {
-                    stamp_ns: recorded.stamp_ns,
-                    x_m: pose.x_m,
-                    y_m: pose.y_m,
-                    theta_rad: pose.theta_rad,
-                }
+                StampedPose::planar(recorded.stamp_ns, pose)
             }));
         }
         let mut by_stamp: BTreeMap<i64, Vec<usize>> = BTreeMap::new();

@@ -136,7 +136,7 @@ pub(crate) fn is_optimized(run: &Run) -> Result<bool, ReadError> {
 
 fn recorded(pose: &PoseWithCovarianceStamped) -> StampedPose {
     let [x_m, y_m, _] = pose.position_m;
-    StampedPose { stamp_ns: pose.stamp_ns, x_m, y_m, theta_rad: heading_rad(pose.orientation_xyzw) }
+    StampedPose::planar(pose.stamp_ns, Pose2::new(x_m, y_m, heading_rad(pose.orientation_xyzw)))
 }
 
 fn put(
@@ -164,7 +164,7 @@ fn correct(frames: &mut TfMessage, of_frames: &mut ByStamps<'_>) {
     let odom_from_base = planar(&frames.transforms[odom]);
     let old = planar(&frames.transforms[map]) * odom_from_base;
     let stamp_ns = frames.transforms[map].stamp_ns;
-    let old = StampedPose { stamp_ns, x_m: old.x_m, y_m: old.y_m, theta_rad: old.theta_rad };
+    let old = StampedPose::planar(stamp_ns, old);
     let new = of_frames.next(&old) * odom_from_base.inverse();
     let transform = &mut frames.transforms[map];
     (transform.translation_m[0], transform.translation_m[1]) = (new.x_m, new.y_m);

@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 
 use crate::{Pose2, wrap_angle};
 
-/// The planar pose of `base_link` in `map` at one time.
+/// The pose of `base_link` in `map` at one time. On a flat floor height, roll and pitch are zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StampedPose {
     /// Time of the pose, nanoseconds.
@@ -17,6 +17,12 @@ pub struct StampedPose {
     pub y_m: f64,
     /// Heading, counter-clockwise from x of `map`, radians.
     pub theta_rad: f64,
+    /// Height above the floor of the start, meters.
+    pub z_m: f64,
+    /// Tilt about the base's own x axis, right side down positive, radians.
+    pub roll_rad: f64,
+    /// Tilt about the base's y axis, nose down positive, radians.
+    pub pitch_rad: f64,
 }
 
 impl StampedPose {
@@ -36,7 +42,31 @@ impl StampedPose {
         wrap_angle(to.theta_rad - self.theta_rad)
     }
 
-    /// The pose without its time: `map_from_base`.
+    /// A pose on the flat floor.
+    pub fn planar(stamp_ns: i64, pose: Pose2) -> Self {
+        let Pose2 { x_m, y_m, theta_rad } = pose;
+        Self { stamp_ns, x_m, y_m, theta_rad, ..Self::default() }
+    }
+
+    /// Whether the base stands on the flat floor: neither lifted nor tilted, to the bit.
+    pub fn is_level(&self) -> bool {
+        self.z_m == 0.0 && self.roll_rad == 0.0 && self.pitch_rad == 0.0
+    }
+
+    /// A point given in `base_link`, in `map`, meters.
+    pub fn transform(&self, [x_m, y_m, z_m]: [f64; 3]) -> [f64; 3] {
+        let (sin, cos) = self.theta_rad.sin_cos();
+        let [x_m, y_m, z_m] = if self.is_level() {
+            [x_m, y_m, z_m]
+        } else {
+            let ((sp, cp), (sr, cr)) = (self.pitch_rad.sin_cos(), self.roll_rad.sin_cos());
+            let (left_m, up_m) = (cr * y_m - sr * z_m, sr * y_m + cr * z_m);
+            [cp * x_m + sp * up_m, left_m, self.z_m + cp * up_m - sp * x_m]
+        };
+        [self.x_m + cos * x_m - sin * y_m, self.y_m + sin * x_m + cos * y_m, z_m]
+    }
+
+    /// The pose without its time, seen from above: `map_from_base`.
     pub fn pose(&self) -> Pose2 {
         Pose2::new(self.x_m, self.y_m, self.theta_rad)
     }
@@ -52,7 +82,10 @@ impl Trajectory {
     /// Takes poses in any order. Of several with one stamp the first is kept; poses that are not finite are
     /// left out.
     pub fn new(mut poses: Vec<StampedPose>) -> Self {
-        poses.retain(|pose| [pose.x_m, pose.y_m, pose.theta_rad].iter().all(|v| v.is_finite()));
+        let parts = |pose: &StampedPose| {
+            [pose.x_m, pose.y_m, pose.theta_rad, pose.z_m, pose.roll_rad, pose.pitch_rad]
+        };
+        poses.retain(|pose| parts(pose).iter().all(|v| v.is_finite()));
         poses.sort_by_key(|pose| pose.stamp_ns);
         poses.dedup_by_key(|pose| pose.stamp_ns);
         Self { poses }
@@ -91,6 +124,9 @@ fn between(a: StampedPose, b: StampedPose, stamp_ns: i64) -> StampedPose {
         x_m: a.x_m + share * (b.x_m - a.x_m),
         y_m: a.y_m + share * (b.y_m - a.y_m),
         theta_rad: a.theta_rad + share * a.turn_rad(&b),
+        z_m: a.z_m + share * (b.z_m - a.z_m),
+        roll_rad: a.roll_rad + share * (b.roll_rad - a.roll_rad),
+        pitch_rad: a.pitch_rad + share * (b.pitch_rad - a.pitch_rad),
     }
 }
 
@@ -105,7 +141,7 @@ mod tests {
     use super::{StampedPose, Trajectory};
 
     fn pose(stamp_ns: i64, x_m: f64, theta_rad: f64) -> StampedPose {
-        StampedPose { stamp_ns, x_m, y_m: 2.0 * x_m, theta_rad }
+        StampedPose { stamp_ns, x_m, y_m: 2.0 * x_m, theta_rad, ..StampedPose::default() }
     }
 
     #[test]
@@ -129,6 +165,28 @@ mod tests {
             let halfway = Trajectory::new(vec![from, to]).at(50, 1000).unwrap();
             assert_eq!(halfway.theta_rad, from_rad + 0.5 * turn_rad, "{from_rad} to {to_rad}");
         }
+    }
+
+    #[test]
+    fn a_tilted_base_turns_points_as_roll_then_pitch_then_yaw_do_and_a_level_one_leaves_heights() {
+        let pose = StampedPose {
+            x_m: 1.0,
+            y_m: -2.0,
+            z_m: 0.3,
+            theta_rad: 110.0_f64.to_radians(),
+            roll_rad: 20.0_f64.to_radians(),
+            pitch_rad: -30.0_f64.to_radians(),
+            ..StampedPose::default()
+        };
+        let turn = crate::RollPitchYaw { roll_deg: 20.0, pitch_deg: -30.0, yaw_deg: 110.0 };
+        let same = crate::Pose3 { rotation: turn.matrix(), translation_m: [1.0, -2.0, 0.3] };
+        let point = [0.7, -0.4, 1.9];
+        let (found, expected) = (pose.transform(point), same.transform(point));
+        assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?} {expected:?}");
+        let level = StampedPose { z_m: 0.0, roll_rad: 0.0, pitch_rad: 0.0, ..pose };
+        assert_eq!(level.transform(point)[2], 1.9);
+        let half = Trajectory::new(vec![level, StampedPose { stamp_ns: 10, ..pose }]).at(5, 100).unwrap();
+        assert!((half.z_m - 0.15).abs() < 1e-12 && (half.pitch_rad - 0.5 * pose.pitch_rad).abs() < 1e-12);
     }
 
     #[test]

@@ -61,8 +61,7 @@ pub(crate) fn bare_corridor(length_m: f64) -> World {
 impl Ride {
     /// Drives the path so many times, every second time in reverse.
     pub(crate) fn new(name: &'static str, world: &World, path: &Path, legs: u32) -> Self {
-        let drive = Drive::new(path, 1).unwrap();
-        let scene = Scene::new(world.mesh_for(path).moved(&drive.map_from_world()));
+        let (drive, scene) = Drive::through(world, path, 1).unwrap();
         let there_s = drive.duration_s();
         let end_s = there_s * f64::from(legs);
         let is_back = |time_s: f64| (time_s / there_s) as i64 % 2 == 1;

@@ -1,16 +1,20 @@
 //! A drive along a path: where the robot is at any time.
 //!
-//! Frame `map`: `base_link` at the start of the drive is the identity, so z = 0 is the floor. Time 0 is the
+//! Frame `map`: `base_link` at the start of the drive is the identity, so z = 0 is the floor there. Time 0 is the
 //! start; before it and after the end the robot stands still. Corners are rounded by curves whose curvature
 //! starts and ends at zero, the speed rises and falls at the path's acceleration and drops in curves so that
 //! the turning rate is kept.
 
+use crate::rig::drive::footing::{Footing, footings};
 use crate::rig::drive::path_shape::{Point, distance, heading, round_corners, weave};
 use crate::rng::Rng;
+use crate::world::World;
 use crate::world::path::{Path, PathError};
 use crate::world::pose::Pose;
-use crate::world::vec3::Vec3;
+use crate::world::scene::Scene;
+use crate::world::vec3::{Vec3, length};
 
+mod footing;
 pub mod odometry;
 mod path_shape;
 
@@ -25,6 +29,7 @@ struct Knot {
     x_m: f64,
     y_m: f64,
     heading_rad: f64,
+    footing: Footing,
     time_s: f64,
     speed_m_s: f64,
 }
@@ -85,6 +90,34 @@ impl Drive {
         })
     }
 
+    /// Plans the drive through a world, whose surfaces it returns in `map`.
+    pub fn through(world: &World, path: &Path, seed: u64) -> Result<(Self, Scene), PathError> {
+        let mut drive = Self::new(path, seed)?;
+        let scene = Scene::new(world.mesh_for(path).moved(&drive.map_from_world));
+        if path.follow_ground {
+            drive.follow_ground(path, &scene)?;
+        }
+        Ok((drive, scene))
+    }
+
+    /// Puts the robot on the ground all along the way; the way over a ramp is longer than its floor plan.
+    fn follow_ground(&mut self, path: &Path, scene: &Scene) -> Result<(), PathError> {
+        let way: Vec<[f64; 3]> =
+            self.knots.iter().map(|knot| [knot.x_m, knot.y_m, knot.heading_rad]).collect();
+        let found = footings(&way, scene)?;
+        let mut along_m = 0.0;
+        for i in 0..self.knots.len() {
+            if i > 0 {
+                let [dx, dy] = [0, 1].map(|axis| way[i][axis] - way[i - 1][axis]);
+                along_m += length([dx, dy, found[i].z_m - found[i - 1].z_m]);
+            }
+            (self.knots[i].along_m, self.knots[i].footing) = (along_m, found[i]);
+            (self.knots[i].time_s, self.knots[i].speed_m_s) = (0.0, 0.0);
+        }
+        set_times(&mut self.knots, path);
+        Ok(())
+    }
+
     /// Where the world's own frame lies in `map`.
     #[must_use]
     pub fn map_from_world(&self) -> Pose {
@@ -124,7 +157,9 @@ impl Drive {
         let u = ((along_m - a.along_m) / cell_m).clamp(0.0, 1.0);
         let heading_rad = a.heading_rad + u * (b.heading_rad - a.heading_rad);
         let (roll, pitch) = self.shake(time_s, speed_m_s);
-        let position: Vec3 = [a.x_m + u * (b.x_m - a.x_m), a.y_m + u * (b.y_m - a.y_m), 0.0];
+        let ground = a.footing.between(&b.footing, u);
+        let (roll, pitch) = (roll + ground.roll_rad, pitch + ground.pitch_rad);
+        let position: Vec3 = [a.x_m + u * (b.x_m - a.x_m), a.y_m + u * (b.y_m - a.y_m), ground.z_m];
         Motion {
             map_from_base: Pose::from_angles(position, [roll, pitch, heading_rad]),
             along_m,
@@ -164,7 +199,9 @@ fn lay_out(way: &[Point]) -> Vec<Knot> {
             heading_rad =
                 last.heading_rad + turn - std::f64::consts::TAU * (turn / std::f64::consts::TAU).round();
         }
-        knots.push(Knot { along_m, x_m: point[0], y_m: point[1], heading_rad, time_s: 0.0, speed_m_s: 0.0 });
+        let footing = Footing::default();
+        let [x_m, y_m] = *point;
+        knots.push(Knot { along_m, x_m, y_m, heading_rad, footing, time_s: 0.0, speed_m_s: 0.0 });
     }
     knots
 }

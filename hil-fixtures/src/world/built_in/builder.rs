@@ -106,6 +106,17 @@ impl Builder {
         self.fan(corners, plane);
     }
 
+    /// Convex polygons that are parts of one flat surface, each counter-clockwise as seen from where it looks.
+    pub fn pieces(&mut self, pieces: &[Vec<Vec3>]) {
+        let plane = self.new_plane();
+        pieces.iter().for_each(|corners| self.fan(corners, plane));
+    }
+
+    /// The same of a surface that is not flat.
+    pub fn bent(&mut self, pieces: &[Vec<Vec3>]) {
+        pieces.iter().for_each(|corners| self.fan(corners, NO_PLANE));
+    }
+
     fn fan(&mut self, corners: &[Vec3], plane: i32) {
         let at: Vec<u32> = corners.iter().map(|corner| self.mesh.vertex(self.frame.apply(*corner))).collect();
         for i in 1..at.len().saturating_sub(1) {

@@ -3,4 +3,7 @@
 pub mod builder;
 pub(crate) mod building;
 pub(crate) mod corridor;
+pub(crate) mod decks;
 pub(crate) mod office;
+pub(crate) mod passage;
+pub(crate) mod ramps;

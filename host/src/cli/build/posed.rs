@@ -136,10 +136,7 @@ impl<'a> Posed<'a> {
                 continue;
             }
             let corrected = Corrected::new(&all_keyframes[number], &optimized.poses[number]);
-            let moved = |pose: &StampedPose| {
-                let new = corrected.at(pose);
-                StampedPose { stamp_ns: pose.stamp_ns, x_m: new.x_m, y_m: new.y_m, theta_rad: new.theta_rad }
-            };
+            let moved = |pose: &StampedPose| StampedPose::planar(pose.stamp_ns, corrected.at(pose));
             let mut poses: Vec<StampedPose> = corrected.scans.iter().flatten().copied().collect();
             let recorded = run.poses()?;
             poses.extend(recorded.vertical_poses.iter().map(moved));

@@ -1,10 +1,10 @@
 //! Trajectories as text: poses of `base_link` in `map`, one a line, in the TUM form or as `t x y theta`.
 //!
-//! Seconds, meters, radians. The base moves on the floor, so of a foreign trajectory's pose its `x`, `y` and
-//! heading are taken. Which of both forms a file has is seen from its first pose.
+//! Seconds, meters, radians. Which of both forms a file has is seen from its first pose; `t x y theta` is a
+//! pose on the flat floor.
 
 use crate::recordings::deskew::FARTHEST_M;
-use crate::recordings::deskew::heading_rad;
+use crate::recordings::deskew::{orientation_xyzw, roll_pitch_yaw_rad};
 use std::io::{self, BufRead, Write};
 
 use crate::recordings::deskew::StampedPose;
@@ -87,20 +87,20 @@ fn parse_line(text: &str, format: TrajectoryFormat) -> Option<StampedPose> {
     let stamp_ns = parse_seconds_ns(fields.next()?)?;
     let values: Vec<f64> =
         fields.map(|field| field.parse().ok().filter(|v: &f64| v.is_finite())).collect::<Option<_>>()?;
-    let (x_m, y_m, theta_rad) = match (format, &values[..]) {
-        (TrajectoryFormat::XyTheta, &[x_m, y_m, theta_rad]) => (x_m, y_m, theta_rad),
-        (TrajectoryFormat::Tum, &[x_m, y_m, _z_m, qx, qy, qz, qw]) => {
+    let ([x_m, y_m, z_m], [roll_rad, pitch_rad, theta_rad]) = match (format, &values[..]) {
+        (TrajectoryFormat::XyTheta, &[x_m, y_m, theta_rad]) => ([x_m, y_m, 0.0], [0.0, 0.0, theta_rad]),
+        (TrajectoryFormat::Tum, &[x_m, y_m, z_m, qx, qy, qz, qw]) => {
             let length = [qx, qy, qz, qw].iter().map(|v| v * v).sum::<f64>().sqrt();
             if (length - 1.0).abs() > QUATERNION_TOLERANCE {
                 return None;
             }
-            (x_m, y_m, heading_rad([qx, qy, qz, qw]))
+            ([x_m, y_m, z_m], roll_pitch_yaw_rad([qx, qy, qz, qw]))
         }
         _ => return None,
     };
     // Farther off nothing is measured any more: a wild value would only swell the map.
-    let near = [x_m, y_m].iter().all(|v| v.abs() <= FARTHEST_M);
-    near.then_some(StampedPose { stamp_ns, x_m, y_m, theta_rad })
+    let near = [x_m, y_m, z_m].iter().all(|v| v.abs() <= FARTHEST_M);
+    near.then_some(StampedPose { stamp_ns, x_m, y_m, theta_rad, z_m, roll_rad, pitch_rad })
 }
 
 /// Writes one pose a line: `t` in seconds with nine decimals, lengths in meters, angles in radians.
@@ -112,11 +112,11 @@ pub fn write_poses(out: &mut impl Write, poses: &[StampedPose], format: Trajecto
         let t = format_seconds(pose.stamp_ns);
         match format {
             TrajectoryFormat::Tum => {
-                let (sin, cos) = (pose.theta_rad / 2.0).sin_cos();
+                let [qx, qy, qz, qw] = orientation_xyzw(pose);
                 writeln!(
                     out,
-                    "{t} {:.6} {:.6} 0.000000 0.000000000 0.000000000 {sin:.9} {cos:.9}",
-                    pose.x_m, pose.y_m
+                    "{t} {:.6} {:.6} {:.6} {qx:.9} {qy:.9} {qz:.9} {qw:.9}",
+                    pose.x_m, pose.y_m, pose.z_m
                 )?;
             }
             TrajectoryFormat::XyTheta => {
@@ -135,12 +135,13 @@ mod tests {
     use super::read_poses;
     use super::write_poses;
     use crate::recordings::deskew::StampedPose;
-    use crate::recordings::deskew::heading_rad;
+    use crate::recordings::deskew::{orientation_xyzw, roll_pitch_yaw_rad};
 
     #[test]
     fn both_text_forms_hold_the_stamp_to_the_nanosecond() {
         let stamp_ns = 976_052_857_337_530_001;
-        let poses = [StampedPose { stamp_ns, x_m: 1.25, y_m: -3.5, theta_rad: FRAC_PI_2 }];
+        let poses =
+            [StampedPose { stamp_ns, x_m: 1.25, y_m: -3.5, theta_rad: FRAC_PI_2, ..StampedPose::default() }];
         let written = |format| {
             let mut out = Vec::new();
             write_poses(&mut out, &poses, format).unwrap();
@@ -176,7 +177,10 @@ mod tests {
     fn both_text_forms_read_back_and_a_broken_line_is_named() {
         let text = "# t x y z qx qy qz qw\n\n1.5 1 2 3 0 0 0 1\n0.5 0 0 0 0 0 0.7071068 0.7071068\n";
         let poses = read_poses(text.as_bytes()).unwrap();
-        assert_eq!(poses[0], StampedPose { stamp_ns: 1_500_000_000, x_m: 1.0, y_m: 2.0, theta_rad: 0.0 });
+        assert_eq!(
+            poses[0],
+            StampedPose { stamp_ns: 1_500_000_000, x_m: 1.0, y_m: 2.0, ..StampedPose::default() }
+        );
         assert_eq!(poses[1].stamp_ns, 500_000_000);
         assert!((poses[1].theta_rad - FRAC_PI_2).abs() < 1e-6);
         for broken in
@@ -189,7 +193,13 @@ mod tests {
         assert!(mixed.starts_with("line 2: expected \"t x y theta\""), "{mixed}");
         assert_eq!(
             read_poses(&b"1.5 1 2 -0.5\n"[..]).unwrap(),
-            [StampedPose { stamp_ns: 1_500_000_000, x_m: 1.0, y_m: 2.0, theta_rad: -0.5 }]
+            [StampedPose {
+                stamp_ns: 1_500_000_000,
+                x_m: 1.0,
+                y_m: 2.0,
+                theta_rad: -0.5,
+                ..StampedPose::default()
+            }]
         );
         assert_eq!(read_poses(&b"# nothing\n"[..]).unwrap_err().to_string(), "there is no pose in it");
     }

@@ -120,12 +120,7 @@ mod tests {
     use crate::recordings::deskew::StampedPose;
 
     fn pair(second: i64, estimate: Pose2, truth: Pose2) -> PosePair {
-        let stamped = |pose: Pose2| StampedPose {
-            stamp_ns: second * 1_000_000_000,
-            x_m: pose.x_m,
-            y_m: pose.y_m,
-            theta_rad: pose.theta_rad,
-        };
+        let stamped = |pose: Pose2| StampedPose::planar(second * 1_000_000_000, pose);
         PosePair { estimate: stamped(estimate), truth: stamped(truth) }
     }
 

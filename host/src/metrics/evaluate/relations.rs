@@ -229,7 +229,7 @@ mod tests {
     use crate::recordings::deskew::StampedPose;
 
     fn pose(stamp_s: f64, x_m: f64, y_m: f64, theta_rad: f64) -> StampedPose {
-        StampedPose { stamp_ns: (stamp_s * 1e9) as i64, x_m, y_m, theta_rad }
+        StampedPose { stamp_ns: (stamp_s * 1e9) as i64, x_m, y_m, theta_rad, ..StampedPose::default() }
     }
 
     #[test]
