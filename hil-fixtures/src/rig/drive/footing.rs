@@ -1,6 +1,6 @@
 //! How the robot stands on the ground: four wheels on whatever surfaces are under them.
 //!
-//! Frame `map`. The height of the base is the mean of its wheels', its tilt that of the plane through them, so
+//! Frame `map`. The height of the base is the mean of its wheels', its tilt that of the plane through them:
 //! a kink in the ground becomes a tilt that changes over the length of the wheel base.
 
 use crate::world::path::PathError;
@@ -9,8 +9,8 @@ use crate::world::scene::Scene;
 /// Half the distance between the axles, and between the wheels of one, meters: a Pioneer's size.
 const HALF_WHEEL_BASE_M: f64 = 0.13;
 const HALF_TRACK_M: f64 = 0.165;
-/// The ground is sought from so far above the last height to as far below it, meters: less than a storey, more
-/// than a step of the way climbs.
+/// The ground is sought from so far above the last height to as far below it, meters: less than a storey,
+/// more than a step of the way climbs.
 const REACH_M: f64 = 0.5;
 
 /// Height and tilt of the base.

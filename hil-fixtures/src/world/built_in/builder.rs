@@ -106,7 +106,8 @@ impl Builder {
         self.fan(corners, plane);
     }
 
-    /// Convex polygons that are parts of one flat surface, each counter-clockwise as seen from where it looks.
+    /// Convex polygons that are parts of one flat surface, each counter-clockwise as seen from where it
+    /// looks.
     pub fn pieces(&mut self, pieces: &[Vec<Vec3>]) {
         let plane = self.new_plane();
         pieces.iter().for_each(|corners| self.fan(corners, plane));

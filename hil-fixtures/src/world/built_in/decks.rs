@@ -1,8 +1,8 @@
 //! Two decks of a car park, one above the other, joined by a straight ramp beside them.
 //!
-//! World frame: the lower deck's floor is z = 0, its walls stand on x = 0..26 and y = 0..12; the upper deck lies
-//! [`STOREY`] above it. The ramp's lane is y = 12..16: it climbs from x = 22 back to x = 4. The drive starts on
-//! the lower deck, leaves it in the east, climbs, and enters the upper deck in the west.
+//! World frame: the lower deck's floor is z = 0, its walls stand on x = 0..26 and y = 0..12; the upper deck
+//! lies 2.75 m above it. The ramp's lane is y = 12..16: it climbs from x = 22 back to x = 4. The drive starts
+//! on the lower deck, leaves it in the east, climbs, and enters the upper deck in the west.
 
 use super::builder::{Builder, Facing, Hole, Span};
 use crate::world::World;

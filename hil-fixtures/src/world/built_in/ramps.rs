@@ -1,8 +1,8 @@
 //! Corridors with ramps, and one with a door sill: floors that lift and tilt the robot.
 //!
 //! 2.2 m wide, 2.5 m high, the drive starts at the origin along x. Between two level parts lies a ramp of 6
-//! degrees, 10 m long in plan; its ceiling is parallel to it or level. Cabinets, frames and pillars tell where
-//! along the corridor the robot is.
+//! degrees, 10 m long in plan; its ceiling is parallel to it or level. Cabinets, frames and pillars tell
+//! where along the corridor the robot is.
 
 use super::builder::Builder;
 use super::passage::{Passage, Station, Thing};
