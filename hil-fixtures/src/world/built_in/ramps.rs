@@ -47,7 +47,7 @@ fn straight(name: &str, sign: f64, level: bool) -> World {
     let stations =
         vec![station(START, 0.0), station(FOOT, 0.0), station(top, rise), station(top + BEHIND, rise)];
     let way = vec![[0.0, 0.0], [top + BEHIND - 2.0, 0.0]];
-    world(name, Passage { stations, half_m: HALF_WIDTH }, way)
+    world(name, &Passage { stations, half_m: HALF_WIDTH }, way)
 }
 
 /// A quarter turn to the left that climbs all along.
@@ -66,7 +66,7 @@ pub(crate) fn curved() -> World {
     let mut way = vec![[0.0, 0.0]];
     way.extend(stations[1..stations.len() - 1].iter().map(|station| station.at_m));
     way.push([FOOT + RADIUS, RADIUS + BEHIND - 2.0]);
-    world("ramp-curved", Passage { stations, half_m: HALF_WIDTH }, way)
+    world("ramp-curved", &Passage { stations, half_m: HALF_WIDTH }, way)
 }
 
 /// A level corridor with a sill 2 cm high across it.
@@ -81,10 +81,10 @@ pub(crate) fn sill() -> World {
     ];
     let station = |&(x, floor_m): &(f64, f64)| Station { at_m: [x, 0.0], floor_m, ceiling_m: HEIGHT };
     let passage = Passage { stations: heights.iter().map(station).collect(), half_m: HALF_WIDTH };
-    world("sill", passage, vec![[0.0, 0.0], [FOOT + RAMP - 2.0, 0.0]])
+    world("sill", &passage, vec![[0.0, 0.0], [FOOT + RAMP - 2.0, 0.0]])
 }
 
-fn world(name: &str, passage: Passage, waypoints_m: Vec<[f64; 2]>) -> World {
+fn world(name: &str, passage: &Passage, waypoints_m: Vec<[f64; 2]>) -> World {
     let mut builder = Builder::default();
     passage.build(&mut builder, &THINGS);
     let weaving = Path {
