@@ -13,7 +13,6 @@ use biplane_mock::world::World;
 use biplane_mock::world::built_in::builder::{Builder, Facing};
 use biplane_mock::world::path::Path;
 use biplane_mock::world::pose::Pose;
-use biplane_mock::world::scene::Scene;
 
 /// The laser's place on the base, meters ahead.
 const AHEAD_M: f64 = 0.2;

@@ -135,7 +135,7 @@ mod tests {
     use super::read_poses;
     use super::write_poses;
     use crate::recordings::deskew::StampedPose;
-    use crate::recordings::deskew::{orientation_xyzw, roll_pitch_yaw_rad};
+    use crate::recordings::deskew::heading_rad;
 
     #[test]
     fn both_text_forms_hold_the_stamp_to_the_nanosecond() {
@@ -174,12 +174,23 @@ mod tests {
     }
 
     #[test]
+    fn a_tilted_pose_is_written_whole_and_reads_back() {
+        let (roll_rad, pitch_rad, theta_rad) = (0.02, -0.1, 2.5);
+        let pose = StampedPose { z_m: 1.05, roll_rad, pitch_rad, theta_rad, ..StampedPose::default() };
+        let mut out = Vec::new();
+        write_poses(&mut out, &[pose], TrajectoryFormat::Tum).unwrap();
+        let read = read_poses(&out[..]).unwrap()[0];
+        let off = [read.z_m - 1.05, read.roll_rad - roll_rad, read.pitch_rad - pitch_rad];
+        assert!(off.iter().all(|off| off.abs() < 1e-8) && read.turn_rad(&pose).abs() < 1e-8, "{read:?}");
+    }
+
+    #[test]
     fn both_text_forms_read_back_and_a_broken_line_is_named() {
         let text = "# t x y z qx qy qz qw\n\n1.5 1 2 3 0 0 0 1\n0.5 0 0 0 0 0 0.7071068 0.7071068\n";
         let poses = read_poses(text.as_bytes()).unwrap();
         assert_eq!(
             poses[0],
-            StampedPose { stamp_ns: 1_500_000_000, x_m: 1.0, y_m: 2.0, ..StampedPose::default() }
+            StampedPose { stamp_ns: 1_500_000_000, x_m: 1.0, y_m: 2.0, z_m: 3.0, ..StampedPose::default() }
         );
         assert_eq!(poses[1].stamp_ns, 500_000_000);
         assert!((poses[1].theta_rad - FRAC_PI_2).abs() < 1e-6);
