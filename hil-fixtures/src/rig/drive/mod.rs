@@ -1,9 +1,9 @@
 //! A drive along a path: where the robot is at any time.
 //!
 //! Frame `map`: `base_link` at the start of the drive is the identity, so z = 0 is the floor there. Time 0 is
-//! the start; before it and after the end the robot stands still. Corners are rounded by curves whose curvature
-//! starts and ends at zero, the speed rises and falls at the path's acceleration and drops in curves so that
-//! the turning rate is kept.
+//! the start; before it and after the end the robot stands still. Corners are rounded by curves whose
+//! curvature starts and ends at zero, the speed rises and falls at the path's acceleration and drops in
+//! curves so that the turning rate is kept.
 
 use crate::rig::drive::footing::{Footing, footings};
 use crate::rig::drive::path_shape::{Point, distance, heading, round_corners, weave};
