@@ -77,6 +77,7 @@ macro_rules! targets {
 targets!(
     lms,
     cola,
+    scip,
     p2os,
     rflex,
     roboclaw,

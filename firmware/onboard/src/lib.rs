@@ -30,6 +30,7 @@ pub use crate::session::device_session::{Input, MAX_INPUT_BYTES, Output, Session
 pub use crate::session::event::Event;
 pub use crate::session::lms::LaserSession;
 pub use crate::session::lms::setup::settings::LaserSettings;
+pub use crate::session::scip::event::ScipEvent;
 pub use crate::types::error::OnboardError;
 pub use crate::types::foreign_protocol::ForeignProtocol;
 pub use crate::types::live_address::LiveAddress;

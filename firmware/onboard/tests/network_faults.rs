@@ -1,4 +1,4 @@
-//! The engine against a mock laser on a network, in simulated time: a connection that ends in a telegram, one
+//! The engine against a mock laser on a network (SICK's CoLa, Hokuyo's SCIP), in simulated time: a connection that ends in a telegram, one
 //! that is half open, a device that is switched off and on, another client that takes it over, a clock that
 //! wraps. Scans flow again within two seconds of the device, and nothing that arrived whole is lost.
 //!
@@ -7,11 +7,13 @@
 use biplane_matcher::TrackerParams;
 use biplane_mock::devices::cola::{ColaDevice, ColaParams};
 use biplane_mock::devices::device::Device;
+use biplane_mock::devices::scip::{ScipDevice, ScipParams, ScipState};
 use biplane_mock::rng::Rng;
 use biplane_onboard::{Command, Engine, EngineOptions, Feed, Health, Sink};
 use biplane_recording::rig::Base;
 use biplane_recording::{Port, Rig, Topic};
 use biplane_wire::cola::ScanDataConfig;
+use biplane_wire::scip::CLOCK_ROUND_MS;
 
 const MS: i64 = 1_000_000;
 const S: i64 = 1000 * MS;
@@ -54,11 +56,64 @@ enum Fault {
     Wrap,
 }
 
+/// A mock laser of either protocol.
+enum Laser {
+    Cola(ColaDevice),
+    Scip(ScipDevice),
+}
+
+impl Laser {
+    fn new(kind: &str, fault: Fault, rng: &mut Rng) -> Self {
+        let phase_ns = (rng.unit() * 10.0 * MS as f64) as i64;
+        let source = Box::new(|fan: &biplane_mock::rig::fan::Fan| vec![2000; usize::from(fan.count)]);
+        if let Some(params) = ScipParams::of_name(kind) {
+            let wraps = fault == Fault::Wrap;
+            let first_ms = if wraps { CLOCK_ROUND_MS - 5_000 } else { params.first_ms };
+            return Self::Scip(ScipDevice::new(ScipParams { phase_ns, first_ms, ..params }, source));
+        }
+        let mut params = ColaParams::of_name(kind).unwrap();
+        params.phase_ns = phase_ns;
+        params.first_counter = 65_500;
+        if fault == Fault::Wrap {
+            params.first_us = u32::MAX - 5_000_000;
+        }
+        Self::Cola(ColaDevice::new(params, source))
+    }
+
+    fn device(&mut self) -> &mut dyn Device {
+        match self {
+            Self::Cola(device) => device,
+            Self::Scip(device) => device,
+        }
+    }
+
+    fn boot_ns(kind: &str) -> i64 {
+        ScipParams::of_name(kind).map_or(ColaParams::default().boot_ns, |params| params.boot_ns)
+    }
+
+    /// Another client sets it otherwise, or leaves it with its clock being read.
+    fn set_by_another_client(&mut self, now_ns: i64) {
+        let data = ScanDataConfig { channels: [1, 0], remission: true, every: 1, ..Default::default() };
+        match self {
+            Self::Cola(device) => device.set_by_another_client(data),
+            Self::Scip(device) => device.left_in(ScipState::Clock, now_ns),
+        }
+    }
+
+    /// Whether bytes hold the begin of a scan.
+    fn begins_scan(&self, bytes: &[u8]) -> bool {
+        match self {
+            Self::Cola(_) => bytes.windows(4).any(|bytes| bytes == b"sSN "),
+            Self::Scip(_) => bytes.windows(5).any(|bytes| bytes == b"\n99b\n"),
+        }
+    }
+}
+
 const FAULTS: [Fault; 5] = [Fault::Cut, Fault::HalfOpen, Fault::Reboot, Fault::TakenOver, Fault::Wrap];
 
 struct Bench {
     engine: Engine<Scans>,
-    device: ColaDevice,
+    laser: Laser,
     now_ns: i64,
     is_connected: bool,
     look_ns: i64,
@@ -72,19 +127,16 @@ struct Bench {
 impl Bench {
     fn new(kind: &str, fault: Fault, seed: u64) -> Self {
         let mut rng = Rng::new(seed, 0xC01A, 0);
-        let mut params = ColaParams::of_name(kind).unwrap();
-        params.phase_ns = (rng.unit() * 10.0 * MS as f64) as i64;
-        params.first_counter = 65_500;
-        if fault == Fault::Wrap {
-            params.first_us = u32::MAX - 5_000_000;
-        }
-        let device = ColaDevice::new(params, Box::new(|fan| vec![2000; usize::from(fan.count)]));
+        let laser = Laser::new(kind, fault, &mut rng);
         let mut rig = Rig { vertical: None, base: Base::none(), ..Rig::default() };
-        rig.horizontal = rig.horizontal.at_address("192.168.0.1:2112");
+        rig.horizontal = match laser {
+            Laser::Cola(_) => rig.horizontal.at_address("192.168.0.1:2112"),
+            Laser::Scip(_) => rig.horizontal.scip_at_address("192.168.0.10:10940"),
+        };
         let options = EngineOptions { rig, matcher: TrackerParams::default(), feed: Feed::Live, raw: false };
         let mut bench = Self {
             engine: Engine::new(&options, Scans::default(), 0),
-            device,
+            laser,
             now_ns: 0,
             is_connected: true,
             look_ns: 0,
@@ -92,14 +144,14 @@ impl Bench {
             delivered: 0,
             rng,
         };
-        bench.device.connected(0);
+        bench.laser.device().connected(0);
         bench
     }
 
     fn lose(&mut self) {
         self.is_connected = false;
         self.under_way.clear();
-        self.device.disconnected(self.now_ns);
+        self.laser.device().disconnected(self.now_ns);
         self.engine.port_lost(self.now_ns, Port::Horizontal);
         self.look_ns = self.now_ns + LOOK_NS;
     }
@@ -107,17 +159,17 @@ impl Bench {
     /// A step in which the device may be reached or not, and bytes may pass or not.
     fn step(&mut self, is_reachable: bool, passes: bool) {
         let mut out = Vec::new();
-        self.device.poll(self.now_ns, &mut out);
+        self.laser.device().poll(self.now_ns, &mut out);
         if !out.is_empty() && self.is_connected && passes {
             let late_ns = (self.rng.unit() * 2.0 * MS as f64) as i64;
             let at_ns = self.under_way.last().map_or(0, |(at_ns, _)| *at_ns).max(self.now_ns + late_ns);
-            self.delivered += u64::from(out.windows(4).any(|bytes| bytes == b"sSN "));
+            self.delivered += u64::from(self.laser.begins_scan(&out));
             self.under_way.push((at_ns, out));
         }
         if !self.is_connected && is_reachable && self.now_ns >= self.look_ns {
             self.look_ns = self.now_ns + LOOK_NS;
             self.is_connected = true;
-            self.device.connected(self.now_ns);
+            self.laser.device().connected(self.now_ns);
             self.engine.port_back(self.now_ns, Port::Horizontal);
         }
         while self.under_way.first().is_some_and(|(at_ns, _)| *at_ns <= self.now_ns) {
@@ -130,7 +182,7 @@ impl Bench {
         while let Some((_, command)) = self.engine.next_command() {
             match command {
                 Command::Write(bytes) if self.is_connected && passes => {
-                    self.device.handle(self.now_ns, &bytes);
+                    self.laser.device().handle(self.now_ns, &bytes);
                 }
                 Command::Reconnect if self.is_connected => self.lose(),
                 _ => {}
@@ -147,7 +199,7 @@ impl Bench {
     }
 
     /// Lets the fault happen; returns when the device is as it was.
-    fn suffer(&mut self, fault: Fault) -> i64 {
+    fn suffer(&mut self, kind: &str, fault: Fault) -> i64 {
         let long_ns = (500 * MS) + (self.rng.unit() * 2.5 * S as f64) as i64;
         let until_ns = self.now_ns + long_ns;
         match fault {
@@ -171,17 +223,15 @@ impl Bench {
                 while self.now_ns < until_ns {
                     self.step(false, false);
                 }
-                self.device.power_on(self.now_ns);
-                self.run(until_ns + ColaParams::default().boot_ns);
+                self.laser.device().power_on(self.now_ns);
+                self.run(until_ns + Laser::boot_ns(kind));
             }
             Fault::TakenOver => {
                 self.lose();
                 while self.now_ns < until_ns {
                     self.step(false, false);
                 }
-                let data =
-                    ScanDataConfig { channels: [1, 0], remission: true, every: 1, ..Default::default() };
-                self.device.set_by_another_client(data);
+                self.laser.set_by_another_client(self.now_ns);
             }
             Fault::Wrap => self.run(until_ns),
         }
@@ -194,7 +244,7 @@ fn outcome(kind: &str, fault: Fault, seed: u64) -> (i64, Vec<String>) {
     let mut bench = Bench::new(kind, fault, seed);
     let begin_ns = FAULT_NS + (bench.rng.unit() * S as f64) as i64;
     bench.run(begin_ns);
-    let back_ns = bench.suffer(fault);
+    let back_ns = bench.suffer(kind, fault);
     bench.run(END_NS);
     bench.run(END_NS + 100 * MS);
     let delivered = bench.delivered;
@@ -223,7 +273,7 @@ fn scans_flow_again_within_two_seconds_of_the_device_and_none_that_came_whole_is
     let seeds = 1..=asked.unwrap_or(3);
     let mut wrong = Vec::new();
     for fault in FAULTS {
-        for kind in ["LMS111", "TIM781"] {
+        for kind in ["LMS111", "TIM781", "UST-20LX", "UTM-30LX-EW"] {
             let mut worst_ns = 0;
             for seed in seeds.clone() {
                 let (again_ns, faults) = outcome(kind, fault, seed);

@@ -6,6 +6,7 @@ use crate::devices::cola::ColaParams;
 use crate::devices::lms::LmsParams;
 use crate::devices::lms::model::Model;
 use crate::devices::lms::settings::OLD_CONFIG_BYTES;
+use crate::devices::scip::ScipParams;
 use crate::faults::{Faults, Place, Preset};
 use crate::line::LatencyTimerParams;
 use crate::rig::simulated::SimulationParams;
@@ -19,8 +20,9 @@ use std::sync::atomic::AtomicBool;
 
 /// Serve a mock rig: two lasers and a base, on pseudo-terminals or TCP ports of this machine.
 ///
-/// A laser with protocol = "cola" in the rig is on the network: DIR/lms-horizontal.address then
-/// holds its host:port. Other lasers are SICK LMS 2xx.
+/// A laser with protocol = "cola" in the rig, or with protocol = "scip" and an address, is on the
+/// network: DIR/lms-horizontal.address then holds its host:port. A laser with protocol = "scip" and
+/// a port is on a pseudo-terminal like an LMS 2xx.
 ///
 /// The base is a P2OS, RoboClaw or rFLEX, as the rig says. DIR/lms-horizontal, DIR/lms-vertical and
 /// DIR/base appear when their devices are ready; open them as you would open a serial port. The
@@ -132,6 +134,10 @@ struct Lasers {
     /// TIM781, or another name of these families.
     #[arg(long, value_name = "TYPE", default_value = "LMS111", value_parser = network_laser)]
     network_laser: ColaParams,
+    /// Type of the Hokuyo lasers that the rig has: UST-10LX, UST-20LX, UTM-30LX, UTM-30LX-EW, UXM-30LX-E or
+    /// URG-04LX.
+    #[arg(long, value_name = "TYPE", default_value = "UST-20LX", value_parser = hokuyo)]
+    hokuyo: ScipParams,
     /// A fault in the lasers' list of faults (32h), until a reset: TYPE 1 info, 2 warning, 3 error, 4 fatal.
     /// May be given several times.
     #[arg(long = "laser-error", value_name = "TYPE:NUMBER", value_parser = laser_error)]
@@ -200,6 +206,8 @@ impl Serve {
         options.laser.left_streaming = self.lasers.left_streaming;
         options.laser.boot_ns = (self.lasers.boot * 1e9) as i64;
         options.network_laser.boot_ns = options.laser.boot_ns;
+        options.hokuyo = self.lasers.hokuyo.clone();
+        options.hokuyo.boot_ns = options.laser.boot_ns;
         options.laser.power_on_message = self.lasers.power_on_message;
         options.base.identity.subclass.clone_from(&self.base_subclass);
         options.base.strict = self.strict_base;
@@ -209,6 +217,11 @@ impl Serve {
 
 fn network_laser(text: &str) -> Result<ColaParams, String> {
     ColaParams::of_name(text).ok_or_else(|| "expected LMS1.., LMS5.., TIM5.. or TIM7..".to_owned())
+}
+
+fn hokuyo(text: &str) -> Result<ScipParams, String> {
+    let known = "expected UST-10LX, UST-20LX, UTM-30LX, UTM-30LX-EW, UXM-30LX-E or URG-04LX";
+    ScipParams::of_name(text).ok_or_else(|| known.to_owned())
 }
 
 fn laser_error(text: &str) -> Result<(u8, u8), String> {

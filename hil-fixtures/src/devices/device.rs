@@ -58,7 +58,7 @@ pub trait Device: Send {
     /// The connection is gone.
     fn disconnected(&mut self, _now_ns: i64) {}
 
-    /// Rate of the line in Bd.
+    /// Rate of the line in Bd; 0 where any will do (network, USB).
     fn baud(&self) -> u32;
 
     /// Whether the device sends its measurements unasked.

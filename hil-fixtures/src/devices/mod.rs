@@ -9,4 +9,5 @@ pub mod lms;
 pub mod pacing;
 pub mod pty;
 pub mod run;
+pub mod scip;
 pub mod telegrams;

@@ -22,10 +22,11 @@ use crate::devices::lms::scans::feed::{Mirror, MirrorFeed, ScanFeed, Timeline};
 use crate::devices::lms::settings::Variant;
 use crate::devices::lms::{LmsDevice, LmsParams};
 use crate::devices::run::{Run, RunRules};
-use crate::rig::fan::Fan;
+use crate::devices::scip::{ScipDevice, ScipLink, ScipParams};
+use crate::rig::fan::{Fan, FanSource};
 use crate::rig::simulated::{SimulatedLaser, SimulatedRig};
 use crate::rng::Rng;
-use biplane_recording::rig::{Base, BaseProtocol};
+use biplane_recording::rig::{Base, BaseProtocol, Laser};
 use std::sync::Arc;
 
 const MS: i64 = 1_000_000;
@@ -150,6 +151,13 @@ fn of_world(simulated: &SimulatedRig, options: &ServeOptions) -> Result<Devices,
             list.push(Served { name, device: Box::new(device), is_network: true });
             continue;
         }
+        if of_rig.scip().is_some() {
+            let params = hokuyo_params(of_rig, options, place);
+            let measured = measured_fans(laser, &run, sent.clone()).map_err(refused)?;
+            let is_network = params.link == ScipLink::Network;
+            list.push(Served { name, device: Box::new(ScipDevice::new(params, measured)), is_network });
+            continue;
+        }
         let ahead = AheadSource::new(laser).map_err(refused)?;
         let feed = MirrorFeed::new(Box::new(ahead), Box::new(run.clone()));
         let feed = NotingFeed { feed, sent: sent.clone() };
@@ -178,17 +186,32 @@ fn network_laser(
     let turn_ns = params.turn_ns(&params.scan);
     let phase = Rng::new(options.seed, 0x0EC0_4A5E, place.cast_signed()).unit();
     params.phase_ns = (phase * turn_ns as f64) as i64;
+    Ok(ColaDevice::new(params, measured_fans(laser, run, sent)?))
+}
+
+/// What the robot's laser sees, noted when it is asked for.
+fn measured_fans(laser: SimulatedLaser, run: &Run, sent: SentScans) -> std::io::Result<FanSource> {
     let run = run.clone();
     let mut measured = ahead(Box::new(move |fan| {
         laser.measure_fan(&Fan { first_beam_ns: run.world_ns(fan.first_beam_ns), ..*fan })
     }))?;
-    Ok(ColaDevice::new(
-        params,
-        Box::new(move |fan| {
-            sent.note(fan.first_beam_ns);
-            measured(fan)
-        }),
-    ))
+    Ok(Box::new(move |fan| {
+        sent.note(fan.first_beam_ns);
+        measured(fan)
+    }))
+}
+
+/// A Hokuyo laser on the line that the rig has it on.
+fn hokuyo_params(of_rig: &Laser, options: &ServeOptions, place: u64) -> ScipParams {
+    let mut params = options.hokuyo.clone();
+    params.link = match (of_rig.address(), params.link) {
+        (Some(_), _) => ScipLink::Network,
+        (None, ScipLink::Network) => ScipLink::Usb,
+        (None, link) => link,
+    };
+    let phase = Rng::new(options.seed, 0x0EC0_4A5E, place.cast_signed()).unit();
+    params.phase_ns = (phase * params.turn_ns() as f64) as i64;
+    params
 }
 
 /// The base that the rig's protocol asks for.

@@ -6,6 +6,7 @@ use crate::devices::base::BaseParams;
 use crate::devices::cola::ColaParams;
 use crate::devices::lms::LmsParams;
 use crate::devices::pty::PtyError;
+use crate::devices::scip::ScipParams;
 use crate::faults::{Faults, Misplaced};
 use crate::rig::simulated::SimulationParams;
 use crate::simulate::truth_folder::TruthError;
@@ -86,6 +87,8 @@ pub struct ServeOptions {
     pub laser: LmsParams,
     /// The lasers of a rig that are on the network.
     pub network_laser: ColaParams,
+    /// The Hokuyo lasers of a rig; one whose line is not the rig's is put on that.
+    pub hokuyo: ScipParams,
     /// Millionths by which the mirrors of the horizontal and the vertical laser turn too slowly.
     pub mirror_ppm: [f64; 2],
     /// How the base is at the start.
@@ -112,6 +115,7 @@ impl ServeOptions {
             start_after_s: None,
             laser: LmsParams::default(),
             network_laser: ColaParams::default(),
+            hokuyo: ScipParams::default(),
             mirror_ppm: [0.0; 2],
             base: BaseParams::default(),
             truth: None,

@@ -74,7 +74,7 @@ impl Port {
 
     /// The rate that the client has set, when it is not the device's.
     fn wrong_baud(&self, baud: u32) -> Option<u32> {
-        self.pty.client_baud().filter(|&client| client != baud && !self.any_baud)
+        self.pty.client_baud().filter(|&client| client != baud && !self.any_baud && baud != 0)
     }
 
     /// Takes what the client has written; `now_ns` is virtual time.
@@ -86,7 +86,8 @@ impl Port {
         if count == 0 && !self.from_host.holds_bytes() {
             return;
         }
-        if !self.any_baud && written_at.is_some_and(|baud| baud != self.device.baud()) {
+        let needed = self.device.baud();
+        if !self.any_baud && needed != 0 && written_at.is_some_and(|baud| baud != needed) {
             self.device.handle_noise(now_ns, count);
             return;
         }

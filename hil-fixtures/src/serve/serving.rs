@@ -18,6 +18,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// With `once`, the mock ends this long after the drive or capture: a client has noticed the silence by then.
 const SILENCE_NS: i64 = 1_000_000_000;
 
+/// Rate of a terminal whose device takes any.
+const USB_BAUD: u32 = 115_200;
+
 /// How often the main thread looks whether to stop; wall time.
 const LOOK_NS: i64 = 20_000_000;
 
@@ -91,7 +94,9 @@ fn open_port(options: &ServeOptions, place: usize, served: Served) -> Result<Any
         let port = port.map_err(|source| ServeError::Network { name, source })?;
         return Ok(AnyPort::Network(Box::new(port)));
     }
-    let mut pty = Pty::open(device.baud())?;
+    // Where any rate will do, a terminal has one all the same.
+    let baud = if device.baud() == 0 { USB_BAUD } else { device.baud() };
+    let mut pty = Pty::open(baud)?;
     pty.publish(&options.links.join(name.name()))?;
     let [to_host, from_host] = channels;
     Ok(AnyPort::Serial(Box::new(Port {

@@ -91,8 +91,9 @@ fn check(rig: &Rig, options: &SimulateOptions) -> Result<(), SimulateError> {
         return Err(SimulateError::Unsupported { what: "base.protocol", found, expected });
     }
     for laser in [Some(&rig.horizontal), rig.vertical.as_ref()].into_iter().flatten() {
-        if laser.cola().is_some() {
-            let (found, expected) = ("cola".to_owned(), "lms2xx; `serve` plays lasers on a network");
+        if !laser.is_lms2xx() {
+            let found = if laser.cola().is_some() { "cola" } else { "scip" }.to_owned();
+            let expected = "lms2xx; `serve` plays other lasers";
             return Err(SimulateError::Unsupported { what: "protocol", found, expected });
         }
         if variant_of(laser).is_none() {

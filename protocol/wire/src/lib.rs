@@ -3,6 +3,7 @@
 //! - `deframe`: cuts a byte stream into frames, and accounts for every byte that is in none.
 //! - [`lms`]: SICK LMS 2xx laser scanners.
 //! - [`cola`]: SICK laser scanners over TCP (LMS1xx, LMS5xx, TiM).
+//! - [`scip`]: Hokuyo laser scanners (URG, UTM, UST).
 //! - [`p2os`]: Pioneer bases (PSOS, P2OS, AROS, ARCOS).
 //! - [`roboclaw`]: RoboClaw motor controllers, whose replies have no header and are read question by
 //!   question.
@@ -22,6 +23,7 @@ pub mod lms;
 pub mod p2os;
 pub mod rflex;
 pub mod roboclaw;
+pub mod scip;
 pub mod text;
 
 pub use crate::framing::{Counts, Deframer, Item, SkipReason};

@@ -61,6 +61,7 @@ pub const TARGETS: &[Target] = &[
     target("lms", Form::Binary, 64, wire::lms),
     // The buffers of two deframers, 64 KiB each.
     target("cola", Form::Binary, 256, wire::cola),
+    target("scip", Form::Binary, 256, wire::scip),
     target("p2os", Form::Binary, 64, wire::p2os),
     target("rflex", Form::Binary, 64, wire::rflex),
     target("roboclaw", Form::Binary, 64, wire::roboclaw),

@@ -223,7 +223,7 @@ impl Line {
                 }
                 Output::Write(bytes) => self.device.handle_noise(self.now_ns, bytes.len()),
                 Output::Scan(_)
-                | Output::ColaScan
+                | Output::TimedScan
                 | Output::Reconnect
                 | Output::Odometry(_)
                 | Output::Event(_) => {}

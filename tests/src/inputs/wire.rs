@@ -9,7 +9,7 @@ use biplane_wire::framing::{Deframer, Framing, Measure};
 use biplane_wire::lms::{self, Telegram};
 use biplane_wire::p2os::{self, Packet, Report};
 use biplane_wire::roboclaw::{Answer, Collector, Motor, Question, Request as Asked, StatusWidth};
-use biplane_wire::{Item, WireError, cola, rflex};
+use biplane_wire::{Item, WireError, cola, rflex, scip};
 
 /// Bits of an input's first byte.
 #[derive(Clone, Copy)]
@@ -76,6 +76,42 @@ fn cola_frame(bytes: &[u8]) {
         assert_eq!(format!("{:?}", again.head), format!("{:?}", scan.head));
         assert!(again.channels.iter().zip(&scan.channels).all(|(a, b)| a.values == b.values));
     }
+}
+
+/// Replies of Hokuyo lasers.
+pub(super) fn scip(input: &[u8]) {
+    let Some((how, bytes)) = input.split_first() else { return };
+    stream(scip::Deframer::new, How(*how), bytes, mend_lines, scip_block);
+    for line in bytes.split(|&byte| byte == b'\n') {
+        let Ok(request) = scip::Request::parse(line) else { continue };
+        let mut out = [0; 40];
+        let length = request.emit(&mut out).expect("it was read");
+        assert_eq!(&out[..length - 1], line);
+    }
+}
+
+/// Gives each line behind the first its right sum.
+fn mend_lines(block: &mut [u8]) {
+    for line in block.split_mut(|&byte| byte == b'\n').skip(1) {
+        if let Some((last, numbers)) = line.split_last_mut() {
+            *last = scip::sum(numbers);
+        }
+    }
+}
+
+/// A reply is written back as it was, and so is its scan.
+fn scip_block(bytes: &[u8]) {
+    let Ok(block) = scip::Block::parse(bytes) else { return };
+    let mut out = vec![0; block.encoded_len()];
+    assert_eq!(block.emit(&mut out), Ok(bytes.len()));
+    assert_eq!(out, bytes);
+    let _ = (block.clock_ms(), block.values().count(), scip::Parameters::parse(&block));
+    let Some(Ok(scan)) = scip::Scan::parse(&block) else { return };
+    let mut lines = vec![0; bytes.len()];
+    let length = scan.emit_lines(&mut lines).expect("it was read");
+    assert_eq!(&lines[..length], block.lines);
+    let readings: Vec<scip::Reading> = scan.values.iter().collect();
+    assert!(readings.iter().filter(|reading| !reading.is_further).count() == scan.request.values());
 }
 
 /// P2OS packets.
@@ -159,7 +195,7 @@ fn mend_all<F: Framing>(bytes: &mut [u8], mend: impl Fn(&mut [u8])) {
     while at < bytes.len() {
         at += match F::measure(&bytes[at..]) {
             Measure::Frame(length)
-                if bytes[at] == F::START && length <= F::MAX_FRAME && at + length <= bytes.len() =>
+                if F::is_start(bytes[at]) && length <= F::MAX_FRAME && at + length <= bytes.len() =>
             {
                 mend(&mut bytes[at..at + length]);
                 length

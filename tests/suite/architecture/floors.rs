@@ -26,7 +26,7 @@ pub(super) const CRATES: &[Crate] = &[
             &["error"],
             &["text", "cursor"],
             &["framing"],
-            &["cola", "lms", "p2os", "rflex", "roboclaw"],
+            &["cola", "lms", "p2os", "rflex", "roboclaw", "scip"],
         ],
     },
     Crate {

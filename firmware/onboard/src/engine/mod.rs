@@ -314,7 +314,7 @@ impl<S: Sink> Engine<S> {
                 Output::SetBaud(baud) => self.command(now_ns, port, Command::SetBaud(baud)),
                 Output::Event(event) => self.devices.event(port, event),
                 Output::Reconnect => self.command(now_ns, port, Command::Reconnect),
-                Output::ColaScan => self.network_scan(now_ns, port),
+                Output::TimedScan => self.timed_scan(now_ns, port),
                 Output::Scan(reading) => self.scan(now_ns, port, &reading),
                 Output::Odometry(reading) => self.odometry(now_ns, &reading),
             }
@@ -339,8 +339,8 @@ impl<S: Sink> Engine<S> {
         self.take_scan(now_ns, Topic::scan_of(port), data, WAIT_OF_LINES_NS);
     }
 
-    /// The scan that the session of a laser on a network holds.
-    fn network_scan(&mut self, now_ns: i64, port: Port) {
+    /// The scan that the session of a laser with a clock holds.
+    fn timed_scan(&mut self, now_ns: i64, port: Port) {
         let Some(laser) = self.devices.lines.laser_mut(port) else { return };
         let Some((data, remissions)) = laser.stamped_by_device(now_ns) else { return };
         self.publisher.scan(now_ns, Topic::scan_of(port), &data, remissions);

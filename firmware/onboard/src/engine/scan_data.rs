@@ -7,6 +7,7 @@ use biplane_wire::lms::MIRROR_TURN_NS;
 
 use crate::session::cola::scan::{ColaScan, MAX_COLA_BEAMS};
 use crate::session::lms::scan::ranges::ScanReading;
+use crate::session::scip::scan::ScipScan;
 
 /// Most beams that the matcher gets of a scan; of a longer one, every second, third ... beam.
 pub(crate) const MAX_BEAMS: usize = MAX_COLA_BEAMS;
@@ -68,6 +69,23 @@ impl ScanData {
             scan_time_s: 1.0 / scan.rate_hz,
             range_min_m: RANGE_MIN_M,
             range_max_m: scan.range_max_m,
+            ranges_m: scan.ranges_m.clone(),
+        }
+    }
+
+    /// A scan of a Hokuyo laser, with the time of its first beam.
+    #[must_use]
+    pub(crate) fn of_scip(scan: &ScipScan, stamp_ns: i64) -> Self {
+        let [range_min_m, range_max_m] = scan.range_m;
+        Self {
+            stamp_ns,
+            angle_min_rad: scan.first_deg.to_radians(),
+            angle_increment_rad: scan.step_deg.to_radians(),
+            turns: 1,
+            time_increment_s: scan.beam_s,
+            scan_time_s: scan.scan_s,
+            range_min_m,
+            range_max_m,
             ranges_m: scan.ranges_m.clone(),
         }
     }

@@ -10,7 +10,7 @@ use crate::engine::options::Feed;
 use crate::engine::out::health::Health;
 use crate::engine::out::outbox::QUEUE_CAPACITY;
 use crate::engine::synthetic::{Read, START_NS, drive, driven_m, rig, scan_times_ns};
-use crate::session::noise::Noise;
+use crate::session::testing::noise::Noise;
 use biplane_geometry::pose3::heading_of_quaternion_rad;
 use biplane_matcher::{Pose2, TrackerParams};
 use biplane_recording::Topic;

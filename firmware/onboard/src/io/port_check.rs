@@ -25,8 +25,8 @@ pub(crate) struct NeededPort<'a> {
 #[must_use]
 pub(crate) fn of_rig(rig: &Rig) -> Vec<NeededPort<'_>> {
     fn laser(device: Port, laser: &Laser) -> NeededPort<'_> {
-        match laser.cola() {
-            Some(cola) => NeededPort { device, path: &cola.address, baud: None },
+        match laser.address() {
+            Some(path) => NeededPort { device, path, baud: None },
             None => NeededPort { device, path: &laser.port, baud: Some(laser.baud) },
         }
     }

@@ -38,8 +38,8 @@ pub enum Output {
     SetBaud(u32),
     /// A scan has arrived.
     Scan(ScanReading),
-    /// A scan of a laser on a network has arrived: it lies in the session until the next poll.
-    ColaScan,
+    /// A scan of a laser that states its own time has arrived: it lies in the session until the next poll.
+    TimedScan,
     /// Make the connection anew.
     Reconnect,
     /// An odometry report has arrived.

@@ -10,6 +10,7 @@ use crate::session::lms::scan::condition::Trouble;
 use crate::session::lms::scan::ranges::Unpublished;
 use crate::session::lms::setup::difference::BlockDifference;
 use crate::session::lms::setup::requested::ConfigChange;
+use crate::session::scip::event::ScipEvent;
 use crate::session::short_text::ShortText;
 use crate::types::foreign_protocol::ForeignProtocol;
 use crate::types::mount_fault::MountFault;
@@ -219,14 +220,18 @@ pub enum Event {
     StopUnanswered,
     /// What only a laser on a network has to say.
     Cola(ColaEvent),
+    /// What only a Hokuyo laser has to say.
+    Scip(ScipEvent),
 }
 
 impl Event {
     /// Whether something is not as it should be.
     #[must_use]
     pub fn is_warning(&self) -> bool {
-        if let Self::Cola(event) = self {
-            return event.is_warning();
+        match self {
+            Self::Cola(event) => return event.is_warning(),
+            Self::Scip(event) => return event.is_warning(),
+            _ => {}
         }
         !matches!(
             self,
@@ -253,6 +258,7 @@ impl Event {
     pub fn fault(&self) -> Option<&'static str> {
         Some(match self {
             Self::Cola(event) => return event.fault(),
+            Self::Scip(event) => return event.fault(),
             Self::PortLost => "its port is gone",
             Self::Silent { .. } => "silent",
             Self::Garbled { .. } => "no intact telegram",
@@ -286,6 +292,7 @@ impl fmt::Display for Event {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Cola(event) => event.fmt(f),
+            Self::Scip(event) => event.fmt(f),
             Self::Found { baud } => write!(f, "answers at {baud} Bd"),
             Self::NotFound { .. } => {
                 write!(f, "no answer yet, asking on (is it switched on and connected?)")

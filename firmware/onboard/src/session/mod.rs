@@ -12,11 +12,10 @@ pub(crate) mod cola;
 pub(crate) mod device_session;
 pub(crate) mod event;
 pub(crate) mod lms;
-#[cfg(test)]
-pub(crate) mod noise;
 pub(crate) mod queues;
 pub(crate) mod retry;
-#[cfg(test)]
-mod script;
+pub(crate) mod scip;
 pub(crate) mod short_text;
 pub(crate) mod silence;
+#[cfg(test)]
+pub(crate) mod testing;

@@ -162,3 +162,43 @@ fn lasers_whose_connections_end_stream_again_by_themselves() {
     let report = recording.join().unwrap().unwrap();
     assert!(report.scans_horizontal > 25 && report.lost == 0, "{report:?}");
 }
+
+/// The rig of an LMS 291 and a UST: the vertical laser alone is on the network.
+fn mixed_rig(mut rig: Rig, address: &str) -> Rig {
+    rig.vertical = rig.vertical.map(|laser| laser.scip_at_address(address));
+    rig
+}
+
+#[test]
+fn an_lms_291_on_a_serial_line_and_a_ust_on_the_network_are_one_rig() {
+    let mut mock = Mock::start("mixed", |options| {
+        if let Source::World { rig, .. } = &mut options.source {
+            **rig = mixed_rig((**rig).clone(), "127.0.0.1:1");
+        }
+    });
+    let rig = mixed_rig(mock.rig(), &address(&mock, "lms-vertical"));
+    let reports = probe(&rig, &[]).unwrap();
+    let kinds: Vec<&str> = reports.iter().filter_map(|report| report.kind.as_deref()).collect();
+    assert!(kinds[0].starts_with("LMS291") && kinds[1].starts_with("UST-20LX"), "{kinds:?}");
+    let remarks = reports[1].remarks.join("\n");
+    assert!(remarks.contains("serial number H0706400") && remarks.contains("steps 0 to 1080"), "{remarks}");
+    let report = mock.record(rig, 8.0).unwrap();
+    mock.end();
+    assert_eq!((report.lost, report.exit_code(), report.backward_stamps), (0, 0, 0), "{report:?}");
+    assert_eq!((report.damaged, report.skipped_bytes), (0, 0), "{report:?}");
+    // 40 a second of the UST; at 38400 Bd each eighth of 75 of the LMS.
+    assert!(report.scans_horizontal > 50 && report.scans_vertical > 250, "{report:?}");
+    assert_eq!(report.poses_vertical, report.scans_vertical);
+    let (run, truth) = (mock.folder.join("run.mcap"), mock.folder.join("truth"));
+    let scans = all::<LaserScan>(&run, Topic::ScanVertical);
+    assert!(scans.iter().all(|scan| scan.ranges_m.len() == 1081));
+    let [median_ms, worst_ms] = stamp_errors_ms(&scans, &truth.join("scans_vertical.txt"));
+    println!("UST: median {median_ms:.2} ms, worst {worst_ms:.2} ms");
+    assert!(median_ms < 5.0 && worst_ms < 15.0, "{median_ms} ms, {worst_ms} ms");
+
+    let again = ReplayOptions::new(&run, mock.folder.join("again.mcap"));
+    replay(&again, &AtomicBool::new(false)).unwrap();
+    for topic in [Topic::ScanHorizontal, Topic::ScanVertical] {
+        assert_eq!(all::<LaserScan>(&run, topic), all::<LaserScan>(&again.output, topic));
+    }
+}

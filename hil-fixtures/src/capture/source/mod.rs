@@ -66,7 +66,7 @@ impl Capture {
         let reader = Reader::open(path)?;
         let rig = reader.rig()?;
         let lasers = rig.iter().flat_map(|rig| [Some(&rig.horizontal), rig.vertical.as_ref()]);
-        if lasers.flatten().any(|laser| laser.cola().is_some()) {
+        if lasers.flatten().any(|laser| !laser.is_lms2xx()) {
             return Err(CaptureError::OnNetwork { path: path.to_owned() });
         }
         let baud = |port| rig_baud(rig.as_ref(), port);

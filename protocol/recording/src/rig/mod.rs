@@ -5,7 +5,6 @@
 //! written by [`Rig::to_toml`].
 
 mod base;
-mod cola;
 mod error;
 mod hints;
 mod laser;
@@ -18,8 +17,7 @@ mod table;
 mod tests;
 
 pub use base::{Base, BaseProtocol, RflexModel};
-pub use cola::ColaLaser;
 pub use error::RigError;
-pub use laser::{Laser, LaserProtocol, MIRROR_TURN_NS, Units};
+pub use laser::{ColaLaser, Laser, LaserProtocol, MIRROR_TURN_NS, ScipLaser, Units};
 pub use mount::Mount;
 pub use robot::Rig;

@@ -1,7 +1,8 @@
 //! From text to rig: every key known, every value allowed, every default filled in.
 
+use super::laser::{cola, scip};
 use super::table::{Table, line_at};
-use super::{Base, Laser, LaserProtocol, Mount, RigError, Units, cola};
+use super::{Base, Laser, LaserProtocol, Mount, RigError, Units};
 use toml::de::DeTable;
 
 /// Rates that a laser of the LMS 2xx family can run at, in Bd.
@@ -53,8 +54,9 @@ pub(crate) fn parse(text: &str) -> Result<Devices, RigError> {
 }
 
 fn laser(table: &Table, template: &Laser) -> Result<Laser, RigError> {
-    match table.word("protocol", "lms2xx", &["lms2xx", "cola"])? {
+    match table.word("protocol", "lms2xx", &["lms2xx", "cola", "scip"])? {
         "cola" => network_laser(table, template),
+        "scip" => hokuyo_laser(table, template),
         _ => serial_laser(table, template),
     }
 }
@@ -64,6 +66,20 @@ fn network_laser(table: &Table, template: &Laser) -> Result<Laser, RigError> {
     Ok(Laser {
         protocol: LaserProtocol::Cola(cola::parse(table)?),
         port: String::new(),
+        mount: mount_of(table, template)?,
+        delay_ms: table.number("delay_ms", template.delay_ms, DELAY_MS)?,
+        ..template.clone()
+    })
+}
+
+fn hokuyo_laser(table: &Table, template: &Laser) -> Result<Laser, RigError> {
+    table.only(&[&scip::KEYS[..], &["delay_ms"]].concat())?;
+    let scip = scip::parse(table)?;
+    let is_serial = scip.address.is_none();
+    Ok(Laser {
+        port: if is_serial { table.text("port")? } else { String::new() },
+        baud: if is_serial { scip::baud(table)? } else { template.baud },
+        protocol: LaserProtocol::Scip(scip),
         mount: mount_of(table, template)?,
         delay_ms: table.number("delay_ms", template.delay_ms, DELAY_MS)?,
         ..template.clone()

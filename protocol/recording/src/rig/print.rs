@@ -1,6 +1,7 @@
 //! From rig to text: everything resolved, nothing left to defaults.
 
-use super::{Base, BaseProtocol, Laser, cola};
+use super::laser::{cola, scip};
+use super::{Base, BaseProtocol, Laser, LaserProtocol};
 use std::fmt::Write;
 
 /// A TOML string with what must be escaped in it.
@@ -11,9 +12,10 @@ fn quoted(text: &str) -> String {
 fn laser(out: &mut String, name: &str, laser: &Laser) -> std::fmt::Result {
     let Laser { mount, delay_ms, .. } = laser;
     writeln!(out, "[{name}]")?;
-    match laser.cola() {
-        Some(cola) => cola::print(out, cola)?,
-        None => serial_laser(out, laser)?,
+    match &laser.protocol {
+        LaserProtocol::Cola(cola) => cola::print(out, cola)?,
+        LaserProtocol::Scip(scip) => scip::print(out, scip, laser)?,
+        LaserProtocol::Lms2xx => serial_laser(out, laser)?,
     }
     writeln!(
         out,

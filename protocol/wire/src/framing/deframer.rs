@@ -208,11 +208,11 @@ impl<F: Framing, const N: usize> Deframer<F, N> {
         let Some(&first) = head.first() else {
             return Verdict::Wait(1);
         };
-        if first != F::START {
+        if !F::is_start(first) {
             if self.in_sync && F::is_control(first) {
                 return Verdict::Control;
             }
-            let run = head.iter().position(|&byte| byte == F::START).unwrap_or(head.len());
+            let run = head.iter().position(|&byte| F::is_start(byte)).unwrap_or(head.len());
             return Verdict::Noise(run);
         }
         let abandoned = Verdict::Failed { reason: SkipReason::Abandoned, extent: head.len() };

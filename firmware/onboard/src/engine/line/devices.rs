@@ -53,8 +53,8 @@ impl Devices {
 
     /// Bytes that a session has had: says so when another device speaks.
     pub(crate) fn listen_for_foreign_devices(&mut self, now_ns: i64, port: Port, bytes: &[u8]) {
-        // A connection leads to one device, and nobody else speaks on it.
-        if self.lines.laser_mut(port).is_some_and(|laser| laser.line.session.is_on_network()) {
+        // A connection leads to one device, and nobody else speaks on it. Who listens here knows no SCIP.
+        if self.lines.laser_mut(port).is_some_and(|laser| laser.line.session.states_its_time()) {
             return;
         }
         let Some(counts) = self.lines.counts(port) else { return };

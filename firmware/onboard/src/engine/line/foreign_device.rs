@@ -274,7 +274,7 @@ mod tests {
 
     #[test]
     fn three_million_random_bytes_are_nobody() {
-        let mut noise = crate::session::noise::Noise::new(7);
+        let mut noise = crate::session::testing::noise::Noise::new(7);
         let mut foreign_device = ForeignDevice::on(Port::Base, &P2OS);
         for _ in 0..3_000_000 / 50 {
             let bytes: [u8; 50] = std::array::from_fn(|_| noise.byte());

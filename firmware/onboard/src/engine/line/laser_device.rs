@@ -1,6 +1,6 @@
 //! The session of a laser, whatever it speaks.
 
-use biplane_recording::rig;
+use biplane_recording::rig::{self, LaserProtocol};
 use biplane_wire::Counts;
 
 use crate::engine::options::Feed;
@@ -11,33 +11,49 @@ use crate::session::lms::LaserSession;
 use crate::session::lms::health::LaserHealth;
 use crate::session::lms::setup::settings::LaserSettings;
 use crate::session::lms::streaming::self_truncated::TruncationCounts;
+use crate::session::scip::ScipSession;
+use crate::session::scip::settings::ScipSettings;
 
 /// A laser.
 #[derive(Debug)]
 #[allow(clippy::large_enum_variant)] // two a robot, and no heap in the acquisition path
 pub(crate) enum LaserDevice {
-    /// On a serial line.
+    /// A SICK laser on a serial line.
     Lms(LaserSession),
-    /// On a network.
+    /// A SICK laser on a network.
     Cola(ColaSession),
+    /// A Hokuyo laser on either.
+    Scip(ScipSession),
 }
 
 impl LaserDevice {
     /// The laser of a rig, whose session begins at `now_ns`.
     pub(crate) fn new(laser: &rig::Laser, feed: Feed, now_ns: i64) -> Self {
-        match (laser.cola(), feed) {
-            (None, Feed::Live) => Self::Lms(LaserSession::streaming(LaserSettings::from(laser), now_ns)),
-            (None, Feed::Recorded) => Self::Lms(LaserSession::listening(LaserSettings::from(laser), now_ns)),
-            (Some(cola), Feed::Live) => Self::Cola(ColaSession::streaming(ColaSettings::from(cola), now_ns)),
-            (Some(cola), Feed::Recorded) => {
+        match (&laser.protocol, feed) {
+            (LaserProtocol::Lms2xx, Feed::Live) => {
+                Self::Lms(LaserSession::streaming(LaserSettings::from(laser), now_ns))
+            }
+            (LaserProtocol::Lms2xx, Feed::Recorded) => {
+                Self::Lms(LaserSession::listening(LaserSettings::from(laser), now_ns))
+            }
+            (LaserProtocol::Cola(cola), Feed::Live) => {
+                Self::Cola(ColaSession::streaming(ColaSettings::from(cola), now_ns))
+            }
+            (LaserProtocol::Cola(cola), Feed::Recorded) => {
                 Self::Cola(ColaSession::listening(ColaSettings::from(cola), now_ns))
+            }
+            (LaserProtocol::Scip(_), Feed::Live) => {
+                Self::Scip(ScipSession::streaming(ScipSettings::from(laser), now_ns))
+            }
+            (LaserProtocol::Scip(_), Feed::Recorded) => {
+                Self::Scip(ScipSession::listening(ScipSettings::from(laser), now_ns))
             }
         }
     }
 
-    /// Whether it is on a network.
-    pub(crate) fn is_on_network(&self) -> bool {
-        matches!(self, Self::Cola(_))
+    /// Whether its scans state when they were taken, by a clock of its own.
+    pub(crate) fn states_its_time(&self) -> bool {
+        !matches!(self, Self::Lms(_))
     }
 
     /// What it has seen of its device.
@@ -45,6 +61,7 @@ impl LaserDevice {
         match self {
             Self::Lms(session) => session.health(),
             Self::Cola(session) => session.health(),
+            Self::Scip(session) => session.health(),
         }
     }
 
@@ -57,7 +74,7 @@ impl LaserDevice {
     pub(crate) fn truncated(&self) -> TruncationCounts {
         match self {
             Self::Lms(session) => session.truncated(),
-            Self::Cola(_) => TruncationCounts::default(),
+            Self::Cola(_) | Self::Scip(_) => TruncationCounts::default(),
         }
     }
 
@@ -66,6 +83,7 @@ impl LaserDevice {
         match self {
             Self::Lms(session) => session.is_streaming(),
             Self::Cola(session) => session.is_streaming(),
+            Self::Scip(session) => session.is_streaming(),
         }
     }
 
@@ -73,7 +91,7 @@ impl LaserDevice {
     pub(crate) fn is_writing(&self) -> bool {
         match self {
             Self::Lms(session) => session.is_writing(),
-            Self::Cola(_) => false,
+            Self::Cola(_) | Self::Scip(_) => false,
         }
     }
 
@@ -81,7 +99,7 @@ impl LaserDevice {
     pub(crate) fn host_sent(&mut self, now_ns: i64) {
         match self {
             Self::Lms(session) => session.host_sent(now_ns),
-            Self::Cola(_) => {}
+            Self::Cola(_) | Self::Scip(_) => {}
         }
     }
 
@@ -90,6 +108,7 @@ impl LaserDevice {
         match self {
             Self::Lms(session) => session.finish(),
             Self::Cola(session) => session.finish(),
+            Self::Scip(session) => session.finish(),
         }
     }
 
@@ -97,6 +116,7 @@ impl LaserDevice {
         match self {
             Self::Lms(session) => session,
             Self::Cola(session) => session,
+            Self::Scip(session) => session,
         }
     }
 
@@ -104,6 +124,7 @@ impl LaserDevice {
         match self {
             Self::Lms(session) => session,
             Self::Cola(session) => session,
+            Self::Scip(session) => session,
         }
     }
 }

@@ -24,6 +24,8 @@ use crate::session::cola::scan::ColaScan;
 use crate::session::device_session::{Output, Session};
 use crate::session::event::Event;
 use crate::session::lms::scan::ranges::ScanReading;
+use crate::session::scip::event::ScipEvent;
+use crate::session::scip::scan::ScipScan;
 use crate::stamping::arrivals::{Arrivals, Bound, Extent, IN_TIME_NS, Pace};
 use crate::stamping::cycle_clock::CycleClock;
 use crate::stamping::cycle_params::CycleClockParams;
@@ -255,7 +257,7 @@ impl LaserLine {
     pub(crate) fn new(session: LaserDevice, laser: &rig::Laser) -> Self {
         let delay_ns = (laser.delay_ms * 1e6).round() as i64;
         let turns = || CycleClock::new(CycleClockParams::default(), MIRROR_TURN_NS).measured();
-        let cycles = (!session.is_on_network()).then(turns);
+        let cycles = (!session.states_its_time()).then(turns);
         Self {
             line: Line::new(session, cycles),
             device_clock: DeviceClock::default(),
@@ -307,24 +309,45 @@ impl LaserLine {
         ScanData::of_reading(reading, stamp_ns)
     }
 
-    /// The scan that the session of a laser on a network holds, with its remissions and its stamp.
+    /// The scan that the session of a laser with a clock holds, with its remissions and its stamp.
     pub(crate) fn stamped_by_device(&mut self, now_ns: i64) -> Option<(ScanData, &[u16])> {
-        let LaserDevice::Cola(session) = &self.line.session else { return None };
-        let scan = session.scan();
-        let (stated, before_us) = stated(scan);
-        // The network carries a telegram at once: its first byte tells.
-        let (offset, length) = (scan.offset, scan.length);
+        let (offset, length, (stated, before_us)) = match &self.line.session {
+            LaserDevice::Lms(_) => return None,
+            LaserDevice::Cola(session) => {
+                let scan = session.scan();
+                (scan.offset, scan.length, stated(scan))
+            }
+            LaserDevice::Scip(session) => {
+                let scan = session.scan();
+                (scan.offset, scan.length, stated_of_hokuyo(scan))
+            }
+        };
+        // The network carries a telegram at once, and USB as good as: its first byte tells.
         let telegram = Extent { offset, length, byte_ns: 0, burst: usize::MAX, spacing_ns: 0 };
         let arrived_ns = self.line.arrivals.departure(&telegram).map_or(now_ns, |bound| bound.time_ns);
         let first_beam_ns = self.device_clock.stamp_ns(stated, arrived_ns, before_us);
         let stamp_ns = first_beam_ns.saturating_sub(self.delay_ns);
         self.line.meter.count(now_ns, stamp_ns);
-        Some((ScanData::of_cola(scan, stamp_ns), &scan.intensities))
+        match &self.line.session {
+            LaserDevice::Lms(_) => None,
+            LaserDevice::Cola(session) => {
+                let scan = session.scan();
+                Some((ScanData::of_cola(scan, stamp_ns), &scan.intensities))
+            }
+            LaserDevice::Scip(session) => {
+                let scan = session.scan();
+                Some((ScanData::of_scip(scan, stamp_ns), &scan.intensities))
+            }
+        }
     }
 
     /// Whether the device's own clock began anew since this was asked last.
     pub(crate) fn restart_news(&mut self) -> Option<Event> {
-        self.device_clock.take_restart().then_some(Event::Cola(ColaEvent::Restarted))
+        let event = match &self.line.session {
+            LaserDevice::Scip(_) => Event::Scip(ScipEvent::Restarted),
+            _ => Event::Cola(ColaEvent::Restarted),
+        };
+        self.device_clock.take_restart().then_some(event)
     }
 }
 
@@ -334,6 +357,15 @@ fn stated(scan: &ColaScan) -> (Stated, i64) {
     let before_us = since_scan_us - (scan.first_beam_s * 1e6).round() as i64;
     let interval_us = (1e6 / scan.rate_hz).round() as i64;
     (Stated { sent_us: scan.sent_us, counter: scan.telegram_counter, interval_us }, before_us)
+}
+
+/// The same of a Hokuyo laser. It states no time of sending: a scan is taken as sent when its last step was
+/// measured, which is the soonest.
+fn stated_of_hokuyo(scan: &ScipScan) -> (Stated, i64) {
+    let sent_us = scan.time.step_0_us + (scan.last_step_s * 1e6).round() as u64;
+    let before_us = ((scan.last_step_s - scan.first_beam_s) * 1e6).round() as i64;
+    let interval_us = scan.time.interval_us.round() as i64;
+    (Stated { sent_us: sent_us as u32, counter: scan.counter, interval_us }, before_us)
 }
 
 /// From one packet of a Pioneer to the next, nanoseconds (its default; one that is set otherwise is stamped

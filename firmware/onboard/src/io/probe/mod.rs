@@ -2,6 +2,7 @@
 //! which it stops.
 
 pub(crate) mod device_report;
+pub(crate) mod hokuyo_report;
 pub(crate) mod laser_report;
 pub(crate) mod network_laser_report;
 
@@ -23,6 +24,8 @@ use crate::session::device_session::{Input, MAX_INPUT_BYTES, Output, Session};
 use crate::session::event::Event;
 use crate::session::lms::LaserSession;
 use crate::session::lms::setup::settings::LaserSettings;
+use crate::session::scip::ScipSession;
+use crate::session::scip::settings::ScipSettings;
 use crate::types::device_name::device_name;
 use crate::types::error::OnboardError;
 
@@ -84,6 +87,9 @@ fn ask_laser(laser: &Laser, port: &OpenLine, nothing: &DeviceReport) -> io::Resu
     if let Some(cola) = laser.cola() {
         return ask_network_laser(cola, port, nothing);
     }
+    if laser.scip().is_some() {
+        return ask_hokuyo(laser, port, nothing);
+    }
     let settings = LaserSettings::from(laser);
     let mut session = LaserSession::probing(settings, biplane_clock::monotonic_ns());
     if converse(&mut session, port)? != Talk::Done {
@@ -106,6 +112,24 @@ fn ask_network_laser(cola: &ColaLaser, port: &OpenLine, nothing: &DeviceReport) 
                 again = Some(OpenLine::network(&cola.address)?);
                 session.handle(biplane_clock::monotonic_ns(), Input::PortBack);
             }
+        }
+    }
+}
+
+/// A laser whose connection was half open is asked on a new one.
+fn ask_hokuyo(laser: &Laser, port: &OpenLine, nothing: &DeviceReport) -> io::Result<DeviceReport> {
+    let settings = ScipSettings::from(laser);
+    let mut session = ScipSession::probing(settings, biplane_clock::monotonic_ns());
+    let mut again = None;
+    loop {
+        match (converse(&mut session, again.as_ref().unwrap_or(port))?, laser.address()) {
+            (Talk::Done, _) => return Ok(hokuyo_report::report(session.info(), &settings, nothing)),
+            (Talk::Reconnect, Some(address)) => {
+                port.hang_up();
+                again = Some(OpenLine::network(address)?);
+                session.handle(biplane_clock::monotonic_ns(), Input::PortBack);
+            }
+            _ => return Ok(no_answer(nothing)),
         }
     }
 }
@@ -180,7 +204,7 @@ fn serve(session: &mut dyn Session, port: &OpenLine) -> io::Result<Option<Talk>>
             Output::Event(event @ Event::RateRefused { .. }) => tracing::warn!("{event}"),
             Output::Event(Event::NotFound { rounds }) if rounds >= ROUNDS => return Ok(Some(Talk::NoAnswer)),
             Output::Reconnect => return Ok(Some(Talk::Reconnect)),
-            Output::Event(_) | Output::Scan(_) | Output::ColaScan | Output::Odometry(_) => {}
+            Output::Event(_) | Output::Scan(_) | Output::TimedScan | Output::Odometry(_) => {}
             Output::WaitUntil(_) => return Ok(None),
         }
     }

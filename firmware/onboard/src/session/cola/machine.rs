@@ -253,7 +253,7 @@ impl Machine {
                 self.outputs.say(Event::Streaming);
             }
         }
-        self.outputs.push(Output::ColaScan);
+        self.outputs.push(Output::TimedScan);
     }
 
     /// In a recording: what the device once answered.

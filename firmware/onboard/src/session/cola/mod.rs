@@ -83,7 +83,7 @@ impl ColaSession {
         &self.machine.health
     }
 
-    /// The scan that [`Output::ColaScan`] tells of, until the next one.
+    /// The scan that [`Output::TimedScan`] tells of, until the next one.
     #[must_use]
     pub(crate) fn scan(&self) -> &ColaScan {
         &self.scan

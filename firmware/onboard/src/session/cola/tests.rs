@@ -10,7 +10,7 @@ use biplane_wire::cola::{
 use crate::session::cola::ColaSession;
 use crate::session::cola::settings::ColaSettings;
 use crate::session::device_session::{Input, Output, Session};
-use crate::session::noise::{Noise, endure};
+use crate::session::testing::noise::{Noise, endure};
 
 const MS: i64 = 1_000_000;
 
@@ -73,7 +73,7 @@ impl Bench {
                     self.session.handle(self.now_ns, Input::PortBack);
                 }
                 Output::Event(event) => self.events.push(event.to_string()),
-                Output::ColaScan => self.scans += 1,
+                Output::TimedScan => self.scans += 1,
                 other => panic!("{other:?}"),
             }
         }

@@ -5,8 +5,8 @@ use biplane_recording::rig::BaseProtocol;
 
 use crate::session::base::{BaseSession, BaseSettings};
 use crate::session::device_session::Session;
-use crate::session::noise::{Noise, endure};
-use crate::session::script::{check, play};
+use crate::session::testing::noise::{Noise, endure};
+use crate::session::testing::script::{check, play};
 
 const SETTINGS: BaseSettings =
     BaseSettings { baud: 9600, protocol: BaseProtocol::P2os { metres_per_tick: Some(0.001) } };

@@ -4,8 +4,8 @@ use biplane_recording::rig::BaseProtocol;
 
 use crate::session::base::{BaseSession, BaseSettings};
 use crate::session::device_session::Session;
-use crate::session::noise::{Noise, endure};
-use crate::session::script::{check, play};
+use crate::session::testing::noise::{Noise, endure};
+use crate::session::testing::script::{check, play};
 
 /// 1000 counts a meter, 500 a radian.
 const SETTINGS: BaseSettings = BaseSettings {

@@ -5,8 +5,8 @@ use biplane_recording::rig::BaseProtocol;
 
 use crate::session::base::{BaseSession, BaseSettings};
 use crate::session::device_session::{Input, Output, Session};
-use crate::session::noise::{Noise, endure};
-use crate::session::script::{check, play};
+use crate::session::testing::noise::{Noise, endure};
+use crate::session::testing::script::{check, play};
 
 /// A tenth of a millimeter a count, wheels 0.4 m apart.
 const SETTINGS: BaseSettings = BaseSettings {

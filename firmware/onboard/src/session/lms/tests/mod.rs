@@ -15,8 +15,8 @@ use crate::session::event::Event;
 use crate::session::lms::scan::ranges::ScanIndex;
 use crate::session::lms::scan::ranges::ScanReading;
 use crate::session::lms::scan::scan_geometry::ScanGeometry;
-use crate::session::noise::{Noise, endure};
-use crate::session::script::{check, play, scan_telegram};
+use crate::session::testing::noise::{Noise, endure};
+use crate::session::testing::script::{check, play, scan_telegram};
 
 /// Centimeters every half degree, all else as it is set.
 pub(crate) const HALF: LaserSettings = LaserSettings {

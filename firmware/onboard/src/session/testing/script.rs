@@ -97,7 +97,7 @@ fn drain(session: &mut dyn Session, now_ns: i64, transcript: &mut Vec<String>) -
                 let pose = odometry.odom_from_base;
                 format!("{ms} * {:.3} {:.3} {:.4}", pose.x_m, pose.y_m, pose.theta_rad)
             }
-            Output::ColaScan => format!("{ms} * a scan"),
+            Output::TimedScan => format!("{ms} * a scan"),
             Output::Reconnect => format!("{ms} > a new connection"),
             Output::Event(event) => format!("{ms} ! {event}"),
             Output::WaitUntil(wait_ns) => return wait_ns,

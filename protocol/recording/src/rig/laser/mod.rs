@@ -5,7 +5,13 @@
 //! resolution / 360 degrees) T. The first byte of the scan's telegram leaves the device at t0 + k T +
 //! `delay_ms`. t0 is the scan's `header.stamp`.
 
-use super::{ColaLaser, Mount};
+pub(crate) mod cola;
+pub(crate) mod scip;
+
+pub use cola::ColaLaser;
+pub use scip::ScipLaser;
+
+use super::Mount;
 
 /// One turn of the mirror, in ns (75 a second).
 pub const MIRROR_TURN_NS: i64 = 13_320_000;
@@ -21,6 +27,9 @@ pub enum LaserProtocol {
     Lms2xx,
     /// SICK LMS1xx, LMS5xx, TiM over TCP. Of the keys of an LMS 2xx only `mount` and `delay_ms` count.
     Cola(ColaLaser),
+    /// Hokuyo URG, UTM, UST and the like. Of the keys of an LMS 2xx only `port`, `baud`, `mount` and
+    /// `delay_ms` count.
+    Scip(ScipLaser),
 }
 
 /// A laser: its line, its settings, its place.
@@ -123,20 +132,52 @@ impl Laser {
         Self { protocol: LaserProtocol::Cola(cola), port: String::new(), ..self }
     }
 
-    /// What a laser on a network needs; `None` for an LMS 2xx.
+    /// A Hokuyo laser at an address on the network, with nothing asked of it.
+    #[must_use]
+    pub fn scip_at_address(self, address: impl Into<String>) -> Self {
+        let scip = ScipLaser { address: Some(address.into()), ..ScipLaser::default() };
+        Self { protocol: LaserProtocol::Scip(scip), port: String::new(), ..self }
+    }
+
+    /// What a SICK laser on a network needs; `None` for others.
     #[must_use]
     pub fn cola(&self) -> Option<&ColaLaser> {
         match &self.protocol {
             LaserProtocol::Cola(cola) => Some(cola),
-            LaserProtocol::Lms2xx => None,
+            LaserProtocol::Lms2xx | LaserProtocol::Scip(_) => None,
         }
+    }
+
+    /// What a Hokuyo laser needs; `None` for others.
+    #[must_use]
+    pub fn scip(&self) -> Option<&ScipLaser> {
+        match &self.protocol {
+            LaserProtocol::Scip(scip) => Some(scip),
+            LaserProtocol::Lms2xx | LaserProtocol::Cola(_) => None,
+        }
+    }
+
+    /// Host and port of a laser on a network; `None` for one on a serial line.
+    #[must_use]
+    pub fn address(&self) -> Option<&str> {
+        match &self.protocol {
+            LaserProtocol::Lms2xx => None,
+            LaserProtocol::Cola(cola) => Some(&cola.address),
+            LaserProtocol::Scip(scip) => scip.address.as_deref(),
+        }
+    }
+
+    /// Whether it is an LMS 2xx, whose scans follow from the rig.
+    #[must_use]
+    pub fn is_lms2xx(&self) -> bool {
+        self.protocol == LaserProtocol::Lms2xx
     }
 
     /// Mirror turns of a scan: 1, 2 or 4. An S14 (90 degrees) takes one, and so do lasers of today.
     #[must_use]
     pub fn turns(&self) -> u32 {
         match self.resolution_deg {
-            _ if self.fov_deg == 90 || self.cola().is_some() => 1,
+            _ if self.fov_deg == 90 || !self.is_lms2xx() => 1,
             fine if fine <= 0.25 => 4,
             half if half <= 0.5 => 2,
             _ => 1,
@@ -146,7 +187,7 @@ impl Laser {
     /// Beams of a scan: 101, 181, 201, 361 or 401; 0 for a laser whose scans say it themselves.
     #[must_use]
     pub fn beam_count(&self) -> usize {
-        if self.cola().is_some() {
+        if !self.is_lms2xx() {
             return 0;
         }
         (f64::from(self.fov_deg) / self.resolution_deg).round() as usize + 1

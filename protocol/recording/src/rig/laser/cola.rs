@@ -2,8 +2,8 @@
 //!
 //! What the rig does not ask for stays as the device is set. Nothing is written to a device without `login`.
 
-use super::RigError;
-use super::table::Table;
+use crate::rig::RigError;
+use crate::rig::table::Table;
 use std::fmt::Write;
 
 /// Scan rates that any device offers, in Hz.
@@ -39,7 +39,7 @@ pub struct ColaLaser {
 pub(crate) fn parse(table: &Table) -> Result<ColaLaser, RigError> {
     let some = |key, value: Result<f64, RigError>| value.map(|value| table.has(key).then_some(value));
     let laser = ColaLaser {
-        address: address(table)?,
+        address: address(table, "192.168.0.1:2112")?,
         fov_deg: some("fov_deg", table.number("fov_deg", FOV_DEG.1, FOV_DEG))?,
         resolution_deg: some("resolution_deg", table.one_of("resolution_deg", 1.0, &STEPS_DEG))?,
         scan_hz: some("scan_hz", table.one_of("scan_hz", 25.0, &RATES_HZ))?,
@@ -54,8 +54,8 @@ pub(crate) fn parse(table: &Table) -> Result<ColaLaser, RigError> {
 }
 
 /// Host and port: a port is a number, so that a typing error is not looked up on the network.
-fn address(table: &Table) -> Result<String, RigError> {
-    let allowed = "host and port, for example \"192.168.0.1:2112\"";
+pub(crate) fn address(table: &Table, example: &str) -> Result<String, RigError> {
+    let allowed = &format!("host and port, for example {example:?}");
     if !table.has("address") {
         return Err(table.refuse("address", allowed));
     }

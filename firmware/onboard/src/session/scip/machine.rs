@@ -1,0 +1,292 @@
+//! From a line to scans: at which rate does it answer, in which mode is it, who is it, stream; and back to the
+//! start when nothing comes any more. Times are nanoseconds.
+
+use biplane_wire::Item;
+use biplane_wire::scip::{Block, Parameters, Scan, ScanRequest, Status};
+
+use crate::session::device_session::Output;
+use crate::session::event::Event;
+use crate::session::lms::health::LaserHealth;
+use crate::session::queues::Outputs;
+use crate::session::retry::{Due, Question};
+use crate::session::scip::clock::ScanClock;
+use crate::session::scip::event::ScipEvent;
+use crate::session::scip::geometry;
+use crate::session::scip::info::ScipInfo;
+use crate::session::scip::query::Query;
+use crate::session::scip::rates::Rates;
+use crate::session::scip::scan::{ScipScan, turns};
+use crate::session::scip::settings::{ScipSettings, everything};
+use crate::types::byte_time::byte_time_ns;
+
+/// A stream is over when it brings no scan for so long, or for some scans' time on a slow line. Larger: a
+/// half open connection is noticed later.
+const SILENCE_NS: i64 = 1_000_000_000;
+const SILENT_SCANS: f64 = 2.5;
+/// A device that was just asked may have to start its motor.
+const FIRST_SCAN_NS: i64 = 3_000_000_000;
+/// A device that refuses is asked again after so long.
+const REFUSED_NS: i64 = 250_000_000;
+/// What a session is for.
+#[derive(Copy, Clone, PartialEq, Eq, Debug)]
+pub(crate) enum Goal {
+    /// Scans.
+    Stream,
+    /// Who it is and how it measures.
+    Probe,
+}
+
+/// Where a session is.
+#[derive(Copy, Clone, PartialEq, Eq, Debug)]
+pub(crate) enum State {
+    /// It only listens to what once came.
+    Listening,
+    /// A question is open.
+    Asking(Query),
+    /// The line gets another rate; then this is asked.
+    Settling(Query),
+    /// Scans are awaited until then, or flow.
+    Streaming,
+    /// The connection shall be made anew.
+    Reconnecting,
+    /// Nothing more is to be done.
+    Done,
+}
+
+/// What is said once a run, and how often something was tried.
+#[derive(Copy, Clone, Debug, Default)]
+pub(crate) struct Tries {
+    pub(super) not_offered: bool,
+    pub(super) no_ranges: bool,
+    pub(super) assumed: bool,
+    pub(super) is_verifying: bool,
+    /// The device keeps a rate that is not the rig's.
+    pub(super) rate_kept: bool,
+    pub(super) detours: u8,
+    pub(super) unanswered: u32,
+    pub(super) not_found: bool,
+}
+
+/// The state machine.
+#[derive(Debug)]
+pub(crate) struct Machine {
+    pub(crate) state: State,
+    pub(crate) outputs: Outputs,
+    pub(crate) info: ScipInfo,
+    pub(crate) health: LaserHealth,
+    pub(crate) now_ns: i64,
+    pub(super) settings: ScipSettings,
+    pub(super) goal: Goal,
+    pub(super) question: Question,
+    /// Rates of a serial line; `None` on a network.
+    pub(super) rates: Option<Rates>,
+    /// The rate of the line.
+    pub(crate) baud: u32,
+    clock: ScanClock,
+    /// Until when a scan must come, or the line has its new rate.
+    pub(super) due_ns: i64,
+    has_scan: bool,
+    pub(super) tries: Tries,
+}
+
+impl Machine {
+    pub(crate) fn new(settings: ScipSettings, goal: Goal, now_ns: i64) -> Self {
+        Self {
+            state: State::Listening,
+            outputs: Outputs::default(),
+            info: ScipInfo::default(),
+            health: LaserHealth::default(),
+            now_ns,
+            settings,
+            goal,
+            question: Question::new(Query::Quit.patience(), now_ns),
+            rates: settings.baud.map(Rates::new),
+            baud: settings.baud.unwrap_or_default(),
+            clock: ScanClock::default(),
+            due_ns: i64::MAX,
+            has_scan: false,
+            tries: Tries::default(),
+        }
+    }
+
+    pub(crate) fn port_back(&mut self) {
+        if !matches!(self.state, State::Listening | State::Done) {
+            self.begin();
+        }
+    }
+
+    pub(crate) fn stop(&mut self) {
+        match self.state {
+            State::Streaming | State::Asking(Query::Start(_)) => self.ask(Query::Stop),
+            State::Asking(Query::Stop) => {}
+            _ => self.state = State::Done,
+        }
+    }
+
+    pub(crate) fn deadline_ns(&self) -> i64 {
+        match self.state {
+            State::Asking(_) => self.question.deadline_ns(),
+            State::Streaming | State::Settling(_) => self.due_ns,
+            State::Listening | State::Reconnecting | State::Done => i64::MAX,
+        }
+    }
+
+    /// Time has passed.
+    pub(crate) fn time(&mut self) {
+        match self.state {
+            State::Asking(query) => self.poll_question(query),
+            State::Settling(query) if self.now_ns >= self.due_ns => self.ask(query),
+            State::Streaming if self.now_ns >= self.due_ns => self.silent(),
+            _ => {}
+        }
+    }
+
+    /// Bytes have come: text at the rate at which a question is open is a device that speaks there.
+    pub(crate) fn heard(&mut self, bytes: &[u8]) {
+        let is_text = |byte: &u8| matches!(byte, b'\n' | b' '..=b'~');
+        let waits = matches!(self.state, State::Asking(Query::Quit | Query::Confirm | Query::Stop));
+        if waits && bytes.len() >= 4 && bytes.iter().all(is_text) {
+            self.question.acknowledge();
+        }
+    }
+
+    pub(super) fn ask(&mut self, query: Query) {
+        self.state = State::Asking(query);
+        self.question = Question::new(query.patience(), self.now_ns);
+        self.poll_question(query);
+    }
+
+    /// Changes the rate of the line, and asks then.
+    pub(super) fn settle(&mut self, baud: u32, wait_ns: i64, query: Query) {
+        if self.baud != baud {
+            self.baud = baud;
+            self.outputs.push(Output::SetBaud(baud));
+        }
+        self.state = State::Settling(query);
+        self.due_ns = self.now_ns.saturating_add(wait_ns);
+    }
+
+    fn poll_question(&mut self, query: Query) {
+        match self.question.poll(self.now_ns) {
+            Due::Nothing => {}
+            Due::Ask(attempt) => {
+                if attempt > 1 {
+                    self.outputs.say(Event::Retried { step: query.step(), attempt });
+                }
+                self.outputs.write(|out| query.emit(out));
+            }
+            Due::GivenUp => self.given_up(query),
+        }
+    }
+
+    fn silent(&mut self) {
+        let for_ns = if self.has_scan { self.silence_ns() } else { FIRST_SCAN_NS };
+        self.outputs.say(Event::Silent { for_ms: (for_ns / 1_000_000) as u32 });
+        self.look_again();
+    }
+
+    /// How long a stream may bring nothing: a slow line lets only some of the scans through.
+    fn silence_ns(&self) -> i64 {
+        let Some(parameters) = &self.info.parameters else { return SILENCE_NS };
+        let request = self.request(parameters);
+        let characters = 3 * request.values() * (1 + usize::from(request.with_intensity));
+        let line_ns = self.rates.as_ref().map_or(0, |_| byte_time_ns(self.baud) * characters as i64);
+        let scan_ns = parameters.turn_ns() * turns(&request) + line_ns as f64;
+        SILENCE_NS.max((SILENT_SCANS * scan_ns) as i64)
+    }
+
+    /// What is asked of this device.
+    pub(super) fn request(&self, parameters: &Parameters) -> ScanRequest {
+        self.settings.request(parameters).unwrap_or_else(|_| everything(parameters))
+    }
+
+    /// A piece of the stream; a scan is taken over into `scan`.
+    pub(crate) fn item(&mut self, item: Item<'_>, scan: &mut ScipScan) {
+        let Item::Frame { offset, bytes } = item else { return };
+        // Checked by the deframer: it cannot fail.
+        let Ok(block) = Block::parse(bytes) else { return };
+        match Scan::parse(&block) {
+            Some(Ok(parsed)) => {
+                (scan.offset, scan.length) = (offset, bytes.len());
+                self.scan(&parsed, scan);
+            }
+            // Its lines have right sums and are not those of a scan: one was lost whole.
+            Some(Err(_)) => self.health.rejected += 1,
+            None => self.reply(&block),
+        }
+    }
+
+    fn reply(&mut self, block: &Block<'_>) {
+        match self.state {
+            State::Listening => self.learn(block),
+            State::Asking(query) if query.is_answered_by(block) => self.answer(query, block),
+            State::Streaming => self.status(block.status),
+            _ => {}
+        }
+    }
+
+    /// A stream says how the device is.
+    fn status(&mut self, status: Status) {
+        let Status::Code(code) = status else { return };
+        if status.is_defect() {
+            self.outputs.say(Event::Scip(ScipEvent::Defect { code }));
+        } else if status.is_verifying() && !std::mem::replace(&mut self.tries.is_verifying, true) {
+            self.outputs.say(Event::Scip(ScipEvent::Verifying));
+        }
+        if status.is_verifying() {
+            self.due_ns = self.now_ns.saturating_add(FIRST_SCAN_NS);
+        }
+    }
+
+    fn scan(&mut self, parsed: &Scan<'_>, scan: &mut ScipScan) {
+        let parameters = match (self.info.parameters, self.state) {
+            (Some(parameters), _) => parameters,
+            (None, State::Listening) => self.assume(&parsed.request),
+            // Left over from before the device was asked what it is.
+            (None, _) => return,
+        };
+        if !scan.take(parsed, &parameters) {
+            self.health.not_kept += 1;
+            if !std::mem::replace(&mut self.tries.no_ranges, true) {
+                self.outputs.say(Event::Scip(ScipEvent::NoRanges));
+            }
+            return;
+        }
+        let nominal_us = turns(&parsed.request) * parameters.turn_ns() * 1e-3;
+        scan.time = self.clock.take(parsed.clock_ms, self.now_ns, nominal_us);
+        scan.counter = scan.counter.wrapping_add(1);
+        if self.rates.is_none() {
+            self.health.lost_telegrams += u64::from(scan.time.missing);
+        } else {
+            self.health.left_out_scans += u64::from(scan.time.missing);
+        }
+        if self.state == State::Streaming {
+            self.due_ns = self.now_ns.saturating_add(self.silence_ns());
+            self.tries.is_verifying = false;
+            if !std::mem::replace(&mut self.has_scan, true) {
+                self.outputs.say(Event::Streaming);
+            }
+        }
+        self.outputs.push(Output::TimedScan);
+    }
+
+    /// Geometry of a device whose answers are not in the recording.
+    fn assume(&mut self, request: &ScanRequest) -> Parameters {
+        if !std::mem::replace(&mut self.tries.assumed, true) {
+            self.outputs.say(Event::Scip(ScipEvent::GeometryAssumed));
+        }
+        geometry::of_request(request)
+    }
+
+    /// Scans were asked for.
+    pub(super) fn stream(&mut self) {
+        self.state = State::Streaming;
+        self.has_scan = false;
+        self.due_ns = self.now_ns.saturating_add(FIRST_SCAN_NS);
+    }
+
+    /// The device is asked again after a pause, if any attempt is left.
+    pub(super) fn ask_later(&mut self) {
+        self.question.refused(self.now_ns, REFUSED_NS);
+    }
+}
