@@ -46,11 +46,11 @@ struct Bench {
 }
 
 /// A laser on the line of its type, and what the rig asks of it.
-fn bench(params: ScipParams, asked: ScipLaser, baud: u32) -> Bench {
+fn bench(params: ScipParams, asked: &ScipLaser, baud: u32) -> Bench {
     let mut rig = Rig { vertical: None, base: Base::none(), ..Rig::default() };
     let is_network = params.link == ScipLink::Network;
     let address = is_network.then(|| "192.168.0.10:10940".to_owned());
-    rig.horizontal.protocol = LaserProtocol::Scip(ScipLaser { address, ..asked });
+    rig.horizontal.protocol = LaserProtocol::Scip(ScipLaser { address, ..asked.clone() });
     rig.horizontal.baud = baud;
     let options = EngineOptions { rig, matcher: TrackerParams::default(), feed: Feed::Live, raw: false };
     let first_beams_ns: std::sync::Arc<std::sync::Mutex<Vec<i64>>> = std::sync::Arc::default();
@@ -137,7 +137,7 @@ fn a_laser_streams_within_two_seconds_in_whatever_state_it_was_left() {
         for state in states {
             for phase_ms in [0, 9, 17] {
                 let params = ScipParams { link, state, phase_ns: phase_ms * MS, ..named(name) };
-                let mut bench = bench(params, ScipLaser::default(), 115_200);
+                let mut bench = bench(params, &ScipLaser::default(), 115_200);
                 bench.run(6 * S);
                 let case = format!("{name} {link:?} {state:?}");
                 let first = bench.scans().first().map(|(at_ns, _)| *at_ns);
@@ -167,7 +167,7 @@ fn scans_have_the_directions_ranges_and_times_of_the_device() {
         remission: Some(true),
         ..ScipLaser::default()
     };
-    let mut bench = bench(named("UST-20LX"), asked, 0);
+    let mut bench = bench(named("UST-20LX"), &asked, 0);
     bench.run(20 * S);
     assert_eq!(bench.asked, ["QT", "VV", "PP", "ME0180090002100"], "{:?}", bench.events);
     let first_beams_ns = bench.first_beams_ns.lock().unwrap().clone();
@@ -195,7 +195,7 @@ fn scans_have_the_directions_ranges_and_times_of_the_device() {
 fn codes_are_no_ranges_and_an_old_laser_is_asked_for_nothing_that_hangs_it() {
     let link = ScipLink::Serial(115_200);
     let asked = ScipLaser { remission: Some(true), ..ScipLaser::default() };
-    let mut bench = bench(ScipParams { link, ..named("URG-04LX") }, asked, 115_200);
+    let mut bench = bench(ScipParams { link, ..named("URG-04LX") }, &asked, 115_200);
     bench.run(4 * S);
     assert!(bench.events.iter().any(|event| event.contains("no remission")), "{:?}", bench.events);
     assert!(bench.asked.iter().any(|asked| asked == "MD0044072501000"), "{:?}", bench.asked);

@@ -9,7 +9,7 @@ mod requests;
 mod scans;
 
 use biplane_wire::Item;
-use biplane_wire::cola::{Deframer, Dialect, Telegram};
+use biplane_wire::cola::{Deframer, Dialect, Kind, Telegram};
 
 use crate::devices::device::{Device, DeviceCounts};
 use crate::rig::fan::FanSource;
@@ -31,6 +31,8 @@ pub struct ColaDevice {
     answers: Vec<(i64, Vec<u8>)>,
     /// Scans are sent, in this dialect.
     subscribed: Option<Dialect>,
+    /// A client waits for the next scan alone, in this dialect.
+    asked: Option<Dialect>,
     /// From then on it answers.
     awake_ns: i64,
     counts: DeviceCounts,
@@ -48,6 +50,7 @@ impl ColaDevice {
             deframer: Box::new(Deframer::new()),
             answers: Vec::new(),
             subscribed: None,
+            asked: None,
             awake_ns: i64::MIN,
             counts: DeviceCounts::default(),
         }
@@ -72,6 +75,13 @@ impl ColaDevice {
         self.counts.requests += 1;
         let answered = self.settings.answer(&self.params, telegram);
         self.counts.refused += u64::from(answered.is_refused);
+        if answered.wants_scan {
+            if self.subscribed.is_none() && self.asked.is_none() {
+                self.turns.begin_at(now_ns + self.params.latency_ns);
+            }
+            self.asked = Some(telegram.dialect);
+            return;
+        }
         if let Some(is_on) = answered.subscribes {
             self.subscribed = is_on.then_some(telegram.dialect);
             self.turns.begin_at(now_ns + self.params.latency_ns);
@@ -80,6 +90,21 @@ impl ColaDevice {
             self.turns.set(&self.params, &self.settings.scan, now_ns);
         }
         self.answers.push((now_ns + self.params.latency_ns, answered.bytes));
+    }
+}
+
+impl ColaDevice {
+    /// Sends the scan of a turn to whom it is due.
+    fn measure(&mut self, turn: i64, out: &mut Vec<u8>) {
+        let fan = self.turns.fan(&self.params, &self.settings.range, turn);
+        let words = (self.source)(&fan);
+        let wanted = [(Kind::ReadAnswer, self.asked.take()), (Kind::Event, self.subscribed)];
+        for (kind, dialect) in wanted {
+            let Some(dialect) = dialect else { continue };
+            out.extend(self.turns.telegram(&self.params, &self.settings, (kind, dialect), turn, &words));
+            self.counts.telegrams += 1;
+        }
+        self.turns.count();
     }
 }
 
@@ -115,24 +140,21 @@ impl Device for ColaDevice {
             }
             waits
         });
-        if let Some(dialect) = self.subscribed {
-            while let Some(turn) = self.turns.next_before(now_ns) {
-                let fan = self.turns.fan(&self.params, &self.settings.range, turn);
-                let words = (self.source)(&fan);
-                out.extend(self.turns.telegram(&self.params, &self.settings, dialect, turn, &words));
-                self.counts.telegrams += 1;
-            }
+        while self.subscribed.or(self.asked).is_some()
+            && let Some(turn) = self.turns.next_before(now_ns)
+        {
+            self.measure(turn, out);
         }
         self.counts.bytes_sent += (out.len() - sent) as u64;
         let answer_ns = self.answers.iter().map(|(at_ns, _)| *at_ns).min();
-        let scan_ns = self.subscribed.map(|_| self.turns.next_ns());
+        let scan_ns = self.subscribed.or(self.asked).map(|_| self.turns.next_ns());
         [answer_ns, scan_ns].into_iter().flatten().min().unwrap_or(now_ns + IDLE_NS)
     }
 
     fn power_on(&mut self, now_ns: i64) {
         self.settings = Settings::of(&self.params);
         self.answers.clear();
-        self.subscribed = None;
+        (self.subscribed, self.asked) = (None, None);
         self.awake_ns = now_ns + self.params.boot_ns;
         self.turns.power_on(now_ns);
     }
@@ -140,7 +162,7 @@ impl Device for ColaDevice {
     fn connected(&mut self, _: i64) {
         *self.deframer = Deframer::new();
         self.answers.clear();
-        self.subscribed = None;
+        (self.subscribed, self.asked) = (None, None);
     }
 
     fn disconnected(&mut self, now_ns: i64) {

@@ -30,6 +30,8 @@ pub(super) struct Answered {
     pub(super) is_refused: bool,
     /// Scans shall be sent from now on, or no more.
     pub(super) subscribes: Option<bool>,
+    /// The scan that comes next is the answer.
+    pub(super) wants_scan: bool,
     /// The mirror has got another rate.
     pub(super) restarts_mirror: bool,
 }
@@ -45,6 +47,10 @@ impl Settings {
         let mut answered = Answered::default();
         let mut data = [0; 256];
         let found = match telegram.kind {
+            Kind::Read if telegram.name == Scan::NAME => {
+                answered.wants_scan = true;
+                return answered;
+            }
             Kind::Read => self.read(params, telegram, &mut data),
             Kind::Write => self.write(telegram),
             Kind::Method => self.call(params, telegram, &mut data, &mut answered),

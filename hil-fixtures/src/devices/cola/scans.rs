@@ -105,12 +105,12 @@ impl Turns {
         self.clock_us.wrapping_add(passed_us.round() as i64 as u32)
     }
 
-    /// The telegram of a turn with these ranges.
+    /// The telegram of a turn with these ranges, as an event or an answer.
     pub(super) fn telegram(
-        &mut self,
+        &self,
         params: &ColaParams,
         settings: &Settings,
-        dialect: Dialect,
+        form: (Kind, Dialect),
         turn: i64,
         words: &[u16],
     ) -> Vec<u8> {
@@ -127,8 +127,6 @@ impl Turns {
             shot_frequency_100hz: 36 * settings.scan.rate_chz / settings.scan.step_e4deg.max(1),
             ..Head::default()
         };
-        self.counter = self.counter.wrapping_add(1);
-        self.scan_counter = self.scan_counter.wrapping_add(1);
         let remissions: Vec<u16> = words.iter().map(|word| REMISSION[usize::from(*word == 0)]).collect();
         let channel = |name: &[u8; 5], width, numbers| Channel {
             name: *name,
@@ -156,15 +154,21 @@ impl Turns {
             clock: settings.data.clock.then(biplane_wire::cola::Clock::default),
             event: Some(None),
         };
-        framed(&scan, dialect)
+        framed(&scan, form)
+    }
+
+    /// A turn was sent.
+    pub(super) fn count(&mut self) {
+        self.counter = self.counter.wrapping_add(1);
+        self.scan_counter = self.scan_counter.wrapping_add(1);
     }
 }
 
-fn framed(scan: &Scan<'_>, dialect: Dialect) -> Vec<u8> {
+fn framed(scan: &Scan<'_>, (kind, dialect): (Kind, Dialect)) -> Vec<u8> {
     let mut data = vec![0; biplane_wire::cola::MAX_TELEGRAM_BYTES];
     let length = scan.emit_data(dialect, &mut data).unwrap_or_default();
     let data = data.get(..length);
-    let telegram = Telegram { dialect, kind: Kind::Event, name: Scan::NAME, data };
+    let telegram = Telegram { dialect, kind, name: Scan::NAME, data };
     let mut bytes = vec![0; telegram.encoded_len()];
     // The buffer is as long as the telegram says.
     let _ = telegram.emit(&mut bytes);
