@@ -1,6 +1,7 @@
-//! The engine against a mock laser on a network (SICK's CoLa, Hokuyo's SCIP), in simulated time: a connection that ends in a telegram, one
-//! that is half open, a device that is switched off and on, another client that takes it over, a clock that
-//! wraps. Scans flow again within two seconds of the device, and nothing that arrived whole is lost.
+//! The engine against a mock laser on a network (SICK's CoLa, Hokuyo's SCIP), in simulated time: a connection
+//! that ends in a telegram, one that is half open, a device that is switched off and on, another client that
+//! takes it over, a clock that wraps. Scans flow again within two seconds of the device, and nothing that
+//! arrived whole is lost.
 //!
 //! `BIPLANE_SEEDS=100 cargo test --release -p biplane-onboard --test network_faults -- --nocapture`
 

@@ -1,5 +1,5 @@
-//! The turns of a laser's mirror, and the scan of each. Nanoseconds on the caller's clock; milliseconds on the
-//! device's own.
+//! The turns of a laser's mirror, and the scan of each. Nanoseconds on the caller's clock; milliseconds on
+//! the device's own.
 
 use biplane_wire::scip::{
     Block, CLOCK_ROUND_MS, Command, Delivery, MAX_BLOCK_BYTES, Reading, Scan, ScanRequest, Status, Values,

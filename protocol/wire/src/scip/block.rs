@@ -77,8 +77,8 @@ impl Body {
     }
 }
 
-/// One reply, its sums checked; those of keys with values are checked line by line when they are read, because
-/// devices are known to send wrong ones.
+/// One reply, its sums checked; those of keys with values are checked line by line when they are read,
+/// because devices are known to send wrong ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Block<'a> {
     /// The request that is answered.

@@ -1,5 +1,5 @@
-//! Numbers as text: groups of six bits, the high one first, each a character from `0` to `o`; and the sum of a
-//! line.
+//! Numbers as text: groups of six bits, the high one first, each a character from `0` to `o`; and the sum of
+//! a line.
 
 /// The character of six bits that are 0.
 const ZERO: u8 = 0x30;

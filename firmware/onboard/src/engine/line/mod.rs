@@ -9,6 +9,7 @@ pub(crate) mod laser_device;
 pub(crate) mod lines;
 pub(crate) mod monotonic;
 pub(crate) mod read_watermark;
+pub(crate) mod stated;
 pub(crate) mod watch;
 
 use biplane_recording::rig::{self, BaseProtocol};
@@ -20,17 +21,15 @@ use crate::engine::scan_data::ScanData;
 use crate::session::base::BaseSession;
 use crate::session::base::reading::OdometryReading;
 use crate::session::cola::event::ColaEvent;
-use crate::session::cola::scan::ColaScan;
 use crate::session::device_session::{Output, Session};
 use crate::session::event::Event;
 use crate::session::lms::scan::ranges::ScanReading;
 use crate::session::scip::event::ScipEvent;
-use crate::session::scip::scan::ScipScan;
 use crate::stamping::arrivals::{Arrivals, Bound, Extent, IN_TIME_NS, Pace};
 use crate::stamping::cycle_clock::CycleClock;
 use crate::stamping::cycle_params::CycleClockParams;
 use crate::stamping::departure::{Departure, HostState};
-use crate::stamping::device_clock::{DeviceClock, Stated};
+use crate::stamping::device_clock::DeviceClock;
 use crate::types::byte_time::byte_time_ns;
 
 /// With so many bytes of a port that nobody read, a kernel's buffer was full: behind them some may be lost
@@ -315,11 +314,11 @@ impl LaserLine {
             LaserDevice::Lms(_) => return None,
             LaserDevice::Cola(session) => {
                 let scan = session.scan();
-                (scan.offset, scan.length, stated(scan))
+                (scan.offset, scan.length, stated::of_sick(scan))
             }
             LaserDevice::Scip(session) => {
                 let scan = session.scan();
-                (scan.offset, scan.length, stated_of_hokuyo(scan))
+                (scan.offset, scan.length, stated::of_hokuyo(scan))
             }
         };
         // The network carries a telegram at once, and USB as good as: its first byte tells.
@@ -349,23 +348,6 @@ impl LaserLine {
         };
         self.device_clock.take_restart().then_some(event)
     }
-}
-
-/// What a telegram states, and how long before it was sent its first beam was taken, microseconds.
-fn stated(scan: &ColaScan) -> (Stated, i64) {
-    let since_scan_us = i64::from(scan.sent_us.wrapping_sub(scan.scan_us));
-    let before_us = since_scan_us - (scan.first_beam_s * 1e6).round() as i64;
-    let interval_us = (1e6 / scan.rate_hz).round() as i64;
-    (Stated { sent_us: scan.sent_us, counter: scan.telegram_counter, interval_us }, before_us)
-}
-
-/// The same of a Hokuyo laser. It states no time of sending: a scan is taken as sent when its last step was
-/// measured, which is the soonest.
-fn stated_of_hokuyo(scan: &ScipScan) -> (Stated, i64) {
-    let sent_us = scan.time.step_0_us + (scan.last_step_s * 1e6).round() as u64;
-    let before_us = ((scan.last_step_s - scan.first_beam_s) * 1e6).round() as i64;
-    let interval_us = scan.time.interval_us.round() as i64;
-    (Stated { sent_us: sent_us as u32, counter: scan.counter, interval_us }, before_us)
 }
 
 /// From one packet of a Pioneer to the next, nanoseconds (its default; one that is set otherwise is stamped

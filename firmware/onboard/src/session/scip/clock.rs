@@ -1,8 +1,8 @@
 //! The clock of a Hokuyo laser: milliseconds of 24 bits, at which its mirror passed step 0. It comes round
 //! after 4 h 40 min, and begins anew when the device is switched on or reset.
 //!
-//! A millisecond is coarse: a wall 10 m away moves by 17 mm in it when the robot turns at 1.7 rad/s. The mirror
-//! turns evenly, so that the times of step 0 follow from many scans, and each of them must lie in its
+//! A millisecond is coarse: a wall 10 m away moves by 17 mm in it when the robot turns at 1.7 rad/s. The
+//! mirror turns evenly, so that the times of step 0 follow from many scans, and each of them must lie in its
 //! millisecond. Times are nanoseconds of the host, microseconds of the device.
 
 use biplane_wire::scip::CLOCK_ROUND_MS;
@@ -16,7 +16,7 @@ const ANEW_US: u64 = 1 << 31;
 /// Scans that may be missing between two that are counted on.
 const MAX_MISSING: f64 = 40.0;
 /// A scan that is farther from where it should be begins a new count, microseconds.
-const STRAY_US: f64 = 1_500.0;
+const OUTLIER_US: f64 = 1_500.0;
 /// Share of a scan's error that corrects the time, once many were seen; a time that leaves its millisecond is
 /// corrected wholly. Of 0.02, 0.01 and 0.005 this is the best for turns of 25.013, 24.991 and 25.003 ms (RMS
 /// 82 to 229, 63 to 150, 79 to 111 us). Larger: follows a mirror that wavers sooner, with more noise.
@@ -101,7 +101,7 @@ impl Last {
         // From the begin of this millisecond.
         let predicted_us = self.rest_us + intervals * self.interval_us - passed_us;
         let error_us = HALF_US - predicted_us;
-        if !(1.0..=MAX_MISSING).contains(&intervals) || error_us.abs() > STRAY_US {
+        if !(1.0..=MAX_MISSING).contains(&intervals) || error_us.abs() > OUTLIER_US {
             return (fresh, 0);
         }
         let count = self.count.saturating_add(1);

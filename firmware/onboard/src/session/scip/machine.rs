@@ -1,5 +1,5 @@
-//! From a line to scans: at which rate does it answer, in which mode is it, who is it, stream; and back to the
-//! start when nothing comes any more. Times are nanoseconds.
+//! From a line to scans: at which rate does it answer, in which mode is it, who is it, stream; and back to
+//! the start when nothing comes any more. Times are nanoseconds.
 
 use biplane_wire::Item;
 use biplane_wire::scip::{Block, Parameters, Scan, ScanRequest, Status};
@@ -142,7 +142,7 @@ impl Machine {
     }
 
     /// Bytes have come: text at the rate at which a question is open is a device that speaks there.
-    pub(crate) fn heard(&mut self, bytes: &[u8]) {
+    pub(crate) fn received(&mut self, bytes: &[u8]) {
         let is_text = |byte: &u8| matches!(byte, b'\n' | b' '..=b'~');
         let waits = matches!(self.state, State::Asking(Query::Quit | Query::Confirm | Query::Stop));
         if waits && bytes.len() >= 4 && bytes.iter().all(is_text) {

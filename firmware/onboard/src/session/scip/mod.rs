@@ -5,8 +5,8 @@
 //! line -> (rate -> stop what runs -> SCIP 2.0, no clock mode) -> who is it -> (rig's rate)? -> stream
 //! stream -> line: silence, the connection lost
 //! ```
-//! A connection is made outside: [`Output::Reconnect`] asks for a new one, [`Input::PortBack`] says that it is
-//! there. While scans flow, nothing is asked. Sources: Hokuyo C-42-03320B, byte logs of three devices,
+//! A connection is made outside: [`Output::Reconnect`] asks for a new one, [`Input::PortBack`] says that it
+//! is there. While scans flow, nothing is asked. Sources: Hokuyo C-42-03320B, byte logs of three devices,
 //! complaints of users of other drivers. Never tried on hardware.
 
 pub(crate) mod clock;
@@ -118,7 +118,7 @@ impl Session for ScipSession {
         self.machine.now_ns = now_ns;
         match input {
             Input::Bytes(bytes) => {
-                self.machine.heard(bytes);
+                self.machine.received(bytes);
                 self.intake.take(bytes);
             }
             Input::Time => {}

@@ -49,8 +49,8 @@ impl Rates {
         }
     }
 
-    /// The next rate to look at: each of them once, then every other time where the laser likely is (its cable
-    /// was loose) or where it is when it was switched on.
+    /// The next rate to look at: each of them once, then every other time where the laser likely is (its
+    /// cable was loose) or where it is when it was switched on.
     pub(crate) fn next(&mut self) -> u32 {
         for _ in 0..LATER_ROUND {
             let place = self.poll;

@@ -1,5 +1,5 @@
-//! What the rig asks of a Hokuyo laser, and the request for scans that follows from it and from what the device
-//! offers.
+//! What the rig asks of a Hokuyo laser, and the request for scans that follows from it and from what the
+//! device offers.
 
 use std::fmt;
 

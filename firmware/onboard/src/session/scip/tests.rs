@@ -1,5 +1,5 @@
-//! What is asked of which device, and bytes of chance. Sessions against mock devices stand in the tests of the
-//! crate.
+//! What is asked of which device, and bytes of chance. Sessions against mock devices stand in the tests of
+//! the crate.
 
 use biplane_recording::Rig;
 use biplane_wire::scip::{Delivery, Parameters};

@@ -1,4 +1,5 @@
-//! A laser of today in `rig.toml`: `protocol = "cola"`, at an address on the network instead of a serial port.
+//! A laser of today in `rig.toml`: `protocol = "cola"`, at an address on the network instead of a serial
+//! port.
 //!
 //! What the rig does not ask for stays as the device is set. Nothing is written to a device without `login`.
 

@@ -7,6 +7,8 @@
 
 pub(crate) mod cola;
 pub(crate) mod scip;
+#[cfg(test)]
+mod tests;
 
 pub use cola::ColaLaser;
 pub use scip::ScipLaser;
@@ -229,7 +231,7 @@ impl Laser {
 }
 
 #[cfg(test)]
-mod tests {
+mod beam_tests {
     use super::Laser;
 
     fn laser(fov_deg: u16, resolution_deg: f64) -> Laser {
