@@ -5,8 +5,9 @@
     the first command
 
 Blocks that build the programs or install them (cargo) are left out: who runs this has done it. Fails when a
-command does."""
+command does, and when a figure of "Five minutes" is not what its command prints."""
 
+import json
 import re
 import subprocess
 import sys
@@ -14,19 +15,58 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from lib.programs import ROOT, fresh_folder
+from lib.programs import ROOT, fresh_folder, json_of
 from lib.verdict import require
 
 
 def commands_of(section):
     """The blocks of shell commands below a heading of README."""
-    text = re.search(rf"^## {re.escape(section)}\n(.*?)^## ", (ROOT / "README.md").read_text(), re.S | re.M)
-    require(text, f"README has no section {section}")
     return [
         block
-        for block in re.findall(r"^```sh\n(.*?)^```", text.group(1), re.S | re.M)
+        for block in re.findall(r"^```sh\n(.*?)^```", text_of(section), re.S | re.M)
         if "cargo " not in block
     ]
+
+
+def text_of(section):
+    """Everything below a heading of README."""
+    text = re.search(rf"^## {re.escape(section)}\n(.*?)^## ", (ROOT / "README.md").read_text(), re.S | re.M)
+    require(text, f"README has no section {section}")
+    return text.group(1)
+
+
+def check_figure(name, written, measured, share, rest):
+    """A figure of README is the measured one, within a share of it and what its last digit may hide."""
+    near = abs(float(written) - measured) <= share * measured + rest
+    require(near, f"README says {name} {written}, it is {measured:.4g}")
+
+
+def check_model_line(text, work):
+    """The line that `build` ends with."""
+    pattern = (
+        r"`(\d+) points, (\d+) triangles -> (\d+) polygons with \d+ holes on (\d+) planes \+ (\d+) triangles"
+    )
+    line = re.search(pattern, text)
+    require(line, "README shows no last line of build")
+    summary = json.loads((work / "model/summary.json").read_text())
+    names = ("points", "raw_triangles", "polygons", "planes", "leftover_triangles")
+    # Counts of surfaces change with the version, those of points hardly.
+    shares = (0.01, 0.01, 0.15, 0.15, 0.4)
+    for name, written, share in zip(names, line.groups(), shares):
+        check_figure(name, written, summary[name], share, 0)
+
+
+def check_errors(text, work):
+    """Surfaces and poses against the truth, in centimeters with one digit."""
+    errors = r"within ([\d.]+) cm RMS \(the raw mesh: ([\d.]+) cm\), poses within ([\d.]+) cm"
+    found = re.search(errors, text)
+    require(found, "README names no errors of model and poses")
+    compared = json_of("biplane", "compare", work / "model", "--truth", work / "truth/surfaces.ply", "--json")
+    words = ("biplane", "evaluate", "trajectory", work / "office.mcap", work / "truth/poses.tum", "--json")
+    surfaces = [compared[name]["to_truth"]["rms_m"] for name in ("model", "raw")]
+    measured = (*surfaces, json_of(*words)["absolute"]["translation_m"]["rmse"])
+    for name, written, value_m in zip(("walls", "raw mesh", "poses"), found.groups(), measured):
+        check_figure(f"{name}, cm:", written, 100 * value_m, 0.1, 0.05)
 
 
 def main(work, section, files):
@@ -39,6 +79,9 @@ def main(work, section, files):
     print(done.stderr, end="")
     require(done.returncode == 0, f"a command of README failed under {section}")
     count = sum(block.count("\n") for block in blocks)
+    if section == "Five minutes":
+        check_model_line(text_of(section), work)
+        check_errors(text_of(section), work)
     print(f"{count} commands of README, {section}: done as written")
 
 
