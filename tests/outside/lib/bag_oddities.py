@@ -85,6 +85,41 @@ def odometry(time_ns):
     )
 
 
+def echoes(time_ns, frame, count=91):
+    """A scan of two echoes a beam, the nearer first; each tenth beam has none."""
+    echo = kind("sensor_msgs/msg/LaserEcho")
+    single = scan(time_ns, frame, count)
+    fields = {name: getattr(single, name) for name in single.__dataclass_fields__ if name != "__msgtype__"}
+    ranges = [echo(echoes=np.array([] if i % 10 == 0 else [2.5, 4.0], np.float32)) for i in range(count)]
+    fields |= {"ranges": ranges, "intensities": []}
+    return kind("sensor_msgs/msg/MultiEchoLaserScan")(**fields)
+
+
+def inertial(time_ns):
+    """An inertial unit that stands still."""
+    zero, one = np.zeros(9), kind("geometry_msgs/msg/Vector3")
+    return kind("sensor_msgs/msg/Imu")(
+        header=header(time_ns, "imu_link"),
+        orientation=kind("geometry_msgs/msg/Quaternion")(x=0.0, y=0.0, z=0.0, w=1.0),
+        orientation_covariance=zero,
+        angular_velocity=one(x=0.0, y=0.0, z=0.0),
+        angular_velocity_covariance=zero,
+        linear_acceleration=one(x=0.0, y=0.0, z=9.81),
+        linear_acceleration_covariance=zero,
+    )
+
+
+def backpack(scans=20):
+    """Topics, types and frames of Cartographer's 2D backpack (Deutsches Museum), by its documentation."""
+    rows = []
+    for number in range(scans):
+        at = START_NS + number * 25_000_000
+        rows.append((at + 20_000_000, "horizontal_laser_2d", echoes(at, "horizontal_laser_link")))
+        rows.append((at + 22_000_000, "vertical_laser_2d", echoes(at + 2_000_000, "vertical_laser_link")))
+        rows += [(at + ms * 10**6, "imu", inertial(at + ms * 10**6)) for ms in (23, 24)]
+    return rows
+
+
 class Oddities:
     """A folder of odd bags, and what is expected of each."""
 
@@ -269,6 +304,35 @@ class Oddities:
             "overlap", 1, "merge them first", paths=[self.work / "whole.bag", self.work / "one_laser.bag"]
         )
 
+    def layouts(self):
+        """Bags of robots that are known by their topics."""
+        self.bag("backpack.bag", backpack())
+        self.ends("backpack.bag", 0, "20 horizontal and 20 vertical scans")
+        (self.work / "backpack.bag.out.mcap").unlink()
+        self.ends("backpack.bag", 0, "mounts as in its backpack_2d.urdf")
+        made = self.work / "backpack.bag.out.mcap"
+        for topic in ("scan/horizontal", "scan/vertical"):
+            found = [message for _, message in bags.messages(made, topic)]
+            require(len(found) == 20, f"backpack: {len(found)} scans in {topic}")
+            first = np.asarray(found[0].ranges)
+            require(np.isinf(first[::10]).all(), f"backpack: {topic}: beams without echoes are {first[::10]}")
+            near = np.delete(first, np.arange(0, len(first), 10))
+            require((near == 2.5).all(), f"backpack: {topic}: the first echo is not taken: {near[:5]}")
+        samples = sum(1 for _ in bags.messages(made, "imu"))
+        require(samples == 40, f"backpack: {samples} samples of the inertial unit")
+        mounts = {
+            one.child_frame_id: one.transform
+            for _, message in bags.messages(made, "tf_static")
+            for one in message.transforms
+        }
+        for frame, place in {
+            "laser_horizontal": (0.1007, 0.0, 0.0558),
+            "laser_vertical": (0.1007, 0.0, 0.1814),
+        }.items():
+            at = mounts[frame].translation
+            require(np.allclose((at.x, at.y, at.z), place), f"backpack: {frame} is at {at}")
+        self.tally.ok("backpack: first echoes, inertial samples and mounts of its documentation")
+
 
 def limited():
     """A process with so little memory for itself."""
@@ -282,3 +346,4 @@ def check(work, tally):
     odd.databases()
     odd.chunks()
     odd.contents()
+    odd.layouts()

@@ -3,5 +3,6 @@
 mod floors;
 mod imports;
 mod layout;
+mod portable;
 pub(crate) mod tidy;
 mod words;
