@@ -24,6 +24,8 @@ fn no_source_asks_for_a_processor_or_its_layout_in_memory() {
     let mut tied = Vec::new();
     for path in tops.iter().flat_map(|top| rust_files(top)) {
         let text = fs::read_to_string(&path).unwrap();
+        // A test may check the kernel's layout where it knows it.
+        let text = text.split("mod tests {").next().unwrap_or_default();
         tied.extend(TIED.iter().filter(|word| text.contains(**word)).map(|word| (path.clone(), *word)));
     }
     assert!(tied.is_empty(), "tied to a kind of processor: {tied:#?}");
