@@ -90,6 +90,7 @@ targets!(
     bag,
     poses,
     relations,
+    ifc,
     obj,
     ply,
     model_json,

@@ -5,6 +5,7 @@ use crate::faults::{Faults, Preset};
 use crate::line::ReadParams;
 use crate::simulate::{SimulateError, SimulateOptions, run};
 use crate::world::WorldError;
+use crate::world::ifc::StoreyChoice;
 use std::path::PathBuf;
 
 /// Drive a rig through a known world: the serial bytes that its devices would send, and the truth.
@@ -13,7 +14,10 @@ use std::path::PathBuf;
 /// and scans_horizontal.txt (at each scan's first beam) and the vertical laser's. The same options
 /// and seed give byte-identical files.
 ///
+/// The truth of an IFC file is also in truth.json: rooms, walls, doors and windows.
+///
 /// Example: biplane-mock simulate --world corridor --seed 1 -o corridor.mcap --truth truth
+/// Example: biplane-mock simulate --world house.ifc --doors open -o house.mcap --truth truth
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(super) struct Simulate {
@@ -48,12 +52,28 @@ pub(super) struct Simulate {
     mirror_ppm: MirrorPpm,
 }
 
+/// How doors stand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Doors {
+    /// All of them are there.
+    Closed,
+    /// None of them is there.
+    Open,
+}
+
 /// What drives where.
 #[derive(Debug, clap::Args)]
 struct Drive {
-    /// World: a built-in name, or an OBJ or PLY file.
+    /// World: a built-in name, or an OBJ, PLY or IFC file. An IFC file needs no path: the drive leads
+    /// through all rooms that the robot reaches, and the seed varies it.
     #[arg(long, value_name = "W")]
     world: String,
+    /// Storey of an IFC file, counted from 0 at the lowest.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    storey: usize,
+    /// Doors of an IFC file: closed as they are drawn, or open (taken out).
+    #[arg(long, value_enum, default_value_t = Doors::Closed)]
+    doors: Doors,
     /// Path through it: a built-in name or a .toml file; the usual one when left out.
     #[arg(long, value_name = "P")]
     path: Option<String>,
@@ -85,6 +105,7 @@ impl Simulate {
     pub(super) fn run(&self) -> anyhow::Result<()> {
         let options = SimulateOptions {
             world: self.drive.world.clone(),
+            storey: StoreyChoice { index: self.drive.storey, doors_open: self.drive.doors == Doors::Open },
             path: self.drive.path.clone(),
             speed_m_s: self.drive.cruise,
             rig: self.drive.rig.clone(),

@@ -6,16 +6,22 @@ use crate::line::ReadParams;
 use crate::rig::simulated::SimulationParams;
 use crate::simulate::truth_folder::TruthError;
 use crate::world::WorldError;
+use crate::world::ifc::StoreyChoice;
 use crate::world::path::PathError;
 use biplane_recording::{RigError, WriteError};
 use biplane_wire::WireError;
 use std::path::PathBuf;
 
+/// Time of every capture's start, UTC nanoseconds.
+pub(super) const START_UTC_NS: i64 = 1_000_000_000_000_000_000;
+
 /// What to simulate, and where to.
 #[derive(Clone, Debug)]
 pub struct SimulateOptions {
-    /// A built-in world's name, or an OBJ or PLY file.
+    /// A built-in world's name, or an OBJ, PLY or IFC file.
     pub world: String,
+    /// Which storey of an IFC file, and how its doors stand.
+    pub storey: StoreyChoice,
     /// A built-in path's name, or a path file; the world's usual path without it.
     pub path: Option<String>,
     /// Cruising speed instead of the path's, m/s.
@@ -34,8 +40,6 @@ pub struct SimulateOptions {
     pub start_up: bool,
     /// Standing still before and after the drive, seconds.
     pub stand_s: f64,
-    /// Time of the capture's start, UTC nanoseconds.
-    pub start_utc_ns: i64,
     /// How well the devices measure.
     pub params: SimulationParams,
     /// How the bytes reach the computer.
@@ -52,6 +56,7 @@ impl Default for SimulateOptions {
     fn default() -> Self {
         Self {
             world: "corridor".to_owned(),
+            storey: StoreyChoice::default(),
             path: None,
             speed_m_s: None,
             rig: None,
@@ -61,7 +66,6 @@ impl Default for SimulateOptions {
             overwrite: false,
             start_up: false,
             stand_s: 0.5,
-            start_utc_ns: 1_000_000_000_000_000_000,
             params: SimulationParams::default(),
             reads: ReadParams::default(),
             mirror_ppm: [0.0; 2],

@@ -1,6 +1,7 @@
 //! From a world and a rig to the capture and its truth.
 
 use super::devices::{record_base, record_laser};
+use super::options::START_UTC_NS;
 use super::times::Times;
 use super::{SimulateError, SimulateOptions, SimulateReport};
 use crate::capture::file::{About, write_capture};
@@ -11,6 +12,7 @@ use crate::simulate::truth::Truth;
 use crate::simulate::truth_folder::prepare;
 use crate::world::World;
 use crate::world::path::Path as DrivePath;
+use biplane_ifc::Plan;
 use biplane_recording::Rig;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -19,8 +21,8 @@ use std::path::Path;
 pub fn run(options: &SimulateOptions) -> Result<SimulateReport, SimulateError> {
     refuse_inputs(options)?;
     options.faults.check(Place::Simulate)?;
-    let world = World::open(&options.world)?;
-    let path = drive_path(&world, options)?;
+    let world = World::open_storey(&options.world, &options.storey)?;
+    let (path, plan) = drive_path(&world, options)?;
     let rig = match &options.rig {
         Some(file) => Rig::load(file)?,
         None => Rig::default(),
@@ -56,16 +58,17 @@ pub fn run(options: &SimulateOptions) -> Result<SimulateReport, SimulateError> {
     report.serial_bytes = lines.iter().flat_map(|line| &line.reads).map(|read| read.bytes.len() as u64).sum();
 
     let about = about(options, &world, &path);
-    let mut clock = options.faults.host_clock(options.start_utc_ns);
+    let mut clock = options.faults.host_clock(START_UTC_NS);
     write_capture(&options.output, options.overwrite, &rig, &about, &lines, &mut clock)?;
     if let Some(directory) = &options.truth {
-        let truth = Truth::new(&simulated, directory, options.start_utc_ns);
+        let truth = Truth::new(&simulated, directory, START_UTC_NS);
         truth.scans(LaserRole::Horizontal, &horizontal.first_beams_ns)?;
         if let Some(vertical) = &vertical {
             truth.scans(LaserRole::Vertical, &vertical.first_beams_ns)?;
         }
         truth.trajectory(0, times.end_ns)?;
         truth.surfaces()?;
+        plan.map(|plan| truth.plan(&plan)).transpose()?;
     }
     Ok(report)
 }
@@ -76,12 +79,16 @@ fn refuse_inputs(options: &SimulateOptions) -> Result<(), SameFile> {
     files.into_iter().flatten().try_for_each(|input| refuse_same_file(input, &options.output))
 }
 
-fn drive_path(world: &World, options: &SimulateOptions) -> Result<DrivePath, SimulateError> {
-    let mut path = world.path_or_file(options.path.as_deref())?;
+/// The path, and the true plan of the world where it is known, with the rooms that the path enters.
+fn drive_path(world: &World, options: &SimulateOptions) -> Result<(DrivePath, Option<Plan>), SimulateError> {
+    let (mut path, plan) = match (&options.path, &world.plan) {
+        (None, Some(_)) => world.planned(options.seed).map(|(path, plan)| (path, Some(plan)))?,
+        _ => (world.path_or_file(options.path.as_deref())?, world.plan.clone()),
+    };
     if let Some(speed_m_s) = options.speed_m_s {
         path.speed_m_s = speed_m_s;
     }
-    Ok(path)
+    Ok((path, plan))
 }
 
 fn check(rig: &Rig, options: &SimulateOptions) -> Result<(), SimulateError> {

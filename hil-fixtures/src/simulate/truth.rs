@@ -6,6 +6,7 @@
 //! | `poses_vertical.tum` | the same for the vertical laser |
 //! | `trajectory.tum` | the same every 10 ms |
 //! | `scans_horizontal.txt`, `scans_vertical.txt` | times of the scans' first beams, one a line |
+//! | `truth.json` | rooms, walls and openings, where the world states them (IFC): `building.json`'s schema, in `map` |
 //! | `surfaces.ply` | all surfaces in `map`, an int property `plane` a face: -1 = no plane |
 //!
 //! Times in seconds of the capture's clock with nine decimals; meters.
@@ -13,6 +14,7 @@
 use crate::rig::simulated::{LaserRole, SimulatedRig};
 use crate::simulate::truth_folder::{TruthError, write_file};
 use crate::world::files::ply::write_ply;
+use biplane_ifc::Plan;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -38,6 +40,16 @@ impl<'a> Truth<'a> {
     /// Writes `surfaces.ply`.
     pub fn surfaces(&self) -> Result<(), TruthError> {
         self.file("surfaces.ply", |out| write_ply(out, self.rig.scene().mesh()))
+    }
+
+    /// Writes `truth.json`: a plan of the world's own frame, in `map`.
+    pub fn plan(&self, plan: &Plan) -> Result<(), TruthError> {
+        let map_from_world = self.rig.drive().map_from_world();
+        let plan = plan.moved(|[x, y]| {
+            let at = map_from_world.apply([x, y, plan.floor_z_m]);
+            [at[0], at[1]]
+        });
+        self.file("truth.json", |out| serde_json::to_writer_pretty(out, &plan).map_err(io::Error::from))
     }
 
     /// Writes `trajectory.tum` from `from_ns` to `to_ns` (device time).

@@ -6,13 +6,14 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 /// Every file of a truth.
-pub const FILES: [&str; 6] = [
+pub const FILES: [&str; 7] = [
     "poses.tum",
     "poses_vertical.tum",
     "scans_horizontal.txt",
     "scans_vertical.txt",
     "surfaces.ply",
     "trajectory.tum",
+    "truth.json",
 ];
 
 /// The truth could not be written.

@@ -5,11 +5,13 @@
 
 pub mod built_in;
 pub mod files;
+pub mod ifc;
 pub mod labels;
 pub mod mesh;
 pub mod path;
 pub mod pose;
 pub mod raycast;
+mod rooms;
 pub mod scene;
 pub mod vec3;
 
@@ -17,6 +19,8 @@ use crate::world::files::obj;
 use crate::world::files::obj::ObjError;
 use crate::world::files::ply;
 use crate::world::files::ply::PlyError;
+use crate::world::ifc::StoreyChoice;
+use biplane_ifc::{IfcError, Plan};
 use mesh::{LabeledMesh, Object};
 use path::{Path, PathError};
 use std::io;
@@ -35,6 +39,8 @@ pub struct World {
     pub mesh: LabeledMesh,
     /// Named parts of the mesh, for a world from an OBJ file.
     pub objects: Vec<Object>,
+    /// Rooms, walls and openings, for a world from an IFC file.
+    pub plan: Option<Plan>,
     /// Built-in paths; the first is the usual one. Empty for a mesh from a file.
     pub paths: Vec<Path>,
 }
@@ -43,7 +49,7 @@ pub struct World {
 #[derive(Debug, thiserror::Error)]
 pub enum WorldError {
     /// No built-in world, and no file that could be one.
-    #[error("no world `{name}`: built in are {}; a file must end in .obj or .ply", NAMES.join(", "))]
+    #[error("no world `{name}`: built in are {}; a file must end in .obj, .ply or .ifc", NAMES.join(", "))]
     Unknown {
         /// What was asked for.
         name: String,
@@ -72,6 +78,22 @@ pub enum WorldError {
         /// What is wrong.
         source: PlyError,
     },
+    /// A file is no IFC, or has no such storey.
+    #[error("{}: {source}", path.display())]
+    Ifc {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        source: IfcError,
+    },
+    /// No room can be driven through.
+    #[error(
+        "world `{world}` has no room that a robot of 0.56 m width can drive through: give a path (`--path`)"
+    )]
+    NoRoom {
+        /// The world.
+        world: String,
+    },
     /// The path file is no path.
     #[error("{}: {source}", path.display())]
     PathFile {
@@ -99,14 +121,20 @@ pub enum WorldError {
 }
 
 impl World {
-    /// A built-in world by name, or a mesh from an OBJ or PLY file.
+    /// A built-in world by name, or a mesh from an OBJ or PLY file, or the lowest storey of an IFC file.
     pub fn open(name: &str) -> Result<Self, WorldError> {
+        Self::open_storey(name, &StoreyChoice::default())
+    }
+
+    /// The same with the choice of a storey, for an IFC file.
+    pub fn open_storey(name: &str, storey: &StoreyChoice) -> Result<Self, WorldError> {
         if let Some(world) = Self::named(name) {
             return Ok(world);
         }
         let path = PathBuf::from(name);
         let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
         match extension.as_deref() {
+            Some("ifc") => ifc::load(&path, storey),
             Some("obj" | "ply") => Self::load(&path, extension.as_deref() == Some("ply")),
             _ => Err(WorldError::Unknown { name: name.to_owned() }),
         }
@@ -131,7 +159,22 @@ impl World {
         }
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let paths = known_paths(&name)?;
-        Ok(Self { name, mesh, objects, paths })
+        Ok(Self { name, mesh, objects, plan: None, paths })
+    }
+
+    /// A drive through all rooms that a robot reaches, and the plan with the rooms that it enters marked; for
+    /// a world with a plan.
+    pub fn planned(&self, seed: u64) -> Result<(Path, Plan), WorldError> {
+        let world = self.name.clone();
+        let Some(plan) = &self.plan else { return Err(WorldError::NoPath { world }) };
+        let Some((path, entered)) = rooms::plan_path(plan, &self.mesh, seed) else {
+            return Err(WorldError::NoRoom { world });
+        };
+        let mut plan = plan.clone();
+        for (room, entered) in plan.rooms.iter_mut().zip(entered) {
+            room.entered = Some(entered);
+        }
+        Ok((path, plan))
     }
 
     /// The built-in world of that name.
@@ -175,7 +218,7 @@ impl World {
             return Ok(path.clone());
         }
         let world = self.name.clone();
-        let Some(name) = name else { return Err(WorldError::NoPath { world }) };
+        let Some(name) = name else { return Ok(self.planned(1)?.0) };
         if !name.ends_with(".toml") {
             let known: Vec<&str> = self.paths.iter().map(|path| path.name.as_str()).collect();
             let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };

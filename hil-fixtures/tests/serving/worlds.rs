@@ -37,7 +37,7 @@ fn a_laser_is_deaf_and_garbled_at_a_wrong_rate_and_answers_at_its_own() {
     let report = serving(&options, |links| {
         let laser = Client::open(&links.join("lms-horizontal"), 38_400);
         laser.write(&hex(STOP));
-        assert_eq!(laser.read_until(200, |_| false), []);
+        assert_eq!(laser.read_until(200, |_| false), [0_u8; 0]);
         laser.set_baud(9600);
         laser.ask(STOP, DONE);
         laser.write(&hex(STOP));

@@ -113,11 +113,13 @@ def read(path, storey, doors_open):
             openings += [(len(walls) - 1, voids.RelatedOpeningElement) for voids in wall.HasOpenings]
     for part in file.by_type("IfcCurtainWall"):
         parts = [bodies.of(each) for each in ifcopenshell.util.element.get_decomposition(part)]
-        parts = [truth.footprint_of(*body) for body in [*parts, bodies.of(part)] if body]
+        parts = [body for body in [*parts, bodies.of(part)] if body]
         if storey_of(part) == chosen and parts:
+            height = float(np.ptp(np.concatenate([vertices[:, 2] for vertices, _ in parts])))
+            parts = [truth.footprint_of(*body) for body in parts]
             axis, thickness = truth.strip(shapely.unary_union(parts).convex_hull)
             footprint = truth.line(*axis).buffer(thickness / 2, cap_style="flat")
-            walls.append((part.Name or "", footprint, axis, thickness, rooms[0][2] - floor_z, "curtain"))
+            walls.append((part.Name or "", footprint, axis, thickness, height, "curtain"))
     found = [as_opening(bodies, wall, opening) for wall, opening in openings]
     found = [opening for opening in found if opening and opening[5] > floor_z + 0.3]
     if doors_open:

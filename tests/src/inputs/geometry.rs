@@ -11,6 +11,16 @@ use biplane::files::{
 use crate::inputs::making::memory_file::MemoryFile;
 
 /// Every corner of every triangle is a vertex, for both readers.
+pub(super) fn ifc(input: &[u8]) {
+    let Ok(ifc) = biplane_ifc::Ifc::read(input) else { return };
+    let (elements, _) = ifc.elements();
+    for storey in 0..ifc.storeys().len() {
+        if let Ok(plan) = ifc.plan(storey, &elements) {
+            assert!(plan.rooms.iter().all(|room| room.outline_m.len() > 2));
+        }
+    }
+}
+
 pub(super) fn obj(input: &[u8]) {
     if let Ok(obj) = read_obj(input) {
         let _ = Shift::Find.of(&obj.vertices_m);

@@ -76,6 +76,8 @@ pub const TARGETS: &[Target] = &[
     target("poses", Form::Text, 64, logs::poses),
     target("relations", Form::Text, 64, logs::relations),
     target("obj", Form::Text, 64, geometry::obj),
+    // Triangles of 72 bytes, of which a circle of one line makes many, and trees of planes.
+    target("ifc", Form::Text, 4096, geometry::ifc),
     target("ply", Form::Binary, 64, geometry::ply),
     // Six other formats are made of it.
     Target { own_bytes: 16 << 20, ..target("model_json", Form::Text, 1024, geometry::model_json) },

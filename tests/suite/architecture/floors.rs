@@ -33,6 +33,7 @@ pub(super) const CRATES: &[Crate] = &[
         source: "protocol/recording/src",
         floors: &[&["file_kind", "rig"], &["messages"], &["topics"], &["mcap"], &["capture"]],
     },
+    Crate { source: "protocol/ifc/src", floors: &[&["step"], &["geometry"], &["building"]] },
     Crate {
         source: "firmware/matcher/src",
         floors: &[

@@ -9,12 +9,13 @@ const FILE_LINES: usize = 400;
 /// Lines that the map may have.
 const MAP_LINES: usize = 200;
 /// Folders with the sources that the map describes.
-const SOURCES: [&str; 9] = [
+const SOURCES: [&str; 10] = [
     "protocol/geometry/src",
     "protocol/clock/src",
     "protocol/cli/src",
     "protocol/wire/src",
     "protocol/recording/src",
+    "protocol/ifc/src",
     "firmware/matcher/src",
     "firmware/onboard/src",
     "host/src",

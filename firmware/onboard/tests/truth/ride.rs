@@ -54,7 +54,13 @@ pub(crate) fn bare_corridor(length_m: f64) -> World {
         weave_length_m: 4.0,
         ..Path::default()
     };
-    World { name: "bare".to_owned(), mesh: builder.finish(), objects: Vec::new(), paths: vec![path] }
+    World {
+        name: "bare".to_owned(),
+        mesh: builder.finish(),
+        objects: Vec::new(),
+        plan: None,
+        paths: vec![path],
+    }
 }
 
 impl Ride {

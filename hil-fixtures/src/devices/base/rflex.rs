@@ -318,7 +318,7 @@ mod tests {
     #[test]
     fn both_axes_report_every_tenth_of_a_second_once_asked() {
         let mut device = RflexDevice::new(RflexParams::default(), Box::new(Clock));
-        assert_eq!(run(&mut device, 0, 500), []);
+        assert_eq!(run(&mut device, 0, 500), [0_u8; 0]);
         device.handle(500 * MS, &hex("1B 02 02 00 22 08 00 01 86 A0 00 00 00 03 0C 1B 03"));
         let received = run(&mut device, 500, 950);
         // From 502 ms on, five times two reports of 34 bytes; the counters begin at zero.
@@ -330,7 +330,7 @@ mod tests {
         assert_eq!((received[14], received[34 + 14]), (0, 1));
         device.handle(960 * MS, &hex("1B 02 02 00 22 08 00 00 00 00 00 00 00 00 28 1B 03"));
         run(&mut device, 960, 980);
-        assert_eq!(run(&mut device, 980, 2000), []);
+        assert_eq!(run(&mut device, 980, 2000), [0_u8; 0]);
     }
 
     #[test]

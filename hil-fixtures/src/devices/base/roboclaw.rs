@@ -243,7 +243,7 @@ mod tests {
         assert_eq!(ask(&mut device, 0, &[0x80, 21]), version);
         assert_eq!(ask(&mut device, 100 * MS, &[0x80, 24]), [0x00, 0x7B, 0xF8, 0x06]);
         assert_eq!(ask(&mut device, 200 * MS, &[0x80, 20, 0x49, 0x2D]), [0xFF]);
-        assert_eq!(ask(&mut device, 250 * MS, &[0x80, 20, 0x49, 0x2E]), []);
+        assert_eq!(ask(&mut device, 250 * MS, &[0x80, 20, 0x49, 0x2E]), [0_u8; 0]);
         assert_eq!(device.counts().bad_checksums, 1);
     }
 
@@ -260,10 +260,10 @@ mod tests {
     #[test]
     fn other_addresses_commands_that_drive_and_half_requests_are_not_answered() {
         let mut device = RoboClawDevice::new(RoboClawParams::default(), Box::new(Clock));
-        assert_eq!(ask(&mut device, 0, &[0x81, 78]), []);
+        assert_eq!(ask(&mut device, 0, &[0x81, 78]), [0_u8; 0]);
         // Forward at full speed: not obeyed, not answered.
-        assert_eq!(ask(&mut device, 100 * MS, &[0x80, 0, 127, 0x11, 0x22]), []);
-        assert_eq!(ask(&mut device, 200 * MS, &[0x80]), []);
+        assert_eq!(ask(&mut device, 100 * MS, &[0x80, 0, 127, 0x11, 0x22]), [0_u8; 0]);
+        assert_eq!(ask(&mut device, 200 * MS, &[0x80]), [0_u8; 0]);
         assert_eq!(ask(&mut device, 300 * MS, &[0x80, 24]).len(), 4);
     }
 
@@ -272,7 +272,7 @@ mod tests {
         let mut device = RoboClawDevice::new(RoboClawParams::default(), Box::new(Clock));
         ask(&mut device, 0, &[0x80, 78]);
         device.power_on(2_000 * MS);
-        assert_eq!(ask(&mut device, 2_100 * MS, &[0x80, 78]), []);
+        assert_eq!(ask(&mut device, 2_100 * MS, &[0x80, 78]), [0_u8; 0]);
         // The answer leaves 1 ms behind the question: 601 counts.
         assert_eq!(ask(&mut device, 2_600 * MS, &[0x80, 78])[..8], [0, 0, 2, 89, 0, 0, 0, 0]);
     }

@@ -50,7 +50,13 @@ pub(crate) fn building() -> World {
     builder.within([0.0, 0.0, 0.0], 0.0, court);
     builder.rect(Facing::Up, 0.0, [-60.0, length + 60.0], [-60.0, width + 60.0], &[]);
     surroundings(&mut builder);
-    World { name: "building".to_owned(), mesh: builder.finish(), objects: Vec::new(), paths: vec![around()] }
+    World {
+        name: "building".to_owned(),
+        mesh: builder.finish(),
+        objects: Vec::new(),
+        plan: None,
+        paths: vec![around()],
+    }
 }
 
 /// Once around, and a little farther than the start.

@@ -59,7 +59,13 @@ pub(crate) fn corridor() -> World {
         weave_length_m: 4.0,
         ..Path::default()
     };
-    World { name: "corridor".to_owned(), mesh: builder.finish(), objects: Vec::new(), paths: vec![path] }
+    World {
+        name: "corridor".to_owned(),
+        mesh: builder.finish(),
+        objects: Vec::new(),
+        plan: None,
+        paths: vec![path],
+    }
 }
 
 /// One side wall with its doors; `own` takes a place along the corridor to the wall's own x.

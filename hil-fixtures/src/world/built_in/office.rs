@@ -32,7 +32,13 @@ pub(crate) fn office() -> World {
     partitions(&mut b);
     corridor_things(&mut b);
     room_things(&mut b, &mut rng);
-    World { name: "office".to_owned(), mesh: b.finish(), objects: Vec::new(), paths: vec![lap(), visit()] }
+    World {
+        name: "office".to_owned(),
+        mesh: b.finish(),
+        objects: Vec::new(),
+        plan: None,
+        paths: vec![lap(), visit()],
+    }
 }
 
 /// Once around and a quarter more, so that the start is seen again from the same side.

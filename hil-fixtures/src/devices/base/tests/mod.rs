@@ -73,7 +73,7 @@ const STANDING: &str = "fa fb 22 32 58 7f 00 00 00 00 00 00 00 00 7b 00 00 00 00
 #[test]
 fn ariacoda_opens_behind_a_modem_string_and_gets_the_bytes_of_its_transcript() {
     let mut bench = Bench::with(BaseParams::default(), Box::new(Still));
-    assert_eq!(bench.ask(b"WMS2\r", 70), []);
+    assert_eq!(bench.ask(b"WMS2\r", 70), [0_u8; 0]);
     assert_eq!(bench.ask(&hex(SYNC_0), 70), hex(SYNC_0));
     assert_eq!(bench.ask(&hex(SYNC_1), 70), hex(SYNC_1));
     assert_eq!(bench.ask(&hex(SYNC_2), 90), hex(IDENTITY));
@@ -186,7 +186,7 @@ fn a_close_between_the_syncs_begins_anew() {
     bench.ask(&hex(SYNC_0), 70);
     bench.ask(&hex(SYNC_1), 70);
     bench.ask(&hex("fa fb 06 02 3b 01 00 03 3b"), 70);
-    assert_eq!(bench.ask(&hex(SYNC_2), 70), []);
+    assert_eq!(bench.ask(&hex(SYNC_2), 70), [0_u8; 0]);
     assert_eq!(bench.ask(&hex(SYNC_0), 70), hex(SYNC_0));
 }
 
@@ -212,9 +212,9 @@ fn a_strict_base_takes_a_packet_before_sync0_for_a_sync_out_of_turn() {
     let mut bench = Bench::with(strict, Box::new(Still));
     let stop_first = format!("fa fb 03 1d 00 1d {SYNC_0}");
     for _ in 0..5 {
-        assert_eq!(bench.ask(&hex(&stop_first), 500), []);
+        assert_eq!(bench.ask(&hex(&stop_first), 500), [0_u8; 0]);
     }
-    assert_eq!(bench.ask(b"WMS2\r", 70), []);
+    assert_eq!(bench.ask(b"WMS2\r", 70), [0_u8; 0]);
     for (sync, answer) in [(SYNC_0, SYNC_0), (SYNC_1, SYNC_1), (SYNC_2, IDENTITY)] {
         assert_eq!(bench.ask(&hex(sync), 90), hex(answer));
     }

@@ -24,7 +24,7 @@ fn a_request_for_another_address_is_met_with_silence() {
         request.extend(checksum(&request).to_le_bytes());
         request.iter().map(|byte| format!("{byte:02x} ")).collect::<String>()
     };
-    assert_eq!(bench.ask(&to(1)), []);
+    assert_eq!(bench.ask(&to(1)), [0_u8; 0]);
     assert_eq!(bench.ask(&to(3))[..3], [0x06, 0x02, 0x83]);
     assert_eq!(bench.ask(&to(0))[..3], [0x06, 0x02, 0x83]);
 }
@@ -36,7 +36,7 @@ fn bytes_too_far_apart_are_no_request() {
         bench.device.handle(bench.now_ns, &[byte]);
         bench.run_ms(7);
     }
-    assert_eq!(bench.bytes(), []);
+    assert_eq!(bench.bytes(), [0_u8; 0]);
 }
 
 #[test]
@@ -104,7 +104,7 @@ fn noise_inside_a_request_spoils_it() {
     bench.device.handle_noise(0, 2);
     bench.device.handle(0, &hex("00 31 15 12"));
     bench.run_ms(300);
-    assert_eq!(bench.bytes(), []);
+    assert_eq!(bench.bytes(), [0_u8; 0]);
     assert_eq!(bench.device.counts().noise_bytes, 9);
 }
 

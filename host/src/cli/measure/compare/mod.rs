@@ -1,6 +1,7 @@
 //! `biplane compare`: how large and how true the raw mesh of a build is, its simplification by others, and
 //! the model.
 
+mod building;
 mod figures;
 mod page;
 mod table;
@@ -8,6 +9,7 @@ mod table;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use crate::metrics::building::Frames;
 use crate::metrics::compare::{BothWays, CompareParams, Reference, faces_seen};
 use crate::metrics::surface_distance::Surface;
 use crate::model::Mesh;
@@ -29,7 +31,7 @@ pub(crate) use self::page::write_compared;
 /// Words of the command.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  biplane compare model\n  biplane compare model --truth truth/surfaces.ply\n\n\
+    after_help = "Examples:\n  biplane compare model\n  biplane compare model --truth truth/surfaces.ply\n  biplane compare model --building truth.json --json\n  biplane compare model --ifc house.ifc --storey 0\n\n\
     qslim: the raw mesh simplified by quadric errors (Garland and Heckbert 1997) to as many triangles as the model has polygons and \
     leftover triangles.\nblocked: rays of the laser that a surface stops more than the margin before what they really hit."
 )]
@@ -40,6 +42,17 @@ pub(crate) struct Args {
     /// raw points
     #[arg(long, value_name = "TRUTH.ply")]
     truth: Option<PathBuf>,
+    /// The true rooms, walls and openings, in the schema of building.json and in the frame `map` of the
+    /// recording: prints how well the building was found, and nothing about surfaces
+    #[arg(long, value_name = "TRUTH.json", conflicts_with_all = ["truth", "margin", "pictures", "view", "report", "force"])]
+    building: Option<PathBuf>,
+    /// The same against a storey of an IFC file, which may lie anywhere: the place where the rooms agree is
+    /// searched for
+    #[arg(long, value_name = "TRUTH.ifc", conflicts_with_all = ["building", "truth", "margin", "pictures", "view", "report", "force"])]
+    ifc: Option<PathBuf>,
+    /// The storey of the IFC file, counted from 0 at the lowest
+    #[arg(long, value_name = "N", requires = "ifc", default_value_t = 0)]
+    storey: usize,
     /// A surface must stand so far before what a ray hit to block it, meters; three standard deviations of
     /// the noise are added
     #[arg(long, value_name = "M", default_value_t = CompareParams::default().rays.margin_m, value_parser = margin, allow_hyphen_values = true)]
@@ -71,6 +84,9 @@ fn margin(text: &str) -> Result<f64, String> {
 /// Runs the command.
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     Threads::default().take()?;
+    if args.building.is_some() || args.ifc.is_some() {
+        return compare_building(args);
+    }
     let mut parameters = CompareParams::default();
     parameters.rays.margin_m = args.margin;
     let spinner = console.spinner("measuring");
@@ -88,6 +104,25 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     }
     if let Some(picture) = &args.pictures {
         render::run(&render::Args::for_comparison(&args.folder, picture, args.view, args.force), console)?;
+    }
+    Ok(Outcome::Done)
+}
+
+/// Compares the building of a folder with the true one.
+fn compare_building(args: &Args) -> anyhow::Result<Outcome> {
+    let (truth, path, frames) = match (&args.building, &args.ifc) {
+        (Some(path), _) => (building::read(path)?, path, Frames::Same),
+        (None, Some(path)) => (building::read_ifc(path, args.storey)?, path, Frames::Unknown),
+        (None, None) => bail!("no true building was given"),
+    };
+    let mut figures = building::figures(&args.folder, &truth, frames)?;
+    figures.reference = path.display().to_string();
+    let mut out = io::stdout().lock();
+    if args.json {
+        serde_json::to_writer_pretty(&mut out, &figures).map_err(io::Error::from)?;
+        writeln!(out)?;
+    } else {
+        building::print(&mut out, &figures)?;
     }
     Ok(Outcome::Done)
 }

@@ -1,0 +1,4 @@
+//! STEP files: text to instances.
+
+pub(crate) mod parse;
+pub(crate) mod value;
