@@ -6,7 +6,7 @@
 //! | `poses_vertical.tum` | the same for the vertical laser |
 //! | `trajectory.tum` | the same every 10 ms |
 //! | `scans_horizontal.txt`, `scans_vertical.txt` | times of the scans' first beams, one a line |
-//! | `truth.json` | rooms, walls and openings, where the world states them (IFC): `building.json`'s schema, in `map` |
+//! | `truth.json` | rooms, walls, openings of a world from an IFC file: `building.json`'s schema, in `map` |
 //! | `surfaces.ply` | all surfaces in `map`, an int property `plane` a face: -1 = no plane |
 //!
 //! Times in seconds of the capture's clock with nine decimals; meters.

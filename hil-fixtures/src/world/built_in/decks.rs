@@ -49,7 +49,7 @@ pub(crate) fn decks() -> World {
         weave_length_m: 6.0,
         ..Path::default()
     };
-    World { name: "decks".to_owned(), mesh: b.finish(), objects: Vec::new(), paths: vec![path] }
+    World { name: "decks".to_owned(), mesh: b.finish(), objects: Vec::new(), plan: None, paths: vec![path] }
 }
 
 /// One deck: floor, ceiling, walls, pillars; open to the lane at `open` along x.

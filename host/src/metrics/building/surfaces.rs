@@ -1,8 +1,8 @@
 //! The surfaces of walls, as ISPRS' benchmark of indoor modelling measures them (Khoshelham et al. 2017).
 //!
-//! A wall's surface here is what stands upright around a room: the room's border from its floor to its ceiling
-//! without openings, and without borders to rooms that are open to it. *Completeness* is the share of the
-//! reference within 10 cm of the model, *correctness* the share of the model within 10 cm of the reference,
+//! A wall's surface here is what stands upright around a room: the room's border from its floor to its
+//! ceiling without openings, and without borders to rooms that are open to it. *Completeness* is the share of
+//! the reference within 10 cm of the model, *correctness* the share of the model within 10 cm of the reference,
 //! *accuracy* the median distance of reference to model, of distances under 10 cm.
 
 use serde::Serialize;

@@ -1,8 +1,8 @@
 //! Walls by what their footprints cover, and their thickness.
 //!
-//! Of a true wall only those parts count that bound a room that was entered: along its axis, every 2 cm, it is
-//! asked whether such a room lies beside it. A wall of the model has a footprint where its thickness is known;
-//! elsewhere it can be traced, but not found.
+//! Of a true wall only those parts count that bound a room that was entered: along its axis, every 2 cm, it
+//! is asked whether such a room lies beside it. A wall of the model has a footprint where its thickness is
+//! known; elsewhere it can be traced, but not found.
 
 use serde::Serialize;
 
@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn only_the_parts_beside_entered_rooms_count_and_thickness_must_be_stated_to_be_found() {
+    fn only_parts_beside_entered_rooms_count_and_need_a_thickness() {
         // A wall of 10 m of which the first 4 bound rooms, and one that bounds none.
         let walls =
             vec![wall([[0.0, 0.0], [10.0, 0.0]], Some(0.2)), wall([[0.0, 9.0], [10.0, 9.0]], Some(0.2))];

@@ -46,7 +46,7 @@ fn cut(rings: &[Vec<Vec3>], normal: Vec3) -> Vec<Triangle> {
         frame.axes.map(|axis| dot(off, axis))
     };
     let all = || rings.iter().flatten().map(flat);
-    let extent = all().fold(0.0_f64, |most, [x, y, _]| most.max(x.abs()).max(y.abs()));
+    let extent = all().fold(0.0_f64, |far, [x, y, _]| far.max(x.abs()).max(y.abs()));
     if extent <= 0.0 || !extent.is_finite() {
         return Vec::new();
     }
