@@ -2,9 +2,8 @@
 
 use super::labels;
 use super::mesh::{LabeledMesh, NO_PLANE, Object};
-use super::{World, WorldError};
-use biplane_ifc::{Element, Ifc};
-use std::path::Path;
+use biplane_ifc::{Element, Ifc, IfcError, Plan};
+use std::collections::BTreeMap;
 
 /// Which storey is driven through, and how its doors stand.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -15,16 +14,20 @@ pub struct StoreyChoice {
     pub doors_open: bool,
 }
 
+/// A storey with everything that is in the file.
+pub(super) struct IfcStorey {
+    pub(super) mesh: LabeledMesh,
+    pub(super) objects: Vec<Object>,
+    pub(super) plan: Plan,
+    /// How many bodies of which kind are left out, because their geometry is not known.
+    pub(super) left_out: BTreeMap<String, usize>,
+}
+
 /// Reads a file.
-pub(super) fn load(path: &Path, storey: &StoreyChoice) -> Result<World, WorldError> {
-    let bytes = std::fs::read(path).map_err(|source| WorldError::File { path: path.to_owned(), source })?;
-    let failed = |source| WorldError::Ifc { path: path.to_owned(), source };
-    let ifc = Ifc::read(&bytes).map_err(failed)?;
-    let (mut elements, unknown) = ifc.elements();
-    let mut plan = ifc.plan(storey.index, &elements).map_err(failed)?;
-    for (kind, count) in unknown {
-        eprintln!("{}: {count} bodies of kind {kind} are left out", path.display());
-    }
+pub(super) fn read(bytes: &[u8], storey: &StoreyChoice) -> Result<IfcStorey, IfcError> {
+    let ifc = Ifc::read(bytes)?;
+    let (mut elements, left_out) = ifc.elements();
+    let mut plan = ifc.plan(storey.index, &elements)?;
     if storey.doors_open {
         elements.retain(|element| !element.kind.starts_with("IFCDOOR"));
     } else {
@@ -32,8 +35,7 @@ pub(super) fn load(path: &Path, storey: &StoreyChoice) -> Result<World, WorldErr
     }
     let (mut mesh, objects) = meshes(&elements);
     labels::label_planes(&mut mesh);
-    let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    Ok(World { name, mesh, objects, plan: Some(plan), paths: Vec::new() })
+    Ok(IfcStorey { mesh, objects, plan, left_out })
 }
 
 /// All elements as one mesh, an object each.

@@ -134,10 +134,22 @@ impl World {
         let path = PathBuf::from(name);
         let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
         match extension.as_deref() {
-            Some("ifc") => ifc::load(&path, storey),
+            Some("ifc") => Self::load_ifc(&path, storey),
             Some("obj" | "ply") => Self::load(&path, extension.as_deref() == Some("ply")),
             _ => Err(WorldError::Unknown { name: name.to_owned() }),
         }
+    }
+
+    fn load_ifc(path: &std::path::Path, storey: &StoreyChoice) -> Result<Self, WorldError> {
+        let bytes =
+            std::fs::read(path).map_err(|source| WorldError::File { path: path.to_owned(), source })?;
+        let found = ifc::read(&bytes, storey);
+        let found = found.map_err(|source| WorldError::Ifc { path: path.to_owned(), source })?;
+        for (kind, count) in found.left_out {
+            eprintln!("{}: {count} bodies of kind {kind} are left out", path.display());
+        }
+        let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        Ok(Self { name, mesh: found.mesh, objects: found.objects, plan: Some(found.plan), paths: Vec::new() })
     }
 
     fn load(path: &std::path::Path, ply: bool) -> Result<Self, WorldError> {

@@ -3,10 +3,12 @@
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, VecDeque};
 
-use super::Point;
 use crate::world::mesh::LabeledMesh;
 use crate::world::vec3::Vec3;
 use biplane_ifc::Plan;
+
+/// x and y.
+pub(super) type Point = [f64; 2];
 
 /// Side of a cell, meters.
 pub(super) const CELL_M: f64 = 0.05;
@@ -179,11 +181,15 @@ impl Floor {
 
     /// The least clearance of the straight way between two points.
     pub(super) fn min_clearance_m(&self, a: Point, b: Point) -> f64 {
-        let steps = (super::distance(a, b) / (0.5 * CELL_M)).ceil().max(1.0) as usize;
+        let steps = (distance(a, b) / (0.5 * CELL_M)).ceil().max(1.0) as usize;
         let at = |k: usize| [0, 1].map(|axis| a[axis] + k as f64 / steps as f64 * (b[axis] - a[axis]));
         let clearance = |point| self.cell(point).map_or(0.0, |cell| self.clearance_m[cell]);
         (0..=steps).map(|k| clearance(at(k))).fold(f64::INFINITY, f64::min)
     }
+}
+
+pub(super) fn distance(a: Point, b: Point) -> f64 {
+    (b[0] - a[0]).hypot(b[1] - a[1])
 }
 
 /// Points on a triangle.

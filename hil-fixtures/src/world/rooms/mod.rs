@@ -15,9 +15,6 @@ use biplane_ifc::Plan;
 use self::floor::Floor;
 use self::tour::Tour;
 
-/// x and y.
-type Point = [f64; 2];
-
 /// A person with a robot among furniture: cruising speed, turning, and how far curves reach.
 const SPEED_M_S: f64 = 0.35;
 const TURN_DEG_S: f64 = 40.0;
@@ -40,13 +37,10 @@ pub(super) fn plan_path(plan: &Plan, mesh: &LabeledMesh, seed: u64) -> Option<(P
     Some((path, tour.entered))
 }
 
-fn distance(a: Point, b: Point) -> f64 {
-    (b[0] - a[0]).hypot(b[1] - a[1])
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{distance, plan_path};
+    use super::floor::distance;
+    use super::plan_path;
     use crate::rig::drive::Drive;
     use crate::world::built_in::builder::{Builder, Hole};
     use crate::world::mesh::LabeledMesh;

@@ -1,7 +1,6 @@
 //! Places to go to in each room, the order in which they are visited, and the way as straight legs.
 
-use super::floor::{Floor, is_in};
-use super::{Point, distance};
+use super::floor::{Floor, Point, distance, is_in};
 use crate::rng::Rng;
 use biplane_ifc::{Plan, Room};
 

@@ -2,8 +2,8 @@
 //!
 //! A wall's surface here is what stands upright around a room: the room's border from its floor to its
 //! ceiling without openings, and without borders to rooms that are open to it. *Completeness* is the share of
-//! the reference within 10 cm of the model, *correctness* the share of the model within 10 cm of the reference,
-//! *accuracy* the median distance of reference to model, of distances under 10 cm.
+//! the reference within 10 cm of the model, *correctness* the share of the model within 10 cm of the
+//! reference, *accuracy* the median distance of reference to model, of distances under 10 cm.
 
 use serde::Serialize;
 

@@ -272,8 +272,10 @@ fn decoded(raw: &str) -> String {
 mod tests {
     use super::{IfcError, Value, parse};
 
-    const FILE: &str = "ISO-10303-21;\nHEADER;FILE_DESCRIPTION(('#1=X(;'),'2;1');FILE_SCHEMA(('IFC4'));ENDSEC;\n\
-        DATA;\n#1= IFCWALL('it''s',$,*,.TRUE.,(1,-2.5E-1,#7),IFCLABEL('M\\X2\\00FC\\X0\\ller'));/* #9=A(); */\n\
+    const FILE: &str = "ISO-10303-21;\nHEADER;FILE_DESCRIPTION(('#1=X(;'),'2;1');\
+        FILE_SCHEMA(('IFC4'));ENDSEC;\n\
+        DATA;\n#1= IFCWALL('it''s',$,*,.TRUE.,(1,-2.5E-1,#7),\
+        IFCLABEL('M\\X2\\00FC\\X0\\ller'));/* #9=A(); */\n\
         #2=(IFCNAMEDUNIT(*,.LENGTHUNIT.)IFCSIUNIT($));\nENDSEC;END-ISO-10303-21;";
 
     #[test]
