@@ -11,6 +11,7 @@ use crate::cli::demo;
 use crate::cli::measure::{compare, evaluate};
 use crate::cli::models::{compact, export, planes};
 use crate::cli::recordings::{calibrate, import, info, map, optimize, recover, traj};
+use crate::cli::tiles;
 use crate::cli::view::{plot, render};
 
 /// Compact 3D building models from recordings of a robot with two laser scanners.
@@ -50,6 +51,8 @@ pub(super) enum Command {
     Map(map::Args),
     /// Build the compact 3D model of a recording, and everything around it
     Build(build::Args),
+    /// Build a large model in pieces: plan tiles, search each, merge them; a script for Slurm
+    Tiles(tiles::Args),
     /// Find the planes of any point cloud
     Planes(planes::Args),
     /// Build the compact model of any triangle mesh

@@ -10,6 +10,7 @@ mod measure;
 mod models;
 mod recordings;
 mod terminal;
+mod tiles;
 mod view;
 
 use std::io::{self, Write};
@@ -62,6 +63,10 @@ fn run(command: Command, console: &Console) -> anyhow::Result<Outcome> {
         Command::Traj(args) => recordings::traj::run(&args, console),
         Command::Map(args) => recordings::map::run(&args, console),
         Command::Build(args) => build::run(&args, console),
+        Command::Tiles(args) => match args.conflict() {
+            Some(why) => Cli::command().error(ErrorKind::ValueValidation, why).exit(),
+            None => tiles::run(&args, console),
+        },
         Command::Planes(args) => match args.conflict() {
             Some(why) => Cli::command().error(ErrorKind::ArgumentConflict, why).exit(),
             None => models::planes::run(&args, console),

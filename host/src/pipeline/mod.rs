@@ -9,6 +9,7 @@ use crate::reconstruct::leftovers;
 use crate::reconstruct::mesh;
 use crate::reconstruct::planes;
 use crate::reconstruct::planes::labeled::{Planes, SigmaSource};
+use crate::reconstruct::planes::search::searched::Searched;
 use crate::reconstruct::polygons;
 use crate::reconstruct::revisits::fuse::fuse;
 use crate::reconstruct::revisits::labels::PlanesNear;
@@ -185,10 +186,23 @@ pub enum BuildError {
     },
 }
 
+/// Tells what was found in a cloud, or why there is nothing.
+pub(crate) type SearchElsewhere<'a> = dyn Fn(&Cloud) -> Result<Searched, String> + 'a;
+
 /// Builds the compact model of a recording.
 pub fn build(
     input: &BuildInput<'_>,
     params: &BuildParams,
+    observer: &mut dyn Observer,
+) -> Result<BuildOutput, BuildError> {
+    build_searched(input, params, None, observer)
+}
+
+/// [`build`] with planes that were searched elsewhere: `search` has what was found in a cloud.
+pub(crate) fn build_searched(
+    input: &BuildInput<'_>,
+    params: &BuildParams,
+    search: Option<&SearchElsewhere<'_>>,
     observer: &mut dyn Observer,
 ) -> Result<BuildOutput, BuildError> {
     observer.begins(Stage::Cloud);
@@ -204,9 +218,10 @@ pub fn build(
         });
     }
     observer.first_views(split.cloud.len()).map_err(BuildError::Refused)?;
+    let searched = search.map(|search| search(&split.cloud)).transpose().map_err(BuildError::Refused)?;
     let mut near = PlanesNear::default();
     let mut fuse = |cloud: &Cloud, found: &mut Planes| near = fuse(&drive, cloud, &split.kept, found);
-    let mut output = model_with(split.cloud, params, observer, &mut fuse);
+    let mut output = model_with(split.cloud, searched, params, observer, &mut fuse);
     output.counts.raw_points = split.kept.points();
     output.counts.raw_triangles = split.raw_triangles;
     output.counts.revisited_points = split.kept.revisited();
@@ -218,12 +233,13 @@ pub fn build(
 
 /// Builds the compact model of an organized cloud: everything after its points are posed.
 pub fn model_of(cloud: Cloud, params: &BuildParams, observer: &mut dyn Observer) -> BuildOutput {
-    model_with(cloud, params, observer, &mut |_, _| ())
+    model_with(cloud, None, params, observer, &mut |_, _| ())
 }
 
 /// [`model_of`], with planes that `fuse` makes more exact before they get polygons.
 fn model_with(
     cloud: Cloud,
+    searched: Option<Searched>,
     params: &BuildParams,
     observer: &mut dyn Observer,
     fuse: &mut dyn FnMut(&Cloud, &mut Planes),
@@ -234,7 +250,10 @@ fn model_with(
 
     observer.begins(Stage::Planes);
     let mut progress = |percent: u64| observer.goes_on(Stage::Planes, percent as f64 / 100.0);
-    let mut found = planes::extract_with_progress(&params.planes, &cloud, &mut progress);
+    let mut found = match searched {
+        Some(searched) => planes::extract_searched(&params.planes, &cloud, searched, &mut progress),
+        None => planes::extract_with_progress(&params.planes, &cloud, &mut progress),
+    };
     fuse(&cloud, &mut found);
     observer.ended(Stage::Planes, found.planes.len());
 
@@ -267,3 +286,4 @@ pub(crate) mod plane_report;
 pub(crate) mod summary;
 #[cfg(test)]
 mod tests;
+pub(crate) mod tiles;

@@ -1,6 +1,6 @@
 //! `biplane build`: from a recording to the model and everything around it, in one folder.
 
-mod posed;
+pub(super) mod posed;
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,8 @@ use crate::formats::output::OutputFolder;
 use crate::formats::text::model_json::ModelFile;
 use crate::formats::{Shapes, source_name};
 use crate::pipeline::summary::{Parameters, PosesFrom, ScanFigures, Summary};
-use crate::pipeline::{self, BuildInput, BuildOutput};
+use crate::pipeline::{self, BuildInput, BuildOutput, SearchElsewhere};
+use crate::reconstruct::planes::PlaneParams;
 use crate::reconstruct::revisits::split::Drive;
 use crate::recordings::deskew::StampedPose;
 use crate::recordings::run::{Run, VerticalScans};
@@ -42,34 +43,48 @@ const FLOOR_M: Option<f64> = Some(0.0);
     biplane build office.mcap -o model --formats all --json\n\n\
     Written: model.glb, model.ply, model.obj, model.city.json, model.json, planes.ply, raw.ply, points.ply, map.pgm, map.yaml, \
     map.png, trajectory.tum, summary.json, report.html (look at this one first); with --formats, or later by `biplane export`, \
-    also model.dxf, model.ifc, model.lod1.glb, model.lod2.glb, points.las, points.laz.")]
+    also model.dxf, model.ifc, model.lod1.glb, model.lod2.glb, tileset.json with tiles, points.las, points.laz.")]
 pub(super) struct Args {
+    #[command(flatten)]
+    drive: DriveArgs,
+    #[command(flatten)]
+    target: TargetArgs,
+    /// Say what would be read, done and written and how much memory it takes, and do none of it
+    #[arg(long, conflicts_with = "json")]
+    dry_run: bool,
+}
+
+/// Which recordings, and with which poses: words that `tiles plan` has too.
+#[derive(Clone, Debug, clap::Args)]
+pub(super) struct DriveArgs {
     /// Posed recordings; of one in parts all of them, in any order, or its name without the number
     #[arg(required = true, value_name = "RUN.mcap")]
-    recordings: Vec<PathBuf>,
-    /// The folder to write
-    #[arg(long, short, value_name = "DIR")]
-    output: PathBuf,
+    pub recordings: Vec<PathBuf>,
     /// Use this trajectory (TUM: t x y z qx qy qz qw) instead of the recorded one
     #[arg(long, value_name = "T.tum")]
-    poses: Option<PathBuf>,
+    pub poses: Option<PathBuf>,
     /// Take the poses as they were recorded; several recordings are then in one frame already. Otherwise
     /// loops are closed first. A recording that has none keeps its poses, and so does one that is optimized
     /// already
     #[arg(long, conflicts_with = "poses")]
-    no_optimize: bool,
+    pub no_optimize: bool,
     /// Range noise of the laser, one standard deviation, meters. Larger: steps between surfaces disappear;
     /// smaller: a wall becomes several planes [default: estimated from the points]
     #[arg(long, value_name = "M", value_parser = length)]
-    sigma: Option<f64>,
+    pub sigma: Option<f64>,
+}
+
+/// What to write, and where: words that `tiles merge` has too.
+#[derive(Clone, Debug, clap::Args)]
+pub(super) struct TargetArgs {
+    /// The folder to write
+    #[arg(long, short, value_name = "DIR")]
+    output: PathBuf,
     /// Replace the folder if it exists
     #[arg(long)]
     force: bool,
-    /// Say what would be read, done and written and how much memory it takes, and do none of it
-    #[arg(long)]
-    dry_run: bool,
     /// Print what `summary.json` holds
-    #[arg(long, conflicts_with = "dry_run")]
+    #[arg(long)]
     json: bool,
     /// Take no more memory than this, such as 500M or 4G; what needs more is refused, as early as it is known
     /// [default: three quarters of the machine's or the control group's]
@@ -81,52 +96,84 @@ pub(super) struct Args {
     threads: Threads,
 }
 
+/// What was done before the build: the search for planes, elsewhere.
+pub(super) struct Prepared<'a> {
+    /// What it went by.
+    pub planes: PlaneParams,
+    /// What was searched for loops.
+    pub searches: PathBuf,
+    /// What was found in a cloud.
+    pub search: &'a SearchElsewhere<'a>,
+}
+
 impl Args {
-    fn parameters(&self, map: &FloorMapParams) -> Parameters {
+    /// A build of what was planned before.
+    pub(super) fn new(drive: DriveArgs, target: TargetArgs) -> Self {
+        Self { drive, target, dry_run: false }
+    }
+
+    fn parameters(&self, map: &FloorMapParams, prepared: Option<&Prepared<'_>>) -> Parameters {
+        let mut build = self.target.model_args.parameters(self.drive.sigma);
+        build.planes = prepared.map_or(build.planes, |prepared| prepared.planes.clone());
         Parameters {
-            build: self.model_args.parameters(self.sigma),
+            build,
             map_resolution_m: map.grid.resolution_m,
-            max_triangles: self.model_args.max_triangles,
+            max_triangles: self.target.model_args.max_triangles,
         }
     }
 
     /// As the command line would give them for one recording.
     #[cfg(feature = "demo")]
     pub(super) fn for_recording(recording: &Path, output: &Path) -> Self {
-        Self {
+        let drive = DriveArgs {
             recordings: vec![recording.to_owned()],
-            output: output.to_owned(),
             poses: None,
             no_optimize: false,
             sigma: None,
+        };
+        let target = TargetArgs {
+            output: output.to_owned(),
             force: false,
-            dry_run: false,
             json: false,
             memory: None,
             model_args: ModelArgs::unsaid(),
             threads: Threads::default(),
-        }
+        };
+        Self::new(drive, target)
     }
 }
 
 /// Runs the command.
 pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
-    args.threads.take()?;
-    let runs = optimize::open(&args.recordings, console)?;
-    if args.force {
+    run_prepared(args, None, console)
+}
+
+/// Runs the command, with planes that were searched before.
+pub(super) fn run_prepared(
+    args: &Args,
+    prepared: Option<&Prepared<'_>>,
+    console: &Console,
+) -> anyhow::Result<Outcome> {
+    args.target.threads.take()?;
+    let runs = optimize::open(&args.drive.recordings, console)?;
+    if args.target.force {
         let read = runs.iter().flat_map(|run| run.recording().paths()).map(Path::to_owned);
-        let inputs: Vec<PathBuf> = read.chain(args.poses.clone()).collect();
-        replace::check(&files::KNOWN, &args.output, &inputs)?;
+        let inputs: Vec<PathBuf> = read.chain(args.drive.poses.clone()).collect();
+        replace::check(&files::KNOWN, &args.target.output, &inputs)?;
     }
-    OutputFolder::check(&args.output, args.force)?;
-    needs::keep_below(args.memory).map_err(|why| anyhow!(why))?;
+    OutputFolder::check(&args.target.output, args.target.force)?;
+    needs::keep_below(args.target.memory).map_err(|why| anyhow!(why))?;
     let needs = report_needs(&runs, console)?;
     if args.dry_run {
         return Ok(Plan { takes: Some(needs.words()), ..plan(args, &runs) }.print_result());
     }
     let mut stages = Stages::new(console, &steps(args));
-    let folder = OutputFolder::create(&args.output, args.force)?;
-    let posed = poses(args, &runs, &folder, &mut stages, console)?;
+    let folder = OutputFolder::create(&args.target.output, args.target.force)?;
+    if let Some(prepared) = prepared {
+        // What is not there is searched again.
+        let _ = std::fs::copy(&prepared.searches, folder.searches());
+    }
+    let posed = poses(&args.drive, &runs, &folder, &mut stages, console)?;
     let vertical = stages.time("read", || {
         let scans = posed.vertical_scans()?;
         let count = scans.as_ref().map_or(0, |scans| scans.range_scans.len());
@@ -138,15 +185,20 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         let cells = grid.bounds().map_or(0, |bounds| bounds.size().iter().product::<u64>() as usize);
         anyhow::Ok((grid, cells))
     })?;
-    let parameters = args.parameters(&map_params);
+    let parameters = args.parameters(&map_params, prepared);
     let built = match &vertical {
-        Some(vertical) => Some(model(vertical, &posed, &parameters, &mut stages)?),
+        Some(vertical) => Some(pipeline::build_searched(
+            &input(vertical, &posed),
+            &parameters.build,
+            prepared.map(|prepared| prepared.search),
+            &mut stages,
+        )?),
         None => None,
     };
     if let (Some(vertical), Some(built)) = (&vertical, &built)
         && built.counts.scans_unposed == vertical.range_scans.len()
     {
-        let source = args.poses.as_deref().unwrap_or(runs[0].path()).display();
+        let source = args.drive.poses.as_deref().unwrap_or(runs[0].path()).display();
         bail!("none of the {} vertical scans lies within the poses of {source}", vertical.range_scans.len());
     }
     let counts = built.as_ref().map(|built| built.counts);
@@ -168,7 +220,7 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     folder.finish()?;
     counts.iter().for_each(|counts| report_noise(counts, console));
     print_result(args, &summary, vertical.is_some(), console);
-    if args.json {
+    if args.target.json {
         print_json(&summary)?;
     }
     Ok(Outcome::Done)
@@ -176,7 +228,7 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
 
 /// Says before all work that there will be no model, where there cannot be one, and refuses work for which
 /// there is not memory enough.
-fn report_needs(runs: &[Run], console: &Console) -> anyhow::Result<Needs> {
+pub(super) fn report_needs(runs: &[Run], console: &Console) -> anyhow::Result<Needs> {
     let ranges = runs.iter().map(Run::vertical_ranges).sum::<Result<u64, _>>()?;
     let needs = Needs::of(ranges);
     biplane_cli::memory::expect_need(needs.min_bytes).map_err(|why| anyhow!(why))?;
@@ -192,10 +244,10 @@ fn report_needs(runs: &[Run], console: &Console) -> anyhow::Result<Needs> {
 
 /// The stages in their order.
 fn steps(args: &Args) -> Vec<&'static str> {
-    let optimizes = args.poses.is_none() && !args.no_optimize;
+    let optimizes = args.drive.poses.is_none() && !args.drive.no_optimize;
     let mut steps =
         vec!["read", "map", "cloud", "mesh", "planes", "polygons", "leftovers", "write", "report"];
-    steps.retain(|step| *step != "report" || !args.model_args.no_report);
+    steps.retain(|step| *step != "report" || !args.target.model_args.no_report);
     if optimizes {
         steps.insert(0, "optimize");
     }
@@ -206,18 +258,18 @@ fn steps(args: &Args) -> Vec<&'static str> {
 fn plan<'a>(args: &'a Args, runs: &'a [Run]) -> Plan<'a> {
     let recordings = runs.iter().flat_map(|run| run.recording().paths());
     Plan {
-        reads: recordings.chain(args.poses.as_deref()).collect(),
+        reads: recordings.chain(args.drive.poses.as_deref()).collect(),
         steps: steps(args),
-        writes: files::names(&args.model_args.formats, !args.model_args.no_report)
-            .map(|name| args.output.join(name).display().to_string())
+        writes: files::names(&args.target.model_args.formats, !args.target.model_args.no_report)
+            .map(|name| args.target.output.join(name).display().to_string())
             .collect(),
         takes: None,
     }
 }
 
 /// Somebody else's poses, the optimized ones, or those of the recording.
-fn poses<'a>(
-    args: &Args,
+pub(super) fn poses<'a>(
+    args: &DriveArgs,
     runs: &'a [Run],
     folder: &OutputFolder,
     stages: &mut Stages<'_>,
@@ -257,7 +309,7 @@ fn report_poses(posed: &Posed<'_>, console: &Console) {
 }
 
 fn print_result(args: &Args, summary: &Summary, has_vertical: bool, console: &Console) {
-    let folder = args.output.display();
+    let folder = args.target.output.display();
     if summary.scans.vertical_unposed > 0 {
         console.note(format!(
             "{} of {} vertical scans lie outside the poses and are not in the model",
@@ -273,16 +325,7 @@ fn print_result(args: &Args, summary: &Summary, has_vertical: bool, console: &Co
     }
 }
 
-fn model(
-    vertical: &VerticalScans,
-    posed: &Posed,
-    parameters: &Parameters,
-    stages: &mut Stages<'_>,
-) -> anyhow::Result<BuildOutput> {
-    Ok(pipeline::build(&input(vertical, posed), &parameters.build, stages)?)
-}
-
-fn input<'a>(vertical: &'a VerticalScans, posed: &'a Posed<'_>) -> BuildInput<'a> {
+pub(super) fn input<'a>(vertical: &'a VerticalScans, posed: &'a Posed<'_>) -> BuildInput<'a> {
     BuildInput {
         geometry: &vertical.geometry,
         range_scans: &vertical.range_scans,
@@ -315,28 +358,29 @@ fn write_all(
     let mut output = built.unwrap_or_default();
     posed.restore(&mut output.cloud.stamps_ns);
     posed.restore(&mut output.revisits.scans.stamps_ns);
-    args.model_args.bound(&mut output)?;
+    args.target.model_args.bound(&mut output)?;
     let shapes = Shapes { source: posed.named(source_name), ..Shapes::new(&output.model) };
     let file = ModelFile::new(&shapes, FLOOR_M, files::points_of(&output));
-    let building = formats::building(&args.model_args.formats, &output.model, FLOOR_M);
+    let building = formats::building(&args.target.model_args.formats, &output.model, FLOOR_M);
     let has_model = !output.cloud.is_empty();
     stages.time("write", || {
         let mut written = files::write_floor(part, &image, &known, &posed.used)?;
         if let Some(drive) = drive.filter(|_| has_model) {
-            written += files::write_raw(part, drive, &output, &shapes.source, &args.model_args.formats)?;
+            written +=
+                files::write_raw(part, drive, &output, &shapes.source, &args.target.model_args.formats)?;
             written += files::write_lossless(part, &shapes, &file)?;
-            written += files::write_model(part, &shapes, building.as_ref(), &args.model_args.formats)?;
+            written += files::write_model(part, &shapes, building.as_ref(), &args.target.model_args.formats)?;
         }
         anyhow::Ok(((), written))
     })?;
-    let page = if args.model_args.no_report {
+    let page = if args.target.model_args.no_report {
         None
     } else {
         let floor = Some((&image, &known[..]));
         Some(report::prepare(&posed.named(report::title), &output, &shapes, floor, stages)?)
     };
     let mut summary = Summary::new(&output.counts, &output.model, shapes.triangles());
-    summary.source.poses = args.poses.as_ref().map(|path| path.display().to_string());
+    summary.source.poses = args.drive.poses.as_ref().map(|path| path.display().to_string());
     summary.scans = ScanFigures {
         vertical_still: output.counts.scans_still,
         vertical_unposed: output.counts.scans_unposed,

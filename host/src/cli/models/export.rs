@@ -29,7 +29,7 @@ pub(crate) struct Args {
     /// A folder that `biplane build` or `biplane compact` wrote; the files are added to it
     #[arg(value_name = "MODEL_DIR")]
     folder: PathBuf,
-    /// Files to write, separated by commas: glb, ply, obj, cityjson, dxf, ifc, lod, las, laz, or all;
+    /// Files to write, separated by commas: glb, ply, obj, cityjson, dxf, ifc, lod, 3dtiles, las, laz, or all;
     /// `biplane build --help` says what they are
     #[arg(long, value_name = "FORMATS", value_delimiter = ',', value_parser = formats::parse, required = true, hide_possible_values = true)]
     formats: Vec<Formats>,

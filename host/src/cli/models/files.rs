@@ -5,7 +5,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
 use crate::building::Building;
-use crate::formats::gltf::lod;
+use crate::formats::gltf::{lod, tileset};
 #[cfg(feature = "las")]
 use crate::formats::las;
 use crate::formats::obj;
@@ -50,6 +50,7 @@ const NAMES: &[&str] = &[
     "raw.ply",
     "report.html",
     "summary.json",
+    "tileset.json",
     "trajectory.tum",
 ];
 
@@ -68,7 +69,13 @@ pub(crate) fn names(formats: &[Formats], report: bool) -> impl Iterator<Item = &
 }
 
 /// What a folder of a build is known by; one of `compact` has some of its names.
-pub(crate) const KNOWN: Known = Known { by: "build", names: NAMES, sign: "summary.json", is_ours };
+pub(crate) const KNOWN: Known = Known {
+    by: "build",
+    names: NAMES,
+    pieces: Some((tileset::FOLDER, ".glb")),
+    sign: "summary.json",
+    is_ours,
+};
 
 fn is_ours(summary: &Value) -> bool {
     summary["raw_points"].is_u64() && summary["stages"].is_array()
@@ -188,6 +195,7 @@ pub(crate) fn write_model(
             (Format::Ifc, Some(building)) => write("model.ifc", &|out| ifc::write(out, shapes, building))?,
             (Format::Dxf | Format::Ifc, None) => continue,
             (Format::Lod, _) => written += write_levels(folder, shapes)? - 1,
+            (Format::Tiles3d, _) => written += tileset::write(folder, shapes)? - 1,
             // Of points, not of the model.
             #[cfg(feature = "las")]
             (Format::Las | Format::Laz, _) => continue,

@@ -18,6 +18,8 @@ pub(crate) enum Format {
     Dxf,
     /// Coarser copies of the glTF.
     Lod,
+    /// 3D Tiles 1.1: levels and pieces for web viewers.
+    Tiles3d,
     /// IFC4: walls, slabs, doors, windows.
     Ifc,
     /// LAS: the points.
@@ -41,6 +43,7 @@ impl Format {
         Self::Dxf,
         Self::Ifc,
         Self::Lod,
+        Self::Tiles3d,
         #[cfg(feature = "las")]
         Self::Las,
         #[cfg(feature = "las")]
@@ -61,6 +64,7 @@ impl Format {
             Self::Dxf => &["model.dxf"],
             Self::Ifc => &["model.ifc"],
             Self::Lod => &["model.lod1.glb", "model.lod2.glb"],
+            Self::Tiles3d => &["tileset.json"],
             #[cfg(feature = "las")]
             Self::Las => &["points.las"],
             #[cfg(feature = "las")]
@@ -89,6 +93,7 @@ const WORDS: &[(&str, Formats)] = &[
     ("dxf", &[Format::Dxf]),
     ("ifc", &[Format::Ifc]),
     ("lod", &[Format::Lod]),
+    ("3dtiles", &[Format::Tiles3d]),
     #[cfg(feature = "las")]
     ("las", &[Format::Las]),
     #[cfg(feature = "las")]

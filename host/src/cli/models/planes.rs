@@ -66,6 +66,7 @@ pub(crate) struct Args {
 const KNOWN: Known = Known {
     by: "search for planes",
     names: &["labels.bin", "planes.json", "points.ply"],
+    pieces: None,
     sign: "planes.json",
     is_ours: |report| report["planes"].is_array() && report["method"].is_object(),
 };

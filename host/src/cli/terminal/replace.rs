@@ -14,6 +14,8 @@ pub(crate) struct Known {
     pub by: &'static str,
     /// Every name that it writes.
     pub names: &'static [&'static str],
+    /// A folder in it, and how all names in that end.
+    pub pieces: Option<(&'static str, &'static str)>,
     /// A file in JSON that is in every such folder.
     pub sign: &'static str,
     /// Whether that file is the command's.
@@ -35,7 +37,8 @@ pub(crate) fn check(known: &Known, folder: &Path, inputs: &[PathBuf]) -> anyhow:
         let name = entry.file_name();
         // A run that was killed in its last moment leaves its marker.
         let named = known.names.iter().any(|known| name == *known) || name == MARKER;
-        if !named || !entry.file_type()?.is_file() {
+        let is_file = entry.file_type()?.is_file();
+        if !(named && is_file || is_of_pieces(known, &entry.path())) {
             bail!(
                 "{} holds {}, which no {} wrote; the folder is not replaced",
                 folder.display(),
@@ -48,6 +51,16 @@ pub(crate) fn check(known: &Known, folder: &Path, inputs: &[PathBuf]) -> anyhow:
         bail!("{} holds no {} of a {}; the folder is not replaced", folder.display(), known.sign, known.by);
     }
     Ok(())
+}
+
+/// Whether this is the folder of pieces, and holds nothing else.
+fn is_of_pieces(known: &Known, path: &Path) -> bool {
+    let Some((_, end)) = known.pieces.filter(|(name, _)| path.ends_with(name)) else { return false };
+    let is_piece = |entry: fs::DirEntry| {
+        entry.file_name().to_string_lossy().ends_with(end)
+            && entry.file_type().is_ok_and(|kind| kind.is_file())
+    };
+    fs::read_dir(path).is_ok_and(|mut entries| entries.all(|entry| entry.is_ok_and(is_piece)))
 }
 
 fn is_signed(known: &Known, path: &Path) -> bool {

@@ -8,6 +8,14 @@ pub(crate) fn length(text: &str) -> Result<f64, String> {
     }
 }
 
+/// The side of a tile, or its margin, meters.
+pub(crate) fn tile_size(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if (0.5..=10_000.0).contains(&value) => Ok(value),
+        _ => Err("expected metres between 0.5 and 10000".to_owned()),
+    }
+}
+
 /// An amount of memory, bytes: a number with K, M, G or T behind it (1024 each), or without.
 pub(crate) fn memory(text: &str) -> Result<u64, String> {
     let bare = text.strip_suffix(['B', 'b']).unwrap_or(text);

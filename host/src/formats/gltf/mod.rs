@@ -5,6 +5,7 @@
 //! Khronos glTF 2.0 specification.
 
 pub(crate) mod lod;
+pub(crate) mod tileset;
 
 use crate::model::area::area_m2;
 use std::io::{self, Write};

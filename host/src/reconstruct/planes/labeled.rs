@@ -1,7 +1,7 @@
 //! The planes of a cloud and which point is on which: the result of the search.
 
 use crate::model::Plane;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The planes of a cloud and which point is on which.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -17,7 +17,7 @@ pub struct Planes {
 }
 
 /// Where the range noise comes from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SigmaSource {
     /// The caller said it.

@@ -23,9 +23,12 @@ use crate::reconstruct::planes::fit::noise::{Noise, estimate_sigma_m};
 use crate::reconstruct::planes::fit::scatter::Fit;
 use crate::reconstruct::planes::labels::refine::{Labeling, refit};
 use crate::reconstruct::planes::paper::params::ReferenceParams;
+use crate::reconstruct::planes::search::blocks::{Block, divide};
 use crate::reconstruct::planes::search::cells::{Free, cell_sums, linked};
 use crate::reconstruct::planes::search::grid::{Grid, Neighbors};
 use crate::reconstruct::planes::search::grow::{Field, Seed, grow_all};
+use crate::reconstruct::planes::search::searched::{Searched, Setting, combine};
+use rayon::prelude::*;
 use std::collections::HashSet;
 
 /// Noise that is assumed when it is not given and the cloud is too small to tell, meters: a laser of the LMS
@@ -64,42 +67,92 @@ pub(crate) fn extract_with_progress(
 }
 
 fn extract_distinct(params: &PlaneParams, cloud: &Cloud, progress: &mut dyn FnMut(u64)) -> Planes {
-    let (grid, cell_m) = search::cells::grid(params, cloud);
-    progress(10);
-    let searched = search(params, cloud, &grid, progress);
-    drop(grid);
-    let grid = Grid::new(&cloud.points_m, 0.5 * cell_m);
+    let blocks = divide(params, cloud);
+    let searched = if blocks.len() < 2 {
+        search(params, cloud, progress)
+    } else {
+        in_blocks(params, cloud, &blocks, progress)
+    };
+    extract_searched(params, cloud, searched, progress)
+}
+
+/// The planes of a cloud that was searched.
+pub(crate) fn extract_searched(
+    params: &PlaneParams,
+    cloud: &Cloud,
+    searched: Searched,
+    progress: &mut dyn FnMut(u64),
+) -> Planes {
+    let grid = Grid::new(&cloud.points_m, 0.5 * searched.setting.cell_m);
     progress(65);
-    let (sigma_m, sigma_source) = (searched.sigma_m, searched.sigma_source);
-    let (labels, fits) = refine(params, cloud, &grid, searched, cell_m);
+    let Setting { sigma_m, sigma_source, .. } = searched.setting;
+    let (labels, fits) = refine(params, cloud, &grid, searched);
     progress(95);
     let found = finish::finish(params, cloud, labels, &fits, sigma_m);
     Planes { sigma_source, ..found }
 }
 
-/// What the search found: a label for every point, and the planes of the labels.
-struct Searched {
-    sigma_m: f64,
-    sigma_source: SigmaSource,
-    labels: Vec<i32>,
-    fits: Vec<Option<Fit>>,
+/// Searches one block after the other, some at the same time, and puts together what was found.
+fn in_blocks(
+    params: &PlaneParams,
+    cloud: &Cloud,
+    blocks: &[Block],
+    progress: &mut dyn FnMut(u64),
+) -> Searched {
+    let setting = setting(params, cloud, blocks);
+    progress(20);
+    let mut found = Vec::with_capacity(blocks.len());
+    for some in blocks.chunks(rayon::current_num_threads()) {
+        found.par_extend(some.par_iter().map(|block| search_block(params, &block.cloud(cloud), setting)));
+        progress(20 + 45 * found.len() as u64 / blocks.len() as u64);
+    }
+    combine(cloud, blocks, &found, setting)
+}
+
+/// What all blocks of a cloud go by.
+pub(crate) fn setting(params: &PlaneParams, cloud: &Cloud, blocks: &[Block]) -> Setting {
+    let cell_m = search::cells::size(params, &cloud.points_m);
+    let (sigma_m, sigma_source) = sigma_of(params, || {
+        let (mut cells, mut around) = (Vec::new(), Vec::new());
+        for block in blocks {
+            let of_block = block.cloud(cloud);
+            let grid = Grid::new(&of_block.points_m, cell_m);
+            let all = Free::new(cell_sums(&of_block.points_m, &grid), &linked(params, &of_block, &grid));
+            // A cell that lies in two blocks counts in one.
+            let is_own = |cell: &usize| block.is_own[grid.points_of(*cell)[0] as usize];
+            let own: Vec<usize> = (0..grid.len()).filter(is_own).collect();
+            cells.extend(own.iter().map(|cell| all.cells[*cell]));
+            around.extend(own.iter().map(|cell| all.around[*cell]));
+        }
+        estimate_sigma_m(&cells, &around)
+    });
+    Setting { cell_m, sigma_m, sigma_source }
+}
+
+/// Searches the points of a block.
+pub(crate) fn search_block(params: &PlaneParams, of_block: &Cloud, setting: Setting) -> Searched {
+    let Setting { cell_m, sigma_m, .. } = setting;
+    let params = PlaneParams { cell_m: Some(cell_m), sigma_m: Some(sigma_m), ..params.clone() };
+    search(&params, of_block, &mut |_| ())
 }
 
 /// Estimates the noise and grows planes over cells.
-fn search(params: &PlaneParams, cloud: &Cloud, grid: &Grid, progress: &mut dyn FnMut(u64)) -> Searched {
-    let neighbors = linked(params, cloud, grid);
+pub(crate) fn search(params: &PlaneParams, cloud: &Cloud, progress: &mut dyn FnMut(u64)) -> Searched {
+    let (grid, cell_m) = search::cells::grid(params, cloud);
+    progress(10);
+    let neighbors = linked(params, cloud, &grid);
     progress(15);
-    let all = Free::new(cell_sums(&cloud.points_m, grid), &neighbors);
+    let all = Free::new(cell_sums(&cloud.points_m, &grid), &neighbors);
     let (sigma_m, sigma_source) = sigma_of(params, || estimate_sigma_m(&all.cells, &all.around));
     progress(20);
     let noise = Noise::new(sigma_m);
-    let labeling = Labeling::new(&cloud.points_m, (grid, &neighbors), noise, (&[], 0));
+    let labeling = Labeling::new(&cloud.points_m, (&grid, &neighbors), noise, (&[], 0));
     let mut work = Work { params, noise, labeling, fits: Vec::new() };
     work.search(&neighbors, all);
     progress(50);
     work.unite();
     let labels = work.labeling.labels(cloud.len());
-    Searched { sigma_m, sigma_source, labels, fits: work.fits }
+    Searched { setting: Setting { cell_m, sigma_m, sigma_source }, labels, fits: work.fits, blocks: 1 }
 }
 
 /// Adds faint steps, and draws borders anew over smaller cells.
@@ -108,14 +161,16 @@ fn refine(
     cloud: &Cloud,
     grid: &Grid,
     searched: Searched,
-    cell_m: f64,
 ) -> (Vec<i32>, Vec<Option<Fit>>) {
     let neighbors = grid.neighbors();
-    let noise = Noise::new(searched.sigma_m);
-    let Searched { labels, fits, .. } = searched;
+    let Searched { setting: Setting { sigma_m, cell_m, .. }, labels, fits, blocks } = searched;
+    let noise = Noise::new(sigma_m);
     let labeling = Labeling::new(&cloud.points_m, (grid, &neighbors), noise, (&labels, fits.len()));
     drop(labels);
     let mut work = Work { params, noise, labeling, fits };
+    if blocks > 1 {
+        work.unite();
+    }
     work.add_steps(cell_m);
     work.unite();
     work.drop_mixed_pixel_planes(cloud);

@@ -6,3 +6,4 @@ mod export;
 mod floor;
 mod odd_clouds;
 mod planes;
+mod tiles;

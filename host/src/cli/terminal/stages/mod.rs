@@ -124,6 +124,7 @@ fn unit(stage: &str) -> &'static str {
         "cloud" => "points",
         "mesh" | "leftovers" => "triangles",
         "planes" => "planes",
+        "tiles" => "tiles",
         "polygons" => "polygons",
         "write" | "report" => "files",
         _ => "",

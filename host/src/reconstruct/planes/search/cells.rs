@@ -24,8 +24,13 @@ const SCANS_BACK: usize = 4;
 
 /// The cloud in cells of the given size, or of one that suits its density. Also returns that size, meters.
 pub(crate) fn grid(params: &PlaneParams, cloud: &Cloud) -> (Grid, f64) {
-    let cell_m = params.cell_m.unwrap_or_else(|| size_for(&cloud.points_m));
+    let cell_m = size(params, &cloud.points_m);
     (Grid::new(&cloud.points_m, cell_m), cell_m)
+}
+
+/// The given size of cells, or one that suits the density of points, meters.
+pub(crate) fn size(params: &PlaneParams, points_m: &[[f32; 3]]) -> f64 {
+    params.cell_m.unwrap_or_else(|| size_for(points_m))
 }
 
 /// The size of cells that suits the density of a cloud, meters.
