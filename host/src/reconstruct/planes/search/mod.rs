@@ -7,3 +7,4 @@ pub(crate) mod distinct;
 pub(crate) mod grid;
 pub(crate) mod grow;
 pub(crate) mod searched;
+pub(crate) mod stitch;

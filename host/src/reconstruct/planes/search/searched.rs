@@ -1,7 +1,9 @@
 //! What the search has found: a label for every point, and the planes of the labels. Meters.
 
 use super::blocks::Block;
+use super::stitch;
 use crate::model::Cloud;
+use crate::reconstruct::planes::fit::noise::Noise;
 use crate::reconstruct::planes::fit::scatter::Fit;
 use crate::reconstruct::planes::labeled::SigmaSource;
 use crate::reconstruct::planes::labels::refine::{refit, scatters};
@@ -46,6 +48,13 @@ pub(crate) fn combine(cloud: &Cloud, blocks: &[Block], found: &[Searched], setti
         fits.extend(&found.fits);
     }
     // Points of the margins have helped to find a plane; its own ones make it.
+    let sums = scatters(&cloud.points_m, &labels, fits.len());
+    let fits = refit(&sums, &fits);
+    let shared = stitch::shared_points(blocks, found, &labels);
+    let into = stitch::stitch(&shared, &sums, &fits, Noise::new(setting.sigma_m));
+    for label in labels.iter_mut().filter(|label| **label >= 0) {
+        *label = into[*label as usize] as i32;
+    }
     let fits = refit(&scatters(&cloud.points_m, &labels, fits.len()), &fits);
     Searched { setting, labels, fits, blocks: blocks.len() }
 }
