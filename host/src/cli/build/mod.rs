@@ -205,15 +205,8 @@ pub(super) fn run_prepared(
     let drive = vertical.as_ref().map(|vertical| input(vertical, &posed).drive(&parameters.build));
     let (mut summary, page) =
         write_all(args, &folder, built, &Drawn { grid: &grid, drive, posed: &posed, console }, &mut stages)?;
-    (summary.source.poses_from, summary.source.loops) = (Some(posed.from), posed.loops);
-    summary.source.recordings =
-        runs.iter().flat_map(|run| run.recording().paths()).map(|path| path.display().to_string()).collect();
     summary.parameters = parameters.clone();
-    (summary.scans.horizontal, summary.scans.horizontal_unposed) = posed.scans();
-    summary.scans.wild_poses = posed.wild_poses;
-    summary.scans.vertical =
-        vertical.as_ref().map_or(0, |vertical| vertical.range_scans.len() + vertical.odd_scans);
-    summary.scans.vertical_odd = vertical.as_ref().map_or(0, |vertical| vertical.odd_scans);
+    note_inputs(&mut summary, &runs, &posed, vertical.as_ref());
     stages.finish(&mut summary);
     files::write_summary(folder.part(), &summary)?;
     page.iter().try_for_each(|page| report::write(folder.part(), page, &summary))?;
@@ -224,6 +217,17 @@ pub(super) fn run_prepared(
         print_json(&summary)?;
     }
     Ok(Outcome::Done)
+}
+
+/// Puts what was read into a summary.
+fn note_inputs(summary: &mut Summary, runs: &[Run], posed: &Posed<'_>, vertical: Option<&VerticalScans>) {
+    (summary.source.poses_from, summary.source.loops) = (Some(posed.from), posed.loops);
+    summary.source.recordings =
+        runs.iter().flat_map(|run| run.recording().paths()).map(|path| path.display().to_string()).collect();
+    (summary.scans.horizontal, summary.scans.horizontal_unposed) = posed.scans();
+    summary.scans.wild_poses = posed.wild_poses;
+    summary.scans.vertical = vertical.map_or(0, |vertical| vertical.range_scans.len() + vertical.odd_scans);
+    summary.scans.vertical_odd = vertical.map_or(0, |vertical| vertical.odd_scans);
 }
 
 /// Says before all work that there will be no model, where there cannot be one, and refuses work for which

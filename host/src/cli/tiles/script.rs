@@ -10,7 +10,7 @@ use biplane_cli::Outcome;
 /// Words of the command.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Example:\n  biplane tiles script tiles\n\n\
-    Write it to a file, then: sbatch FILE. Tiles that are missing are run again by sbatch --array=LIST FILE.")]
+    Write it to a file, then: sbatch FILE. Missing tiles are run again by sbatch --array=LIST FILE.")]
 pub(super) struct Args {
     /// The folder of `biplane tiles plan`
     #[arg(value_name = "DIR")]

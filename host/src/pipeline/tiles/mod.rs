@@ -1,4 +1,4 @@
-//! A build in pieces: planes are searched tile by tile, on one machine or on many, and put together in the end.
+//! A build in pieces: planes are searched tile by tile, on one machine or on many, and put together.
 //!
 //! A tile is one or several blocks of the search (`reconstruct::planes::search::blocks`). A build without
 //! tiles searches the same blocks, so both make the same bytes, whoever searched what and how often.
