@@ -50,6 +50,21 @@ impl Format {
         Self::Laz,
     ];
 
+    /// Those that `all` stands for: formats of single files.
+    const SINGLE: &[Self] = &[
+        Self::Glb,
+        Self::Ply,
+        Self::Obj,
+        Self::CityJson,
+        Self::Dxf,
+        Self::Ifc,
+        Self::Lod,
+        #[cfg(feature = "las")]
+        Self::Las,
+        #[cfg(feature = "las")]
+        Self::Laz,
+    ];
+
     /// Those that are written when nothing is said.
     #[cfg(feature = "demo")]
     pub(crate) const USUAL: &[Self] = &[Self::Glb, Self::Ply, Self::Obj, Self::CityJson];
@@ -99,7 +114,7 @@ const WORDS: &[(&str, Formats)] = &[
     #[cfg(feature = "las")]
     ("laz", &[Format::Laz]),
     ("none", &[]),
-    ("all", Format::ALL),
+    ("all", Format::SINGLE),
 ];
 
 /// Reads a word.

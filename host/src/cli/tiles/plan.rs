@@ -35,7 +35,7 @@ pub(super) struct Args {
     /// The folder to write
     #[arg(long, short, value_name = "DIR")]
     output: PathBuf,
-    /// Side of a tile, meters. `biplane build` searches drives of two million points and more in squares of
+    /// Side of a tile, meters. `biplane build` searches drives of ten million points and more in squares of
     /// 20 m; a tile holds those whose middle lies in it. Smaller tiles are searched as they are, and their
     /// model differs a little from that of `biplane build`
     #[arg(long, value_name = "M", value_parser = tile_size, default_value = "20")]

@@ -35,7 +35,7 @@ impl Default for PlaneParams {
             cell_m: None,
             block_m: 20.0,
             halo_m: 1.0,
-            min_points_to_divide: 2_000_000,
+            min_points_to_divide: 10_000_000,
         }
     }
 }
