@@ -47,7 +47,7 @@ impl<'a> Drive<'a> {
 }
 
 /// See the module's text.
-pub(in crate::cli) struct Posed<'a> {
+pub(crate) struct Posed<'a> {
     drives: Vec<Drive<'a>>,
     /// All poses, in the program's time.
     pub trajectory: Trajectory,
@@ -63,7 +63,7 @@ pub(in crate::cli) struct Posed<'a> {
 
 impl<'a> Posed<'a> {
     /// Somebody else's trajectory.
-    pub(in crate::cli) fn foreign(runs: &'a [Run], path: &Path) -> anyhow::Result<Self> {
+    pub(crate) fn foreign(runs: &'a [Run], path: &Path) -> anyhow::Result<Self> {
         let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
         let mut used =
             read_poses(BufReader::new(file)).with_context(|| format!("cannot read {}", path.display()))?;
@@ -88,7 +88,7 @@ impl<'a> Posed<'a> {
     }
 
     /// As they were recorded.
-    pub(in crate::cli) fn recorded(runs: &'a [Run], console: &Console) -> anyhow::Result<Self> {
+    pub(crate) fn recorded(runs: &'a [Run], console: &Console) -> anyhow::Result<Self> {
         Self::untouched(runs, |run, poses| console.report_poses(run.recording(), poses))
     }
 
@@ -107,11 +107,7 @@ impl<'a> Posed<'a> {
     /// poses, is taken as it is. Those of several that match none of the others are left out, and that is
     /// said. What is searched is kept in `searches`, and what a build that was killed has left there is not
     /// searched again.
-    pub(in crate::cli) fn optimized(
-        runs: &'a [Run],
-        searches: &Path,
-        console: &Console,
-    ) -> anyhow::Result<Self> {
+    pub(crate) fn optimized(runs: &'a [Run], searches: &Path, console: &Console) -> anyhow::Result<Self> {
         if let [run] = runs {
             if rewrite_recording::is_optimized(run)? {
                 return Ok(Self { from: PosesFrom::OptimizedBefore, ..Self::recorded(runs, console)? });
@@ -166,12 +162,12 @@ impl<'a> Posed<'a> {
     }
 
     /// The pose of each horizontal scan that has one.
-    pub(in crate::cli) fn known(&self) -> Vec<StampedPose> {
+    pub(crate) fn known(&self) -> Vec<StampedPose> {
         self.drives.iter().flat_map(|drive| drive.at_scans.iter().flatten().copied()).collect()
     }
 
     /// Turns stamps in the program's time into those of the recordings.
-    pub(in crate::cli) fn restore(&self, stamps_ns: &mut [i64]) {
+    pub(crate) fn restore(&self, stamps_ns: &mut [i64]) {
         let begins_ns = |drive: &Drive<'_>| {
             let first_ns = drive.trajectory.poses().first().map_or(0, |pose| pose.stamp_ns);
             first_ns.saturating_add(drive.shift_ns).saturating_sub(BETWEEN_NS / 2)
@@ -184,18 +180,18 @@ impl<'a> Posed<'a> {
     }
 
     /// The recordings by name, each as `name` calls its path; parts of one have one.
-    pub(in crate::cli) fn named(&self, name: impl Fn(&Path) -> String) -> String {
+    pub(crate) fn named(&self, name: impl Fn(&Path) -> String) -> String {
         self.drives.iter().map(|drive| name(drive.run.path())).collect::<Vec<_>>().join(", ")
     }
 
     /// Horizontal scans, and how many of them have no pose.
-    pub(in crate::cli) fn scans(&self) -> (usize, usize) {
+    pub(crate) fn scans(&self) -> (usize, usize) {
         let all = self.drives.iter().map(|drive| drive.at_scans.len()).sum();
         (all, all - self.known().len())
     }
 
     /// Draws the floor map; `told` hears which share of the scans is in it.
-    pub(in crate::cli) fn map(
+    pub(crate) fn map(
         &self,
         params: &FloorMapParams,
         progress: &dyn Fn(f64),
@@ -213,7 +209,7 @@ impl<'a> Posed<'a> {
     }
 
     /// The vertical scans of all recordings, in the program's time.
-    pub(in crate::cli) fn vertical_scans(&self) -> anyhow::Result<Option<VerticalScans>> {
+    pub(crate) fn vertical_scans(&self) -> anyhow::Result<Option<VerticalScans>> {
         let mut all: Option<VerticalScans> = None;
         for drive in &self.drives {
             let Some(mut scans) = drive.run.vertical_scans()? else { continue };

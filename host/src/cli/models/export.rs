@@ -29,8 +29,8 @@ pub(crate) struct Args {
     /// A folder that `biplane build` or `biplane compact` wrote; the files are added to it
     #[arg(value_name = "MODEL_DIR")]
     folder: PathBuf,
-    /// Files to write, separated by commas: glb, ply, obj, cityjson, dxf, ifc, lod, las, laz, all of these, or
-    /// 3dtiles; `biplane build --help` says what they are
+    /// Files to write, separated by commas: glb, ply, obj, cityjson, dxf, ifc, lod, las, laz, all of these,
+    /// or 3dtiles; `biplane build --help` says what they are
     #[arg(long, value_name = "FORMATS", value_delimiter = ',', value_parser = formats::parse, required = true, hide_possible_values = true)]
     formats: Vec<Formats>,
     /// Replace files that exist

@@ -7,7 +7,8 @@ use crate::pipeline::tiles::bytes::checksum;
 use crate::pipeline::tiles::manifest::SEARCHES;
 use crate::pipeline::tiles::{array_words, points_file};
 use crate::reconstruct::planes::search::blocks::divide;
-use crate::reconstruct::planes::search::searched::{Searched, combine};
+use crate::reconstruct::planes::search::searched::Searched;
+use crate::reconstruct::planes::search::stitch::combine;
 use anyhow::bail;
 
 use super::folder::{TilesFolder, input};

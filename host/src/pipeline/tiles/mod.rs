@@ -53,7 +53,7 @@ mod tests {
     use super::{Tile, array_words, found_file, points_file, tiles_of};
     use crate::reconstruct::fixture::{corridor, drive};
     use crate::reconstruct::planes::search::blocks::{Block, divide};
-    use crate::reconstruct::planes::search::searched::combine;
+    use crate::reconstruct::planes::search::stitch::combine;
     use crate::reconstruct::planes::{PlaneParams, extract, extract_searched, search_block, setting};
 
     #[test]

@@ -27,7 +27,8 @@ use crate::reconstruct::planes::search::blocks::{Block, divide};
 use crate::reconstruct::planes::search::cells::{Free, cell_sums, linked};
 use crate::reconstruct::planes::search::grid::{Grid, Neighbors};
 use crate::reconstruct::planes::search::grow::{Field, Seed, grow_all};
-use crate::reconstruct::planes::search::searched::{Searched, Setting, combine};
+use crate::reconstruct::planes::search::searched::{Searched, Setting};
+use crate::reconstruct::planes::search::stitch::combine;
 use rayon::prelude::*;
 use std::collections::HashSet;
 

@@ -5,9 +5,11 @@
 //! (`COMMON_SHARE`); parts may lie off the common plane by as much. Meters.
 
 use super::blocks::Block;
-use super::searched::Searched;
+use super::searched::{Searched, Setting};
+use crate::model::Cloud;
 use crate::reconstruct::planes::fit::noise::{COMMON_SHARE, DEVIATIONS, Noise};
 use crate::reconstruct::planes::fit::scatter::{Fit, Scatter};
+use crate::reconstruct::planes::labels::refine::{refit, scatters};
 use biplane_geometry::vec3::dot;
 use std::collections::BTreeMap;
 
@@ -17,13 +19,34 @@ const MIN_SHARED: usize = 20;
 /// small part errs).
 const MIN_COSINE: f64 = 0.98;
 
+/// What was found in all blocks of a cloud, as if it were of one search: each point has the label that its
+/// own block gave it.
+pub(crate) fn combine(cloud: &Cloud, blocks: &[Block], found: &[Searched], setting: Setting) -> Searched {
+    let mut labels = vec![-1; cloud.len()];
+    let mut fits: Vec<Option<Fit>> = Vec::new();
+    for (block, found) in blocks.iter().zip(found) {
+        let first = fits.len() as i32;
+        let own = block.points.iter().zip(&found.labels).zip(&block.is_own).filter(|(_, is_own)| **is_own);
+        for ((point, label), _) in own.filter(|((_, label), _)| **label >= 0) {
+            labels[*point as usize] = first + label;
+        }
+        fits.extend(&found.fits);
+    }
+    // Points of the margins have helped to find a plane; its own ones make it.
+    let sums = scatters(&cloud.points_m, &labels, fits.len());
+    let fits = refit(&sums, &fits);
+    let shared = shared_points(blocks, found, &labels);
+    let into = stitch(&shared, &sums, &fits, Noise::new(setting.sigma_m));
+    for label in labels.iter_mut().filter(|label| **label >= 0) {
+        *label = into[*label as usize] as i32;
+    }
+    let fits = refit(&scatters(&cloud.points_m, &labels, fits.len()), &fits);
+    Searched { setting, labels, fits, blocks: blocks.len() }
+}
+
 /// How many points each two parts have in common; `labels` are those that points have in their own blocks,
 /// counted through all blocks.
-pub(super) fn shared_points(
-    blocks: &[Block],
-    found: &[Searched],
-    labels: &[i32],
-) -> BTreeMap<[usize; 2], usize> {
+fn shared_points(blocks: &[Block], found: &[Searched], labels: &[i32]) -> BTreeMap<[usize; 2], usize> {
     let mut shared = BTreeMap::new();
     let mut first = 0;
     for (block, found) in blocks.iter().zip(found) {
@@ -40,7 +63,7 @@ pub(super) fn shared_points(
 }
 
 /// For every part the first one of its plane. Those that share most come first.
-pub(super) fn stitch(
+fn stitch(
     shared: &BTreeMap<[usize; 2], usize>,
     sums: &[Scatter],
     fits: &[Option<Fit>],
