@@ -60,7 +60,9 @@ class Cluster:
             self._start("controller", ["slurmctld", "-D", "-i", "-f", str(self.folder / "slurm.conf")])
             for name in self.nodes:
                 self._start(name, ["slurmd", "-D", "-N", name, "-f", str(self.folder / "slurm.conf")])
-            self.wait(lambda: self.said("sinfo", "-h", "-t", "idle", "-o", "%D").strip() == str(len(self.nodes)), 40)
+            self.wait(
+                lambda: self.said("sinfo", "-h", "-t", "idle", "-o", "%D").strip() == str(len(self.nodes)), 40
+            )
         except BaseException:
             self.__exit__()
             raise
@@ -92,7 +94,9 @@ class Cluster:
         if process is None:
             return
         # Jobs are sessions of their own; their step daemons tell the node's name.
-        found = subprocess.run(["ps", "-eo", "pid=,sid=,args="], capture_output=True, text=True, check=True).stdout
+        found = subprocess.run(
+            ["ps", "-eo", "pid=,sid=,args="], capture_output=True, text=True, check=True
+        ).stdout
         rows = [line.split(None, 2) for line in found.splitlines()]
         below = {process.pid}
         for _ in range(4):
