@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 """A model in tiles on a real Slurm: two nodes of one machine, of which one is killed in the middle.
 
-    check_cluster.py WORKDIR                with our programs on PATH, as root, with Debian's slurm-wlm and munge
+    check_cluster.py WORKDIR       with our programs on PATH, as root, with Debian's slurm-wlm and munge
 
-The script of `biplane tiles script` is submitted as it is printed. One node is killed while a tile runs on it; the
-other finishes all tiles and the model, whose bytes must be those of the same tiles run one after the other here. Then
-a tile is taken away: the merge must refuse, and sbatch with the words that it prints must make it whole again."""
+The script of `biplane tiles script` is submitted as it is printed. One node is killed while a tile runs on
+it; the other finishes all tiles and the model, whose bytes must be those of the same tiles run one after the
+other here. Then a tile is taken away: the merge must refuse, and sbatch with the words that it prints must
+make it whole again."""
 
 import sys
 import time
@@ -53,7 +54,7 @@ def on_cluster(work, count):
         cluster.wait(lambda: "n2" in cluster.said("squeue", "-h", "-t", "running", "-o", "%N"), 30)
         cluster.kill("n2")
         model = work / "there" / "model"
-        cluster.wait(lambda: (model / "summary.json").exists(), 90)
+        cluster.wait((model / "summary.json").exists, 90)
         print(f"{count} tiles on two nodes, one killed: model after {time.monotonic() - began:.0f} s")
         compare(work / "here.model", model)
         again(work, cluster, script)

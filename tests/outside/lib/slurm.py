@@ -1,5 +1,5 @@
-"""A Slurm cluster of one machine: munge, a controller and nodes of one processor each, all in one folder, without
-systemd. Needs root and Debian's slurm-wlm and munge."""
+"""A Slurm cluster of one machine: munge, a controller and nodes of one processor each, all in one folder,
+without systemd. Needs root and Debian's slurm-wlm and munge."""
 
 import os
 import signal
