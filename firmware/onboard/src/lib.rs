@@ -34,7 +34,9 @@ pub use crate::session::scip::event::ScipEvent;
 pub use crate::types::error::OnboardError;
 pub use crate::types::foreign_protocol::ForeignProtocol;
 pub use crate::types::live_address::LiveAddress;
-pub use crate::types::run_report::{RunEnd, RunReport};
+pub use crate::types::run_report::{
+    ArrivalCounts, LossCounts, MapReport, MountingReport, RecordedCounts, RunEnd, RunReport,
+};
 pub use crate::types::web_origin::WebOrigin;
 
 /// What the tests of this project reach into, from outside of this crate; no part of what others can rely on.

@@ -104,7 +104,7 @@ fn one_drive_is_the_same_odometry_over_every_protocol_at_the_same_stamps() {
     let mut reference: Vec<Sample> = Vec::new();
     for (name, base) in BASES {
         let (report, samples) = folder.replay(&folder.capture(name, base)).expect("replays");
-        assert!(report.odometry > 80 && report.damaged == 0, "{name}: {report:?}");
+        assert!(report.recorded.odometry > 80 && report.arrival.damaged == 0, "{name}: {report:?}");
         // Sampled on a grid of 50 or 100 ms when the first byte left: stamps are on it but for what the
         // adapter adds.
         let period_ns = if name == "roboclaw" { 50_000_000 } else { 100_000_000 };
@@ -172,5 +172,5 @@ fn answers_without_their_questions_are_refused_and_no_bytes_of_the_base_are_not(
     assert!(!folder.0.join("mute-run.mcap").exists());
     let lasers = copy("lasers.mcap", |port, _| port != "base");
     let (report, samples) = folder.replay(&lasers).expect("replays");
-    assert!(report.poses > 0 && samples.is_empty());
+    assert!(report.recorded.poses > 0 && samples.is_empty());
 }

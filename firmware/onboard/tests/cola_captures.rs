@@ -93,11 +93,11 @@ fn every_scan_of_three_real_lasers_is_kept_and_stamped_by_the_devices_clock() {
         }
         let (report, Scans(found)) = engine.finish(telegrams.last().unwrap().0);
         assert_eq!(
-            (found.len(), report.lost, report.damaged, report.skipped_bytes),
+            (found.len(), report.losses.lost, report.arrival.damaged, report.arrival.skipped_bytes),
             (scans, 0, 0, 0),
             "{name}"
         );
-        assert_eq!((report.lost_telegrams, report.backward_stamps), (0, 0), "{name}");
+        assert_eq!((report.arrival.lost_telegrams, report.arrival.backward_stamps), (0, 0), "{name}");
         for scan in &found {
             assert_eq!(scan.ranges_m.len(), beams, "{name}");
             assert!((f64::from(scan.angle_min_rad).to_degrees() - first_deg).abs() < 1e-3, "{name}");

@@ -260,7 +260,7 @@ fn outcome(kind: &str, fault: Fault, seed: u64) -> (i64, Vec<String>) {
     };
     check(again_ns <= 2 * S, format!("again after {} ms", again_ns / MS));
     check(scans.len() as u64 + under_way == delivered, format!("{} of {delivered} scans", scans.len()));
-    check(report.lost == 0 && report.backward_stamps == 0, format!("{report:?}"));
+    check(report.losses.lost == 0 && report.arrival.backward_stamps == 0, format!("{report:?}"));
     // A stamp lies before its arrival by the same all the time, but for the delays.
     let ages_ns: Vec<i64> = scans.iter().skip(50).map(|(at_ns, stamp_ns)| at_ns - stamp_ns).collect();
     let spread_ns = ages_ns.iter().max().unwrap_or(&0) - ages_ns.iter().min().unwrap_or(&0);

@@ -143,7 +143,10 @@ fn two_thousand_scans_of_both_lasers_are_matched_and_published_without_an_alloca
     let allocations = ALLOCATIONS.with(Cell::get) - before;
     assert_eq!(allocations, 0);
     let (account, sink) = engine.finish(2200 * period_ns);
-    assert_eq!((account.poses, account.poses_vertical, account.lost), (2200, 2200, 0));
+    assert_eq!(
+        (account.recorded.poses, account.recorded.poses_vertical, account.losses.lost),
+        (2200, 2200, 0)
+    );
     assert!(sink.0 > 10_000);
 }
 
@@ -262,8 +265,15 @@ fn a_live_run_allocates_nothing_in_its_loop_and_in_the_threads_that_read_once_it
     }
     assert_eq!(counts, [0, 0], "allocations of the loop and of the reading threads");
     assert!(LIVE[0].load(Ordering::Relaxed) > 0, "the watch watches: the end of a run allocates");
-    assert!(report.scans_horizontal > 40 && report.parts.len() > 3 && report.lost == 0, "{report:?}");
+    assert!(
+        report.recorded.scans_horizontal > 40 && report.parts.len() > 3 && report.losses.lost == 0,
+        "{report:?}"
+    );
     let journal = std::fs::read_to_string(mock.folder.join("journal.csv")).unwrap();
     let matches = journal.lines().filter(|line| line.split(',').nth(1) == Some("0")).count() as u64;
-    assert!(matches + 1 >= report.scans_horizontal, "{matches} of {} matches", report.scans_horizontal);
+    assert!(
+        matches + 1 >= report.recorded.scans_horizontal,
+        "{matches} of {} matches",
+        report.recorded.scans_horizontal
+    );
 }

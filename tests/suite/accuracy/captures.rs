@@ -70,7 +70,7 @@ fn served_and_recorded(capture: &Path, rig: &Rig, work: &Path, output: &Path) {
         let recorded = record(&options, &stop_record);
         stop_mock.store(true, Ordering::Relaxed);
         mock.join().unwrap().unwrap();
-        assert_eq!(recorded.unwrap().lost, 0);
+        assert_eq!(recorded.unwrap().losses.lost, 0);
     });
 }
 

@@ -104,7 +104,7 @@ fn measure(row: &Row, number: usize) -> (f64, f64, f64) {
     .unwrap();
     let options = ReplayOptions::new(work.join("capture.mcap"), work.join("run.mcap"));
     let report = replay(&options, &AtomicBool::new(false)).unwrap();
-    assert_eq!(report.lost, 0);
+    assert_eq!(report.losses.lost, 0);
     let scans = posed_scans(&options.output, Topic::ScanHorizontal, Topic::Pose);
     let truth = truth(&work.join("truth/poses.tum"));
     assert_eq!((scans.len(), truth.len()), (simulated.scans_horizontal, simulated.scans_horizontal));

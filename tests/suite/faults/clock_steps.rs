@@ -89,7 +89,7 @@ fn a_system_clock_that_steps_moves_no_live_time_and_its_capture_loses_nothing() 
         };
         let back = jumps(|by_ns| by_ns < -S / 2);
         (steps, ahead) = (steps + back, ahead + jumps(|by_ns| by_ns > S / 2));
-        assert_eq!(report.clock_steps, back, "seed {seed}");
+        assert_eq!(report.arrival.clock_steps, back, "seed {seed}");
         for (live, again) in live.scans.iter().zip(&again.scans) {
             scans += live.len();
             let is_kept = |ranges_mm: &Vec<u32>| again.iter().any(|scan| scan.ranges_mm == *ranges_mm);
@@ -99,11 +99,15 @@ fn a_system_clock_that_steps_moves_no_live_time_and_its_capture_loses_nothing() 
         }
         lost += live.odometry_ns.len().saturating_sub(again.odometry_ns.len());
         assert_eq!(
-            (report.lost, report.backward_stamps, report.unmatched),
+            (report.losses.lost, report.arrival.backward_stamps, report.recorded.unmatched),
             (0, 0, 0),
             "seed {seed}: {report:?}"
         );
-        assert!(report.damaged <= 3, "seed {seed}: the end may cut a telegram a line: {}", report.damaged);
+        assert!(
+            report.arrival.damaged <= 3,
+            "seed {seed}: the end may cut a telegram a line: {}",
+            report.arrival.damaged
+        );
     }
     println!(
         "| clock-step | runs {} | steps back {steps}, ahead {ahead} | scans {scans}, not kept {lost} |",

@@ -89,12 +89,12 @@ fn run(presence: Presence, port: Port, seed: u64, shown: &mut Shown) {
         _ => false,
     };
     let is_lossless = account.lost() + account.wrongly_kept + account.undetected == 0;
-    if !is_reported || !is_lossless || report.lost > 0 || report.exit_code() != 0 {
+    if !is_reported || !is_lossless || report.losses.lost > 0 || report.exit_code() != 0 {
         let reported = &report.uncovered;
         shown.wrong.push(format!(
             "{presence:?}, {port:?}, seed {seed}: missing {missing_s:?} s, said {reported:?}, {account:?}, lost {}\n\
              {transcript}",
-            report.lost
+            report.losses.lost
         ));
     }
     shown.runs += 1;

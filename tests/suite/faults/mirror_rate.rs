@@ -58,7 +58,7 @@ fn run(baud: u32, hz: f64, seed: u64) -> Shown {
     let reported: Vec<i64> = odd.map(|reported| reported.at_ns).collect();
     let now_ns = sim.now_ns();
     let (report, witness) = sim.engine.finish(now_ns);
-    let is_in_account = report.odd_interval_ms_horizontal.is_some();
+    let is_in_account = report.mounting.odd_interval_ms_horizontal.is_some();
     let health = witness.health.last();
     let is_in_health = health.is_some_and(|(_, health)| health.horizontal.odd_interval_ms.is_some());
     let from_ns = reported.first().map_or(REPORTED_NS, |at_ns| at_ns + S);

@@ -177,21 +177,21 @@ fn replayed(capture: &Path, output: &Path, live: &Counter) {
     println!(
         "| replayed in {} parts | recorded {} + {}, poses {} + {} | lost {} | damaged {} | memory grew {} kB |",
         report.parts.len(),
-        report.scans_horizontal,
-        report.scans_vertical,
-        report.poses,
-        report.poses_vertical,
-        report.lost,
-        report.damaged,
+        report.recorded.scans_horizontal,
+        report.recorded.scans_vertical,
+        report.recorded.poses,
+        report.recorded.poses_vertical,
+        report.losses.lost,
+        report.arrival.damaged,
         growth_bytes >> 10
     );
     // A replay hears no reply that tells it when the device was set up: it takes what streams from the first
     // scan on.
-    assert_eq!(report.scans_horizontal, live.horizontal);
-    assert_eq!(report.scans_vertical, live.vertical);
-    assert_eq!((report.lost, report.dropped), (0, 0));
+    assert_eq!(report.recorded.scans_horizontal, live.horizontal);
+    assert_eq!(report.recorded.scans_vertical, live.vertical);
+    assert_eq!((report.losses.lost, report.losses.dropped), (0, 0));
     // The capture's end may cut a telegram a line.
-    assert!(report.damaged <= 3);
-    assert_eq!(report.poses, report.scans_horizontal);
+    assert!(report.arrival.damaged <= 3);
+    assert_eq!(report.recorded.poses, report.recorded.scans_horizontal);
     assert!(growth_bytes < FLAT_BYTES || length_s() < MEANINGFUL_S);
 }

@@ -391,10 +391,10 @@ impl<S: Sink> Engine<S> {
     fn report(&mut self) -> RunReport {
         let mut report = account(&self.devices, &mut self.posing, &self.without_line);
         report.duration_s = self.schedule.duration_s();
-        report.clock_steps = self.schedule.time_line.steps();
-        report.dropped += self.publisher.sink().dropped();
-        report.unreported += self.publisher.sink().unreported();
-        report.lost += self.publisher.sink().dropped();
+        report.arrival.clock_steps = self.schedule.time_line.steps();
+        report.losses.dropped += self.publisher.sink().dropped();
+        report.losses.unreported += self.publisher.sink().unreported();
+        report.losses.lost += self.publisher.sink().dropped();
         report
     }
 }

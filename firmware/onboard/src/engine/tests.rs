@@ -68,7 +68,15 @@ fn is_near(found_ns: &[i64], wanted_ns: &[i64], within_ns: i64) -> bool {
 fn every_scan_is_recorded_stamped_and_posed() {
     let seconds = 8;
     let (report, sink) = run(&drive(seconds, 60));
-    assert_eq!((report.lost, report.damaged, report.skipped_bytes, report.backward_stamps), (0, 0, 0, 0));
+    assert_eq!(
+        (
+            report.losses.lost,
+            report.arrival.damaged,
+            report.arrival.skipped_bytes,
+            report.arrival.backward_stamps
+        ),
+        (0, 0, 0, 0)
+    );
     for (topic, poses, phase_ns) in
         [(Topic::ScanHorizontal, Topic::Pose, 20 * MS), (Topic::ScanVertical, Topic::PoseVertical, 51 * MS)]
     {
@@ -83,9 +91,9 @@ fn every_scan_is_recorded_stamped_and_posed() {
             assert!(error_m.abs() < 0.03, "{topic:?} at {}: {error_m} m", pose.stamp_ns);
         }
     }
-    assert_eq!(report.scans_horizontal, report.poses);
-    assert_eq!(report.scans_vertical, report.poses_vertical);
-    assert_eq!(report.odometry, 10 * seconds as u64);
+    assert_eq!(report.recorded.scans_horizontal, report.recorded.poses);
+    assert_eq!(report.recorded.scans_vertical, report.recorded.poses_vertical);
+    assert_eq!(report.recorded.odometry, 10 * seconds as u64);
 }
 
 #[test]
@@ -123,7 +131,10 @@ fn an_s14_s_scan_is_recorded_with_its_fan_its_one_turn_and_its_remissions() {
     scan.emit(0x80, &mut bytes).unwrap();
     engine.bytes(START_NS, Port::Horizontal, &bytes);
     let (report, mut sink) = engine.finish(START_NS + MS);
-    assert_eq!((report.scans_horizontal, report.lost, report.polluted_scans), (1, 0, 1));
+    assert_eq!(
+        (report.recorded.scans_horizontal, report.losses.lost, report.arrival.polluted_scans),
+        (1, 0, 1)
+    );
     let scan = sink.all::<LaserScan>(Topic::ScanHorizontal).remove(0);
     assert!((scan.angle_min_rad + std::f32::consts::FRAC_PI_4).abs() < 1e-6);
     assert!((scan.angle_max_rad - std::f32::consts::FRAC_PI_4).abs() < 1e-6);
@@ -204,7 +215,7 @@ fn a_hole_in_time_is_not_filled_with_states() {
         drive(2, 100).into_iter().map(|read| Read { time_ns: read.time_ns + hole_ns, ..read }).collect();
     reads.extend(later);
     let (report, sink) = run(&reads);
-    assert_eq!(report.scans_horizontal, 2 * 19);
+    assert_eq!(report.recorded.scans_horizontal, 2 * 19);
     assert!(sink.healths.len() < 10, "{} states", sink.healths.len());
 }
 
@@ -212,8 +223,8 @@ fn a_hole_in_time_is_not_filled_with_states() {
 fn without_a_base_scans_are_posed_all_the_same() {
     let reads: Vec<_> = drive(4, 60).into_iter().filter(|read| read.port != Port::Base).collect();
     let (report, _) = run(&reads);
-    assert_eq!((report.odometry, report.scans_horizontal), (0, report.poses));
-    assert_eq!(report.scans_vertical, report.poses_vertical);
+    assert_eq!((report.recorded.odometry, report.recorded.scans_horizontal), (0, report.recorded.poses));
+    assert_eq!(report.recorded.scans_vertical, report.recorded.poses_vertical);
 }
 
 #[test]
@@ -268,8 +279,8 @@ fn a_base_is_told_to_stand_before_it_hears_of_a_process_that_stood_still() {
 fn scans_of_a_capture_cut_at_both_ends_are_kept_but_for_the_cut_ones() {
     let reads = drive(2, 100);
     let (report, _) = run(&reads[5..reads.len() - 3]);
-    assert_eq!(report.lost, 0);
-    assert!(report.scans_horizontal >= 17 && report.scans_horizontal < 19, "{report:?}");
+    assert_eq!(report.losses.lost, 0);
+    assert!(report.recorded.scans_horizontal >= 17 && report.recorded.scans_horizontal < 19, "{report:?}");
     assert_eq!(report.exit_code(), 0);
 }
 
@@ -282,7 +293,11 @@ fn bytes_of_a_laser_that_the_rig_does_not_have_are_told_as_lost() {
         engine.bytes(read.time_ns, read.port, &read.bytes);
     }
     let (report, _) = engine.finish(START_NS);
-    assert_eq!((report.lost, report.reads_without_laser, report.exit_code()), (9, 9, 3), "{report:?}");
+    assert_eq!(
+        (report.losses.lost, report.losses.reads_without_laser, report.exit_code()),
+        (9, 9, 3),
+        "{report:?}"
+    );
 }
 
 fn decoded_scan(stamp_ms: i64) -> LaserScan {
@@ -311,7 +326,15 @@ fn decoded_scans_whose_stamps_step_back_are_all_kept_in_order_and_unchanged() {
         engine.decoded_scan(log_ns, Port::Horizontal, &decoded_scan(ms));
     }
     let (report, sink) = engine.finish(log_ns);
-    assert_eq!((report.scans_horizontal, report.poses, report.backward_stamps, report.lost), (7, 7, 2, 0));
+    assert_eq!(
+        (
+            report.recorded.scans_horizontal,
+            report.recorded.poses,
+            report.arrival.backward_stamps,
+            report.losses.lost
+        ),
+        (7, 7, 2, 0)
+    );
     let scans: Vec<LaserScan> = sink.all(Topic::ScanHorizontal);
     assert!(scans == stamps_ms.map(decoded_scan), "as they came");
     let poses: Vec<PoseWithCovarianceStamped> = sink.all(Topic::Pose);
@@ -360,9 +383,14 @@ fn commands_that_nobody_fetches_are_counted_as_dropped_and_events_as_untold() {
     engine.advance(62_000 * MS);
     let (report, sink) = engine.finish(62_000 * MS);
     assert_eq!((commands, events), (QUEUE_CAPACITY, QUEUE_CAPACITY));
-    assert!(report.dropped > 0 && report.lost == report.dropped && report.unreported > 0, "{report:?}");
+    assert!(
+        report.losses.dropped > 0
+            && report.losses.lost == report.losses.dropped
+            && report.losses.unreported > 0,
+        "{report:?}"
+    );
     let (_, health) = sink.healths.last().unwrap();
-    assert_eq!((health.dropped, health.unreported), (report.dropped, report.unreported));
+    assert_eq!((health.dropped, health.unreported), (report.losses.dropped, report.losses.unreported));
 }
 
 #[test]

@@ -179,7 +179,7 @@ pub(crate) fn record_with(
     let report = RunReport { end, live, pose_delays: Some(delays), ..report.with_files(&files) };
     journal.map_or(Ok(()), JournalThread::finish)?;
     // Who stops a run while its devices are still started has what was asked for, if not much.
-    if report.scans_horizontal == 0 && report.end != RunEnd::Stopped {
+    if report.recorded.scans_horizontal == 0 && report.end != RunEnd::Stopped {
         let port =
             port_check::of_rig(&options.rig).first().map_or_else(String::new, |port| port.path.to_owned());
         return Err(OnboardError::NoScans { port, output: report.output });

@@ -139,7 +139,7 @@ pub fn replay(options: &ReplayOptions, stop: &AtomicBool) -> Result<RunReport, O
         PartsWriter::remove_begun(&options.output, &writer_options, options.rotation);
     }
     let report = made?;
-    if report.poses == 0 && report.end == RunEnd::InputOver {
+    if report.recorded.poses == 0 && report.end == RunEnd::InputOver {
         return Err(OnboardError::NoPoses { input: input.path().to_owned(), output: report.output });
     }
     Ok(report)

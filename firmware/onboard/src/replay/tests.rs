@@ -63,8 +63,16 @@ fn a_capture_replayed_twice_gives_the_same_bytes_and_keeps_every_telegram() {
     write_capture(&folder.file("capture.mcap"), 3, true);
     let first = run(&options(folder.file("capture.mcap"), folder.file("first.mcap"))).unwrap();
     let second = run(&options(folder.file("capture.mcap"), folder.file("second.mcap"))).unwrap();
-    assert_eq!((first.scans_horizontal, first.scans_vertical, first.odometry, first.lost), (28, 28, 30, 0));
-    assert_eq!((first.poses, first.poses_vertical, first.exit_code()), (28, 28, 0));
+    assert_eq!(
+        (
+            first.recorded.scans_horizontal,
+            first.recorded.scans_vertical,
+            first.recorded.odometry,
+            first.losses.lost
+        ),
+        (28, 28, 30, 0)
+    );
+    assert_eq!((first.recorded.poses, first.recorded.poses_vertical, first.exit_code()), (28, 28, 0));
     let unnamed = |report| RunReport { output: PathBuf::new(), parts: Vec::new(), ..report };
     assert_eq!(unnamed(first), unnamed(second));
     assert!(fs::read(folder.file("first.mcap")).unwrap() == fs::read(folder.file("second.mcap")).unwrap());
@@ -80,7 +88,7 @@ fn a_recording_replayed_keeps_its_scans_and_odometry_and_finds_its_poses_again()
     write_capture(&folder.file("capture.mcap"), 3, true);
     run(&options(folder.file("capture.mcap"), first.clone())).unwrap();
     let report = run(&options(first.clone(), second.clone())).unwrap();
-    assert_eq!((report.poses, report.poses_vertical, report.lost), (28, 28, 0));
+    assert_eq!((report.recorded.poses, report.recorded.poses_vertical, report.losses.lost), (28, 28, 0));
     for topic in [Topic::ScanHorizontal, Topic::ScanVertical, Topic::Odom] {
         assert!(messages(&first, topic) == messages(&second, topic), "{topic:?}");
     }
@@ -124,21 +132,11 @@ fn a_capture_whose_clock_was_set_loses_nothing_and_its_matcher_goes_on() {
     write_stepped_capture(&folder.file("stepped.mcap"), 9);
     let steady = run(&options(folder.file("steady.mcap"), folder.file("steady-run.mcap"))).unwrap();
     let stepped = run(&options(folder.file("stepped.mcap"), folder.file("run.mcap"))).unwrap();
-    assert_eq!((steady.clock_steps, stepped.clock_steps), (0, 1));
-    let counts = |report: &RunReport| {
-        let RunReport { scans_horizontal, scans_vertical, odometry, poses, poses_vertical, .. } = *report;
-        [
-            scans_horizontal,
-            scans_vertical,
-            odometry,
-            poses,
-            poses_vertical,
-            report.lost,
-            report.backward_stamps,
-        ]
-    };
+    assert_eq!((steady.arrival.clock_steps, stepped.arrival.clock_steps), (0, 1));
+    let counts =
+        |report: &RunReport| (report.recorded.clone(), report.losses.lost, report.arrival.backward_stamps);
     assert_eq!(counts(&stepped), counts(&steady));
-    assert_eq!((stepped.unmatched, stepped.exit_code()), (0, 0));
+    assert_eq!((stepped.recorded.unmatched, stepped.exit_code()), (0, 0));
     let last = |name: &str| -> PoseWithCovarianceStamped {
         Message::decode(messages(&folder.file(name), Topic::Pose).last().unwrap()).unwrap()
     };
@@ -237,15 +235,18 @@ fn vertical_data_without_a_vertical_laser_in_the_rig_is_left_out_and_counted() {
     let folder = Folder::new("no-vertical");
     let (capture, whole) = (folder.file("capture.mcap"), folder.file("whole.mcap"));
     write_capture(&capture, 1, true);
-    let scans = run(&options(capture.clone(), whole.clone())).unwrap().scans_vertical;
+    let scans = run(&options(capture.clone(), whole.clone())).unwrap().recorded.scans_vertical;
     let rig = Some(Rig { vertical: None, ..synthetic::rig() });
     let decoded = run(&ReplayOptions { rig: rig.clone(), ..options(whole, folder.file("a.mcap")) }).unwrap();
-    assert_eq!((decoded.scans_without_laser, decoded.lost, decoded.exit_code()), (scans, scans, 3));
-    assert_eq!((decoded.scans_vertical, decoded.poses_vertical), (0, 0));
+    assert_eq!(
+        (decoded.losses.scans_without_laser, decoded.losses.lost, decoded.exit_code()),
+        (scans, scans, 3)
+    );
+    assert_eq!((decoded.recorded.scans_vertical, decoded.recorded.poses_vertical), (0, 0));
     assert!(messages(&folder.file("a.mcap"), Topic::ScanVertical).is_empty());
     let serial = run(&ReplayOptions { rig, ..options(capture, folder.file("b.mcap")) }).unwrap();
-    assert_eq!((serial.not_understood, serial.exit_code()), (0, 3));
-    assert!(serial.reads_without_laser > 0 && serial.reads_without_laser == serial.lost);
+    assert_eq!((serial.losses.not_understood, serial.exit_code()), (0, 3));
+    assert!(serial.losses.reads_without_laser > 0 && serial.losses.reads_without_laser == serial.losses.lost);
 }
 
 #[test]
@@ -286,7 +287,7 @@ fn a_stop_ends_the_replay_with_a_whole_file() {
     write_capture(&folder.file("capture.mcap"), 1, true);
     let options = options(folder.file("capture.mcap"), folder.file("out.mcap"));
     let report = replay(&options, &AtomicBool::new(true)).unwrap();
-    assert_eq!((report.scans_horizontal, report.poses), (0, 0));
+    assert_eq!((report.recorded.scans_horizontal, report.recorded.poses), (0, 0));
     assert_eq!((report.end, report.exit_code()), (RunEnd::Interrupted, 3));
     assert!(Reader::open(&folder.file("out.mcap")).is_ok());
 }
@@ -299,7 +300,7 @@ fn a_replay_into_parts_and_out_of_parts_has_the_poses_of_the_whole() {
     let whole = run(&options(folder.file("capture.mcap"), folder.file("whole.mcap"))).unwrap();
     let in_parts = options(folder.file("capture.mcap"), folder.file("run.mcap"));
     let parted = run(&ReplayOptions { rotation, ..in_parts }).unwrap();
-    assert_eq!((parted.parts.len(), parted.poses, parted.lost), (5, whole.poses, 0));
+    assert_eq!((parted.parts.len(), parted.recorded.poses, parted.losses.lost), (5, whole.recorded.poses, 0));
     assert_eq!(parted.output, folder.file("run_0.mcap"));
     let poses = |paths: &[PathBuf]| -> Vec<Vec<u8>> {
         let entries = Recording::open(paths).unwrap();
@@ -310,7 +311,10 @@ fn a_replay_into_parts_and_out_of_parts_has_the_poses_of_the_whole() {
     // Out of parts: the scans and odometry of all of them, under the name of the whole.
     let again = run(&options(folder.file("whole.mcap"), folder.file("again.mcap"))).unwrap();
     let joined = run(&options(folder.file("run.mcap"), folder.file("joined.mcap"))).unwrap();
-    assert_eq!((joined.scans_horizontal, joined.odometry), (again.scans_horizontal, again.odometry));
+    assert_eq!(
+        (joined.recorded.scans_horizontal, joined.recorded.odometry),
+        (again.recorded.scans_horizontal, again.recorded.odometry)
+    );
     assert!(poses(&[folder.file("joined.mcap")]) == poses(&[folder.file("again.mcap")]));
 }
 

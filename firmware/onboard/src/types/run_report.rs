@@ -28,31 +28,26 @@ pub enum RunEnd {
     WriteFailed,
 }
 
-/// The account of one `record` or `replay`.
+/// What is in the recording.
 #[derive(Clone, PartialEq, Debug, Default, Serialize)]
-pub struct RunReport {
-    /// The recording; its first file when it is in parts.
-    pub output: PathBuf,
-    /// All its files, in order.
-    pub parts: Vec<PathBuf>,
-    /// Why it ended.
-    pub end: RunEnd,
-    /// From its first to its last input, seconds (simulated time in a replay).
-    pub duration_s: f64,
+pub struct RecordedCounts {
     /// Scans of the laser that localizes.
     pub scans_horizontal: u64,
     /// Scans of the laser that sees the building.
     pub scans_vertical: u64,
     /// Odometry reports.
     pub odometry: u64,
-    /// Devices that measured nothing in the first or last seconds of the run, when others did.
-    pub uncovered: Vec<Uncovered>,
     /// Matched poses, one a horizontal scan.
     pub poses: u64,
     /// Poses of vertical scans.
     pub poses_vertical: u64,
     /// Scans whose match failed, so that their pose follows the odometry.
     pub unmatched: u64,
+}
+
+/// What arrived damaged, cut or late, and what devices did not send. None of it is a loss.
+#[derive(Clone, PartialEq, Debug, Default, Serialize)]
+pub struct ArrivalCounts {
     /// Telegrams that arrived damaged: checksum or length wrong, cut, or of a form that the device does not
     /// send.
     pub damaged: u64,
@@ -80,6 +75,11 @@ pub struct RunReport {
     /// Times that the clock went back with which the input was recorded: from there on, times are later than
     /// its `log_time`.
     pub clock_steps: u64,
+}
+
+/// What arrived intact and was not kept, and why.
+#[derive(Clone, PartialEq, Debug, Default, Serialize)]
+pub struct LossCounts {
     /// Intact telegrams and messages that were not kept, for whatever reason: see the fields below and the
     /// warnings.
     pub lost: u64,
@@ -96,6 +96,11 @@ pub struct RunReport {
     /// recording.
     #[serde(rename = "untold")]
     pub unreported: u64,
+}
+
+/// How the lasers sit and turn, as far as their scans told.
+#[derive(Clone, PartialEq, Debug, Default, Serialize)]
+pub struct MountingReport {
     /// Whether the horizontal laser sits as the rig says, as far as its scans told: `not known yet`, `fits`,
     /// or what does not fit.
     pub mounting_horizontal: &'static str,
@@ -106,12 +111,47 @@ pub struct RunReport {
     pub odd_interval_ms_horizontal: Option<f64>,
     /// The same of the vertical one.
     pub odd_interval_ms_vertical: Option<f64>,
-    /// What a live view has done, where there was one.
-    pub live: Option<LiveReport>,
+}
+
+/// How full the map was at the end.
+#[derive(Clone, PartialEq, Debug, Default, Serialize)]
+pub struct MapReport {
     /// The share of the map's memory that was in use at the end, percent.
     pub map_filled_percent: u32,
     /// Tiles that the map forgot because its memory was full.
     pub map_forgotten_tiles: u64,
+}
+
+/// The account of one `record` or `replay`. Written as JSON it is one flat object.
+#[derive(Clone, PartialEq, Debug, Default, Serialize)]
+pub struct RunReport {
+    /// The recording; its first file when it is in parts.
+    pub output: PathBuf,
+    /// All its files, in order.
+    pub parts: Vec<PathBuf>,
+    /// Why it ended.
+    pub end: RunEnd,
+    /// From its first to its last input, seconds (simulated time in a replay).
+    pub duration_s: f64,
+    /// Devices that measured nothing in the first or last seconds of the run, when others did.
+    pub uncovered: Vec<Uncovered>,
+    /// What is in the recording.
+    #[serde(flatten)]
+    pub recorded: RecordedCounts,
+    /// What arrived damaged, cut or late, and what devices did not send. None of it is a loss.
+    #[serde(flatten)]
+    pub arrival: ArrivalCounts,
+    /// What arrived intact and was not kept, and why.
+    #[serde(flatten)]
+    pub losses: LossCounts,
+    /// How the lasers sit and turn, as far as their scans told.
+    #[serde(flatten)]
+    pub mounting: MountingReport,
+    /// How full the map was at the end.
+    #[serde(flatten)]
+    pub map: MapReport,
+    /// What a live view has done, where there was one.
+    pub live: Option<LiveReport>,
     /// How long poses took into the file; nothing in a replay.
     pub pose_delays: Option<PoseDelays>,
 }
@@ -119,10 +159,11 @@ pub struct RunReport {
 impl RunReport {
     /// The report with the files that were written. What was in a file that somebody removed is lost.
     #[must_use]
-    pub fn with_files(self, written: &PartsReport) -> Self {
-        let parts: Vec<_> = written.parts.iter().map(|part| part.path.clone()).collect();
-        let lost = self.lost + written.removed_messages;
-        Self { output: parts.first().cloned().unwrap_or_default(), parts, lost, ..self }
+    pub fn with_files(mut self, written: &PartsReport) -> Self {
+        self.parts = written.parts.iter().map(|part| part.path.clone()).collect();
+        self.output = self.parts.first().cloned().unwrap_or_default();
+        self.losses.lost += written.removed_messages;
+        self
     }
 
     /// The process's exit code: 0, or 3 when something intact was not kept, or was not recorded as long as it
@@ -130,7 +171,7 @@ impl RunReport {
     #[must_use]
     pub fn exit_code(&self) -> u8 {
         let cut_short = matches!(self.end, RunEnd::Interrupted | RunEnd::DiskLow);
-        if self.lost > 0 || cut_short { 3 } else { 0 }
+        if self.losses.lost > 0 || cut_short { 3 } else { 0 }
     }
 }
 
@@ -140,18 +181,33 @@ mod tests {
 
     #[test]
     fn only_a_loss_of_something_intact_makes_the_exit_code_3() {
-        let harmless = RunReport {
+        let arrival = ArrivalCounts {
             damaged: 5,
             skipped_bytes: 9,
             backward_stamps: 3,
             clock_steps: 1,
-            ..RunReport::default()
+            ..ArrivalCounts::default()
         };
+        let harmless = RunReport { arrival, ..RunReport::default() };
         assert_eq!(harmless.exit_code(), 0);
-        assert_eq!(RunReport { lost: 1, ..harmless.clone() }.exit_code(), 3);
+        let losses = LossCounts { lost: 1, ..LossCounts::default() };
+        assert_eq!(RunReport { losses, ..harmless.clone() }.exit_code(), 3);
         let ends =
             [RunEnd::InputOver, RunEnd::DurationOver, RunEnd::Stopped, RunEnd::Interrupted, RunEnd::DiskLow];
         let codes = ends.map(|end| RunReport { end, ..harmless.clone() }.exit_code());
         assert_eq!(codes, [0, 0, 0, 3, 3]);
+    }
+
+    #[test]
+    fn as_json_it_is_one_flat_object() {
+        let mut report = RunReport::default();
+        report.recorded.poses = 7;
+        report.losses.unreported = 2;
+        let json = serde_json::to_value(&report).unwrap();
+        assert_eq!(
+            (&json["poses"], &json["untold"], &json["map_filled_percent"]),
+            (&7.into(), &2.into(), &0.into())
+        );
+        assert!(json.as_object().unwrap().values().all(|value| !value.is_object()), "{json}");
     }
 }

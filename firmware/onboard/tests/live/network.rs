@@ -83,10 +83,17 @@ fn two_lasers_on_the_network_are_recorded_like_the_truth_and_replayed_from_their
     let rig = rig_of(&mock, true);
     let report = mock.record(rig, 8.0).unwrap();
     mock.end();
-    assert_eq!((report.lost, report.exit_code(), report.backward_stamps), (0, 0, 0), "{report:?}");
-    assert_eq!((report.damaged, report.skipped_bytes), (0, 0), "{report:?}");
-    assert!(report.scans_horizontal > 90 && report.scans_vertical > 90, "{report:?}");
-    assert_eq!((report.poses, report.poses_vertical), (report.scans_horizontal, report.scans_vertical));
+    assert_eq!(
+        (report.losses.lost, report.exit_code(), report.arrival.backward_stamps),
+        (0, 0, 0),
+        "{report:?}"
+    );
+    assert_eq!((report.arrival.damaged, report.arrival.skipped_bytes), (0, 0), "{report:?}");
+    assert!(report.recorded.scans_horizontal > 90 && report.recorded.scans_vertical > 90, "{report:?}");
+    assert_eq!(
+        (report.recorded.poses, report.recorded.poses_vertical),
+        (report.recorded.scans_horizontal, report.recorded.scans_vertical)
+    );
     let (run, truth) = (mock.folder.join("run.mcap"), mock.folder.join("truth"));
     for (topic, file) in
         [(Topic::ScanHorizontal, "scans_horizontal.txt"), (Topic::ScanVertical, "scans_vertical.txt")]
@@ -130,7 +137,7 @@ fn a_rig_without_a_base_is_matched_and_its_laser_is_set_only_where_the_rig_allow
     assert!(remarks.contains("record would write: 25 Hz in steps of 0.25 degrees"), "{remarks}");
     let report = mock.record(rig, 6.0).unwrap();
     mock.end();
-    assert_eq!((report.lost, report.exit_code(), report.odometry), (0, 0, 0), "{report:?}");
+    assert_eq!((report.losses.lost, report.exit_code(), report.recorded.odometry), (0, 0, 0), "{report:?}");
     let run = mock.folder.join("run.mcap");
     let scans = all::<LaserScan>(&run, Topic::ScanHorizontal);
     assert!(scans.len() > 90, "{}", scans.len());
@@ -160,7 +167,7 @@ fn lasers_whose_connections_end_stream_again_by_themselves() {
     // Others listen now: these are not found again, and nothing ends.
     assert!(addresses != ["lms-horizontal", "lms-vertical"].map(|name| address(&mock, name)));
     let report = recording.join().unwrap().unwrap();
-    assert!(report.scans_horizontal > 25 && report.lost == 0, "{report:?}");
+    assert!(report.recorded.scans_horizontal > 25 && report.losses.lost == 0, "{report:?}");
 }
 
 /// The rig of an LMS 291 and a UST: the vertical laser alone is on the network.

@@ -26,9 +26,21 @@ fn a_run_on_mock_devices_is_stamped_like_the_truth_and_its_replay_is_the_same_ru
     let mut mock = Mock::start("run", |_| {});
     let report = mock.record(mock.rig(), 5.0).unwrap();
     mock.end();
-    assert_eq!((report.lost, report.exit_code(), report.backward_stamps), (0, 0, 0), "{report:?}");
-    assert!(report.scans_horizontal > 20 && report.scans_vertical > 20 && report.odometry > 35, "{report:?}");
-    assert_eq!((report.poses, report.poses_vertical), (report.scans_horizontal, report.scans_vertical));
+    assert_eq!(
+        (report.losses.lost, report.exit_code(), report.arrival.backward_stamps),
+        (0, 0, 0),
+        "{report:?}"
+    );
+    assert!(
+        report.recorded.scans_horizontal > 20
+            && report.recorded.scans_vertical > 20
+            && report.recorded.odometry > 35,
+        "{report:?}"
+    );
+    assert_eq!(
+        (report.recorded.poses, report.recorded.poses_vertical),
+        (report.recorded.scans_horizontal, report.recorded.scans_vertical)
+    );
 
     let run = mock.folder.join("run.mcap");
     for (topic, truth) in
@@ -44,8 +56,8 @@ fn a_run_on_mock_devices_is_stamped_like_the_truth_and_its_replay_is_the_same_ru
 
     let again = ReplayOptions::new(&run, mock.folder.join("again.mcap"));
     let replayed = replay(&again, &AtomicBool::new(false)).unwrap();
-    assert_eq!(replayed.scans_horizontal, report.scans_horizontal);
-    assert_eq!(replayed.odometry, report.odometry);
+    assert_eq!(replayed.recorded.scans_horizontal, report.recorded.scans_horizontal);
+    assert_eq!(replayed.recorded.odometry, report.recorded.odometry);
     for topic in [Topic::ScanHorizontal, Topic::ScanVertical] {
         let (first, second) = (all::<LaserScan>(&run, topic), all::<LaserScan>(&again.output, topic));
         assert_eq!(first.len(), second.len());
@@ -72,8 +84,8 @@ fn devices_left_streaming_at_another_rate_are_taken_over_and_left_idle_at_the_en
     rig.horizontal.baud = 500_000;
     rig.horizontal.resolution_deg = 0.5;
     let report = mock.record(rig.clone(), 5.0).unwrap();
-    assert!(report.scans_horizontal > 50, "{report:?}");
-    assert_eq!(report.lost, 0);
+    assert!(report.recorded.scans_horizontal > 50, "{report:?}");
+    assert_eq!(report.losses.lost, 0);
     let scans = all::<LaserScan>(&mock.folder.join("run.mcap"), Topic::ScanHorizontal);
     assert!(scans.iter().all(|scan| scan.ranges_m.len() == 361));
     // Found at once at its rate, and silent until it is asked.
@@ -92,7 +104,7 @@ fn devices_that_are_unplugged_for_a_moment_stream_again_by_themselves() {
     mock.end();
     mock.serve(|_| {});
     let report = recording.join().unwrap().unwrap();
-    assert_eq!(report.lost, 0, "{report:?}");
+    assert_eq!(report.losses.lost, 0, "{report:?}");
     let scans = all::<LaserScan>(&mock.folder.join("run.mcap"), Topic::ScanHorizontal);
     let gaps_ms: Vec<_> =
         scans.windows(2).map(|pair| (pair[1].stamp_ns - pair[0].stamp_ns) / 1_000_000).collect();

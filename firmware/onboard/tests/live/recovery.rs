@@ -126,7 +126,7 @@ fn adapters_that_come_back_under_other_names_are_found_by_their_links_and_not_by
     assert!(moved.horizontal.port != rig.horizontal.port && moved.base.port != rig.base.port);
     let report = recording.join().unwrap().unwrap();
     drop(taken);
-    assert_eq!(report.lost, 0, "{report:?}");
+    assert_eq!(report.losses.lost, 0, "{report:?}");
     let scans = all::<LaserScan>(&output, Topic::ScanHorizontal);
     let gaps_ms = gaps_ms(scans.iter().map(|scan| scan.stamp_ns));
     assert!(gaps_ms.len() == 1 && gaps_ms[0] < 4000, "{gaps_ms:?}");
@@ -225,7 +225,7 @@ fn a_laser_that_falls_silent_streams_again_and_the_other_lines_are_not_disturbed
     relay.cut.store(false, Ordering::Relaxed);
     relay.pass(30 * SCAN_BYTES);
     let report = recording.stop();
-    assert_eq!(report.lost, 0, "{report:?}");
+    assert_eq!(report.losses.lost, 0, "{report:?}");
     let scans = all::<LaserScan>(&output, Topic::ScanVertical);
     let gaps = gaps_ms(scans.iter().map(|scan| scan.stamp_ns));
     assert!(scans.len() > 30 && gaps.iter().any(|&gap_ms| gap_ms > 2000), "{} scans, {gaps:?}", scans.len());
@@ -253,12 +253,12 @@ fn one_adapter_that_is_pulled_and_put_back_leaves_the_other_lines_alone() {
     let relay = Relay::start(&device, &link);
     relay.pass(30 * SCAN_BYTES);
     let report = recording.stop();
-    assert_eq!(report.lost, 0, "{report:?}");
+    assert_eq!(report.losses.lost, 0, "{report:?}");
     let scans = all::<LaserScan>(&output, Topic::ScanHorizontal);
     let gaps = gaps_ms(scans.iter().map(|scan| scan.stamp_ns));
     assert!(scans.len() > 30 && gaps.iter().any(|&gap_ms| gap_ms > 1000), "{} scans, {gaps:?}", scans.len());
     assert_undisturbed(&output, &[(Port::Vertical, "laser_vertical"), (Port::Base, "base")]);
-    assert_eq!(report.poses, report.scans_horizontal);
+    assert_eq!(report.recorded.poses, report.recorded.scans_horizontal);
     println!("pulled for 1.2 s: a gap of {} ms", gaps[0]);
 }
 
@@ -281,5 +281,5 @@ fn a_run_can_wait_for_its_ports_and_can_be_stopped_while_it_waits() {
     let relay = Relay::start(&device, &link);
     relay.pass(20 * SCAN_BYTES);
     let report = recording.stop();
-    assert!(report.scans_horizontal > 10, "{report:?}");
+    assert!(report.recorded.scans_horizontal > 10, "{report:?}");
 }

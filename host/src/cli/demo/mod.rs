@@ -59,9 +59,9 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     say(format!(
         "{}: {} horizontal and {} vertical scans, {} matched poses",
         report.output.display(),
-        report.scans_horizontal,
-        report.scans_vertical,
-        report.poses
+        report.recorded.scans_horizontal,
+        report.recorded.scans_vertical,
+        report.recorded.poses
     ));
 
     say("building the model".to_owned());

@@ -37,48 +37,51 @@ fn text(report: &RunReport) -> String {
     let mut text = format!(
         "{output}: {:.1} s, {} horizontal scans ({} posed, {} not matched), {} vertical scans ({} posed), {} odometry reports",
         report.duration_s,
-        report.scans_horizontal,
-        report.poses,
-        report.unmatched,
-        report.scans_vertical,
-        report.poses_vertical,
-        report.odometry,
+        report.recorded.scans_horizontal,
+        report.recorded.poses,
+        report.recorded.unmatched,
+        report.recorded.scans_vertical,
+        report.recorded.poses_vertical,
+        report.recorded.odometry,
     );
     let remarks = [
-        (report.damaged, "telegrams arrived damaged or cut"),
-        (report.rejected, "of them had a good checksum, but not the form of the device's telegrams"),
-        (report.lost_telegrams, "laser telegrams did not arrive whole, by their index bytes"),
-        (report.dazzled_values, "values are missing because a laser was dazzled"),
-        (report.polluted_scans, "scans were taken through a polluted window"),
-        (report.skipped_bytes, "bytes belong to no telegram"),
-        (report.cut_by_us, "telegrams were cut by our own start or stop"),
-        (report.backward_stamps, "stamps step back"),
+        (report.arrival.damaged, "telegrams arrived damaged or cut"),
+        (report.arrival.rejected, "of them had a good checksum, but not the form of the device's telegrams"),
+        (report.arrival.lost_telegrams, "laser telegrams did not arrive whole, by their index bytes"),
+        (report.arrival.dazzled_values, "values are missing because a laser was dazzled"),
+        (report.arrival.polluted_scans, "scans were taken through a polluted window"),
+        (report.arrival.skipped_bytes, "bytes belong to no telegram"),
+        (report.arrival.cut_by_us, "telegrams were cut by our own start or stop"),
+        (report.arrival.backward_stamps, "stamps step back"),
         (
-            report.clock_steps,
+            report.arrival.clock_steps,
             "steps back of the clock that wrote the input: the run's time goes on from there",
         ),
         (
-            report.map_forgotten_tiles,
+            report.map.map_forgotten_tiles,
             "tiles of the map were forgotten because its memory was full: --map-memory gives it more",
         ),
-        (report.not_understood, "intact telegrams were not understood: NOT KEPT"),
+        (report.losses.not_understood, "intact telegrams were not understood: NOT KEPT"),
         (
-            report.reads_without_laser,
+            report.losses.reads_without_laser,
             "reads of a vertical laser, but the rig has no section [vertical]: NOT KEPT",
         ),
-        (report.scans_without_laser, "vertical scans, but the rig has no section [vertical]: LEFT OUT"),
-        (report.dropped, "messages or reads were dropped by a full queue: NOT KEPT"),
+        (
+            report.losses.scans_without_laser,
+            "vertical scans, but the rig has no section [vertical]: LEFT OUT",
+        ),
+        (report.losses.dropped, "messages or reads were dropped by a full queue: NOT KEPT"),
     ];
     for (count, what) in remarks.into_iter().filter(|(count, _)| *count > 0) {
         text += &format!("\n  {count} {what}");
     }
-    if report.map_filled_percent >= 90 && report.map_forgotten_tiles == 0 {
-        let percent = report.map_filled_percent;
+    if report.map.map_filled_percent >= 90 && report.map.map_forgotten_tiles == 0 {
+        let percent = report.map.map_filled_percent;
         text += &format!("\n  {percent} % of the map's memory are in use: --map-memory gives it more");
     }
     let lasers = [
-        ("horizontal laser", report.odd_interval_ms_horizontal),
-        ("vertical laser", report.odd_interval_ms_vertical),
+        ("horizontal laser", report.mounting.odd_interval_ms_horizontal),
+        ("vertical laser", report.mounting.odd_interval_ms_vertical),
     ];
     for (name, interval_ms) in lasers.into_iter().filter_map(|(name, ms)| Some((name, ms?))) {
         text += &format!(
@@ -91,7 +94,7 @@ fn text(report: &RunReport) -> String {
     match report.end {
         RunEnd::DiskLow => text += "\n  ended before the disk was full: CUT SHORT",
         RunEnd::Interrupted => text += "\n  stopped before the input was over: the rest was NOT KEPT",
-        RunEnd::Stopped if report.scans_horizontal == 0 => {
+        RunEnd::Stopped if report.recorded.scans_horizontal == 0 => {
             text += "\n  stopped before the first horizontal scan: the file is kept, and holds no pose";
         }
         RunEnd::InputOver | RunEnd::DurationOver | RunEnd::Stopped | RunEnd::WriteFailed => {}

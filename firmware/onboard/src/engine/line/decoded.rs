@@ -32,11 +32,11 @@ impl WithoutLine {
     /// Adds what came without a line.
     pub(crate) fn account(&self, report: &mut RunReport) {
         let [horizontal, vertical, base] = self.meters.map(|meter| meter.measurements);
-        report.scans_horizontal += horizontal;
-        report.scans_vertical += vertical;
-        report.odometry += base;
-        report.reads_without_laser = self.unknown_reads;
-        report.scans_without_laser = self.unknown_scans;
+        report.recorded.scans_horizontal += horizontal;
+        report.recorded.scans_vertical += vertical;
+        report.recorded.odometry += base;
+        report.losses.reads_without_laser = self.unknown_reads;
+        report.losses.scans_without_laser = self.unknown_scans;
     }
 
     /// Stamps of scans that stepped back; the odometry of an import often has the stamps of its scans.

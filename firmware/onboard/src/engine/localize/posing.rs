@@ -104,13 +104,14 @@ impl Posing {
     /// Adds the poses, and how the lasers sit.
     pub(crate) fn account(&mut self, report: &mut RunReport) {
         let matcher = self.localizer.health();
-        report.poses = matcher.poses;
-        report.unmatched = matcher.unmatched;
-        report.map_filled_percent = matcher.map_filled_percent();
-        report.map_forgotten_tiles = matcher.map.forgotten;
-        report.poses_vertical = self.poses_vertical;
-        report.mounting_horizontal = self.mounting.mounting(Port::Horizontal).words();
-        report.mounting_vertical = self.has_vertical.then(|| self.mounting.mounting(Port::Vertical).words());
+        report.recorded.poses = matcher.poses;
+        report.recorded.unmatched = matcher.unmatched;
+        report.map.map_filled_percent = matcher.map_filled_percent();
+        report.map.map_forgotten_tiles = matcher.map.forgotten;
+        report.recorded.poses_vertical = self.poses_vertical;
+        report.mounting.mounting_horizontal = self.mounting.mounting(Port::Horizontal).words();
+        report.mounting.mounting_vertical =
+            self.has_vertical.then(|| self.mounting.mounting(Port::Vertical).words());
     }
 
     fn localize<S: Sink>(&mut self, out: &mut Publisher<S>, now_ns: i64, scan: &ScanData) {

@@ -52,18 +52,17 @@ pub(crate) fn state(
 
 /// The account so far. What the sink lost is not in it.
 pub(crate) fn account(devices: &Devices, posing: &mut Posing, without_line: &WithoutLine) -> RunReport {
-    let mut report = RunReport {
-        backward_stamps: backward_stamps(&devices.lines, without_line),
-        dropped: devices.dropped(),
-        unreported: devices.outbox.unreported,
-        ..RunReport::default()
-    };
+    let mut report = RunReport::default();
+    report.arrival.backward_stamps = backward_stamps(&devices.lines, without_line);
+    report.losses.dropped = devices.dropped();
+    report.losses.unreported = devices.outbox.unreported;
     posing.account(&mut report);
     without_line.account(&mut report);
     add_lines(&devices.lines, &mut report);
     report.uncovered = uncovered(&devices.lines, without_line);
-    report.lost =
-        report.dropped + report.not_understood + report.reads_without_laser + report.scans_without_laser;
+    let losses = &mut report.losses;
+    losses.lost =
+        losses.dropped + losses.not_understood + losses.reads_without_laser + losses.scans_without_laser;
     report
 }
 
@@ -80,39 +79,42 @@ fn uncovered(lines: &Lines, without_line: &WithoutLine) -> Vec<Uncovered> {
 
 /// Adds what the lines have brought, and what not.
 fn add_lines(lines: &Lines, report: &mut RunReport) {
-    report.scans_horizontal += lines.horizontal.line.meter.measurements;
-    report.scans_vertical += lines.vertical.as_ref().map_or(0, |laser| laser.line.meter.measurements);
-    report.odometry += lines.base.meter.measurements;
-    report.odd_interval_ms_horizontal = lines.horizontal.odd_interval_ms();
-    report.odd_interval_ms_vertical = lines.vertical.as_ref().and_then(|laser| laser.odd_interval_ms());
+    report.recorded.scans_horizontal += lines.horizontal.line.meter.measurements;
+    report.recorded.scans_vertical +=
+        lines.vertical.as_ref().map_or(0, |laser| laser.line.meter.measurements);
+    report.recorded.odometry += lines.base.meter.measurements;
+    report.mounting.odd_interval_ms_horizontal = lines.horizontal.odd_interval_ms();
+    report.mounting.odd_interval_ms_vertical =
+        lines.vertical.as_ref().and_then(|laser| laser.odd_interval_ms());
     for laser in lines.lasers() {
         add_laser(&laser.session, report);
-        report.not_understood += laser.session.not_kept();
+        report.losses.not_understood += laser.session.not_kept();
     }
-    report.not_understood += lines.base.session.not_kept();
+    report.losses.not_understood += lines.base.session.not_kept();
     for counts in Port::ALL.into_iter().filter_map(|port| lines.counts(port)) {
         add_counts(counts, report);
     }
-    report.damaged = report.damaged.saturating_sub(report.cut_by_us);
+    report.arrival.damaged = report.arrival.damaged.saturating_sub(report.arrival.cut_by_us);
     let confirmed_bytes: u64 = lines.lasers().map(|laser| laser.session.health().confirmed_bytes).sum();
-    report.skipped_bytes = report.skipped_bytes.saturating_sub(report.cut_by_us_bytes + confirmed_bytes);
+    report.arrival.skipped_bytes =
+        report.arrival.skipped_bytes.saturating_sub(report.arrival.cut_by_us_bytes + confirmed_bytes);
 }
 
 fn add_counts(counts: Counts, report: &mut RunReport) {
-    report.damaged += counts.bad_checksums + counts.bad_lengths + counts.abandoned;
-    report.skipped_bytes += counts.skipped_bytes;
+    report.arrival.damaged += counts.bad_checksums + counts.bad_lengths + counts.abandoned;
+    report.arrival.skipped_bytes += counts.skipped_bytes;
 }
 
 fn add_laser(session: &LaserDevice, report: &mut RunReport) {
     let (laser, cuts) = (session.health(), session.truncated());
-    report.cut_by_us += cuts.telegrams;
-    report.cut_by_us_bytes += cuts.bytes;
-    report.damaged += laser.rejected;
-    report.rejected += laser.rejected;
-    report.lost_telegrams += laser.lost_telegrams;
-    report.left_out_scans += laser.left_out_scans;
-    report.dazzled_values += laser.dazzled_values;
-    report.polluted_scans += laser.polluted_scans;
+    report.arrival.cut_by_us += cuts.telegrams;
+    report.arrival.cut_by_us_bytes += cuts.bytes;
+    report.arrival.damaged += laser.rejected;
+    report.arrival.rejected += laser.rejected;
+    report.arrival.lost_telegrams += laser.lost_telegrams;
+    report.arrival.left_out_scans += laser.left_out_scans;
+    report.arrival.dazzled_values += laser.dazzled_values;
+    report.arrival.polluted_scans += laser.polluted_scans;
 }
 
 #[cfg(test)]
