@@ -191,11 +191,15 @@ fn an_lms_291_on_a_serial_line_and_a_ust_on_the_network_are_one_rig() {
     assert!(remarks.contains("serial number H0706400") && remarks.contains("steps 0 to 1080"), "{remarks}");
     let report = mock.record(rig, 8.0).unwrap();
     mock.end();
-    assert_eq!((report.lost, report.exit_code(), report.backward_stamps), (0, 0, 0), "{report:?}");
-    assert_eq!((report.damaged, report.skipped_bytes), (0, 0), "{report:?}");
+    assert_eq!(
+        (report.losses.lost, report.exit_code(), report.arrival.backward_stamps),
+        (0, 0, 0),
+        "{report:?}"
+    );
+    assert_eq!((report.arrival.damaged, report.arrival.skipped_bytes), (0, 0), "{report:?}");
     // 40 a second of the UST; at 38400 Bd each eighth of 75 of the LMS.
-    assert!(report.scans_horizontal > 50 && report.scans_vertical > 250, "{report:?}");
-    assert_eq!(report.poses_vertical, report.scans_vertical);
+    assert!(report.recorded.scans_horizontal > 50 && report.recorded.scans_vertical > 250, "{report:?}");
+    assert_eq!(report.recorded.poses_vertical, report.recorded.scans_vertical);
     let (run, truth) = (mock.folder.join("run.mcap"), mock.folder.join("truth"));
     let scans = all::<LaserScan>(&run, Topic::ScanVertical);
     assert!(scans.iter().all(|scan| scan.ranges_m.len() == 1081));
