@@ -80,9 +80,9 @@ pub mod loops {
     #[doc(inline)]
     pub use crate::slam::{
         Counts, LoopFound, LoopParams, Optimized, Progress,
-        checkpoint::Checkpoint,
         corrected_poses::Corrected,
         keyframes::{KeyframeParams, Keyframes, Node},
+        loop_closure::checkpoint::Checkpoint,
         optimize,
     };
 }

@@ -6,9 +6,10 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use biplane_matcher::Pose2;
+use nalgebra::Matrix3;
 
 use crate::recordings::deskew::StampedPose;
-use crate::slam::keyframes::Keyframes;
+use crate::slam::keyframes::{Keyframes, Node};
 
 /// Recorded and optimized poses of the scans of one recording.
 #[derive(Clone, Debug, Default)]
@@ -18,6 +19,8 @@ pub struct Corrected {
     by_stamp: BTreeMap<i64, Vec<usize>>,
     /// Recorded and optimized, in the order of time.
     in_time: Vec<(StampedPose, StampedPose)>,
+    /// Covariances of nodes' poses, in the order of time; empty where they are not known.
+    covariances: Vec<(i64, Matrix3<f64>)>,
 }
 
 impl Corrected {
@@ -42,7 +45,34 @@ impl Corrected {
             keyframes.scans.iter().zip(&scans).filter_map(|(old, new)| Some(((*old)?, (*new)?))).collect();
         in_time.sort_by_key(|(old, _)| old.stamp_ns);
         in_time.dedup_by_key(|(old, _)| old.stamp_ns);
-        Self { scans, by_stamp, in_time }
+        Self { scans, by_stamp, in_time, covariances: Vec::new() }
+    }
+
+    /// Adds the covariances of the nodes' poses.
+    #[must_use]
+    pub fn with_covariances(mut self, keyframes: &Keyframes, covariances: &[Option<Matrix3<f64>>]) -> Self {
+        let stamped = |(node, covariance): (&Node, &Option<Matrix3<f64>>)| {
+            Some((keyframes.scans[node.scan]?.stamp_ns, (*covariance)?))
+        };
+        self.covariances = keyframes.nodes.iter().zip(covariances).filter_map(stamped).collect();
+        self.covariances.sort_by_key(|(stamp_ns, _)| *stamp_ns);
+        self
+    }
+
+    /// The covariance of x, y (m) and theta (rad) of the optimized pose at a time, in the axes of `map`;
+    /// linear between nodes.
+    pub fn covariance_at(&self, stamp_ns: i64) -> Option<Matrix3<f64>> {
+        let after = self.covariances.partition_point(|(at_ns, _)| *at_ns < stamp_ns);
+        let (next, before) =
+            (self.covariances.get(after), after.checked_sub(1).map(|at| &self.covariances[at]));
+        match (before, next) {
+            (Some((from_ns, from)), Some((to_ns, to))) => {
+                let share = (stamp_ns - from_ns) as f64 / (to_ns - from_ns) as f64;
+                Some(from * (1.0 - share) + to * share)
+            }
+            (Some((_, only)), None) | (None, Some((_, only))) => Some(*only),
+            (None, None) => None,
+        }
     }
 
     /// The optimized pose for one that was recorded at a time between two scans.
@@ -101,4 +131,20 @@ fn between(keyframes: &Keyframes, nodes: &[Pose2], before: usize, recorded: &Pos
     let whole = length(&one) + length(&other);
     let share = if whole > 0.0 { length(&one) / whole } else { 0.0 };
     (*first * one).interpolate(&(*next * other), share)
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Matrix3;
+
+    use super::Corrected;
+
+    #[test]
+    fn a_covariance_between_two_nodes_is_between_theirs_and_beyond_them_that_of_the_last() {
+        let covariances = [(10, 1.0), (20, 3.0)].map(|(at, value)| (at, Matrix3::identity() * value));
+        let corrected = Corrected { covariances: covariances.to_vec(), ..Corrected::default() };
+        let at = |stamp_ns| corrected.covariance_at(stamp_ns).unwrap()[(0, 0)];
+        assert_eq!([5, 10, 15, 20, 25].map(at), [1.0, 1.0, 2.0, 3.0, 3.0]);
+        assert!(Corrected::default().covariance_at(15).is_none());
+    }
 }

@@ -7,7 +7,7 @@
 
 use biplane_matcher::{Pose2, Window};
 
-use super::checkpoint::Checkpoint;
+use super::loop_closure::checkpoint::Checkpoint;
 use crate::slam::loop_closure::candidate::{LoopCloser, Pair};
 use crate::slam::pose_graph::Edge;
 

@@ -10,13 +10,13 @@
 //!
 //! Frame `map`, meters, radians. Results do not depend on the number of threads.
 
-pub(crate) mod checkpoint;
 pub(crate) mod corrected_poses;
 pub(crate) mod join_recordings;
 pub(crate) mod keyframes;
 pub(crate) mod loop_closure;
 pub(crate) mod map_entropy;
 pub(crate) mod occupancy;
+pub(crate) mod pose_covariance;
 pub(crate) mod pose_graph;
 pub(crate) mod refinement;
 pub(crate) mod rewrite_recording;
@@ -31,13 +31,13 @@ use serde::Serialize;
 
 use crate::slam::keyframes::submap::{Submap, SubmapParams, submap_ranges};
 use crate::slam::keyframes::{KeyframeParams, Keyframes, Node};
-use crate::slam::loop_closure::candidate::LoopCloser;
+use crate::slam::loop_closure::candidate::{Loop, LoopCloser};
+use crate::slam::loop_closure::checkpoint::Checkpoint;
 use crate::slam::loop_closure::params::CandidateParams;
 use crate::slam::loop_closure::verification::RefineParams;
 use crate::slam::pose_graph::Edge;
 use crate::slam::pose_graph::odometry_edges::ChainParams;
 use crate::slam::refinement::params::JointParams;
-use checkpoint::Checkpoint;
 
 /// All parameters.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -72,6 +72,9 @@ pub enum Progress {
 pub struct Optimized {
     /// The poses of the nodes, by recording.
     pub poses: Vec<Vec<Pose2>>,
+    /// Their covariances in the axes of the map, the first pose of each group being exact, by recording; none
+    /// where recorded poses are kept.
+    pub covariances: Vec<Vec<Option<Matrix3<f64>>>>,
     /// For each recording the first one that it is joined to; itself when it is alone.
     pub groups: Vec<usize>,
     /// The loops found, between nodes counted over all recordings.
@@ -148,23 +151,13 @@ pub fn optimize(
     pose_graph::optimize(&mut poses, &all, &vec![1.0; all.len()], &structure);
     let groups = loop_closer.groups(runs.len());
     let mut is_closed = closed(&loop_closer, &groups);
-    for group in (0..runs.len()).filter(|&run| groups[run] == run && is_closed[run]) {
-        let members = runs.iter().zip(&groups).filter(|(_, of)| **of == group);
-        let members: Vec<usize> = members.flat_map(|(run, _)| run.clone()).collect();
+    for members in frames(&runs, &groups, &is_closed) {
         refinement::refine_some(&members, &nodes, &mut poses, &chain, &params.joint, &mut |round| {
             progress(Progress::Joint(round, params.joint.rounds()));
         });
     }
     let not_better = keep_recorded(&mut is_closed, &groups, |run: usize| {
         map_entropy::is_worse(&nodes[runs[run].clone()], &poses[runs[run].clone()])
-    });
-    let found = loop_closer.loops.iter().zip(&loop_closer.inlier).map(|(found, &inlier)| LoopFound {
-        nodes: found.submap_ids.map(|submap_id| submaps[submap_id].middle),
-        pose: found.found.pose,
-        information: found.found.information,
-        half_m: found.half_m,
-        agreement: found.found.agreement,
-        inlier,
     });
     let counts = Counts {
         nodes: nodes.len(),
@@ -174,16 +167,46 @@ pub fn optimize(
         loops: loops.len(),
         not_better,
     };
+    let mut covariances = vec![None; nodes.len()];
+    for members in frames(&runs, &groups, &is_closed) {
+        let found = pose_covariance::of_poses(&members, &nodes, &poses, &chain, &params.joint);
+        for (node, covariance) in members.into_iter().zip(found.into_iter().flatten()) {
+            covariances[node] = Some(covariance);
+        }
+    }
     let of_run = |(run, closed): (&Range<usize>, &bool)| match closed {
         true => poses[run.clone()].to_vec(),
         false => nodes[run.clone()].iter().map(|node| node.recorded).collect(),
     };
     Optimized {
         poses: runs.iter().zip(&is_closed).map(of_run).collect(),
+        covariances: runs.iter().map(|run| covariances[run.clone()].to_vec()).collect(),
         groups,
-        loops: found.collect(),
+        loops: loops_found(&loop_closer, &submaps),
         counts,
     }
+}
+
+/// The nodes of each group of recordings that lie in one frame and have loops.
+fn frames(runs: &[Range<usize>], groups: &[usize], is_closed: &[bool]) -> Vec<Vec<usize>> {
+    let members = |group: usize| {
+        let of_group = runs.iter().zip(groups).filter(|(_, of)| **of == group);
+        of_group.flat_map(|(run, _)| run.clone()).collect()
+    };
+    (0..runs.len()).filter(|&run| groups[run] == run && is_closed[run]).map(members).collect()
+}
+
+/// The loops, between nodes.
+fn loops_found(loop_closer: &LoopCloser<'_>, submaps: &[Submap]) -> Vec<LoopFound> {
+    let of_one = |(found, &inlier): (&Loop, &bool)| LoopFound {
+        nodes: found.submap_ids.map(|submap_id| submaps[submap_id].middle),
+        pose: found.found.pose,
+        information: found.found.information,
+        half_m: found.half_m,
+        agreement: found.found.agreement,
+        inlier,
+    };
+    loop_closer.loops.iter().zip(&loop_closer.inlier).map(of_one).collect()
 }
 
 /// Whether a recording is part of any loop. One without keeps its recorded poses: nothing says where they

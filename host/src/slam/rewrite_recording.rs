@@ -88,10 +88,12 @@ fn copy(writer: &mut Writer, run: &Run, corrected: &Corrected, latched: bool) ->
                     )?;
                 }
                 let new = of_poses.next(&recorded(&pose));
+                set_covariance(&mut pose, corrected);
                 put(writer, &entry, Topic::Pose, &mut pose, &new)?;
             }
             (Some(Topic::PoseVertical), Some(AnyMessage::Pose(mut pose))) => {
                 let new = corrected.at(&recorded(&pose));
+                set_covariance(&mut pose, corrected);
                 put(writer, &entry, Topic::PoseVertical, &mut pose, &new)?;
             }
             (Some(Topic::Tf), Some(AnyMessage::Tf(mut frames))) => {
@@ -149,6 +151,18 @@ fn put(
     (pose.position_m[0], pose.position_m[1]) = (new.x_m, new.y_m);
     pose.orientation_xyzw = quaternion_of_heading_xyzw(new.theta_rad);
     writer.write(topic, entry.log_time_ns, entry.publish_time_ns, pose)
+}
+
+/// The optimized pose's covariance of x, y and heading in place of the recorded one's; it stays where none is
+/// known.
+fn set_covariance(pose: &mut PoseWithCovarianceStamped, corrected: &Corrected) {
+    const AXES: [usize; 3] = [0, 1, 5];
+    let Some(planar) = corrected.covariance_at(pose.stamp_ns) else { return };
+    for (i, row) in AXES.into_iter().enumerate() {
+        for (j, column) in AXES.into_iter().enumerate() {
+            pose.covariance[6 * row + column] = planar[(i, j)];
+        }
+    }
 }
 
 /// `map` -> `odom` such that both frames give the new pose of the base.

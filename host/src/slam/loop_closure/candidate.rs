@@ -13,8 +13,8 @@ use biplane_matcher::{Pose2, Window};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
-use crate::slam::checkpoint::{Asked, Checkpoint};
 use crate::slam::keyframes::submap::Submap;
+use crate::slam::loop_closure::checkpoint::{Asked, Checkpoint};
 use crate::slam::loop_closure::params::CandidateParams;
 use crate::slam::loop_closure::verification::{Found, RefineParams, find};
 use crate::slam::pose_graph::Edge;

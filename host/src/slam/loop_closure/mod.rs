@@ -2,6 +2,7 @@
 //! other.
 
 pub(crate) mod candidate;
+pub(crate) mod checkpoint;
 pub(crate) mod pairwise_consistency;
 pub(crate) mod params;
 pub(crate) mod verification;

@@ -12,7 +12,7 @@ use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
 use super::candidate::{Loop, LoopCloser, Pair};
-use crate::slam::checkpoint::Checkpoint;
+use crate::slam::loop_closure::checkpoint::Checkpoint;
 use crate::slam::pose_graph::Edge;
 use crate::slam::pose_graph::relative_covariance::{PathCovariances, joined};
 

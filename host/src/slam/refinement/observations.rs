@@ -37,6 +37,19 @@ struct Observation {
     lever_m: f64,
 }
 
+/// What one node saw of one row, for others to look at.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Seen {
+    /// The row.
+    pub row: usize,
+    /// How far a step of the node moves what it saw across the row.
+    pub step: Vector3<f64>,
+    /// 1 / m^2.
+    pub weight: f64,
+    /// How far off it lies, meters.
+    pub offset_m: f64,
+}
+
 /// See the module's text.
 #[derive(Clone, Debug)]
 pub(crate) struct Observations {
@@ -137,6 +150,27 @@ impl Observations {
                 * (observation.weight * (1.0 - observation.weight / self.sums[observation.row as usize])))
         };
         self.of_node[node].iter().map(part).sum()
+    }
+
+    /// How many nodes there are.
+    pub(crate) fn node_count(&self) -> usize {
+        self.of_node.len()
+    }
+
+    /// How many rows there are.
+    pub(crate) fn row_count(&self) -> usize {
+        self.directions.len()
+    }
+
+    /// What a node saw, in the order of rows.
+    pub(crate) fn seen_by(&self, node: usize) -> impl Iterator<Item = Seen> {
+        let of = |observation: &Observation| Seen {
+            row: observation.row as usize,
+            step: self.row(observation),
+            weight: observation.weight,
+            offset_m: observation.offset_m,
+        };
+        self.of_node[node].iter().map(of)
     }
 
     fn row(&self, observation: &Observation) -> Vector3<f64> {

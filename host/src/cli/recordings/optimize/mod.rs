@@ -13,9 +13,9 @@ use crate::formats::output::error::with_suffix;
 use crate::formats::output::unfinished::Unfinished;
 use crate::recordings::run::Run;
 use crate::slam;
-use crate::slam::checkpoint::Checkpoint;
 use crate::slam::corrected_poses::Corrected;
 use crate::slam::keyframes::Keyframes;
+use crate::slam::loop_closure::checkpoint::Checkpoint;
 use crate::slam::{Counts, LoopFound, LoopParams, Optimized, Progress, rewrite_recording};
 use anyhow::{Context, bail};
 use serde::Serialize;
@@ -123,8 +123,8 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     drop(checkpoint);
     let corrected: Vec<Corrected> = all_keyframes
         .iter()
-        .zip(&optimized.poses)
-        .map(|(keyframes, poses)| Corrected::new(keyframes, poses))
+        .zip(optimized.poses.iter().zip(&optimized.covariances))
+        .map(|(keyframes, (poses, of))| Corrected::new(keyframes, poses).with_covariances(keyframes, of))
         .collect();
     let spinner = console.spinner(format!("writing {}", args.output.display()));
     let reported = reported(&runs, &optimized);
