@@ -91,7 +91,8 @@ impl Registry {
     }
 }
 
-/// Whether a checkpoint (`slam::loop_closure::checkpoint`) has more than its first line, which says what it belongs to.
+/// Whether a checkpoint (`slam::loop_closure::checkpoint`) has more than its first line, which says what it
+/// belongs to.
 fn holds_answers(checkpoint: &Path) -> bool {
     fs::read(checkpoint).is_ok_and(|text| text.iter().filter(|byte| **byte == b'\n').count() > 1)
 }

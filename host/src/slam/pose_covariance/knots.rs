@@ -8,7 +8,7 @@
 use biplane_matcher::Pose2;
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
-use crate::slam::pose_covariance::about;
+use crate::slam::pose_covariance::map_motion::about;
 use crate::slam::pose_covariance::rows::{Rows, Sight};
 use crate::slam::pose_graph::{ANCHOR, DAMPING, Edge, Parts};
 

@@ -7,10 +7,12 @@
 //!   linearly between *knots* along the way ([`knots`]), all of them in one dense system;
 //! - the part of its own: how well the scan knows its place when all others stay where they are.
 //!
-//! Both are large along what nobody saw, such as a bare corridor. The last step gives each beam a share of one
-//! independent beam only, so that steps hold against scans; here the noise is what the residuals show. Frame `map`; x, y (meters), turn (radians).
+//! Both are large along what nobody saw, such as a bare corridor. The last step gives each beam a share of
+//! one independent beam only, so that steps hold against scans; here the noise is what the residuals show.
+//! Frame `map`; x, y (meters), turn (radians).
 
 mod knots;
+mod map_motion;
 mod rows;
 
 use biplane_matcher::Pose2;
@@ -21,23 +23,24 @@ use crate::slam::pose_graph::{self, Edge, Parts};
 use crate::slam::refinement::JointParams;
 use crate::slam::refinement::observations::Observations;
 use knots::Knots;
+use map_motion::{about, back_from};
 use rows::Rows;
 
 /// Added to each variance, so that the first pose's covariance can be inverted too: square meters, square
 /// radians.
-const LEAST_VARIANCE: f64 = 1e-10;
+const MIN_VARIANCE: f64 = 1e-10;
 
-/// What the residuals do not show, as a share of the variance that the last step gives each beam: errors that
-/// all beams have in common which meet a wall from one place. Measured with simulated drives of 55 to 293 m in
-/// two worlds with three rigs, whose residuals come to 0.06: with 0.14 besides, 95 to 97 % of the positions lie
-/// within their ellipses of 95 %, and 96 to 98 % of the headings; with nothing besides, 58 % and less.
+/// What the residuals do not show, as a share of the variance that the last step gives each beam: errors
+/// that all beams have in common which meet a wall from one place. Measured with simulated drives of 55 to
+/// 293 m in two worlds with three rigs, whose residuals come to 0.06 on average: with 0.14 besides, 94 to
+/// 98 % of the positions lie within their ellipses of 95 %; with nothing besides, 80 % in the office.
 const COMMON_NOISE_SHARE: f64 = 0.14;
 /// The variance of a step counts so many times: what steps are off by along a corridor that nobody saw, such
 /// as wheels larger than thought, is the same in all of them and adds up. With 9 a corridor of 10 to 30 m is
 /// known as well as odometry that is 1 % off tells it.
 const STEPS_ALIKE: f64 = 9.0;
-/// What lengths are off by, as a share: normals of walls are noisy, and scans seem to know more of where along
-/// a wall they are than they do. Without it 57 % of the positions on a way of 293 m along facades lie within
+/// What lengths are off by, as a share: normals of walls are noisy, and scans seem to know more of where
+/// along a wall they are than they do. Without it 57 % of the positions on a way of 293 m along facades lie within
 /// their ellipses; with it 97 %.
 const LENGTH_SHARE: f64 = 5e-4;
 
@@ -69,11 +72,11 @@ pub(crate) fn of_poses(
     let of_one = |((pose, shared), own): ((&Pose2, Matrix3<f64>), &Matrix3<f64>)| {
         let length_m = LENGTH_SHARE * first.between(pose).distance_m();
         let lengths = Matrix3::from_diagonal(&Vector3::new(length_m * length_m, length_m * length_m, 0.0));
-        carried(&about(pose), &(shared + frame)) + own + lengths + Matrix3::identity() * LEAST_VARIANCE
+        carried(&about(pose), &(shared + frame)) + own + lengths + Matrix3::identity() * MIN_VARIANCE
     };
     let mut found: Vec<Matrix3<f64>> = poses.iter().zip(shared).zip(&own).map(of_one).collect();
     if let Some(first) = found.first_mut() {
-        *first = Matrix3::identity() * LEAST_VARIANCE;
+        *first = Matrix3::identity() * MIN_VARIANCE;
     }
     Some(found)
 }
@@ -92,16 +95,6 @@ fn own(chain: &[Edge], parts: &[Parts], observations: &Observations, noise: f64)
 /// The covariance of `jacobian * error`.
 fn carried(jacobian: &Matrix3<f64>, covariance: &Matrix3<f64>) -> Matrix3<f64> {
     jacobian * covariance * jacobian.transpose()
-}
-
-/// From a motion of the map about its origin to that of a pose.
-fn about(pose: &Pose2) -> Matrix3<f64> {
-    Matrix3::new(1.0, 0.0, -pose.y_m, 0.0, 1.0, pose.x_m, 0.0, 0.0, 1.0)
-}
-
-/// The other way round.
-fn back_from(pose: &Pose2) -> Matrix3<f64> {
-    Matrix3::new(1.0, 0.0, pose.y_m, 0.0, 1.0, -pose.x_m, 0.0, 0.0, 1.0)
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use biplane_matcher::Pose2;
 use nalgebra::Vector3;
 
-use crate::slam::pose_covariance::about;
+use crate::slam::pose_covariance::map_motion::about;
 use crate::slam::refinement::observations::{Observations, Seen};
 
 /// So many rows are looked at together: half a meter of wall.
