@@ -6,8 +6,8 @@
 Needs `biplane`, `biplane-onboard` and `biplane-mock` on PATH, numpy and mcap. Simulated drives (office with
 the rigs planar and fast, building with the rig outdoor; any other as WORLD:RIG). The error of a pose is that
 in the frame of the first pose, which is exact by definition; its covariance is turned into that frame.
-Printed for each world, as recorded and optimized: the share of poses whose error lies within the ellipse that should
-hold 95 % of them, of the position (2 numbers) and of all three numbers, the mean squared errors normalized by
+Printed for each world, as recorded and optimized: the share of poses whose error lies within the ellipse
+that should hold 95 % of them, of the position (2 numbers) and of all three numbers, the mean squared errors normalized by
 the covariance (2 and 1 where it is right) of the position and of the heading, and root mean squares.
 `--least` and `--most` bound the share of positions of all optimized drives together; exit code 1 when they
 are missed."""
@@ -27,6 +27,7 @@ from mcap.reader import make_reader
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+from lib.planar import read_numbers
 from lib.programs import RIGS, run
 from lib.verdict import require
 
@@ -52,7 +53,7 @@ def poses(recording):
 
 def truth_of(path):
     """Where the base was, by time (s)."""
-    rows = np.array([[float(word) for word in line.split()] for line in open(path) if line[0] != "#"])
+    rows = np.array(read_numbers(path))
     heading = np.unwrap(2 * np.arctan2(rows[:, 6], rows[:, 7]))
     return lambda time_s: [np.interp(time_s, rows[:, 0], of) for of in (rows[:, 1], rows[:, 2], heading)]
 

@@ -40,8 +40,8 @@ const COMMON_NOISE_SHARE: f64 = 0.14;
 /// known as well as odometry that is 1 % off tells it.
 const STEPS_ALIKE: f64 = 9.0;
 /// What lengths are off by, as a share: normals of walls are noisy, and scans seem to know more of where
-/// along a wall they are than they do. Without it 57 % of the positions on a way of 293 m along facades lie within
-/// their ellipses; with it 97 %.
+/// along a wall they are than they do. Without it 57 % of the positions on a way of 293 m along facades lie
+/// within their ellipses; with it 97 %.
 const LENGTH_SHARE: f64 = 5e-4;
 
 /// Covariances of the poses of some of all nodes that lie in one frame, by their ascending numbers. `chain`
