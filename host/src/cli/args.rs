@@ -68,6 +68,7 @@ pub(super) enum Command {
     /// Draw a picture of a build: the raw mesh beside the model
     Render(render::Args),
     /// Salvage a recording that was cut off
+    #[command(visible_alias = "salvage")]
     Recover(recover::Args),
     /// Refine the vertical laser's mount and delay and the odometry's scale from a recording
     Calibrate(calibrate::Args),

@@ -100,7 +100,150 @@ function checkFilled(panes, where) {
   }
 }
 
+/** All meshes side by side; the simplification is unpacked only now. */
+async function showsAll(page) {
+  await page.click('[data-show="all"]');
+  await page.waitForFunction(() => ![...document.querySelectorAll('.pane figcaption span')]
+    .some((span) => span.textContent.startsWith('loading')), null, { timeout: 120000 });
+}
+
+async function beginsWithTheModel(page) {
+  const first = await pictures(page);
+  check(Object.keys(first).join() === 'model', `the first view: ${Object.keys(first)}`);
+  checkFilled(first, ', the first view,');
+  const [own, whole] = await page.locator('.pane[data-mesh="model"]')
+    .evaluate((pane) => [pane.clientWidth, document.querySelector('main').clientWidth]);
+  check(own > 0.8 * whole, `the model is ${own} of ${whole} pixels wide`);
+}
+
+/** Share of the pixels along the edge of the model's picture that show something. */
+async function atTheEdge(page) {
+  const png = await page.locator('.pane[data-mesh="model"] canvas').screenshot();
+  return page.evaluate(async (base64) => {
+    const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
+    const image = await createImageBitmap(new Blob([bytes], { type: 'image/png' }));
+    const flat = new OffscreenCanvas(image.width, image.height).getContext('2d');
+    flat.drawImage(image, 0, 0);
+    let [other, count] = [0, 0];
+    const [width, height] = [image.width, image.height];
+    const { data } = flat.getImageData(0, 0, width, height);
+    for (let y = 3; y < height - 3; y++) {
+      for (let x = 3; x < width - 3; x++) {
+        if (x > 5 && x < width - 6 && y > 5 && y < height - 6) continue;
+        const [here, corner] = [4 * (y * width + x), 4 * (3 * width + 3)];
+        other += [0, 1, 2].some((k) => Math.abs(data[here + k] - data[corner + k]) > 12);
+        count += 1;
+      }
+    }
+    return other / count;
+  }, png.toString('base64'));
+}
+
+async function presetsHoldAll(page) {
+  await page.click('[data-show="model"]');
+  await page.click('#way');
+  for (const preset of ['top', 'outside']) {
+    await page.click(`[data-preset="${preset}"]`);
+    await frame(page);
+    const share = await atTheEdge(page);
+    check(share < 0.01, `${preset} cuts the model off: ${share} of the edge`);
+  }
+  await page.click('#way');
+}
+
+async function compares(page) {
+  await page.click('[data-show="compare"]');
+  const canvas = page.locator('.pane[data-mesh="model"] canvas');
+  const clip = () => page.locator('.pane[data-mesh="model"]')
+    .evaluate((pane) => getComputedStyle(pane).clipPath);
+  const raw = page.locator('.pane[data-mesh="raw"] canvas');
+  check(await canvas.isVisible() && await raw.isVisible(), 'compare shows one mesh');
+  check(await clip() === 'inset(0px 0px 0px 50%)', `the boundary begins at ${await clip()}`);
+  await page.locator('#split').fill('20');
+  check(await clip() === 'inset(0px 0px 0px 20%)', 'the slider between raw mesh and model does nothing');
+  await shoot(page, 'compare.png');
+  await page.locator('#split').fill('50');
+  await page.click('[data-show="model"]');
+}
+
+async function cutsAndCeiling(page) {
+  await page.click('[data-preset="inside"]');
+  const whole = (await pictures(page)).model.sum;
+  await page.click('#ceiling');
+  check((await pictures(page)).model.sum !== whole, 'the ceiling stays');
+  await page.click('#ceiling');
+  await page.click('[data-preset="outside"]');
+  const uncut = (await pictures(page)).model.sum;
+  const slider = page.locator('#section');
+  const [low, high] = await slider.evaluate((input) => [Number(input.min), Number(input.max)]);
+  await slider.fill((Math.round(20 * (low + 0.4 * (high - low))) / 20).toFixed(2));
+  check((await pictures(page)).model.sum !== uncut, 'the section cuts nothing');
+  check(/^-?[\d.]+ m$/.test(await page.locator('#section-at').innerText()), 'the section has no height');
+  await shoot(page, 'section.png');
+  await slider.fill(String(high));
+  check((await pictures(page)).model.sum === uncut, 'without a section something is missing');
+}
+
+/** Clicks until so many places of the model were hit. */
+async function hitPlaces(page, wanted) {
+  const box = await page.locator('.pane[data-mesh="model"] canvas').boundingBox();
+  for (let place = 0; place < 150; place++) {
+    const [across, down] = [0.1 + 0.055 * (place % 15), 0.2 + 0.06 * Math.floor(place / 15)];
+    await page.mouse.click(box.x + box.width * across, box.y + box.height * down);
+    await frame(page);
+    if (await page.locator('#marks circle').count() >= wanted) return;
+  }
+}
+
+async function measures(page) {
+  await page.click('[data-show="model"]');
+  await page.click('[data-preset="outside"]');
+  await page.click('#measure');
+  await hitPlaces(page, 2);
+  const measured = page.locator('#measured');
+  check(/^distance [\d.]+ m/.test(await measured.innerText()), `distance: ${await measured.innerText()}`);
+  await hitPlaces(page, 4);
+  check(/area [\d.]+ m²/.test(await measured.innerText()), `area: ${await measured.innerText()}`);
+  await shoot(page, 'measured.png');
+  await page.click('#measure');
+  check(await measured.isHidden() && await page.locator('#marks circle').count() === 0, 'the measure stays');
+}
+
+async function offersThemes(page) {
+  const paper = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
+  const light = await paper();
+  await page.click('#dark');
+  check(await paper() !== light, 'Dark does nothing');
+  await shoot(page, 'dark.png');
+  await page.click('#dark');
+  check(await paper() === light, 'Dark cannot be left');
+}
+
+async function offersFiles(page) {
+  const folder = path.dirname(path.resolve(report));
+  const found = page.locator('#downloads a');
+  const links = await found.evaluateAll((all) => all.map((link) => link.getAttribute('href')));
+  const isBuild = fs.existsSync(path.join(folder, 'model.json'));
+  check(links.length > 0 || !isBuild, 'no links to the files');
+  for (const link of links) check(fs.existsSync(path.join(folder, link)) || !isBuild, `${link} is not there`);
+}
+
+/** Nothing is wider than its place, at widths of a screen and of a phone. */
+async function fitsAt(width) {
+  const { page, close } = await open({ viewport: { width, height: 850 } });
+  await page.waitForSelector('#view[data-state="ready"]', { timeout: 120000 });
+  const wide = await page.evaluate(() => [document.documentElement, ...document.querySelectorAll('.scroll')]
+    .filter((element) => element.scrollWidth > element.clientWidth + 1)
+    .map((element) => `${element.tagName} ${element.scrollWidth} > ${element.clientWidth}`));
+  check(wide.length === 0, `at ${width} pixels: ${wide}`);
+  await presetsHoldAll(page);
+  await frame(page);
+  if (shots) await page.screenshot({ path: path.join(shots, `whole-${width}.png`), fullPage: true });
+  await close();
+}
+
 async function switchesViews(page) {
+  await showsAll(page);
   const all = await pictures(page);
   check(Object.keys(all).length === 3, `panes: ${Object.keys(all)}`);
   checkFilled(all, '');
@@ -324,12 +467,20 @@ async function withoutWebGL() {
   const { page, close } = await open({ viewport: { width: 1400, height: 900 } });
   await loads(page);
   await shoot(page, 'all.png');
+  await beginsWithTheModel(page);
   await switchesViews(page);
+  await compares(page);
+  await cutsAndCeiling(page);
+  await measures(page);
+  await offersThemes(page);
+  await offersFiles(page);
   await picks(page);
   await answersToMouseAndKeys(page);
   await frameTime(page);
   await onPaper(page);
   await close();
+  await fitsAt(1300);
+  await fitsAt(400);
   await onAPhone();
   await whileItLoads();
   await withoutWebGL();

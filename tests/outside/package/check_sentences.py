@@ -77,7 +77,7 @@ def help_blocks(program, command=()):
     paragraph = []
     for line in [*text.splitlines(), ""]:
         # A flag, a value or a command begins a paragraph of its own; what it takes is no part of a sentence.
-        begins = re.match(r"\s*-|\s+[\w-]+\s{2,}|\S.*:$|\s*\[", line)
+        begins = re.match(r"\s*-|\s+[\w-]+\s{2,}|\S.*:$|\s*[\[<]", line)
         if (begins or not line.strip()) and paragraph:
             yield " ".join(paragraph)
             paragraph = []

@@ -51,6 +51,7 @@ enum Command {
     Bench(measure::bench::Args),
     CheckConfig(devices::check_config::Args),
     Parameters(measure::parameters::Args),
+    #[command(visible_alias = "recover")]
     Salvage(runs::salvage::Args),
     Ports(devices::ports::Args),
     UdevRule(devices::udev_rule::Args),

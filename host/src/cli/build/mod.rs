@@ -41,9 +41,10 @@ const FLOOR_M: Option<f64> = Some(0.0);
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Examples:\n  biplane build office.mcap -o model\n  \
     biplane build office.mcap -o model --formats all --json\n\n\
-    Written: model.glb, model.ply, model.obj, model.city.json, model.json, planes.ply, raw.ply, points.ply, map.pgm, map.yaml, \
-    map.png, trajectory.tum, summary.json, report.html (look at this one first); with --formats, or later by `biplane export`, \
-    also model.dxf, model.ifc, model.lod1.glb, model.lod2.glb, tileset.json with tiles, points.las, points.laz.")]
+    Look at report.html first. Also written: model.glb, model.ply, model.obj, model.city.json, model.json, planes.ply, raw.ply, \
+    points.ply, map.pgm, map.yaml, map.png, trajectory.tum, summary.json. \
+    With --formats, or later by `biplane export`: model.dxf, model.ifc, model.lod1.glb, model.lod2.glb, \
+    tileset.json with tiles, points.las, points.laz.")]
 pub(super) struct Args {
     #[command(flatten)]
     drive: DriveArgs,

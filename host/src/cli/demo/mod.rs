@@ -73,7 +73,7 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         render::run(&render::Args::for_build(&model, &folder.join(name), view), console)?;
     }
     let comparison =
-        compare::report(&model, Some(&folder.join("truth/surfaces.ply")), &CompareParams::default())?;
+        compare::report(&model, Some(&folder.join("truth/surfaces.ply")), &CompareParams::default(), &[])?;
     write_file(&folder.join("compare.json"), false, |out| {
         Ok(serde_json::to_writer_pretty(out, &comparison)?)
     })?;

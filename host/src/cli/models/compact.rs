@@ -34,8 +34,9 @@ use biplane_cli::Outcome;
 /// Words of the command.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Example:\n  biplane compact house.ply -o house\n\n\
-    Written: model.glb, model.ply, model.obj, model.city.json, model.json (for `biplane export`), planes.ply, raw.ply (the mesh), points.ply (its vertices with the property \
-    `plane`, -1 = none), summary.json, report.html.\nCoordinates are metres. Flat surfaces face the way their triangles do.")]
+    Written: model.glb, model.ply, model.obj, model.city.json, planes.ply, summary.json, report.html. model.json is for \
+    `biplane export`. raw.ply is the mesh. points.ply holds its vertices with the property `plane` (-1 = none).\n\
+    Coordinates are meters. Flat surfaces face the way their triangles do.")]
 pub(crate) struct Args {
     /// A triangle mesh: PLY (ASCII or binary) or OBJ
     #[arg(value_name = "MESH")]

@@ -31,9 +31,10 @@ use biplane_cli::Outcome;
 /// Words of the command.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Example:\n  biplane planes scan.laz -o planes\n\n\
-    Written: points.ply (the points in the order of the input with the property `plane`, -1 = none), planes.json (equation, points and RMS \
-    of each plane; times), labels.bin (the plane of each point, int32, little endian).\nA PLY whose points have the properties `scan` and `beam` is \
-    taken as organised; an element `scan` with x, y, z says where each scan was taken from. Coordinates are metres.")]
+    Written: points.ply, the points in the order of the input with the property `plane` (-1 = none). planes.json, the equation, \
+    points and RMS of each plane, and times. labels.bin, the plane of each point (int32, little endian).\n\
+    A PLY whose points have the properties `scan` and `beam` is taken as organized. \
+    An element `scan` with x, y, z says where each scan was taken from. Coordinates are meters.")]
 pub(crate) struct Args {
     /// A point cloud: PLY (ASCII or binary), LAS or LAZ
     #[arg(value_name = "CLOUD")]

@@ -62,7 +62,14 @@ fn simplified(raw: &Mesh, triangles: usize) -> Mesh {
     fewer::to_count(coarse.as_ref().map_or(raw, |(mesh, _)| mesh), triangles)
 }
 
-/// Writes the page.
+/// Writes the page, when all other files of its folder are there.
 pub(crate) fn write(folder: &Path, page: &Page, summary: &Summary) -> Result<(), OutputError> {
-    write_file(&folder.join(NAME), true, |out| page.write(out, summary))
+    // A folder that cannot be listed gives a page without links.
+    let files: Vec<String> = folder
+        .read_dir()
+        .into_iter()
+        .flatten()
+        .filter_map(|entry| entry.ok()?.file_name().into_string().ok())
+        .collect();
+    write_file(&folder.join(NAME), true, |out| page.write(out, summary, &files))
 }

@@ -83,11 +83,11 @@ impl Page {
         })
     }
 
-    /// Writes the page.
+    /// Writes the page with links to `files`, the names of those beside it.
     ///
     /// # Errors
     /// When writing fails.
-    pub(crate) fn write(&self, out: &mut impl Write, summary: &Summary) -> io::Result<()> {
+    pub(crate) fn write(&self, out: &mut impl Write, summary: &Summary, files: &[String]) -> io::Result<()> {
         template::fill(out, template::PAGE, |out, name| match name {
             "title" => out.write_all(escaped(&self.title).as_bytes()),
             "style" => out.write_all(template::STYLE.as_bytes()),
@@ -95,6 +95,7 @@ impl Page {
             "view" => self.view.as_ref().map_or(Ok(()), |view| view.write_section(out)),
             "figures" => out.write_all(sections::figures::section(summary, &self.way).as_bytes()),
             "stages" => out.write_all(sections::stages::section(summary).as_bytes()),
+            "downloads" => out.write_all(sections::downloads::section(files).as_bytes()),
             "floor" => out.write_all(self.floor.as_bytes()),
             "planes" => self.view.as_ref().map_or(Ok(()), |view| out.write_all(view.table.as_bytes())),
             "parameters" => out.write_all(sections::figures::parameters(summary)?.as_bytes()),

@@ -17,7 +17,7 @@ pub(super) const SIMPLE_NOTE: &str = "<p class=\"note\">QSlim-like: the raw mesh
 pub(super) const STYLE: &str = include_str!("assets/style.css");
 
 /// What the page does, in the order in which the files use each other; without a 3D view only the first.
-const SCRIPTS: [&str; 14] = [
+const SCRIPTS: [&str; 15] = [
     include_str!("assets/scripts/map.js"),
     include_str!("assets/scripts/mesh/bytes.js"),
     include_str!("assets/scripts/mesh/matrix.js"),
@@ -28,6 +28,7 @@ const SCRIPTS: [&str; 14] = [
     include_str!("assets/scripts/pane/controls.js"),
     include_str!("assets/scripts/pane/pane.js"),
     include_str!("assets/scripts/pane/pick.js"),
+    include_str!("assets/scripts/pane/measure.js"),
     include_str!("assets/scripts/pane/panel.js"),
     include_str!("assets/scripts/pane/pace.js"),
     include_str!("assets/scripts/pane/viewer.js"),

@@ -79,7 +79,7 @@ fn page() -> (String, Mesh, Mesh) {
         poses: &poses,
     };
     let mut bytes = Vec::new();
-    Page::new(&sources).unwrap().write(&mut bytes, &summary(&model)).unwrap();
+    Page::new(&sources).unwrap().write(&mut bytes, &summary(&model), &["model.glb".to_owned()]).unwrap();
     let simple = shapes.faces[1].clone();
     (String::from_utf8(bytes).unwrap(), raw, simple)
 }
@@ -191,6 +191,7 @@ fn the_page_holds_the_figures_of_the_run_beside_the_paper_s() {
         "2.0 m",
         "<dt>loops closed</dt><dd>17</dd>",
         "8.00 s, 2.0 m",
+        "href=\"model.glb\" download",
     ];
     for figure in figures {
         assert!(page.contains(figure), "no {figure}");
@@ -216,7 +217,25 @@ fn a_page_without_a_model_has_map_and_figures_only() {
     let mut bytes = Vec::new();
     let mut figures = summary(&model);
     figures.counts.raw_triangles = 0;
-    Page::new(&sources).unwrap().write(&mut bytes, &figures).unwrap();
+    Page::new(&sources).unwrap().write(&mut bytes, &figures, &[]).unwrap();
     let page = String::from_utf8(bytes).unwrap();
     assert!(page.contains("<h1>flat</h1>") && !page.contains("<canvas") && !page.contains("WebGL"));
+}
+
+#[test]
+fn the_bounds_of_all_views_hold_every_surface_and_the_whole_trajectory() {
+    let (page, ..) = page();
+    let contents = contents(&page);
+    let bound = |side: usize, axis: usize| contents["bounds_m"][side][axis].as_f64().unwrap();
+    let polygons = contents["polygons"].as_array().unwrap();
+    let flat: u64 = polygons.iter().map(|polygon| polygon["triangles"].as_u64().unwrap()).sum();
+    let triangles = decoded(&page, &contents, "model");
+    let places =
+        triangles[..flat as usize].iter().flatten().copied().chain([[0.5, 0.5, 0.0], [2.5, 0.5, 0.0]]);
+    for place in places {
+        for axis in 0..3 {
+            let inside = bound(0, axis) - 0.001 <= place[axis] && place[axis] <= bound(1, axis) + 0.001;
+            assert!(inside, "{place:?} {axis}");
+        }
+    }
 }

@@ -14,8 +14,8 @@ use crate::types::error::OnboardError;
 #[command(after_help = "Examples:\n  biplane-onboard replay bytes.mcap -o office.mcap\n  \
     biplane-onboard replay office.mcap --rig better.toml -o better.mcap")]
 pub(crate) struct Args {
-    /// A capture (serial bytes), an import, or a recording whose poses shall be found anew; of one in parts
-    /// all of them, in any order, or its name without the number.
+    /// A capture (serial bytes), an import, or a recording whose poses are to be found anew. Of a recording
+    /// in parts name all of them, in any order, or its name without the number.
     #[arg(required = true, value_name = "INPUT.mcap")]
     inputs: Vec<PathBuf>,
     /// The recording to make.

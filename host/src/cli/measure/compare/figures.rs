@@ -1,5 +1,6 @@
 //! What `compare` says.
 
+use clap::ValueEnum;
 use serde::Serialize;
 
 use crate::metrics::blocked_rays::Blocked;
@@ -27,6 +28,29 @@ pub(crate) struct Figures {
     pub rays: Option<Blocked>,
 }
 
+/// In what a simplification equals the model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub(crate) enum Equal {
+    /// In the triangles of its file
+    Triangles,
+    /// In the bytes of its file
+    Bytes,
+    /// In the RMS distance from the surface to the reference
+    Rms,
+}
+
+/// A simplification that equals the model in one thing.
+#[derive(Clone, Debug, Serialize)]
+pub(crate) struct Simplified {
+    /// In what.
+    pub equal: Equal,
+    /// False where no number of triangles has so small an error; the figures are then those of the least one.
+    pub is_reached: bool,
+    /// What came out.
+    pub figures: Figures,
+}
+
 /// What `compare` says.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Report {
@@ -38,6 +62,9 @@ pub(crate) struct Report {
     pub raw: Figures,
     /// The raw mesh simplified to the model's number of surfaces.
     pub qslim: Figures,
+    /// The raw mesh simplified until it equals the model in what was asked for.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub equal: Vec<Simplified>,
     /// The flat surfaces alone.
     pub planes: Figures,
     /// Flat surfaces and leftovers.

@@ -2,6 +2,7 @@
 //! the model.
 
 mod building;
+mod equal;
 mod figures;
 mod page;
 mod table;
@@ -24,14 +25,15 @@ use crate::cli::view::render;
 use crate::cli::view::render::ViewName;
 use biplane_cli::Outcome;
 
-use self::figures::Figures;
 pub(crate) use self::figures::Report;
+use self::figures::{Equal, Figures};
 pub(crate) use self::page::write_compared;
 
 /// Words of the command.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  biplane compare model\n  biplane compare model --truth truth/surfaces.ply\n  biplane compare model --building truth.json --json\n  biplane compare model --ifc house.ifc --storey 0\n\n\
+    after_help = "Examples:\n  biplane compare model\n  biplane compare model --truth truth/surfaces.ply\n  biplane compare model --building truth.json --json\n  biplane compare model --ifc house.ifc --storey 0\n  \
+    biplane compare model --truth truth/surfaces.ply --equal triangles,bytes,rms\n\n\
     qslim: the raw mesh simplified by quadric errors (Garland and Heckbert 1997) to as many triangles as the model has polygons and \
     leftover triangles.\nblocked: rays of the laser that a surface stops more than the margin before what they really hit."
 )]
@@ -53,6 +55,10 @@ pub(crate) struct Args {
     /// The storey of the IFC file, counted from 0 at the lowest
     #[arg(long, value_name = "N", requires = "ifc", default_value_t = 0)]
     storey: usize,
+    /// Also simplify the raw mesh until it equals the model in this, and measure it: several are separated by
+    /// commas
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "WHAT")]
+    equal: Vec<Equal>,
     /// A surface must stand so far before what a ray hit to block it, meters; three standard deviations of
     /// the noise are added
     #[arg(long, value_name = "M", default_value_t = CompareParams::default().rays.margin_m, value_parser = margin, allow_hyphen_values = true)]
@@ -90,7 +96,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let mut parameters = CompareParams::default();
     parameters.rays.margin_m = args.margin;
     let spinner = console.spinner("measuring");
-    let report = report(&args.folder, args.truth.as_deref(), &parameters)?;
+    let report = report(&args.folder, args.truth.as_deref(), &parameters, &args.equal)?;
     drop(spinner);
     let mut out = io::stdout().lock();
     if args.json {
@@ -132,6 +138,7 @@ pub(crate) fn report(
     folder: &Path,
     truth: Option<&Path>,
     parameters: &CompareParams,
+    equal: &[Equal],
 ) -> anyhow::Result<Report> {
     let built = Built::load(folder)?;
     let raw_surface = Surface::new(&built.raw);
@@ -167,11 +174,14 @@ pub(crate) fn report(
     let qslim = fewer::to_count(&built.raw, built.surfaces());
     let mut model = of(&built.model, Some(built.polygons), built.bytes("model.ply")?);
     model.surfaces = built.surfaces();
+    let measured = |mesh: &Mesh| of(mesh, None, built::ply_bytes(mesh));
+    let equal = equal.iter().map(|&equal| equal::simplified(&built.raw, &model, equal, measured)).collect();
     let found = Report {
         reference: truth.map_or_else(|| "raw points".to_owned(), |path| path.display().to_string()),
         true_faces_seen,
         raw: figures(&built.raw, &raw_surface, None, built.bytes("raw.ply")?),
-        qslim: of(&qslim, None, built::ply_bytes(&qslim)),
+        qslim: measured(&qslim),
+        equal,
         planes: of(&built.planes, Some(built.polygons), built.bytes("planes.ply")?),
         model,
         parameters: parameters.clone(),

@@ -2,6 +2,7 @@
 
 use std::io::{self, Write};
 
+use crate::cli::measure::compare::figures::Equal;
 use crate::cli::measure::compare::figures::Figures;
 use crate::cli::measure::compare::figures::Report;
 
@@ -33,6 +34,20 @@ pub(super) fn print(out: &mut impl Write, report: &Report) -> io::Result<()> {
     ];
     for (name, figures) in rows {
         row(out, name, figures)?;
+    }
+    for found in &report.equal {
+        let name = match found.equal {
+            Equal::Triangles => "=triang.",
+            Equal::Bytes => "=bytes",
+            Equal::Rms => "=RMS",
+        };
+        row(out, name, &found.figures)?;
+    }
+    if report.equal.iter().any(|found| !found.is_reached) {
+        writeln!(
+            out,
+            "=RMS: no number of triangles has an error as small as the model's; the least is shown"
+        )?;
     }
     writeln!(
         out,

@@ -21,10 +21,10 @@ use biplane_cli::Outcome;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  biplane evaluate relations intel.opt.mcap intel.relations")]
 pub(super) struct Args {
-    /// A posed recording, or a trajectory as text: "t x y theta" or "t x y z qx qy qz qw" a line
+    /// A posed recording, or a trajectory as text, with "t x y theta" or "t x y z qx qy qz qw" on each line
     #[arg(value_name = "TRAJ")]
     trajectory: PathBuf,
-    /// The relations: "t1 t2 x y z roll pitch yaw" a line, pose 2 seen from pose 1
+    /// The relations, with "t1 t2 x y z roll pitch yaw" on each line: pose 2 seen from pose 1
     relations: PathBuf,
     /// Only relations whose times are at most this far apart, in seconds
     #[arg(long, value_name = "S", value_parser = not_negative)]

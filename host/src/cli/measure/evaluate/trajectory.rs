@@ -19,10 +19,10 @@ use biplane_cli::Outcome;
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  biplane evaluate trajectory office.mcap truth/poses.tum")]
 pub(super) struct Args {
-    /// What is judged: a posed recording, or a trajectory as text ("t x y theta" or "t x y z qx qy qz qw" a
-    /// line)
+    /// The estimate: a posed recording, or a trajectory as text with "t x y theta" or
+    /// "t x y z qx qy qz qw" on each line
     estimate: PathBuf,
-    /// What it should be, likewise
+    /// The reference, in one of the same forms
     truth: PathBuf,
     /// Poses at most this far apart in time are compared, in seconds
     #[arg(long, value_name = "S", default_value_t = 0.01, value_parser = not_negative)]

@@ -31,9 +31,10 @@ use biplane_recording::mcap::write::{active_path, is_being_written};
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Examples:\n  biplane optimize office.mcap -o closed.mcap\n  \
     biplane optimize monday.mcap tuesday.mcap -o both.mcap\n\n\
-    Several recordings are put into one frame where they saw the same places; nothing needs to be known of where they \
-    began, nor in which order they are named: the one that begins first gives the frame. Parts of one recording (RUN_0.mcap, RUN_1.mcap) count as one. A recording that matches none of the others is written apart, as \
-    OPT.apart-N.mcap, and that is said.\nStopped with Ctrl-C, the same command goes on where it was (OPT.mcap.loops).")]
+    Several recordings are put into one frame where they saw the same places. Neither their starts nor their order need to be \
+    known: the recording that begins first gives the frame. Parts of one recording (RUN_0.mcap, RUN_1.mcap) count as one. \
+    A recording that matches none of the others is written apart, as OPT.apart-N.mcap, and that is reported.\n\
+    After Ctrl-C the same command goes on where it was (OPT.mcap.loops).")]
 pub(crate) struct Args {
     /// Posed recordings
     #[arg(required = true, value_name = "RUN.mcap")]

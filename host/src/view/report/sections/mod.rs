@@ -1,6 +1,7 @@
 //! The sections of the page, one file each.
 
 pub(crate) mod comparison;
+pub(crate) mod downloads;
 pub(crate) mod figures;
 pub(crate) mod floor;
 pub(crate) mod paper;

@@ -11,6 +11,7 @@ use crate::model::palette;
 use crate::view::render::camera::Camera;
 use crate::view::render::scene::Scene;
 use crate::view::render::sheet::{Scope, SheetSize, Subject, compose, grouped, noisy_scene};
+use crate::view::render::vector::Vec3;
 use crate::view::render::views::{Extent, View, camera};
 use crate::view::report::data::contents;
 use crate::view::report::sources::Sources;
@@ -31,7 +32,7 @@ pub(crate) fn draw(raw: &Mesh, sources: &Sources<'_>) -> io::Result<Drawn> {
     for (view, words) in [(View::Outside, "from outside"), (View::Inside, "from inside")] {
         let Some(extent) = Extent::of(view, &raw_subject.scene) else { continue };
         if view == View::Outside {
-            drawn.bounds_m = extent.bounds_m();
+            drawn.bounds_m = bounds_m(&extent, sources);
         }
         if view == View::Inside && sources.poses.is_empty() {
             continue;
@@ -57,6 +58,21 @@ pub(crate) fn draw(raw: &Mesh, sources: &Sources<'_>) -> io::Result<Drawn> {
         });
     }
     Ok(drawn)
+}
+
+/// Bounds of most of the raw mesh, of all flat surfaces and of the trajectory, not of what one camera sees.
+fn bounds_m(extent: &Extent, sources: &Sources<'_>) -> [Vec3; 2] {
+    let [mut low_m, mut high_m] = extent.bounds_m();
+    let floor_m = low_m[2];
+    let corners = sources.shapes.faces.iter().flat_map(|face| &face.vertices_m);
+    let path = sources.poses.iter().map(|pose| [pose.x_m, pose.y_m, floor_m]);
+    for place_m in corners.map(|corner| corner.map(f64::from)).chain(path) {
+        for axis in 0..3 {
+            low_m[axis] = low_m[axis].min(place_m[axis]);
+            high_m[axis] = high_m[axis].max(place_m[axis]);
+        }
+    }
+    [low_m, high_m]
 }
 
 fn subject(name: &str, triangles: usize, scene: Scene) -> Subject {

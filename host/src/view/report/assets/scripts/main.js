@@ -45,16 +45,17 @@ function dress(mesh, normals, { polygons, planes }) {
   mesh.borders = borders(mesh.corners, first / 3);
 }
 
-/** Corners of the model's flat surfaces with their normals, some thousand at most. */
-function cornersToSee({ positions, normals, surfaces }, { origin_m, step_m }) {
-  const corners = [];
+/** What a view should hold: the way, and corners of the model with their normals, some thousand at most. */
+function placesToSee({ positions, normals, surfaces }, { origin_m, step_m, way_m, bounds_m: [low, high] }, floor_m) {
+  const places = way_m.map(([x, y]) => ({ at: [x, y, floor_m], normal: [0, 0, 1] }));
   const every = Math.ceil(surfaces.length / 6000);
   for (let v = 0; v < surfaces.length; v += every) {
-    if (surfaces[v] === 0) continue;
-    const [at, normal] = [positions, normals].map((from) => [from[4 * v], from[4 * v + 1], from[4 * v + 2]]);
-    corners.push({ at: add(origin_m, scale(at, step_m)), normal });
+    const [steps, normal] = [positions, normals].map((from) => [from[4 * v], from[4 * v + 1], from[4 * v + 2]]);
+    const at = add(origin_m, scale(steps, step_m));
+    // Of what lies on no plane single triangles may be anywhere.
+    if (surfaces[v] > 0 || at.every((value, axis) => value >= low[axis] && value <= high[axis])) places.push({ at, normal });
   }
-  return corners;
+  return places;
 }
 
 async function loadMesh(viewer, note) {
@@ -68,7 +69,7 @@ async function loadMesh(viewer, note) {
   if (note.name === 'model') {
     dress(mesh, mesh.normals, viewer.contents);
     viewer.model = mesh;
-    viewer.camera.model = cornersToSee(mesh, viewer.contents);
+    viewer.camera.places = placesToSee(mesh, contents, floor_m);
     viewer.resized();
   }
   await pane.load(mesh, viewer.contents);
@@ -96,7 +97,12 @@ async function start(section) {
     section.dataset.state = 'pictures';
     return;
   }
-  for (const note of contents.meshes) await loadMesh(viewer, note);
+  // The simplification is unpacked when somebody wants to see it.
+  const [later, now] = [true, false].map((isSimple) => contents.meshes.filter(({ name }) => (name === 'simple') === isSimple));
+  document.addEventListener('shown', async ({ detail }) => {
+    for (const note of later.splice(0, detail.includes('simple') ? later.length : 0)) await loadMesh(viewer, note);
+  });
+  for (const note of now) await loadMesh(viewer, note);
   section.dataset.state = 'ready';
 }
 

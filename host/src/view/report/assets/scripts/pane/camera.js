@@ -67,10 +67,9 @@ class Camera {
     return across(up) / across(right);
   }
 
-  /** The points that a picture should hold: what of the model faces the camera, or the corners of the bounds. */
+  /** The points that a picture should hold: the way and all flat surfaces that do not turn their back, or the corners of the bounds. */
   pointsToSee(forward) {
-    const [low, high] = this.bounds;
-    const seen = (this.model || []).filter(({ at, normal }) => dot(normal, forward) < 0.05 && at.every((v, i) => v >= low[i] && v <= high[i]));
+    const seen = (this.places || []).filter(({ normal }) => this.pitch <= -STEEPEST || dot(normal, forward) < 0.05);
     if (seen.length > 2) return seen.map(({ at }) => at);
     return [0, 1, 2, 3, 4, 5, 6, 7].map((corner) => [0, 1, 2].map((axis) => this.bounds[corner >> axis & 1][axis]));
   }

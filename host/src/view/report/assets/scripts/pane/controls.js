@@ -87,10 +87,10 @@ class Controls {
     const { viewer } = this;
     const act = {
       o: () => viewer.preset('outside'), i: () => viewer.preset('inside'), t: () => viewer.preset('top'), r: () => viewer.reset(),
-      n: () => viewer.pickNext(1), p: () => viewer.pickNext(-1), escape: () => viewer.pick(null),
-      c: () => viewer.nextColoring(), x: () => viewer.toggle('wireframe'),
+      n: () => viewer.pickNext(1), p: () => viewer.pickNext(-1), escape: () => viewer.clear(),
+      c: () => viewer.nextColoring(), x: () => viewer.toggle('wireframe'), l: () => viewer.press('ceiling'), m: () => viewer.startMeasuring(),
       '+': () => viewer.camera.zoom(1.15), '=': () => viewer.camera.zoom(1.15), '-': () => viewer.camera.zoom(1 / 1.15),
-      1: () => viewer.show('all'), 2: () => viewer.show('raw'), 3: () => viewer.show('simple'), 4: () => viewer.show('model'),
+      1: () => viewer.show('all'), 2: () => viewer.show('raw'), 3: () => viewer.show('simple'), 4: () => viewer.show('model'), 5: () => viewer.show('compare'),
     }[event.key.toLowerCase()];
     if (act) act();
     else if (/^(Key[WASDQE]|Arrow.*)$/.test(event.code)) this.hold(event.code);

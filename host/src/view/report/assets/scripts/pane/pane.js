@@ -6,6 +6,8 @@ const WAY = [0.13, 0.46, 0.84, 1];
 const GRID = [0.5, 0.55, 0.62, 0.28];
 // Lines have their full strength where a metre is so many pixels; far away less, so that small detail does not turn black.
 const FULL_PIXELS = 45;
+// A height above everything: no section.
+const FAR_M = 1e6;
 const BACKGROUND = { light: [0.965, 0.969, 0.976], dark: [0.086, 0.098, 0.118] };
 
 class Pane {
@@ -94,7 +96,7 @@ class Pane {
 
   drawSurfaces(frame, matrix, look) {
     const { gl, surface } = this;
-    this.use(surface, frame, matrix, look.cut);
+    this.use(surface, frame, matrix, look);
     for (const axis of ['right', 'up', 'forward']) gl.uniform3fv(surface.at(axis), frame[axis]);
     gl.uniform1i(surface.at('coloring'), look.coloring);
     gl.uniform1f(surface.at('picked'), look.picked + 1);
@@ -111,7 +113,7 @@ class Pane {
 
   drawLines({ buffer, count }, matrix, frame, look) {
     const { gl, line } = this;
-    this.use(line, frame, matrix, look.cut);
+    this.use(line, frame, matrix, look);
     gl.uniform4fv(line.at('ink'), [...INK[look.theme], clamp(0.65 * look.pixels_a_metre / FULL_PIXELS, 0.1, 0.65)]);
     gl.bindVertexArray(this.vertices);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);
@@ -123,7 +125,7 @@ class Pane {
 
   drawFloor({ vertices, count, kind, ink }, matrix, frame) {
     const { gl, line } = this;
-    this.use(line, frame, matrix, false);
+    this.use(line, frame, matrix, { cut: false, ceiling: true, section_m: FAR_M, ceiling_from_m: FAR_M });
     gl.uniform4fv(line.at('ink'), ink);
     gl.bindVertexArray(vertices);
     gl.enable(gl.BLEND);
@@ -132,14 +134,17 @@ class Pane {
     gl.disable(gl.BLEND);
   }
 
-  use(program, frame, matrix, cut) {
+  use(program, frame, matrix, look) {
     const { gl, lattice } = this;
     gl.useProgram(program.program);
     gl.uniformMatrix4fv(program.at('clip_from_map'), false, matrix);
     gl.uniform3fv(program.at('origin'), lattice.origin_m);
     gl.uniform3fv(program.at('eye'), frame.eye);
     gl.uniform1f(program.at('lattice_step'), lattice.step_m);
-    gl.uniform1i(program.at('cut'), cut);
+    gl.uniform1i(program.at('cut'), look.cut);
+    gl.uniform1i(program.at('ceiling'), look.ceiling);
+    gl.uniform1f(program.at('section'), look.section_m);
+    gl.uniform1f(program.at('ceiling_from'), look.ceiling_from_m);
   }
 }
 

@@ -1,5 +1,8 @@
 // The panes with their one camera, and everything that the toolbar changes. Draws only when something changed.
 
+// Surfaces that face down are a ceiling from this height above the floor.
+const CEILING_FROM_M = 1.6;
+
 class Viewer {
   constructor(section, contents) {
     this.section = section;
@@ -7,21 +10,50 @@ class Viewer {
     this.panes = [...section.querySelectorAll('.pane')].map((figure) => new Pane(figure));
     const floor_m = contents.way_m.length > 0 ? 0 : contents.bounds_m[0][2];
     this.camera = new Camera({ bounds_m: contents.bounds_m, inside: contents.inside, floor_m });
-    const dark = matchMedia('(prefers-color-scheme: dark)');
-    this.look = { coloring: 0, wireframe: false, cut: true, way: true, picked: -1, theme: dark.matches ? 'dark' : 'light' };
-    dark.addEventListener('change', () => {
-      this.look.theme = dark.matches ? 'dark' : 'light';
-      this.changed();
-    });
+    this.look = { coloring: 0, wireframe: false, cut: true, way: true, picked: -1, ceiling: true, section_m: FAR_M, ceiling_from_m: floor_m + CEILING_FROM_M };
+    this.startTheme(matchMedia('(prefers-color-scheme: dark)'));
+    this.startSection(section.querySelector('#section'), floor_m);
     this.panel = new Panel(contents, section.querySelector('#picked'));
     this.pace = new Pace();
+    this.measure = new Measure(section.querySelector('#panes'));
     this.controls = new Controls(this, section.querySelector('#panes'));
     this.listen();
     new ResizeObserver(() => this.resized()).observe(section.querySelector('#panes'));
     // Long buildings are shown one below the other.
     section.querySelector('#panes').classList.toggle('rows', this.camera.shape() < 0.42);
-    this.show(innerWidth < 720 ? 'model' : 'all');
+    this.set('coloring', 0);
+    this.show('model');
     this.preset('outside');
+  }
+
+  /** The system's theme, until the reader chooses one. */
+  startTheme(system) {
+    const root = document.documentElement;
+    const button = this.section.querySelector('#dark');
+    const apply = () => {
+      this.look.theme = root.dataset.theme || (system.matches ? 'dark' : 'light');
+      button.setAttribute('aria-pressed', this.look.theme === 'dark');
+      this.changed();
+    };
+    system.addEventListener('change', apply);
+    button.addEventListener('click', () => {
+      root.dataset.theme = this.look.theme === 'dark' ? 'light' : 'dark';
+      apply();
+    });
+    apply();
+  }
+
+  /** The height above which nothing is drawn; at its end nothing is cut. */
+  startSection(slider, floor_m) {
+    const [low, high] = this.contents.bounds_m.map((corner) => corner[2]);
+    slider.min = (Math.ceil(20 * low) / 20 + 0.1).toFixed(2);
+    slider.max = (Math.ceil(20 * high) / 20 + 0.1).toFixed(2);
+    slider.value = slider.max;
+    slider.addEventListener('input', () => {
+      const isOff = Number(slider.value) >= Number(slider.max) - 0.01;
+      this.section.querySelector('#section-at').textContent = isOff ? 'no cut' : `${(Number(slider.value) - floor_m).toFixed(2)} m`;
+      this.set('section_m', isOff ? FAR_M : Number(slider.value));
+    });
   }
 
   listen() {
@@ -31,7 +63,10 @@ class Viewer {
     on('[data-preset]', 'click', (button) => this.preset(button.dataset.preset));
     on('#wireframe, #cut, #way', 'change', (box) => this.set(box.id, box.checked));
     on('#coloring', 'change', (select) => this.set('coloring', Number(select.value)));
+    on('#ceiling', 'click', () => this.press('ceiling'));
+    on('#measure', 'click', () => this.startMeasuring());
     const panes = section.querySelector('#panes');
+    on('#split', 'input', (slider) => panes.style.setProperty('--split', `${slider.value}%`));
     on('#full', 'click', () => (document.fullscreenElement ? document.exitFullscreen() : panes.requestFullscreen()));
     on('[data-key]', 'pointerdown', (button) => {
       this.controls.hold(`Key${button.dataset.key.toUpperCase()}`);
@@ -50,7 +85,20 @@ class Viewer {
 
   set(name, value) {
     this.look[name] = value;
+    if (name === 'coloring') this.section.dataset.coloring = value;
     this.changed();
+  }
+
+  /** A button that stays pressed. */
+  press(name) {
+    this.set(name, !this.look[name]);
+    this.section.querySelector(`#${name}`).setAttribute('aria-pressed', this.look[name]);
+  }
+
+  startMeasuring() {
+    this.measure.toggle();
+    this.section.querySelector('#measure').setAttribute('aria-pressed', this.measure.active);
+    this.pick(null);
   }
 
   toggle(name) {
@@ -65,12 +113,14 @@ class Viewer {
     this.set('coloring', Number(select.value));
   }
 
-  /** One pane or all of them. */
+  /** One pane, all of them, or `compare`: the model over the raw mesh. */
   show(which) {
-    if (which !== 'all' && !this.panes.some((pane) => pane.name === which)) return;
+    if (!['all', 'compare'].includes(which) && !this.panes.some((pane) => pane.name === which)) return;
+    const isShown = { all: () => true, compare: ({ name }) => name === 'raw' || name === 'model' }[which] || (({ name }) => name === which);
     const focused = this.panes.some((pane) => pane.canvas === document.activeElement);
     this.shown = which;
-    for (const pane of this.panes) pane.figure.hidden = which !== 'all' && pane.name !== which;
+    for (const pane of this.panes) pane.figure.hidden = !isShown(pane);
+    document.dispatchEvent(new CustomEvent('shown', { detail: this.panes.filter(isShown).map(({ name }) => name) }));
     for (const button of this.section.querySelectorAll('[data-show]')) button.setAttribute('aria-pressed', button.dataset.show === which);
     const first = this.panes.find((pane) => !pane.figure.hidden);
     if (focused) first.canvas.focus();
@@ -102,7 +152,16 @@ class Viewer {
 
   pickAt(place, aspect) {
     if (!this.model) return;
-    this.pick(pick(this.model, this.contents, this.camera, place, aspect, this.cuts()));
+    const { surface, point } = pick(this.model, this.contents, this.camera, place, aspect, { ...this.look, cut: this.cuts() });
+    if (!this.measure.active) return this.pick(surface);
+    if (point) this.measure.add(point);
+    this.changed();
+  }
+
+  /** Puts down what is picked and measured. */
+  clear() {
+    this.measure.clear();
+    this.pick(null);
   }
 
   pick(index) {
@@ -146,7 +205,9 @@ class Viewer {
       pane.draw(this.camera, look);
     }
     const { camera } = this;
-    this.section.querySelector('#pad').hidden = !camera.walking;
+    const measured = this.panes.find(({ name, figure }) => name === 'model' && !figure.hidden) || this.panes.find(({ figure }) => !figure.hidden);
+    this.measure.draw(camera, measured.canvas);
+    for (const id of ['pad', 'walk-hint']) this.section.querySelector(`#${id}`).hidden = !camera.walking;
     for (const button of this.section.querySelectorAll('[data-preset]')) button.setAttribute('aria-pressed', button.dataset.preset === camera.preset);
     document.dispatchEvent(new CustomEvent('seen', { detail: { eye: camera.frame().eye, yaw: camera.yaw, still: !moving } }));
     if (moving) this.changed();
