@@ -9,6 +9,7 @@ use crate::model::{Model, Plane};
 use crate::pipeline::Counts;
 use crate::pipeline::params::BuildParams;
 use crate::reconstruct::planes::labeled::SigmaSource;
+use crate::slam::refinement::spatial::observability::Observed;
 
 /// Time and memory of one stage.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -133,6 +134,10 @@ pub(crate) struct SourceFigures {
     /// searched for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub loops: Option<usize>,
+    /// Which directions of the poses the drive tells beside those on the floor; others are those of a flat
+    /// floor.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub observed: Option<Observed>,
 }
 
 /// Time and memory of everything.

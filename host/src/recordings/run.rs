@@ -142,7 +142,7 @@ fn one_per_stamp(
     stamps_ns.iter().map(of_stamp).collect()
 }
 
-/// The scans of the vertical laser.
+/// The scans of one laser.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VerticalScans {
     /// The laser's geometry.
@@ -276,10 +276,22 @@ impl Run {
     /// When the file is damaged or says nothing of the robot.
     pub fn vertical_scans(&self) -> Result<Option<VerticalScans>, RunError> {
         let Some(laser) = self.rig()?.vertical else { return Ok(None) };
+        self.scans_of(Topic::ScanVertical, &laser)
+    }
+
+    /// Reads the scans of the horizontal laser; `None` when there is none.
+    ///
+    /// # Errors
+    /// When the file is damaged or says nothing of the robot.
+    pub(crate) fn horizontal_scans(&self) -> Result<Option<VerticalScans>, RunError> {
+        self.scans_of(Topic::ScanHorizontal, &self.rig()?.horizontal)
+    }
+
+    fn scans_of(&self, topic: Topic, laser: &Laser) -> Result<Option<VerticalScans>, RunError> {
         let mut scans: Option<VerticalScans> = None;
-        self.for_each_scan(Topic::ScanVertical, |scan| {
+        self.for_each_scan(topic, |scan| {
             let all = scans.get_or_insert_with(|| VerticalScans {
-                geometry: scan_geometry_of(&scan, &laser),
+                geometry: scan_geometry_of(&scan, laser),
                 range_scans: Vec::new(),
                 odd_scans: 0,
             });

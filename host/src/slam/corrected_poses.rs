@@ -8,8 +8,9 @@ use std::collections::{BTreeMap, VecDeque};
 use biplane_matcher::Pose2;
 use nalgebra::Matrix3;
 
-use crate::recordings::deskew::StampedPose;
+use crate::recordings::deskew::{StampedPose, Trajectory};
 use crate::slam::keyframes::{Keyframes, Node};
+use crate::slam::refinement::spatial::choice::Refined;
 
 /// Recorded and optimized poses of the scans of one recording.
 #[derive(Clone, Debug, Default)]
@@ -21,6 +22,8 @@ pub struct Corrected {
     in_time: Vec<(StampedPose, StampedPose)>,
     /// Covariances of nodes' poses, in the order of time; empty where they are not known.
     covariances: Vec<(i64, Matrix3<f64>)>,
+    /// The poses refined in all six directions, where that explains the beams better.
+    pub(crate) refined: Option<Refined>,
 }
 
 impl Corrected {
@@ -45,7 +48,7 @@ impl Corrected {
             keyframes.scans.iter().zip(&scans).filter_map(|(old, new)| Some(((*old)?, (*new)?))).collect();
         in_time.sort_by_key(|(old, _)| old.stamp_ns);
         in_time.dedup_by_key(|(old, _)| old.stamp_ns);
-        Self { scans, by_stamp, in_time, covariances: Vec::new() }
+        Self { scans, by_stamp, in_time, covariances: Vec::new(), refined: None }
     }
 
     /// Adds the covariances of the nodes' poses.
@@ -91,6 +94,13 @@ impl Corrected {
             (Some(only), None) | (None, Some(only)) => moved(only),
             (None, None) => recorded.pose(),
         }
+    }
+
+    /// All optimized poses, in the plane: those of the scans, and of others that were recorded between them.
+    pub(crate) fn trajectory(&self, between: &[StampedPose]) -> Trajectory {
+        let mut poses: Vec<StampedPose> = self.scans.iter().flatten().copied().collect();
+        poses.extend(between.iter().map(|pose| StampedPose::planar(pose.stamp_ns, self.at(pose))));
+        Trajectory::new(poses)
     }
 
     /// Finds scans by their stamps, each once.

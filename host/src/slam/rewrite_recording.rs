@@ -11,11 +11,13 @@ use biplane_recording::topics::{FRAME_BASE, FRAME_MAP, FRAME_ODOM};
 use biplane_recording::{
     Entry, PartsWriter, ReadError, Rotation, Topic, WriteError, WriteReport, Writer, WriterOptions,
 };
+use nalgebra::{Isometry3, Quaternion, UnitQuaternion};
 
 use crate::recordings::deskew::StampedPose;
-use crate::recordings::deskew::heading_rad;
+use crate::recordings::deskew::{heading_rad, orientation_xyzw};
 use crate::recordings::run::Run;
 use crate::slam::corrected_poses::{ByStamps, Corrected};
+use crate::slam::refinement::spatial::choice::Refined;
 
 /// Why there is no optimized recording.
 #[derive(Debug, thiserror::Error)]
@@ -89,15 +91,18 @@ fn copy(writer: &mut Writer, run: &Run, corrected: &Corrected, latched: bool) ->
                 }
                 let new = of_poses.next(&recorded(&pose));
                 set_covariance(&mut pose, corrected);
-                put(writer, &entry, Topic::Pose, &mut pose, &new)?;
+                put(writer, &entry, (Topic::Pose, corrected), &mut pose, &new)?;
             }
             (Some(Topic::PoseVertical), Some(AnyMessage::Pose(mut pose))) => {
                 let new = corrected.at(&recorded(&pose));
                 set_covariance(&mut pose, corrected);
-                put(writer, &entry, Topic::PoseVertical, &mut pose, &new)?;
+                put(writer, &entry, (Topic::PoseVertical, corrected), &mut pose, &new)?;
             }
             (Some(Topic::Tf), Some(AnyMessage::Tf(mut frames))) => {
                 correct(&mut frames, &mut of_frames);
+                if let Some(refined) = &corrected.refined {
+                    lift(&mut frames, refined);
+                }
                 writer.write(Topic::Tf, entry.log_time_ns, entry.publish_time_ns, &frames)?;
             }
             (Some(topic), _) if topic.is_latched() && !latched => {}
@@ -144,12 +149,21 @@ fn recorded(pose: &PoseWithCovarianceStamped) -> StampedPose {
 fn put(
     writer: &mut Writer,
     entry: &Entry,
-    topic: Topic,
+    (topic, corrected): (Topic, &Corrected),
     pose: &mut PoseWithCovarianceStamped,
     new: &Pose2,
 ) -> Result<(), WriteError> {
-    (pose.position_m[0], pose.position_m[1]) = (new.x_m, new.y_m);
-    pose.orientation_xyzw = quaternion_of_heading_xyzw(new.theta_rad);
+    if let Some(refined) = &corrected.refined {
+        let full = refined.knots.pose(pose.stamp_ns);
+        pose.position_m = [full.x_m, full.y_m, full.z_m];
+        pose.orientation_xyzw = orientation_xyzw(&full);
+        if let Some(covariance) = refined.certainty.at(pose.stamp_ns) {
+            pose.covariance = std::array::from_fn(|at| covariance[at / 6][at % 6]);
+        }
+    } else {
+        (pose.position_m[0], pose.position_m[1]) = (new.x_m, new.y_m);
+        pose.orientation_xyzw = quaternion_of_heading_xyzw(new.theta_rad);
+    }
     writer.write(topic, entry.log_time_ns, entry.publish_time_ns, pose)
 }
 
@@ -183,6 +197,26 @@ fn correct(frames: &mut TfMessage, of_frames: &mut ByStamps<'_>) {
     let transform = &mut frames.transforms[map];
     (transform.translation_m[0], transform.translation_m[1]) = (new.x_m, new.y_m);
     transform.rotation_xyzw = quaternion_of_heading_xyzw(new.theta_rad);
+}
+
+/// `map` -> `odom` such that both frames give the refined pose of the base, with height and tilt.
+fn lift(frames: &mut TfMessage, refined: &Refined) {
+    let Some(map) = frames.transforms.iter().position(|found| found.frame_id == FRAME_MAP) else { return };
+    let Some(odom) = frames.transforms.iter().find(|found| found.child_frame_id == FRAME_BASE) else {
+        return;
+    };
+    let isometry = |at_m: [f64; 3], [x, y, z, w]: [f64; 4]| {
+        let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+        Isometry3::from_parts(at_m.into(), turn)
+    };
+    let pose = refined.knots.pose(frames.transforms[map].stamp_ns);
+    let map_from_base = isometry([pose.x_m, pose.y_m, pose.z_m], orientation_xyzw(&pose));
+    let odom_from_base = isometry(odom.translation_m, odom.rotation_xyzw);
+    let map_from_odom = map_from_base * odom_from_base.inverse();
+    let transform = &mut frames.transforms[map];
+    transform.translation_m = map_from_odom.translation.vector.into();
+    let turn = map_from_odom.rotation;
+    transform.rotation_xyzw = [turn.i, turn.j, turn.k, turn.w];
 }
 
 fn planar(transform: &TransformStamped) -> Pose2 {

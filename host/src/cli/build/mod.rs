@@ -69,6 +69,9 @@ pub(super) struct DriveArgs {
     /// already
     #[arg(long, conflicts_with = "poses")]
     pub no_optimize: bool,
+    /// The drive went over ramps: also find height, roll and pitch of the poses (of one recording)
+    #[arg(long, conflicts_with_all = ["poses", "no_optimize"])]
+    pub ramps: bool,
     /// Range noise of the laser, one standard deviation, meters. Larger: steps between surfaces disappear;
     /// smaller: a wall becomes several planes [default: estimated from the points]
     #[arg(long, value_name = "M", value_parser = length)]
@@ -130,6 +133,7 @@ impl Args {
             recordings: vec![recording.to_owned()],
             poses: None,
             no_optimize: false,
+            ramps: false,
             sigma: None,
         };
         let target = TargetArgs {
@@ -223,6 +227,7 @@ pub(super) fn run_prepared(
 /// Puts what was read into a summary.
 fn note_inputs(summary: &mut Summary, runs: &[Run], posed: &Posed<'_>, vertical: Option<&VerticalScans>) {
     (summary.source.poses_from, summary.source.loops) = (Some(posed.from), posed.loops);
+    summary.source.observed = posed.observed();
     summary.source.recordings =
         runs.iter().flat_map(|run| run.recording().paths()).map(|path| path.display().to_string()).collect();
     (summary.scans.horizontal, summary.scans.horizontal_unposed) = posed.scans();
@@ -290,6 +295,7 @@ pub(super) fn poses<'a>(
         None => {
             let posed = stages.time("optimize", || {
                 let posed = Posed::optimized(runs, &folder.searches(), console)?;
+                let posed = if args.ramps { posed.in_six_directions(console)? } else { posed };
                 let loops = posed.loops.unwrap_or(0);
                 anyhow::Ok((posed, loops))
             })?;

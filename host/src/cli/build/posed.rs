@@ -17,6 +17,9 @@ use crate::recordings::stamp_text::format_seconds;
 use crate::recordings::wild_poses::remove_wild;
 use crate::slam::corrected_poses::Corrected;
 use crate::slam::occupancy::OccupancyGrid;
+use crate::slam::refinement::spatial;
+use crate::slam::refinement::spatial::choice::Refined;
+use crate::slam::refinement::spatial::observability::Observed;
 use crate::slam::{LoopParams, rewrite_recording};
 use crate::view::floor_map;
 use crate::view::floor_map::{FloorMapParams, PosedDrive};
@@ -59,6 +62,8 @@ pub(crate) struct Posed<'a> {
     pub loops: Option<usize>,
     /// Poses that no motion explains, which were left out.
     pub wild_poses: usize,
+    /// What the refinement in six directions found, where it found something.
+    pub refined: Option<Refined>,
 }
 
 impl<'a> Posed<'a> {
@@ -136,14 +141,31 @@ impl<'a> Posed<'a> {
                 continue;
             }
             let corrected = Corrected::new(&all_keyframes[number], &optimized.poses[number]);
-            let moved = |pose: &StampedPose| StampedPose::planar(pose.stamp_ns, corrected.at(pose));
-            let mut poses: Vec<StampedPose> = corrected.scans.iter().flatten().copied().collect();
             let recorded = run.poses()?;
-            poses.extend(recorded.vertical_poses.iter().map(moved));
-            drives.push(Drive::new(run, Trajectory::new(poses), corrected.scans));
+            let trajectory = corrected.trajectory(&recorded.vertical_poses);
+            drives.push(Drive::new(run, trajectory, corrected.scans));
             wild_poses += recorded.wild_poses;
         }
         Ok(Self { wild_poses, ..Self::of(drives, PosesFrom::Optimized, Some(loops)) })
+    }
+
+    /// With the poses of a single recording refined in all six directions, where that explains its beams
+    /// better. Poses that were optimized before were refined then.
+    pub(super) fn in_six_directions(mut self, console: &Console) -> anyhow::Result<Self> {
+        let [drive] = &mut self.drives[..] else { return Ok(self) };
+        if self.from == PosesFrom::OptimizedBefore {
+            return Ok(self);
+        }
+        let _spinner = console.spinner("six directions");
+        let Some(refined) = spatial::refine_run(drive.run, &drive.trajectory)? else { return Ok(self) };
+        let moved = |pose: &StampedPose| refined.knots.pose(pose.stamp_ns);
+        drive.trajectory = Trajectory::new(drive.trajectory.poses().iter().map(moved).collect());
+        drive.at_scans = drive.at_scans.iter().map(|pose| pose.as_ref().map(moved)).collect();
+        self.trajectory = drive.trajectory.clone();
+        self.used = self.known();
+        console.note(refined.words());
+        self.refined = Some(refined);
+        Ok(self)
     }
 
     fn of(mut drives: Vec<Drive<'a>>, from: PosesFrom, loops: Option<usize>) -> Self {
@@ -158,7 +180,15 @@ impl<'a> Posed<'a> {
             drive.shift_ns = shift_ns;
         }
         let used = drives.iter().flat_map(|drive| drive.at_scans.iter().flatten().copied()).collect();
-        Self { drives, trajectory: Trajectory::new(all), used, from, loops, wild_poses: 0 }
+        Self { drives, trajectory: Trajectory::new(all), used, from, loops, wild_poses: 0, refined: None }
+    }
+
+    /// Which of height, roll and pitch the drive tells; nothing is known of others' poses.
+    pub(super) fn observed(&self) -> Option<Observed> {
+        match self.from {
+            PosesFrom::Given => None,
+            _ => Some(self.refined.as_ref().map_or(Observed::default(), Refined::observed)),
+        }
     }
 
     /// The pose of each horizontal scan that has one.

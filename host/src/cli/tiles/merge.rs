@@ -51,6 +51,7 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         recordings: folder.manifest.recordings.clone(),
         poses: folder.manifest.poses.clone(),
         no_optimize: folder.manifest.no_optimize,
+        ramps: folder.manifest.ramps,
         sigma: folder.manifest.sigma_m,
     };
     let prepared = Prepared {

@@ -7,10 +7,13 @@
 //! wall; and no map that was there first draws the others to it. With the steps between nodes this is one
 //! large system, solved by conjugate gradients ([`crate::slam::refinement::conjugate_gradient`]). A few
 //! rounds, each with a new map at the poses found so far.
+//!
+//! That is planar. What both lasers saw together, and poses with height, roll and pitch: [`spatial`].
 
 pub(crate) mod conjugate_gradient;
 pub(crate) mod observations;
 pub(crate) mod params;
+pub(crate) mod spatial;
 
 pub(crate) use params::JointParams;
 

@@ -16,6 +16,7 @@ use crate::slam;
 use crate::slam::corrected_poses::Corrected;
 use crate::slam::keyframes::Keyframes;
 use crate::slam::loop_closure::checkpoint::Checkpoint;
+use crate::slam::refinement::spatial;
 use crate::slam::{Counts, LoopFound, LoopParams, Optimized, Progress, rewrite_recording};
 use anyhow::{Context, bail};
 use serde::Serialize;
@@ -42,6 +43,9 @@ pub(crate) struct Args {
     /// The recording to write: the same messages with better poses
     #[arg(long, short, value_name = "OPT.mcap")]
     output: PathBuf,
+    /// The drive went over ramps: also find height, roll and pitch of the poses (of a single recording)
+    #[arg(long)]
+    ramps: bool,
     /// Replace the output if it exists
     #[arg(long)]
     force: bool,
@@ -122,11 +126,17 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let optimized = work(&all_keyframes, &params, &mut checkpoint, console);
     let is_resumed = !checkpoint.is_empty();
     drop(checkpoint);
-    let corrected: Vec<Corrected> = all_keyframes
+    let mut corrected: Vec<Corrected> = all_keyframes
         .iter()
         .zip(optimized.poses.iter().zip(&optimized.covariances))
         .map(|(keyframes, (poses, of))| Corrected::new(keyframes, poses).with_covariances(keyframes, of))
         .collect();
+    if let ([run], [corrected], false) = (&runs[..], &mut corrected[..], !args.ramps) {
+        let _spinner = console.spinner("six directions");
+        let trajectory = corrected.trajectory(&run.poses()?.vertical_poses);
+        corrected.refined = spatial::refine_run(run, &trajectory)?;
+        corrected.refined.iter().for_each(|refined| console.note(refined.words()));
+    }
     let spinner = console.spinner(format!("writing {}", args.output.display()));
     let reported = reported(&runs, &optimized);
     for (path, members) in files(&optimized.groups, &args.output, &apart) {

@@ -1,0 +1,297 @@
+//! One round of the refinement over a span of knots: planes found anew for the poses as they are, then a few
+//! steps of Gauss and Newton.
+
+use crate::slam::refinement::spatial::beams::{BeamHit, Laser, Point};
+use crate::slam::refinement::spatial::floor_hits::FloorHits;
+use crate::slam::refinement::spatial::knots::{Attitude, Knots, State};
+use crate::slam::refinement::spatial::normal_equations::{Assembly, Group, Layout, Row, by_state, robust};
+use crate::slam::refinement::spatial::params::SpatialParams;
+use crate::slam::refinement::spatial::surfaces::{Search, Surface, Surfaces};
+use crate::slam::refinement::spatial::wheels::Wheels;
+use biplane_geometry::vec3::dot;
+use rayon::prelude::*;
+
+/// What the poses are held by.
+pub(crate) struct Problem<'a> {
+    /// In the order of knots.
+    pub hits: &'a [BeamHit],
+    /// Where the hits of each knot begin; one more than there are knots.
+    pub starts: Vec<usize>,
+    /// Where the first knot is.
+    pub anchor: State,
+    pub wheels: &'a Wheels,
+    pub floor: &'a FloorHits,
+    /// The piece of the way of each knot.
+    pub pieces: Vec<u32>,
+    pub params: &'a SpatialParams,
+}
+
+/// Which knots take part.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Span {
+    pub first: usize,
+    /// Knots before this one stay.
+    pub first_free: usize,
+    pub end: usize,
+}
+
+/// How a round is made.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Round {
+    pub search: Search,
+    pub steps: usize,
+    /// One of so many beams is used.
+    pub thinning: usize,
+    /// Floor hits farther off say little, meters.
+    pub floor_kernel_m: f64,
+}
+
+/// The kernel of a point on its plane, in standard deviations.
+const KERNEL: f64 = 2.5;
+/// Walls within this of upright are upright, as the sine.
+const NEAR_UPRIGHT: f64 = 0.14;
+/// How the first knot is held: position, heading; the robot stands level at the start.
+const START_M: f64 = 1e-3;
+const START_RAD: f64 = 1e-3;
+const LEVEL_RAD: f64 = 9e-4;
+/// The largest step of a tilt that is taken at once, radians.
+const MAX_TILT_STEP_RAD: f64 = 0.05;
+
+/// A hit that takes part, with its plane.
+#[derive(Clone, Copy, Debug)]
+struct Seen {
+    hit: u32,
+    plane: u32,
+}
+
+impl Problem<'_> {
+    /// The hit's point for the search of planes.
+    fn point(&self, knots: &Knots, hit: &BeamHit) -> Point {
+        let knot = hit.knot as usize;
+        Point { at_m: hit.placed(knots), laser: hit.laser, piece: self.pieces[knot] }
+    }
+
+    /// Numbers of the hits in a span that walls and ceilings may explain.
+    fn chosen(&self, span: Span, thinning: usize, held_out: bool) -> Vec<usize> {
+        let range = self.starts[span.first]..self.starts[span.end - 1];
+        range
+            .filter(|&number| {
+                let hit = &self.hits[number];
+                hit.is_held_out == held_out
+                    && !(hit.laser == Laser::Horizontal && self.floor.is_ground[number])
+                    && number % thinning == 0
+            })
+            .collect()
+    }
+
+    /// The planes that these hits lie on, for poses as they are.
+    pub(crate) fn surfaces(&self, knots: &Knots, span: Span, round: &Round) -> Surfaces {
+        let chosen = self.chosen(span, round.thinning, false);
+        let points: Vec<Point> =
+            chosen.par_iter().map(|&number| self.point(knots, &self.hits[number])).collect();
+        Surfaces::find(&points, &round.search)
+    }
+
+    /// One round; `None` when nothing could be solved.
+    pub(crate) fn round(&self, knots: &mut Knots, span: Span, round: &Round) -> Option<()> {
+        let mut prepared = self.prepare(knots, span, round);
+        for _ in 0..round.steps {
+            self.step(&mut prepared, knots, span, round)?;
+        }
+        Some(())
+    }
+
+    fn prepare(&self, knots: &Knots, span: Span, round: &Round) -> Prepared {
+        let chosen = self.chosen(span, round.thinning, false);
+        let points: Vec<Point> =
+            chosen.par_iter().map(|&number| self.point(knots, &self.hits[number])).collect();
+        let surfaces = Surfaces::find(&points, &round.search);
+        let planes: Vec<Option<u32>> = points.par_iter().map(|point| surfaces.of(point)).collect();
+        let seen = chosen
+            .iter()
+            .zip(planes)
+            .filter_map(|(&hit, plane)| Some(Seen { hit: hit as u32, plane: plane? }))
+            .collect();
+        Prepared { planes: surfaces.list, seen, assembly: None }
+    }
+
+    /// The parts of the system for the poses as they are.
+    fn parts(
+        &self,
+        prepared: &Prepared,
+        knots: &Knots,
+        span: Span,
+        round: &Round,
+    ) -> (Layout, Vec<Group>, Vec<Row>) {
+        let layout = Layout {
+            knots: span.end - span.first,
+            planes: prepared.planes.len(),
+            first_free: span.first_free - span.first,
+        };
+        let kernel_m = 0.5 * round.search.gate_m;
+        let groups = self.groups(&prepared.seen, &prepared.planes, knots, span, kernel_m);
+        let mut rows = Vec::new();
+        self.wheels.rows(knots, span.first, layout, &self.params.motion, &mut rows);
+        if !self.hits.is_empty() {
+            self.floor.rows(self.hits, knots, span.first, layout, round.floor_kernel_m, &mut rows);
+        }
+        upright(&prepared.planes, layout, self.params.motion.upright_rad, &mut rows);
+        if span.first_free == 0 {
+            start(layout, &knots.states[0], &self.anchor, &mut rows);
+        }
+        (layout, groups, rows)
+    }
+
+    fn step(&self, prepared: &mut Prepared, knots: &mut Knots, span: Span, round: &Round) -> Option<()> {
+        let (layout, groups, rows) = self.parts(prepared, knots, span, round);
+        let is_line = prepared.planes.iter().map(|plane| plane.is_line).collect();
+        let assembly =
+            prepared.assembly.get_or_insert_with(|| Assembly::new(layout, is_line, &groups, &rows));
+        let steps = assembly.solve(&groups, &rows)?;
+        for (state, step) in knots.states[span.first..span.end].iter_mut().zip(&steps.knots) {
+            for part in 0..6 {
+                let limit = if part == 3 || part == 4 { MAX_TILT_STEP_RAD } else { f64::INFINITY };
+                state[part] += step[part].clamp(-limit, limit);
+            }
+        }
+        for (plane, step) in prepared.planes.iter_mut().zip(&steps.planes) {
+            *plane = plane.stepped(*step);
+        }
+        Some(())
+    }
+
+    /// The covariances of some knots of a span, for poses as they are.
+    pub(crate) fn covariances(
+        &self,
+        knots: &Knots,
+        span: Span,
+        round: &Round,
+        at: &[usize],
+    ) -> Option<Vec<[[f64; 6]; 6]>> {
+        let prepared = self.prepare(knots, span, round);
+        let (layout, groups, rows) = self.parts(&prepared, knots, span, round);
+        let is_line = prepared.planes.iter().map(|plane| plane.is_line).collect();
+        Assembly::new(layout, is_line, &groups, &rows).covariances(&groups, &rows, at)
+    }
+
+    /// The same with other parameters.
+    pub(crate) fn with_params<'b>(&'b self, params: &'b SpatialParams) -> Problem<'b> {
+        let Self { hits, anchor, wheels, floor, .. } = *self;
+        let (starts, pieces) = (self.starts.clone(), self.pieces.clone());
+        Problem { hits, starts, anchor, wheels, floor, pieces, params }
+    }
+
+    /// The same without beams: what wheels alone tell.
+    pub(crate) fn without_beams(&self) -> Problem<'_> {
+        let Self { anchor, wheels, floor, params, .. } = *self;
+        let starts = vec![0; self.starts.len()];
+        Problem { hits: &[], starts, anchor, wheels, floor, pieces: self.pieces.clone(), params }
+    }
+
+    /// What the beams say, by knot and plane.
+    fn groups(
+        &self,
+        seen: &[Seen],
+        planes: &[Surface],
+        knots: &Knots,
+        span: Span,
+        kernel_m: f64,
+    ) -> Vec<Group> {
+        let knot_of = |seen: &Seen| self.hits[seen.hit as usize].knot;
+        let of_knot = |knot: usize| {
+            let first = seen.partition_point(|seen| (knot_of(seen) as usize) < knot);
+            let mut groups: Vec<Group> = Vec::new();
+            for seen in seen[first..].iter().take_while(|seen| knot_of(seen) as usize == knot) {
+                let plane = seen.plane as usize;
+                let at = groups.iter().position(|group| group.plane == plane).unwrap_or_else(|| {
+                    groups.push(Group::new(knot - span.first, plane));
+                    groups.len() - 1
+                });
+                self.look(&self.hits[seen.hit as usize], &planes[plane], knots, kernel_m, &mut groups[at]);
+            }
+            groups.sort_by_key(|group| group.plane);
+            groups
+        };
+        let all: Vec<Vec<Group>> = (span.first..span.end - 1).into_par_iter().map(of_knot).collect();
+        all.into_iter().flatten().collect()
+    }
+
+    fn look(&self, hit: &BeamHit, plane: &Surface, knots: &Knots, kernel_m: f64, group: &mut Group) {
+        let state = hit.state(knots);
+        let attitude = Attitude::of(&state);
+        let turned = attitude.rotate(hit.at());
+        let place: [f64; 3] = std::array::from_fn(|axis| turned[axis] + state[axis]);
+        let along = attitude.rotate(hit.along.map(f64::from));
+        let residual = plane.distance_m(place);
+        let across = dot(plane.normal, along);
+        let sigma_m = (self.params.sigma_range_m * across).hypot(self.params.sigma_surface_m);
+        let weight = robust(residual, f64::max(KERNEL * sigma_m, kernel_m)) / (sigma_m * sigma_m);
+        let [flat, tilt] = by_state(&attitude, turned, plane.normal);
+        let share = f64::from(hit.share);
+        let away: [f64; 3] = std::array::from_fn(|axis| place[axis] - plane.middle_m[axis]);
+        let row = [
+            flat.map(|v| (1.0 - share) * v),
+            tilt.map(|v| (1.0 - share) * v),
+            flat.map(|v| share * v),
+            tilt.map(|v| share * v),
+            [dot(plane.tangents[0], away), dot(plane.tangents[1], away), -1.0],
+        ];
+        group.add(&row, residual, weight);
+    }
+
+    /// How far the beams that were held out are from what explains them, squared, in standard deviations,
+    /// each at most [`CAP`]: planes of the other beams, or the ground that the robot drove over later.
+    /// `None` where nothing explains a beam.
+    pub(crate) fn held_out(&self, knots: &Knots, round: &Round) -> Vec<Option<f64>> {
+        let span = Span { first: 0, first_free: 0, end: knots.states.len() };
+        let surfaces = self.surfaces(knots, span, round);
+        let cost = |&number: &usize| {
+            let hit = &self.hits[number];
+            let plane = &surfaces.list[surfaces.of(&self.point(knots, hit))? as usize];
+            let along = Attitude::of(&hit.state(knots)).rotate(hit.along.map(f64::from));
+            let sigma_m =
+                (self.params.sigma_range_m * dot(plane.normal, along)).hypot(self.params.sigma_surface_m);
+            Some((plane.distance_m(hit.placed(knots)) / sigma_m).powi(2).min(CAP))
+        };
+        let mut costs: Vec<Option<f64>> = self.chosen(span, 1, true).par_iter().map(cost).collect();
+        costs.extend(self.floor.held_out(self.hits, knots).map(|squared| Some(squared.min(CAP))));
+        costs
+    }
+}
+
+/// The most that one beam costs.
+pub(crate) const CAP: f64 = 9.0;
+
+/// Planes, and which hits lie on them.
+struct Prepared {
+    planes: Vec<Surface>,
+    seen: Vec<Seen>,
+    assembly: Option<Assembly>,
+}
+
+/// Walls are upright.
+fn upright(planes: &[Surface], layout: Layout, sigma_rad: f64, rows: &mut Vec<Row>) {
+    for (number, plane) in planes.iter().enumerate().filter(|(_, plane)| !plane.is_line) {
+        let leans = plane.normal[2];
+        if leans.abs() < NEAR_UPRIGHT {
+            rows.push(Row {
+                parts: vec![(layout.plane(number), [plane.tangents[0][2], plane.tangents[1][2], 0.0])],
+                residual: leans,
+                weight: robust(leans, KERNEL * sigma_rad) / (sigma_rad * sigma_rad),
+            });
+        }
+    }
+}
+
+/// The first knot stays, and stands level.
+fn start(layout: Layout, state: &State, anchor: &State, rows: &mut Vec<Row>) {
+    let flat = [(0, START_M), (1, START_M), (5, START_RAD)];
+    let tilt = [(2, START_M), (3, LEVEL_RAD), (4, LEVEL_RAD)];
+    for (variable, parts) in [(layout.flat(0), flat), (layout.tilt(0), tilt)] {
+        for (axis, (part, sigma)) in parts.into_iter().enumerate() {
+            let direction = std::array::from_fn(|at| f64::from(u8::from(at == axis)));
+            let residual = state[part] - anchor[part];
+            rows.push(Row { parts: vec![(variable, direction)], residual, weight: sigma.powi(-2) });
+        }
+    }
+}
