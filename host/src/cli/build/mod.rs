@@ -2,8 +2,6 @@
 
 pub(super) mod posed;
 
-use std::path::{Path, PathBuf};
-
 use crate::formats::output::OutputFolder;
 use crate::formats::text::model_json::ModelFile;
 use crate::formats::{Shapes, source_name};
@@ -18,6 +16,7 @@ use crate::view::floor_map::FloorMapParams;
 use crate::view::floor_map::map_image::MapImage;
 use crate::view::report::Page;
 use anyhow::{anyhow, bail};
+use std::path::{Path, PathBuf};
 
 use crate::cli::models::model_args::{ModelArgs, report_noise};
 use crate::cli::models::{files, formats};
