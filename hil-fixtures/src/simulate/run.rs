@@ -68,7 +68,10 @@ pub fn run(options: &SimulateOptions) -> Result<SimulateReport, SimulateError> {
         }
         truth.trajectory(0, times.end_ns)?;
         truth.surfaces()?;
-        plan.map(|plan| truth.plan(&plan)).transpose()?;
+        match plan {
+            Some(plan) => truth.plan(&plan)?,
+            None => truth.round_things(&world.rounds)?,
+        }
     }
     Ok(report)
 }

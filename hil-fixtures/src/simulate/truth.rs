@@ -8,11 +8,13 @@
 //! | `scans_horizontal.txt`, `scans_vertical.txt` | times of the scans' first beams, one a line |
 //! | `truth.json` | rooms, walls, openings of a world from an IFC file: `building.json`'s schema, in `map` |
 //! | `surfaces.ply` | all surfaces in `map`, an int property `plane` a face: -1 = no plane |
+//! | `truth.json` | the round things of a built-in world: `cylinders`, axes in `map` |
 //!
 //! Times in seconds of the capture's clock with nine decimals; meters.
 
 use crate::rig::simulated::{LaserRole, SimulatedRig};
 use crate::simulate::truth_folder::{TruthError, write_file};
+use crate::world::built_in::round::RoundThing;
 use crate::world::files::ply::write_ply;
 use biplane_ifc::Plan;
 use std::io::{self, Write};
@@ -50,6 +52,19 @@ impl<'a> Truth<'a> {
             [at[0], at[1]]
         });
         self.file("truth.json", |out| serde_json::to_writer_pretty(out, &plan).map_err(io::Error::from))
+    }
+
+    /// Writes `truth.json`: the round things of the world, which are given in its own frame.
+    pub fn round_things(&self, rounds: &[RoundThing]) -> Result<(), TruthError> {
+        let map_from_world = self.rig.drive().map_from_world();
+        let cylinders: Vec<RoundThing> = rounds.iter().map(|thing| thing.moved(&map_from_world)).collect();
+        self.file("truth.json", |out| {
+            write!(out, "{{\"cylinders\": [")?;
+            for (number, thing) in cylinders.iter().enumerate() {
+                write!(out, "{}\n  {}", if number == 0 { "" } else { "," }, thing.json())?;
+            }
+            writeln!(out, "\n]}}")
+        })
     }
 
     /// Writes `trajectory.tum` from `from_ns` to `to_ns` (device time).

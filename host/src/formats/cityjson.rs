@@ -67,8 +67,22 @@ pub fn write(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Result<()> {
             values.push(polygon.plane);
         }
     }
-    let surfaces: Vec<Value> =
+    let mut surfaces: Vec<Value> =
         shapes.model.planes.iter().enumerate().map(|(index, plane)| semantics(index, plane)).collect();
+    for (index, round) in shapes.model.cylinders.iter().enumerate() {
+        // Strips within the chord error: CityJSON has no curved surfaces.
+        for strip in round.strips_m() {
+            let ring = vertices.ring(&strip);
+            if !ring.is_empty() {
+                boundaries.push(vec![ring]);
+                values.push(surfaces.len());
+            }
+        }
+        surfaces.push(json!({
+            "type": "WallSurface", "cylinder": index, "kind": round.kind, "radius_m": round.radius_m,
+            "points": round.points, "rms_m": round.rms_m
+        }));
+    }
     let geometry = json!([{
         "type": "MultiSurface",
         "lod": "3",

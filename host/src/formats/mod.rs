@@ -17,6 +17,7 @@ pub(crate) mod text;
 
 use std::path::Path;
 
+use crate::model::cylinder::Cylinder;
 use crate::model::{Mesh, Model, Plane};
 use crate::reconstruct::polygons::triangulate::faces;
 
@@ -27,6 +28,8 @@ pub struct Shapes<'a> {
     pub model: &'a Model,
     /// The triangles of each polygon, in the order of the polygons, wound as the polygon is.
     pub faces: Vec<Mesh>,
+    /// The smooth mesh of each round thing.
+    pub rounds: Vec<Mesh>,
     /// What is added to every coordinate that is written, meters: models far from zero are kept near it
     /// (`crate::formats::input::shift`).
     pub shift_m: [f64; 3],
@@ -37,7 +40,8 @@ pub struct Shapes<'a> {
 impl<'a> Shapes<'a> {
     /// Cuts the polygons of a model.
     pub fn new(model: &'a Model) -> Self {
-        Self { model, faces: faces(model), shift_m: [0.0; 3], source: String::new() }
+        let rounds = model.cylinders.iter().map(Cylinder::mesh).collect();
+        Self { model, faces: faces(model), rounds, shift_m: [0.0; 3], source: String::new() }
     }
 
     /// A plane's offset where the model is written, meters.
@@ -48,6 +52,7 @@ impl<'a> Shapes<'a> {
     /// Triangles of the whole model, leftovers included.
     pub fn triangles(&self) -> usize {
         self.faces.iter().map(|face| face.triangles.len()).sum::<usize>()
+            + self.rounds.iter().map(|round| round.triangles.len()).sum::<usize>()
             + self.model.leftovers.triangles.len()
     }
 

@@ -5,6 +5,7 @@
 //! sections 2.3 and 3.
 
 pub(crate) mod area;
+pub(crate) mod cylinder;
 pub(crate) mod palette;
 pub(crate) mod part;
 #[cfg(test)]
@@ -111,6 +112,9 @@ pub struct Model {
     pub polygons: Vec<PlanarPolygon>,
     /// Triangles of the raw mesh that no polygon stands for.
     pub leftovers: Mesh,
+    /// The round surfaces. A file of a model without any does not name them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub cylinders: Vec<cylinder::Cylinder>,
 }
 
 #[cfg(test)]

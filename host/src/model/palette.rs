@@ -8,6 +8,8 @@ pub(crate) type Rgb = [u8; 3];
 
 /// Fine structure that is on no plane.
 pub(crate) const LEFTOVERS: Rgb = [150, 153, 158];
+/// Round things.
+pub(crate) const ROUND: Rgb = [196, 160, 118];
 /// The raw mesh.
 pub(crate) const RAW: Rgb = [206, 208, 212];
 

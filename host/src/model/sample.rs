@@ -1,5 +1,6 @@
 //! A small model for tests: a wall with a window, a floor, and one loose triangle.
 
+use crate::model::cylinder::{Cylinder, CylinderKind, SeenFrom};
 use crate::model::{Mesh, Model, PlanarPolygon, Plane};
 
 /// Wall in the plane y = 2 seen from y < 2, 4 m by 3 m with a window 1 m by 1 m; floor z = 0, 4 m by 2 m.
@@ -20,7 +21,43 @@ pub(crate) fn model() -> Model {
         vertices_m: vec![[1.0, 1.0, 0.5], [1.5, 1.0, 0.5], [1.0, 1.5, 0.75]],
         triangles: vec![[0, 1, 2]],
     };
-    Model { planes: vec![wall, floor], polygons: vec![wall_polygon, floor_polygon], leftovers }
+    Model {
+        planes: vec![wall, floor],
+        polygons: vec![wall_polygon, floor_polygon],
+        leftovers,
+        cylinders: Vec::new(),
+    }
+}
+
+/// A column of 20 cm radius and 3 m height at (1, 1).
+pub(crate) fn column() -> Cylinder {
+    Cylinder {
+        kind: CylinderKind::Column,
+        axis_point_m: [1.0, 1.0, 0.0],
+        axis_direction: [0.0, 0.0, 1.0],
+        radius_m: 0.2,
+        from_m: 0.0,
+        to_m: 3.0,
+        arc_deg: [0.0, 360.0],
+        seen_arc_deg: [0.0, 360.0],
+        seen_from: SeenFrom::Outside,
+        points: 1200,
+        rms_m: 0.012,
+        seen_m: [0.4, 2.9],
+        cuts: [[0.0; 2]; 2],
+    }
+}
+
+/// Half a round of a wall of 3 m radius, seen from inside.
+pub(crate) fn apse() -> Cylinder {
+    Cylinder {
+        kind: CylinderKind::Wall,
+        radius_m: 3.0,
+        arc_deg: [-90.0, 90.0],
+        seen_arc_deg: [-85.0, 85.0],
+        seen_from: SeenFrom::Inside,
+        ..column()
+    }
 }
 
 /// The sample's polygons as triangles: the wall as eight around its window, the floor as two.

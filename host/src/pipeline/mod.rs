@@ -14,6 +14,7 @@ use crate::reconstruct::polygons;
 use crate::reconstruct::revisits::fuse::fuse;
 use crate::reconstruct::revisits::labels::PlanesNear;
 use crate::reconstruct::revisits::split::{Drive, Kept, Scans};
+use crate::reconstruct::shapes;
 use crate::recordings::deskew::Trajectory;
 use crate::recordings::scan_geometry::RangeScan;
 use crate::recordings::scan_geometry::ScanGeometry;
@@ -254,11 +255,13 @@ fn model_with(
         Some(searched) => planes::extract_searched(&params.planes, &cloud, searched, &mut progress),
         None => planes::extract_with_progress(&params.planes, &cloud, &mut progress),
     };
+    let rounds = shapes::extract(&params.shapes, &cloud, &mut found);
     fuse(&cloud, &mut found);
     observer.ended(Stage::Planes, found.planes.len());
 
     observer.begins(Stage::Polygons);
-    let merged = polygons::merge(&params.polygons, &cloud, &mesh, &found);
+    let mut merged = polygons::merge(&params.polygons, &cloud, &mesh, &found);
+    rounds.settle(&cloud, &mesh, &found, &mut merged);
     observer.ended(Stage::Polygons, merged.polygons.len());
 
     observer.begins(Stage::Leftovers);
@@ -274,7 +277,8 @@ fn model_with(
         sigma_source: found.sigma_source,
         ..Counts::default()
     };
-    let model = Model { planes: found.planes, polygons: merged.polygons, leftovers };
+    let model =
+        Model { planes: found.planes, polygons: merged.polygons, leftovers, cylinders: rounds.cylinders };
     counts.recount(&model);
     BuildOutput { cloud, labels: found.labels, mesh, model, counts, revisits: Revisits::default() }
 }

@@ -6,6 +6,7 @@ use crate::reconstruct::mesh::MeshParams;
 use crate::reconstruct::planes::params::PlaneParams;
 use crate::reconstruct::polygons::params::PolygonParams;
 use crate::reconstruct::revisits::params::RevisitParams;
+use crate::reconstruct::shapes::params::ShapeParams;
 use serde::Serialize;
 
 /// The parameters of every stage of [`crate::pipeline::build`].
@@ -19,6 +20,8 @@ pub struct BuildParams {
     pub mesh: MeshParams,
     /// What a plane is.
     pub planes: PlaneParams,
+    /// What is round.
+    pub shapes: ShapeParams,
     /// How triangles of one plane become polygons.
     pub polygons: PolygonParams,
     /// Which of the other triangles stay.

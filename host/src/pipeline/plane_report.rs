@@ -3,6 +3,7 @@
 //! Equations hold in the coordinates of the input: `normal . p = offset_m`. Meters.
 
 use serde::Serialize;
+use serde_json::Value;
 
 use crate::formats::input::cloud_file::CloudFile;
 use crate::model::Plane;
@@ -85,6 +86,10 @@ pub(crate) struct PlaneReport {
     pub method: Method,
     /// The planes, largest first.
     pub planes: Vec<PlaneFigures>,
+    /// The round things, whose points are on no plane.
+    pub cylinders: Vec<Value>,
+    /// Seconds of processor time that these took, on top of the planes.
+    pub shapes_cpu_s: f64,
     /// Why each plane ended, in the order of the planes; when asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub explanation: Option<Explanation>,
@@ -115,6 +120,8 @@ impl PlaneReport {
                 .enumerate()
                 .map(|(index, plane)| figures(index, plane, file.shift_m))
                 .collect(),
+            cylinders: Vec::new(),
+            shapes_cpu_s: 0.0,
             explanation: None,
             agreement: None,
             version: env!("CARGO_PKG_VERSION"),

@@ -39,6 +39,7 @@ const SMALLEST: f64 = 1.5;
 
 /// Makes a model fit into `most_triangles`; `None` when it did as it was.
 pub(crate) fn bound(model: &mut Model, max_triangles: usize) -> Option<Bounded> {
+    let max_triangles = leave_room(model, max_triangles);
     let mut faces = faces_of(model);
     let before = (model.polygons.len(), model.leftovers.triangles.len());
     if triangles(&faces) + before.1 <= max_triangles {
@@ -61,6 +62,17 @@ pub(crate) fn bound(model: &mut Model, max_triangles: usize) -> Option<Bounded> 
         polygons: before.0.saturating_sub(model.polygons.len()),
         forced,
     })
+}
+
+/// What is left for the rest when round things keep their meshes; they go where they would take more than
+/// half.
+fn leave_room(model: &mut Model, max_triangles: usize) -> usize {
+    let round: usize = model.cylinders.iter().map(|one| one.mesh().triangles.len()).sum();
+    if round > max_triangles / 2 {
+        model.cylinders.clear();
+        return max_triangles;
+    }
+    max_triangles - round
 }
 
 /// By how much borders may move.
@@ -113,6 +125,7 @@ fn coarser(model: &Model, tolerance_m: f64) -> Model {
         planes: model.planes.clone(),
         polygons,
         leftovers: larger_pieces(&model.leftovers, 4.0 * small_m2),
+        cylinders: model.cylinders.clone(),
     }
 }
 

@@ -9,5 +9,6 @@ pub(crate) mod mesh;
 pub(crate) mod planes;
 pub(crate) mod polygons;
 pub(crate) mod revisits;
+pub(crate) mod shapes;
 pub(crate) mod simplify;
 pub(crate) mod voxels;

@@ -54,13 +54,8 @@ pub(crate) fn bare_corridor(length_m: f64) -> World {
         weave_length_m: 4.0,
         ..Path::default()
     };
-    World {
-        name: "bare".to_owned(),
-        mesh: builder.finish(),
-        objects: Vec::new(),
-        plan: None,
-        paths: vec![path],
-    }
+    let (mesh, rounds) = builder.finish_all();
+    World { name: "bare".to_owned(), mesh, rounds, objects: Vec::new(), plan: None, paths: vec![path] }
 }
 
 impl Ride {

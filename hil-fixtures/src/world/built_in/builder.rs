@@ -5,9 +5,10 @@
 //! cut out of it.
 
 use crate::rng::Rng;
+use crate::world::built_in::round::{RoundKind, RoundSide, RoundThing, sides};
 use crate::world::mesh::{LabeledMesh, NO_PLANE};
 use crate::world::pose::Pose;
-use crate::world::vec3::{Vec3, add, scale, unit};
+use crate::world::vec3::{Vec3, add, cross, length, scale, sub, unit};
 
 /// An interval along an axis: from, to.
 pub type Span = [f64; 2];
@@ -61,6 +62,7 @@ pub struct Builder {
     mesh: LabeledMesh,
     planes: i32,
     frame: Pose,
+    rounds: Vec<RoundThing>,
 }
 
 impl Builder {
@@ -68,6 +70,12 @@ impl Builder {
     #[must_use]
     pub fn finish(self) -> LabeledMesh {
         self.mesh
+    }
+
+    /// The finished surfaces, and the round things among them.
+    #[must_use]
+    pub fn finish_all(self) -> (LabeledMesh, Vec<RoundThing>) {
+        (self.mesh, self.rounds)
     }
 
     /// Builds in a frame that lies at `x`, `y`, `z` of the current one, turned by `yaw_deg`.
@@ -175,22 +183,68 @@ impl Builder {
 
     /// An upright cylinder, closed on top.
     pub fn cylinder(&mut self, center: [f64; 2], radius: f64, z: Span) {
-        const SIDES: u32 = 48;
-        let ring = |builder: &mut Self, z: f64| -> Vec<u32> {
-            (0..SIDES)
-                .map(|k| std::f64::consts::TAU * f64::from(k) / f64::from(SIDES))
-                .map(|a| [center[0] + radius * a.cos(), center[1] + radius * a.sin(), z])
-                .map(|p| builder.mesh.vertex(builder.frame.apply(p)))
-                .collect()
-        };
-        let (low, high) = (ring(self, z[0]), ring(self, z[1]));
-        let top = self.mesh.vertex(self.frame.apply([center[0], center[1], z[1]]));
-        for i in 0..SIDES as usize {
-            let j = (i + 1) % SIDES as usize;
-            self.mesh.face([low[i], low[j], high[j]], NO_PLANE);
-            self.mesh.face([low[i], high[j], high[i]], NO_PLANE);
-            self.mesh.face([high[i], high[j], top], NO_PLANE);
+        self.standing(RoundKind::Pole, center, radius, z);
+    }
+
+    /// An upright cylinder that is more than a pole, closed on top.
+    pub fn standing(&mut self, kind: RoundKind, center: [f64; 2], radius: f64, z: Span) {
+        let [from, to] = z.map(|z| [center[0], center[1], z]);
+        self.tube(kind, [from, to], radius);
+        let high = self.ring([from, to], radius, to, [0.0, 360.0]);
+        let top = self.mesh.vertex(self.frame.apply(to));
+        for pair in high.windows(2) {
+            self.mesh.face([pair[0], pair[1], top], NO_PLANE);
         }
+    }
+
+    /// A cylinder along any axis, open at its ends, seen from outside.
+    pub fn tube(&mut self, kind: RoundKind, axis: [Vec3; 2], radius: f64) {
+        self.round(kind, axis, radius, [0.0, 360.0], RoundSide::Outside);
+    }
+
+    /// A part of an upright cylinder that is seen from inside, as an apse; degrees from the frame's x.
+    pub fn niche(&mut self, center: [f64; 2], radius: f64, z: Span, arc_deg: Span) {
+        let axis = z.map(|z| [center[0], center[1], z]);
+        self.round(RoundKind::Wall, axis, radius, arc_deg, RoundSide::Inside);
+    }
+
+    fn round(&mut self, kind: RoundKind, axis: [Vec3; 2], radius: f64, arc_deg: Span, side: RoundSide) {
+        let (low, high) =
+            (self.ring(axis, radius, axis[0], arc_deg), self.ring(axis, radius, axis[1], arc_deg));
+        for i in 1..low.len() {
+            let (a, b, c, d) = (low[i - 1], low[i], high[i], high[i - 1]);
+            let faces = match side {
+                RoundSide::Outside => [[a, b, c], [a, c, d]],
+                RoundSide::Inside => [[a, c, b], [a, d, c]],
+            };
+            faces.into_iter().for_each(|face| self.mesh.face(face, NO_PLANE));
+        }
+        let [axis_from_m, axis_to_m] = axis.map(|p| self.frame.apply(p));
+        let arc_deg = arc_deg[1] - arc_deg[0];
+        self.rounds.push(RoundThing {
+            kind,
+            axis_from_m,
+            axis_to_m,
+            radius_m: radius,
+            arc_deg,
+            seen_from: side,
+        });
+    }
+
+    /// Corners along an arc about an axis, in the plane through `at`. Upright axes count from the frame's x.
+    fn ring(&mut self, axis: [Vec3; 2], radius: f64, at: Vec3, arc_deg: Span) -> Vec<u32> {
+        let along = sub(axis[1], axis[0]);
+        let along = scale(along, 1.0 / length(along));
+        let upright = along[2].abs() > 0.9;
+        let first = unit(cross(if upright { [0.0, 1.0, 0.0] } else { [0.0, 0.0, 1.0] }, along));
+        let second = cross(along, first);
+        let [from, to] = arc_deg.map(f64::to_radians);
+        let count = (f64::from(sides(radius)) * (to - from) / std::f64::consts::TAU).ceil().max(3.0);
+        (0..=count as u32)
+            .map(|k| from + (to - from) * f64::from(k) / count)
+            .map(|a| add(at, add(scale(first, radius * a.cos()), scale(second, radius * a.sin()))))
+            .map(|p| self.mesh.vertex(self.frame.apply(p)))
+            .collect()
     }
 
     /// Loose leaves within an ellipsoid.

@@ -9,6 +9,7 @@
 use super::builder::{Builder, Facing, Hole, Span};
 use crate::rng::Rng;
 use crate::world::World;
+use crate::world::built_in::round::RoundKind;
 use crate::world::path::Path;
 
 /// Length (along x) and width (along y) of the outer walls, meters.
@@ -50,9 +51,11 @@ pub(crate) fn building() -> World {
     builder.within([0.0, 0.0, 0.0], 0.0, court);
     builder.rect(Facing::Up, 0.0, [-60.0, length + 60.0], [-60.0, width + 60.0], &[]);
     surroundings(&mut builder);
+    let (mesh, rounds) = builder.finish_all();
     World {
         name: "building".to_owned(),
-        mesh: builder.finish(),
+        mesh,
+        rounds,
         objects: Vec::new(),
         plan: None,
         paths: vec![around()],
@@ -122,8 +125,8 @@ fn entry(b: &mut Builder, door: Hole) {
     b.recess(door, 0.4, true);
     let [from, to] = door.u;
     b.block_with([from - 0.8, to + 0.8], [0.0, 1.8], [2.8, 3.05], &ALL_BUT_BACK);
-    b.cylinder([from - 0.5, 1.5], 0.14, [0.0, 2.8]);
-    b.cylinder([to + 0.5, 1.5], 0.14, [0.0, 2.8]);
+    b.standing(RoundKind::Column, [from - 0.5, 1.5], 0.14, [0.0, 2.8]);
+    b.standing(RoundKind::Column, [to + 0.5, 1.5], 0.14, [0.0, 2.8]);
     b.block_with([from - 0.4, to + 0.4], [0.0, 1.2], [0.0, 0.16], &STANDING);
     b.block_with([from - 0.2, to + 0.2], [0.0, 0.7], [0.16, 0.32], &STANDING);
 }

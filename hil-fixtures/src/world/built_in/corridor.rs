@@ -7,6 +7,7 @@
 
 use super::builder::{Builder, Facing, Hole, Span};
 use crate::world::World;
+use crate::world::built_in::round::RoundKind;
 use crate::world::path::Path;
 
 /// The corridor's ends, sides and ceiling, meters.
@@ -59,13 +60,8 @@ pub(crate) fn corridor() -> World {
         weave_length_m: 4.0,
         ..Path::default()
     };
-    World {
-        name: "corridor".to_owned(),
-        mesh: builder.finish(),
-        objects: Vec::new(),
-        plan: None,
-        paths: vec![path],
-    }
+    let (mesh, rounds) = builder.finish_all();
+    World { name: "corridor".to_owned(), mesh, rounds, objects: Vec::new(), plan: None, paths: vec![path] }
 }
 
 /// One side wall with its doors; `own` takes a place along the corridor to the wall's own x.
@@ -165,7 +161,7 @@ fn furniture(b: &mut Builder) {
             [1.1, 1.9],
             &[Facing::Front, Facing::Back, Facing::Left, Facing::Up, Facing::Down],
         );
-        b.cylinder([-7.95, 0.27], 0.17, [0.0, HEIGHT]);
+        b.standing(RoundKind::Column, [-7.95, 0.27], 0.17, [0.0, HEIGHT]);
         b.block_with([-11.6, -10.3], [0.0, 0.4], [0.0, 1.8], &STANDING);
     });
 }

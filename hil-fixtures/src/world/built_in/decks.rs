@@ -49,7 +49,8 @@ pub(crate) fn decks() -> World {
         weave_length_m: 6.0,
         ..Path::default()
     };
-    World { name: "decks".to_owned(), mesh: b.finish(), objects: Vec::new(), plan: None, paths: vec![path] }
+    let (mesh, rounds) = b.finish_all();
+    World { name: "decks".to_owned(), mesh, rounds, objects: Vec::new(), plan: None, paths: vec![path] }
 }
 
 /// One deck: floor, ceiling, walls, pillars; open to the lane at `open` along x.

@@ -7,6 +7,7 @@
 use super::builder::{Builder, Facing, Hole, Span};
 use crate::rng::Rng;
 use crate::world::World;
+use crate::world::built_in::round::RoundKind;
 use crate::world::path::Path;
 
 const SIZE: [f64; 2] = [30.0, 20.0];
@@ -32,9 +33,11 @@ pub(crate) fn office() -> World {
     partitions(&mut b);
     corridor_things(&mut b);
     room_things(&mut b, &mut rng);
+    let (mesh, rounds) = b.finish_all();
     World {
         name: "office".to_owned(),
-        mesh: b.finish(),
+        mesh,
+        rounds,
         objects: Vec::new(),
         plan: None,
         paths: vec![lap(), visit()],
@@ -184,7 +187,7 @@ fn corridor_things(b: &mut Builder) {
         b.cylinder(at, 0.17, [0.0, 0.4]);
     }
     for at in [[3.0, 7.4], [3.0, 12.6]] {
-        b.cylinder(at, 0.2, [0.0, HEIGHT]);
+        b.standing(RoundKind::Column, at, 0.2, [0.0, HEIGHT]);
     }
     let lamp = [Facing::Front, Facing::Back, Facing::Left, Facing::Right, Facing::Down];
     for n in 0..7 {

@@ -99,7 +99,8 @@ fn world(name: &str, passage: &Passage, waypoints_m: Vec<[f64; 2]>) -> World {
     };
     let straight = Path { name: "straight".to_owned(), weave_m: 0.0, ..weaving.clone() };
     let paths = vec![weaving, straight];
-    World { name: name.to_owned(), mesh: builder.finish(), objects: Vec::new(), plan: None, paths }
+    let (mesh, rounds) = builder.finish_all();
+    World { name: name.to_owned(), mesh, rounds, objects: Vec::new(), plan: None, paths }
 }
 
 const fn thing(along_m: [f64; 2], left: bool, depth_m: f64, height_m: [f64; 2]) -> Thing {

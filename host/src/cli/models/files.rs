@@ -14,6 +14,7 @@ use crate::formats::output::write_file;
 use crate::formats::ply;
 use crate::formats::ply::write::{PointRows, PointTable};
 use crate::formats::text::model_json::{self, ModelFile, PointsOf, ScanTimes};
+use crate::formats::text::shapes_json;
 use crate::formats::text::trajectory::{TrajectoryFormat, write_poses};
 use crate::formats::{Shapes, cityjson, dxf, gltf, ifc};
 use crate::pipeline::BuildOutput;
@@ -49,6 +50,7 @@ const NAMES: &[&str] = &[
     "points.ply",
     "raw.ply",
     "report.html",
+    "shapes.json",
     "summary.json",
     "tileset.json",
     "trajectory.tum",
@@ -169,7 +171,8 @@ pub(crate) fn write_lossless(
 ) -> Result<usize, OutputError> {
     write_file(&folder.join(model_json::NAME), true, |out| file.write(out))?;
     write_file(&folder.join("planes.ply"), true, |out| ply::write_planes(out, shapes))?;
-    Ok(2)
+    write_file(&folder.join("shapes.json"), true, |out| shapes_json::write(out, shapes))?;
+    Ok(3)
 }
 
 /// Writes the model in the formats asked for. `building` is there when a format wants it.

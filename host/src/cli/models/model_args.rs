@@ -31,6 +31,9 @@ pub(crate) struct ModelArgs {
     /// meters
     #[arg(long, value_name = "M", value_parser = length)]
     simplify_leftovers: Option<f64>,
+    /// Look for no round things: columns, pipes and curved walls stay strips of planes
+    #[arg(long)]
+    no_shapes: bool,
     /// Bound on the model's triangles: borders become coarser, loose and small pieces go, until it fits
     #[arg(long, value_name = "N", value_parser = triangles)]
     pub max_triangles: Option<usize>,
@@ -47,6 +50,7 @@ impl ModelArgs {
             formats: vec![Format::USUAL],
             merging: Merging::default(),
             simplify_leftovers: None,
+            no_shapes: false,
             max_triangles: None,
             no_report: false,
         }
@@ -56,6 +60,7 @@ impl ModelArgs {
     pub(crate) fn parameters(&self, sigma_m: Option<f64>) -> BuildParams {
         let mut build = BuildParams::default();
         build.planes.sigma_m = sigma_m;
+        build.shapes.enabled = !self.no_shapes;
         build.polygons.merging = self.merging;
         build.leftovers.tolerance_m = self.simplify_leftovers.map(|tolerance_m| tolerance_m as f32);
         build

@@ -10,6 +10,7 @@ use crate::formats::output::{OutputFolder, write_file};
 use crate::formats::ply;
 use crate::formats::ply::write::PointRows;
 use crate::formats::source_name;
+use crate::formats::text::shapes_json;
 use crate::pipeline::plane_report::{Cost, Method, PaperSearch, PlaneReport};
 use crate::reconstruct::planes;
 use crate::reconstruct::planes::labeled::Planes;
@@ -17,6 +18,8 @@ use crate::reconstruct::planes::labels::explain::{self, Explanation, Limits};
 use crate::reconstruct::planes::paper::agreement::agreement;
 use crate::reconstruct::planes::paper::params::ReferenceParams;
 use crate::reconstruct::planes::params::PlaneParams;
+use crate::reconstruct::shapes;
+use crate::reconstruct::shapes::params::ShapeParams;
 use anyhow::{Context, bail};
 
 use crate::cli::models::no_planes_hint;
@@ -46,6 +49,9 @@ pub(crate) struct Args {
     /// smaller: a wall becomes several planes [default: estimated from the cloud]
     #[arg(long, value_name = "M", value_parser = length)]
     sigma: Option<f64>,
+    /// Look for no round things: their points are on planes, or on none
+    #[arg(long)]
+    no_shapes: bool,
     /// Say why each plane ended where it does: what kept the points around it off it
     #[arg(long)]
     explain: bool,
@@ -152,8 +158,17 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let folder = OutputFolder::create(&args.output, args.force)?;
     let file = load(&args.cloud, console)?;
     let others = args.against.as_deref().map(|path| labels_of(path, file.cloud.len())).transpose()?;
-    let (found, cost) = extract(&method, &file, console);
+    let (mut found, cost) = extract(&method, &file, console);
+    let start = Stopwatch::now();
+    let params = ShapeParams {
+        enabled: !args.no_shapes && matches!(method, Method::Fast(_)),
+        ..ShapeParams::default()
+    };
+    let rounds = shapes::extract(&params, &file.cloud, &mut found);
+    let shapes_cpu_s = start.elapsed_s().1;
     let mut report = PlaneReport::new(&file, &found, method, cost);
+    report.cylinders = rounds.cylinders.iter().map(|one| shapes_json::figures(one, file.shift_m)).collect();
+    report.shapes_cpu_s = shapes_cpu_s;
     if args.explain {
         report.explanation = Some(explain(&report.method, &file, &found, console));
     }
@@ -285,6 +300,11 @@ fn print(out: &mut impl Write, report: &PlaneReport) -> io::Result<()> {
             100.0 * plane.rms_m,
             plane.offset_m
         )?;
+    }
+    for round in &report.cylinders {
+        let (kind, points) = (round["kind"].as_str().unwrap_or(""), round["points"].as_u64().unwrap_or(0));
+        let [radius_m, rms_m] = ["radius_m", "rms_m"].map(|name| round[name].as_f64().unwrap_or(0.0));
+        writeln!(out, "{kind:>6} {points:>9} {:>6.2} cm   radius {radius_m:.3} m", 100.0 * rms_m)?;
     }
     if let Some(explanation) = &report.explanation {
         print_explanation(out, explanation)?;

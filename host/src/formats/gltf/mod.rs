@@ -12,6 +12,7 @@ use std::io::{self, Write};
 
 use serde_json::{Value, json};
 
+use super::text::shapes_json;
 use super::{Shapes, append, generator};
 use crate::model::palette;
 use crate::model::palette::{Orientation, Rgb};
@@ -82,10 +83,9 @@ impl Builder {
         }))
     }
 
-    fn add_normals(&mut self, normal: [f64; 3], count: usize) -> usize {
+    fn add_normals(&mut self, normals: &[[f32; 3]], count: usize) -> usize {
         let offset = self.normals.len() * 12;
-        let normal = normal.map(|v| v as f32);
-        self.normals.resize(self.normals.len() + count, normal);
+        self.normals.extend(normals.iter().cycle().take(count));
         self.accessor(json!({
             "bufferView": NORMALS, "byteOffset": offset, "componentType": FLOAT, "count": count, "type": "VEC3"
         }))
@@ -100,15 +100,15 @@ impl Builder {
         }))
     }
 
-    /// Adds a mesh with its node. Without a normal, viewers shade each triangle flat, as the specification
-    /// asks.
-    fn add(&mut self, name: &str, mesh: &Mesh, normal: Option<[f64; 3]>, color: Rgb, extras: &Value) {
+    /// Adds a mesh with its node, its normals one for all corners or one each. Without any, viewers shade
+    /// each triangle flat, as the specification asks.
+    fn add(&mut self, name: &str, mesh: &Mesh, normals: &[[f32; 3]], color: Rgb, extras: &Value) {
         if mesh.triangles.is_empty() {
             return;
         }
         let mut attributes = json!({ "POSITION": self.add_positions(&mesh.vertices_m) });
-        if let Some(normal) = normal {
-            attributes["NORMAL"] = self.add_normals(normal, mesh.vertices_m.len()).into();
+        if !normals.is_empty() {
+            attributes["NORMAL"] = self.add_normals(normals, mesh.vertices_m.len()).into();
         }
         let indices = self.add_indices(&mesh.triangles);
         let material = self.material(color);
@@ -220,11 +220,17 @@ pub fn write(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Result<()> {
         let mesh = plane_mesh(shapes, polygons);
         let extras = plane_extras(shapes, index, plane, polygons, &mesh);
         let name = format!("plane {index} ({})", Orientation::of(plane).name());
-        builder.add(&name, &mesh, Some(plane.normal), palette::plane_color(index, plane), &extras);
+        let normal = plane.normal.map(|v| v as f32);
+        builder.add(&name, &mesh, &[normal], palette::plane_color(index, plane), &extras);
+    }
+    for (index, (round, mesh)) in shapes.model.cylinders.iter().zip(&shapes.rounds).enumerate() {
+        let name = format!("{} {index}", round.kind.name());
+        let extras = shapes_json::figures(round, shapes.shift_m);
+        builder.add(&name, mesh, &round.normals(), palette::ROUND, &extras);
     }
     let leftovers = &shapes.model.leftovers;
     let extras = json!({ "triangles": leftovers.triangles.len() });
-    builder.add("leftovers", leftovers, None, palette::LEFTOVERS, &extras);
+    builder.add("leftovers", leftovers, &[], palette::LEFTOVERS, &extras);
 
     let binary = builder.binary();
     let mut text = serde_json::to_vec(&builder.document(binary.len()))?;

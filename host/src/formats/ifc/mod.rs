@@ -9,6 +9,7 @@
 
 mod elements;
 mod project;
+mod round;
 mod step;
 
 use std::io::{self, Write};
@@ -27,6 +28,7 @@ pub fn write(out: &mut impl Write, shapes: &Shapes<'_>, building: &Building) -> 
     let mut step = Step::default();
     let project = Project::new(&mut step, shapes, building);
     Elements::new(&mut step, shapes, building, &project).add_all();
+    round::add_all(&mut step, shapes, &project);
     let (about, program) = (description(shapes), generator());
     writeln!(out, "ISO-10303-21;\nHEADER;")?;
     writeln!(out, "FILE_DESCRIPTION(('ViewDefinition [ReferenceView]',{}),'2;1');", Text(&about))?;

@@ -39,6 +39,10 @@ pub fn write(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Result<()> {
             groups.push(Group { name, normal: Some(index + 1), faces });
         }
     }
+    for (index, (round, mesh)) in shapes.model.cylinders.iter().zip(&shapes.rounds).enumerate() {
+        let name = format!("{}_{index}", round.kind.name());
+        groups.push(Group { name, normal: None, faces: triangles(mesh, &mut vertices) });
+    }
     let leftovers = triangles(&shapes.model.leftovers, &mut vertices);
     if !leftovers.is_empty() {
         groups.push(Group { name: "leftovers".to_owned(), normal: None, faces: leftovers });

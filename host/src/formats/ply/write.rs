@@ -130,6 +130,7 @@ pub(crate) fn write_planes(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Res
 /// When writing fails.
 pub fn write_model(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Result<()> {
     let mut colored = polygons(shapes);
+    shapes.rounds.iter().for_each(|mesh| colored.add(mesh, palette::ROUND, -1));
     colored.add(&shapes.model.leftovers, palette::LEFTOVERS, -1);
     let comment = of("flat surfaces as triangles, and fine structure (plane -1)", &shapes.source);
     colored.write(out, shapes.shift_m, &comment)

@@ -2,4 +2,5 @@
 
 pub(crate) mod model_json;
 pub(crate) mod number;
+pub(crate) mod shapes_json;
 pub(crate) mod trajectory;

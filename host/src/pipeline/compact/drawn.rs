@@ -13,6 +13,7 @@ use crate::reconstruct::planes;
 use crate::reconstruct::planes::fit::noise::Noise;
 use crate::reconstruct::planes::fit::scatter::Scatter;
 use crate::reconstruct::planes::labeled::Planes;
+use crate::reconstruct::shapes::Rounds;
 use biplane_geometry::polygon_area::doubled_triangle_normal;
 use biplane_geometry::vec3::dot;
 use std::collections::HashMap;
@@ -47,7 +48,7 @@ pub(super) fn labeled(mesh: &Mesh, fine: &Division, params: &BuildParams) -> Lab
     // Small pieces of a drawing were drawn on purpose, and large triangles.
     let leftovers =
         LeftoverParams { min_triangles: 1, max_edge_m: f32::INFINITY, ..params.leftovers.clone() };
-    Labeled { mesh: own, found, vertex_labels, leftovers }
+    Labeled { mesh: own, found, vertex_labels, rounds: Rounds::default(), leftovers }
 }
 
 /// The plane of each triangle, or -1: that of most of the points in it, if its corners lie in that plane.

@@ -3,6 +3,7 @@
 use crate::model::Mesh;
 use crate::reconstruct::leftovers::LeftoverParams;
 use crate::reconstruct::planes::labeled::Planes;
+use crate::reconstruct::shapes::Rounds;
 
 /// A mesh whose vertices have labels.
 pub(super) struct Labeled {
@@ -12,6 +13,8 @@ pub(super) struct Labeled {
     pub found: Planes,
     /// The label of each vertex of the mesh that was given.
     pub vertex_labels: Vec<i32>,
+    /// What is round.
+    pub rounds: Rounds,
     /// Which triangles on no plane stay.
     pub leftovers: LeftoverParams,
 }

@@ -18,6 +18,7 @@ use crate::pipeline::{BuildOutput, Counts, Observer, Stage};
 use crate::reconstruct::leftovers;
 use crate::reconstruct::planes;
 use crate::reconstruct::polygons;
+use crate::reconstruct::shapes;
 use labeled::Labeled;
 
 /// Builds the compact model of a mesh. The cloud of the output are the mesh's vertices.
@@ -29,19 +30,21 @@ pub fn compact(mesh: Mesh, params: &BuildParams, observer: &mut dyn Observer) ->
         None => scanned(&mesh, &spacing::suited(params, &mesh), &mut progress),
     };
     orient::by_faces(&mut labeled.found, &labeled.mesh);
-    let Labeled { mesh: own, found, vertex_labels, leftovers: left } = labeled;
+    let Labeled { mesh: own, found, vertex_labels, rounds, leftovers: left } = labeled;
     observer.ended(Stage::Planes, found.planes.len());
 
     observer.begins(Stage::Polygons);
     let points = Cloud { points_m: own.vertices_m.clone(), ..Cloud::default() };
-    let merged = polygons::merge(&params.polygons, &points, &own, &found);
+    let mut merged = polygons::merge(&params.polygons, &points, &own, &found);
+    rounds.settle(&points, &own, &found, &mut merged);
     observer.ended(Stage::Polygons, merged.polygons.len());
 
     observer.begins(Stage::Leftovers);
     let leftovers = leftovers::collect(&left, &own, &merged.rest);
     observer.ended(Stage::Leftovers, leftovers.triangles.len());
 
-    let model = Model { planes: found.planes, polygons: merged.polygons, leftovers };
+    let model =
+        Model { planes: found.planes, polygons: merged.polygons, leftovers, cylinders: rounds.cylinders };
     let mut counts = Counts {
         raw_points: mesh.vertices_m.len(),
         raw_triangles: mesh.triangles.len(),
@@ -59,7 +62,8 @@ pub fn compact(mesh: Mesh, params: &BuildParams, observer: &mut dyn Observer) ->
 /// A mesh of dense, noisy points: its vertices are the cloud.
 fn scanned(mesh: &Mesh, params: &BuildParams, progress: &mut dyn FnMut(u64)) -> Labeled {
     let points = Cloud { points_m: mesh.vertices_m.clone(), ..Cloud::default() };
-    let found = planes::extract_with_progress(&params.planes, &points, progress);
+    let mut found = planes::extract_with_progress(&params.planes, &points, progress);
+    let rounds = shapes::extract(&params.shapes, &points, &mut found);
     let vertex_labels = found.labels.clone();
-    Labeled { mesh: mesh.clone(), found, vertex_labels, leftovers: params.leftovers.clone() }
+    Labeled { mesh: mesh.clone(), found, vertex_labels, rounds, leftovers: params.leftovers.clone() }
 }

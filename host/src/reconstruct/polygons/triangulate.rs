@@ -2,6 +2,7 @@
 //!
 //! Frame `map`, meters.
 
+use crate::model::cylinder::Cylinder;
 use crate::model::{Mesh, Model, PlanarPolygon, Plane};
 use crate::reconstruct::polygons::plane_frame::{FlatPoint, Frame};
 use i_overlay::core::overlay::IntOverlayOptions;
@@ -73,12 +74,15 @@ pub fn polygons_mesh(model: &Model) -> Mesh {
     mesh
 }
 
-/// The whole model as one mesh: polygons, then leftovers.
+/// The whole model as one mesh: polygons, then round things, then leftovers.
 pub fn model_mesh(model: &Model) -> Mesh {
     let mut mesh = polygons_mesh(model);
-    let base = mesh.vertices_m.len() as u32;
-    mesh.vertices_m.extend_from_slice(&model.leftovers.vertices_m);
-    mesh.triangles.extend(model.leftovers.triangles.iter().map(|t| t.map(|corner| base + corner)));
+    let rounds: Vec<Mesh> = model.cylinders.iter().map(Cylinder::mesh).collect();
+    for part in rounds.iter().chain([&model.leftovers]) {
+        let base = mesh.vertices_m.len() as u32;
+        mesh.vertices_m.extend_from_slice(&part.vertices_m);
+        mesh.triangles.extend(part.triangles.iter().map(|t| t.map(|corner| base + corner)));
+    }
     mesh
 }
 
@@ -120,7 +124,8 @@ mod tests {
     #[test]
     fn the_mesh_of_a_model_has_its_polygons_then_its_leftovers() {
         let leftovers = Mesh { vertices_m: vec![[9.0; 3]; 3], triangles: vec![[0, 1, 2]] };
-        let model = Model { planes: vec![WALL], polygons: vec![wall_with_door()], leftovers };
+        let (planes, polygons) = (vec![WALL], vec![wall_with_door()]);
+        let model = Model { planes, polygons, leftovers, ..Model::default() };
         let (flat, whole) = (polygons_mesh(&model), model_mesh(&model));
         assert_eq!(whole.triangles.len(), flat.triangles.len() + 1);
         assert_eq!(whole.vertices_m[whole.triangles.last().unwrap()[0] as usize], [9.0; 3]);

@@ -50,4 +50,10 @@ pub enum ModelFileError {
         /// How many there are.
         vertices: usize,
     },
+    /// A round thing has no radius, no length or no arc.
+    #[error("cylinder {cylinder}: expected a radius, a length and an arc above 0, and an axis of length 1")]
+    NoCylinder {
+        /// Which one, from 0.
+        cylinder: usize,
+    },
 }

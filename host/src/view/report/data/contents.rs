@@ -66,10 +66,10 @@ struct PolygonNote {
     corners: usize,
 }
 
-/// The model as one mesh: each polygon with vertices of its own, then what is left over.
+/// The model as one mesh: each polygon with vertices of its own, then round things, then what is left over.
 pub(crate) fn model_mesh(shapes: &Shapes<'_>, leftovers: &Mesh) -> Mesh {
     let mut mesh = Mesh::default();
-    for part in shapes.faces.iter().chain([leftovers]) {
+    for part in shapes.faces.iter().chain(&shapes.rounds).chain([leftovers]) {
         let first = mesh.vertices_m.len() as u32;
         mesh.vertices_m.extend_from_slice(&part.vertices_m);
         mesh.triangles.extend(part.triangles.iter().map(|corners| corners.map(|corner| first + corner)));

@@ -87,6 +87,7 @@ fn model_subject(sources: &Sources<'_>) -> Subject {
         scene.add_mesh(face, |_| color);
         scene.add_borders(face, |_| Some(0));
     }
+    sources.shapes.rounds.iter().for_each(|mesh| scene.add_mesh(mesh, |_| palette::ROUND));
     scene.add_mesh(&model.leftovers, |_| palette::LEFTOVERS);
     let caption = format!(
         "model: {} polygons + {} triangles",

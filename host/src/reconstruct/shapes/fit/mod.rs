@@ -1,0 +1,6 @@
+//! Cylinders through points: fitted, and judged.
+
+pub(crate) mod axis;
+pub(crate) mod gauss_newton;
+pub(crate) mod judge;
+pub(crate) mod prism;

@@ -1,0 +1,198 @@
+//! Cylinders in a cluster of points, one after another: circles through a few near points, seen along likely
+//! axes, are guesses; the best are fitted and judged. Meters.
+
+use super::circle::{Circle, algebraic, through};
+use super::section::Section;
+use crate::reconstruct::planes::paper::random::Random;
+use crate::reconstruct::shapes::fit::axis::{Axis, Tube};
+use crate::reconstruct::shapes::fit::gauss_newton;
+use crate::reconstruct::shapes::fit::judge::{
+    Accepted, BESIDE_DEVIATIONS, Evidence, Rejected, judge, longest_run,
+};
+use crate::reconstruct::shapes::params::ShapeParams;
+
+/// Guesses for each axis: one for so many points, within bounds.
+const POINTS_PER_GUESS: usize = 12;
+const GUESSES: [usize; 2] = [60, 240];
+/// Points among which circles are guessed; of a larger cluster so many.
+const MAX_GUESS_POINTS: usize = 2500;
+/// A guess needs points on it, in those that a cylinder has.
+const MIN_SCORE: f64 = 0.3;
+/// What lies about a guess, in radii and deviations.
+const ABOUT_RADII: f64 = 1.5;
+const ABOUT_DEVIATIONS: f64 = 12.0;
+/// How far from its first point the others of a guess lie: from poles to stout columns.
+const REACHES_M: [f64; 5] = [0.08, 0.16, 0.32, 0.64, 1.28];
+/// Radii above this are left to the search among strips of planes.
+const MAX_GUESSED_M: f64 = 1.2;
+/// Points of a neighborhood that a guess is fitted to.
+const MAX_FITTED: usize = 100;
+/// Points that are asked for a score.
+const MAX_ASKED: usize = 300;
+/// Guesses of an axis that are fitted and judged, best first.
+const KEPT: usize = 4;
+/// Points within so many deviations of a guess count for it.
+const GUESS_DEVIATIONS: f64 = 2.5;
+/// Points within so many deviations are fitted.
+const FIT_DEVIATIONS: f64 = 3.0;
+/// Points that a cylinder may share with a larger one that was found with it.
+const MAX_SHARED: f64 = 0.1;
+/// A cylinder with so many of a cluster's points is what the cluster is.
+const WHOLE_SHARE: f64 = 0.5;
+/// What is so little past an end is beside a cylinder still.
+const BESIDE_M: f64 = 0.1;
+/// Points that a cylinder is fitted to: more cost time and change nothing.
+const MAX_FIT_POINTS: usize = 2000;
+/// Largest number of cylinders of one cluster.
+const MAX_FOUND: usize = 64;
+
+/// Finds the cylinders of a cluster.
+pub(crate) fn all(params: &ShapeParams, seen: &Evidence<'_>, directions: &[[f64; 3]]) -> Vec<Accepted> {
+    let mut left: Vec<usize> = (0..seen.points_m.len()).collect();
+    let mut found: Vec<Accepted> = Vec::new();
+    while left.len() >= params.min_points && found.len() < MAX_FOUND {
+        let pick = |from: &[[f64; 3]]| left.iter().filter_map(|i| from.get(*i).copied()).collect::<Vec<_>>();
+        let (points_m, origins_m) = (pick(seen.points_m), pick(seen.origins_m));
+        let own = Evidence { points_m: &points_m, origins_m: &origins_m, ..*seen };
+        let mut all: Vec<Accepted> = Vec::new();
+        for direction in directions {
+            all.extend(along(params, &own, *direction));
+            // What is round along one axis is not round along another.
+            if all.iter().any(|one| one.on.len() as f64 >= WHOLE_SHARE * left.len() as f64) {
+                break;
+            }
+        }
+        all.sort_by_key(|one| std::cmp::Reverse(one.on.len()));
+        let before = found.len();
+        let mut gone = vec![false; left.len()];
+        for mut one in all {
+            let shared = one.on.iter().filter(|i| gone[**i]).count();
+            if shared as f64 <= MAX_SHARED * one.on.len() as f64 {
+                take(&one, &own, &mut gone);
+                one.on.iter_mut().for_each(|i| *i = left[*i]);
+                found.push(one);
+            }
+        }
+        if found.len() == before {
+            break;
+        }
+        let mut gone = gone.into_iter();
+        left.retain(|_| !gone.next().unwrap_or(false));
+    }
+    found
+}
+
+/// Takes a cylinder's points, and those beside it, which are its noise and the mixed pixels of its edges.
+fn take(one: &Accepted, seen: &Evidence<'_>, gone: &mut [bool]) {
+    let [from_m, to_m] = one.along_m;
+    for (point, gone) in seen.points_m.iter().zip(gone) {
+        let along_m = one.tube.axis.local(*point)[2];
+        let is_beside = (from_m - BESIDE_M..=to_m + BESIDE_M).contains(&along_m);
+        *gone |= is_beside && one.tube.off_m(*point).abs() <= BESIDE_DEVIATIONS * seen.sigma_m;
+    }
+}
+
+/// The cylinders along a direction that stand the judgment, of the best guesses.
+fn along(params: &ShapeParams, seen: &Evidence<'_>, direction: [f64; 3]) -> Vec<Accepted> {
+    let axis = Axis::new(seen.points_m[0], direction);
+    let step = seen.points_m.len().div_ceil(MAX_GUESS_POINTS).max(1);
+    let some: Vec<[f64; 3]> = seen.points_m.iter().step_by(step).copied().collect();
+    let section = Section::new(&axis, &some);
+    let accepted = |circle: Circle| {
+        let start = Tube { axis: axis.through(circle.center_m), radius_m: circle.radius_m };
+        refined(params, start, seen).ok()
+    };
+    guesses(params, &section, (seen.sigma_m, step as f64)).into_iter().filter_map(accepted).collect()
+}
+
+/// Circles that explain the points about them well, best first, none like another.
+fn guesses(params: &ShapeParams, section: &Section, (sigma_m, share): (f64, f64)) -> Vec<Circle> {
+    let count = section.points_m.len();
+    let limit_m = GUESS_DEVIATIONS * sigma_m;
+    let tries = (count / POINTS_PER_GUESS).clamp(GUESSES[0], GUESSES[1]);
+    let mut random = Random::new(count as u64);
+    let mut scored: Vec<(f64, Circle)> = Vec::new();
+    for number in 0..tries {
+        let seed = random.below(count) as u32;
+        let reach_m = REACHES_M[number % REACHES_M.len()];
+        let near = near(section, seed, reach_m, &mut random);
+        let circle = if (number / REACHES_M.len()).is_multiple_of(2) {
+            algebraic(near.iter().map(|p| section.at_m(*p)))
+        } else {
+            three(section, &near, &mut random)
+        };
+        let usual = params.min_radius_m * 0.5..=MAX_GUESSED_M.min(params.max_radius_m);
+        let Some(circle) = circle.filter(|circle| usual.contains(&circle.radius_m)) else { continue };
+        scored.push((section.score(&circle, limit_m, MAX_ASKED), circle));
+    }
+    scored.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let mut best: Vec<Circle> = Vec::new();
+    for (score, circle) in scored {
+        let is_new = best.iter().all(|other| {
+            let [x, y] = [0, 1].map(|k| circle.center_m[k] - other.center_m[k]);
+            x.hypot(y).max((circle.radius_m - other.radius_m).abs()) > 0.3 * other.radius_m
+        });
+        if is_new && score * share >= MIN_SCORE * params.min_points as f64 {
+            best.push(circle);
+        }
+        if best.len() == KEPT {
+            break;
+        }
+    }
+    best
+}
+
+/// Some of the points about one.
+fn near(section: &Section, seed: u32, reach_m: f64, random: &mut Random) -> Vec<u32> {
+    let at_m = section.at_m(seed);
+    let close = |point: &u32| {
+        let [x, y] = section.at_m(*point);
+        (x - at_m[0]).hypot(y - at_m[1]) <= reach_m
+    };
+    let count = section.within(at_m, reach_m).count();
+    let step = count.div_ceil(MAX_FITTED).max(1);
+    section.within(at_m, reach_m).skip(random.below(step)).step_by(step).filter(close).collect()
+}
+
+/// The circle through three of some points.
+fn three(section: &Section, near: &[u32], random: &mut Random) -> Option<Circle> {
+    let mut pick = || near.get(random.below(near.len())).map(|point| section.at_m(*point));
+    through([pick()?, pick()?, pick()?])
+}
+
+/// A guess fitted to the points about it, and judged.
+fn refined(params: &ShapeParams, start: Tube, seen: &Evidence<'_>) -> Result<Accepted, Rejected> {
+    let reach_m = ABOUT_RADII * start.radius_m + ABOUT_DEVIATIONS * seen.sigma_m;
+    let is_about = |i: &usize| {
+        let [x, y, _] = start.axis.local(seen.points_m[*i]);
+        x * x + y * y <= reach_m * reach_m
+    };
+    let about: Vec<usize> = (0..seen.points_m.len()).filter(is_about).collect();
+    let pick = |from: &[[f64; 3]]| about.iter().filter_map(|i| from.get(*i).copied()).collect::<Vec<_>>();
+    let (points_m, origins_m) = (pick(seen.points_m), pick(seen.origins_m));
+    let own = Evidence { points_m: &points_m, origins_m: &origins_m, ..*seen };
+    let mut accepted = fitted(params, start, &own)?;
+    accepted.on.iter_mut().for_each(|i| *i = about[*i]);
+    Ok(accepted)
+}
+
+/// A cylinder fitted to the points on it, which are those without a long gap along the axis, and judged.
+pub(crate) fn fitted(params: &ShapeParams, start: Tube, seen: &Evidence<'_>) -> Result<Accepted, Rejected> {
+    let limits = (seen.sigma_m, FIT_DEVIATIONS * seen.sigma_m);
+    let mut tube = start;
+    for is_last in [false, true] {
+        let near = |p: &&[f64; 3]| tube.off_m(**p).abs() <= 2.0 * limits.1;
+        let along = seen.points_m.iter().filter(near).map(|p| tube.axis.local(*p)[2]);
+        let [from, to] = longest_run(along).ok_or(Rejected::Points)?;
+        let inside = |p: &&[f64; 3]| (from..=to).contains(&tube.axis.local(**p)[2]);
+        let step = seen.points_m.len().div_ceil(MAX_FIT_POINTS).max(1);
+        let part: Vec<[f64; 3]> = seen.points_m.iter().step_by(step).filter(inside).copied().collect();
+        let fitted = if is_last {
+            gauss_newton::fit_upright(tube, &part, limits)
+        } else {
+            gauss_newton::fit(tube, &part, limits, true)
+        };
+        tube = fitted.ok_or(Rejected::Points)?;
+    }
+    judge(params, &tube, seen)
+}
