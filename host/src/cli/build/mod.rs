@@ -2,6 +2,18 @@
 
 pub(super) mod posed;
 
+use crate::cli::models::model_args::{ModelArgs, report_noise};
+use crate::cli::models::{files, formats};
+use crate::cli::recordings::optimize;
+use crate::cli::terminal::console::Console;
+use crate::cli::terminal::dry_run::Plan;
+use crate::cli::terminal::json::print_json;
+use crate::cli::terminal::needs::{self, Needs};
+use crate::cli::terminal::replace;
+use crate::cli::terminal::stages::Stages;
+use crate::cli::terminal::threads::Threads;
+use crate::cli::terminal::values::{length, memory};
+use crate::cli::view::report;
 use crate::formats::output::OutputFolder;
 use crate::formats::text::model_json::ModelFile;
 use crate::formats::{Shapes, source_name};
@@ -16,22 +28,9 @@ use crate::view::floor_map::FloorMapParams;
 use crate::view::floor_map::map_image::MapImage;
 use crate::view::report::Page;
 use anyhow::{anyhow, bail};
-use std::path::{Path, PathBuf};
-
-use crate::cli::models::model_args::{ModelArgs, report_noise};
-use crate::cli::models::{files, formats};
-use crate::cli::recordings::optimize;
-use crate::cli::terminal::console::Console;
-use crate::cli::terminal::dry_run::Plan;
-use crate::cli::terminal::json::print_json;
-use crate::cli::terminal::needs::{self, Needs};
-use crate::cli::terminal::replace;
-use crate::cli::terminal::stages::Stages;
-use crate::cli::terminal::threads::Threads;
-use crate::cli::terminal::values::{length, memory};
-use crate::cli::view::report;
 use biplane_cli::Outcome;
 use posed::Posed;
+use std::path::{Path, PathBuf};
 
 /// The robot stands on a floor, whether the laser sees it or not: z = 0.
 const FLOOR_M: Option<f64> = Some(0.0);
