@@ -1,18 +1,29 @@
 //! What a model's surfaces are in a building: storeys, walls, floors, ceilings, doors and windows, as far as
 //! geometry tells.
 //!
-//! For exports that draw buildings and not surfaces (DXF, IFC). z is up. Frame `map`, meters. Nothing is
-//! invented: a floor that no laser saw is no part, a hole of any shape in a wall is no window.
+//! For exports that draw buildings and not surfaces (DXF, IFC). z is up. Frame `map`, meters. There are two
+//! ways. Of any model [`Building::read`] tells what its polygons are; nothing is invented: a floor that no
+//! laser saw is no part, a hole of any shape in a wall is no window. Of a drive, whose rays, path and floor
+//! map are known, [`rooms`] finds rooms, walls with their thickness, doors and windows ([`spaces`],
+//! [`walls`]).
 
-mod elevation;
+pub(crate) mod elements;
+pub(crate) mod elevation;
 mod openings;
 pub(crate) mod part;
 pub(crate) mod plan;
+#[cfg(test)]
+mod rooms_tests;
 pub(crate) mod section;
+pub(crate) mod spaces;
 mod storeys;
 #[cfg(test)]
 pub(crate) mod tests;
+pub(crate) mod walls;
 
+use self::elements::Elements;
+use self::spaces::Plan;
+use self::spaces::evidence::Evidence;
 use crate::model::Model;
 
 pub use openings::{Opening, OpeningKind};
@@ -29,9 +40,34 @@ pub struct Building {
     pub openings: Vec<Opening>,
     /// Leaves of closed doors: index of the polygon, index of the opening.
     pub leaves: Vec<(usize, usize)>,
+    /// Rooms, walls and their openings, when the drive is known.
+    pub(crate) elements: Elements,
+}
+
+/// Heights that differ by less are one floor, meters.
+const SAME_FLOOR_M: f64 = 0.5;
+
+/// Cells of the floor that are looked at at most: 200 m by 200 m, some 400 MB.
+const MAX_CELLS: usize = 16_000_000;
+
+/// Finds rooms, walls, doors and windows of a drive; nothing where it is too large.
+pub(crate) fn rooms(evidence: &Evidence<'_>) -> Elements {
+    if evidence.grid.len() > MAX_CELLS {
+        return Elements::default();
+    }
+    let plan = Plan::find(evidence);
+    let walls = walls::find(evidence, &plan);
+    elements::assemble::elements(evidence, &plan, walls)
 }
 
 impl Building {
+    /// Rooms and walls of the storey with a floor at this height, where a drive told of them.
+    pub(crate) fn elements_at(&self, floor_m: f64) -> Option<&Elements> {
+        let storey = self.elements.storeys.first()?;
+        (!self.elements.is_empty() && (storey.floor_z_m - floor_m).abs() < SAME_FLOOR_M)
+            .then_some(&self.elements)
+    }
+
     /// Reads a model. `known_floor_m` is the height of a floor that is known to be there, seen or not,
     /// meters.
     pub fn read(model: &Model, known_floor_m: Option<f64>) -> Self {
@@ -42,6 +78,6 @@ impl Building {
         for (polygon, opening) in &leaves {
             parts[*polygon] = Part { kind: Kind::Leaf, storey: openings[*opening].storey };
         }
-        Self { floors_m, parts, openings, leaves }
+        Self { floors_m, parts, openings, leaves, elements: Elements::default() }
     }
 }

@@ -287,6 +287,7 @@ pub(crate) mod compact;
 pub(crate) mod drive_points;
 pub(crate) mod params;
 pub(crate) mod plane_report;
+pub(crate) mod rooms;
 pub(crate) mod summary;
 #[cfg(test)]
 mod tests;

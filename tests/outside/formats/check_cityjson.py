@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Reads a CityJSON file with cjio; projects every surface on its own plane and has GEOS judge it.
+"""Reads a CityJSON file with cjio; projects every surface on its own plane and has GEOS judge it. Solids are
+closed and have an inside.
 
     check_cityjson.py MODEL.city.json [--empty]      --empty: there may be no surface
 
@@ -9,6 +10,8 @@ import argparse
 import json
 import subprocess
 import sys
+from collections import Counter
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -38,6 +41,23 @@ def check_surface(name, rings, vertices):
     return max(abs(float((vertices[i] - centre) @ axes[2])) for ring in rings for i in ring)
 
 
+def surfaces_of(name, geometry, vertices):
+    """The surfaces of a geometry, each a list of rings."""
+    if geometry["type"] == "MultiSurface":
+        return geometry["boundaries"]
+    require(geometry["type"] == "Solid", f"{name} is a {geometry['type']}")
+    (shell,) = geometry["boundaries"]
+    edges, volume_m3 = Counter(), 0.0
+    for ring in (ring for rings in shell for ring in rings):
+        edges.update(pairwise([*ring, ring[0]]))
+        for b, c in pairwise(ring[1:]):
+            volume_m3 += np.dot(vertices[ring[0]], np.cross(vertices[b], vertices[c])) / 6
+    odd = [edge for edge, count in edges.items() if count != 1 or edges[edge[::-1]] != 1]
+    require(not odd, f"{name}: {len(odd)} edges are not shared by two surfaces that run against each other")
+    require(volume_m3 > 0, f"{name} is turned inside out: {volume_m3} m3")
+    return shell
+
+
 def main():
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -53,9 +73,8 @@ def main():
     vertices = np.array(model["vertices"], dtype=float).reshape(-1, 3) * scale + shift
     holes, away_m = 0, []
     for name, thing in model["CityObjects"].items():
-        for geometry in thing["geometry"]:
-            require(geometry["type"] == "MultiSurface", f"{name} is a {geometry['type']}")
-            for rings in geometry["boundaries"]:
+        for geometry in thing.get("geometry", []):
+            for rings in surfaces_of(name, geometry, vertices):
                 away_m.append(check_surface(f"{name}, surface {len(away_m)}", rings, vertices))
                 holes += len(rings) - 1
     require(away_m or args.empty, f"{args.model} has no surface")

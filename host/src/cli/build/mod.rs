@@ -1,6 +1,7 @@
 //! `biplane build`: from a recording to the model and everything around it, in one folder.
 
 pub(super) mod posed;
+mod rooms;
 
 use crate::cli::models::model_args::{ModelArgs, report_noise};
 use crate::cli::models::{files, formats};
@@ -32,14 +33,11 @@ use biplane_cli::Outcome;
 use posed::Posed;
 use std::path::{Path, PathBuf};
 
-/// The robot stands on a floor, whether the laser sees it or not: z = 0.
-const FLOOR_M: Option<f64> = Some(0.0);
-
 /// Words of the command.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Examples:\n  biplane build office.mcap -o model\n  \
     biplane build office.mcap -o model --formats all --json\n\n\
-    Look at report.html first. Also written: model.glb, model.ply, model.obj, model.city.json, model.json, planes.ply, raw.ply, \
+    Look at report.html first. Also written: building.json, model.glb, model.ply, model.obj, model.city.json, model.json, planes.ply, raw.ply, \
     points.ply, map.pgm, map.yaml, map.png, trajectory.tum, summary.json. \
     With --formats, or later by `biplane export`: model.dxf, model.ifc, model.lod1.glb, model.lod2.glb, \
     tileset.json with tiles, points.las, points.laz.")]
@@ -254,8 +252,7 @@ pub(super) fn report_needs(runs: &[Run], console: &Console) -> anyhow::Result<Ne
 /// The stages in their order.
 fn steps(args: &Args) -> Vec<&'static str> {
     let optimizes = args.drive.poses.is_none() && !args.drive.no_optimize;
-    let mut steps =
-        vec!["read", "map", "cloud", "mesh", "planes", "polygons", "leftovers", "write", "report"];
+    let mut steps = rooms::STEPS.to_vec();
     steps.retain(|step| *step != "report" || !args.target.model_args.no_report);
     if optimizes {
         steps.insert(0, "optimize");
@@ -368,10 +365,11 @@ fn write_all(
     let mut output = built.unwrap_or_default();
     posed.restore(&mut output.cloud.stamps_ns);
     posed.restore(&mut output.revisits.scans.stamps_ns);
+    let elements = rooms::elements(&output, grid, &known, stages)?;
     args.target.model_args.bound(&mut output)?;
     let shapes = Shapes { source: posed.named(source_name), ..Shapes::new(&output.model) };
-    let file = ModelFile::new(&shapes, FLOOR_M, files::points_of(&output));
-    let building = formats::building(&args.target.model_args.formats, &output.model, FLOOR_M);
+    let file = ModelFile::new(&shapes, rooms::FLOOR_M, files::points_of(&output)).with_elements(elements);
+    let building = formats::building(&args.target.model_args.formats, &file);
     let has_model = !output.cloud.is_empty();
     stages.time("write", || {
         let mut written = files::write_floor(part, &image, &known, &posed.used)?;
@@ -379,6 +377,7 @@ fn write_all(
             written +=
                 files::write_raw(part, drive, &output, &shapes.source, &args.target.model_args.formats)?;
             written += files::write_lossless(part, &shapes, &file)?;
+            written += files::write_elements(part, &file)?;
             written += files::write_model(part, &shapes, building.as_ref(), &args.target.model_args.formats)?;
         }
         anyhow::Ok(((), written))
@@ -387,7 +386,8 @@ fn write_all(
         None
     } else {
         let floor = Some((&image, &known[..]));
-        Some(report::prepare(&posed.named(report::title), &output, &shapes, floor, stages)?)
+        let page = report::prepare(&posed.named(report::title), &output, &shapes, floor, stages)?;
+        Some(page.with_rooms(file.elements()))
     };
     let mut summary = Summary::new(&output.counts, &output.model, shapes.triangles());
     summary.source.poses = args.drive.poses.as_ref().map(|path| path.display().to_string());

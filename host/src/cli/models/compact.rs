@@ -101,11 +101,11 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let source = source_name(&args.mesh);
     let shapes = Shapes { shift_m: file.shift_m, source, ..Shapes::new(&output.model) };
     let floor_m = args.floor.map(|floor_m| floor_m - file.shift_m[2]);
-    let building = formats::building(&args.model_args.formats, &output.model, floor_m);
+    let points = PointsOf { count: file.vertex_of.len(), times: None };
+    let lossless = ModelFile::new(&shapes, floor_m, points);
+    let building = formats::building(&args.model_args.formats, &lossless);
     stages.time("write", || {
         let raw = write_raw(folder.part(), &file, &output, &shapes.source, &args.model_args.formats)?;
-        let points = PointsOf { count: file.vertex_of.len(), times: None };
-        let lossless = ModelFile::new(&shapes, floor_m, points);
         let lossless = files::write_lossless(folder.part(), &shapes, &lossless)?;
         let formats = &args.model_args.formats;
         let chosen = files::write_model(folder.part(), &shapes, building.as_ref(), formats)?;
@@ -147,7 +147,8 @@ fn steps(args: &Args) -> Vec<&'static str> {
 /// What [`run`] would do.
 fn plan(args: &Args) -> Plan<'_> {
     // No robot drove: no map, no way.
-    let is_of_meshes = |name: &&str| !name.starts_with("map.") && *name != "trajectory.tum";
+    let is_of_meshes =
+        |name: &&str| !name.starts_with("map.") && !["building.json", "trajectory.tum"].contains(name);
     Plan {
         reads: vec![&args.mesh],
         steps: steps(args),

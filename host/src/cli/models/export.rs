@@ -88,7 +88,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let spinner = console.spinner("writing");
     let file = read(&args.folder)?;
     let shapes = file.shapes();
-    let building = formats::building(&args.formats, &file.model, file.floor_m);
+    let building = formats::building(&args.formats, &file);
     if args.wanted().any(Format::is_of_points) {
         let path = args.folder.join("points.ply");
         let cannot_read = || format!("cannot read {}", path.display());

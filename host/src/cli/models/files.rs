@@ -32,6 +32,7 @@ use crate::cli::terminal::replace::Known;
 
 /// Every name that a build writes.
 const NAMES: &[&str] = &[
+    "building.json",
     "map.pgm",
     "map.png",
     "map.yaml",
@@ -175,6 +176,12 @@ pub(crate) fn write_lossless(
     Ok(3)
 }
 
+/// Writes rooms, walls, doors and windows.
+pub(crate) fn write_elements(folder: &Path, file: &ModelFile<'_>) -> Result<usize, OutputError> {
+    write_file(&folder.join("building.json"), true, |out| file.write_elements(out))?;
+    Ok(1)
+}
+
 /// Writes the model in the formats asked for. `building` is there when a format wants it.
 pub(crate) fn write_model(
     folder: &Path,
@@ -193,7 +200,10 @@ pub(crate) fn write_model(
             (Format::Glb, _) => write("model.glb", &|out| gltf::write(out, shapes))?,
             (Format::Ply, _) => write("model.ply", &|out| ply::write_model(out, shapes))?,
             (Format::Obj, _) => write("model.obj", &|out| obj::write(out, shapes))?,
-            (Format::CityJson, _) => write("model.city.json", &|out| cityjson::write(out, shapes))?,
+            (Format::CityJson, _) => {
+                let elements = building.map(|building| &building.elements);
+                write("model.city.json", &|out| cityjson::write_with(out, shapes, elements))?;
+            }
             (Format::Dxf, Some(building)) => write("model.dxf", &|out| dxf::write(out, shapes, building))?,
             (Format::Ifc, Some(building)) => write("model.ifc", &|out| ifc::write(out, shapes, building))?,
             (Format::Dxf | Format::Ifc, None) => continue,

@@ -1,7 +1,7 @@
 //! The formats that `--formats` chooses from.
 
 use crate::building::Building;
-use crate::model::Model;
+use crate::formats::text::model_json::ModelFile;
 
 /// One of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -127,15 +127,18 @@ pub(crate) fn parse(text: &str) -> Result<Formats, String> {
     })
 }
 
-/// The model as a building, when one of these formats wants one.
-pub(crate) fn building(formats: &[Formats], model: &Model, known_floor_m: Option<f64>) -> Option<Building> {
+/// The model as a building, when one of these formats wants one or rooms are known.
+pub(crate) fn building(formats: &[Formats], file: &ModelFile<'_>) -> Option<Building> {
     let wanted = formats.iter().copied().flatten().any(|format| format.is_of_buildings());
-    wanted.then(|| Building::read(model, known_floor_m))
+    // Rooms alone cost nothing; the parts of surfaces are found for formats that want them.
+    let elements = file.elements();
+    let rooms = || Building { elements: elements.clone(), ..Building::default() };
+    if wanted { Some(file.building()) } else { (!elements.is_empty()).then(rooms) }
 }
 
 /// What cannot be drawn of a building, in words.
 pub(crate) fn hint(building: Option<&Building>) -> Option<&'static str> {
-    building.filter(|building| building.floors_m.is_empty()).map(|_| {
+    building.filter(|building| building.floors_m.is_empty() && building.elements.is_empty()).map(|_| {
         "no floor with walls over it was found (z must be up), so model.dxf has no plan and model.ifc no storeys; `compact --floor M` says where it is"
     })
 }

@@ -3,48 +3,8 @@
 use std::fmt::Write as _;
 use std::io::{self, Write};
 
+use super::layer::Layer;
 use crate::formats::text::number::Number;
-
-/// How a layer looks.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Layer {
-    /// Its name, without the storey.
-    pub(crate) name: &'static str,
-    /// AutoCAD's color index; 7 is black on white and white on black.
-    color: u8,
-    /// Hundredths of a millimeter on paper.
-    weight: u8,
-    is_dashed: bool,
-    is_on: bool,
-}
-
-impl Layer {
-    /// Walls at the cut.
-    pub(crate) const WALLS: Self = Self::new("WALLS", 7, 50);
-    /// Doors and windows.
-    pub(crate) const OPENINGS: Self = Self::new("OPENINGS", 30, 18);
-    /// What else is cut.
-    pub(crate) const SECTION: Self = Self::new("SECTION", 8, 13);
-    /// Outlines of floors.
-    pub(crate) const FLOOR: Self = Self::new("FLOOR", 33, 13);
-    /// Outlines of ceilings, which are over the cut.
-    pub(crate) const CEILING: Self = Self { is_dashed: true, ..Self::new("CEILING", 9, 9) };
-    /// Sizes and titles.
-    pub(crate) const LABELS: Self = Self::new("LABELS", 5, 13);
-    /// The polygons in 3D.
-    pub(crate) const SURFACES: Self = Self::new("SURFACES", 151, 13);
-    /// Fine structure in 3D.
-    pub(crate) const LEFTOVERS: Self = Self::new("LEFTOVERS", 8, 9);
-
-    /// The same, shown or not.
-    pub(crate) fn shown(self, is_on: bool) -> Self {
-        Self { is_on, ..self }
-    }
-
-    const fn new(name: &'static str, color: u8, weight: u8) -> Self {
-        Self { name, color, weight, is_dashed: false, is_on: true }
-    }
-}
 
 /// Handles of the tables, blocks and dictionaries that every file has.
 mod handle {
@@ -122,6 +82,29 @@ impl Document {
         for corner in corners {
             self.put(10, Number(corner[0]));
             self.put(20, Number(corner[1]));
+        }
+    }
+
+    /// A filled level area at the height of its first corner.
+    pub(crate) fn filled(&mut self, layer: &str, corners: &[[f64; 3]]) {
+        let Some(first) = corners.first() else { return };
+        self.begin("HATCH", layer, "AcDbHatch");
+        self.point(10, [0.0, 0.0, first[2]]);
+        for (code, value) in [(210, 0), (220, 0), (230, 1)] {
+            self.put(code, value);
+        }
+        self.put(2, "SOLID");
+        // Filled, on its own, one outer border of straight edges.
+        for (code, value) in [(70, 1), (71, 0), (91, 1), (92, 3), (72, 0), (73, 1)] {
+            self.put(code, value);
+        }
+        self.put(93, corners.len());
+        for corner in corners {
+            self.put(10, Number(corner[0]));
+            self.put(20, Number(corner[1]));
+        }
+        for (code, value) in [(97, 0), (75, 0), (76, 1), (98, 0)] {
+            self.put(code, value);
         }
     }
 

@@ -3,22 +3,28 @@
 //!
 //! Plans are cut 1.2 m over the floor and lie at the height of their floor. Layers: WALLS (openings are
 //! gaps), OPENINGS (a line across each, and leaves of closed doors), SECTION (what else is cut), FLOOR and
-//! CEILING (outlines), LABELS (sizes of openings); with several storeys each has its own, `S1-WALLS` being
-//! the lowest. SURFACES and LEFTOVERS hold the model as 3D faces and are off where there is a plan. Frame
-//! `map`, meters. Source: Autodesk's DXF reference for release 2000 (AC1015).
+//! CEILING (outlines), LABELS (sizes of openings). Of a drive walls have their depth, with HATCH where it is
+//! known and ASSUMED for sides that nobody saw, and rooms have tags. With several storeys each has its own
+//! layers, `S1-WALLS` being the lowest. SURFACES and LEFTOVERS hold the model as 3D faces and are off where
+//! there is a plan. Frame `map`, meters. Source: Autodesk's DXF reference for release 2000 (AC1015).
 
 mod document;
+mod layer;
+mod rooms;
 #[cfg(test)]
 mod tests;
 
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
-use self::document::{Document, Layer};
+use self::document::Document;
+use self::layer::Layer;
+use self::rooms::RoomPlan;
 use super::Shapes;
 use crate::building::Building;
 use crate::building::Opening;
 use crate::building::OpeningKind;
+use crate::building::elements::{Elements, Use, WallOpening};
 use crate::building::part::CUT_M;
 use crate::building::plan::{self, Plan};
 use crate::formats::input::shift::restored;
@@ -37,11 +43,34 @@ pub fn write(out: &mut impl Write, shapes: &Shapes<'_>, building: &Building) -> 
     for (storey, plan) in (0..storeys).filter_map(|at| Some((at, plan::draw(shapes.model, building, at)?))) {
         let prefix = if storeys > 1 { format!("S{}-", storey + 1) } else { String::new() };
         let openings: Vec<&Opening> = building.openings.iter().filter(|o| o.storey == storey).collect();
-        Drawing { document: &mut document, prefix, shift_m: shapes.shift_m, z_m: plan.floor_m }
-            .draw(&plan, &openings);
+        let elements = building.elements_at(plan.floor_m);
+        let (plan, openings) = match elements {
+            // Walls with depth stand for their surfaces.
+            Some(_) => (Plan { walls: Vec::new(), floors: Vec::new(), ..plan }, Vec::new()),
+            None => (plan, openings),
+        };
+        if let Some(elements) = elements {
+            let (shift_m, z_m) = (shapes.shift_m, plan.floor_m);
+            RoomPlan { document: &mut document, prefix: &prefix, shift_m, z_m }.draw(elements);
+        }
+        let mut drawing =
+            Drawing { document: &mut document, prefix, shift_m: shapes.shift_m, z_m: plan.floor_m };
+        for opening in elements.into_iter().flat_map(|elements| &elements.openings) {
+            drawing.sizes(opening, elements);
+        }
+        drawing.draw(&plan, &openings);
     }
     surfaces(&mut document, shapes, storeys == 0);
     document.write(out)
+}
+
+/// What is written at an opening.
+struct Label {
+    ends_m: [[f64; 2]; 2],
+    width_m: f64,
+    height_m: f64,
+    /// Of a window.
+    sill_m: Option<f64>,
 }
 
 /// One plan on its layers.
@@ -53,7 +82,7 @@ struct Drawing<'a> {
 }
 
 impl Drawing<'_> {
-    fn draw(mut self, plan: &Plan, openings: &[&Opening]) {
+    fn draw(&mut self, plan: &Plan, openings: &[&Opening]) {
         for outline in &plan.ceilings {
             self.outline(Layer::CEILING, outline);
         }
@@ -70,7 +99,13 @@ impl Drawing<'_> {
         for opening in openings {
             let [from, to] = opening.ends_m;
             self.line(Layer::OPENINGS, from, to);
-            self.label(opening);
+            let is_window = opening.kind == OpeningKind::Window;
+            self.label(&Label {
+                ends_m: opening.ends_m,
+                width_m: opening.width_m(),
+                height_m: opening.height_m(),
+                sill_m: is_window.then_some(opening.bottom_m - self.z_m),
+            });
         }
         self.title(plan);
     }
@@ -96,8 +131,22 @@ impl Drawing<'_> {
         self.document.ring(&name, &ring);
     }
 
+    /// The size of an opening in a wall with depth.
+    fn sizes(&mut self, opening: &WallOpening, elements: Option<&Elements>) {
+        let Some(wall) = elements.and_then(|elements| elements.wall(&opening.wall)) else { return };
+        let ([x, y], _) = wall.along();
+        let half = opening.width_m / 2.0;
+        let [cx, cy, _] = opening.center_m;
+        self.label(&Label {
+            ends_m: [[cx - half * x, cy - half * y], [cx + half * x, cy + half * y]],
+            width_m: opening.width_m,
+            height_m: opening.height_m,
+            sill_m: (opening.kind == Use::Window).then_some(opening.sill_m),
+        });
+    }
+
     /// The opening's size over it, the height of its sill under it, to be read from below or from the right.
-    fn label(&mut self, opening: &Opening) {
+    fn label(&mut self, opening: &Label) {
         let [a, b] = opening.ends_m;
         let (mut dx, mut dy) = (b[0] - a[0], b[1] - a[1]);
         if dx < -1e-6 || (dx.abs() <= 1e-6 && dy < 0.0) {
@@ -116,9 +165,9 @@ impl Drawing<'_> {
                 text,
             );
         };
-        put(0.5, &format!("{:.2} x {:.2}", opening.width_m(), opening.height_m()));
-        if opening.kind == OpeningKind::Window {
-            put(-1.5, &format!("sill {:.2}", opening.bottom_m - self.z_m));
+        put(0.5, &format!("{:.2} x {:.2}", opening.width_m, opening.height_m));
+        if let Some(sill_m) = opening.sill_m {
+            put(-1.5, &format!("sill {sill_m:.2}"));
         }
     }
 

@@ -49,8 +49,50 @@ impl<'a> Elements<'a> {
         Self { step, shapes, building, project, styles: BTreeMap::new(), contained }
     }
 
-    /// Adds everything.
-    pub(crate) fn add_all(mut self) {
+    /// Adds everything; `architecture` are the elements of a storey that stand for its walls, floors and
+    /// ceilings already.
+    pub(crate) fn add_all(mut self, architecture: Option<(usize, Vec<Id>)>) {
+        match architecture {
+            None => self.surfaces(),
+            Some((storey, known)) => self.things(storey, known),
+        }
+        let owner = self.project.owner;
+        for (storey, elements) in self.project.storeys.iter().zip(&self.contained) {
+            if !elements.is_empty() {
+                let id = global_id(format_args!("content of {} {}", storey.id, elements.len()));
+                self.step.add(format_args!(
+                    "IFCRELCONTAINEDINSPATIALSTRUCTURE('{id}',{owner},$,$,{},{})",
+                    Ids(elements),
+                    storey.id
+                ));
+            }
+        }
+    }
+
+    /// What is no part of the building itself, in a group.
+    fn things(&mut self, storey: usize, architecture: Vec<Id>) {
+        let mut things = Vec::new();
+        for (index, part) in self.building.parts.iter().enumerate() {
+            if part.kind == Kind::Other {
+                things.extend(self.surface(index, part.kind, part.storey));
+            }
+        }
+        let before = self.contained[0].len();
+        self.leftovers();
+        things.extend(self.contained[0].get(before..).unwrap_or_default());
+        self.contained[storey].extend(architecture);
+        if things.is_empty() {
+            return;
+        }
+        let owner = self.project.owner;
+        let [own, has] = ["", "has "].map(|word| global_id(format_args!("{word}things {}", things.len())));
+        let group =
+            self.step.add(format_args!("IFCGROUP('{own}',{owner},'furniture and other surfaces',$,$)"));
+        self.step.add(format_args!("IFCRELASSIGNSTOGROUP('{has}',{owner},$,$,{},$,{group})", Ids(&things)));
+    }
+
+    /// Every surface as the element that it is.
+    fn surfaces(&mut self) {
         let parts = self.building.parts.iter().enumerate();
         let mut walls = BTreeMap::new();
         for (index, part) in parts.filter(|(_, part)| part.kind != Kind::Leaf) {
@@ -64,17 +106,6 @@ impl<'a> Elements<'a> {
             }
         }
         self.leftovers();
-        let owner = self.project.owner;
-        for (storey, elements) in self.project.storeys.iter().zip(&self.contained) {
-            if !elements.is_empty() {
-                let id = global_id(format_args!("content of {} {}", storey.id, elements.len()));
-                self.step.add(format_args!(
-                    "IFCRELCONTAINEDINSPATIALSTRUCTURE('{id}',{owner},$,$,{},{})",
-                    Ids(elements),
-                    storey.id
-                ));
-            }
-        }
     }
 
     /// A polygon as the element that it is; `None` when nothing is left of it.

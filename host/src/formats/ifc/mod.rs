@@ -1,12 +1,15 @@
 //! IFC4: storeys with walls, slabs, doors and windows as surfaces, for BIM programs (Revit, ArchiCAD,
 //! BlenderBIM, FreeCAD, BIMvision).
 //!
-//! What was seen is surfaces, so elements are open face sets with their openings cut out, and no thickness is
+//! Of a drive rooms, walls with thickness, doors and windows are known (`architecture`); furniture and other
+//! surfaces are then proxies in a group of their own. Of any other model only surfaces are known, so elements
+//! are open face sets with their openings cut out, and no thickness is
 //! invented. Openings are therefore without a shape, which programs would cut once more: their place and
 //! quantities tell where and how large they are. Site at the model's far offset, storeys at their floors;
 //! meters, frame `map`, z up. Identifiers follow from the content, dates are zero: the same model gives the
 //! same bytes. Source: IFC4 ADD2 TC1 (ISO 16739-1:2018).
 
+mod architecture;
 mod elements;
 mod project;
 mod round;
@@ -14,6 +17,7 @@ mod step;
 
 use std::io::{self, Write};
 
+use self::architecture::Architecture;
 use self::elements::Elements;
 use self::project::Project;
 use self::step::{Step, Text};
@@ -27,7 +31,13 @@ use crate::building::Building;
 pub fn write(out: &mut impl Write, shapes: &Shapes<'_>, building: &Building) -> io::Result<()> {
     let mut step = Step::default();
     let project = Project::new(&mut step, shapes, building);
-    Elements::new(&mut step, shapes, building, &project).add_all();
+    let architecture = if building.elements.is_empty() {
+        None
+    } else {
+        let source = &shapes.source;
+        Some(Architecture::new(&mut step, &project, &building.elements, source).add_all())
+    };
+    Elements::new(&mut step, shapes, building, &project).add_all(architecture);
     round::add_all(&mut step, shapes, &project);
     let (about, program) = (description(shapes), generator());
     writeln!(out, "ISO-10303-21;\nHEADER;")?;

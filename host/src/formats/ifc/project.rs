@@ -13,6 +13,10 @@ pub(crate) struct Project {
     pub(crate) body: Id,
     /// Context of outlines of doors and windows.
     pub(crate) profile: Id,
+    /// Context of the lines in the middle of walls.
+    pub(crate) axis: Id,
+    /// Context of outlines of rooms.
+    pub(crate) footprint: Id,
     /// Where everything local is: origin, z up.
     pub(crate) axes: Id,
     /// The storeys from below; one when no floor is known.
@@ -42,6 +46,8 @@ impl Project {
             ))
         };
         let [body, profile] = ["Body", "Profile"].map(&mut part);
+        let [axis, footprint] =
+            if building.elements.is_empty() { [body, body] } else { ["Axis", "FootPrint"].map(&mut part) };
         let units = units(step);
         let about = description(shapes);
         let id = global_id(format_args!("project {about}"));
@@ -64,7 +70,7 @@ impl Project {
             let id = global_id(format_args!("parts of {whole} {about}"));
             step.add(format_args!("IFCRELAGGREGATES('{id}',{owner},$,$,{whole},{})", Ids(&parts)));
         }
-        Self { owner, body, profile, axes: origin, storeys }
+        Self { owner, body, profile, axis, footprint, axes: origin, storeys }
     }
 }
 

@@ -19,6 +19,7 @@ use std::io::{self, Write};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
+use crate::building::elements::Elements;
 use crate::pipeline::summary::Summary;
 use crate::view::markup::escaped;
 use crate::view::report::data::pack::Lattice;
@@ -42,6 +43,7 @@ pub(crate) struct Page {
     title: String,
     way: sections::figures::PathFigures,
     floor: String,
+    rooms: String,
     view: Option<View>,
 }
 
@@ -79,8 +81,14 @@ impl Page {
             title: sources.title.to_owned(),
             way: sections::figures::PathFigures::of(sources.poses),
             floor,
+            rooms: String::new(),
             view,
         })
+    }
+
+    /// With a plan and lists of rooms, doors and windows.
+    pub(crate) fn with_rooms(self, elements: &Elements) -> Self {
+        Self { rooms: sections::rooms::section(elements), ..self }
     }
 
     /// Writes the page with links to `files`, the names of those beside it.
@@ -97,6 +105,7 @@ impl Page {
             "stages" => out.write_all(sections::stages::section(summary).as_bytes()),
             "downloads" => out.write_all(sections::downloads::section(files).as_bytes()),
             "floor" => out.write_all(self.floor.as_bytes()),
+            "rooms" => out.write_all(self.rooms.as_bytes()),
             "planes" => self.view.as_ref().map_or(Ok(()), |view| out.write_all(view.table.as_bytes())),
             "parameters" => out.write_all(sections::figures::parameters(summary)?.as_bytes()),
             "version" => out.write_all(escaped(summary.version).as_bytes()),

@@ -7,7 +7,8 @@ use serde_json::Value;
 use crate::room::{self, Content};
 use crate::run::{Folder, names};
 
-const EVERYTHING: [&str; 14] = [
+const EVERYTHING: [&str; 15] = [
+    "building.json",
     "map.pgm",
     "map.png",
     "map.yaml",

@@ -13,6 +13,8 @@ use std::io::{self, Write};
 
 use serde::{Deserialize, Serialize};
 
+use crate::building::Building;
+use crate::building::elements::Elements;
 use crate::formats::{Shapes, generator};
 use crate::model::Model;
 
@@ -44,6 +46,9 @@ pub struct ModelFile<'a> {
     pub points: PointsOf<'a>,
     /// The model.
     pub model: Cow<'a, Model>,
+    /// Rooms, walls, doors and windows; absent where nobody drove.
+    #[serde(default, skip_serializing_if = "Elements::is_empty")]
+    elements: Elements,
 }
 
 /// What is known of the raw points besides their places, planes, scans and beams.
@@ -74,6 +79,24 @@ impl ScanTimes<'_> {
     }
 }
 
+/// `building.json`.
+#[derive(Serialize)]
+struct ElementsFile<'a> {
+    #[serde(flatten)]
+    about: About<'a>,
+    #[serde(flatten)]
+    elements: &'a Elements,
+}
+
+/// Its first lines.
+#[derive(Serialize)]
+struct About<'a> {
+    generator: &'a str,
+    source: &'a str,
+    frame: &'a str,
+    unit: &'a str,
+}
+
 /// What a file says of itself, whatever else is in it.
 #[derive(Deserialize)]
 struct Head {
@@ -96,7 +119,35 @@ impl<'a> ModelFile<'a> {
             floor_m,
             points,
             model: Cow::Borrowed(shapes.model),
+            elements: Elements::default(),
         }
+    }
+
+    /// With rooms, walls, doors and windows, as they were found from the drive.
+    pub(crate) fn with_elements(self, elements: Elements) -> Self {
+        let version = if elements.is_empty() { self.version } else { VERSION };
+        Self { version, elements, ..self }
+    }
+
+    /// Rooms, walls, doors and windows.
+    pub(crate) fn elements(&self) -> &Elements {
+        &self.elements
+    }
+
+    /// The model read as a building.
+    pub(crate) fn building(&self) -> Building {
+        let elements = self.elements.clone();
+        Building { elements, ..Building::read(&self.model, self.floor_m) }
+    }
+
+    /// Writes rooms, walls, doors and windows alone, for other programs.
+    ///
+    /// # Errors
+    /// When writing fails.
+    pub(crate) fn write_elements(&self, out: &mut impl Write) -> io::Result<()> {
+        let about = About { generator: &self.generator, source: &self.source, frame: "map", unit: "metre" };
+        serde_json::to_writer_pretty(&mut *out, &ElementsFile { about, elements: &self.elements })?;
+        writeln!(out)
     }
 
     /// The model as the formats take it, its polygons cut into triangles.

@@ -6,4 +6,5 @@ pub(crate) mod figures;
 pub(crate) mod floor;
 pub(crate) mod paper;
 pub(crate) mod pictures;
+pub(crate) mod rooms;
 pub(crate) mod stages;

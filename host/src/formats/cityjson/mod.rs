@@ -1,13 +1,17 @@
 //! CityJSON 2.0: the polygons as one MultiSurface, holes as inner rings, in `map` axes and meters.
 //!
-//! Each surface names what it is (wall, floor, ceiling, as far as its normal tells) and carries its plane's
-//! figures. Leftovers are not in it, and no solid is claimed. Source: CityJSON specifications 2.0.1.
+//! Of a drive rooms are solids with their doors and windows, and so are walls; storeys hold them. Each
+//! surface names what it is (wall, floor, ceiling, as far as its normal tells) and carries its plane's
+//! figures. Leftovers are not in it. Source: CityJSON specifications 2.0.1.
+
+mod rooms;
 
 use std::io::{self, Write};
 
 use serde_json::{Value, json};
 
 use super::{Shapes, description, generator};
+use crate::building::elements::Elements;
 use crate::formats::input::shift::restored;
 use crate::formats::obj::welded::WeldedVertices;
 use crate::model::palette::Orientation;
@@ -59,6 +63,18 @@ fn extent(vertices: &WeldedVertices, shift_m: [f64; 3]) -> Option<[f64; 6]> {
 /// # Errors
 /// When writing fails.
 pub fn write(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Result<()> {
+    write_with(out, shapes, None)
+}
+
+/// Writes the polygons, and rooms and walls where a drive told of them.
+///
+/// # Errors
+/// When writing fails.
+pub(crate) fn write_with(
+    out: &mut impl Write,
+    shapes: &Shapes<'_>,
+    elements: Option<&Elements>,
+) -> io::Result<()> {
     let mut vertices = WeldedVertices::new(STEP_M);
     let (mut boundaries, mut values) = (Vec::new(), Vec::new());
     for polygon in &shapes.model.polygons {
@@ -92,6 +108,8 @@ pub fn write(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Result<()> {
     let attributes = json!({
         "program": generator(), "source": shapes.source, "frame": "map (x ahead of the robot at its start, z up)", "unit": "metre"
     });
+    let elements = elements.filter(|elements| !elements.is_empty());
+    let rooms = elements.map(|elements| rooms::objects(elements, "building", &mut vertices));
     let mut document = json!({
         "type": "CityJSON",
         "version": "2.0",
@@ -100,6 +118,11 @@ pub fn write(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Result<()> {
         "CityObjects": { "building": { "type": "Building", "attributes": attributes, "geometry": geometry } },
         "vertices": vertices.lattice(),
     });
+    if let Some(rooms) = rooms {
+        let storeys: Vec<&String> = elements.iter().flat_map(|all| &all.storeys).map(|s| &s.id).collect();
+        document["CityObjects"]["building"]["children"] = json!(storeys);
+        rooms.into_iter().for_each(|(name, object)| document["CityObjects"][name] = object);
+    }
     if let Some(extent) = extent(&vertices, shapes.shift_m) {
         document["metadata"]["geographicalExtent"] = json!(extent);
     }

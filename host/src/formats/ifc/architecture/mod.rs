@@ -1,0 +1,115 @@
+//! The building of a drive as architects' programs expect it: spaces, walls as swept solids with openings,
+//! doors and windows that fill them, floors and ceilings.
+//!
+//! Whatever no laser saw says so in the property set `Biplane_Evidence`: a wall of which one face was seen
+//! has a body of a stated, assumed depth and no material layers, so that nobody reads a thickness from it.
+
+mod evidence;
+mod openings;
+mod solids;
+mod spaces;
+mod walls;
+
+use std::collections::BTreeMap;
+
+use super::project::Project;
+use super::step::{Id, Ids, Step, global_id};
+use crate::building::elements::Elements;
+use crate::formats::text::number::Number;
+
+/// Adds rooms, walls, floors, ceilings, doors and windows.
+pub(super) struct Architecture<'a> {
+    step: &'a mut Step,
+    project: &'a Project,
+    elements: &'a Elements,
+    /// What the model was made of: part of every identifier.
+    source: &'a str,
+    /// Index of the storey that all of it is on.
+    storey: usize,
+    /// Walls, doors, windows and slabs by name.
+    added: BTreeMap<String, Id>,
+    /// Elements of the storey.
+    contained: Vec<Id>,
+    styles: BTreeMap<[u8; 3], Id>,
+}
+
+/// A quantity of an element: the kind and the name of IFC, and its value.
+pub(super) type Quantity<'a> = (&'a str, &'a str, f64);
+
+impl<'a> Architecture<'a> {
+    /// Nothing yet.
+    pub(super) fn new(
+        step: &'a mut Step,
+        project: &'a Project,
+        elements: &'a Elements,
+        source: &'a str,
+    ) -> Self {
+        let floor_m = elements.storeys.first().map_or(0.0, |storey| storey.floor_z_m);
+        let away_m = |at: &usize| (project.storeys[*at].floor_m - floor_m).abs();
+        let nearest = (0..project.storeys.len()).min_by(|a, b| away_m(a).total_cmp(&away_m(b)));
+        let (added, contained, styles) = (BTreeMap::new(), Vec::new(), BTreeMap::new());
+        Self { step, project, elements, source, storey: nearest.unwrap_or(0), added, contained, styles }
+    }
+
+    /// Adds everything; returns the storey that all of it is on, and what that holds.
+    pub(super) fn add_all(mut self) -> (usize, Vec<Id>) {
+        for wall in &self.elements.walls {
+            self.wall(wall);
+        }
+        for opening in &self.elements.openings {
+            self.opening(opening);
+        }
+        self.joints();
+        self.spaces();
+        (self.storey, self.contained)
+    }
+
+    /// The identifier of a thing of this building.
+    fn id(&self, what: std::fmt::Arguments<'_>) -> String {
+        global_id(format_args!("{} {what}", self.source))
+    }
+
+    /// Gives an element a set of quantities.
+    fn quantities(&mut self, element: Id, name: &str, set: &str, quantities: &[Quantity<'_>]) {
+        let values: Vec<Id> = quantities
+            .iter()
+            .map(|(kind, quantity, value)| {
+                self.step.add(format_args!("IFCQUANTITY{kind}('{quantity}',$,$,{},$)", Number(*value)))
+            })
+            .collect();
+        let owner = self.project.owner;
+        let [own, has] =
+            ["quantities of", "has quantities"].map(|word| self.id(format_args!("{word} {name}")));
+        let set =
+            self.step.add(format_args!("IFCELEMENTQUANTITY('{own}',{owner},'{set}',$,$,{})", Ids(&values)));
+        self.step.add(format_args!("IFCRELDEFINESBYPROPERTIES('{has}',{owner},$,$,({element}),{set})"));
+    }
+
+    /// A placement in the storey's, its origin at a place over the floor, x along a direction.
+    fn place(&mut self, [x, y]: [f64; 2], up_m: f64, along: [f64; 2]) -> Id {
+        let storey = self.project.storeys[self.storey].place;
+        let axes = solids::axes(self.step, [x, y, up_m], along);
+        self.step.add(format_args!("IFCLOCALPLACEMENT({storey},{axes})"))
+    }
+
+    /// A body of solids, painted.
+    fn body(&mut self, items: &[Id], color: [u8; 3]) -> Id {
+        let step = &mut *self.step;
+        let style = *self.styles.entry(color).or_insert_with(|| {
+            let [r, g, b] = color.map(|value| f64::from(value) / 255.0);
+            let color = step.add(format_args!("IFCCOLOURRGB($,{},{},{})", Number(r), Number(g), Number(b)));
+            let shading = step.add(format_args!("IFCSURFACESTYLESHADING({color},$)"));
+            step.add(format_args!("IFCSURFACESTYLE($,.BOTH.,({shading}))"))
+        });
+        for item in items {
+            self.step.add(format_args!("IFCSTYLEDITEM({item},({style}),$)"));
+        }
+        let context = self.project.body;
+        self.step.add(format_args!("IFCSHAPEREPRESENTATION({context},'Body','SweptSolid',{})", Ids(items)))
+    }
+
+    /// The shape of an element from its representations.
+    fn shape(&mut self, representations: &[Id]) -> Id {
+        self.step.add(format_args!("IFCPRODUCTDEFINITIONSHAPE($,$,{})", Ids(representations)))
+    }
+}

@@ -1,0 +1,95 @@
+//! Openings with a body that is cut from their wall, and doors and windows that fill them.
+
+use super::evidence::Value;
+use super::{Architecture, solids};
+use crate::building::elements::{Use, WallOpening};
+use crate::formats::ifc::step::Id;
+use crate::formats::text::number::Number;
+
+/// Openings reach beyond their wall by this on either side, meters, so that no skin of it stays.
+const BEYOND_M: f64 = 0.01;
+/// Frames are assumed to be so wide and so deep, meters: no laser measures them.
+const FRAME_M: [f64; 2] = [0.05, 0.08];
+/// Panes are assumed to be so thick, meters.
+const PANE_M: f64 = 0.01;
+const FRAME_COLOR: [u8; 3] = [150, 120, 90];
+const WINDOW_COLOR: [u8; 3] = [150, 180, 205];
+
+impl Architecture<'_> {
+    /// Adds an opening and what fills it.
+    pub(super) fn opening(&mut self, opening: &WallOpening) {
+        let elements = self.elements;
+        let Some(wall) = elements.wall(&opening.wall) else { return };
+        let Some(wall_id) = self.added.get(&wall.id).copied() else { return };
+        let (along, _) = wall.along();
+        let at_m = wall.place_m(opening);
+        let foot = [0, 1].map(|axis| wall.axis_m[0][axis] + at_m * along[axis]);
+        let place = self.place(foot, opening.sill_m, along);
+        let deep_m = wall.drawn_thickness_m + 2.0 * BEYOND_M;
+        let sides = [opening.width_m, deep_m];
+        let solid = solids::cuboid(self.step, [0.0, 0.0], sides, [0.0, opening.height_m]);
+        let context = self.project.body;
+        let body =
+            self.step.add(format_args!("IFCSHAPEREPRESENTATION({context},'Body','SweptSolid',({solid}))"));
+        let shape = self.shape(&[body]);
+        let (owner, name) = (self.project.owner, &opening.id);
+        let [id, voids] = ["", " voids"].map(|word| self.id(format_args!("opening {name}{word}")));
+        let hole = self.step.add(format_args!(
+            "IFCOPENINGELEMENT('{id}',{owner},'{name}',$,$,{place},{shape},'{name}',.OPENING.)"
+        ));
+        self.step.add(format_args!("IFCRELVOIDSELEMENT('{voids}',{owner},$,$,{wall_id},{hole})"));
+        let quantities = [
+            ("LENGTH", "Width", opening.width_m),
+            ("LENGTH", "Height", opening.height_m),
+            ("AREA", "Area", opening.width_m * opening.height_m),
+        ];
+        let label = format!("opening {name}");
+        self.quantities(hole, &label, "Qto_OpeningElementBaseQuantities", &quantities);
+        if Self::is_filled(opening) {
+            self.filling(opening, hole, place);
+        } else {
+            self.opening_evidence(opening, hole, &label);
+        }
+    }
+
+    fn opening_evidence(&mut self, opening: &WallOpening, element: Id, label: &str) {
+        let values = [
+            ("Source", Value::Word(if opening.inferred { "inferred" } else { "measured" })),
+            ("Evidence", Value::Word(&opening.evidence)),
+            ("DrivenThrough", Value::Flag(opening.evidence == "driven through")),
+            ("BodyIsAssumed", Value::Flag(true)),
+        ];
+        self.evidence(element, label, &values);
+    }
+
+    /// A door or window: a frame, and a pane in a window.
+    fn filling(&mut self, opening: &WallOpening, hole: Id, place: Id) {
+        let ([width, height], [thick, deep]) = ([opening.width_m, opening.height_m], FRAME_M);
+        let is_window = opening.kind == Use::Window;
+        let side = (width - thick) / 2.0;
+        let mut items = vec![
+            solids::cuboid(self.step, [-side, 0.0], [thick, deep], [0.0, height]),
+            solids::cuboid(self.step, [side, 0.0], [thick, deep], [0.0, height]),
+        ];
+        let inner = width - 2.0 * thick;
+        items.push(solids::cuboid(self.step, [0.0, 0.0], [inner, deep], [height - thick, height]));
+        if is_window {
+            items.push(solids::cuboid(self.step, [0.0, 0.0], [inner, deep], [0.0, thick]));
+            items.push(solids::cuboid(self.step, [0.0, 0.0], [inner, PANE_M], [thick, height - thick]));
+        }
+        let body = self.body(&items, if is_window { WINDOW_COLOR } else { FRAME_COLOR });
+        let shape = self.shape(&[body]);
+        let (owner, name) = (self.project.owner, &opening.id);
+        let [id, fills] = ["", " fills"].map(|word| self.id(format_args!("{name}{word}")));
+        let (entity, class) = if is_window { ("IFCWINDOW", "WINDOW") } else { ("IFCDOOR", "DOOR") };
+        let element = self.step.add(format_args!(
+            "{entity}('{id}',{owner},'{name}',$,$,{place},{shape},'{name}',{},{},.{class}.,.NOTDEFINED.,$)",
+            Number(height),
+            Number(width)
+        ));
+        self.step.add(format_args!("IFCRELFILLSELEMENT('{fills}',{owner},$,$,{hole},{element})"));
+        self.contained.push(element);
+        self.added.insert(name.clone(), element);
+        self.opening_evidence(opening, element, &name.clone());
+    }
+}
