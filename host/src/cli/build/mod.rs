@@ -115,7 +115,7 @@ impl Args {
     fn parameters(&self, map: &FloorMapParams, prepared: Option<&Prepared<'_>>) -> Parameters {
         let mut build = self.target.model_args.parameters(self.drive.sigma);
         build.planes = prepared.map_or(build.planes, |prepared| prepared.planes.clone());
-        build.shapes.floor_m = FLOOR_M;
+        build.shapes.floor_m = rooms::FLOOR_M;
         Parameters {
             build,
             map_resolution_m: map.grid.resolution_m,
