@@ -3,10 +3,10 @@
 
     check_shapes.py DIR [--worlds hall,pillars] [--rigs paper,fast] [--seeds N] [--min-f1 F] [--flat]
 
-Each seed is another plan of the world and another noise. shapes.json of the build is held against truth.json of
-the simulator: a cylinder is found when its axis runs within 10 cm of the true one and its radius differs by no
-more than a quarter; the figures are of those. `pillars` has nothing round: whatever has more than 100 points is
-false. With --flat, polygons are counted against the true flat faces. Only the standard library."""
+Each seed is another plan of the world and another noise. shapes.json of the build is held against truth.json
+of the simulator. A cylinder is found when its axis runs within 10 cm of the true one and its radius differs
+by no more than a quarter; the figures are of those. `pillars` has nothing round: whatever has more than 100
+points is false. With --flat, polygons are counted against the true flat faces. Only the standard library."""
 
 import argparse
 import json
@@ -134,7 +134,8 @@ def judge(folder, world, rig, seed):
     for one, true, (off, angle, radius) in pairs:
         if "-v" in sys.argv:
             print(
-                f"   {true['kind']} as {one.figures['kind']}: r {true['radius_m']:.3f}, off {100 * radius:.1f} cm; "
+                f"   {true['kind']} as {one.figures['kind']}: r {true['radius_m']:.3f}, "
+                f"off {100 * radius:.1f} cm; "
                 f"axis {100 * off:.1f} cm, {angle:.2f} deg; {one.figures['points']} points"
             )
     for true in missed:
@@ -144,7 +145,8 @@ def judge(folder, world, rig, seed):
         at = [round(v, 2) for v in one.ends[0]]
         f = one.figures
         print(
-            f"   false: {f['kind']} of {one.radius:.3f} m at {at}, {f['points']} points, arc {f['seen_arc_deg']}"
+            f"   false: {f['kind']} of {one.radius:.3f} m at {at}, {f['points']} points, "
+            f"arc {f['seen_arc_deg']}"
         )
     return {
         "f1": f1,
@@ -186,7 +188,8 @@ def main():
                 f"{world}, {rig} rig, {len(all_figures)} drives: F1 median "
                 f"{statistics.median(f['f1'] for f in all_figures):.3f}, worst {worst:.3f}; radius good "
                 f"{100 * sum(f['fine'] for f in all_figures) / max(1, pairs):.0f} %, axis good "
-                f"{100 * sum(f['placed'] for f in all_figures) / max(1, pairs):.0f} %, {false} false; polygons per "
+                f"{100 * sum(f['placed'] for f in all_figures) / max(1, pairs):.0f} %, {false} false; "
+                f"polygons per "
                 f"face up to {max(f['polygons'] for f in all_figures):.2f}"
             )
             require(worst >= args.min_f1, f"{world}, {rig} rig: F1 {worst:.3f} below {args.min_f1}")

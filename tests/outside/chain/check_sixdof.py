@@ -8,7 +8,7 @@ Simulates each world with N seeds, replays the bytes, optimizes, and compares th
 truth: RMS over the way after the best motion in the plane (x, y, heading); heights and tilts as they are.
 `within` is the share of heights, rolls and pitches whose error is below three stated standard deviations.
 Limits hold for the worst seed, or for the median with `--median`; `--flat` wants height, roll and pitch of
-all poses to be 0 to the bit. Needs `biplane`, `biplane-onboard` and `biplane-mock` on PATH, numpy, rosbags."""
+all poses to be 0 to the bit. Needs `biplane`, `biplane-onboard`, `biplane-mock` on PATH, numpy, rosbags."""
 
 import argparse
 import sys
@@ -98,7 +98,9 @@ def judge(world, drives, args):
     over = np.median if args.median else np.max
     text = ", ".join(f"{part} {over([drive[part] for drive in drives]):.4f}" for part in PARTS)
     within = np.mean([drive["within"] for drive in drives])
-    print(f"{world}, {len(drives)} seeds, {'median' if args.median else 'worst'}: {text}, within {within:.2f}")
+    print(
+        f"{world}, {len(drives)} seeds, {'median' if args.median else 'worst'}: {text}, within {within:.2f}"
+    )
     tilt = {"tilt_deg": [max(drive["roll_deg"], drive["pitch_deg"]) for drive in drives]}
     for name, limit in (("ate_m", args.ate), ("z_m", args.height), ("tilt_deg", args.tilt)):
         values = tilt.get(name) or [drive[name] for drive in drives]

@@ -7,8 +7,9 @@ Needs `biplane`, `biplane-onboard` and `biplane-mock` on PATH, numpy and mcap. S
 the rigs planar and fast, building with the rig outdoor; any other as WORLD:RIG). The error of a pose is that
 in the frame of the first pose, which is exact by definition; its covariance is turned into that frame.
 Printed for each world, as recorded and optimized: the share of poses whose error lies within the ellipse
-that should hold 95 % of them, of the position (2 numbers) and of all three numbers, the mean squared errors normalized by
-the covariance (2 and 1 where it is right) of the position and of the heading, and root mean squares.
+that should hold 95 % of them, of the position (2 numbers) and of all three numbers, the mean squared errors
+normalized by the covariance (2 and 1 where it is right) of the position and of the heading, and root mean
+squares.
 `--least` and `--most` bound the share of positions of all optimized drives together; exit code 1 when they
 are missed."""
 

@@ -21,6 +21,7 @@ if [ -z "${SLURM_ARRAY_TASK_ID:-}" ]; then
     exit
 fi
 # The first task of the array submits the merge, once.
+# shellcheck disable=SC2153  # both names are Slurm's
 if [ -z "${BIPLANE_MERGE:-}" ] && [ "$SLURM_ARRAY_TASK_ID" = "$SLURM_ARRAY_TASK_MIN" ] &&
     [ "${SLURM_RESTART_COUNT:-0}" = 0 ]; then
     submit_merge "$SLURM_ARRAY_JOB_ID"
