@@ -72,7 +72,7 @@ def measured(folder, world, seed, args):
     capture, recording, better = (folder / name for name in ("c.mcap", "run.mcap", "opt.mcap"))
     words = ["--path", args.path] if args.path else []
     drive = ["--world", world, "--seed", seed, "-o", capture, "--truth", folder / "truth", *words]
-    run("biplane-mock", "--quiet", "simulate", *drive, *(["--rig", args.rig] if args.rig else []))
+    run("biplane-mock", "simulate", *drive, *(["--rig", args.rig] if args.rig else []))
     run("biplane-onboard", "replay", capture, "-o", recording, stdout=-3, stderr=-3)
     run("biplane", "--quiet", "optimize", recording, "-o", better, *([] if args.planar else ["--ramps"]))
     stamps, found, covariances = optimized(better)

@@ -239,10 +239,8 @@ impl Problem<'_> {
         group.add(&row, residual, weight);
     }
 
-    /// How far the beams that were held out are from what explains them, squared, in standard deviations,
-    /// each at most [`CAP`]: planes of the other beams, or the ground that the robot drove over later.
-    /// `None` where nothing explains a beam.
-    pub(crate) fn held_out(&self, knots: &Knots, round: &Round) -> Vec<Option<f64>> {
+    /// How far the beams that were held out are from what explains them.
+    pub(crate) fn held_out(&self, knots: &Knots, round: &Round) -> HeldOut {
         let span = Span { first: 0, first_free: 0, end: knots.states.len() };
         let surfaces = self.surfaces(knots, span, round);
         let cost = |&number: &usize| {
@@ -253,9 +251,36 @@ impl Problem<'_> {
                 (self.params.sigma_range_m * dot(plane.normal, along)).hypot(self.params.sigma_surface_m);
             Some((plane.distance_m(hit.placed(knots)) / sigma_m).powi(2).min(CAP))
         };
-        let mut costs: Vec<Option<f64>> = self.chosen(span, 1, true).par_iter().map(cost).collect();
-        costs.extend(self.floor.held_out(self.hits, knots).map(|squared| Some(squared.min(CAP))));
-        costs
+        let chosen = self.chosen(span, 1, true);
+        let costs_of = |laser: Laser| -> Vec<Option<f64>> {
+            let of_laser: Vec<usize> =
+                chosen.iter().copied().filter(|&number| self.hits[number].laser == laser).collect();
+            of_laser.par_iter().map(cost).collect()
+        };
+        let ground = self.floor.held_out(self.hits, knots).map(|squared| Some(squared.min(CAP)));
+        HeldOut {
+            horizontal: costs_of(Laser::Horizontal),
+            vertical: costs_of(Laser::Vertical),
+            ground: ground.collect(),
+        }
+    }
+}
+
+/// How far beams that were held out are from what explains them, squared, in standard deviations, each at
+/// most [`CAP`]; `None` where nothing explains a beam.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct HeldOut {
+    /// From planes of the other beams.
+    pub horizontal: Vec<Option<f64>>,
+    pub vertical: Vec<Option<f64>>,
+    /// From the ground that the robot drove over later.
+    pub ground: Vec<Option<f64>>,
+}
+
+impl HeldOut {
+    /// All of them.
+    pub(crate) fn all(&self) -> Vec<Option<f64>> {
+        [&self.horizontal[..], &self.vertical, &self.ground].concat()
     }
 }
 

@@ -1,6 +1,6 @@
 //! Whether poses with height and tilt are taken: ground that was seen ahead has to be where the robot
-//! drove, and beams that took no part in finding the poses have to be explained better. Else the poses
-//! stay, and a flat floor is flat to the bit.
+//! drove, and beams that took no part in finding the poses have to be explained better, those of either laser
+//! by its own planes not worse. Else the poses stay, and a flat floor is flat to the bit.
 //!
 //! The horizontal laser sees where the ground bends up, and next to nothing of where it bends down. A drive
 //! that ends on a slope up has therefore as well come down one before, unseen, and ended on the level: its
@@ -70,14 +70,14 @@ const FLOOR_KERNEL_MIN_M: f64 = 0.06;
 
 /// Finds and compares; `None` when the poses stay.
 pub(crate) fn choose(problem: &Problem<'_>, start: &Knots) -> Option<Refined> {
-    if !problem.floor.are_many() {
-        return None;
-    }
     let grown = grow(problem, start)?;
     let mut knots = adjusted(problem, &grown)?;
     let judge = round(problem, JUDGE_GATE_M, 0);
-    let by = ratio(&problem.held_out(&knots, &judge), &problem.held_out(start, &judge));
-    if by > 1.0 - PAYS || problem.floor.share_on_ground(problem.hits, &knots) < ON_THE_GROUND {
+    let (now, before) = (problem.held_out(&knots, &judge), problem.held_out(start, &judge));
+    let by = ratio(&now.all(), &before.all());
+    let is_worse =
+        ratio(&now.horizontal, &before.horizontal) > 1.0 || ratio(&now.vertical, &before.vertical) > 1.0;
+    if by > 1.0 - PAYS || is_worse || problem.floor.share_on_ground(problem.hits, &knots) < ON_THE_GROUND {
         return None;
     }
     let is_ambiguous = ends_on_a_slope(&knots);

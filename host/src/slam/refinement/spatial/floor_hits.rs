@@ -1,5 +1,8 @@
 //! Ground that the horizontal laser saw ahead and that the robot drove over later: the strongest absolute
 //! word on slopes. On a flat floor there is none.
+//!
+//! Not all that stands beside the later track is ground: a robot drives through doors, close to their
+//! frames. Ground is a line right across the way, and nothing is seen through it.
 
 use std::collections::BTreeMap;
 
@@ -22,6 +25,11 @@ const FAR_ASIDE_M: f64 = 2.5;
 /// A scan that sees ground has so many such returns; so many scans make a ramp. Fewer are people.
 const IN_A_SCAN: usize = 3;
 const SCANS: usize = 8;
+/// Ground that bends up is a line across the way, without gaps wider than this, meters. Door frames, cabinets
+/// and walls beside the way leave the way itself free.
+const GAP_M: f64 = 0.3;
+/// Nothing is seen through it: so many beams at most, between those that met it, met something else.
+const SEE_THROUGH_SHARE: f64 = 0.1;
 /// Standard deviation, meters.
 const SIGMA_M: f64 = 0.02;
 
@@ -45,55 +53,107 @@ pub(crate) struct FloorHits {
     pub scans: usize,
 }
 
-impl FloorHits {
-    /// Sought with the track that the wheels alone tell.
-    pub(crate) fn find(hits: &[BeamHit], track: &Knots, way_m: &[f64]) -> Self {
-        let cell = |v: f64| (v / ASIDE_M).floor() as i32;
+/// Where the robot passed a return.
+#[derive(Clone, Copy, Debug)]
+struct Passed {
+    knot: usize,
+    /// How far to the left of the track the return is, meters.
+    left_m: f64,
+}
+
+/// Which part of a track passes a place later.
+struct Passing<'a> {
+    track: &'a Knots,
+    way_m: &'a [f64],
+    cells: BTreeMap<[i32; 2], Vec<usize>>,
+}
+
+impl<'a> Passing<'a> {
+    fn new(track: &'a Knots, way_m: &'a [f64]) -> Self {
         let mut cells: BTreeMap<[i32; 2], Vec<usize>> = BTreeMap::new();
         for (knot, state) in track.states.iter().enumerate() {
-            cells.entry([cell(state[0]), cell(state[1])]).or_default().push(knot);
+            cells.entry([Self::cell(state[0]), Self::cell(state[1])]).or_default().push(knot);
         }
-        // The knot of the track that is nearest to a hit and reached later, within `reach_m`.
-        let passed = |hit: &BeamHit, reach_m: f64| {
-            let [x, y, _] = placed(&hit.state(track), hit.at());
-            let from_m = way_m[hit.knot as usize];
-            let reach = (reach_m / ASIDE_M).ceil() as i32;
-            let mut best: Option<(f64, usize)> = None;
-            for (i, j) in (-reach..=reach).flat_map(|i| (-reach..=reach).map(move |j| (i, j))) {
-                for &knot in cells.get(&[cell(x) + i, cell(y) + j]).into_iter().flatten() {
-                    let ahead_m = way_m[knot] - from_m;
-                    let [kx, ky, ..] = track.states[knot];
-                    let away_m = (kx - x).hypot(ky - y);
-                    let nearer = best.is_none_or(|(min_m, _)| away_m < min_m);
-                    if (AHEAD_M[0]..=FAR_AHEAD_M).contains(&ahead_m) && away_m < reach_m && nearer {
-                        best = Some((away_m, knot));
-                    }
+        Self { track, way_m, cells }
+    }
+
+    fn cell(at_m: f64) -> i32 {
+        (at_m / ASIDE_M).floor() as i32
+    }
+
+    /// The knot of the track that is nearest to a hit and reached later, within `reach_m`.
+    fn of(&self, hit: &BeamHit, reach_m: f64) -> Option<Passed> {
+        let [x, y, _] = placed(&hit.state(self.track), hit.at());
+        let from_m = self.way_m[hit.knot as usize];
+        let reach = (reach_m / ASIDE_M).ceil() as i32;
+        let mut best: Option<(f64, usize)> = None;
+        for (i, j) in (-reach..=reach).flat_map(|i| (-reach..=reach).map(move |j| (i, j))) {
+            for &knot in self.cells.get(&[Self::cell(x) + i, Self::cell(y) + j]).into_iter().flatten() {
+                let ahead_m = self.way_m[knot] - from_m;
+                let [kx, ky, ..] = self.track.states[knot];
+                let away_m = (kx - x).hypot(ky - y);
+                let nearer = best.is_none_or(|(min_m, _)| away_m < min_m);
+                if (AHEAD_M[0]..=FAR_AHEAD_M).contains(&ahead_m) && away_m < reach_m && nearer {
+                    best = Some((away_m, knot));
                 }
             }
-            best.map(|(_, knot)| knot)
-        };
-        let mut found = Self { is_ground: vec![false; hits.len()], ..Self::default() };
-        let mut of_scans: BTreeMap<u32, Vec<(usize, usize)>> = BTreeMap::new();
-        for (number, hit) in hits.iter().enumerate().filter(|(_, hit)| hit.laser == Laser::Horizontal) {
-            if let Some(knot) = passed(hit, ASIDE_M) {
-                of_scans.entry(hit.scan).or_default().push((number, knot));
-            }
         }
-        of_scans.retain(|_, list| list.len() >= IN_A_SCAN);
+        let (_, knot) = best?;
+        let [kx, ky, .., yaw] = self.track.states[knot];
+        let (sin, cos) = yaw.sin_cos();
+        Some(Passed { knot, left_m: cos * (y - ky) - sin * (x - kx) })
+    }
+}
+
+/// The returns of each scan over the later track that are a line across it, in the order of beams.
+fn across(hits: &[BeamHit], passing: &Passing<'_>) -> BTreeMap<u32, Vec<(usize, Passed)>> {
+    let mut of_scans: BTreeMap<u32, Vec<(usize, Option<Passed>)>> = BTreeMap::new();
+    for (number, hit) in hits.iter().enumerate().filter(|(_, hit)| hit.laser == Laser::Horizontal) {
+        of_scans.entry(hit.scan).or_default().push((number, passing.of(hit, ASIDE_M)));
+    }
+    let line = |(scan, all): (u32, Vec<(usize, Option<Passed>)>)| {
+        let first = all.iter().position(|(_, passed)| passed.is_some())?;
+        let last = all.iter().rposition(|(_, passed)| passed.is_some())?;
+        let list: Vec<(usize, Passed)> =
+            all[first..=last].iter().filter_map(|&(hit, passed)| Some((hit, passed?))).collect();
+        let through = (last + 1 - first - list.len()) as f64;
+        let is_line = list.len() >= IN_A_SCAN
+            && through <= SEE_THROUGH_SHARE * (last + 1 - first) as f64
+            && widest_gap_m(&list, &[]) <= GAP_M;
+        is_line.then_some((scan, list))
+    };
+    of_scans.into_iter().filter_map(line).collect()
+}
+
+/// The widest stretch across the way that no return lies in, between returns and some edges, meters.
+fn widest_gap_m(list: &[(usize, Passed)], edges_m: &[f64]) -> f64 {
+    let mut left_m: Vec<f64> =
+        list.iter().map(|(_, passed)| passed.left_m).chain(edges_m.iter().copied()).collect();
+    left_m.sort_by(f64::total_cmp);
+    left_m.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max)
+}
+
+impl FloorHits {
+    /// Sought with a track: that of the wheels alone, or that of the poses so far.
+    pub(crate) fn find(hits: &[BeamHit], track: &Knots, way_m: &[f64]) -> Self {
+        let passing = Passing::new(track, way_m);
+        let of_scans = across(hits, &passing);
+        let ahead_m = |hit: usize, knot: usize| way_m[knot] - way_m[hits[hit].knot as usize];
+        let mut found = Self { is_ground: vec![false; hits.len()], ..Self::default() };
         for (number, hit) in hits.iter().enumerate().filter(|(_, hit)| hit.laser == Laser::Horizontal) {
             let Some(list) = of_scans.get(&hit.scan) else { continue };
-            let Some(knot) = passed(hit, FAR_ASIDE_M) else { continue };
-            let ahead_m = way_m[knot] - way_m[hit.knot as usize];
-            let same_m = SAME_WAY_M.max(SAME_WAY_SHARE * ahead_m);
-            let same = |(_, other): &(usize, usize)| (way_m[*other] - way_m[knot]).abs() < same_m;
+            let Some(passed) = passing.of(hit, FAR_ASIDE_M) else { continue };
+            let same_m = SAME_WAY_M.max(SAME_WAY_SHARE * ahead_m(number, passed.knot));
+            let same = |other: &(usize, Passed)| (way_m[other.1.knot] - way_m[passed.knot]).abs() < same_m;
             found.is_ground[number] = list.iter().any(same);
         }
-        let near =
-            |(hit, knot): &(usize, usize)| way_m[*knot] - way_m[hits[*hit].knot as usize] <= AHEAD_M[1];
-        of_scans.values_mut().for_each(|list| list.retain(near));
-        of_scans.retain(|_, list| list.len() >= IN_A_SCAN);
-        found.scans = of_scans.len();
-        found.list = of_scans.into_values().flatten().map(|(hit, knot)| FloorHit { hit, knot }).collect();
+        for mut list in of_scans.into_values() {
+            list.retain(|(hit, passed)| ahead_m(*hit, passed.knot) <= AHEAD_M[1]);
+            if list.len() >= IN_A_SCAN && widest_gap_m(&list, &[-ASIDE_M, ASIDE_M]) <= GAP_M {
+                found.scans += 1;
+                found.list.extend(list.into_iter().map(|(hit, Passed { knot, .. })| FloorHit { hit, knot }));
+            }
+        }
         found.list.sort_unstable_by_key(|found| found.hit);
         found
     }
@@ -162,5 +222,61 @@ impl FloorHits {
                 weight: robust(residual, kernel_m) / (SIGMA_M * SIGMA_M),
             });
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::FloorHits;
+    use crate::slam::refinement::spatial::beams::{BeamHit, Laser};
+    use crate::slam::refinement::spatial::knots::Knots;
+
+    /// A drive straight ahead, 10 cm from knot to knot, that sees places (x, y) from each of ten knots.
+    fn found(places_m: &[[f64; 2]]) -> FloorHits {
+        let states = (0..100).map(|knot| [0.1 * f64::from(knot), 0.0, 0.0, 0.0, 0.0, 0.0]).collect();
+        let track = Knots { start_ns: 0, step_ns: 100_000_000, states };
+        let way_m: Vec<f64> = (0..100).map(|knot| 0.1 * f64::from(knot)).collect();
+        let hit = |knot: u32, [x, y]: [f64; 2]| BeamHit {
+            at_m: [(x - 0.1 * f64::from(knot)) as f32, y as f32, 0.2],
+            along: [1.0, 0.0, 0.0],
+            knot,
+            share: 0.0,
+            scan: knot,
+            laser: Laser::Horizontal,
+            is_held_out: false,
+        };
+        let hits: Vec<BeamHit> =
+            (0..10).flat_map(|knot| places_m.iter().map(move |&at| hit(knot, at))).collect();
+        FloorHits::find(&hits, &track, &way_m)
+    }
+
+    /// Places on a line across the way at x, from right to left.
+    fn line(x: f64, y: std::ops::RangeInclusive<i32>) -> Vec<[f64; 2]> {
+        y.map(|tenth| [x, 0.1 * f64::from(tenth)]).collect()
+    }
+
+    #[test]
+    fn a_line_across_the_way_is_ground() {
+        let found = found(&line(5.0, -10..=10));
+        assert!(found.are_many() && found.scans == 10, "{}", found.scans);
+        assert!(found.is_ground.iter().all(|is_ground| *is_ground));
+    }
+
+    #[test]
+    fn frames_of_a_door_and_what_stands_aside_are_no_ground() {
+        // Through the door a wall beyond the end of the way is seen.
+        let frames = [line(5.0, -10..=-4), line(14.0, -3..=3), line(5.0, 4..=10)].concat();
+        let nothing_behind = [line(5.0, -10..=-4), line(5.0, 4..=10)].concat();
+        let wall = (30..60).map(|tenth| [0.1 * f64::from(tenth), 0.4]).collect();
+        for places_m in [frames, nothing_behind, line(5.0, 2..=9), wall] {
+            let found = found(&places_m);
+            assert!(found.list.is_empty() && found.scans == 0, "{places_m:?}");
+        }
+    }
+
+    #[test]
+    fn legs_before_a_wall_that_is_seen_between_them_are_no_ground() {
+        let legs = [[4.0, -0.2], [8.0, -0.9], [8.0, -0.8], [4.0, 0.0], [8.0, 0.8], [8.0, 0.9], [4.0, 0.2]];
+        assert_eq!(found(&legs).scans, 0);
     }
 }

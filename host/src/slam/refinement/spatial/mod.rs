@@ -7,7 +7,8 @@
 //! the way ([`growth`]), then over all of it -> whether they explain beams that took no part better
 //! ([`choice`]) -> how surely they are known ([`observability`]).
 //!
-//! Only where it is asked for: on flat floors with worn odometry, walls were taken for ground that rises.
+//! Where no ground is seen ahead, by the wheels' track and by that of the poses so far, nothing is refined: a
+//! flat floor is flat to the bit.
 //!
 //! Frame `map`, meters, radians, nanoseconds. Results do not depend on the number of threads.
 
@@ -58,7 +59,11 @@ pub(crate) fn refine(input: &SpatialInput<'_>, params: &SpatialParams) -> Option
     }
     let wheels = Wheels::new(input.odometry, &start)?;
     let way_m = wheels.way_m();
+    // Odometry that drifts puts walls over the way, and a ramp drags matched poses along: both have to tell.
     let floor = FloorHits::find(&hits, &wheels.dead_reckoned(&start), &way_m);
+    if !floor.are_many() || !FloorHits::find(&hits, &start, &way_m).are_many() {
+        return None;
+    }
     let starts =
         (0..=start.states.len()).map(|knot| hits.partition_point(|hit| (hit.knot as usize) < knot)).collect();
     let pieces = way_m.iter().map(|way_m| (way_m / params.piece_m) as u32).collect();
