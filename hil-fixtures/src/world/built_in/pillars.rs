@@ -42,8 +42,16 @@ pub(crate) fn pillars(plan: u32) -> World {
 }
 
 fn lap() -> Path {
-    let waypoints_m =
-        vec![[1.5, 4.5], [12.6, 4.5], [12.6, 7.5], [3.2, 7.5], [1.2, 5.6], [1.2, 1.5], [12.0, 1.5]];
+    let waypoints_m = vec![
+        [1.5, 4.5],
+        [12.6, 4.5],
+        [12.6, 7.5],
+        [4.05, 7.5],
+        [4.05, 4.8],
+        [1.2, 4.8],
+        [1.2, 1.5],
+        [12.0, 1.5],
+    ];
     Path { name: "lap".to_owned(), waypoints_m, speed_m_s: 0.25, corner_m: 0.7, ..Path::default() }
 }
 

@@ -7,7 +7,7 @@ use serde_json::Value;
 use crate::room::{self, Content};
 use crate::run::{Folder, names};
 
-const EVERYTHING: [&str; 15] = [
+const EVERYTHING: [&str; 16] = [
     "building.json",
     "map.pgm",
     "map.png",
@@ -21,6 +21,7 @@ const EVERYTHING: [&str; 15] = [
     "points.ply",
     "raw.ply",
     "report.html",
+    "shapes.json",
     "summary.json",
     "trajectory.tum",
 ];

@@ -7,7 +7,7 @@ use serde_json::Value;
 use crate::room::{self, Content};
 use crate::run::{Folder, names};
 
-const EVERYTHING: [&str; 10] = [
+const EVERYTHING: [&str; 11] = [
     "model.city.json",
     "model.glb",
     "model.json",
@@ -17,6 +17,7 @@ const EVERYTHING: [&str; 10] = [
     "points.ply",
     "raw.ply",
     "report.html",
+    "shapes.json",
     "summary.json",
 ];
 

@@ -38,6 +38,9 @@ impl Framing for ScipFraming {
             let is_possible = rest.len() <= STATUS_BYTES && rest.iter().all(|&byte| is_printable(byte));
             return if is_possible { Measure::Unknown } else { Measure::BadLength };
         };
+        if !rest[..end].iter().all(|&byte| is_printable(byte)) {
+            return Measure::BadLength;
+        }
         match status(&rest[..end], offset) {
             Ok(status) => measure_lines(Body::of(request.command, status), head, offset + end + 1),
             Err(_) => Measure::BadLength,

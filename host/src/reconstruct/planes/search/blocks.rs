@@ -78,7 +78,8 @@ impl Squares {
                 *bounds = [bounds[0].min(f64::from(*v)), bounds[1].max(f64::from(*v))];
             }
         }
-        let counts = bounds.map(|[low, high]| ((high - low) / params.block_m).floor() as usize + 1);
+        let counts =
+            bounds.map(|[low, high]| (((high - low) / params.block_m).floor() as usize).saturating_add(1));
         let first_m = bounds.map(|[low, _]| if low.is_finite() { low } else { 0.0 });
         Self { first_m, side_m: params.block_m, margin_m: params.halo_m, counts }
     }
