@@ -5,8 +5,8 @@
 //! gaps), OPENINGS (a line across each, and leaves of closed doors), SECTION (what else is cut), FLOOR and
 //! CEILING (outlines), LABELS (sizes of openings). Of a drive walls have their depth, with HATCH where it is
 //! known and ASSUMED for sides that nobody saw, and rooms have tags. With several storeys each has its own
-//! layers, `S1-WALLS` being the lowest. SURFACES and LEFTOVERS hold the model as 3D faces and are off where
-//! there is a plan. Frame `map`, meters. Source: Autodesk's DXF reference for release 2000 (AC1015).
+//! layers, `S1-WALLS` being the lowest. SURFACES (round things too) and LEFTOVERS hold the model as 3D
+//! faces and are off where there is a plan. Frame `map`, meters. Source: Autodesk's DXF reference for release 2000 (AC1015).
 
 mod document;
 mod layer;
@@ -190,6 +190,7 @@ fn surfaces(document: &mut Document, shapes: &Shapes<'_>, is_on: bool) {
     let model = shapes.model;
     for (layer, meshes) in [
         (Layer::SURFACES, shapes.faces.as_slice()),
+        (Layer::SURFACES, shapes.rounds.as_slice()),
         (Layer::LEFTOVERS, std::slice::from_ref(&model.leftovers)),
     ] {
         let layer = layer.shown(is_on);
