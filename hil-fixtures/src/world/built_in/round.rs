@@ -77,8 +77,8 @@ impl RoundThing {
 }
 
 /// Sides of a drawn cylinder, so that no side is further than this from the true surface, meters: far below
-/// what any laser of this kind measures. Things up to 20 cm have the fewest sides with it, as they always had:
-/// drives through the corridor, the office and the building stay as they were.
+/// what any laser of this kind measures. Things up to 20 cm have the fewest sides with it, as they always
+/// had: drives through the corridor, the office and the building stay as they were.
 const CHORD_ERROR_M: f64 = 5e-4;
 /// Fewest sides all the way round.
 const MIN_SIDES: u32 = 48;

@@ -6,7 +6,8 @@
 //! CEILING (outlines), LABELS (sizes of openings). Of a drive walls have their depth, with HATCH where it is
 //! known and ASSUMED for sides that nobody saw, and rooms have tags. With several storeys each has its own
 //! layers, `S1-WALLS` being the lowest. SURFACES (round things too) and LEFTOVERS hold the model as 3D
-//! faces and are off where there is a plan. Frame `map`, meters. Source: Autodesk's DXF reference for release 2000 (AC1015).
+//! faces and are off where there is a plan. Frame `map`, meters. Source: Autodesk's DXF reference for
+//! release 2000 (AC1015).
 
 mod document;
 mod layer;
