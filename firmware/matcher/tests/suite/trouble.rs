@@ -187,6 +187,23 @@ fn a_base_carried_half_a_metre_is_found_again() {
 }
 
 #[test]
+fn a_base_turned_round_that_its_odometry_did_not_feel_is_found_again() {
+    let (world, mut noise) = (World::room(), Noise(5));
+    for turn_rad in [1.4, -1.9, 2.6] {
+        let mut tracker = Tracker::new(TrackerParams::default());
+        for i in 0..20 {
+            track(&mut tracker, i64::from(i), &look(&world, &straight(i), &mut noise), Some(straight(i)));
+        }
+        let turned = straight(19) * Pose2::new(0.1, 0.05, turn_rad);
+        let mut seen =
+            |i: i64| track(&mut tracker, i, &look(&world, &turned, &mut noise), Some(straight(19)));
+        let found = (20..25).map(&mut seen).last().unwrap();
+        let (meters, degrees) = error(&found.map_from_base, &turned);
+        assert!(meters < 0.03 && degrees < 0.5, "{turn_rad}: {meters} m, {degrees} deg, {found:?}");
+    }
+}
+
+#[test]
 fn no_number_in_a_scan_makes_a_pose_that_is_no_number() {
     let wild = [f32::NAN, f32::NEG_INFINITY, -1.0, 0.0, f32::MAX, f32::MIN_POSITIVE, 1.0];
     for method in Method::ALL {
