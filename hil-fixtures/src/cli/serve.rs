@@ -26,11 +26,10 @@ use std::sync::atomic::AtomicBool;
 ///
 /// The base is a P2OS, RoboClaw or rFLEX, as the rig says. DIR/lms-horizontal, DIR/lms-vertical and
 /// DIR/base appear when their devices are ready; open them as you would open a serial port. The
-/// devices answer their protocols (rate, mode, variant, configuration, status), then stream: a
-/// world, whose drive begins one second after all of them stream, or a capture, which begins when
-/// all of them stream (a laser alone waits 0.6 s for the others). When none streams any more, the
-/// next client finds drive or capture at its start again. Ends with SIGINT or SIGTERM; links are
-/// removed.
+/// devices answer their protocols (rate, mode, variant, configuration, status), then stream. The
+/// drive through a world begins one second after all of them stream. A capture begins when all of
+/// them stream; a laser alone waits 0.6 s for the others. When none streams any more, the next
+/// client finds drive or capture at its start again. Ends with SIGINT or SIGTERM; links are removed.
 ///
 /// Examples:
 ///   biplane-mock serve --world corridor --links /tmp/rig --truth /tmp/truth
