@@ -206,6 +206,7 @@ async function measures(page) {
   check(/area [\d.]+ m²/.test(await measured.innerText()), `area: ${await measured.innerText()}`);
   await shoot(page, 'measured.png');
   await page.click('#measure');
+  await frame(page);
   check(await measured.isHidden() && await page.locator('#marks circle').count() === 0, 'the measure stays');
 }
 

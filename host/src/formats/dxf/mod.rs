@@ -45,6 +45,7 @@ pub fn write(out: &mut impl Write, shapes: &Shapes<'_>, building: &Building) -> 
         let prefix = if storeys > 1 { format!("S{}-", storey + 1) } else { String::new() };
         let openings: Vec<&Opening> = building.openings.iter().filter(|o| o.storey == storey).collect();
         let elements = building.elements_at(plan.floor_m);
+        let corner_m = corner_m(&plan);
         let (plan, openings) = match elements {
             // Walls with depth stand for their surfaces.
             Some(_) => (Plan { walls: Vec::new(), floors: Vec::new(), ..plan }, Vec::new()),
@@ -60,6 +61,7 @@ pub fn write(out: &mut impl Write, shapes: &Shapes<'_>, building: &Building) -> 
             drawing.sizes(opening, elements);
         }
         drawing.draw(&plan, &openings);
+        drawing.title(plan.floor_m, corner_m);
     }
     surfaces(&mut document, shapes, storeys == 0);
     document.write(out)
@@ -108,7 +110,6 @@ impl Drawing<'_> {
                 sill_m: is_window.then_some(opening.bottom_m - self.z_m),
             });
         }
-        self.title(plan);
     }
 
     fn at(&self, [x, y]: [f64; 2]) -> [f64; 3] {
@@ -172,18 +173,22 @@ impl Drawing<'_> {
         }
     }
 
-    fn title(&mut self, plan: &Plan) {
-        let all = plan.walls.iter().chain(&plan.section).flatten();
-        let low = all.fold([f64::INFINITY; 2], |low, p| [low[0].min(p[0]), low[1].min(p[1])]);
-        if !low.iter().all(|value| value.is_finite()) {
+    fn title(&mut self, floor_m: f64, corner_m: [f64; 2]) {
+        if !corner_m.iter().all(|value| value.is_finite()) {
             return;
         }
-        let floor_m = ((plan.floor_m + self.shift_m[2]) * 100.0).round() / 100.0 + 0.0;
+        let floor_m = ((floor_m + self.shift_m[2]) * 100.0).round() / 100.0 + 0.0;
         let text = format!("floor {floor_m:+.2} m, cut {CUT_M:.2} m above it; metres");
         let name = self.layer(Layer::LABELS);
-        let at = self.at([low[0], low[1] - 4.0 * TEXT_M]);
+        let at = self.at([corner_m[0], corner_m[1] - 4.0 * TEXT_M]);
         self.document.start_text(&name, at, TEXT_M, &text);
     }
+}
+
+/// The smallest x and y of what a plan cuts; infinite when it cuts nothing.
+fn corner_m(plan: &Plan) -> [f64; 2] {
+    let all = plan.walls.iter().chain(&plan.section).flatten();
+    all.fold([f64::INFINITY; 2], |low, p| [low[0].min(p[0]), low[1].min(p[1])])
 }
 
 /// The model as 3D faces; edges within a polygon are not drawn.
