@@ -11,7 +11,7 @@ use crate::session::lms::scan::ranges::Unpublished;
 use crate::session::lms::setup::difference::BlockDifference;
 use crate::session::lms::setup::requested::ConfigChange;
 use crate::session::scip::event::ScipEvent;
-use crate::session::short_text::ShortText;
+use crate::types::device_name::ShortText;
 use crate::types::foreign_protocol::ForeignProtocol;
 use crate::types::mount_fault::MountFault;
 

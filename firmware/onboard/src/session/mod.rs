@@ -12,10 +12,9 @@ pub(crate) mod cola;
 pub(crate) mod device_session;
 pub(crate) mod event;
 pub(crate) mod lms;
+pub(crate) mod machine_session;
 pub(crate) mod queues;
-pub(crate) mod retry;
 pub(crate) mod scip;
-pub(crate) mod short_text;
-pub(crate) mod silence;
 #[cfg(test)]
 pub(crate) mod testing;
+pub(crate) mod timing;

@@ -34,7 +34,7 @@ pub(crate) enum Format {
 pub(crate) type Formats = &'static [Format];
 
 impl Format {
-    /// All that are supported.
+    /// All that are supported; 3D Tiles, a folder of files, is the last.
     pub(crate) const ALL: &[Self] = &[
         Self::Glb,
         Self::Ply,
@@ -43,27 +43,15 @@ impl Format {
         Self::Dxf,
         Self::Ifc,
         Self::Lod,
-        Self::Tiles3d,
         #[cfg(feature = "las")]
         Self::Las,
         #[cfg(feature = "las")]
         Self::Laz,
+        Self::Tiles3d,
     ];
 
-    /// Those that `all` stands for: formats of single files.
-    const SINGLE: &[Self] = &[
-        Self::Glb,
-        Self::Ply,
-        Self::Obj,
-        Self::CityJson,
-        Self::Dxf,
-        Self::Ifc,
-        Self::Lod,
-        #[cfg(feature = "las")]
-        Self::Las,
-        #[cfg(feature = "las")]
-        Self::Laz,
-    ];
+    /// Those that `all` stands for: formats of single files, without the last.
+    const SINGLE: &[Self] = Self::ALL.split_at(Self::ALL.len() - 1).0;
 
     /// Those that are written when nothing is said.
     #[cfg(feature = "demo")]

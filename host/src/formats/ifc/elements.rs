@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 
 use super::project::Project;
 use super::step::{Id, Ids, Maybe, Reals, Step, global_id};
+use super::styles::Styles;
 use crate::building::Building;
 use crate::building::Opening;
 use crate::building::OpeningKind;
@@ -13,7 +14,6 @@ use crate::formats::Shapes;
 use crate::formats::obj::welded::WeldedVertices;
 use crate::formats::text::number::Number;
 use crate::model::palette;
-use crate::model::palette::Rgb;
 use crate::model::{Mesh, PlanarPolygon};
 use biplane_geometry::polygon_area::ring_area_m2;
 
@@ -32,7 +32,7 @@ pub(crate) struct Elements<'a> {
     shapes: &'a Shapes<'a>,
     building: &'a Building,
     project: &'a Project,
-    styles: BTreeMap<Rgb, Id>,
+    styles: Styles,
     /// Elements of each storey.
     contained: Vec<Vec<Id>>,
 }
@@ -46,7 +46,7 @@ impl<'a> Elements<'a> {
         project: &'a Project,
     ) -> Self {
         let contained = vec![Vec::new(); project.storeys.len()];
-        Self { step, shapes, building, project, styles: BTreeMap::new(), contained }
+        Self { step, shapes, building, project, styles: Styles::default(), contained }
     }
 
     /// Adds everything; `architecture` are the elements of a storey that stand for its walls, floors and
@@ -112,7 +112,8 @@ impl<'a> Elements<'a> {
     fn surface(&mut self, index: usize, kind: Kind, storey: usize) -> Option<Id> {
         let polygon = &self.shapes.model.polygons[index];
         let item = self.polygon(index, storey)?;
-        self.paint(item, palette::plane_color(polygon.plane, self.shapes.model.planes.get(polygon.plane)?));
+        let color = palette::plane_color(polygon.plane, self.shapes.model.planes.get(polygon.plane)?);
+        self.styles.paint(self.step, item, color);
         let (entity, word, class) = match kind {
             Kind::Wall => ("IFCWALL", "wall", "NOTDEFINED"),
             Kind::Floor => ("IFCSLAB", "floor", "FLOOR"),
@@ -190,17 +191,6 @@ impl<'a> Elements<'a> {
             let _ = write!(list, "{}{}", if place > 0 { "," } else { "" }, Reals(&point));
         }
         self.step.add(format_args!("IFCCARTESIANPOINTLIST3D(({list}))"))
-    }
-
-    fn paint(&mut self, item: Id, color: Rgb) {
-        let step = &mut *self.step;
-        let style = *self.styles.entry(color).or_insert_with(|| {
-            let [r, g, b] = color.map(|value| f64::from(value) / 255.0);
-            let color = step.add(format_args!("IFCCOLOURRGB($,{},{},{})", Number(r), Number(g), Number(b)));
-            let shading = step.add(format_args!("IFCSURFACESTYLESHADING({color},$)"));
-            step.add(format_args!("IFCSURFACESTYLE($,.BOTH.,({shading}))"))
-        });
-        self.step.add(format_args!("IFCSTYLEDITEM({item},({style}),$)"));
     }
 
     fn shape(&mut self, context: Id, name: &str, kind: &str, items: &[Id]) -> Id {
@@ -322,7 +312,7 @@ impl<'a> Elements<'a> {
             return;
         }
         let item = self.triangles(mesh, 0);
-        self.paint(item, palette::LEFTOVERS);
+        self.styles.paint(self.step, item, palette::LEFTOVERS);
         let shape = self.shape(self.project.body, "Body", "Tessellation", &[item]);
         let place = self.place(0);
         let owner = self.project.owner;

@@ -14,6 +14,7 @@ mod elements;
 mod project;
 mod round;
 mod step;
+mod styles;
 
 use std::io::{self, Write};
 

@@ -82,7 +82,7 @@ fn would_change(info: &LaserInfo, settings: &LaserSettings) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::session::short_text::ShortText;
+    use crate::types::device_name::ShortText;
     use biplane_wire::lms::{Config, Status};
 
     const SETTINGS: LaserSettings = LaserSettings {

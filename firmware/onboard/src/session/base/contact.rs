@@ -9,7 +9,7 @@ use crate::session::base::reading::{BaseInfo, OdometryReading};
 use crate::session::device_session::Output;
 use crate::session::event::Event;
 use crate::session::queues::Outputs;
-use crate::session::silence;
+use crate::session::timing::silence;
 
 /// While an answer is awaited, a pause of this length ends a packet: longer than any adapter's usual delay.
 const ANSWER_GAP_NS: i64 = 60_000_000;

@@ -2,7 +2,7 @@
 
 use biplane_matcher::Pose2;
 
-use crate::session::short_text::ShortText;
+use crate::types::device_name::ShortText;
 
 /// One odometry report.
 #[derive(Copy, Clone, PartialEq, Debug)]

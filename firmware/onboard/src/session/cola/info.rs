@@ -3,7 +3,7 @@
 use biplane_wire::cola::{Dialect, Family};
 
 use crate::session::cola::settings::ColaConfig;
-use crate::session::short_text::ShortText;
+use crate::types::device_name::ShortText;
 
 /// What is known of a laser; fields are empty until it has told.
 #[derive(Clone, PartialEq, Debug, Default)]

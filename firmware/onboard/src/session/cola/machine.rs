@@ -14,9 +14,10 @@ use crate::session::cola::settings::{ColaChange, ColaSettings};
 use crate::session::device_session::Output;
 use crate::session::event::Event;
 use crate::session::lms::health::LaserHealth;
+use crate::session::machine_session::{Goal, LaserMachine, Phase};
 use crate::session::queues::Outputs;
-use crate::session::retry::{Due, Question};
-use crate::session::short_text::of_bytes;
+use crate::session::timing::retry::{Due, Question};
+use crate::types::device_name::of_bytes;
 
 /// A stream is over when it brings no scan for so long: the slowest device sends 15 a second. Larger: a half
 /// open connection is noticed later.
@@ -35,18 +36,9 @@ const BUSY: u16 = 0xD;
 /// Status bits of a scan: polluted window.
 const POLLUTED: u8 = 2 | 4;
 
-/// What a session is for.
-#[derive(Copy, Clone, PartialEq, Eq, Debug)]
-pub(crate) enum Goal {
-    /// Scans.
-    Stream,
-    /// Who it is and how it is set.
-    Probe,
-}
-
 /// Where a session is.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
-pub(crate) enum State {
+enum State {
     /// It only listens to what once came.
     Listening,
     /// A question is open.
@@ -71,11 +63,11 @@ pub(crate) struct Reported {
 /// The state machine.
 #[derive(Debug)]
 pub(crate) struct Machine {
-    pub(crate) state: State,
-    pub(crate) outputs: Outputs,
-    pub(crate) info: ColaInfo,
-    pub(crate) health: LaserHealth,
-    pub(crate) now_ns: i64,
+    state: State,
+    pub(super) outputs: Outputs,
+    pub(super) info: ColaInfo,
+    pub(super) health: LaserHealth,
+    now_ns: i64,
     pub(super) settings: ColaSettings,
     pub(super) goal: Goal,
     question: Question,
@@ -92,8 +84,12 @@ pub(crate) struct Machine {
     pub(super) reported: Reported,
 }
 
-impl Machine {
-    pub(crate) fn new(settings: ColaSettings, goal: Goal, now_ns: i64) -> Self {
+impl LaserMachine for Machine {
+    type Settings = ColaSettings;
+    type Info = ColaInfo;
+    type Scan = ColaScan;
+
+    fn new(settings: ColaSettings, goal: Goal, now_ns: i64) -> Self {
         Self {
             state: State::Listening,
             outputs: Outputs::default(),
@@ -113,36 +109,16 @@ impl Machine {
         }
     }
 
-    /// A connection is there: everything begins.
-    pub(crate) fn begin(&mut self) {
+    fn begin(&mut self) {
         self.last_scan = None;
         self.ask(Query::Ident);
     }
 
-    pub(crate) fn port_back(&mut self) {
-        if !matches!(self.state, State::Listening | State::Done) {
-            self.begin();
-        }
+    fn set_now(&mut self, now_ns: i64) {
+        self.now_ns = now_ns;
     }
 
-    pub(crate) fn stop(&mut self) {
-        match self.state {
-            State::Streaming => self.ask(Query::Unsubscribe),
-            State::Asking(Query::Unsubscribe) => {}
-            _ => self.state = State::Done,
-        }
-    }
-
-    pub(crate) fn deadline_ns(&self) -> i64 {
-        match self.state {
-            State::Asking(_) => self.question.deadline_ns(),
-            State::Streaming => self.scan_by_ns,
-            State::Listening | State::Reconnecting | State::Done => i64::MAX,
-        }
-    }
-
-    /// Time has passed.
-    pub(crate) fn time(&mut self) {
+    fn time(&mut self) {
         match self.state {
             State::Asking(query) => self.poll_question(query),
             State::Streaming if self.now_ns >= self.scan_by_ns => self.silent(),
@@ -150,6 +126,63 @@ impl Machine {
         }
     }
 
+    fn item(&mut self, item: Item<'_>, scan: &mut ColaScan) {
+        let Item::Frame { offset, bytes } = item else { return };
+        // Checked by the deframer: it cannot fail.
+        let Ok(telegram) = Telegram::parse(bytes) else { return };
+        if telegram.name == Scan::NAME && matches!(telegram.kind, Kind::Event | Kind::ReadAnswer) {
+            (scan.offset, scan.length) = (offset, bytes.len());
+            self.scan(&telegram, scan);
+        } else if self.state == State::Listening {
+            self.learn_of_recording(&telegram);
+        } else if let State::Asking(query) = self.state {
+            self.answer(query, &telegram);
+        }
+    }
+
+    fn stop(&mut self) {
+        match self.state {
+            State::Streaming => self.ask(Query::Unsubscribe),
+            State::Asking(Query::Unsubscribe) => {}
+            _ => self.state = State::Done,
+        }
+    }
+
+    fn phase(&self) -> Phase {
+        match self.state {
+            State::Listening => Phase::Listening,
+            State::Asking(_) | State::Reconnecting => Phase::Asking,
+            State::Streaming => Phase::Streaming,
+            State::Done => Phase::Done,
+        }
+    }
+
+    fn deadline_ns(&self) -> i64 {
+        match self.state {
+            State::Asking(_) => self.question.deadline_ns(),
+            State::Streaming => self.scan_by_ns,
+            State::Listening | State::Reconnecting | State::Done => i64::MAX,
+        }
+    }
+
+    fn info(&self) -> &ColaInfo {
+        &self.info
+    }
+
+    fn health(&self) -> &LaserHealth {
+        &self.health
+    }
+
+    fn outputs(&self) -> &Outputs {
+        &self.outputs
+    }
+
+    fn outputs_mut(&mut self) -> &mut Outputs {
+        &mut self.outputs
+    }
+}
+
+impl Machine {
     fn ask(&mut self, query: Query) {
         self.state = State::Asking(query);
         self.question = Question::new(query.patience(), self.now_ns);
@@ -210,21 +243,6 @@ impl Machine {
         let for_ns = if is_first { FIRST_SCAN_NS } else { SILENCE_NS };
         self.outputs.say(Event::Silent { for_ms: (for_ns / 1_000_000) as u32 });
         self.reconnect();
-    }
-
-    /// A piece of the stream; a scan is taken over into `scan`.
-    pub(crate) fn item(&mut self, item: Item<'_>, scan: &mut ColaScan) {
-        let Item::Frame { offset, bytes } = item else { return };
-        // Checked by the deframer: it cannot fail.
-        let Ok(telegram) = Telegram::parse(bytes) else { return };
-        if telegram.name == Scan::NAME && matches!(telegram.kind, Kind::Event | Kind::ReadAnswer) {
-            (scan.offset, scan.length) = (offset, bytes.len());
-            self.scan(&telegram, scan);
-        } else if self.state == State::Listening {
-            self.learn_of_recording(&telegram);
-        } else if let State::Asking(query) = self.state {
-            self.answer(query, &telegram);
-        }
     }
 
     fn scan(&mut self, telegram: &Telegram<'_>, scan: &mut ColaScan) {

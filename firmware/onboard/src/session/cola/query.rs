@@ -9,7 +9,7 @@ use biplane_wire::cola::{
 use crate::session::cola::settings::ColaChange;
 use crate::session::device_session::REQUEST_CAPACITY;
 use crate::session::event::Step;
-use crate::session::retry::Patience;
+use crate::session::timing::retry::Patience;
 
 /// A question.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]

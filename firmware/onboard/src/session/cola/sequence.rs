@@ -3,10 +3,11 @@
 use biplane_wire::cola::{Family, ScanConfig, Telegram};
 
 use crate::session::cola::event::ColaEvent;
-use crate::session::cola::machine::{Goal, Machine};
+use crate::session::cola::machine::Machine;
 use crate::session::cola::query::Query;
 use crate::session::cola::settings::ColaChange;
 use crate::session::event::Event;
+use crate::session::machine_session::Goal;
 
 /// Configurations that are written in a run at most: a device that does not keep them shall not wear out.
 const MAX_WRITES: u8 = 3;

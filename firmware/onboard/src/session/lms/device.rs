@@ -6,7 +6,7 @@ use crate::session::lms::health::{FaultList, LaserHealth};
 use crate::session::lms::setup::info::LaserInfo;
 use crate::session::lms::setup::requested::ConfigChange;
 use crate::session::lms::setup::settings::LaserSettings;
-use crate::session::short_text::{ShortText, printable};
+use crate::types::device_name::{ShortText, printable};
 
 /// What the session is for.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]

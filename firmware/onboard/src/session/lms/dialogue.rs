@@ -7,7 +7,7 @@ use crate::session::device_session::Output;
 use crate::session::event::{Event, Step};
 use crate::session::lms::event_dedup::EventDedup;
 use crate::session::queues::Outputs;
-use crate::session::retry::{Due, Patience, Question};
+use crate::session::timing::retry::{Due, Patience, Question};
 use crate::types::byte_time::byte_time_ns;
 
 /// After a refusal the device wants at least 30 ms of peace.

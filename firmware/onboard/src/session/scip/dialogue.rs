@@ -4,10 +4,11 @@ use biplane_wire::scip::{Block, Command, Parameters, Status};
 
 use crate::session::device_session::Output;
 use crate::session::event::Event;
+use crate::session::machine_session::Goal;
 use crate::session::scip::event::ScipEvent;
-use crate::session::scip::machine::{Goal, Machine, State};
+use crate::session::scip::machine::{Machine, State};
 use crate::session::scip::query::Query;
-use crate::session::short_text::{ShortText, of_bytes};
+use crate::types::device_name::{ShortText, of_bytes};
 
 /// So much time passes between a device's answer at the old rate and the new rate.
 const SETTLE_NS: i64 = 100_000_000;
@@ -18,7 +19,7 @@ const HAS_RATE: Status = Status::Code(*b"03");
 
 impl Machine {
     /// A line or a connection is there: everything begins.
-    pub(crate) fn begin(&mut self) {
+    pub(super) fn begin_anew(&mut self) {
         self.tries.detours = 0;
         match &mut self.rates {
             Some(rates) => {
@@ -32,27 +33,16 @@ impl Machine {
     /// The device is gone, or does not do what it is asked.
     pub(super) fn look_again(&mut self) {
         if self.rates.is_some() {
-            return self.begin();
+            return self.begin_anew();
         }
         self.state = State::Reconnecting;
         self.outputs.push(Output::Reconnect);
     }
 
-    fn look_at_next_rate(&mut self) {
+    pub(super) fn look_at_next_rate(&mut self) {
         let Some(rates) = &mut self.rates else { return };
         let baud = rates.next();
         self.settle(baud, 0, Query::Quit);
-    }
-
-    /// The port does not run at this rate.
-    pub(crate) fn rate_refused(&mut self, baud: u32) {
-        let Some(rates) = &mut self.rates else { return };
-        rates.lacks(baud);
-        self.outputs.say(Event::RateRefused { baud });
-        if !matches!(self.state, State::Listening | State::Done) {
-            self.tries.rate_kept = true;
-            self.look_at_next_rate();
-        }
     }
 
     pub(super) fn given_up(&mut self, query: Query) {

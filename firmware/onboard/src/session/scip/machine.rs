@@ -7,8 +7,8 @@ use biplane_wire::scip::{Block, Parameters, Scan, ScanRequest, Status};
 use crate::session::device_session::Output;
 use crate::session::event::Event;
 use crate::session::lms::health::LaserHealth;
+use crate::session::machine_session::{Goal, LaserMachine, Phase};
 use crate::session::queues::Outputs;
-use crate::session::retry::{Due, Question};
 use crate::session::scip::clock::ScanClock;
 use crate::session::scip::event::ScipEvent;
 use crate::session::scip::geometry;
@@ -17,6 +17,7 @@ use crate::session::scip::query::Query;
 use crate::session::scip::rates::Rates;
 use crate::session::scip::scan::{ScipScan, turns};
 use crate::session::scip::settings::{ScipSettings, everything};
+use crate::session::timing::retry::{Due, Question};
 use crate::types::byte_time::byte_time_ns;
 
 /// A stream is over when it brings no scan for so long, or for some scans' time on a slow line. Larger: a
@@ -27,18 +28,10 @@ const SILENT_SCANS: f64 = 2.5;
 const FIRST_SCAN_NS: i64 = 3_000_000_000;
 /// A device that refuses is asked again after so long.
 const REFUSED_NS: i64 = 250_000_000;
-/// What a session is for.
-#[derive(Copy, Clone, PartialEq, Eq, Debug)]
-pub(crate) enum Goal {
-    /// Scans.
-    Stream,
-    /// Who it is and how it measures.
-    Probe,
-}
 
 /// Where a session is.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
-pub(crate) enum State {
+pub(super) enum State {
     /// It only listens to what once came.
     Listening,
     /// A question is open.
@@ -70,18 +63,18 @@ pub(crate) struct Tries {
 /// The state machine.
 #[derive(Debug)]
 pub(crate) struct Machine {
-    pub(crate) state: State,
-    pub(crate) outputs: Outputs,
-    pub(crate) info: ScipInfo,
-    pub(crate) health: LaserHealth,
-    pub(crate) now_ns: i64,
+    pub(super) state: State,
+    pub(super) outputs: Outputs,
+    pub(super) info: ScipInfo,
+    pub(super) health: LaserHealth,
+    now_ns: i64,
     pub(super) settings: ScipSettings,
     pub(super) goal: Goal,
     pub(super) question: Question,
     /// Rates of a serial line; `None` on a network.
     pub(super) rates: Option<Rates>,
     /// The rate of the line.
-    pub(crate) baud: u32,
+    pub(super) baud: u32,
     clock: ScanClock,
     /// Until when a scan must come, or the line has its new rate.
     pub(super) due_ns: i64,
@@ -89,8 +82,12 @@ pub(crate) struct Machine {
     pub(super) tries: Tries,
 }
 
-impl Machine {
-    pub(crate) fn new(settings: ScipSettings, goal: Goal, now_ns: i64) -> Self {
+impl LaserMachine for Machine {
+    type Settings = ScipSettings;
+    type Info = ScipInfo;
+    type Scan = ScipScan;
+
+    fn new(settings: ScipSettings, goal: Goal, now_ns: i64) -> Self {
         Self {
             state: State::Listening,
             outputs: Outputs::default(),
@@ -109,30 +106,15 @@ impl Machine {
         }
     }
 
-    pub(crate) fn port_back(&mut self) {
-        if !matches!(self.state, State::Listening | State::Done) {
-            self.begin();
-        }
+    fn begin(&mut self) {
+        self.begin_anew();
     }
 
-    pub(crate) fn stop(&mut self) {
-        match self.state {
-            State::Streaming | State::Asking(Query::Start(_)) => self.ask(Query::Stop),
-            State::Asking(Query::Stop) => {}
-            _ => self.state = State::Done,
-        }
+    fn set_now(&mut self, now_ns: i64) {
+        self.now_ns = now_ns;
     }
 
-    pub(crate) fn deadline_ns(&self) -> i64 {
-        match self.state {
-            State::Asking(_) => self.question.deadline_ns(),
-            State::Streaming | State::Settling(_) => self.due_ns,
-            State::Listening | State::Reconnecting | State::Done => i64::MAX,
-        }
-    }
-
-    /// Time has passed.
-    pub(crate) fn time(&mut self) {
+    fn time(&mut self) {
         match self.state {
             State::Asking(query) => self.poll_question(query),
             State::Settling(query) if self.now_ns >= self.due_ns => self.ask(query),
@@ -141,8 +123,8 @@ impl Machine {
         }
     }
 
-    /// Bytes have come: text at the rate at which a question is open is a device that speaks there.
-    pub(crate) fn received(&mut self, bytes: &[u8]) {
+    /// Text at the rate at which a question is open is a device that speaks there.
+    fn received(&mut self, bytes: &[u8]) {
         let is_text = |byte: &u8| matches!(byte, b'\n' | b' '..=b'~');
         let waits = matches!(self.state, State::Asking(Query::Quit | Query::Confirm | Query::Stop));
         if waits && bytes.len() >= 4 && bytes.iter().all(is_text) {
@@ -150,6 +132,78 @@ impl Machine {
         }
     }
 
+    fn rate_refused(&mut self, baud: u32) {
+        let Some(rates) = &mut self.rates else { return };
+        rates.lacks(baud);
+        self.outputs.say(Event::RateRefused { baud });
+        if !matches!(self.state, State::Listening | State::Done) {
+            self.tries.rate_kept = true;
+            self.look_at_next_rate();
+        }
+    }
+
+    fn item(&mut self, item: Item<'_>, scan: &mut ScipScan) {
+        let Item::Frame { offset, bytes } = item else { return };
+        // Checked by the deframer: it cannot fail.
+        let Ok(block) = Block::parse(bytes) else { return };
+        match Scan::parse(&block) {
+            Some(Ok(parsed)) => {
+                (scan.offset, scan.length) = (offset, bytes.len());
+                self.scan(&parsed, scan);
+            }
+            // Its lines have right sums and are not those of a scan: one was lost whole.
+            Some(Err(_)) => self.health.rejected += 1,
+            None => self.reply(&block),
+        }
+    }
+
+    fn stop(&mut self) {
+        match self.state {
+            State::Streaming | State::Asking(Query::Start(_)) => self.ask(Query::Stop),
+            State::Asking(Query::Stop) => {}
+            _ => self.state = State::Done,
+        }
+    }
+
+    fn phase(&self) -> Phase {
+        match self.state {
+            State::Listening => Phase::Listening,
+            State::Asking(_) | State::Settling(_) | State::Reconnecting => Phase::Asking,
+            State::Streaming => Phase::Streaming,
+            State::Done => Phase::Done,
+        }
+    }
+
+    fn deadline_ns(&self) -> i64 {
+        match self.state {
+            State::Asking(_) => self.question.deadline_ns(),
+            State::Streaming | State::Settling(_) => self.due_ns,
+            State::Listening | State::Reconnecting | State::Done => i64::MAX,
+        }
+    }
+
+    fn baud(&self) -> u32 {
+        self.baud
+    }
+
+    fn info(&self) -> &ScipInfo {
+        &self.info
+    }
+
+    fn health(&self) -> &LaserHealth {
+        &self.health
+    }
+
+    fn outputs(&self) -> &Outputs {
+        &self.outputs
+    }
+
+    fn outputs_mut(&mut self) -> &mut Outputs {
+        &mut self.outputs
+    }
+}
+
+impl Machine {
     pub(super) fn ask(&mut self, query: Query) {
         self.state = State::Asking(query);
         self.question = Question::new(query.patience(), self.now_ns);
@@ -198,22 +252,6 @@ impl Machine {
     /// What is asked of this device.
     pub(super) fn request(&self, parameters: &Parameters) -> ScanRequest {
         self.settings.request(parameters).unwrap_or_else(|_| everything(parameters))
-    }
-
-    /// A piece of the stream; a scan is taken over into `scan`.
-    pub(crate) fn item(&mut self, item: Item<'_>, scan: &mut ScipScan) {
-        let Item::Frame { offset, bytes } = item else { return };
-        // Checked by the deframer: it cannot fail.
-        let Ok(block) = Block::parse(bytes) else { return };
-        match Scan::parse(&block) {
-            Some(Ok(parsed)) => {
-                (scan.offset, scan.length) = (offset, bytes.len());
-                self.scan(&parsed, scan);
-            }
-            // Its lines have right sums and are not those of a scan: one was lost whole.
-            Some(Err(_)) => self.health.rejected += 1,
-            None => self.reply(&block),
-        }
     }
 
     fn reply(&mut self, block: &Block<'_>) {

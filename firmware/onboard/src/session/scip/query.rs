@@ -4,7 +4,7 @@ use biplane_wire::WireError;
 use biplane_wire::scip::{Block, Command, Request, ScanRequest, TimeStep};
 
 use crate::session::event::Step;
-use crate::session::retry::Patience;
+use crate::session::timing::retry::Patience;
 
 /// A question.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]

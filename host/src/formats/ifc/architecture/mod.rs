@@ -14,6 +14,7 @@ use std::collections::BTreeMap;
 
 use super::project::Project;
 use super::step::{Id, Ids, Step, global_id};
+use super::styles::Styles;
 use crate::building::elements::Elements;
 use crate::formats::text::number::Number;
 
@@ -30,7 +31,7 @@ pub(super) struct Architecture<'a> {
     added: BTreeMap<String, Id>,
     /// Elements of the storey.
     contained: Vec<Id>,
-    styles: BTreeMap<[u8; 3], Id>,
+    styles: Styles,
 }
 
 /// A quantity of an element: the kind and the name of IFC, and its value.
@@ -47,7 +48,7 @@ impl<'a> Architecture<'a> {
         let floor_m = elements.storeys.first().map_or(0.0, |storey| storey.floor_z_m);
         let away_m = |at: &usize| (project.storeys[*at].floor_m - floor_m).abs();
         let nearest = (0..project.storeys.len()).min_by(|a, b| away_m(a).total_cmp(&away_m(b)));
-        let (added, contained, styles) = (BTreeMap::new(), Vec::new(), BTreeMap::new());
+        let (added, contained, styles) = (BTreeMap::new(), Vec::new(), Styles::default());
         Self { step, project, elements, source, storey: nearest.unwrap_or(0), added, contained, styles }
     }
 
@@ -94,15 +95,8 @@ impl<'a> Architecture<'a> {
 
     /// A body of solids, painted.
     fn body(&mut self, items: &[Id], color: [u8; 3]) -> Id {
-        let step = &mut *self.step;
-        let style = *self.styles.entry(color).or_insert_with(|| {
-            let [r, g, b] = color.map(|value| f64::from(value) / 255.0);
-            let color = step.add(format_args!("IFCCOLOURRGB($,{},{},{})", Number(r), Number(g), Number(b)));
-            let shading = step.add(format_args!("IFCSURFACESTYLESHADING({color},$)"));
-            step.add(format_args!("IFCSURFACESTYLE($,.BOTH.,({shading}))"))
-        });
         for item in items {
-            self.step.add(format_args!("IFCSTYLEDITEM({item},({style}),$)"));
+            self.styles.paint(self.step, *item, color);
         }
         let context = self.project.body;
         self.step.add(format_args!("IFCSHAPEREPRESENTATION({context},'Body','SweptSolid',{})", Ids(items)))

@@ -11,8 +11,8 @@ use crate::session::base::packets::PacketMachine;
 use crate::session::base::reading::{BaseInfo, OdometryReading};
 use crate::session::event::Event;
 use crate::session::event::Step;
-use crate::session::retry::{Due, Patience, Question};
-use crate::session::short_text::printable;
+use crate::session::timing::retry::{Due, Patience, Question};
+use crate::types::device_name::printable;
 
 const SYNC: Patience = Patience::new(500, 4);
 /// A base that has answered once answers the next question at once, unless it was reset between.

@@ -14,8 +14,8 @@ use crate::session::base::reading::OdometryReading;
 use crate::session::base::rflex::axes::Axes;
 use crate::session::base::rflex::scale::Scale;
 use crate::session::event::Event;
-use crate::session::retry::{Due, Patience, Question};
-use crate::session::short_text::ShortText;
+use crate::session::timing::retry::{Due, Patience, Question};
+use crate::types::device_name::ShortText;
 
 const STATUS: Patience = Patience::new(500, 4);
 /// The base loses commands that come without 10 ms of silence between them.

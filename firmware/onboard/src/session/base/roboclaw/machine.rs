@@ -9,8 +9,8 @@ use crate::session::base::driver::Purpose;
 use crate::session::base::reading::{BaseInfo, OdometryReading};
 use crate::session::base::roboclaw::wheels::Wheels;
 use crate::session::event::Event;
-use crate::session::short_text::{ShortText, printable};
 use crate::types::byte_time::byte_time_ns;
+use crate::types::device_name::{ShortText, printable};
 
 /// A controller answers within some milliseconds, a USB adapter adds up to 16 (its latency timer) and now and
 /// then 8 more.

@@ -17,7 +17,7 @@ use crate::session::device_session::Output;
 use crate::session::event::{Event, Step};
 use crate::session::lms::device::{Device, Goal};
 use crate::session::lms::dialogue::{Dialogue, Next, State};
-use crate::session::retry::Patience;
+use crate::session::timing::retry::Patience;
 
 /// Rates that a session may ask its port for: all of a laser's, and one of the rig's own.
 const MAX_RATES: usize = 8;

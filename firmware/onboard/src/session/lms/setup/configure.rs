@@ -5,7 +5,7 @@ use biplane_wire::lms::Request;
 use crate::session::event::{Event, Step};
 use crate::session::lms::device::{Device, Goal};
 use crate::session::lms::dialogue::{Dialogue, Next, State};
-use crate::session::retry::Patience;
+use crate::session::timing::retry::Patience;
 
 /// Most answers take 80 to 110 ms and their transfer.
 const READ: Patience = Patience::new(250, 3).acknowledged(600);

@@ -5,7 +5,7 @@ use biplane_wire::lms::{Config, MeasuringMode, STATUS_REPORT_BYTES, Status, Stat
 use crate::session::lms::health::FaultList;
 use crate::session::lms::setup::requested::ConfigChange;
 use crate::session::lms::setup::settings::LaserSettings;
-use crate::session::short_text::ShortText;
+use crate::types::device_name::ShortText;
 
 /// What is known of a laser; fields are `None` until it has told.
 #[derive(Clone, PartialEq, Debug, Default)]

@@ -14,7 +14,7 @@ use crate::session::lms::dialogue::{Dialogue, Next, State};
 use crate::session::lms::setup::configure::read;
 use crate::session::lms::setup::difference::BlockDifference;
 use crate::session::lms::setup::requested::ConfigChange;
-use crate::session::retry::Patience;
+use crate::session::timing::retry::Patience;
 
 /// A mode change takes up to 3 s; most take 80 ms.
 const MODE: Patience = Patience::new(250, 4).acknowledged(3200);

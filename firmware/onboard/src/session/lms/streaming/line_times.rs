@@ -1,7 +1,7 @@
 //! When something last came on a laser's line, and how long it may stay out. Times are nanoseconds.
 
 use crate::session::event::Event;
-use crate::session::silence;
+use crate::session::timing::silence;
 
 /// Without a byte for so long, the device is silent: also a slow line pauses for two mirror turns at most,
 /// and adapters stall for 0.3 s.

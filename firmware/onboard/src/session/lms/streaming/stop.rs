@@ -7,7 +7,7 @@ use biplane_wire::lms::{Mode, Reply, Request};
 
 use crate::session::event::{Event, Step};
 use crate::session::lms::dialogue::{Dialogue, Next, State};
-use crate::session::retry::Patience;
+use crate::session::timing::retry::Patience;
 
 /// A mode change takes up to 3 s; most take 80 ms.
 const STOP: Patience = Patience::new(250, 4).acknowledged(3200);

@@ -10,7 +10,7 @@ use crate::session::lms::scan::condition::Condition;
 use crate::session::lms::scan::plausible::{Form, Plausibility, Verdict};
 use crate::session::lms::scan::ranges::{Measured, ScanReading, Unpublished};
 use crate::session::lms::streaming::index_watch::IndexWatch;
-use crate::session::retry::Patience;
+use crate::session::timing::retry::Patience;
 
 /// A mode change takes up to 3 s; most take 80 ms.
 const START: Patience = Patience::new(250, 4).acknowledged(3200);

@@ -1,0 +1,4 @@
+//! How long a session waits: for an answer, and for a line that brings nothing.
+
+pub(crate) mod retry;
+pub(crate) mod silence;
