@@ -49,7 +49,7 @@ NO_DEVICES = '[horizontal]\nport = "/nowhere/a"\n[base]\nport = "/nowhere/b"\n'
 COMPLETE_BASH = """source "$1"; COMP_WORDS=("$2" "$3"); COMP_CWORD=1
 "$(complete -p "$2" | sed "s/.*-F \\([^ ]*\\).*/\\1/")" "$2" "$3" "$2"; echo "${COMPREPLY[@]}" """
 COMPLETED = [
-    ("biplane-onboard", "rec", "record"),
+    ("biplane-onboard", "rec", "record recover"),
     ("biplane", "bu", "build"),
     ("biplane-mock", "ser", "serve"),
 ]
@@ -147,8 +147,8 @@ class Package:
         for file in fish.glob("biplane*"):
             run("fish", "--no-execute", file)
         ask = f"source '{fish}/biplane-onboard.fish'; complete -C 'biplane-onboard rec'"
-        offered = output_of("fish", "--no-config", "-c", ask)
-        require(offered.startswith("record"), "fish does not complete biplane-onboard rec")
+        offered = [line.split()[0] for line in output_of("fish", "--no-config", "-c", ask).splitlines()]
+        require(offered == ["record", "recover"], f"fish does not complete biplane-onboard rec, it offers {offered}")
         self.tally.ok("completions: bash and fish offer commands, zsh reads its files")
 
     def service(self):
