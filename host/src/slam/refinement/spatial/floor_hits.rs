@@ -18,6 +18,8 @@ const ASIDE_M: f64 = 0.5;
 const AHEAD_M: [f64; 2] = [0.4, 10.0];
 /// Returns over the later track are no walls up to so far ahead, meters: what is seen along a slope lies far.
 const FAR_AHEAD_M: f64 = 40.0;
+/// Of the track a place every so often is looked at, meters: where the robot stands or turns, one is enough.
+const TRACK_STEP_M: f64 = 0.02;
 /// Returns of the same scan this close along the track are the same ground, up to so far aside, meters.
 const SAME_WAY_M: f64 = 0.5;
 const SAME_WAY_SHARE: f64 = 0.15;
@@ -62,16 +64,25 @@ struct Passed {
 }
 
 /// Which part of a track passes a place later.
+///
+/// However long the robot stands somewhere and however often it comes back, a place is compared with few
+/// knots: those a step apart on the way that the robot has before it.
 struct Passing<'a> {
     track: &'a Knots,
     way_m: &'a [f64],
+    /// Ascending in each cell.
     cells: BTreeMap<[i32; 2], Vec<usize>>,
 }
 
 impl<'a> Passing<'a> {
     fn new(track: &'a Knots, way_m: &'a [f64]) -> Self {
         let mut cells: BTreeMap<[i32; 2], Vec<usize>> = BTreeMap::new();
+        let mut last_m = f64::NEG_INFINITY;
         for (knot, state) in track.states.iter().enumerate() {
+            if way_m[knot] - last_m < TRACK_STEP_M {
+                continue;
+            }
+            last_m = way_m[knot];
             cells.entry([Self::cell(state[0]), Self::cell(state[1])]).or_default().push(knot);
         }
         Self { track, way_m, cells }
@@ -81,6 +92,13 @@ impl<'a> Passing<'a> {
         (at_m / ASIDE_M).floor() as i32
     }
 
+    /// The knots of a cell that the robot reaches within the way that counts.
+    fn later(&self, cell: [i32; 2], from_m: f64) -> &[usize] {
+        let Some(knots) = self.cells.get(&cell) else { return &[] };
+        let before = |limit_m: f64| knots.partition_point(|&knot| self.way_m[knot] - from_m < limit_m);
+        &knots[before(AHEAD_M[0])..before(FAR_AHEAD_M)]
+    }
+
     /// The knot of the track that is nearest to a hit and reached later, within `reach_m`.
     fn of(&self, hit: &BeamHit, reach_m: f64) -> Option<Passed> {
         let [x, y, _] = placed(&hit.state(self.track), hit.at());
@@ -88,12 +106,10 @@ impl<'a> Passing<'a> {
         let reach = (reach_m / ASIDE_M).ceil() as i32;
         let mut best: Option<(f64, usize)> = None;
         for (i, j) in (-reach..=reach).flat_map(|i| (-reach..=reach).map(move |j| (i, j))) {
-            for &knot in self.cells.get(&[Self::cell(x) + i, Self::cell(y) + j]).into_iter().flatten() {
-                let ahead_m = self.way_m[knot] - from_m;
+            for &knot in self.later([Self::cell(x) + i, Self::cell(y) + j], from_m) {
                 let [kx, ky, ..] = self.track.states[knot];
                 let away_m = (kx - x).hypot(ky - y);
-                let nearer = best.is_none_or(|(min_m, _)| away_m < min_m);
-                if (AHEAD_M[0]..=FAR_AHEAD_M).contains(&ahead_m) && away_m < reach_m && nearer {
+                if away_m < reach_m && best.is_none_or(|(min_m, _)| away_m < min_m) {
                     best = Some((away_m, knot));
                 }
             }
@@ -227,7 +243,7 @@ impl FloorHits {
 
 #[cfg(test)]
 mod tests {
-    use super::FloorHits;
+    use super::{FloorHits, Passing};
     use crate::slam::refinement::spatial::beams::{BeamHit, Laser};
     use crate::slam::refinement::spatial::knots::Knots;
 
@@ -272,6 +288,20 @@ mod tests {
             let found = found(&places_m);
             assert!(found.list.is_empty() && found.scans == 0, "{places_m:?}");
         }
+    }
+
+    #[test]
+    fn a_place_is_compared_with_few_knots_however_long_the_robot_stays_or_comes_back() {
+        // Ten seconds there, an hour of standing, and a hundred laps of 8 m.
+        let there = (0..100).map(|knot| 0.02 * f64::from(knot));
+        let laps = (0..100 * 400).map(|knot| 2.0 + 0.02 * f64::from(knot));
+        let way_m: Vec<f64> = there.chain(std::iter::repeat_n(2.0, 36_000)).chain(laps).collect();
+        let state = |way_m: &f64| [(way_m % 8.0 - 4.0).abs(), 0.0, 0.0, 0.0, 0.0, 0.0];
+        let states = way_m.iter().map(state).collect();
+        let track = Knots { start_ns: 0, step_ns: 100_000_000, states };
+        let passing = Passing::new(&track, &way_m);
+        let most = (0..9).map(|x| passing.later([x, 0], 0.0).len()).max();
+        assert!(most.is_some_and(|most| most > 10 && most < 300), "{most:?}");
     }
 
     #[test]
