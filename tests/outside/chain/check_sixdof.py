@@ -74,7 +74,7 @@ def measured(folder, world, seed, args):
     drive = ["--world", world, "--seed", seed, "-o", capture, "--truth", folder / "truth", *words]
     run("biplane-mock", "simulate", *drive, *(["--rig", args.rig] if args.rig else []))
     run("biplane-onboard", "replay", capture, "-o", recording, stdout=-3, stderr=-3)
-    run("biplane", "--quiet", "optimize", recording, "-o", better, *([] if args.planar else ["--ramps"]))
+    run("biplane", "--quiet", "optimize", recording, "-o", better, *(["--planar"] if args.planar else []))
     stamps, found, covariances = optimized(better)
     truth = true_poses(folder / "truth/trajectory.tum", stamps)
     flat, off = position_errors(found, truth), found - truth

@@ -65,9 +65,9 @@ pub(super) struct DriveArgs {
     /// already
     #[arg(long, conflicts_with = "poses")]
     pub no_optimize: bool,
-    /// The drive went over ramps: also find height, roll and pitch of the poses (of one recording)
-    #[arg(long, conflicts_with_all = ["poses", "no_optimize"])]
-    pub ramps: bool,
+    /// Leave the poses in the plane: do not seek height, roll and pitch (of one recording)
+    #[arg(long)]
+    pub planar: bool,
     /// Range noise of the laser, one standard deviation, meters. Larger: steps between surfaces disappear;
     /// smaller: a wall becomes several planes [default: estimated from the points]
     #[arg(long, value_name = "M", value_parser = length)]
@@ -130,7 +130,7 @@ impl Args {
             recordings: vec![recording.to_owned()],
             poses: None,
             no_optimize: false,
-            ramps: false,
+            planar: false,
             sigma: None,
         };
         let target = TargetArgs {
@@ -291,7 +291,7 @@ pub(super) fn poses<'a>(
         None => {
             let posed = stages.time("optimize", || {
                 let posed = Posed::optimized(runs, &folder.searches(), console)?;
-                let posed = if args.ramps { posed.in_six_directions(console)? } else { posed };
+                let posed = if args.planar { posed } else { posed.in_six_directions(console)? };
                 let loops = posed.loops.unwrap_or(0);
                 anyhow::Ok((posed, loops))
             })?;

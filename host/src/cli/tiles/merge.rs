@@ -51,7 +51,7 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         recordings: folder.manifest.recordings.clone(),
         poses: folder.manifest.poses.clone(),
         no_optimize: folder.manifest.no_optimize,
-        ramps: folder.manifest.ramps,
+        planar: folder.manifest.planar,
         sigma: folder.manifest.sigma_m,
     };
     let prepared = Prepared {

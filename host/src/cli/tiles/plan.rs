@@ -82,7 +82,7 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
             recordings: args.drive.recordings.iter().map(|path| whole(path)).collect::<Result<_, _>>()?,
             poses: args.drive.poses.as_deref().map(whole).transpose()?,
             no_optimize: args.drive.no_optimize,
-            ramps: args.drive.ramps,
+            planar: args.drive.planar,
             sigma_m: args.drive.sigma,
             inputs: inputs.iter().map(|path| input(&whole(path)?)).collect::<anyhow::Result<_>>()?,
             planes,

@@ -33,8 +33,8 @@ pub(crate) struct Manifest {
     pub poses: Option<PathBuf>,
     /// Whether poses stay as they were recorded.
     pub no_optimize: bool,
-    /// Whether height, roll and pitch of the poses are sought.
-    pub ramps: bool,
+    /// Whether poses stay in the plane.
+    pub planar: bool,
     /// Range noise that was given, meters.
     pub sigma_m: Option<f64>,
     /// Every file that is read.

@@ -43,9 +43,9 @@ pub(crate) struct Args {
     /// The recording to write: the same messages with better poses
     #[arg(long, short, value_name = "OPT.mcap")]
     output: PathBuf,
-    /// The drive went over ramps: also find height, roll and pitch of the poses (of a single recording)
+    /// Leave the poses in the plane: do not seek height, roll and pitch (of a single recording)
     #[arg(long)]
-    ramps: bool,
+    planar: bool,
     /// Replace the output if it exists
     #[arg(long)]
     force: bool,
@@ -131,7 +131,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         .zip(optimized.poses.iter().zip(&optimized.covariances))
         .map(|(keyframes, (poses, of))| Corrected::new(keyframes, poses).with_covariances(keyframes, of))
         .collect();
-    if let ([run], [corrected], false) = (&runs[..], &mut corrected[..], !args.ramps) {
+    if let ([run], [corrected], false) = (&runs[..], &mut corrected[..], args.planar) {
         let _spinner = console.spinner("six directions");
         let trajectory = corrected.trajectory(&run.poses()?.vertical_poses);
         corrected.refined = spatial::refine_run(run, &trajectory)?;
