@@ -3,7 +3,8 @@
 use crate::faults::clock_step::HostClock;
 use crate::line::SerialRead;
 use biplane_recording::mcap::read::RIG_ATTACHMENT;
-use biplane_recording::{Direction, Port, Rig, WriteError, WriteReport, Writer, WriterOptions};
+use biplane_recording::messages::Imu;
+use biplane_recording::{Direction, Port, Rig, Topic, WriteError, WriteReport, Writer, WriterOptions};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -41,13 +42,17 @@ pub struct About {
     pub values: BTreeMap<String, String>,
 }
 
+/// Samples of an inertial unit that come with the capture, not as bytes: each with when it was taken and when
+/// it came, in the run's time, nanoseconds.
+pub type InertialReads = Vec<([i64; 2], Imu)>;
+
 /// Writes a capture; `clock` stamps the reads, each when it returned, also when it steps back.
 pub fn write_capture(
     path: &Path,
     overwrite: bool,
     rig: &Rig,
     about: &About,
-    lines: &[LineReads],
+    (lines, inertial): (&[LineReads], InertialReads),
     clock: &mut HostClock,
 ) -> Result<WriteReport, WriteError> {
     let mut writer =
@@ -55,12 +60,19 @@ pub fn write_capture(
     writer.attach(RIG_ATTACHMENT, "application/toml", rig.to_toml().as_bytes())?;
     writer.metadata(&about.name, &about.values)?;
     let mut next = vec![0_usize; lines.len()];
+    let mut inertial = inertial.into_iter().peekable();
     loop {
         // The earliest read; of equal ones the first line's.
         let waiting =
             lines.iter().enumerate().filter_map(|(i, line)| Some((line.reads.get(next[i])?.time_ns, i)));
         let Some((_, i)) = waiting.min() else { break };
         let read = &lines[i].reads[next[i]];
+        while let Some(([taken_ns, came_ns], mut sample)) =
+            inertial.next_if(|([_, came_ns], _)| *came_ns <= read.time_ns)
+        {
+            sample.stamp_ns = clock.utc_ns(taken_ns);
+            writer.write(Topic::Imu, clock.utc_ns(came_ns), sample.stamp_ns, &sample)?;
+        }
         writer.write_serial(lines[i].port, lines[i].direction, clock.utc_ns(read.time_ns), &read.bytes)?;
         next[i] += 1;
     }

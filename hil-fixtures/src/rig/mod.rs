@@ -2,6 +2,7 @@
 
 pub mod drive;
 pub mod fan;
+pub mod inertial;
 pub mod named;
 pub mod scanner;
 pub mod simulated;

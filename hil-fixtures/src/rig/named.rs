@@ -1,13 +1,14 @@
 //! The rigs of `hil-fixtures/rigs`, part of the program: no file has to be found to use one.
 
 /// Name and text of every rig.
-pub const RIGS: [(&str, &str); 6] = [
+pub const RIGS: [(&str, &str); 7] = [
     ("paper", include_str!("../../rigs/paper.toml")),
     ("outdoor", include_str!("../../rigs/outdoor.toml")),
     ("fast", include_str!("../../rigs/fast.toml")),
     ("millimetre", include_str!("../../rigs/millimetre.toml")),
     ("narrow", include_str!("../../rigs/narrow.toml")),
     ("planar", include_str!("../../rigs/planar.toml")),
+    ("inertial", include_str!("../../rigs/inertial.toml")),
 ];
 
 /// The text of the rig of that name.

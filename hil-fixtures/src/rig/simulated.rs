@@ -7,6 +7,7 @@
 use crate::rig::drive::Drive;
 use crate::rig::drive::odometry::{Odometer, OdometryParams};
 use crate::rig::fan::Fan;
+use crate::rig::inertial::InertialParams;
 use crate::rig::scanner::{Scanner, ScannerParams, TURN_NS, Variant};
 use crate::rig::source::{OdometrySample, OdometrySource, ScanSource, ScanWords};
 use crate::rig::tick;
@@ -26,6 +27,8 @@ pub struct SimulationParams {
     pub scanner: ScannerParams,
     /// The base.
     pub odometry: OdometryParams,
+    /// The inertial unit, where the rig has one.
+    pub inertial: InertialParams,
 }
 
 /// Which laser.

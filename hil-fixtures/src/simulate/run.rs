@@ -1,6 +1,7 @@
 //! From a world and a rig to the capture and its truth.
 
 use super::devices::{record_base, record_laser};
+use super::inertial::record_inertial;
 use super::options::START_UTC_NS;
 use super::times::Times;
 use super::{SimulateError, SimulateOptions, SimulateReport};
@@ -57,9 +58,11 @@ pub fn run(options: &SimulateOptions) -> Result<SimulateReport, SimulateError> {
     lines.extend(base.lines);
     report.serial_bytes = lines.iter().flat_map(|line| &line.reads).map(|read| read.bytes.len() as u64).sum();
 
+    let inertial = rig.imu.as_ref().map(|unit| record_inertial(&simulated, unit, &times, options));
+    let inertial = inertial.unwrap_or_default();
     let about = about(options, &world, &path);
     let mut clock = options.faults.host_clock(START_UTC_NS);
-    write_capture(&options.output, options.overwrite, &rig, &about, &lines, &mut clock)?;
+    write_capture(&options.output, options.overwrite, &rig, &about, (&lines, inertial), &mut clock)?;
     if let Some(directory) = &options.truth {
         let truth = Truth::new(&simulated, directory, START_UTC_NS);
         truth.scans(LaserRole::Horizontal, &horizontal.first_beams_ns)?;

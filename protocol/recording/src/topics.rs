@@ -14,6 +14,8 @@ pub const FRAME_BASE: &str = "base_link";
 pub const FRAME_LASER_HORIZONTAL: &str = "laser_horizontal";
 /// The building-facing laser's own frame: x along its middle beam, y to its left.
 pub const FRAME_LASER_VERTICAL: &str = "laser_vertical";
+/// The inertial unit's own frame.
+pub const FRAME_IMU: &str = "imu";
 
 /// A device's serial line.
 #[derive(Copy, Clone, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
@@ -44,7 +46,7 @@ pub enum Topic {
     ScanVertical,
     /// The base's own odometry.
     Odom,
-    /// An inertial measurement unit, of an import.
+    /// An inertial measurement unit, of an import or a simulated drive.
     Imu,
     /// Pose of `base_link` in `map` at each horizontal scan's stamp.
     Pose,

@@ -98,6 +98,7 @@ fn measure(row: &Row, number: usize) -> (f64, f64, f64) {
                 drift_deg_per_m: row.odometry_drift_deg_per_m,
                 ..OdometryParams::default()
             },
+            ..SimulationParams::default()
         },
         ..SimulateOptions::default()
     })

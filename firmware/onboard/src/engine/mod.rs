@@ -9,6 +9,7 @@
 //! the inputs alone. Whoever drives it: one input, then [`Engine::next_command`] and [`Engine::next_event`]
 //! until there are none, then the next input or, at [`Engine::wake_ns`], [`Engine::advance`].
 
+mod decoded;
 pub(crate) mod line;
 pub(crate) mod localize;
 pub(crate) mod mount_check;
@@ -21,16 +22,13 @@ pub(crate) mod synthetic;
 #[cfg(test)]
 mod tests;
 
-use biplane_geometry::pose3::heading_of_quaternion_rad;
-use biplane_matcher::Pose2;
-use biplane_recording::messages::{LaserScan, Odometry};
 use biplane_recording::{Direction, Port, Rig, Topic};
 
 use crate::engine::line::decoded::WithoutLine;
 use crate::engine::line::devices::Devices;
 use crate::engine::line::monotonic::Stream;
 use crate::engine::localize::odometry_history::OdometrySample;
-use crate::engine::localize::pending_scans::{WAIT_OF_LINES_NS, WAIT_OF_RECORDINGS_NS};
+use crate::engine::localize::pending_scans::WAIT_OF_LINES_NS;
 use crate::engine::localize::posing::Posing;
 use crate::engine::localize::tracker_inputs::KeptScans;
 use crate::engine::options::{Command, EngineOptions};
@@ -113,36 +111,6 @@ impl<S: Sink> Engine<S> {
         let sent_ns = self.schedule.time_line.run_ns(stream, bounded(sent_ns));
         let now_ns = self.begin(sent_ns);
         self.devices.lines.host_sent(port, now_ns, bytes);
-    }
-
-    /// A scan of another recording, decoded.
-    pub fn decoded_scan(&mut self, now_ns: i64, port: Port, scan: &LaserScan) {
-        let now_ns = self.begin(now_ns);
-        if port == Port::Vertical && self.rig.vertical.is_none() {
-            // Without its mount a scan has no place: passed on, it would look posed.
-            self.without_line.unknown_scans += 1;
-            return;
-        }
-        let (topic, port, laser) = match port {
-            Port::Vertical => (Topic::ScanVertical, port, self.rig.vertical.as_ref()),
-            _ => (Topic::ScanHorizontal, Port::Horizontal, Some(&self.rig.horizontal)),
-        };
-        let data = ScanData::of_message(scan, laser);
-        self.without_line.count(port, now_ns, data.stamp_ns);
-        self.publisher.forward(now_ns, topic, scan.stamp_ns, scan);
-        self.take_scan(now_ns, topic, data, WAIT_OF_RECORDINGS_NS);
-        self.settle(now_ns);
-    }
-
-    /// An odometry report of another recording, decoded.
-    pub fn decoded_odometry(&mut self, now_ns: i64, odometry: &Odometry) {
-        let now_ns = self.begin(now_ns);
-        self.without_line.count(Port::Base, now_ns, odometry.stamp_ns);
-        self.publisher.forward(now_ns, Topic::Odom, odometry.stamp_ns, odometry);
-        let [x_m, y_m, _] = odometry.position_m;
-        let odom_from_base = Pose2::new(x_m, y_m, heading_of_quaternion_rad(odometry.orientation_xyzw));
-        self.posing.take_odometry(now_ns, OdometrySample { stamp_ns: odometry.stamp_ns, odom_from_base });
-        self.settle(now_ns);
     }
 
     /// The port of a line has gone. Its session stands still until [`Engine::port_back`]: nobody would hear

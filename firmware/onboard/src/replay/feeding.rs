@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use biplane_matcher::TrackerParams;
-use biplane_recording::messages::{ByteArray, LaserScan, Message, Odometry};
+use biplane_recording::messages::{ByteArray, Imu, LaserScan, Message, Odometry};
 use biplane_recording::rig::BaseProtocol;
 use biplane_recording::{Direction, Entry, Port, ReadError, Recording, Rig, Topic};
 
@@ -124,6 +124,7 @@ impl<S: Sink> Feeding<S> {
             (Content::Decoded, Some(Topic::Odom)) => {
                 self.engine.decoded_odometry(now_ns, &decode::<Odometry>(entry)?);
             }
+            (_, Some(Topic::Imu)) => self.engine.decoded_inertial(now_ns, &decode::<Imu>(entry)?),
             _ => return Ok(()),
         }
         self.end_ns = self.end_ns.max(now_ns);

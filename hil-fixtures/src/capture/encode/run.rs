@@ -62,7 +62,7 @@ pub fn run(options: &EncodeOptions) -> Result<EncodeReport, EncodeError> {
         options.overwrite,
         &rig,
         &about(options),
-        &lines,
+        (&lines, Vec::new()),
         &mut HostClock::steady(0),
     )?;
     Ok(report)

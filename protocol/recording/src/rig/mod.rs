@@ -7,6 +7,7 @@
 mod base;
 mod error;
 mod hints;
+mod imu;
 mod laser;
 mod mount;
 mod parse;
@@ -18,6 +19,7 @@ mod tests;
 
 pub use base::{Base, BaseProtocol, RflexModel};
 pub use error::RigError;
+pub use imu::{InertialProtocol, InertialUnit};
 pub use laser::{ColaLaser, Laser, LaserProtocol, MIRROR_TURN_NS, ScipLaser, Units};
 pub use mount::Mount;
 pub use robot::Rig;

@@ -2,7 +2,7 @@
 
 use super::laser::{cola, scip};
 use super::table::{Table, line_at};
-use super::{Base, Laser, LaserProtocol, Mount, RigError, Units};
+use super::{Base, InertialUnit, Laser, LaserProtocol, Mount, RigError, Units};
 use toml::de::DeTable;
 
 /// Rates that a laser of the LMS 2xx family can run at, in Bd.
@@ -32,6 +32,7 @@ pub(crate) struct Devices {
     pub(crate) horizontal: Laser,
     pub(crate) vertical: Option<Laser>,
     pub(crate) base: Base,
+    pub(crate) imu: Option<InertialUnit>,
 }
 
 /// Reads the text of a `rig.toml`.
@@ -41,15 +42,17 @@ pub(crate) fn parse(text: &str) -> Result<Devices, RigError> {
         what: error.message().to_owned(),
     })?;
     let whole = Table::whole(text, parsed.get_ref());
-    whole.only(&["horizontal", "vertical", "base"])?;
+    whole.only(&["horizontal", "vertical", "base", "imu"])?;
     let missing = || RigError::MissingKey { key: "horizontal.port".to_owned() };
     let horizontal = whole.table("horizontal")?.ok_or_else(missing)?;
     let base = whole.table("base")?.ok_or(RigError::NoBase)?;
     let vertical = whole.table("vertical")?;
+    let imu = whole.table("imu")?;
     Ok(Devices {
         horizontal: laser(&horizontal, &Laser::horizontal())?,
         vertical: vertical.map(|table| laser(&table, &Laser::vertical())).transpose()?,
         base: Base::parse(&base)?,
+        imu: imu.map(|table| InertialUnit::parse(&table, mount_of)).transpose()?,
     })
 }
 
@@ -66,7 +69,7 @@ fn network_laser(table: &Table, template: &Laser) -> Result<Laser, RigError> {
     Ok(Laser {
         protocol: LaserProtocol::Cola(cola::parse(table)?),
         port: String::new(),
-        mount: mount_of(table, template)?,
+        mount: mount_of(table, template.mount)?,
         delay_ms: table.number("delay_ms", template.delay_ms, DELAY_MS)?,
         ..template.clone()
     })
@@ -80,16 +83,16 @@ fn hokuyo_laser(table: &Table, template: &Laser) -> Result<Laser, RigError> {
         port: if is_serial { table.text("port")? } else { String::new() },
         baud: if is_serial { scip::baud(table)? } else { template.baud },
         protocol: LaserProtocol::Scip(scip),
-        mount: mount_of(table, template)?,
+        mount: mount_of(table, template.mount)?,
         delay_ms: table.number("delay_ms", template.delay_ms, DELAY_MS)?,
         ..template.clone()
     })
 }
 
-fn mount_of(table: &Table, template: &Laser) -> Result<Mount, RigError> {
+fn mount_of(table: &Table, template: Mount) -> Result<Mount, RigError> {
     match table.table("mount")? {
-        Some(inner) => mount(&inner, template.mount),
-        None => Ok(template.mount),
+        Some(inner) => mount(&inner, template),
+        None => Ok(template),
     }
 }
 
@@ -112,7 +115,7 @@ fn serial_laser(table: &Table, template: &Laser) -> Result<Laser, RigError> {
         index_bytes: table.flag("index_bytes")?,
         remission,
         dazzle_tolerant: table.flag("dazzle_tolerant")?,
-        mount: mount_of(table, template)?,
+        mount: mount_of(table, template.mount)?,
         delay_ms: table.number("delay_ms", template.delay_ms, DELAY_MS)?,
     })
 }

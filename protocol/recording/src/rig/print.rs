@@ -1,7 +1,7 @@
 //! From rig to text: everything resolved, nothing left to defaults.
 
 use super::laser::{cola, scip};
-use super::{Base, BaseProtocol, Laser, LaserProtocol};
+use super::{Base, BaseProtocol, InertialUnit, Laser, LaserProtocol, Mount};
 use std::fmt::Write;
 
 /// A TOML string with what must be escaped in it.
@@ -17,12 +17,19 @@ fn laser(out: &mut String, name: &str, laser: &Laser) -> std::fmt::Result {
         LaserProtocol::Scip(scip) => scip::print(out, scip, laser)?,
         LaserProtocol::Lms2xx => serial_laser(out, laser)?,
     }
-    writeln!(
-        out,
-        "mount = {{ x = {:?}, y = {:?}, z = {:?}, roll = {:?}, pitch = {:?}, yaw = {:?} }}",
-        mount.x, mount.y, mount.z, mount.roll, mount.pitch, mount.yaw
-    )?;
+    place(out, mount)?;
     writeln!(out, "delay_ms = {delay_ms:?}\n")
+}
+
+fn place(out: &mut String, Mount { x, y, z, roll, pitch, yaw }: &Mount) -> std::fmt::Result {
+    write!(out, "mount = {{ x = {x:?}, y = {y:?}, z = {z:?}, ")?;
+    writeln!(out, "roll = {roll:?}, pitch = {pitch:?}, yaw = {yaw:?} }}")
+}
+
+fn imu(out: &mut String, InertialUnit { protocol, mount }: &InertialUnit) -> std::fmt::Result {
+    writeln!(out, "\n[imu]")?;
+    writeln!(out, "protocol = {}", quoted(protocol.name()))?;
+    place(out, mount)
 }
 
 fn serial_laser(out: &mut String, laser: &Laser) -> std::fmt::Result {
@@ -81,7 +88,12 @@ fn base(out: &mut String, base: &Base) -> std::fmt::Result {
 }
 
 /// The text of a rig with these devices.
-pub(crate) fn print(horizontal: &Laser, vertical: Option<&Laser>, own_base: &Base) -> String {
+pub(crate) fn print(
+    horizontal: &Laser,
+    vertical: Option<&Laser>,
+    own_base: &Base,
+    unit: Option<&InertialUnit>,
+) -> String {
     let mut out = String::new();
     // Writing to a string does not fail.
     let _ = laser(&mut out, "horizontal", horizontal);
@@ -89,5 +101,8 @@ pub(crate) fn print(horizontal: &Laser, vertical: Option<&Laser>, own_base: &Bas
         let _ = laser(&mut out, "vertical", vertical);
     }
     let _ = base(&mut out, own_base);
+    if let Some(unit) = unit {
+        let _ = imu(&mut out, unit);
+    }
     out
 }

@@ -2,10 +2,10 @@
 
 use super::parse::{self, Devices};
 use super::print::print;
-use super::{Base, Laser, RigError};
+use super::{Base, InertialUnit, Laser, RigError};
 use std::path::Path;
 
-/// A robot: two lasers and a base.
+/// A robot: two lasers, a base, and perhaps an inertial unit.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Rig {
     /// The laser that localizes.
@@ -14,6 +14,8 @@ pub struct Rig {
     pub vertical: Option<Laser>,
     /// The mobile base.
     pub base: Base,
+    /// The inertial unit, if there is one.
+    pub imu: Option<InertialUnit>,
 }
 
 impl Rig {
@@ -25,8 +27,8 @@ impl Rig {
     /// # Errors
     /// The first thing that is wrong, with line, key, what was found and what is allowed.
     pub fn parse(text: &str) -> Result<Self, RigError> {
-        let Devices { horizontal, vertical, base } = parse::parse(text)?;
-        Ok(Self { horizontal, vertical, base })
+        let Devices { horizontal, vertical, base, imu } = parse::parse(text)?;
+        Ok(Self { horizontal, vertical, base, imu })
     }
 
     /// Reads a `rig.toml`.
@@ -43,13 +45,18 @@ impl Rig {
     /// [`Rig::parse`] makes the same rig of it.
     #[must_use]
     pub fn to_toml(&self) -> String {
-        print(&self.horizontal, self.vertical.as_ref(), &self.base)
+        print(&self.horizontal, self.vertical.as_ref(), &self.base, self.imu.as_ref())
     }
 }
 
 impl Default for Rig {
     /// The template rig: both lasers on a Pioneer.
     fn default() -> Self {
-        Self { horizontal: Laser::horizontal(), vertical: Some(Laser::vertical()), base: Base::default() }
+        Self {
+            horizontal: Laser::horizontal(),
+            vertical: Some(Laser::vertical()),
+            base: Base::default(),
+            imu: None,
+        }
     }
 }

@@ -283,7 +283,7 @@ fn what_is_missing_or_is_no_toml_is_named() {
             "line 2: `horizontal.port` is 1; allowed: a text, for example \"/dev/ttyUSB0\"",
         ),
         ("horizontal = 3", "line 1: `horizontal` is 3; allowed: a table"),
-        ("[lidar]\n", "line 1: unknown key `lidar`; known here: horizontal, vertical, base"),
+        ("[lidar]\n", "line 1: unknown key `lidar`; known here: horizontal, vertical, base, imu"),
     ];
     for (text, message) in table {
         assert_eq!(Rig::parse(text).expect_err(text).to_string(), message, "{text}");
@@ -307,6 +307,15 @@ fn a_file_is_named_in_what_is_wrong_with_it() {
     let wrong = Rig::load(&path).unwrap_err().to_string();
     std::fs::remove_file(&path).unwrap();
     assert!(wrong.contains(path.to_str().unwrap()) && wrong.ends_with(NO_BASE), "{wrong}");
+}
+
+#[test]
+fn an_inertial_unit_sits_where_it_is_said_and_is_printed_so() {
+    let rig = Rig::parse(&format!("{PORTS}[imu]\nmount = {{ z = 0.4, yaw = 90 }}\n")).unwrap();
+    let unit = rig.imu.clone().unwrap();
+    assert_eq!(unit.mount, Mount { z: 0.4, yaw: 90.0, ..Mount::default() });
+    assert_eq!(Rig::parse(&rig.to_toml()).unwrap(), rig);
+    assert!(!Rig::default().to_toml().contains("imu"), "a rig without one says nothing of it");
 }
 
 #[test]

@@ -11,7 +11,7 @@ use biplane_recording::messages::{
 };
 use biplane_recording::rig::Mount;
 use biplane_recording::topics::{
-    FRAME_BASE, FRAME_LASER_HORIZONTAL, FRAME_LASER_VERTICAL, FRAME_MAP, FRAME_ODOM,
+    FRAME_BASE, FRAME_IMU, FRAME_LASER_HORIZONTAL, FRAME_LASER_VERTICAL, FRAME_MAP, FRAME_ODOM,
 };
 use biplane_recording::{Direction, Port, Rig, Topic};
 
@@ -75,6 +75,7 @@ impl<S: Sink> Publisher<S> {
         let mut transforms = vec![mount(now_ns, FRAME_LASER_HORIZONTAL, &rig.horizontal.mount)];
         transforms
             .extend(rig.vertical.as_ref().map(|laser| mount(now_ns, FRAME_LASER_VERTICAL, &laser.mount)));
+        transforms.extend(rig.imu.as_ref().map(|unit| mount(now_ns, FRAME_IMU, &unit.mount)));
         TfMessage { transforms }.encode(&mut self.bytes);
         self.sink.message(Topic::TfStatic, now_ns, now_ns, &self.bytes);
     }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use biplane_recording::messages::{Imu, LaserScan, Odometry, TfMessage, TransformStamped};
 use biplane_recording::rig::Mount;
-use biplane_recording::topics::{FRAME_BASE, FRAME_LASER_HORIZONTAL, FRAME_LASER_VERTICAL};
+use biplane_recording::topics::{FRAME_BASE, FRAME_IMU, FRAME_LASER_HORIZONTAL, FRAME_LASER_VERTICAL};
 use biplane_recording::{Topic, WriteError, Writer};
 
 use super::container::{BagFile, Losses, RawMessage};
@@ -212,24 +212,29 @@ impl<'a> Conversion<'a> {
         let horizontal = Some((FRAME_LASER_HORIZONTAL.to_owned(), self.plan.horizontal.mount));
         let vertical =
             self.plan.vertical.as_ref().map(|laser| (FRAME_LASER_VERTICAL.to_owned(), laser.mount));
-        let transforms =
-            [horizontal, vertical].into_iter().flatten().map(|(child_frame_id, mount)| TransformStamped {
+        let imu =
+            self.plan.imu.as_ref().and_then(|(_, mount)| Some((imu_frame("", mount.as_ref()), (*mount)?)));
+        let imu = imu.filter(|(frame, _)| frame == FRAME_IMU);
+        let transforms = [horizontal, vertical, imu].into_iter().flatten().map(|(child_frame_id, mount)| {
+            TransformStamped {
                 stamp_ns,
                 frame_id: FRAME_BASE.to_owned(),
                 child_frame_id,
                 translation_m: mount.translation_m(),
                 rotation_xyzw: mount.rotation_xyzw(),
-            });
+            }
+        });
         let message = TfMessage { transforms: transforms.collect() };
         self.writer.write(Topic::TfStatic, stamp_ns, stamp_ns, &message)
     }
 }
 
-/// The frame of an inertial unit that sits where the base does is the base.
+/// The frame of an inertial unit that sits where the base does is the base; where it sits elsewhere, its own.
 fn imu_frame(frame: &str, mount: Option<&Mount>) -> String {
     match mount {
         Some(mount) if *mount == Mount::default() => FRAME_BASE.to_owned(),
-        _ => frame.to_owned(),
+        Some(_) => FRAME_IMU.to_owned(),
+        None => frame.to_owned(),
     }
 }
 

@@ -22,7 +22,7 @@ pub use report::BagReport;
 
 use std::path::{Path, PathBuf};
 
-use biplane_recording::rig::Laser;
+use biplane_recording::rig::{InertialUnit, Laser, Mount};
 use biplane_recording::{Rig, Writer};
 
 use self::container::{BagFile, files_of};
@@ -195,8 +195,15 @@ fn rig(plan: &Plan, survey: &Survey) -> Rig {
     Rig {
         horizontal: laser(&plan.horizontal, Laser::horizontal()),
         vertical: plan.vertical.as_ref().map(|vertical| laser(vertical, Laser::vertical())),
+        imu: imu(plan),
         ..Rig::default()
     }
+}
+
+/// Where the inertial unit sits, if that is known and not in the base itself.
+fn imu(plan: &Plan) -> Option<InertialUnit> {
+    let mount = plan.imu.as_ref()?.1.filter(|mount| *mount != Mount::default())?;
+    Some(InertialUnit { mount, ..InertialUnit::default() })
 }
 
 fn describe(

@@ -4,10 +4,11 @@
 use crate::slam::refinement::spatial::beams::{BeamHit, Laser, Point};
 use crate::slam::refinement::spatial::floor_hits::FloorHits;
 use crate::slam::refinement::spatial::knots::{Attitude, Knots, State};
+use crate::slam::refinement::spatial::motion::inertial::{Biases, Inertial};
+use crate::slam::refinement::spatial::motion::wheels::Wheels;
 use crate::slam::refinement::spatial::normal_equations::{Assembly, Group, Layout, Row, by_state, robust};
 use crate::slam::refinement::spatial::params::SpatialParams;
 use crate::slam::refinement::spatial::surfaces::{Search, Surface, Surfaces};
-use crate::slam::refinement::spatial::wheels::Wheels;
 use biplane_geometry::vec3::dot;
 use rayon::prelude::*;
 
@@ -20,6 +21,7 @@ pub(crate) struct Problem<'a> {
     /// Where the first knot is.
     pub anchor: State,
     pub wheels: &'a Wheels,
+    pub inertial: Option<&'a Inertial>,
     pub floor: &'a FloorHits,
     /// The piece of the way of each knot.
     pub pieces: Vec<u32>,
@@ -65,6 +67,15 @@ struct Seen {
 }
 
 impl Problem<'_> {
+    /// The next state by wheels and inertial unit.
+    pub(crate) fn reckoned(&self, state: &State, knot: usize) -> State {
+        let mut next = self.wheels.reckoned(state, knot);
+        if let Some(inertial) = self.inertial {
+            [next[3], next[4]] = inertial.tilted(state, knot);
+        }
+        next
+    }
+
     /// The hit's point for the search of planes.
     fn point(&self, knots: &Knots, hit: &BeamHit) -> Point {
         let knot = hit.knot as usize;
@@ -112,7 +123,7 @@ impl Problem<'_> {
             .zip(planes)
             .filter_map(|(&hit, plane)| Some(Seen { hit: hit as u32, plane: plane? }))
             .collect();
-        Prepared { planes: surfaces.list, seen, assembly: None }
+        Prepared { planes: surfaces.list, seen, biases: Biases::default(), assembly: None }
     }
 
     /// The parts of the system for the poses as they are.
@@ -126,12 +137,16 @@ impl Problem<'_> {
         let layout = Layout {
             knots: span.end - span.first,
             planes: prepared.planes.len(),
+            extras: if self.inertial.is_some() { prepared.biases.len() } else { 0 },
             first_free: span.first_free - span.first,
         };
         let kernel_m = 0.5 * round.search.gate_m;
         let groups = self.groups(&prepared.seen, &prepared.planes, knots, span, kernel_m);
         let mut rows = Vec::new();
         self.wheels.rows(knots, span.first, layout, &self.params.motion, &mut rows);
+        if let Some(inertial) = self.inertial {
+            inertial.rows(knots, span.first, layout, &prepared.biases, &mut rows);
+        }
         if !self.hits.is_empty() {
             self.floor.rows(self.hits, knots, span.first, layout, round.floor_kernel_m, &mut rows);
         }
@@ -153,6 +168,9 @@ impl Problem<'_> {
                 let limit = if part == 3 || part == 4 { MAX_TILT_STEP_RAD } else { f64::INFINITY };
                 state[part] += step[part].clamp(-limit, limit);
             }
+        }
+        for (bias, step) in prepared.biases.iter_mut().zip(&steps.extras) {
+            (0..3).for_each(|axis| bias[axis] += step[axis]);
         }
         for (plane, step) in prepared.planes.iter_mut().zip(&steps.planes) {
             *plane = plane.stepped(*step);
@@ -176,16 +194,17 @@ impl Problem<'_> {
 
     /// The same with other parameters.
     pub(crate) fn with_params<'b>(&'b self, params: &'b SpatialParams) -> Problem<'b> {
-        let Self { hits, anchor, wheels, floor, .. } = *self;
+        let Self { hits, anchor, wheels, inertial, floor, .. } = *self;
         let (starts, pieces) = (self.starts.clone(), self.pieces.clone());
-        Problem { hits, starts, anchor, wheels, floor, pieces, params }
+        Problem { hits, starts, anchor, wheels, inertial, floor, pieces, params }
     }
 
-    /// The same without beams: what wheels alone tell.
+    /// The same without beams and inertial unit: what wheels alone tell.
     pub(crate) fn without_beams(&self) -> Problem<'_> {
         let Self { anchor, wheels, floor, params, .. } = *self;
         let starts = vec![0; self.starts.len()];
-        Problem { hits: &[], starts, anchor, wheels, floor, pieces: self.pieces.clone(), params }
+        let pieces = self.pieces.clone();
+        Problem { hits: &[], starts, anchor, wheels, inertial: None, floor, pieces, params }
     }
 
     /// What the beams say, by knot and plane.
@@ -291,6 +310,7 @@ pub(crate) const CAP: f64 = 9.0;
 struct Prepared {
     planes: Vec<Surface>,
     seen: Vec<Seen>,
+    biases: Biases,
     assembly: Option<Assembly>,
 }
 

@@ -4,11 +4,12 @@
 //!
 //! The horizontal laser sees where the ground bends up, and next to nothing of where it bends down. A drive
 //! that ends on a slope up has therefore as well come down one before, unseen, and ended on the level: its
-//! ground is taken as level, and that is said.
+//! ground is taken as level, and that is said. An inertial unit settles it.
 
 use crate::slam::refinement::spatial::adjustment::{Problem, Round, Span};
 use crate::slam::refinement::spatial::growth::grow;
 use crate::slam::refinement::spatial::knots::Knots;
+use crate::slam::refinement::spatial::motion::inertial::Inertial;
 use crate::slam::refinement::spatial::observability::{Certainty, Observed};
 use crate::slam::refinement::spatial::surfaces::Search;
 
@@ -77,10 +78,14 @@ pub(crate) fn choose(problem: &Problem<'_>, start: &Knots) -> Option<Refined> {
     let by = ratio(&now.all(), &before.all());
     let is_worse =
         ratio(&now.horizontal, &before.horizontal) > 1.0 || ratio(&now.vertical, &before.vertical) > 1.0;
-    if by > 1.0 - PAYS || is_worse || problem.floor.share_on_ground(problem.hits, &knots) < ON_THE_GROUND {
+    // What an inertial unit says of a slope and its sign needs no more than not to be contradicted.
+    let is_reported = problem.inertial.is_some_and(Inertial::reports_slope);
+    let is_ground = problem.floor.share_on_ground(problem.hits, &knots) >= ON_THE_GROUND;
+    let pays = if is_reported { by < 1.0 } else { by <= 1.0 - PAYS && is_ground };
+    if !pays || is_worse {
         return None;
     }
-    let is_ambiguous = ends_on_a_slope(&knots);
+    let is_ambiguous = !is_reported && ends_on_a_slope(&knots);
     if is_ambiguous {
         for state in &mut knots.states {
             (state[2], state[3], state[4]) = (0.0, 0.0, 0.0);

@@ -174,6 +174,11 @@ impl FloorHits {
         found
     }
 
+    /// None.
+    pub(crate) fn none(hits: &[BeamHit]) -> Self {
+        Self { is_ground: vec![false; hits.len()], ..Self::default() }
+    }
+
     /// Whether they are enough to think of a ramp.
     pub(crate) fn are_many(&self) -> bool {
         self.scans >= SCANS
@@ -300,8 +305,8 @@ mod tests {
         let states = way_m.iter().map(state).collect();
         let track = Knots { start_ns: 0, step_ns: 100_000_000, states };
         let passing = Passing::new(&track, &way_m);
-        let most = (0..9).map(|x| passing.later([x, 0], 0.0).len()).max();
-        assert!(most.is_some_and(|most| most > 10 && most < 300), "{most:?}");
+        let max = (0..9).map(|x| passing.later([x, 0], 0.0).len()).max();
+        assert!(max.is_some_and(|max| max > 10 && max < 300), "{max:?}");
     }
 
     #[test]

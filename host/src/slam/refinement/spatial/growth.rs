@@ -1,5 +1,5 @@
 //! Poses grown from the start, second by second: what was found so far is kept, the new second is reckoned by
-//! the wheels with the last tilt, and the last seconds are adjusted.
+//! the wheels with the last tilt, or what an inertial unit makes of it, and the last seconds are adjusted.
 //!
 //! From flat poses all at once a ramp under a parallel ceiling stays flat: the ceiling fits as well so.
 
@@ -27,7 +27,7 @@ pub(crate) fn grow(problem: &Problem<'_>, start: &Knots) -> Option<Knots> {
     while end < all {
         let next = (end + new).min(all);
         for knot in end..next {
-            knots.states[knot] = problem.wheels.reckoned(&knots.states[knot - 1], knot - 1);
+            knots.states[knot] = problem.reckoned(&knots.states[knot - 1], knot - 1);
         }
         end = next;
         let first_free = end.saturating_sub(moving);

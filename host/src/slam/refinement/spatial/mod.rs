@@ -2,13 +2,13 @@
 //! ground; ground that is seen ahead and driven over later.
 //!
 //! The way, step by step: knots of the trajectory every so often ([`knots`]) -> beams of both lasers
-//! ([`beams`]) -> what the base counted ([`wheels`]) -> ground seen ahead ([`floor_hits`]) -> rounds of
+//! ([`beams`]) -> what the base counted and an inertial unit felt ([`motion`]) -> ground seen ahead ([`floor_hits`]) -> rounds of
 //! planes ([`surfaces`]) and sparse steps ([`adjustment`], [`normal_equations`]), grown from the start of
 //! the way ([`growth`]), then over all of it -> whether they explain beams that took no part better
 //! ([`choice`]) -> how surely they are known ([`observability`]).
 //!
-//! Where no ground is seen ahead, by the wheels' track and by that of the poses so far, nothing is refined: a
-//! flat floor is flat to the bit.
+//! Where no ground is seen ahead, by the wheels' track and by that of the poses so far, and no inertial unit
+//! tells of a slope, nothing is refined: a flat floor is flat to the bit.
 //!
 //! Frame `map`, meters, radians, nanoseconds. Results do not depend on the number of threads.
 
@@ -18,11 +18,11 @@ pub(crate) mod choice;
 pub(crate) mod floor_hits;
 pub(crate) mod growth;
 pub(crate) mod knots;
+pub(crate) mod motion;
 pub(crate) mod normal_equations;
 pub(crate) mod observability;
 pub(crate) mod params;
 pub(crate) mod surfaces;
-pub(crate) mod wheels;
 
 use crate::recordings::deskew::Trajectory;
 use crate::recordings::run::{Run, RunError, VerticalScans};
@@ -30,8 +30,10 @@ use crate::slam::refinement::spatial::beams::{BeamHit, Choice, Laser, beam_hits}
 use crate::slam::refinement::spatial::choice::{Refined, choose};
 use crate::slam::refinement::spatial::floor_hits::FloorHits;
 use crate::slam::refinement::spatial::knots::Knots;
+use crate::slam::refinement::spatial::motion::inertial::Inertial;
+use crate::slam::refinement::spatial::motion::inertial_samples::{InertialSample, inertial_samples};
+use crate::slam::refinement::spatial::motion::wheels::Wheels;
 use crate::slam::refinement::spatial::params::SpatialParams;
-use crate::slam::refinement::spatial::wheels::Wheels;
 use adjustment::Problem;
 
 /// A gap of the trajectory longer than this is not bridged, nanoseconds.
@@ -43,6 +45,8 @@ pub(crate) struct SpatialInput<'a> {
     pub trajectory: &'a Trajectory,
     /// The base's own odometry.
     pub odometry: &'a Trajectory,
+    /// What an inertial unit felt, in the order of stamps; none without one.
+    pub inertial: &'a [InertialSample],
     /// The scans of the laser that localizes.
     pub horizontal: &'a VerticalScans,
     /// The scans of the laser that sees the building.
@@ -60,15 +64,21 @@ pub(crate) fn refine(input: &SpatialInput<'_>, params: &SpatialParams) -> Option
     let wheels = Wheels::new(input.odometry, &start)?;
     let way_m = wheels.way_m();
     // Odometry that drifts puts walls over the way, and a ramp drags matched poses along: both have to tell.
-    let floor = FloorHits::find(&hits, &wheels.dead_reckoned(&start), &way_m);
-    if !floor.are_many() || !FloorHits::find(&hits, &start, &way_m).are_many() {
+    let mut floor = FloorHits::find(&hits, &wheels.dead_reckoned(&start), &way_m);
+    let sees_ground = floor.are_many() && FloorHits::find(&hits, &start, &way_m).are_many();
+    let inertial = Inertial::of(input.inertial, &start, &wheels);
+    if !sees_ground && !inertial.as_ref().is_some_and(Inertial::reports_slope) {
         return None;
+    }
+    if !sees_ground {
+        floor = FloorHits::none(&hits);
     }
     let starts =
         (0..=start.states.len()).map(|knot| hits.partition_point(|hit| (hit.knot as usize) < knot)).collect();
     let pieces = way_m.iter().map(|way_m| (way_m / params.piece_m) as u32).collect();
     let anchor = start.states[0];
-    let problem = Problem { hits: &hits, starts, anchor, wheels: &wheels, floor: &floor, pieces, params };
+    let (wheels, inertial) = (&wheels, inertial.as_ref());
+    let problem = Problem { hits: &hits, starts, anchor, wheels, inertial, floor: &floor, pieces, params };
     choose(&problem, &start)
 }
 
@@ -82,9 +92,15 @@ pub(crate) fn refine_run(run: &Run, trajectory: &Trajectory) -> Result<Option<Re
         return Ok(None);
     };
     let Some(horizontal) = run.horizontal_scans()? else { return Ok(None) };
+    let inertial = inertial_samples(run)?;
     let odometry = Trajectory::new(run.stamps_and_poses()?.odometry);
-    let input =
-        SpatialInput { trajectory, odometry: &odometry, horizontal: &horizontal, vertical: &vertical };
+    let input = SpatialInput {
+        trajectory,
+        odometry: &odometry,
+        inertial: &inertial,
+        horizontal: &horizontal,
+        vertical: &vertical,
+    };
     Ok(refine(&input, &SpatialParams::default()))
 }
 

@@ -73,6 +73,8 @@ pub(crate) fn by_state(attitude: &Attitude, turned: [f64; 3], normal: [f64; 3]) 
 pub(crate) struct Layout {
     pub knots: usize,
     pub planes: usize,
+    /// Variables after those of planes.
+    pub extras: usize,
     /// Knots before this one stay.
     pub first_free: usize,
 }
@@ -93,14 +95,20 @@ impl Layout {
         2 * self.knots + plane
     }
 
+    /// One that belongs to no knot and no plane: it is free.
+    pub(crate) fn extra(self, extra: usize) -> usize {
+        2 * self.knots + self.planes + extra
+    }
+
     fn count(self) -> usize {
-        2 * self.knots + self.planes
+        2 * self.knots + self.planes + self.extras
     }
 
     /// Which parts of a variable may move.
     fn free(self, variable: usize, is_line: &[bool]) -> [bool; 3] {
         if variable >= 2 * self.knots {
-            return [true, !is_line[variable - 2 * self.knots], true];
+            let is_line = is_line.get(variable - 2 * self.knots).copied().unwrap_or_default();
+            return [true, !is_line, true];
         }
         [variable / 2 >= self.first_free; 3]
     }
@@ -113,6 +121,7 @@ pub(crate) struct Steps {
     pub knots: Vec<State>,
     /// Of planes: two turns, an offset.
     pub planes: Vec<[f64; 3]>,
+    pub extras: Vec<[f64; 3]>,
 }
 
 /// Places of a state's parts in the two variables of its knot.
@@ -184,13 +193,18 @@ impl Assembly {
     /// Solves for the steps; `None` when the system tells nothing.
     pub(crate) fn solve(&self, groups: &[Group], rows: &[Row]) -> Option<Steps> {
         let found = self.system(groups, rows).solve().ok()?;
-        let (of_knots, of_planes) = found.split_at(2 * self.layout.knots);
+        let (of_knots, others) = found.split_at(2 * self.layout.knots);
+        let (of_planes, extras) = others.split_at(self.layout.planes);
         let join = |pair: &[[f64; 3]]| {
             let ([x, y, yaw], [z, roll, pitch]) = (pair[0], pair[1]);
             [x, y, z, roll, pitch, yaw]
         };
         let is_finite = found.iter().flatten().all(|value| value.is_finite());
-        is_finite.then(|| Steps { knots: of_knots.chunks(2).map(join).collect(), planes: of_planes.to_vec() })
+        is_finite.then(|| Steps {
+            knots: of_knots.chunks(2).map(join).collect(),
+            planes: of_planes.to_vec(),
+            extras: extras.to_vec(),
+        })
     }
 
     /// The covariance of the states of some knots: of (x, y, z, roll, pitch, heading).

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::slam::refinement::spatial::adjustment::{Problem, Round, Span};
 use crate::slam::refinement::spatial::knots::Knots;
-use crate::slam::refinement::spatial::wheels::Wheels;
+use crate::slam::refinement::spatial::motion::wheels::Wheels;
 
 /// Poses whose covariances are computed, evenly over the way: they change slowly, and between two of them
 /// they are interpolated.

@@ -105,6 +105,22 @@ impl Wheels {
         }
     }
 
+    /// Whether the robot stands from a knot to the next.
+    pub(crate) fn stands(&self, knot: usize) -> bool {
+        self.steps[knot].is_some_and(Step::stands)
+    }
+
+    /// Speed ahead at a knot.
+    pub(crate) fn speed_m_s(&self, knot: usize, step_s: f64) -> f64 {
+        let around = &self.steps[knot.saturating_sub(1)..(knot + 1).min(self.steps.len())];
+        around.iter().flatten().map(|step| step.ahead_m).sum::<f64>() / (around.len() as f64 * step_s)
+    }
+
+    /// Acceleration to the left of the curve after a knot.
+    pub(crate) fn curve_m_s2(&self, knot: usize, step_s: f64) -> f64 {
+        self.steps[knot].map_or(0.0, |step| step.ahead_m * step.turn_rad / (step_s * step_s))
+    }
+
     /// The way from the start to each knot, meters.
     pub(crate) fn way_m(&self) -> Vec<f64> {
         let mut way_m = vec![0.0];
