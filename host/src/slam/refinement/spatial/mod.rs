@@ -2,8 +2,8 @@
 //! ground; ground that is seen ahead and driven over later.
 //!
 //! The way, step by step: knots of the trajectory every so often ([`knots`]) -> beams of both lasers
-//! ([`beams`]) -> what the base counted and an inertial unit felt ([`motion`]) -> ground seen ahead ([`floor_hits`]) -> rounds of
-//! planes ([`surfaces`]) and sparse steps ([`adjustment`], [`normal_equations`]), grown from the start of
+//! ([`beams`]) -> what the base counted and an inertial unit felt ([`motion`]) -> ground seen
+//! ahead ([`floor_hits`]) -> rounds of planes ([`surfaces`]) and sparse steps ([`adjustment`], [`normal_equations`]), grown from the start of
 //! the way ([`growth`]), then over all of it -> whether they explain beams that took no part better
 //! ([`choice`]) -> how surely they are known ([`observability`]).
 //!
