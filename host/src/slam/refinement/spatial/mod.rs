@@ -3,9 +3,9 @@
 //!
 //! The way, step by step: knots of the trajectory every so often ([`knots`]) -> beams of both lasers
 //! ([`beams`]) -> what the base counted and an inertial unit felt ([`motion`]) -> ground seen
-//! ahead ([`floor_hits`]) -> rounds of planes ([`surfaces`]) and sparse steps ([`adjustment`], [`normal_equations`]), grown from the start of
-//! the way ([`growth`]), then over all of it -> whether they explain beams that took no part better
-//! ([`choice`]) -> how surely they are known ([`observability`]).
+//! ahead ([`floor_hits`]) -> rounds of planes ([`surfaces`]) and sparse steps ([`adjustment`],
+//! [`normal_equations`]), grown from the start of the way ([`growth`]), then over all of it -> whether they
+//! explain beams that took no part better ([`choice`]) -> how surely they are known ([`observability`]).
 //!
 //! Where no ground is seen ahead, by the wheels' track and by that of the poses so far, and no inertial unit
 //! tells of a slope, nothing is refined: a flat floor is flat to the bit.
