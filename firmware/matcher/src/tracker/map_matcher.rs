@@ -10,8 +10,8 @@ use crate::registration::gauss_newton::fit::fit;
 use crate::registration::gauss_newton::prior::Prior;
 use crate::registration::gauss_newton::{Alignment, align};
 use crate::registration::journal::Journal;
-use crate::registration::search::Window;
 use crate::registration::search::correlative::Search;
+use crate::registration::search::{Candidate, Window};
 use crate::registration::verdict::{Verdict, is_informative};
 use crate::scan::end_points::EndPoints;
 use biplane_geometry::{Pose2, wrap_angle};
@@ -25,6 +25,16 @@ const HEADING_SEARCH_BELOW_SHARE: f64 = 0.9;
 /// Below this share of explained end points the surroundings are searched. Larger: more searches, more time.
 /// Error 0.0248 m halved, 0.0246 m doubled. Without odometry 0.0250 m and 0.0267 m.
 const SEARCH_BELOW_SCORE: f64 = 0.6;
+/// All headings are searched in so many sectors, the one about the prior being the ordinary search's.
+const SECTORS: u32 = 6;
+/// Width of a sector, radians.
+const SECTOR_RAD: f64 = std::f64::consts::TAU / 6.0;
+/// How far a sector's search looks each way, meters. Larger: slower.
+const SECTOR_HALF_M: f64 = 0.3;
+/// A heading that nobody expected is believed from this share of the informative end points on.
+const SURE_SCORE: f64 = 0.8;
+/// And from this share of all of them on: what sees little of the map may lie anywhere.
+const SURE_SHARE: f64 = 0.5;
 /// Without a measured prior, places that score at least this share of the best one are aligned as well.
 /// Smaller: slower, fewer wrong places taken for right. Starts found 96.0 % halved, 95.1 % doubled.
 const RIVAL_SHARE: f32 = 0.8;
@@ -101,7 +111,34 @@ impl MapMatcher {
                 }
             }
         }
+        if Verdict::of(&best.fit) == Verdict::Lost {
+            self.all_headings(points, prior, &mut best);
+        }
         (best, Verdict::of(&best.fit))
+    }
+
+    /// Looks at the headings that the searches before left out: wheels that slipped in a turn, or a base that
+    /// was turned by hand. What is found there is kept when it explains nearly all of the scan only: places
+    /// look alike when they are turned round.
+    fn all_headings(&mut self, points: &EndPoints, prior: &Prior, best: &mut Alignment) {
+        let sector = Window { half_m: SECTOR_HALF_M, half_rad: 0.5 * SECTOR_RAD };
+        let mut seen = Candidate::default();
+        for number in sectors_due(self.lost_in_a_row) {
+            let theta_rad = wrap_angle(prior.mean.theta_rad + f64::from(number) * SECTOR_RAD);
+            let found = self.search.first(&self.map, points, &Pose2 { theta_rad, ..prior.mean }, sector);
+            if found.score > seen.score {
+                seen = found;
+            }
+        }
+        if seen.score > 0.0 {
+            let mut found = *best;
+            self.try_from(points, seen.pose, prior, &mut found);
+            let is_sure =
+                found.fit.score() >= SURE_SCORE && found.fit.explained >= SURE_SHARE * found.fit.total;
+            if is_sure {
+                *best = found;
+            }
+        }
     }
 
     /// Finds the scan's pose from the prior alone, with no search around.
@@ -178,5 +215,30 @@ impl MapMatcher {
             self.learned_at = Some(*map_from_base);
         }
         moved_enough
+    }
+}
+
+/// The sectors to search, after so many lost scans in a row: all of them at the first lost scan, when the
+/// place is still known, then one a scan in turn. So a long loss costs a fifth of that a scan.
+fn sectors_due(lost_in_a_row: u32) -> std::ops::Range<u32> {
+    match lost_in_a_row {
+        0 => 1..SECTORS,
+        lost => {
+            let number = 1 + (lost - 1) % (SECTORS - 1);
+            number..number + 1
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_lost_scan_looks_into_every_sector_and_the_later_ones_into_one_each_in_turn() {
+        assert!(sectors_due(0).eq(1..SECTORS));
+        let later: Vec<u32> = (1..=10).flat_map(sectors_due).collect();
+        assert_eq!(later, [1, 2, 3, 4, 5, 1, 2, 3, 4, 5]);
+        assert_eq!(sectors_due(u32::MAX).len(), 1);
     }
 }

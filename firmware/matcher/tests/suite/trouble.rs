@@ -186,6 +186,42 @@ fn a_base_carried_half_a_metre_is_found_again() {
     assert!(meters < 0.03 && degrees < 0.5, "{meters} m, {degrees} deg, {found:?}");
 }
 
+/// A tracker that drove straight on, and turned once about itself first when it `knows_all_round`. Then the
+/// base was moved a little and turned by so much, which the odometry did not feel: its place, and five scans.
+fn turned_by_hand(turn_rad: f64, knows_all_round: bool) -> (Pose2, Vec<Tracked>) {
+    let (world, mut noise) = (World::room(), Noise(5));
+    let mut tracker = Tracker::new(TrackerParams::default());
+    let round = (0..if knows_all_round { 64 } else { 0 }).map(|i| Pose2::new(0.0, 0.0, 0.1 * f64::from(i)));
+    for (i, pose) in (0..).zip(round.chain((0..20).map(straight))) {
+        track(&mut tracker, i, &look(&world, &pose, &mut noise), Some(pose));
+    }
+    let turned = straight(19) * Pose2::new(0.1, 0.05, turn_rad);
+    let mut seen = |i| track(&mut tracker, i, &look(&world, &turned, &mut noise), Some(straight(19)));
+    (turned, (100..105).map(&mut seen).collect())
+}
+
+#[test]
+fn a_base_turned_round_that_its_odometry_did_not_feel_is_found_again_where_the_map_knows_what_it_sees() {
+    for turn_rad in [0.8, -0.9, 1.4, -1.4, -1.9, 2.6, -2.6] {
+        let (turned, seen) = turned_by_hand(turn_rad, true);
+        let found = seen[4];
+        let (meters, degrees) = error(&found.map_from_base, &turned);
+        assert!(meters < 0.03 && degrees < 0.5, "{turn_rad}: {meters} m, {degrees} deg, {found:?}");
+    }
+}
+
+#[test]
+fn a_base_turned_to_what_the_map_does_not_know_is_lost_and_not_found_elsewhere() {
+    for turn_rad in [1.9, -1.9, -2.6] {
+        let (_, seen) = turned_by_hand(turn_rad, false);
+        for found in seen {
+            let (meters, degrees) = error(&found.map_from_base, &straight(19));
+            assert_eq!(found.outcome, Outcome::Lost, "{turn_rad}: {found:?}");
+            assert!(meters < 0.03 && degrees < 0.5, "{turn_rad}: {meters} m, {degrees} deg, {found:?}");
+        }
+    }
+}
+
 #[test]
 fn no_number_in_a_scan_makes_a_pose_that_is_no_number() {
     let wild = [f32::NAN, f32::NEG_INFINITY, -1.0, 0.0, f32::MAX, f32::MIN_POSITIVE, 1.0];
