@@ -100,17 +100,19 @@ fn an_apse_is_one_curved_wall_seen_from_inside() {
         seen.from([1.0, 0.0, 0.8], 4000, |a, b| [0.0, side * (2.0 + 2.0 * a), 3.0 * b]);
     }
     let (before, after, cylinders) = seen.found();
-    // Two strips at an end of the arc stay as planes: docs/shapes.md names this weakness.
-    assert!(
-        before.planes.len() == 5 && after.planes.len() == 3,
-        "{} planes before, and after: {:?}",
-        before.planes.len(),
-        after.planes
-    );
+    // The four strips are gone; both straight walls are one plane.
+    assert_eq!((before.planes.len(), after.planes.len()), (5, 1), "{:?}", after.planes);
     assert_eq!(cylinders.len(), 1);
     let apse = &cylinders[0];
     assert_eq!((apse.kind, apse.seen_from), (CylinderKind::Wall, SeenFrom::Inside));
     assert!((apse.radius_m - 2.0).abs() < 0.01, "{apse:?}");
+    // Both ends are the lines in which it meets the straight walls.
+    for (angle_deg, side) in apse.arc_deg.into_iter().zip([-1.0, 1.0]) {
+        for end in [0, 1] {
+            let [x, y, _] = apse.corner_m(angle_deg.to_radians(), end);
+            assert!(x.abs() < 0.005 && (y - 2.0 * side).abs() < 0.015, "{apse:?}");
+        }
+    }
 }
 
 #[test]

@@ -21,6 +21,8 @@ const MIN_SCORE: f64 = 0.3;
 /// What lies about a guess, in radii and deviations.
 const ABOUT_RADII: f64 = 1.5;
 const ABOUT_DEVIATIONS: f64 = 12.0;
+/// A fitted radius this much larger than the guess's has more about it than the guess had.
+const GROWN: f64 = 1.2;
 /// How far from its first point the others of a guess lie: from poles to stout columns.
 const REACHES_M: [f64; 5] = [0.08, 0.16, 0.32, 0.64, 1.28];
 /// Radii above this are left to the search among strips of planes.
@@ -160,8 +162,19 @@ fn three(section: &Section, near: &[u32], random: &mut Random) -> Option<Circle>
     through([pick()?, pick()?, pick()?])
 }
 
-/// A guess fitted to the points about it, and judged.
+/// A guess fitted to the points about it, and judged. One that has grown far beyond the guess is fitted once
+/// more, to all that is about it now: an apse shows through its ends what a column would not reach.
 fn refined(params: &ShapeParams, start: Tube, seen: &Evidence<'_>) -> Result<Accepted, Rejected> {
+    let mut best = about(params, start, seen)?;
+    if best.tube.radius_m > GROWN * start.radius_m {
+        let again = about(params, best.tube, seen).ok();
+        best = again.filter(|again| again.on.len() > best.on.len()).unwrap_or(best);
+    }
+    Ok(best)
+}
+
+/// A tube fitted to the points about it, and judged.
+fn about(params: &ShapeParams, start: Tube, seen: &Evidence<'_>) -> Result<Accepted, Rejected> {
     let reach_m = ABOUT_RADII * start.radius_m + ABOUT_DEVIATIONS * seen.sigma_m;
     let is_about = |i: &usize| {
         let [x, y, _] = start.axis.local(seen.points_m[*i]);
