@@ -2,26 +2,33 @@
 """Are the round things of simulated halls and streets found, and nothing else?
 
     check_shapes.py DIR [--worlds hall,pillars] [--rigs paper,fast] [--seeds N] [--min-f1 F] [--flat]
+        [--planes]
 
 Each seed is another plan of the world and another noise. shapes.json of the build is held against truth.json
 of the simulator. A cylinder is found when its axis runs within 10 cm of the true one and its radius differs
 by no more than a quarter; the figures are of those. `pillars` has nothing round: whatever has more than 100
-points is false. With --flat, polygons are counted against the true flat faces. Only the standard library."""
+points is false. With --flat, polygons are counted against the true flat faces.
+With --planes, F of the planes with and without round things, of points whose true surface is known, and the
+time that round things take. At the end a table. Only the standard library."""
 
 import argparse
+import array
 import json
 import math
 import statistics
+import struct
 import sys
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from lib.programs import RIGS, run, simulate
+from lib.programs import RIGS, json_of, run, simulate
 from lib.verdict import Tally, require
 
 NEAR_M, RADIUS_SHARE, FALSE_POINTS = 0.10, 0.25, 100
-WITHOUT_TRUTH = "pillars"
+WITHOUT_TRUTH = ("pillars", "corridor", "office", "building")
+# A point is on the true surface that is nearest, when that is no further away; so many points are asked.
+NEAR_SURFACE_M, ASKED = 0.08, 6000
 
 
 def minus(a, b):
@@ -86,19 +93,83 @@ def score(found, truth):
     return pairs, left, false
 
 
-def flat_faces(folder):
-    """How many planes the truth has."""
-    data = (folder / "surfaces.ply").read_bytes()
-    head, body = data.split(b"end_header\n", 1)
+def true_surfaces(folder):
+    """The triangles of the truth: three corners and the number of the plane, -1 for round ones."""
+    head, body = (folder / "surfaces.ply").read_bytes().split(b"end_header\n", 1)
     lines = head.decode().splitlines()
     vertices = next(int(line.split()[2]) for line in lines if line.startswith("element vertex"))
     faces = next(int(line.split()[2]) for line in lines if line.startswith("element face"))
-    size = 24 if any("double x" in line for line in lines) else 12
-    planes, at = set(), vertices * size
-    for _ in range(faces):
-        planes.add(int.from_bytes(body[at + 13 : at + 17], "little", signed=True))
-        at += 17
-    return len(planes - {-1})
+    corners = list(struct.iter_unpack("<3f", body[: 12 * vertices]))
+    rows = struct.iter_unpack("<B3ii", body[12 * vertices : 12 * vertices + 17 * faces])
+    return [([corners[k] for k in row[1:4]], row[4]) for row in rows]
+
+
+def flat_faces(folder):
+    """How many planes the truth has."""
+    return len({plane for _, plane in true_surfaces(folder)} - {-1})
+
+
+def near_triangle(p, corners, reach):
+    """Distance from a point to a triangle's plane where its foot is in the triangle, or near it."""
+    a, b, c = corners
+    u, v, w = minus(b, a), minus(c, a), minus(p, a)
+    uu, uv, vv, wu, wv = dot(u, u), dot(u, v), dot(v, v), dot(w, u), dot(w, v)
+    area2 = uu * vv - uv * uv
+    if area2 <= 0:
+        return math.inf
+    s, t = (wu * vv - wv * uv) / area2, (wv * uu - wu * uv) / area2
+    margin = reach * math.sqrt(max(uu, vv) / area2)
+    if min(s, t) < -margin or s + t > 1 + margin:
+        return math.inf
+    foot = [a[k] + s * u[k] + t * v[k] for k in range(3)]
+    return length(minus(p, foot))
+
+
+def true_plane(p, surfaces):
+    """The plane on which a point is in truth; -1 for round things, None for nothing near."""
+    best, label = NEAR_SURFACE_M, None
+    for low, high, corners, plane in surfaces:
+        if all(low[k] <= p[k] <= high[k] for k in range(3)):
+            off = near_triangle(p, corners, 0.02)
+            if off < best:
+                best, label = off, plane
+    return label
+
+
+def plane_f(truth_of, labels):
+    """F of points: good are those on the true plane that most of their plane's points are on."""
+    votes = {}
+    for number, truth in truth_of.items():
+        if labels[number] >= 0:
+            votes.setdefault(labels[number], {}).setdefault(truth, []).append(number)
+    most = {plane: max(by.items(), key=lambda item: len(item[1])) for plane, by in votes.items()}
+    good = sum(len(points) for truth, points in most.values() if truth is not None and truth >= 0)
+    labelled = sum(len(points) for by in votes.values() for points in by.values())
+    true = sum(truth is not None and truth >= 0 for truth in truth_of.values())
+    return 2 * good / max(1, labelled + true)
+
+
+def planes_of(truth_folder, model):
+    """F of planes with and without the search for round things, and what that takes on top of the planes."""
+    cloud = model / "points.ply"
+    labels, share = {}, 0.0
+    for words in ([], ["--no-shapes"]):
+        folder = model / ("planes" + "".join(words))
+        report = json_of("biplane", "planes", cloud, "-o", folder, "--force", "--json", *words)
+        labels[not words] = array.array("i", (folder / "labels.bin").read_bytes())
+        if not words:
+            share = report["shapes_cpu_s"] / max(1e-9, report["cpu_s"])
+    count = len(labels[True])
+    head, body = cloud.read_bytes().split(b"end_header\n", 1)
+    size = 24
+    surfaces = []
+    for corners, plane in true_surfaces(truth_folder):
+        low = [min(c[k] for c in corners) - NEAR_SURFACE_M for k in range(3)]
+        high = [max(c[k] for c in corners) + NEAR_SURFACE_M for k in range(3)]
+        surfaces.append((low, high, corners, plane))
+    asked = range(0, count, max(1, count // ASKED))
+    truth_of = {k: true_plane(struct.unpack_from("<3f", body, size * k), surfaces) for k in asked}
+    return plane_f(truth_of, labels[True]), plane_f(truth_of, labels[False]), share
 
 
 def drive(folder, world, rig, seed):
@@ -115,10 +186,10 @@ def drive(folder, world, rig, seed):
     return truth, model
 
 
-def judge(folder, world, rig, seed):
+def judge(folder, world, rig, seed, with_planes):
     """The figures of one drive."""
     truth_folder, model = drive(folder, world, rig, seed)
-    truth = json.loads((truth_folder / "truth.json").read_text())["cylinders"]
+    truth = json.loads((truth_folder / "truth.json").read_text()).get("cylinders", [])
     found = [Found(one) for one in json.loads((model / "shapes.json").read_text())["cylinders"]]
     pairs, missed, false = score(found, truth)
     polygons = json.loads((model / "summary.json").read_text())["polygons"]
@@ -148,7 +219,16 @@ def judge(folder, world, rig, seed):
             f"   false: {f['kind']} of {one.radius:.3f} m at {at}, {f['points']} points, "
             f"arc {f['seen_arc_deg']}"
         )
+    planes = planes_of(truth_folder, model) if with_planes else None
+    if planes:
+        with_rounds, without, share = planes
+        print(
+            f"   F of planes {with_rounds:.3f}, {without:.3f} without round things; "
+            f"these take {100 * share:.0f} % on top",
+            flush=True,
+        )
     return {
+        "planes": planes,
         "f1": f1,
         "pairs": len(pairs),
         "fine": len(fine),
@@ -156,6 +236,38 @@ def judge(folder, world, rig, seed):
         "false": sum(one.figures["points"] > FALSE_POINTS for one in false),
         "polygons": polygons / flat_faces(truth_folder),
     }
+
+
+HEAD = (
+    "| world | rig | drives | F1, median | worst | radius good | axis good | false | polygons a face, median "
+    "| worst | planes' F lost, worst | time on top, median |\n" + 12 * "|---" + "|"
+)
+
+
+def row_of(world, rig, all_figures):
+    """A line of the table that docs/shapes.md has."""
+    of = {key: [f[key] for f in all_figures] for key in all_figures[0]}
+    share = [f"{100 * sum(of[key]) / max(1, sum(of['pairs'])):.0f} %" for key in ("fine", "placed")]
+    lost, time = "-", "-"
+    if all(of["planes"]):
+        lost = f"{100 * max(1 - with_rounds / without for with_rounds, without, _ in of['planes']):.1f} %"
+        time = f"{100 * statistics.median(share for *_, share in of['planes']):.0f} %"
+    cells = [
+        world,
+        rig,
+        len(all_figures),
+        f"{statistics.median(of['f1']):.3f}",
+        f"{min(of['f1']):.3f}",
+        *share,
+    ]
+    cells += [
+        sum(of["false"]),
+        f"{statistics.median(of['polygons']):.2f}",
+        f"{max(of['polygons']):.2f}",
+        lost,
+        time,
+    ]
+    return "| " + " | ".join(str(cell) for cell in cells) + " |"
 
 
 def main():
@@ -169,33 +281,28 @@ def main():
     parser.add_argument("--first", type=int, default=1)
     parser.add_argument("--min-f1", type=float, default=0.8, help="of the worst drive with round things")
     parser.add_argument("--flat", action="store_true", help="polygons are bounded by 1.5 times the faces")
+    parser.add_argument("--planes", action="store_true", help="F of planes too, and times")
     parser.add_argument("-v", action="store_true", help="a line for each thing")
     args = parser.parse_args()
     args.folder.mkdir(parents=True, exist_ok=True)
-    tally = Tally()
+    tally, table = Tally(), []
     for world in args.worlds.split(","):
         for rig in args.rigs.split(","):
             seeds = range(args.first, args.first + args.seeds)
-            all_figures = [judge(args.folder, world, rig, seed) for seed in seeds]
+            all_figures = [judge(args.folder, world, rig, seed, args.planes) for seed in seeds]
             worst = min(f["f1"] for f in all_figures)
-            pairs = sum(f["pairs"] for f in all_figures)
             false = sum(f["false"] for f in all_figures)
-            if world == WITHOUT_TRUTH:
+            if world in WITHOUT_TRUTH:
                 require(false == 0, f"{world} with the {rig} rig: {false} false cylinders")
                 tally.ok(f"{world}, {rig} rig: nothing round in {len(all_figures)} drives")
                 continue
-            print(
-                f"{world}, {rig} rig, {len(all_figures)} drives: F1 median "
-                f"{statistics.median(f['f1'] for f in all_figures):.3f}, worst {worst:.3f}; radius good "
-                f"{100 * sum(f['fine'] for f in all_figures) / max(1, pairs):.0f} %, axis good "
-                f"{100 * sum(f['placed'] for f in all_figures) / max(1, pairs):.0f} %, {false} false; "
-                f"polygons per "
-                f"face up to {max(f['polygons'] for f in all_figures):.2f}"
-            )
+            table.append(row_of(world, rig, all_figures))
             require(worst >= args.min_f1, f"{world}, {rig} rig: F1 {worst:.3f} below {args.min_f1}")
             faces = max(f["polygons"] for f in all_figures)
             require(not args.flat or faces <= 1.5, f"{faces:.2f} polygons for each true face")
             tally.ok(f"{world}, {rig} rig: F1 at least {args.min_f1}")
+    if table:
+        print("\n".join([HEAD, *table]))
     tally.end()
 
 

@@ -170,3 +170,33 @@ fn what_is_no_cylinder_is_rejected_for_the_right_reason() {
     let halved = |a: f64| 0.235 + if (500.0 * a) as i64 % 2 == 0 { 0.0 } else { 5.0 * SIGMA_M };
     assert_eq!(judged(&halved, SIGMA_M, 3.0, 3.0), Some(Rejected::Beside));
 }
+
+#[test]
+fn a_thin_pipe_is_seen_from_one_side_though_its_edges_smear() {
+    let mut random = Random::new(7);
+    let tube = Tube { axis: Axis::new([0.0; 3], [1.0, 0.0, 0.0]), radius_m: 0.085 };
+    let mut judged = |is_from_both: bool| {
+        let (mut points_m, mut origins_m) = (Vec::new(), Vec::new());
+        for number in 0..4000 {
+            let side = if is_from_both && number % 2 == 0 { 1.0 } else { -1.0 };
+            let x = 8.0 * random.unit();
+            // Every sixth beam is split by an edge: its range is between pipe and ceiling.
+            let is_mixed = number % 6 == 0;
+            let share = 2.0 * random.unit() - 1.0;
+            let miss_m = tube.radius_m * if is_mixed { 1.0 + 0.15 * share } else { share };
+            let deep_m = (tube.radius_m * tube.radius_m - miss_m * miss_m).max(0.0).sqrt();
+            let hit_m = if is_from_both { side * deep_m } else { -deep_m };
+            let noise_m = 1.2 * SIGMA_M * random.normal();
+            let along = if is_mixed { tube.radius_m * random.unit() } else { hit_m + noise_m };
+            // From below and from beside.
+            let towards = if random.unit() < 0.4 { [0.0, 1.0] } else { [1.0, 0.0] };
+            let at = |a: f64| [x, a * towards[0] - miss_m * towards[1], a * towards[1] + miss_m * towards[0]];
+            points_m.push(at(along));
+            origins_m.push(at(-2.5));
+        }
+        let seen = Evidence { points_m: &points_m, origins_m: &origins_m, sigma_m: 1.2 * SIGMA_M };
+        judge(&ShapeParams::default(), &tube, &seen).map(|one| one.inside)
+    };
+    assert_eq!(judged(false), Ok(false));
+    assert_eq!(judged(true), Err(Rejected::Sides));
+}

@@ -18,7 +18,7 @@ const MAX_BESIDE: f64 = 0.3;
 const MAX_SPREAD: f64 = 1.4;
 /// Smallest share of the surface between its ends on which there are points.
 const MIN_COVERED: f64 = 0.55;
-/// Smallest share of points that were seen from the same side.
+/// Smallest share of points seen from the same side, each weighed by the cosine at which it was seen.
 const MIN_ONE_SIDED: f64 = 0.9;
 /// A gap along the axis that is longer ends the surface.
 const MAX_GAP_M: f64 = 0.45;
@@ -224,14 +224,17 @@ pub(crate) fn longest_run(along_m: impl Iterator<Item = f64>) -> Option<[f64; 2]
     Some([*best.get(cut)?, *best.get(best.len().checked_sub(1 + cut)?)?])
 }
 
-/// Whether the surface was seen from inside; `None` when from both sides. What nobody knows is outside.
+/// Whether the surface was seen from inside; `None` when from both sides. What nobody knows is outside. What
+/// is grazed hardly counts: there the noise of a range puts a point on either side of a thin pipe.
 fn side(on: &[On]) -> Option<bool> {
-    let known: Vec<f64> = on.iter().filter_map(|p| p.cosine).collect();
-    let outside = known.iter().filter(|cosine| **cosine > 0.0).count() as f64;
-    let count = known.len() as f64;
-    if outside >= MIN_ONE_SIDED * count {
+    let (mut outside, mut all) = (0.0, 0.0);
+    for cosine in on.iter().filter_map(|p| p.cosine) {
+        outside += cosine.max(0.0);
+        all += cosine.abs();
+    }
+    if outside >= MIN_ONE_SIDED * all {
         Some(false)
-    } else if count - outside >= MIN_ONE_SIDED * count {
+    } else if all - outside >= MIN_ONE_SIDED * all {
         Some(true)
     } else {
         None
