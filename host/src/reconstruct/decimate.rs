@@ -110,7 +110,7 @@ fn triangles(faces: &[Mesh]) -> usize {
 /// The model with straighter borders and without what is small.
 fn coarser(model: &Model, tolerance_m: f64) -> Model {
     let small_m2 = (SMALLEST * tolerance_m).powi(2);
-    let limits = Limits { tolerance_m, min_hole_m2: small_m2, min_polygon_m2: small_m2 };
+    let limits = Limits { tolerance_m, min_hole_m2: small_m2, min_polygon_m2: small_m2, slit_m: 0.0 };
     let neighbors = weld::neighbors(&model.planes, &model.polygons);
     let mut polygons = coarsen(&limits, &model.planes, &neighbors, &model.polygons);
     let pairs: Vec<(usize, usize)> = neighbors

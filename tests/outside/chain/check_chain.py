@@ -99,6 +99,11 @@ class Chain:
         run_check("accuracy/check_facing.py", model, "--most-away", 0.5)
         self.tally.ok(f"{model}: as small and as true as it should be, valid, faces the laser")
 
+    def borders(self, world, *bounds):
+        """Are borders straight, and openings rectangles?"""
+        run_check("chain/check_borders.py", self.work / f"{world}.model", *bounds)
+        self.tally.ok(f"{world}: borders without spikes and combs")
+
     def worlds(self):
         """The paper's experiments among them: its corridor, and a building from outside over ground that
         shakes the robot by 0.15 degrees."""
@@ -118,6 +123,7 @@ class Chain:
             "--most-blocked",
             0.5,
         )
+        self.borders("corridor", "--spikes", 4, "--ratio", 1.02, "--small", 5, "--corners", 4)
         self.drive("office", "paper")
         self.check_exports("office.model", 12)
         self.judge(
@@ -130,6 +136,7 @@ class Chain:
             "--most-blocked",
             0.5,
         )
+        self.borders("office", "--spikes", 4, "--ratio", 1.02, "--small", 5, "--corners", 4)
         self.drive("building", "outdoor")
         self.check_exports("building.model", 0)
         self.judge(
@@ -142,6 +149,7 @@ class Chain:
             "--most-blocked",
             1,
         )
+        self.borders("building", "--spikes", 8, "--small", 15)
         run(
             "biplane",
             "build",

@@ -35,7 +35,7 @@ pub fn compact(mesh: Mesh, params: &BuildParams, observer: &mut dyn Observer) ->
 
     observer.begins(Stage::Polygons);
     let points = Cloud { points_m: own.vertices_m.clone(), ..Cloud::default() };
-    let mut merged = polygons::merge(&params.polygons, &points, &own, &found);
+    let mut merged = polygons::merge(&params.polygons.as_drawn(), &points, &own, &found);
     rounds.settle(&points, &own, &found, &mut merged);
     observer.ended(Stage::Polygons, merged.polygons.len());
 

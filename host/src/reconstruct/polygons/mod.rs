@@ -86,6 +86,7 @@ fn polygons_of(
         tolerance_m: params.border_tolerance_m,
         min_hole_m2: params.min_hole_m2,
         min_polygon_m2: params.min_polygon_m2,
+        slit_m: params.slit_m,
     };
     let other = |(a, b): &(usize, usize)| match index {
         _ if index == *a => Some(*b),

@@ -24,9 +24,13 @@ pub struct PolygonParams {
     /// Openings smaller than this are closed, square meters. Larger: windows close. Smaller: pinholes of
     /// noise stay.
     pub min_hole_m2: f64,
-    /// Polygons smaller than this are dropped, square meters. Larger: small faces get lost. Smaller: flakes
-    /// of noise stay.
+    /// Polygons smaller than this are dropped once pieces that only a slit parts are one, square meters.
+    /// Larger: small faces get lost. Smaller: flakes of noise stay.
     pub min_polygon_m2: f64,
+    /// Gaps within a plane narrower than this are closed, meters, and corners that turn back are taken off; 0
+    /// leaves both as they are. Points at a resolution of one degree are this far apart at 5 m. Larger: gaps
+    /// between things that stand side by side vanish. Smaller: combs stay.
+    pub slit_m: f64,
     /// Planes are extended to their common line over at most this distance, and no further than the raw
     /// triangle is long, meters. Larger: invented surface. Smaller: cracks where points are far apart.
     pub seam_reach_m: f64,
@@ -45,13 +49,21 @@ pub struct PolygonParams {
     pub veil_angle_deg: f64,
 }
 
+impl PolygonParams {
+    /// For surfaces that somebody drew or made a mesh of: no border is taken for noise of points.
+    pub(crate) fn as_drawn(&self) -> Self {
+        Self { slit_m: 0.0, min_polygon_m2: 0.002, ..self.clone() }
+    }
+}
+
 impl Default for PolygonParams {
     fn default() -> Self {
         Self {
             merging: Merging::default(),
             border_tolerance_m: 0.03,
             min_hole_m2: 0.02,
-            min_polygon_m2: 0.002,
+            min_polygon_m2: 0.05,
+            slit_m: 0.08,
             seam_reach_m: 0.5,
             step_m: 0.1,
             min_structure_points: 4,

@@ -220,6 +220,7 @@ fn every_parameter_changes_what_is_made_of_a_noisy_corridor() {
     turn("border_tolerance_m", |p| p.border_tolerance_m = 0.1);
     turn("min_hole_m2", |p| p.min_hole_m2 = 0.0);
     turn("min_polygon_m2", |p| p.min_polygon_m2 = 3.0);
+    turn("slit_m", |p| p.slit_m = 0.0);
     turn("seam_reach_m", |p| p.seam_reach_m = 0.01);
     turn("step_m", |p| p.step_m = 0.0);
     turn("veil_length_m", |p| p.veil_length_m = 0.4);

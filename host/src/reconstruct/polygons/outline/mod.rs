@@ -4,4 +4,6 @@ pub(crate) mod border;
 pub(crate) mod border_context;
 pub(crate) mod directed_edges;
 pub(crate) mod line;
+pub(crate) mod slits;
+pub(crate) mod spikes;
 pub(crate) mod union;
