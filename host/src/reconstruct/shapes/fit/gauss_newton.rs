@@ -1,11 +1,14 @@
 //! The cylinder that lies nearest to points: Gauss-Newton over place, direction and radius, with points far
-//! off left out. Meters.
+//! off left out. Where beams are known, each point counts by how squarely it was seen: what a beam
+//! grazes is smeared along it, between the thing and what is behind it. Meters.
 
 use super::axis::{Axis, Tube};
-use biplane_geometry::vec3::{plus, scaled};
+use biplane_geometry::vec3::{dot, minus, norm, plus, scaled};
 
 /// Steps; each halves what is wrong at the very least, most do far better.
 const STEPS: usize = 8;
+/// A step of so little, meters and radians, is the last.
+const SETTLED: f64 = 1e-5;
 /// A tilt of the axis counts when it is so many of its own deviations: short things do not tell theirs.
 const TILT_DEVIATIONS: f64 = 4.0;
 /// Share of a deviation of a range that is common to many points: poses.
@@ -14,11 +17,54 @@ const COMMON_SHARE: f64 = 0.35;
 /// The parameters: two places across the axis, two tilts, the radius.
 type Five = [f64; 5];
 
+/// Points, and from where each was seen; the latter empty when nobody knows.
+#[derive(Clone, Copy)]
+pub(crate) struct Sample<'a> {
+    /// The points.
+    pub points_m: &'a [[f64; 3]],
+    /// The places from which they were seen.
+    pub origins_m: &'a [[f64; 3]],
+}
+
+/// A point near a tube.
+struct Near {
+    /// In the tube's own coordinates.
+    local: [f64; 3],
+    /// Cosine between the beam and the surface there, positive from outside; 1 where nobody knows.
+    cosine: f64,
+}
+
+impl<'a> Sample<'a> {
+    /// Points that nobody knows the beams of.
+    pub(crate) fn blind(points_m: &'a [[f64; 3]]) -> Self {
+        Self { points_m, origins_m: &[] }
+    }
+
+    /// The points within a distance of a tube's surface.
+    fn near(&self, tube: &Tube, reach_m: f64) -> Vec<Near> {
+        let of = |(index, p): (usize, &[f64; 3])| {
+            let local = tube.axis.local(*p);
+            let [x, y, _] = local;
+            let distance_m = x.hypot(y);
+            if (distance_m - tube.radius_m).abs() > reach_m {
+                return None;
+            }
+            let cosine = self.origins_m.get(index).map_or(1.0, |origin| {
+                let beam = minus(*p, *origin);
+                let [zero, quarter, _] = tube.axis.frame;
+                -(x * dot(zero, beam) + y * dot(quarter, beam)) / (distance_m * norm(beam)).max(1e-9)
+            });
+            Some(Near { local, cosine })
+        };
+        self.points_m.iter().enumerate().filter_map(of).collect()
+    }
+}
+
 /// Fits a cylinder to points, those within `limit_m` of it; `None` when they do not fix one. With `fixed` the
 /// direction stays.
 pub(crate) fn fit(
     start: Tube,
-    points: &[[f64; 3]],
+    points: Sample<'_>,
     (sigma_m, limit_m): (f64, f64),
     fixed: bool,
 ) -> Option<Tube> {
@@ -28,7 +74,7 @@ pub(crate) fn fit(
         let reach_m = if step < 3 { 1.5 * limit_m } else { limit_m };
         let (moved, size_m) = advance(tube, points, (sigma_m, reach_m), fixed)?;
         tube = moved;
-        if step >= 3 && size_m < 1e-6 {
+        if step >= 3 && size_m < SETTLED {
             break;
         }
     }
@@ -36,12 +82,12 @@ pub(crate) fn fit(
 }
 
 /// A fit that keeps the direction of the start, unless the points say clearly that it is another.
-pub(crate) fn fit_upright(start: Tube, points: &[[f64; 3]], limits: (f64, f64)) -> Option<Tube> {
+pub(crate) fn fit_upright(start: Tube, points: Sample<'_>, limits: (f64, f64)) -> Option<Tube> {
     let straight = fit(start, points, limits, true)?;
     let Some(tilted) = fit(straight, points, limits, false) else { return Some(straight) };
     let (sigma_m, limit_m) = limits;
-    let length_m = spread_m(&straight, points, limit_m);
-    let count = points.iter().filter(|p| straight.off_m(**p).abs() <= limit_m).count().max(1) as f64;
+    let length_m = spread_m(&straight, points.points_m, limit_m);
+    let count = points.points_m.iter().filter(|p| straight.off_m(**p).abs() <= limit_m).count().max(1) as f64;
     let deviation = sigma_m * (1.0 / count + COMMON_SHARE * COMMON_SHARE / 16.0).sqrt() / length_m.max(1e-3);
     let cosine: f64 = straight.axis.direction().iter().zip(tilted.axis.direction()).map(|(a, b)| a * b).sum();
     let tilt = (1.0 - cosine * cosine).max(0.0).sqrt();
@@ -63,28 +109,25 @@ fn spread_m(tube: &Tube, points: &[[f64; 3]], limit_m: f64) -> f64 {
 /// One step, and how far it went.
 fn advance(
     tube: Tube,
-    points: &[[f64; 3]],
+    points: Sample<'_>,
     (sigma_m, reach_m): (f64, f64),
     fixed: bool,
 ) -> Option<(Tube, f64)> {
     // Lengths along the axis count from the points' middle, so that place and tilt do not mix.
-    let near = || {
-        points
-            .iter()
-            .map(|p| tube.axis.local(*p))
-            .filter(|[x, y, _]| (x.hypot(*y) - tube.radius_m).abs() <= reach_m)
-    };
-    let (count, sum) = near().fold((0.0, 0.0), |(n, sum), [.., along]| (n + 1.0, sum + along));
-    if count < 6.0 {
+    let near = points.near(&tube, reach_m);
+    if near.len() < 6 {
         return None;
     }
-    let middle = sum / count;
+    let middle = near.iter().map(|point| point.local[2]).sum::<f64>() / near.len() as f64;
+    let side = near.iter().map(|point| point.cosine).sum::<f64>().signum();
     let (mut normal, mut right) = ([[0.0; 5]; 5], [0.0; 5]);
-    for [x, y, along] in near() {
+    for Near { local: [x, y, along], cosine } in near {
         let distance = x.hypot(y).max(1e-9);
         let residual = distance - tube.radius_m;
         let share = residual / reach_m;
-        let weight = (1.0 - share * share).powi(2);
+        // What seems to be seen from the other side is a smear beyond an edge.
+        let square = (side * cosine).max(0.0);
+        let weight = (1.0 - share * share).powi(2) * square * square;
         let (x, y, w) = (x / distance, y / distance, along - middle);
         let row: Five = [-x, -y, -w * x, -w * y, -1.0];
         for i in 0..5 {
@@ -141,7 +184,7 @@ fn solve(mut m: [Five; 5], mut b: Five) -> Option<Five> {
 
 #[cfg(test)]
 mod tests {
-    use super::fit;
+    use super::{Sample, fit};
     use crate::reconstruct::planes::paper::random::Random;
     use crate::reconstruct::shapes::fit::axis::{Axis, Tube};
     use biplane_geometry::vec3::{dot, plus, scaled};
@@ -159,10 +202,36 @@ mod tests {
         };
         let points: Vec<[f64; 3]> = (0..2000).map(|_| point(&mut random)).collect();
         let start = Tube { axis: Axis::new([2.05, -1.03, 2.0], [0.0, 0.0, 1.0]), radius_m: 0.3 };
-        let tube = fit(start, &points, (0.015, 0.06), false).unwrap();
+        let tube = fit(start, Sample::blind(&points), (0.015, 0.06), false).unwrap();
         assert!((tube.radius_m - 0.25).abs() < 0.004, "{}", tube.radius_m);
         assert!(dot(tube.axis.direction(), truth.direction()) > 0.00001f64.cos() - 1e-4);
         let [x, y, _] = tube.axis.local(truth.point_m);
         assert!(x.hypot(y) < 0.006, "{x} {y}");
+    }
+
+    #[test]
+    fn smears_beyond_the_edges_of_a_pipe_leave_its_radius_alone() {
+        let mut random = Random::new(4);
+        let (mut points_m, mut origins_m) = (Vec::new(), Vec::new());
+        for number in 0..3000 {
+            let share = 2.0 * random.unit() - 1.0;
+            let (edge_m, deep_m) = (0.085 * share.signum(), -0.085 * (1.0 - share * share).sqrt());
+            // A third of the beams are split by an edge, and end between pipe and ceiling.
+            let (y, z) = if number % 3 == 0 {
+                (edge_m * (1.0 + 0.1 * random.unit()), 0.12 * random.unit())
+            } else {
+                (0.085 * share, deep_m + 0.014 * random.normal())
+            };
+            let x = 8.0 * random.unit();
+            points_m.push([x, y, z]);
+            origins_m.push([x, y, -3.0]);
+        }
+        let start = Tube { axis: Axis::new([4.0, -0.03, 0.055], [1.0, 0.0, 0.0]), radius_m: 0.137 };
+        let tube = fit(start, Sample { points_m: &points_m, origins_m: &origins_m }, (0.014, 0.042), true);
+        let radius_m = tube.map_or(0.0, |tube| tube.radius_m);
+        // A centimeter is what a radius may be off.
+        assert!((radius_m - 0.085).abs() < 0.01, "{radius_m}");
+        let blind = fit(start, Sample::blind(&points_m), (0.014, 0.042), true);
+        assert!(blind.is_none_or(|tube| (tube.radius_m - 0.085).abs() > 0.01), "{blind:?}");
     }
 }

@@ -25,7 +25,7 @@ const MAX_GAP_M: f64 = 0.45;
 /// Lengths along the axis are told apart by so much.
 const STEP_M: f64 = 0.1;
 /// Shortest length, and in radii: a disk is no column.
-const MIN_LENGTH_M: f64 = 0.3;
+pub(crate) const MIN_LENGTH_M: f64 = 0.3;
 const MIN_LENGTH_RADII: f64 = 2.0;
 /// Things of a larger radius are walls, of which a low piece is enough.
 const WALL_RADIUS_M: f64 = 1.0;

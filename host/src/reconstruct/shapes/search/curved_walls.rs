@@ -6,7 +6,7 @@ use super::guesses::fitted;
 use super::patches::{Patch, Patches, width_m};
 use crate::model::Cloud;
 use crate::reconstruct::shapes::fit::axis::{Axis, Tube};
-use crate::reconstruct::shapes::fit::gauss_newton::fit;
+use crate::reconstruct::shapes::fit::gauss_newton::{Sample, fit};
 use crate::reconstruct::shapes::fit::judge::{Accepted, Evidence, ON_DEVIATIONS, Rejected};
 use crate::reconstruct::shapes::params::ShapeParams;
 use biplane_geometry::vec3::{cross, dot, norm, unit};
@@ -108,7 +108,7 @@ impl Work<'_> {
         let points: Vec<[f64; 3]> = [a, b].into_iter().flat_map(|patch| self.sample(patch)).collect();
         let circle = algebraic(points.iter().map(|p| axis.local(*p)).map(|[x, y, _]| [x, y]))?;
         let tube = Tube { axis: axis.through(circle.center_m), radius_m: circle.radius_m };
-        fit(tube, &points, (self.sigma_m, 2.0 * ON_DEVIATIONS * self.sigma_m), true)
+        fit(tube, Sample::blind(&points), (self.sigma_m, 2.0 * ON_DEVIATIONS * self.sigma_m), true)
     }
 
     /// A cylinder with all strips that lie on it and hang together, fitted to them.
@@ -120,7 +120,7 @@ impl Work<'_> {
             members = self.on(&tube, pair, used);
             let points: Vec<[f64; 3]> = members.iter().flat_map(|member| self.sample(*member)).collect();
             let limits = (self.sigma_m, ON_DEVIATIONS * self.sigma_m);
-            tube = fit(tube, &points, limits, true).unwrap_or(tube);
+            tube = fit(tube, Sample::blind(&points), limits, true).unwrap_or(tube);
             if members.len() == size {
                 break;
             }

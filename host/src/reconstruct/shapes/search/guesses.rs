@@ -5,9 +5,9 @@ use super::circle::{Circle, algebraic, through};
 use super::section::Section;
 use crate::reconstruct::planes::paper::random::Random;
 use crate::reconstruct::shapes::fit::axis::{Axis, Tube};
-use crate::reconstruct::shapes::fit::gauss_newton;
+use crate::reconstruct::shapes::fit::gauss_newton::{self, Sample};
 use crate::reconstruct::shapes::fit::judge::{
-    Accepted, BESIDE_DEVIATIONS, Evidence, Rejected, judge, longest_run,
+    Accepted, BESIDE_DEVIATIONS, Evidence, MIN_LENGTH_M, Rejected, judge, longest_run,
 };
 use crate::reconstruct::shapes::params::ShapeParams;
 
@@ -100,6 +100,11 @@ fn along(params: &ShapeParams, seen: &Evidence<'_>, direction: [f64; 3]) -> Vec<
     let step = seen.points_m.len().div_ceil(MAX_GUESS_POINTS).max(1);
     let some: Vec<[f64; 3]> = seen.points_m.iter().step_by(step).copied().collect();
     let section = Section::new(&axis, &some);
+    let lengths = section.points_m.iter().map(|p| p[2]);
+    let (from, to) = lengths.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+    if to - from < MIN_LENGTH_M {
+        return Vec::new();
+    }
     let accepted = |circle: Circle| {
         let start = Tube { axis: axis.through(circle.center_m), radius_m: circle.radius_m };
         refined(params, start, seen).ok()
@@ -197,13 +202,17 @@ pub(crate) fn fitted(params: &ShapeParams, start: Tube, seen: &Evidence<'_>) -> 
         let near = |p: &&[f64; 3]| tube.off_m(**p).abs() <= 2.0 * limits.1;
         let along = seen.points_m.iter().filter(near).map(|p| tube.axis.local(*p)[2]);
         let [from, to] = longest_run(along).ok_or(Rejected::Points)?;
-        let inside = |p: &&[f64; 3]| (from..=to).contains(&tube.axis.local(**p)[2]);
-        let step = seen.points_m.len().div_ceil(MAX_FIT_POINTS).max(1);
-        let part: Vec<[f64; 3]> = seen.points_m.iter().step_by(step).filter(inside).copied().collect();
+        let inside = |i: &usize| (from..=to).contains(&tube.axis.local(seen.points_m[*i])[2]);
+        let max_points = if is_last { MAX_FIT_POINTS } else { MAX_FIT_POINTS / 4 };
+        let step = seen.points_m.len().div_ceil(max_points).max(1);
+        let part: Vec<usize> = (0..seen.points_m.len()).step_by(step).filter(inside).collect();
+        let points_m: Vec<[f64; 3]> = part.iter().map(|i| seen.points_m[*i]).collect();
+        let origins_m: Vec<[f64; 3]> = part.iter().filter_map(|i| seen.origins_m.get(*i).copied()).collect();
+        let part = Sample { points_m: &points_m, origins_m: &origins_m };
         let fitted = if is_last {
-            gauss_newton::fit_upright(tube, &part, limits)
+            gauss_newton::fit_upright(tube, part, limits)
         } else {
-            gauss_newton::fit(tube, &part, limits, true)
+            gauss_newton::fit(tube, part, limits, true)
         };
         tube = fitted.ok_or(Rejected::Points)?;
     }
