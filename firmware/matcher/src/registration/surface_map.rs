@@ -15,9 +15,16 @@ pub(crate) trait SurfaceMap {
     /// laid on spots.
     const UNSURE_ON_SPOTS: bool;
 
+    /// What tells a surface of the map: looked up for many end points first, so that they wait for their cells
+    /// together, and for their surfaces.
+    type Met: Copy + Default;
+
     /// The surface nearest to a place of the map. A map may leave out what lies farther than `reach_m`, and
     /// what faces another way than the end point's own normal; that normal is zero where it is not known.
-    fn surface_at(&self, at_m: [f32; 2], normal: [f32; 2], reach_m: f32) -> Option<Surfel>;
+    fn met_at(&self, at_m: [f32; 2], normal: [f32; 2], reach_m: f32) -> Option<Self::Met>;
+
+    /// The surface that was met.
+    fn surfel(&self, met: Self::Met) -> Option<Surfel>;
 
     /// Whether a surface is a line; if not it is a spot: a leg, a corner, clutter.
     fn is_line(&self, surfel: &Surfel) -> bool;
@@ -31,10 +38,17 @@ impl SurfaceMap for LocalMap {
     /// towards one.
     const UNSURE_ON_SPOTS: bool = false;
 
+    type Met = u32;
+
     /// As far as the cells name surfaces, whichever way they face.
     #[inline]
-    fn surface_at(&self, at_m: [f32; 2], _: [f32; 2], _: f32) -> Option<Surfel> {
-        self.nearest(at_m).copied()
+    fn met_at(&self, at_m: [f32; 2], _: [f32; 2], _: f32) -> Option<u32> {
+        self.nearest_index(at_m)
+    }
+
+    #[inline]
+    fn surfel(&self, met: u32) -> Option<Surfel> {
+        self.surfels().get(met as usize).copied()
     }
 
     #[inline]
@@ -53,12 +67,19 @@ impl SurfaceMap for PointMap {
     /// the thin Edmonton drive rises by half a per cent.
     const UNSURE_ON_SPOTS: bool = true;
 
+    type Met = Surfel;
+
     /// Where the point here has no direction, the end point's own is taken: one of the two is enough to tell
     /// a wall.
-    fn surface_at(&self, at_m: [f32; 2], normal: [f32; 2], reach_m: f32) -> Option<Surfel> {
+    fn met_at(&self, at_m: [f32; 2], normal: [f32; 2], reach_m: f32) -> Option<Surfel> {
         let MappedPoint { at_m, normal: own } = *self.nearest(at_m, normal, reach_m)?;
         let normal = if own == [0.0; 2] { normal } else { own };
         Some(Surfel { at_m, normal, hits: 1.0, ..Surfel::default() })
+    }
+
+    #[inline]
+    fn surfel(&self, met: Surfel) -> Option<Surfel> {
+        Some(met)
     }
 
     fn is_line(&self, surfel: &Surfel) -> bool {
@@ -102,18 +123,32 @@ impl Correspondence {
         let arm = placement.turn(point.at_m);
         let at_m = [arm[0] + placement.at_m[0], arm[1] + placement.at_m[1]];
         let normal = placement.turn(point.normal);
-        let Some(surfel) = map.surface_at(at_m, normal, reach_m) else { return Err(at_m) };
+        let met = map.met_at(at_m, normal, reach_m).and_then(|met| map.surfel(met));
+        met.map(|surfel| Self::with(map, point, placement, surfel)).ok_or(at_m)
+    }
+
+    /// An end point that meets this surface.
+    #[inline(always)]
+    pub(crate) fn with<M: SurfaceMap>(
+        map: &M,
+        point: &EndPoint,
+        placement: &Placement,
+        surfel: Surfel,
+    ) -> Self {
+        let arm = placement.turn(point.at_m);
+        let at_m = [arm[0] + placement.at_m[0], arm[1] + placement.at_m[1]];
+        let normal = placement.turn(point.normal);
         let strength = dot(surfel.normal, surfel.normal);
         let is_line = map.is_line(&surfel);
         let faces_away = dot(normal, surfel.normal) < OTHER_FACE_COSINE * strength;
-        Ok(Self {
+        Self {
             arm,
             offset: minus(at_m, surfel.at_m),
             surfel,
             is_line,
             strength,
             is_other_face: is_line && faces_away && dot(point.normal, point.normal) > 0.5,
-        })
+        }
     }
 
     /// Squared distance of the end point from the line, or from the spot, square meters.

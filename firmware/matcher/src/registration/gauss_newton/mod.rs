@@ -112,9 +112,13 @@ fn accumulate<M: SurfaceMap>(
 ) -> (Normal, Matrix3<f64>) {
     let placement = Placement::new(pose);
     let (mut batch, mut lines, mut spots) = (Batch::default(), LineSums::default(), Normal::default());
+    let mut met = [(0, M::Met::default()); BATCH];
     for some in points.chunks(BATCH) {
-        for point in some {
-            gather(map, point, &placement, scale_m, params, (&mut batch, &mut spots));
+        let count = look_up(map, some, &placement, REACH_SCALES * scale_m, &mut met);
+        for (index, met) in &met[..count] {
+            let (Some(surfel), point) = (map.surfel(*met), &some[*index]) else { continue };
+            let met = Correspondence::with(map, point, &placement, surfel);
+            gather::<M>(&met, point, scale_m, params, (&mut batch, &mut spots));
         }
         lines.take(&mut batch, scale_m);
     }
@@ -122,18 +126,36 @@ fn accumulate<M: SurfaceMap>(
     (normal.plus(&spots), tangent)
 }
 
-/// What an end point meets: a line of the map goes to the batch, a surface that is no line to the `spots`.
+/// Looks up what end points meet, and keeps those that meet anything, with their places among all. There is no
+/// branch that depends on it: so many end points wait for their cells together.
+#[inline]
+fn look_up<M: SurfaceMap>(
+    map: &M,
+    points: &[EndPoint],
+    placement: &Placement,
+    reach_m: f32,
+    all_met: &mut [(usize, M::Met); BATCH],
+) -> usize {
+    let mut count = 0;
+    for (index, point) in points.iter().enumerate() {
+        let met = map.met_at(placement.place(point.at_m), placement.turn(point.normal), reach_m);
+        all_met[count] = (index, met.unwrap_or_default());
+        count += usize::from(met.is_some());
+    }
+    count
+}
+
+/// Takes what an end point meets: a line of the map goes to the batch, a surface that is no line to the
+/// `spots`.
 #[inline]
 fn gather<M: SurfaceMap>(
-    map: &M,
+    met: &Correspondence,
     point: &EndPoint,
-    placement: &Placement,
     scale_m: f32,
     params: &AlignParams,
     (batch, spots): (&mut Batch, &mut Normal),
 ) {
-    let Ok(met) = Correspondence::find(map, point, placement, REACH_SCALES * scale_m) else { return };
-    let Correspondence { arm, offset, surfel, .. } = met;
+    let Correspondence { arm, offset, surfel, .. } = *met;
     // The mean of n end points is off by 1 / n of an end point's variance: the residual has 1 + 1 / n of it.
     let sureness = point.weight * surfel.hits / (1.0 + surfel.hits);
     if !met.is_line {
