@@ -15,8 +15,8 @@ pub(crate) trait SurfaceMap {
     /// laid on spots.
     const UNSURE_ON_SPOTS: bool;
 
-    /// What tells a surface of the map: looked up for many end points first, so that they wait for their cells
-    /// together, and for their surfaces.
+    /// What tells a surface of the map: looked up for many end points first, so that they wait for their
+    /// cells together, and for their surfaces.
     type Met: Copy + Default;
 
     /// The surface nearest to a place of the map. A map may leave out what lies farther than `reach_m`, and

@@ -126,8 +126,8 @@ fn accumulate<M: SurfaceMap>(
     (normal.plus(&spots), tangent)
 }
 
-/// Looks up what end points meet, and keeps those that meet anything, with their places among all. There is no
-/// branch that depends on it: so many end points wait for their cells together.
+/// Looks up what end points meet, and keeps those that meet anything, with their places among all. There is
+/// no branch that depends on it: so many end points wait for their cells together.
 #[inline]
 fn look_up<M: SurfaceMap>(
     map: &M,
