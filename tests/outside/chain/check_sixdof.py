@@ -2,11 +2,12 @@
 """How well are height, roll and pitch of simulated drives found, and does a flat floor stay flat to the bit?
 
     check_sixdof.py DIR [--world WORLD]... [--path PATH] [--seeds N] [--rig RIG.toml] [--ate M] [--height M]
-                    [--tilt DEG] [--flat] [--planar]
+                    [--tilt DEG] [--flat] [--planar] [--hold LEAST MOST] [--first SEED]
 
 Simulates each world with N seeds, replays the bytes, optimizes, and compares the optimized poses with the
 truth: RMS over the way after the best motion in the plane (x, y, heading); heights and tilts as they are.
-`within` is the share of heights, rolls and pitches whose error is below three stated standard deviations.
+`within` is the share of heights, rolls and pitches whose error is below three stated standard deviations;
+`inside` the shares of x, y, z, roll, pitch and heading in their 95 % intervals, which `--hold` bounds.
 Limits hold for the worst seed, or for the median with `--median`; `--flat` wants height, roll and pitch of
 all poses to be 0 to the bit. Needs `biplane`, `biplane-onboard`, `biplane-mock` on PATH, numpy, rosbags."""
 
@@ -22,6 +23,8 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from lib.programs import fresh_folder, run
 from lib.verdict import require
 
+# Half of a 95 % interval, in standard deviations.
+INTERVAL_95 = 1.96
 PARTS = ("ate_m", "worst_m", "z_m", "worst_z_m", "roll_deg", "pitch_deg")
 
 
@@ -58,6 +61,13 @@ def true_poses(path, stamps):
     return np.stack([np.interp(stamps, rows[:, 0], part) for part in parts.T], axis=1)
 
 
+def wrapped(off):
+    """Differences with the heading between -pi and pi."""
+    off = off.copy()
+    off[:, 5] = (off[:, 5] + np.pi) % (2 * np.pi) - np.pi
+    return off
+
+
 def position_errors(found, truth):
     """Distances on the floor plan after the best motion in the plane, metres."""
     a, b = found[:, :2] - found[:, :2].mean(0), truth[:, :2] - truth[:, :2].mean(0)
@@ -89,6 +99,7 @@ def measured(folder, world, seed, args):
     )
     sigmas = np.sqrt(np.maximum(np.einsum("nii->ni", covariances), 1e-18))
     errors["within"] = np.mean(np.abs(off[:, 2:5]) < 3 * sigmas[:, 2:5])
+    errors["inside"] = np.mean(np.abs(wrapped(off)) < INTERVAL_95 * sigmas, axis=0)
     errors["is_flat"] = not np.any(found[:, 2:5])
     return errors
 
@@ -101,6 +112,12 @@ def judge(world, drives, args):
     print(
         f"{world}, {len(drives)} seeds, {'median' if args.median else 'worst'}: {text}, within {within:.2f}"
     )
+    inside = np.mean([drive["inside"] for drive in drives], axis=0)
+    print(f"{world}: inside {', '.join(f'{share:.3f}' for share in inside)}")
+    if args.hold:
+        low, high = args.hold
+        held = np.all((inside >= low) & (inside <= high))
+        require(held, f"{world}: 95 % intervals hold {inside}, {low} to {high} is wanted")
     tilt = {"tilt_deg": [max(drive["roll_deg"], drive["pitch_deg"]) for drive in drives]}
     for name, limit in (("ate_m", args.ate), ("z_m", args.height), ("tilt_deg", args.tilt)):
         values = tilt.get(name) or [drive[name] for drive in drives]
@@ -122,11 +139,15 @@ def main():
     parser.add_argument("--ate", type=float, metavar="M")
     parser.add_argument("--height", type=float, metavar="M")
     parser.add_argument("--tilt", type=float, metavar="DEG")
+    parser.add_argument("--hold", type=float, nargs=2, metavar=("LEAST", "MOST"))
+    parser.add_argument("--first", type=int, default=1, metavar="SEED")
     for switch in ("flat", "planar", "median"):
         parser.add_argument(f"--{switch}", action="store_true")
     args = parser.parse_args()
     for world in args.world or ["ramp-up"]:
-        drives = [measured(args.folder, world, seed, args) for seed in range(1, args.seeds + 1)]
+        drives = [
+            measured(args.folder, world, seed, args) for seed in range(args.first, args.first + args.seeds)
+        ]
         judge(world, drives, args)
 
 

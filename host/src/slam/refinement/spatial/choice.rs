@@ -51,6 +51,9 @@ impl Refined {
 
 /// Poses with height and tilt have to lower the cost of held-out beams by this share.
 const PAYS: f64 = 0.04;
+/// Beams of neither laser may cost more than this share of what they did: flat poses of a ramp are torn, and
+/// each piece fits its own beams well.
+const NOT_WORSE: f64 = 1.05;
 /// And to put so many of the returns from ground ahead onto the ground: people who walk there are not on it.
 const ON_THE_GROUND: f64 = 0.6;
 /// The last so many seconds tell whether a drive ends level: within this, radians.
@@ -76,8 +79,8 @@ pub(crate) fn choose(problem: &Problem<'_>, start: &Knots) -> Option<Refined> {
     let judge = round(problem, JUDGE_GATE_M, 0);
     let (now, before) = (problem.held_out(&knots, &judge), problem.held_out(start, &judge));
     let by = ratio(&now.all(), &before.all());
-    let is_worse =
-        ratio(&now.horizontal, &before.horizontal) > 1.0 || ratio(&now.vertical, &before.vertical) > 1.0;
+    let is_worse = ratio(&now.horizontal, &before.horizontal) > NOT_WORSE
+        || ratio(&now.vertical, &before.vertical) > NOT_WORSE;
     // What an inertial unit says of a slope and its sign needs no more than not to be contradicted.
     let is_reported = problem.inertial.is_some_and(Inertial::reports_slope);
     let is_ground = problem.floor.share_on_ground(problem.hits, &knots) >= ON_THE_GROUND;

@@ -27,6 +27,8 @@ const FAR_ASIDE_M: f64 = 2.5;
 /// A scan that sees ground has so many such returns; so many scans make a ramp. Fewer are people.
 const IN_A_SCAN: usize = 3;
 const SCANS: usize = 8;
+/// And so many by poses that the ramp has torn.
+const SCANS_OF_TORN_POSES: usize = 4;
 /// Ground that bends up is a line across the way, without gaps wider than this, meters. Door frames, cabinets
 /// and walls beside the way leave the way itself free.
 const GAP_M: f64 = 0.3;
@@ -182,6 +184,11 @@ impl FloorHits {
     /// Whether they are enough to think of a ramp.
     pub(crate) fn are_many(&self) -> bool {
         self.scans >= SCANS
+    }
+
+    /// Whether those found with matched poses agree.
+    pub(crate) fn agree(&self) -> bool {
+        self.scans >= SCANS_OF_TORN_POSES
     }
 
     /// How far the hits that were held out are off the ground, squared, in standard deviations.

@@ -65,7 +65,7 @@ pub(crate) fn refine(input: &SpatialInput<'_>, params: &SpatialParams) -> Option
     let way_m = wheels.way_m();
     // Odometry that drifts puts walls over the way, and a ramp drags matched poses along: both have to tell.
     let mut floor = FloorHits::find(&hits, &wheels.dead_reckoned(&start), &way_m);
-    let sees_ground = floor.are_many() && FloorHits::find(&hits, &start, &way_m).are_many();
+    let sees_ground = floor.are_many() && FloorHits::find(&hits, &start, &way_m).agree();
     let inertial = Inertial::of(input.inertial, &start, &wheels);
     if !sees_ground && !inertial.as_ref().is_some_and(Inertial::reports_slope) {
         return None;
