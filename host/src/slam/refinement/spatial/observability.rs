@@ -22,9 +22,9 @@ const SHARE: f64 = 0.9;
 const FREE_BEND_RAD: f64 = 0.004;
 const FREE_LEVEL_RAD: f64 = 0.2;
 
-/// What beams that share an error (frames and plaster that stand out of their plane, all seen again and again)
-/// add to the standard deviations of x, y, z, roll, pitch and heading: found on 21 simulated drives over ramps,
-/// with and without an inertial unit (`docs/sixdof.md`).
+/// What beams that share an error (frames that stand out of their wall, seen again and again) add to the
+/// standard deviations of x, y, z, roll, pitch and heading: found on 21 simulated drives over ramps, with and
+/// without an inertial unit (`docs/sixdof.md`).
 const SHARED_ERRORS: [f64; 6] = [2.1, 1.9, 1.6, 1.5, 1.5, 2.2];
 
 /// Covariance of (x, y, z, roll, pitch, heading), meters and radians.
