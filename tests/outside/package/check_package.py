@@ -148,7 +148,10 @@ class Package:
             run("fish", "--no-execute", file)
         ask = f"source '{fish}/biplane-onboard.fish'; complete -C 'biplane-onboard rec'"
         offered = [line.split()[0] for line in output_of("fish", "--no-config", "-c", ask).splitlines()]
-        require(offered == ["record", "recover"], f"fish does not complete biplane-onboard rec, it offers {offered}")
+        require(
+            offered == ["record", "recover"],
+            f"fish does not complete biplane-onboard rec, it offers {offered}",
+        )
         self.tally.ok("completions: bash and fish offer commands, zsh reads its files")
 
     def service(self):
