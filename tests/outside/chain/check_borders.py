@@ -29,6 +29,8 @@ SPIKE_DEG, SIMPLIFIED_M, SMALL_M2, CORNERS, THIN_M = 120, 0.10, 0.05, 30, 0.05
 # A face is one of a wall when it lies this near to its side and looks away from its middle. What is open is
 # looked for this far around an opening.
 BESIDE_M, ALONG, AROUND_M, FILLED = 0.04, 0.99, 0.25, 0.97
+# The lower border of what was seen of a wall is this ragged.
+UNSEEN_M = 0.10
 # A face of which less than this share lies around an opening says nothing of it.
 LEAST_WALL = 0.2
 
@@ -78,7 +80,10 @@ def left_open(opening, wall, faces, side):
     x, z = near[0].axes @ center
     reach_x, reach_z = half + AROUND_M, high + AROUND_M
     around = box(x - reach_x, max(z - reach_z, floor_m), x + reach_x, z + reach_z)
-    covered = unary_union([face.shape for face in near]).intersection(around)
+    whole = unary_union([face.shape for face in near])
+    # The lasers see no wall under 0.45 m.
+    around = around.intersection(box(x - reach_x, whole.bounds[1] + UNSEEN_M, x + reach_x, z + reach_z))
+    covered = whole.intersection(around)
     if covered.area < LEAST_WALL * (around.area - 4 * half * high):
         return None
     left = around.difference(covered)
