@@ -3,11 +3,14 @@
 
     check_cluster.py WORKDIR       with our programs on PATH, as root, with Debian's slurm-wlm and munge
 
-The script of `biplane tiles script` is submitted as it is printed. One node is killed while a tile runs on
-it; the other finishes all tiles and the model, whose bytes must be those of the same tiles run one after the
-other here. Then a tile is taken away: the merge must refuse, and sbatch with the words that it prints must
-make it whole again."""
+First drives of which all is one tile: what `tiles merge` writes must be what `biplane build` writes, rooms,
+round things and every format. Then the script of `biplane tiles script` is submitted as it is printed. One
+node is killed while a tile runs on it; the other finishes all tiles and the model, whose bytes must be those
+of the same tiles run one after the other here. Then a tile is taken away: the merge must refuse, and sbatch
+with the words that it prints must make it whole again."""
 
+import json
+import shutil
 import sys
 import time
 from pathlib import Path
@@ -21,9 +24,30 @@ from lib.verdict import require
 TIMED = {"summary.json", "report.html"}
 
 
-def record(work):
-    simulate("office", "bytes.mcap", "truth", cwd=work)
-    run("biplane-onboard", "replay", "bytes.mcap", "-o", "run.mcap", cwd=work)
+def record(work, world="office", recording="run.mcap"):
+    simulate(world, "bytes.mcap", "truth", cwd=work)
+    run("biplane-onboard", "replay", "bytes.mcap", "-o", recording, cwd=work)
+    for name in ("bytes.mcap", "truth"):
+        path = work / name
+        shutil.rmtree(path) if path.is_dir() else path.unlink()
+
+
+def one_tile(work, world, least):
+    """In one tile a drive becomes what it becomes without tiles, of which there is at least so much."""
+    recording, whole, tiles, merged = (f"{world}.{part}" for part in ("mcap", "whole", "tiles", "merged"))
+    record(work, world, recording)
+    words = ["--formats", "all", "--no-report"]
+    run("biplane", "--quiet", "build", recording, "-o", whole, *words, cwd=work)
+    count = output_of("biplane", "--quiet", "tiles", "plan", recording, "-o", tiles, cwd=work)
+    require(count == "1 tiles\n", count)
+    run("biplane", "--quiet", "tiles", "run", tiles, "--index", 0, cwd=work)
+    run("biplane", "--quiet", "tiles", "merge", tiles, "-o", merged, *words, cwd=work)
+    compare(work / whole, work / merged)
+    for (name, key), number in least.items():
+        found = len(json.loads((work / merged / name).read_text())[key])
+        require(found >= number, f"{world}: {found} {key}")
+    for name in (whole, tiles, merged):
+        shutil.rmtree(work / name)
 
 
 def plan(work, folder):
@@ -33,7 +57,8 @@ def plan(work, folder):
 
 
 def files(model):
-    return {path.name: path.read_bytes() for path in model.iterdir() if path.name not in TIMED}
+    found = (path for path in model.rglob("*") if path.is_file() and path.name not in TIMED)
+    return {str(path.relative_to(model)): path.read_bytes() for path in found}
 
 
 def one_after_the_other(work):
@@ -81,6 +106,8 @@ def again(work, cluster, script):
 
 
 def main(work):
+    one_tile(work, "office", {("building.json", "rooms"): 1, ("building.json", "walls"): 1})
+    one_tile(work, "pillars", {("shapes.json", "cylinders"): 1})
     record(work)
     on_cluster(work, one_after_the_other(work))
 

@@ -238,7 +238,7 @@ fn note_inputs(summary: &mut Summary, runs: &[Run], posed: &Posed<'_>, vertical:
 pub(super) fn report_needs(runs: &[Run], console: &Console) -> anyhow::Result<Needs> {
     let ranges = runs.iter().map(Run::vertical_ranges).sum::<Result<u64, _>>()?;
     let needs = Needs::of(ranges);
-    biplane_cli::memory::expect_need(needs.min_bytes).map_err(|why| anyhow!(why))?;
+    biplane_cli::memory::expect_need_between(needs.min_bytes, needs.max_bytes).map_err(|why| anyhow!(why))?;
     if ranges == 0 {
         let names: Vec<String> = runs.iter().map(|run| run.path().display().to_string()).collect();
         console.warn(format!(

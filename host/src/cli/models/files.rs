@@ -75,7 +75,7 @@ pub(crate) fn names(formats: &[Formats], report: bool) -> impl Iterator<Item = &
 pub(crate) const KNOWN: Known = Known {
     by: "build",
     names: NAMES,
-    pieces: Some((tileset::FOLDER, ".glb")),
+    pieces: Some((tileset::FOLDER, &[".glb"])),
     sign: "summary.json",
     is_ours,
 };

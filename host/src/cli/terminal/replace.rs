@@ -14,8 +14,8 @@ pub(crate) struct Known {
     pub by: &'static str,
     /// Every name that it writes.
     pub names: &'static [&'static str],
-    /// A folder in it, and how all names in that end.
-    pub pieces: Option<(&'static str, &'static str)>,
+    /// A folder in it, and how names in that end.
+    pub pieces: Option<(&'static str, &'static [&'static str])>,
     /// A file in JSON that is in every such folder.
     pub sign: &'static str,
     /// Whether that file is the command's.
@@ -55,9 +55,10 @@ pub(crate) fn check(known: &Known, folder: &Path, inputs: &[PathBuf]) -> anyhow:
 
 /// Whether this is the folder of pieces, and holds nothing else.
 fn is_of_pieces(known: &Known, path: &Path) -> bool {
-    let Some((_, end)) = known.pieces.filter(|(name, _)| path.ends_with(name)) else { return false };
+    let Some((_, ends)) = known.pieces.filter(|(name, _)| path.ends_with(name)) else { return false };
     let is_piece = |entry: fs::DirEntry| {
-        entry.file_name().to_string_lossy().ends_with(end)
+        let name = entry.file_name();
+        ends.iter().any(|end| name.to_string_lossy().ends_with(end))
             && entry.file_type().is_ok_and(|kind| kind.is_file())
     };
     fs::read_dir(path).is_ok_and(|mut entries| entries.all(|entry| entry.is_ok_and(is_piece)))

@@ -19,6 +19,7 @@ use crate::cli::build::{self, DriveArgs};
 use crate::cli::recordings::optimize;
 use crate::cli::terminal::console::Console;
 use crate::cli::terminal::needs;
+use crate::cli::terminal::replace::{self, Known};
 use crate::cli::terminal::stages::Stages;
 use crate::cli::terminal::threads::Threads;
 use crate::cli::terminal::values::{memory, tile_size};
@@ -27,7 +28,7 @@ use biplane_cli::Outcome;
 /// Words of the command.
 #[derive(Clone, Debug, clap::Args)]
 #[command(after_help = "Examples:\n  biplane tiles plan campus.mcap -o tiles\n  \
-    biplane tiles plan monday.mcap tuesday.mcap -o tiles --size 60\n\n\
+    biplane tiles plan monday.mcap tuesday.mcap -o tiles --size 60 --force\n\n\
     Then `biplane tiles run tiles --index N` for each tile, and `biplane tiles merge tiles -o model`.")]
 pub(super) struct Args {
     #[command(flatten)]
@@ -35,6 +36,9 @@ pub(super) struct Args {
     /// The folder to write
     #[arg(long, short, value_name = "DIR")]
     output: PathBuf,
+    /// Replace the folder if it exists, with all that was found in its tiles
+    #[arg(long)]
+    force: bool,
     /// Side of a tile, meters. `biplane build` searches drives of ten million points and more in squares of
     /// 20 m; a tile holds those whose middle lies in it. Smaller tiles are searched as they are, and their
     /// model differs a little from that of `biplane build`
@@ -62,16 +66,28 @@ impl Args {
     }
 }
 
+/// What a folder of tiles is known by.
+const KNOWN: Known = Known {
+    by: "plan of tiles",
+    names: &[NAME, SEARCHES],
+    pieces: Some((TILES, &[".points", ".found", ".part"])),
+    sign: NAME,
+    is_ours: |manifest| manifest["format"] == FORMAT,
+};
+
 /// Runs the command.
 pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     args.threads.take()?;
     let runs = optimize::open(&args.drive.recordings, console)?;
     let inputs: Vec<PathBuf> = inputs(args, &runs);
-    OutputFolder::check(&args.output, false)?;
+    if args.force {
+        replace::check(&KNOWN, &args.output, &inputs)?;
+    }
+    OutputFolder::check(&args.output, args.force)?;
     needs::keep_below(args.memory).map_err(|why| anyhow!(why))?;
     build::report_needs(&runs, console)?;
     let mut stages = Stages::new(console, &["optimize", "read", "cloud", "tiles"]);
-    let folder = OutputFolder::create(&args.output, false)?;
+    let folder = OutputFolder::create(&args.output, args.force)?;
     let planes = args.planes();
     let cloud = cloud(args, &runs, &folder, &mut stages, console)?;
     let manifest = stages.time("tiles", || {

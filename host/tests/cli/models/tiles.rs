@@ -15,11 +15,15 @@ fn recorded(name: &str) -> Folder {
     folder
 }
 
-/// Two models have the same bytes.
+/// Two models have the same bytes, also in folders within.
 #[track_caller]
 fn expect_same(one: &Path, other: &Path) {
     assert_eq!(names(one), names(other));
     for name in names(one).iter().filter(|name| !TIMED.contains(&name.as_str())) {
+        if one.join(name).is_dir() {
+            expect_same(&one.join(name), &other.join(name));
+            continue;
+        }
         assert!(fs::read(one.join(name)).unwrap() == fs::read(other.join(name)).unwrap(), "{name} differs");
     }
 }
@@ -27,12 +31,15 @@ fn expect_same(one: &Path, other: &Path) {
 #[test]
 fn a_model_of_one_tile_is_the_model_without_tiles() {
     let folder = recorded("tiles-one");
-    folder.expect("build run.mcap -o whole", 0, &[]);
+    folder.expect("build run.mcap -o whole --formats all", 0, &[]);
     let planned = folder.expect("tiles plan run.mcap -o tiles", 0, &[]);
     assert_eq!(planned.stdout, "1 tiles\n");
     folder.expect("tiles run tiles --index 0", 0, &["tile 0: "]);
-    folder.expect("tiles merge tiles -o merged", 0, &["% fewer"]);
+    folder.expect("tiles merge tiles -o merged --formats all", 0, &["% fewer"]);
     expect_same(&folder.path("whole"), &folder.path("merged"));
+    let building = fs::read_to_string(folder.path("merged/building.json")).unwrap();
+    let building: serde_json::Value = serde_json::from_str(&building).unwrap();
+    assert!(!building["rooms"].as_array().unwrap().is_empty(), "{building}");
 }
 
 #[test]
@@ -69,6 +76,12 @@ fn what_is_not_what_was_planned_is_refused() {
     let folder = recorded("tiles-changed");
     folder.expect("tiles plan run.mcap -o tiles", 0, &[]);
     folder.expect("tiles plan run.mcap -o tiles", 1, &["exists already"]);
+    folder.expect("tiles run tiles --index 0", 0, &[]);
+    folder.expect("tiles plan run.mcap -o tiles --force", 0, &[]);
+    assert_eq!(names(&folder.path("tiles/tiles")), ["00000.points"], "what was found before is gone");
+    folder.write("tiles/tiles/notes.txt", "mine");
+    folder.expect("tiles plan run.mcap -o tiles --force", 1, &["holds tiles, which no plan of tiles wrote"]);
+    fs::remove_file(folder.path("tiles/tiles/notes.txt")).unwrap();
     folder.expect("tiles run . --index 0", 1, &["is . a folder of `biplane tiles plan`?"]);
     let points = folder.path("tiles/tiles/00000.points");
     let whole = fs::read(&points).unwrap();

@@ -14,6 +14,8 @@ use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 static LIMIT: OnceLock<Option<Limit>> = OnceLock::new();
 static KEPT_BYTES: AtomicU64 = AtomicU64::new(0);
 static NEEDED_BYTES: AtomicU64 = AtomicU64::new(0);
+/// What may be needed at most, where that is not known exactly.
+static AT_MOST_BYTES: AtomicU64 = AtomicU64::new(0);
 
 /// What the process may have: the system's limit, read once, or a lower one of its own.
 pub fn limit() -> Option<Limit> {
@@ -50,7 +52,17 @@ pub fn keep_below(bytes: u64) -> Result<(), String> {
 /// # Errors
 /// A sentence, when the process may not have three quarters of them: no estimate is better than that.
 pub fn expect_need(bytes: u64) -> Result<(), String> {
+    expect_need_between(bytes, bytes)
+}
+
+/// [`expect_need`] of a job of which it is not known yet how much it takes: only the least decides, both are
+/// named.
+///
+/// # Errors
+/// When the process may not have three quarters of the least.
+pub fn expect_need_between(bytes: u64, at_most_bytes: u64) -> Result<(), String> {
     NEEDED_BYTES.store(bytes, Ordering::Relaxed);
+    AT_MOST_BYTES.store(at_most_bytes, Ordering::Relaxed);
     match limit() {
         Some(limit) if limit.bytes < bytes / 4 * 3 => Err(format!("not enough memory: {}", advice())),
         _ => Ok(()),
@@ -59,17 +71,37 @@ pub fn expect_need(bytes: u64) -> Result<(), String> {
 
 /// What is needed, what there is, and what to do.
 pub fn advice() -> String {
-    let needed = match NEEDED_BYTES.load(Ordering::Relaxed) {
-        0 => String::new(),
-        bytes => format!("about {} are needed, and ", megabytes(bytes)),
-    };
+    let needed = needed(NEEDED_BYTES.load(Ordering::Relaxed), AT_MOST_BYTES.load(Ordering::Relaxed));
     match limit() {
         Some(limit) => format!("{needed}{limit}"),
         None => format!("{needed}this process may have all that the machine has"),
     }
 }
 
+fn needed(bytes: u64, at_most_bytes: u64) -> String {
+    match bytes {
+        0 => String::new(),
+        _ if at_most_bytes > bytes => {
+            format!("{} at least and {} at most are needed, and ", megabytes(bytes), megabytes(at_most_bytes))
+        }
+        _ => format!("about {} are needed, and ", megabytes(bytes)),
+    }
+}
+
 /// Bytes for people.
 pub fn megabytes(bytes: u64) -> String {
     format!("{} MB", bytes.div_ceil(1_000_000))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::needed;
+
+    #[test]
+    fn what_is_needed_is_named_from_least_to_most_until_it_is_known() {
+        assert_eq!(needed(0, 0), "");
+        assert_eq!(needed(44_000_000, 44_000_000), "about 44 MB are needed, and ");
+        let between = needed(44_000_000, 900_000_000);
+        assert_eq!(between, "44 MB at least and 900 MB at most are needed, and ");
+    }
 }
