@@ -76,14 +76,14 @@ pub(crate) struct Choice {
     pub range_max_m: f64,
 }
 
-/// Takes beams of a laser's scans, evenly over each scan, as many a second as are wanted.
-pub(crate) fn beam_hits(
+/// Takes beams of a laser's scans, evenly over each scan, as many a second as are wanted; scan by scan.
+pub(crate) fn beam_hits<'a>(
     laser: Laser,
-    geometry: &ScanGeometry,
-    range_scans: &[RangeScan],
-    knots: &Knots,
+    geometry: &'a ScanGeometry,
+    range_scans: &'a [RangeScan],
+    knots: &'a Knots,
     choice: Choice,
-) -> Vec<BeamHit> {
+) -> impl Iterator<Item = Vec<BeamHit>> + 'a {
     let duration_s = knots.step_s() * knots.states.len() as f64;
     let all_per_s = (geometry.beams.len() * range_scans.len()) as f64 / duration_s.max(1.0);
     let every = (all_per_s / choice.beams_per_s).round().max(1.0) as usize;
@@ -93,8 +93,8 @@ pub(crate) fn beam_hits(
         .iter()
         .map(|beam| geometry.base_from_laser * Vector3::new(beam.angle_rad.cos(), beam.angle_rad.sin(), 0.0))
         .collect();
-    let mut hits = Vec::new();
-    for (scan, range_scan) in range_scans.iter().enumerate() {
+    range_scans.iter().enumerate().map(move |(scan, range_scan)| {
+        let mut hits = Vec::new();
         let mut taken = scan; // so that other beams are held out in other scans
         let count = range_scan.ranges_m.len().min(directions.len());
         for beam in (scan % every..count).step_by(every) {
@@ -116,8 +116,8 @@ pub(crate) fn beam_hits(
                 is_held_out: taken % HELD_OUT == 0,
             });
         }
-    }
-    hits
+        hits
+    })
 }
 
 /// Whether a range is far from those of both neighbors.

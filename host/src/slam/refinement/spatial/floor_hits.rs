@@ -129,18 +129,26 @@ fn across(hits: &[BeamHit], passing: &Passing<'_>) -> BTreeMap<u32, Vec<(usize, 
     for (number, hit) in hits.iter().enumerate().filter(|(_, hit)| hit.laser == Laser::Horizontal) {
         of_scans.entry(hit.scan).or_default().push((number, passing.of(hit, ASIDE_M)));
     }
-    let line = |(scan, all): (u32, Vec<(usize, Option<Passed>)>)| {
-        let first = all.iter().position(|(_, passed)| passed.is_some())?;
-        let last = all.iter().rposition(|(_, passed)| passed.is_some())?;
-        let list: Vec<(usize, Passed)> =
-            all[first..=last].iter().filter_map(|&(hit, passed)| Some((hit, passed?))).collect();
-        let through = (last + 1 - first - list.len()) as f64;
-        let is_line = list.len() >= IN_A_SCAN
-            && through <= SEE_THROUGH_SHARE * (last + 1 - first) as f64
-            && widest_gap_m(&list, &[]) <= GAP_M;
-        is_line.then_some((scan, list))
-    };
-    of_scans.into_iter().filter_map(line).collect()
+    of_scans.into_iter().filter_map(|(scan, all)| Some((scan, line(&all)?))).collect()
+}
+
+/// The returns of a scan that passes over the track, where they are a line across it.
+fn line(all: &[(usize, Option<Passed>)]) -> Option<Vec<(usize, Passed)>> {
+    let first = all.iter().position(|(_, passed)| passed.is_some())?;
+    let last = all.iter().rposition(|(_, passed)| passed.is_some())?;
+    let list: Vec<(usize, Passed)> =
+        all[first..=last].iter().filter_map(|&(hit, passed)| Some((hit, passed?))).collect();
+    let through = (last + 1 - first - list.len()) as f64;
+    let is_line = list.len() >= IN_A_SCAN
+        && through <= SEE_THROUGH_SHARE * (last + 1 - first) as f64
+        && widest_gap_m(&list, &[]) <= GAP_M;
+    is_line.then_some(list)
+}
+
+/// Leaves of a line what lies near ahead; whether that is ground, from one side of the track to the other.
+fn is_near(list: &mut Vec<(usize, Passed)>, ahead_m: impl Fn(usize, usize) -> f64) -> bool {
+    list.retain(|(hit, passed)| ahead_m(*hit, passed.knot) <= AHEAD_M[1]);
+    list.len() >= IN_A_SCAN && widest_gap_m(list, &[-ASIDE_M, ASIDE_M]) <= GAP_M
 }
 
 /// The widest stretch across the way that no return lies in, between returns and some edges, meters.
@@ -166,14 +174,31 @@ impl FloorHits {
             found.is_ground[number] = list.iter().any(same);
         }
         for mut list in of_scans.into_values() {
-            list.retain(|(hit, passed)| ahead_m(*hit, passed.knot) <= AHEAD_M[1]);
-            if list.len() >= IN_A_SCAN && widest_gap_m(&list, &[-ASIDE_M, ASIDE_M]) <= GAP_M {
+            if is_near(&mut list, ahead_m) {
                 found.scans += 1;
                 found.list.extend(list.into_iter().map(|(hit, Passed { knot, .. })| FloorHit { hit, knot }));
             }
         }
         found.list.sort_unstable_by_key(|found| found.hit);
         found
+    }
+
+    /// What [`FloorHits::are_many`] tells of what [`FloorHits::find`] finds, from the horizontal laser's scans
+    /// one after the other.
+    pub(crate) fn are_in_many(
+        scans: impl Iterator<Item = Vec<BeamHit>>,
+        track: &Knots,
+        way_m: &[f64],
+    ) -> bool {
+        let passing = Passing::new(track, way_m);
+        let sees_ground = |mut hits: Vec<BeamHit>| {
+            hits.sort_by_key(|hit| hit.knot);
+            let passed = hits.iter().map(|hit| passing.of(hit, ASIDE_M)).enumerate();
+            let list = line(&passed.collect::<Vec<_>>());
+            let ahead_m = |hit: usize, knot: usize| way_m[knot] - way_m[hits[hit].knot as usize];
+            list.is_some_and(|mut list| is_near(&mut list, ahead_m))
+        };
+        scans.filter_map(|hits| sees_ground(hits).then_some(())).nth(SCANS - 1).is_some()
     }
 
     /// None.
@@ -275,7 +300,10 @@ mod tests {
         };
         let hits: Vec<BeamHit> =
             (0..10).flat_map(|knot| places_m.iter().map(move |&at| hit(knot, at))).collect();
-        FloorHits::find(&hits, &track, &way_m)
+        let found = FloorHits::find(&hits, &track, &way_m);
+        let scans = hits.chunks(places_m.len()).map(<[BeamHit]>::to_vec);
+        assert_eq!(FloorHits::are_in_many(scans, &track, &way_m), found.are_many(), "scan by scan");
+        found
     }
 
     /// Places on a line across the way at x, from right to left.

@@ -56,6 +56,9 @@ pub(crate) struct SpatialInput<'a> {
 /// Refines; `None` when there is too little to refine with, or nothing that explains the beams better.
 pub(crate) fn refine(input: &SpatialInput<'_>, params: &SpatialParams) -> Option<Refined> {
     let start = Knots::of(input.trajectory, (params.knot_s * 1e9) as i64, GAP_NS)?;
+    if !may_be_sloped(input, &start, params)? {
+        return None;
+    }
     let hits = hits(input, &start, params);
     let both = [Laser::Horizontal, Laser::Vertical].map(|laser| hits.iter().any(|hit| hit.laser == laser));
     if both != [true, true] {
@@ -82,6 +85,18 @@ pub(crate) fn refine(input: &SpatialInput<'_>, params: &SpatialParams) -> Option
     choose(&problem, &start)
 }
 
+/// Whether an inertial unit tells of a slope, or enough scans see ground ahead by the wheels' track. Most
+/// floors are flat, and a long drive has millions of beams: here no more than those of one scan are held.
+fn may_be_sloped(input: &SpatialInput<'_>, start: &Knots, params: &SpatialParams) -> Option<bool> {
+    let wheels = Wheels::new(input.odometry, start)?;
+    if Inertial::of(input.inertial, start, &wheels).is_some_and(|inertial| inertial.reports_slope()) {
+        return Some(true);
+    }
+    let VerticalScans { geometry, range_scans, .. } = input.horizontal;
+    let scans = beam_hits(Laser::Horizontal, geometry, range_scans, start, choice_of(params));
+    Some(FloorHits::are_in_many(scans, &wheels.dead_reckoned(start), &wheels.way_m()))
+}
+
 /// Refines the poses of one recording; `None` when it has no vertical laser, or nothing explains its beams
 /// better.
 ///
@@ -104,12 +119,16 @@ pub(crate) fn refine_run(run: &Run, trajectory: &Trajectory) -> Result<Option<Re
     Ok(refine(&input, &SpatialParams::default()))
 }
 
+fn choice_of(params: &SpatialParams) -> Choice {
+    Choice { beams_per_s: params.beams_per_s, range_max_m: params.range_max_m }
+}
+
 /// The beams of both lasers in the order of knots.
 fn hits(input: &SpatialInput<'_>, knots: &Knots, params: &SpatialParams) -> Vec<BeamHit> {
-    let choice = Choice { beams_per_s: params.beams_per_s, range_max_m: params.range_max_m };
-    let mut hits = Vec::new();
+    let choice = choice_of(params);
+    let mut hits: Vec<BeamHit> = Vec::new();
     for (laser, scans) in [(Laser::Horizontal, input.horizontal), (Laser::Vertical, input.vertical)] {
-        hits.extend(beam_hits(laser, &scans.geometry, &scans.range_scans, knots, choice));
+        hits.extend(beam_hits(laser, &scans.geometry, &scans.range_scans, knots, choice).flatten());
     }
     hits.sort_by_key(|hit| hit.knot);
     hits
