@@ -15,7 +15,7 @@ static LIMIT: OnceLock<Option<Limit>> = OnceLock::new();
 static KEPT_BYTES: AtomicU64 = AtomicU64::new(0);
 static NEEDED_BYTES: AtomicU64 = AtomicU64::new(0);
 /// What may be needed at most, where that is not known exactly.
-static AT_MOST_BYTES: AtomicU64 = AtomicU64::new(0);
+static MAX_NEEDED_BYTES: AtomicU64 = AtomicU64::new(0);
 
 /// What the process may have: the system's limit, read once, or a lower one of its own.
 pub fn limit() -> Option<Limit> {
@@ -60,9 +60,9 @@ pub fn expect_need(bytes: u64) -> Result<(), String> {
 ///
 /// # Errors
 /// When the process may not have three quarters of the least.
-pub fn expect_need_between(bytes: u64, at_most_bytes: u64) -> Result<(), String> {
+pub fn expect_need_between(bytes: u64, max_bytes: u64) -> Result<(), String> {
     NEEDED_BYTES.store(bytes, Ordering::Relaxed);
-    AT_MOST_BYTES.store(at_most_bytes, Ordering::Relaxed);
+    MAX_NEEDED_BYTES.store(max_bytes, Ordering::Relaxed);
     match limit() {
         Some(limit) if limit.bytes < bytes / 4 * 3 => Err(format!("not enough memory: {}", advice())),
         _ => Ok(()),
@@ -71,18 +71,18 @@ pub fn expect_need_between(bytes: u64, at_most_bytes: u64) -> Result<(), String>
 
 /// What is needed, what there is, and what to do.
 pub fn advice() -> String {
-    let needed = needed(NEEDED_BYTES.load(Ordering::Relaxed), AT_MOST_BYTES.load(Ordering::Relaxed));
+    let needed = needed(NEEDED_BYTES.load(Ordering::Relaxed), MAX_NEEDED_BYTES.load(Ordering::Relaxed));
     match limit() {
         Some(limit) => format!("{needed}{limit}"),
         None => format!("{needed}this process may have all that the machine has"),
     }
 }
 
-fn needed(bytes: u64, at_most_bytes: u64) -> String {
+fn needed(bytes: u64, max_bytes: u64) -> String {
     match bytes {
         0 => String::new(),
-        _ if at_most_bytes > bytes => {
-            format!("{} at least and {} at most are needed, and ", megabytes(bytes), megabytes(at_most_bytes))
+        _ if max_bytes > bytes => {
+            format!("{} at least and {} at most are needed, and ", megabytes(bytes), megabytes(max_bytes))
         }
         _ => format!("about {} are needed, and ", megabytes(bytes)),
     }

@@ -183,8 +183,8 @@ impl FloorHits {
         found
     }
 
-    /// What [`FloorHits::are_many`] tells of what [`FloorHits::find`] finds, from the horizontal laser's scans
-    /// one after the other.
+    /// What [`FloorHits::are_many`] tells of what [`FloorHits::find`] finds, from the horizontal
+    /// laser's scans one after the other.
     pub(crate) fn are_in_many(
         scans: impl Iterator<Item = Vec<BeamHit>>,
         track: &Knots,
