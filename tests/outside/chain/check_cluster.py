@@ -107,7 +107,7 @@ def again(work, cluster, script):
 
 def main(work):
     one_tile(work, "office", {("building.json", "rooms"): 1, ("building.json", "walls"): 1})
-    one_tile(work, "pillars", {("shapes.json", "cylinders"): 1})
+    one_tile(work, "hall", {("shapes.json", "cylinders"): 1})
     record(work)
     on_cluster(work, one_after_the_other(work))
 
