@@ -54,7 +54,7 @@ def check_trajectory(estimate, truth):
         return {key: float(figures[key]) for key in keys}
 
     for align, words in ((True, []), (False, ["--no-align"])):
-        ours = evaluated("trajectory", estimate, truth, *words)["absolute"]
+        ours = evaluated("trajectory", truth, estimate, *words)["absolute"]
         for kind, relation in kinds.items():
             name = f"ATE {kind}, {'aligned' if align else 'as it is'}"
             compare(name, ours[kind], theirs(metrics.APE(relation), align), SAME_AS_EVO)
@@ -66,7 +66,7 @@ def check_trajectory(estimate, truth):
         "0.3m": (0.3, units.meters),
     }
     for word, (delta, unit) in deltas.items():
-        ours = evaluated("trajectory", estimate, truth, "--delta", word)["relative"][0]["errors"]
+        ours = evaluated("trajectory", truth, estimate, "--delta", word)["relative"][0]["errors"]
         for kind, relation in kinds.items():
             name = f"RPE {kind} over {word}"
             compare(name, ours[kind], theirs(metrics.RPE(relation, delta, unit), False), SAME_AS_EVO)
@@ -92,7 +92,7 @@ def check_relations(tool, trajectory, relations):
         ):
             chosen = [r for r in wanted if abs(r[1] - r[0]) <= float(gap)]
             errors, _ = module.evaluate(chosen, module.load_traj(path))
-            ours = evaluated("relations", path, relations, *(["--max-gap", gap] if gap != "inf" else []))
+            ours = evaluated("relations", relations, path, *(["--max-gap", gap] if gap != "inf" else []))
             require(
                 ours["relations"] == len(errors), f"{name}: {ours['relations']} relations, not {len(errors)}"
             )

@@ -64,8 +64,8 @@ def timed(*words):
 
 def figures(recording, name):
     """Position error (m) and relations error (m, degrees)."""
-    ate = json_of("biplane", "evaluate", "trajectory", recording, name + ".truth", "--json")
-    relations = json_of("biplane", "evaluate", "relations", recording, name + ".relations", "--json")
+    ate = json_of("biplane", "evaluate", "trajectory", name + ".truth", recording, "--json")
+    relations = json_of("biplane", "evaluate", "relations", name + ".relations", recording, "--json")
     return (
         ate["absolute"]["translation_m"]["rmse"],
         relations["translation_m"]["mean"],

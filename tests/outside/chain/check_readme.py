@@ -68,7 +68,7 @@ def check_errors(text, work):
     found = re.search(errors, text)
     require(found, "README names no errors of model and poses")
     compared = json_of("biplane", "compare", work / "model", "--truth", work / "truth/surfaces.ply", "--json")
-    words = ("biplane", "evaluate", "trajectory", work / "office.mcap", work / "truth/poses.tum", "--json")
+    words = ("biplane", "evaluate", "trajectory", work / "truth/poses.tum", work / "office.mcap", "--json")
     surfaces = [compared[name]["to_truth"]["rms_m"] for name in ("model", "raw")]
     measured = (*surfaces, json_of(*words)["absolute"]["translation_m"]["rmse"])
     for name, written, value_m in zip(("surfaces", "raw mesh", "poses"), found.groups(), measured):

@@ -125,7 +125,7 @@ class RealData:
     def figures(self):
         """The figures of docs/matching.md, its robustness, and the map."""
         work, errors = self.work, self.work / "errors.csv"
-        run("biplane", "evaluate", "relations", self.run_file, self.relations, "--per-relation", errors)
+        run("biplane", "evaluate", "relations", self.relations, self.run_file, "--per-relation", errors)
         run("biplane", "plot", "basin", work / "basin.csv", "-o", work / "basin.svg")
         run("biplane", "plot", "relations", errors, "-o", work / "errors.svg")
         for name in ("basin.svg", "errors.svg"):

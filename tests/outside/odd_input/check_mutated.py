@@ -54,7 +54,7 @@ OF_SHAPES = {
     "mesh": [("biplane compact IN -o out", "out")],
     "log": [("biplane import carmen IN -o out", "out")],
     "poses": [
-        ("biplane evaluate trajectory IN ../posed.tum", None),
+        ("biplane evaluate trajectory ../posed.tum IN", None),
         ("biplane build ../posed.mcap --poses IN -o out", "out"),
     ],
     "rig": [("biplane-onboard replay ../posed.mcap --rig IN -o out", "out")],

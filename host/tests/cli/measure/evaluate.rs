@@ -26,7 +26,7 @@ fn relations_are_measured_on_recordings_and_on_both_forms_of_text_alike() {
     );
     for trajectory in ["run.mcap", "run.tum", "run.txt"] {
         let words =
-            format!("evaluate relations {trajectory} room.relations --json --per-relation {trajectory}.csv");
+            format!("evaluate relations room.relations {trajectory} --json --per-relation {trajectory}.csv");
         let ran = folder.expect(&words, 0, &[]);
         assert!((number(&ran.stdout, "/translation_m/mean") - 0.025).abs() < 1e-6, "{}", ran.stdout);
         assert!((number(&ran.stdout, "/rotation_deg/max") - 0.1_f64.to_degrees()).abs() < 1e-6);
@@ -38,22 +38,22 @@ fn relations_are_measured_on_recordings_and_on_both_forms_of_text_alike() {
              1700000020.000000000,1700000004.000000000,0.000000000,0.000000000\n"
         );
     }
-    let ran = folder.expect("evaluate relations run.txt room.relations --max-gap 10", 0, &[]);
+    let ran = folder.expect("evaluate relations room.relations run.txt --max-gap 10", 0, &[]);
     assert!(
         ran.stdout.contains("1 relations between 2 poses") && ran.stdout.contains("0.0500"),
         "{}",
         ran.stdout
     );
-    folder.expect("evaluate relations run.txt room.relations --max-gap 1", 1, &["none of the 2 relations"]);
+    folder.expect("evaluate relations room.relations run.txt --max-gap 1", 1, &["none of the 2 relations"]);
     folder.expect("evaluate relations run.txt run.txt", 1, &["run.txt", "line 1: expected", "t1 t2 x y z"]);
     folder.expect("evaluate relations room.relations room.relations", 1, &["line 1: expected", "t x y z qx"]);
-    folder.expect("evaluate relations run.mcap room.relations --per-relation run.txt", 1, &["--force"]);
+    folder.expect("evaluate relations room.relations run.mcap --per-relation run.txt", 1, &["--force"]);
     folder.expect(
-        "evaluate relations run.mcap room.relations --per-relation run.mcap --force",
+        "evaluate relations room.relations run.mcap --per-relation run.mcap --force",
         1,
         &["is read"],
     );
-    folder.expect("evaluate relations run.mcap room.relations --max-gap=-1", 2, &["not negative"]);
+    folder.expect("evaluate relations room.relations run.mcap --max-gap=-1", 2, &["not negative"]);
 }
 
 #[test]
@@ -65,23 +65,45 @@ fn a_trajectory_is_laid_upon_the_truth_before_it_is_judged_unless_told_otherwise
         "turned.txt",
         "0 1 0 1.5707963267948966\n1 1 1 1.5707963267948966\n2 1 2 1.5707963267948966\n",
     );
-    let ran = folder.expect("evaluate trajectory turned.txt truth.txt --json", 0, &[]);
+    let ran = folder.expect("evaluate trajectory truth.txt turned.txt --json", 0, &[]);
     assert_eq!(number(&ran.stdout, "/pairs"), 3.0);
     assert!(number(&ran.stdout, "/absolute/translation_m/max") < 1e-9, "{}", ran.stdout);
     assert!((number(&ran.stdout, "/alignment/2") + 90.0).abs() < 1e-9);
     assert_eq!(number(&ran.stdout, "/relative/1/delta/metres"), 1.0);
-    let ran = folder.expect("evaluate trajectory turned.txt truth.txt --no-align --delta 2f --json", 0, &[]);
+    let ran = folder.expect("evaluate trajectory truth.txt turned.txt --no-align --delta 2f --json", 0, &[]);
     assert!((number(&ran.stdout, "/absolute/rotation_deg/mean") - 90.0).abs() < 1e-9);
     assert!((number(&ran.stdout, "/absolute/translation_m/max") - 5.0_f64.sqrt()).abs() < 1e-9);
     assert!(number(&ran.stdout, "/relative/0/errors/translation_m/max") < 1e-9);
-    let ran = folder.expect("evaluate trajectory turned.txt truth.txt --delta 9m", 0, &[]);
+    let ran = folder.expect("evaluate trajectory truth.txt turned.txt --delta 9m", 0, &[]);
     assert!(ran.stdout.contains("nothing is that far apart"), "{}", ran.stdout);
     folder.write("later.txt", "10 0 0 0\n");
-    folder.expect("evaluate trajectory later.txt truth.txt", 1, &["no pose of later.txt is within 0.01 s"]);
-    folder.expect("evaluate trajectory later.txt gone.txt", 1, &["gone.txt"]);
+    folder.expect("evaluate trajectory truth.txt later.txt", 1, &["no pose of later.txt is within 0.01 s"]);
+    folder.expect("evaluate trajectory gone.txt later.txt", 1, &["gone.txt"]);
     for wrong in ["1", "0.5f", "-1m", "m", "1é"] {
-        let words = format!("evaluate trajectory turned.txt truth.txt --delta={wrong}");
+        let words = format!("evaluate trajectory truth.txt turned.txt --delta={wrong}");
         folder.expect(&words, 2, &["expected a length such as"]);
+    }
+}
+
+/// The old order, while it lives: where the files tell, the figures are the same, and the new one is named.
+#[test]
+fn what_is_judged_may_still_come_first_and_is_told_to_come_second() {
+    let folder = Folder::new("evaluate-order");
+    room::record(&folder.path("run.mcap"), Content { poses: true, vertical: false });
+    for form in ["tum", "xytheta"] {
+        folder.expect(&format!("traj run.mcap -o run.{form} --format {form}"), 0, &[]);
+    }
+    folder.write("room.relations", "1700000000 1700000004 1.03 0.04 0 0 0 0.1\n");
+    for (new, old) in [
+        ("relations room.relations run.mcap", "relations run.mcap room.relations"),
+        ("relations room.relations run.tum", "relations run.tum room.relations"),
+        ("relations room.relations run.xytheta", "relations run.xytheta room.relations"),
+        ("trajectory run.tum run.mcap", "trajectory run.mcap run.tum"),
+    ] {
+        let asked = folder.expect(&format!("evaluate {new} --json"), 0, &[]);
+        assert!(!asked.stderr.contains("has to come first"), "{}", asked.stderr);
+        let of_old = folder.expect(&format!("evaluate {old} --json"), 0, &["has to come first"]);
+        assert_eq!(of_old.stdout, asked.stdout, "{old}");
     }
 }
 

@@ -170,7 +170,7 @@ fn odd_recordings_give_a_result_or_a_sentence_in_every_command() {
             "build odd.mcap -o plain --no-optimize --force",
             "optimize odd.mcap -o opt.mcap --force",
             "build odd.mcap -o model --force",
-            "evaluate trajectory odd.mcap room.mcap",
+            "evaluate trajectory room.mcap odd.mcap",
             "evaluate map odd.mcap",
             "render model -o model.png --force",
         ] {

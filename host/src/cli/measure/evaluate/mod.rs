@@ -1,6 +1,7 @@
 //! `biplane evaluate`: how good a trajectory or a map is, in figures that others publish.
 
 mod map;
+mod order;
 mod poses;
 mod relations;
 mod trajectory;

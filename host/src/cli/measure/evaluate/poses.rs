@@ -27,7 +27,8 @@ pub(super) fn read(path: &Path, console: &Console) -> anyhow::Result<Vec<Stamped
     Ok(run.poses()?.at_scans().into_iter().flatten().collect())
 }
 
-fn is_recording(path: &Path) -> io::Result<bool> {
+/// Whether a file begins as a recording does.
+pub(super) fn is_recording(path: &Path) -> io::Result<bool> {
     let mut start = Vec::new();
     File::open(path)?.take(MCAP.len() as u64).read_to_end(&mut start)?;
     Ok(start == MCAP)

@@ -11,6 +11,7 @@ use crate::metrics::evaluate::relations::{
 use crate::recordings::stamp_text::format_seconds;
 use anyhow::{Context, bail};
 
+use super::order::Files;
 use super::poses;
 use crate::cli::terminal::console::Console;
 use crate::cli::terminal::json::print_json;
@@ -19,13 +20,14 @@ use biplane_cli::Outcome;
 
 /// Words of the command.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  biplane evaluate relations intel.opt.mcap intel.relations")]
+#[command(after_help = "Example:\n  biplane evaluate relations intel.relations intel.opt.mcap")]
 pub(super) struct Args {
-    /// A posed recording, or a trajectory as text, with "t x y theta" or "t x y z qx qy qz qw" on each line
-    #[arg(value_name = "TRAJ")]
-    trajectory: PathBuf,
     /// The relations, with "t1 t2 x y z roll pitch yaw" on each line: pose 2 seen from pose 1
     relations: PathBuf,
+    /// What is judged: a posed recording, or a trajectory as text, with "t x y theta" or
+    /// "t x y z qx qy qz qw" on each line
+    #[arg(value_name = "TRAJ")]
+    trajectory: PathBuf,
     /// Only relations whose times are at most this far apart, in seconds
     #[arg(long, value_name = "S", value_parser = not_negative)]
     max_gap: Option<f64>,
@@ -53,9 +55,10 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         check_not_input(output, ".part", &args.relations)?;
         check_free(output, args.force)?;
     }
-    let poses = poses::read(&args.trajectory, console)?;
-    let name = args.relations.display();
-    let file = File::open(&args.relations).with_context(|| format!("cannot read {name}"))?;
+    let files = Files::of_relations(&args.relations, &args.trajectory, console);
+    let poses = poses::read(files.judged, console)?;
+    let name = files.reference.display();
+    let file = File::open(files.reference).with_context(|| format!("cannot read {name}"))?;
     let relations = read_relations(BufReader::new(file)).with_context(|| format!("cannot read {name}"))?;
     let params = RelationsParams {
         max_dt_s: args.max_dt,

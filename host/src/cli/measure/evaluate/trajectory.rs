@@ -9,6 +9,7 @@ use anyhow::bail;
 use biplane_matcher::Pose2;
 use serde::Serialize;
 
+use super::order::Files;
 use super::poses;
 use crate::cli::terminal::console::Console;
 use crate::cli::terminal::json::print_json;
@@ -17,13 +18,13 @@ use biplane_cli::Outcome;
 
 /// Words of the command.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  biplane evaluate trajectory office.mcap truth/poses.tum")]
+#[command(after_help = "Example:\n  biplane evaluate trajectory truth/poses.tum office.mcap")]
 pub(super) struct Args {
-    /// The estimate: a posed recording, or a trajectory as text with "t x y theta" or
-    /// "t x y z qx qy qz qw" on each line
-    estimate: PathBuf,
-    /// The reference, in one of the same forms
+    /// The reference: a trajectory as text with "t x y theta" or "t x y z qx qy qz qw" on each line, or a
+    /// posed recording
     truth: PathBuf,
+    /// The estimate that is judged, in one of the same forms
+    estimate: PathBuf,
     /// Poses at most this far apart in time are compared, in seconds
     #[arg(long, value_name = "S", default_value_t = 0.01, value_parser = not_negative)]
     max_dt: f64,
@@ -72,16 +73,17 @@ struct Relative {
 
 /// Runs the command.
 pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
-    let estimate = poses::read(&args.estimate, console)?;
-    let truth = poses::read(&args.truth, console)?;
+    let files = Files::of_trajectories(&args.truth, &args.estimate, console);
+    let estimate = poses::read(files.judged, console)?;
+    let truth = poses::read(files.reference, console)?;
     let pairs = associate(&estimate, &truth, (args.max_dt * 1e9) as u64);
     let moved = if args.no_align { Pose2::IDENTITY } else { alignment(&pairs) };
     let Some(absolute) = absolute(&pairs, &moved) else {
         bail!(
             "no pose of {} is within {} s of one of {}",
-            args.estimate.display(),
+            files.judged.display(),
             args.max_dt,
-            args.truth.display()
+            files.reference.display()
         )
     };
     let deltas = match &args.delta[..] {
