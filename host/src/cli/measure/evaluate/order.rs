@@ -21,8 +21,8 @@ pub(super) struct Files<'a> {
 }
 
 impl<'a> Files<'a> {
-    /// A reference trajectory and one that is judged. A recording before a text is the old order. Two texts do
-    /// not tell; errors are the same in either order.
+    /// A reference trajectory and one that is judged. A recording before a text is the old order. Two texts
+    /// do not tell; errors are the same in either order.
     pub(super) fn of_trajectories(first: &'a Path, second: &'a Path, console: &Console) -> Self {
         let is_text = |path: &Path| path.is_file() && is_recording(path).is_ok_and(|is_one| !is_one);
         Self::ordered(first, second, !is_text(first) && is_text(second), console)
