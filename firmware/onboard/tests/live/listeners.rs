@@ -7,6 +7,7 @@ use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
+use crate::in_time::in_time;
 use crate::mock::Mock;
 
 /// Stops the process when a test ends, however it ends.
@@ -76,16 +77,18 @@ fn record(mock: &Mock, name: &str, words: &[&str]) -> Running {
 
 #[test]
 fn a_recording_opens_no_socket_unless_asked_and_then_one_on_this_machine_alone() {
-    let mock = Mock::start("listeners", |_| {});
-    let plain = record(&mock, "plain.mcap", &[]);
-    assert_eq!(sockets(plain.0.id()), [""; 0], "sockets without --live");
-    drop(plain);
-    // A port alone, as `--live` with nothing more: the address is the one by default.
-    let live = record(&mock, "live.mcap", &["--live", ":0"]);
-    let held = sockets(live.0.id());
-    let doors: Vec<_> = held.iter().map(|socket| listening(live.0.id(), socket)).collect();
-    assert!(
-        matches!(doors[..], [Some((IpAddr::V4(Ipv4Addr::LOCALHOST), 1..))]),
-        "with --live there are {held:?}, listening at {doors:?}"
-    );
+    in_time(|| {
+        let mock = Mock::start("listeners", |_| {});
+        let plain = record(&mock, "plain.mcap", &[]);
+        assert_eq!(sockets(plain.0.id()), [""; 0], "sockets without --live");
+        drop(plain);
+        // A port alone, as `--live` with nothing more: the address is the one by default.
+        let live = record(&mock, "live.mcap", &["--live", ":0"]);
+        let held = sockets(live.0.id());
+        let doors: Vec<_> = held.iter().map(|socket| listening(live.0.id(), socket)).collect();
+        assert!(
+            matches!(doors[..], [Some((IpAddr::V4(Ipv4Addr::LOCALHOST), 1..))]),
+            "with --live there are {held:?}, listening at {doors:?}"
+        );
+    });
 }

@@ -20,6 +20,7 @@ use biplane_recording::messages::{DiagnosticArray, LaserScan};
 use biplane_recording::{Direction, Port, Reader, Rig, Topic};
 use rustix::pty::{OpenptFlags, grantpt, openpt, unlockpt};
 
+use crate::in_time::in_time;
 use crate::mock::{Mock, all};
 
 /// Gaps between stamps that are longer than half a second, milliseconds.
@@ -111,29 +112,32 @@ fn squatters(count: usize) -> Vec<OwnedFd> {
 
 #[test]
 fn adapters_that_come_back_under_other_names_are_found_by_their_links_and_not_by_their_old_names() {
-    let mut mock = Mock::start("moved", |options| options.links = options.links.join("by-id"));
-    let rig = bare(&mock.rig_in("by-id"));
-    let options = RecordOptions { serial_links: mock.folder.join("links"), ..mock.options(rig.clone(), 9.5) };
-    let output = options.output.clone();
-    let recording = thread::spawn(move || record(&options, &AtomicBool::new(false)));
-    thread::sleep(Duration::from_millis(3500));
-    mock.end();
-    // The recorder holds the old terminals until it has noticed; then the names are free for others.
-    thread::sleep(Duration::from_millis(300));
-    let taken = squatters(6);
-    mock.serve(|options| options.links = options.links.join("by-id"));
-    let moved = bare(&mock.rig_in("by-id"));
-    assert!(moved.horizontal.port != rig.horizontal.port && moved.base.port != rig.base.port);
-    let report = recording.join().unwrap().unwrap();
-    drop(taken);
-    assert_eq!(report.losses.lost, 0, "{report:?}");
-    let scans = all::<LaserScan>(&output, Topic::ScanHorizontal);
-    let gaps_ms = gaps_ms(scans.iter().map(|scan| scan.stamp_ns));
-    assert!(gaps_ms.len() == 1 && gaps_ms[0] < 4000, "{gaps_ms:?}");
-    let reported = reported(&output, "laser_horizontal");
-    let [.., gone, back, streams] = &reported[..] else { panic!("{reported:?}") };
-    assert_eq!((gone.as_str(), streams.as_str()), ("its port is gone", "streams"), "{reported:?}");
-    assert_eq!(back, "streams again; it was: its port is gone");
+    in_time(|| {
+        let mut mock = Mock::start("moved", |options| options.links = options.links.join("by-id"));
+        let rig = bare(&mock.rig_in("by-id"));
+        let options =
+            RecordOptions { serial_links: mock.folder.join("links"), ..mock.options(rig.clone(), 9.5) };
+        let output = options.output.clone();
+        let recording = thread::spawn(move || record(&options, &AtomicBool::new(false)));
+        thread::sleep(Duration::from_millis(3500));
+        mock.end();
+        // The recorder holds the old terminals until it has noticed; then the names are free for others.
+        thread::sleep(Duration::from_millis(300));
+        let taken = squatters(6);
+        mock.serve(|options| options.links = options.links.join("by-id"));
+        let moved = bare(&mock.rig_in("by-id"));
+        assert!(moved.horizontal.port != rig.horizontal.port && moved.base.port != rig.base.port);
+        let report = recording.join().unwrap().unwrap();
+        drop(taken);
+        assert_eq!(report.losses.lost, 0, "{report:?}");
+        let scans = all::<LaserScan>(&output, Topic::ScanHorizontal);
+        let gaps_ms = gaps_ms(scans.iter().map(|scan| scan.stamp_ns));
+        assert!(gaps_ms.len() == 1 && gaps_ms[0] < 4000, "{gaps_ms:?}");
+        let reported = reported(&output, "laser_horizontal");
+        let [.., gone, back, streams] = &reported[..] else { panic!("{reported:?}") };
+        assert_eq!((gone.as_str(), streams.as_str()), ("its port is gone", "streams"), "{reported:?}");
+        assert_eq!(back, "streams again; it was: its port is gone");
+    });
 }
 
 /// A line that can be cut: hands bytes on between the recorder and a device of the mock.
@@ -211,75 +215,89 @@ const SCAN_BYTES: usize = 372;
 
 #[test]
 fn a_laser_that_falls_silent_streams_again_and_the_other_lines_are_not_disturbed() {
-    let mock = Mock::start("silent", |_| {});
-    let mut rig = mock.rig();
-    let vertical = rig.vertical.as_mut().unwrap();
-    let relay = Relay::start(Path::new(&vertical.port), &mock.folder.join("relay"));
-    vertical.port = relay.path();
-    let options = mock.options(rig, 60.0);
-    let output = options.output.clone();
-    let recording = Recording::start(options);
-    relay.pass(20 * SCAN_BYTES);
-    relay.cut.store(true, Ordering::Relaxed);
-    thread::sleep(Duration::from_millis(2200));
-    relay.cut.store(false, Ordering::Relaxed);
-    relay.pass(30 * SCAN_BYTES);
-    let report = recording.stop();
-    assert_eq!(report.losses.lost, 0, "{report:?}");
-    let scans = all::<LaserScan>(&output, Topic::ScanVertical);
-    let gaps = gaps_ms(scans.iter().map(|scan| scan.stamp_ns));
-    assert!(scans.len() > 30 && gaps.iter().any(|&gap_ms| gap_ms > 2000), "{} scans, {gaps:?}", scans.len());
-    assert_undisturbed(&output, &[(Port::Horizontal, "laser_horizontal"), (Port::Base, "base")]);
-    let reported = reported(&output, "laser_vertical");
-    // A telegram that was cut may make it garbled rather than silent.
-    let faults = ["silent", "no intact telegram"];
-    assert!(reported.iter().any(|message| faults.contains(&message.as_str())), "{reported:?}");
-    assert!(reported.last().unwrap().starts_with("streams"), "{reported:?}");
+    in_time(|| {
+        let mock = Mock::start("silent", |_| {});
+        let mut rig = mock.rig();
+        let vertical = rig.vertical.as_mut().unwrap();
+        let relay = Relay::start(Path::new(&vertical.port), &mock.folder.join("relay"));
+        vertical.port = relay.path();
+        let options = mock.options(rig, 60.0);
+        let output = options.output.clone();
+        let recording = Recording::start(options);
+        relay.pass(20 * SCAN_BYTES);
+        relay.cut.store(true, Ordering::Relaxed);
+        thread::sleep(Duration::from_millis(2200));
+        relay.cut.store(false, Ordering::Relaxed);
+        relay.pass(30 * SCAN_BYTES);
+        let report = recording.stop();
+        assert_eq!(report.losses.lost, 0, "{report:?}");
+        let scans = all::<LaserScan>(&output, Topic::ScanVertical);
+        let gaps = gaps_ms(scans.iter().map(|scan| scan.stamp_ns));
+        assert!(
+            scans.len() > 30 && gaps.iter().any(|&gap_ms| gap_ms > 2000),
+            "{} scans, {gaps:?}",
+            scans.len()
+        );
+        assert_undisturbed(&output, &[(Port::Horizontal, "laser_horizontal"), (Port::Base, "base")]);
+        let reported = reported(&output, "laser_vertical");
+        // A telegram that was cut may make it garbled rather than silent.
+        let faults = ["silent", "no intact telegram"];
+        assert!(reported.iter().any(|message| faults.contains(&message.as_str())), "{reported:?}");
+        assert!(reported.last().unwrap().starts_with("streams"), "{reported:?}");
+    });
 }
 
 #[test]
 fn one_adapter_that_is_pulled_and_put_back_leaves_the_other_lines_alone() {
-    let mock = Mock::start("pulled", |_| {});
-    let mut rig = mock.rig();
-    let (device, link) = (PathBuf::from(&rig.horizontal.port), mock.folder.join("relay"));
-    let relay = Relay::start(&device, &link);
-    rig.horizontal.port = relay.path();
-    let options = mock.options(rig, 60.0);
-    let output = options.output.clone();
-    let recording = Recording::start(options);
-    relay.pass(20 * SCAN_BYTES);
-    drop(relay);
-    thread::sleep(Duration::from_millis(1200));
-    let relay = Relay::start(&device, &link);
-    relay.pass(30 * SCAN_BYTES);
-    let report = recording.stop();
-    assert_eq!(report.losses.lost, 0, "{report:?}");
-    let scans = all::<LaserScan>(&output, Topic::ScanHorizontal);
-    let gaps = gaps_ms(scans.iter().map(|scan| scan.stamp_ns));
-    assert!(scans.len() > 30 && gaps.iter().any(|&gap_ms| gap_ms > 1000), "{} scans, {gaps:?}", scans.len());
-    assert_undisturbed(&output, &[(Port::Vertical, "laser_vertical"), (Port::Base, "base")]);
-    assert_eq!(report.recorded.poses, report.recorded.scans_horizontal);
-    println!("pulled for 1.2 s: a gap of {} ms", gaps[0]);
+    in_time(|| {
+        let mock = Mock::start("pulled", |_| {});
+        let mut rig = mock.rig();
+        let (device, link) = (PathBuf::from(&rig.horizontal.port), mock.folder.join("relay"));
+        let relay = Relay::start(&device, &link);
+        rig.horizontal.port = relay.path();
+        let options = mock.options(rig, 60.0);
+        let output = options.output.clone();
+        let recording = Recording::start(options);
+        relay.pass(20 * SCAN_BYTES);
+        drop(relay);
+        thread::sleep(Duration::from_millis(1200));
+        let relay = Relay::start(&device, &link);
+        relay.pass(30 * SCAN_BYTES);
+        let report = recording.stop();
+        assert_eq!(report.losses.lost, 0, "{report:?}");
+        let scans = all::<LaserScan>(&output, Topic::ScanHorizontal);
+        let gaps = gaps_ms(scans.iter().map(|scan| scan.stamp_ns));
+        assert!(
+            scans.len() > 30 && gaps.iter().any(|&gap_ms| gap_ms > 1000),
+            "{} scans, {gaps:?}",
+            scans.len()
+        );
+        assert_undisturbed(&output, &[(Port::Vertical, "laser_vertical"), (Port::Base, "base")]);
+        assert_eq!(report.recorded.poses, report.recorded.scans_horizontal);
+        println!("pulled for 1.2 s: a gap of {} ms", gaps[0]);
+    });
 }
 
 #[test]
 fn a_run_can_wait_for_its_ports_and_can_be_stopped_while_it_waits() {
-    let mut mock = Mock::start("wait", |_| {});
-    let mut rig = mock.rig();
-    let (device, link) = (PathBuf::from(&rig.horizontal.port), mock.folder.join("relay"));
-    rig.horizontal.port = link.to_string_lossy().into_owned();
-    mock.end();
-    let missing = record(&mock.options(rig.clone(), 3.0), &AtomicBool::new(false)).unwrap_err();
-    assert!(matches!(missing, OnboardError::Ports { .. }), "{missing}");
-    let options = RecordOptions { wait: true, ..mock.options(rig, 60.0) };
-    let stopped = record(&options, &AtomicBool::new(true)).unwrap_err();
-    assert!(matches!(stopped, OnboardError::StoppedWaiting { .. }), "{stopped}");
-    assert!(!options.output.exists());
-    let recording = Recording::start(options);
-    thread::sleep(Duration::from_millis(600));
-    mock.serve(|_| {});
-    let relay = Relay::start(&device, &link);
-    relay.pass(20 * SCAN_BYTES);
-    let report = recording.stop();
-    assert!(report.recorded.scans_horizontal > 10, "{report:?}");
+    in_time(|| {
+        let mut mock = Mock::start("wait", |_| {});
+        let mut rig = mock.rig();
+        let (device, link) = (PathBuf::from(&rig.horizontal.port), mock.folder.join("relay"));
+        rig.horizontal.port = link.to_string_lossy().into_owned();
+        mock.end();
+        let missing = record(&mock.options(rig.clone(), 3.0), &AtomicBool::new(false)).unwrap_err();
+        assert!(matches!(missing, OnboardError::Ports { .. }), "{missing}");
+        let options = RecordOptions { wait: true, ..mock.options(rig, 60.0) };
+        let stopped = record(&options, &AtomicBool::new(true)).unwrap_err();
+        assert!(matches!(stopped, OnboardError::StoppedWaiting { .. }), "{stopped}");
+        assert!(!options.output.exists());
+        let recording = Recording::start(options);
+        thread::sleep(Duration::from_millis(600));
+        mock.serve(|_| {});
+        let relay = Relay::start(&device, &link);
+        relay.pass(20 * SCAN_BYTES);
+        let report = recording.stop();
+        assert!(report.recorded.scans_horizontal > 10, "{report:?}");
+    });
 }
