@@ -21,6 +21,9 @@ pub(super) struct Cli {
     /// Say nothing but results and errors
     #[arg(long, short, global = true)]
     pub quiet: bool,
+    /// Say more on stderr: processor time and memory of each stage, parameters, files with their sizes
+    #[arg(long, short, global = true, conflicts_with = "quiet")]
+    pub verbose: bool,
     /// Take flags from this TOML file too, a section a command: `biplane parameters` prints one. The command
     /// line wins
     #[arg(long, global = true, value_name = "FILE")]

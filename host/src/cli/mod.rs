@@ -39,7 +39,7 @@ pub fn main() -> ExitCode {
         }
     };
     let cli: Cli = biplane_cli::parse(words); // wrong arguments: clap says what, and ends with 2
-    let console = Console::new(cli.quiet);
+    let console = Console::new(cli.quiet, cli.verbose);
     let ended = run(cli.command, &console);
     biplane_cli::wait_if_ending();
     match ended {

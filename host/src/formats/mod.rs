@@ -10,6 +10,8 @@ pub(crate) mod ifc;
 pub(crate) mod input;
 #[cfg(feature = "las")]
 pub(crate) mod las;
+#[cfg(feature = "cli")]
+pub(crate) mod mcap;
 pub(crate) mod obj;
 pub(crate) mod output;
 pub(crate) mod ply;

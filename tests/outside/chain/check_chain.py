@@ -87,6 +87,8 @@ class Chain:
         else:
             run_check("formats/check_ifc.py", model, "--least-doors", least_doors)
         run_check("formats/check_las.py", model, *words)
+        run("biplane", "export", model, "--formats", "mcap")
+        run_check("formats/check_viewer_file.py", model)
         self.tally.ok(f"{model}: plan, storeys and points open elsewhere, as many as there should be")
 
     def judge(self, world, model, *targets):

@@ -4,6 +4,7 @@ pub(super) mod posed;
 mod rooms;
 
 use crate::cli::models::model_args::{ModelArgs, report_noise};
+use crate::cli::models::viewer_file::write_viewer_file;
 use crate::cli::models::{files, formats};
 use crate::cli::recordings::optimize;
 use crate::cli::terminal::console::Console;
@@ -188,6 +189,7 @@ pub(super) fn run_prepared(
         anyhow::Ok((grid, cells))
     })?;
     let parameters = args.parameters(&map_params, prepared);
+    console.detail_parameters(&parameters);
     let built = match &vertical {
         Some(vertical) => Some(pipeline::build_searched(
             &input(vertical, &posed),
@@ -213,6 +215,7 @@ pub(super) fn run_prepared(
     files::write_summary(folder.part(), &summary)?;
     page.iter().try_for_each(|page| report::write(folder.part(), page, &summary))?;
     folder.finish()?;
+    console.detail_files(&args.target.output);
     counts.iter().for_each(|counts| report_noise(counts, console));
     print_result(args, &summary, vertical.is_some(), console);
     if args.target.json {
@@ -378,7 +381,9 @@ fn write_all(
                 files::write_raw(part, drive, &output, &shapes.source, &args.target.model_args.formats)?;
             written += files::write_lossless(part, &shapes, &file)?;
             written += files::write_elements(part, &file)?;
-            written += files::write_model(part, &shapes, building.as_ref(), &args.target.model_args.formats)?;
+            let chosen = &args.target.model_args.formats;
+            written += files::write_model(part, &shapes, building.as_ref(), chosen)?;
+            written += write_viewer_file(part, &shapes, &file, chosen)?;
         }
         anyhow::Ok(((), written))
     })?;

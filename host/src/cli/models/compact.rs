@@ -21,6 +21,7 @@ use crate::cli::models::formats::Formats;
 use crate::cli::models::model_args::ModelArgs;
 use crate::cli::models::model_args::report_noise;
 use crate::cli::models::no_planes_hint;
+use crate::cli::models::viewer_file::write_viewer_file;
 use crate::cli::terminal::console::Console;
 use crate::cli::terminal::dry_run::Plan;
 use crate::cli::terminal::json::print_json;
@@ -106,10 +107,11 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let building = formats::building(&args.model_args.formats, &lossless);
     stages.time("write", || {
         let raw = write_raw(folder.part(), &file, &output, &shapes.source, &args.model_args.formats)?;
-        let lossless = files::write_lossless(folder.part(), &shapes, &lossless)?;
+        let exact = files::write_lossless(folder.part(), &shapes, &lossless)?;
         let formats = &args.model_args.formats;
         let chosen = files::write_model(folder.part(), &shapes, building.as_ref(), formats)?;
-        Ok(((), raw + lossless + chosen))
+        let shown = write_viewer_file(folder.part(), &shapes, &lossless, formats)?;
+        Ok(((), raw + exact + chosen + shown))
     })?;
     let page = if args.model_args.no_report {
         None
@@ -126,6 +128,8 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     files::write_summary(folder.part(), &summary)?;
     page.iter().try_for_each(|page| report::write(folder.part(), page, &summary))?;
     folder.finish()?;
+    console.detail_parameters(&summary.parameters);
+    console.detail_files(&args.output);
     report_noise(&output.counts, console);
     print_result(args, &summary, console);
     let hint = no_planes_hint::of_mesh(&output.cloud.points_m, summary.counts.polygons);

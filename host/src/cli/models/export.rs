@@ -11,6 +11,7 @@ use anyhow::{Context, bail};
 use serde::Serialize;
 
 use crate::cli::models::formats::{Format, Formats};
+use crate::cli::models::viewer_file::write_viewer_file;
 use crate::cli::models::{files, formats};
 use crate::cli::terminal::console::Console;
 use crate::cli::terminal::json::print_json;
@@ -30,7 +31,7 @@ pub(crate) struct Args {
     #[arg(value_name = "MODEL_DIR")]
     folder: PathBuf,
     /// Files to write, separated by commas: glb, ply, obj, cityjson, dxf, ifc, lod, las, laz, all of these,
-    /// or 3dtiles; `biplane build --help` says what they are
+    /// mcap or 3dtiles; `biplane build --help` says what they are
     #[arg(long, value_name = "FORMATS", value_delimiter = ',', value_parser = formats::parse, required = true, hide_possible_values = true)]
     formats: Vec<Formats>,
     /// Replace files that exist
@@ -96,6 +97,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         files::write_las(&args.folder, &points, &args.formats)?;
     }
     files::write_model(&args.folder, &shapes, building.as_ref(), &args.formats)?;
+    write_viewer_file(&args.folder, &shapes, &file, &args.formats)?;
     drop(spinner);
     print_result(args, &written(&args.folder, &file, &names)?)?;
     formats::hint(building.as_ref()).into_iter().for_each(|why| console.note(why));

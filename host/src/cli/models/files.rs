@@ -43,6 +43,7 @@ const NAMES: &[&str] = &[
     "model.json",
     "model.lod1.glb",
     "model.lod2.glb",
+    "model.mcap",
     "model.obj",
     "model.ply",
     "planes.ply",
@@ -209,6 +210,8 @@ pub(crate) fn write_model(
             (Format::Dxf | Format::Ifc, None) => continue,
             (Format::Lod, _) => written += write_levels(folder, shapes)? - 1,
             (Format::Tiles3d, _) => written += tileset::write(folder, shapes)? - 1,
+            // Made of the other files.
+            (Format::Mcap, _) => continue,
             // Of points, not of the model.
             #[cfg(feature = "las")]
             (Format::Las | Format::Laz, _) => continue,

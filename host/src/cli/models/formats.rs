@@ -18,6 +18,8 @@ pub(crate) enum Format {
     Dxf,
     /// Coarser copies of the glTF.
     Lod,
+    /// MCAP: what viewers of robots show.
+    Mcap,
     /// 3D Tiles 1.1: levels and pieces for web viewers.
     Tiles3d,
     /// IFC4: walls, slabs, doors, windows.
@@ -34,7 +36,8 @@ pub(crate) enum Format {
 pub(crate) type Formats = &'static [Format];
 
 impl Format {
-    /// All that are supported; 3D Tiles, a folder of files, is the last.
+    /// All that are supported. The last two are not among `all`: a copy for viewers of robots, and 3D Tiles, a
+    /// folder of files.
     pub(crate) const ALL: &[Self] = &[
         Self::Glb,
         Self::Ply,
@@ -47,11 +50,12 @@ impl Format {
         Self::Las,
         #[cfg(feature = "las")]
         Self::Laz,
+        Self::Mcap,
         Self::Tiles3d,
     ];
 
-    /// Those that `all` stands for: formats of single files, without the last.
-    const SINGLE: &[Self] = Self::ALL.split_at(Self::ALL.len() - 1).0;
+    /// Those that `all` stands for.
+    const SINGLE: &[Self] = Self::ALL.split_at(Self::ALL.len() - 2).0;
 
     /// Those that are written when nothing is said.
     #[cfg(feature = "demo")]
@@ -67,6 +71,7 @@ impl Format {
             Self::Dxf => &["model.dxf"],
             Self::Ifc => &["model.ifc"],
             Self::Lod => &["model.lod1.glb", "model.lod2.glb"],
+            Self::Mcap => &["model.mcap"],
             Self::Tiles3d => &["tileset.json"],
             #[cfg(feature = "las")]
             Self::Las => &["points.las"],
@@ -96,6 +101,7 @@ const WORDS: &[(&str, Formats)] = &[
     ("dxf", &[Format::Dxf]),
     ("ifc", &[Format::Ifc]),
     ("lod", &[Format::Lod]),
+    ("mcap", &[Format::Mcap]),
     ("3dtiles", &[Format::Tiles3d]),
     #[cfg(feature = "las")]
     ("las", &[Format::Las]),

@@ -7,3 +7,4 @@ pub(crate) mod formats;
 pub(crate) mod model_args;
 pub(crate) mod no_planes_hint;
 pub(crate) mod planes;
+pub(crate) mod viewer_file;

@@ -16,6 +16,7 @@ use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 #[derive(Debug)]
 pub(crate) struct Console {
     quiet: bool,
+    verbose: bool,
     /// Lines that change, where a person looks on.
     lines: Option<Lines>,
 }
@@ -28,11 +29,11 @@ struct Lines {
 }
 
 impl Console {
-    /// On stderr, or nowhere when quiet.
-    pub(crate) fn new(quiet: bool) -> Self {
+    /// On stderr, or nowhere when quiet; with more to say when verbose.
+    pub(crate) fn new(quiet: bool, verbose: bool) -> Self {
         let is_seen = !quiet && std::io::stderr().is_terminal();
         let lines = is_seen.then(|| Lines { all: MultiProgress::new(), below: Cell::new(0) });
-        Self { quiet, lines }
+        Self { quiet, verbose, lines }
     }
 
     /// Whether notes go where nobody looks on: a file, another program.
@@ -45,6 +46,33 @@ impl Console {
         if !self.quiet {
             self.warn(text);
         }
+    }
+
+    /// Says a line that only those want who asked for more.
+    pub(crate) fn detail(&self, text: impl FnOnce() -> String) {
+        if self.verbose {
+            self.warn(text());
+        }
+    }
+
+    /// Says which files a finished folder holds, and how large they are, to those who asked for more.
+    pub(crate) fn detail_files(&self, folder: &Path) {
+        let Ok(entries) = std::fs::read_dir(folder) else { return };
+        let mut files: Vec<_> = entries
+            .flatten()
+            .filter_map(|entry| {
+                Some((entry.file_name(), entry.metadata().ok().filter(|file| file.is_file())?))
+            })
+            .collect();
+        files.sort_by(|(a, _), (b, _)| a.cmp(b));
+        for (name, file) in files {
+            self.detail(|| format!("  {:>12} bytes  {}", file.len(), folder.join(name).display()));
+        }
+    }
+
+    /// Says the parameters, all of them, to those who asked for more.
+    pub(crate) fn detail_parameters(&self, parameters: &impl serde::Serialize) {
+        self.detail(|| format!("parameters: {}", serde_json::to_string(parameters).unwrap_or_default()));
     }
 
     /// Says a line, also when quiet.

@@ -5,6 +5,8 @@
 
 pub(crate) mod map_files;
 pub(crate) mod map_image;
+#[cfg(feature = "cli")]
+pub(crate) mod map_read;
 pub(crate) mod picture;
 
 use biplane_recording::Topic;

@@ -88,6 +88,17 @@ fn a_terminal_shows_the_stages_to_come_and_a_file_only_those_that_are_done() {
 }
 
 #[test]
+fn who_asks_for_more_is_told_parameters_costs_and_files_and_nobody_else() {
+    let folder = Folder::new("verbose");
+    room::record(&folder.path("run.mcap"), Content { poses: true, vertical: true });
+    let more = ["parameters: {", "s of processor time", "bytes  loud/model.glb"];
+    folder.expect("-v build run.mcap -o loud --no-optimize --no-report", 0, &more);
+    let usual = folder.expect("build run.mcap -o usual --no-optimize --no-report", 0, &[]).stderr;
+    assert!(more.iter().all(|words| !usual.contains(&words.replace("loud", "usual"))), "{usual}");
+    folder.expect("-v --quiet build run.mcap -o none", 2, &["--quiet", "--verbose"]);
+}
+
+#[test]
 fn the_file_of_all_defaults_changes_nothing_and_another_does() {
     let folder = Folder::new("config");
     room::record(&folder.path("run.mcap"), Content { poses: true, vertical: true });

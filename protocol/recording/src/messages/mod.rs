@@ -10,6 +10,7 @@ mod laser_scan;
 mod odometry;
 mod pose;
 pub mod schema;
+pub mod shown;
 mod tf;
 
 pub use bytes::ByteArray;

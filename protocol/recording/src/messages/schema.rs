@@ -37,6 +37,19 @@ const POINT_CLOUD2: &str = "std_msgs/Header header\nuint32 height\nuint32 width\
      uint32 point_step\nuint32 row_step\nuint8[] data\nbool is_dense";
 const POINT_FIELD: &str = "uint8 INT8=1\nuint8 UINT8=2\nuint8 INT16=3\nuint8 UINT16=4\nuint8 INT32=5\nuint8 UINT32=6\n\
      uint8 FLOAT32=7\nuint8 FLOAT64=8\nstring name\nuint32 offset\nuint8 datatype\nuint32 count";
+const MARKER_ARRAY: &str = "visualization_msgs/Marker[] markers";
+const MARKER: &str = "int32 ARROW=0\nint32 CUBE=1\nint32 SPHERE=2\nint32 CYLINDER=3\nint32 LINE_STRIP=4\nint32 LINE_LIST=5\n\
+     int32 CUBE_LIST=6\nint32 SPHERE_LIST=7\nint32 POINTS=8\nint32 TEXT_VIEW_FACING=9\nint32 MESH_RESOURCE=10\n\
+     int32 TRIANGLE_LIST=11\nint32 ARROW_STRIP=12\nint32 ADD=0\nint32 MODIFY=0\nint32 DELETE=2\nint32 DELETEALL=3\n\
+     std_msgs/Header header\nstring ns\nint32 id\nint32 type\nint32 action\ngeometry_msgs/Pose pose\n\
+     geometry_msgs/Vector3 scale\nstd_msgs/ColorRGBA color\nbuiltin_interfaces/Duration lifetime\nbool frame_locked\n\
+     geometry_msgs/Point[] points\nstd_msgs/ColorRGBA[] colors\nstring texture_resource\n\
+     sensor_msgs/CompressedImage texture\nvisualization_msgs/UVCoordinate[] uv_coordinates\nstring text\n\
+     string mesh_resource\nvisualization_msgs/MeshFile mesh_file\nbool mesh_use_embedded_materials";
+const COLOR_RGBA: &str = "float32 r\nfloat32 g\nfloat32 b\nfloat32 a";
+const COMPRESSED_IMAGE: &str = "std_msgs/Header header\nstring format\nuint8[] data";
+const UV_COORDINATE: &str = "float32 u\nfloat32 v";
+const MESH_FILE: &str = "string filename\nuint8[] data";
 const UINT8_MULTI_ARRAY: &str = "std_msgs/MultiArrayLayout layout\nuint8[] data";
 
 /// One type inside another: its name as `MSG:` wants it, and its definition.
@@ -70,10 +83,22 @@ const MAP_PARTS: [Part; 4] = [
     ("geometry_msgs/Quaternion", QUATERNION),
 ];
 const POINT_CLOUD_PARTS: [Part; 1] = [("sensor_msgs/PointField", POINT_FIELD)];
+const MARKER_PARTS: [Part; 9] = [
+    ("visualization_msgs/Marker", MARKER),
+    ("geometry_msgs/Pose", POSE),
+    ("geometry_msgs/Point", POINT),
+    ("geometry_msgs/Quaternion", QUATERNION),
+    ("geometry_msgs/Vector3", POINT),
+    ("std_msgs/ColorRGBA", COLOR_RGBA),
+    ("sensor_msgs/CompressedImage", COMPRESSED_IMAGE),
+    ("visualization_msgs/UVCoordinate", UV_COORDINATE),
+    ("visualization_msgs/MeshFile", MESH_FILE),
+];
+const DURATION_PART: [Part; 1] = [("builtin_interfaces/Duration", TIME)];
 const LAYOUT_PARTS: [Part; 2] =
     [("std_msgs/MultiArrayLayout", LAYOUT), ("std_msgs/MultiArrayDimension", DIMENSION)];
 
-/// The complete `ros2msg` text of a type that Biplane writes or shows live (`package/msg/Type`); `None` for
+/// The complete `ros2msg` text of a type that Biplane writes or shows (`package/msg/Type`); `None` for
 /// another.
 #[must_use]
 pub fn ros2msg(type_name: &str) -> Option<String> {
@@ -86,6 +111,7 @@ pub fn ros2msg(type_name: &str) -> Option<String> {
         "diagnostic_msgs/msg/DiagnosticArray" => (DIAGNOSTIC_ARRAY, &[&STAMPED, &DIAGNOSTIC_PARTS]),
         "nav_msgs/msg/OccupancyGrid" => (OCCUPANCY_GRID, &[&STAMPED, &MAP_PARTS]),
         "sensor_msgs/msg/PointCloud2" => (POINT_CLOUD2, &[&STAMPED, &POINT_CLOUD_PARTS]),
+        "visualization_msgs/msg/MarkerArray" => (MARKER_ARRAY, &[&MARKER_PARTS, &DURATION_PART, &STAMPED]),
         "std_msgs/msg/UInt8MultiArray" => (UINT8_MULTI_ARRAY, &[&LAYOUT_PARTS]),
         _ => return None,
     };
@@ -115,8 +141,12 @@ mod tests {
 
     #[test]
     fn every_type_has_a_schema_that_defines_exactly_the_types_it_names() {
-        let shown_live = ["nav_msgs/msg/OccupancyGrid", "sensor_msgs/msg/PointCloud2"];
-        for name in Topic::ALL.map(Topic::type_name).into_iter().chain(shown_live) {
+        let shown = [
+            "nav_msgs/msg/OccupancyGrid",
+            "sensor_msgs/msg/PointCloud2",
+            "visualization_msgs/msg/MarkerArray",
+        ];
+        for name in Topic::ALL.map(Topic::type_name).into_iter().chain(shown) {
             let text = ros2msg(name).unwrap_or_else(|| panic!("{name} has none"));
             let defined: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("MSG: ")).collect();
             let unique: BTreeSet<&str> = defined.iter().copied().collect();

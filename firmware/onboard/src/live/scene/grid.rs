@@ -4,7 +4,7 @@
 //! It is not the map that scans are matched against: that one is the loop's own, and nobody else reads it
 //! while it works. Frame: map. Cell (0, 0) has its lower corner at the map's origin. Units: meters.
 
-use crate::live::server::messages::GridMessage;
+use biplane_recording::messages::shown::FloorMap;
 
 /// Side of a cell at first, meters. Smaller: finer, and wider cells sooner.
 const CELL_M: f64 = 0.1;
@@ -77,12 +77,12 @@ impl FloorGrid {
     }
 
     /// As it is sent.
-    pub(crate) fn message(&self) -> GridMessage {
+    pub(crate) fn message(&self) -> FloorMap {
         let share = |evidence: i8| match evidence {
             0 => -1,
             _ => (50 + i32::from(evidence) * 50 / i32::from(SURE)).clamp(0, 100) as i8,
         };
-        GridMessage {
+        FloorMap {
             cell_m: self.cell_m as f32,
             size: self.size.map(i32::cast_unsigned),
             origin_m: self.low.map(|cell| f64::from(cell) * self.cell_m),

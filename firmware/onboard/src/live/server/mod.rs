@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread::{self, JoinHandle};
 
+use biplane_recording::messages::shown;
 use biplane_recording::{Rig, Topic};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use tungstenite::protocol::frame::coding::CloseCode;
@@ -273,7 +274,7 @@ impl Server {
             return Ok(());
         }
         if self.map.0 != grid.version() {
-            self.map = (grid.version(), messages::grid(self.log_time_ns, &grid.message()));
+            self.map = (grid.version(), shown::floor_map(self.log_time_ns, &grid.message()));
         }
         client.send(MAP, self.log_time_ns, &self.map.1)?;
         (client.map_version, client.map_ns) = (grid.version(), now_ns);
@@ -287,7 +288,7 @@ impl Server {
         if points_m.is_empty() || !is_due {
             return Ok(());
         }
-        client.send(POINTS, self.log_time_ns, &messages::points(self.log_time_ns, points_m))?;
+        client.send(POINTS, self.log_time_ns, &shown::points(self.log_time_ns, points_m))?;
         (client.points, client.points_ns) = (client.points + points_m.len(), now_ns);
         Ok(())
     }
@@ -357,7 +358,6 @@ pub(crate) mod client;
 #[cfg(feature = "live")]
 pub(crate) mod handshakes;
 #[cfg(feature = "live")]
-pub(crate) mod messages;
 #[cfg(feature = "live")]
 pub(crate) mod protocol;
 #[cfg(test)]

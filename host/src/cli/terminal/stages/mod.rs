@@ -110,6 +110,11 @@ impl<'a> Stages<'a> {
         self.pace.took(name, wall_s);
         let peak_memory_bytes = biplane_clock::peak_memory_bytes();
         self.console.note(format!("  {name:<10} {count:>9} {:<10} {wall_s:>7.2} s", unit(name)));
+        self.console.detail(|| {
+            let peak =
+                peak_memory_bytes.map_or(String::new(), |bytes| format!(", peak {} MB", bytes / 1_000_000));
+            format!("  {:<10} {cpu_s:>7.2} s of processor time{peak}", "")
+        });
         self.done.push(StageFigures { stage: name.to_owned(), count, wall_s, cpu_s, peak_memory_bytes });
     }
 }

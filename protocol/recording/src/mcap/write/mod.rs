@@ -9,6 +9,7 @@ mod options;
 mod parts;
 mod report;
 mod saving;
+mod shown;
 mod storage;
 mod target;
 #[cfg(test)]
@@ -21,6 +22,7 @@ pub use parts::{PartsReport, PartsWriter, Rotation, part_path};
 pub(crate) use parts::{part_of, parts_on_disk};
 pub use report::{TakenAway, WriteReport};
 pub use saving::PROMISED_NS;
+pub use shown::{Shown, write_shown};
 pub use storage::{Disk, Storage, StoredFile, Whereabouts};
 pub(crate) use target::recovering_path;
 pub use target::{active_path, is_being_written};
