@@ -2,6 +2,7 @@
 
 mod encode;
 mod extract;
+mod fan_lasers;
 mod serve;
 mod simulate;
 mod worlds;
@@ -38,7 +39,7 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Serve(Box<serve::Serve>),
-    Simulate(simulate::Simulate),
+    Simulate(Box<simulate::Simulate>),
     Encode(encode::Encode),
     Extract(extract::Extract),
     /// Prints the completions of this program for a shell.

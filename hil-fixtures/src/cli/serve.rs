@@ -1,12 +1,11 @@
 //! `serve`: a mock rig on pseudo-terminals until it is told to stop.
 
+use super::fan_lasers::FanLaserTypes;
 use super::{BadArgument, MirrorPpm, worlds};
 use crate::capture::source::Capture;
-use crate::devices::cola::ColaParams;
 use crate::devices::lms::LmsParams;
 use crate::devices::lms::model::Model;
 use crate::devices::lms::settings::OLD_CONFIG_BYTES;
-use crate::devices::scip::ScipParams;
 use crate::faults::{Faults, Place, Preset};
 use crate::line::LatencyTimerParams;
 use crate::rig::simulated::SimulationParams;
@@ -129,14 +128,8 @@ struct Lasers {
     /// type text.
     #[arg(long, value_name = "TYPE", default_value = "LMS291;S05;X01.27 ")]
     laser_type: String,
-    /// Type of the lasers that the rig has on the network, as they leave the factory: LMS111, LMS511, TIM561,
-    /// TIM781, or another name of these families.
-    #[arg(long, value_name = "TYPE", default_value = "LMS111", value_parser = network_laser)]
-    network_laser: ColaParams,
-    /// Type of the Hokuyo lasers that the rig has: UST-10LX, UST-20LX, UTM-30LX, UTM-30LX-EW, UXM-30LX-E or
-    /// URG-04LX.
-    #[arg(long, value_name = "TYPE", default_value = "UST-20LX", value_parser = hokuyo)]
-    hokuyo: ScipParams,
+    #[command(flatten)]
+    types: FanLaserTypes,
     /// A fault in the lasers' list of faults (32h), until a reset: TYPE 1 info, 2 warning, 3 error, 4 fatal.
     /// May be given several times.
     #[arg(long = "laser-error", value_name = "TYPE:NUMBER", value_parser = laser_error)]
@@ -196,7 +189,7 @@ impl Serve {
         options.overwrite = self.drive.force;
         options.mirror_ppm = self.mirror_ppm;
         options.laser = LmsParams::of_type(Model::text_of_name(&self.lasers.laser_type));
-        options.network_laser = self.lasers.network_laser.clone();
+        options.network_laser = self.lasers.types.network_laser.clone();
         options.laser.errors = self.lasers.laser_errors.clone();
         if self.lasers.old_firmware {
             options.laser.config_bytes = OLD_CONFIG_BYTES;
@@ -205,22 +198,13 @@ impl Serve {
         options.laser.left_streaming = self.lasers.left_streaming;
         options.laser.boot_ns = (self.lasers.boot * 1e9) as i64;
         options.network_laser.boot_ns = options.laser.boot_ns;
-        options.hokuyo = self.lasers.hokuyo.clone();
+        options.hokuyo = self.lasers.types.hokuyo.clone();
         options.hokuyo.boot_ns = options.laser.boot_ns;
         options.laser.power_on_message = self.lasers.power_on_message;
         options.base.identity.subclass.clone_from(&self.base_subclass);
         options.base.strict = self.strict_base;
         Ok(options)
     }
-}
-
-fn network_laser(text: &str) -> Result<ColaParams, String> {
-    ColaParams::of_name(text).ok_or_else(|| "expected LMS1.., LMS5.., TIM5.. or TIM7..".to_owned())
-}
-
-fn hokuyo(text: &str) -> Result<ScipParams, String> {
-    let known = "expected UST-10LX, UST-20LX, UTM-30LX, UTM-30LX-EW, UXM-30LX-E or URG-04LX";
-    ScipParams::of_name(text).ok_or_else(|| known.to_owned())
 }
 
 fn laser_error(text: &str) -> Result<(u8, u8), String> {

@@ -1,9 +1,10 @@
 //! `simulate`: a drive through a known world, as a capture with its truth.
 
+use super::fan_lasers::FanLaserTypes;
 use super::{BadArgument, MirrorPpm};
 use crate::faults::{Faults, Preset};
 use crate::line::ReadParams;
-use crate::simulate::{SimulateError, SimulateOptions, run};
+use crate::simulate::{LaserOptions, SimulateError, SimulateOptions, run};
 use crate::world::WorldError;
 use crate::world::ifc::StoreyChoice;
 use std::path::PathBuf;
@@ -17,7 +18,11 @@ use std::path::PathBuf;
 /// The truth of an IFC file is also in truth.json: rooms, walls, doors and windows.
 ///
 /// Example: biplane-mock simulate --world corridor --seed 1 -o corridor.mcap --truth truth
+/// A laser with protocol = "cola" or "scip" in the rig is the one of --network-laser or --hokuyo, set
+/// as the rig asks.
+///
 /// Example: biplane-mock simulate --world house.ifc --doors open -o house.mcap --truth truth
+/// Example: biplane-mock simulate --world office --rig ust20lx.toml -o office.mcap
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(super) struct Simulate {
@@ -50,6 +55,8 @@ pub(super) struct Simulate {
     /// Millionths by which the mirrors turn too slowly: P for both lasers or H,V.
     #[arg(long, value_name = "P|H,V", default_value = "0", value_parser = super::mirror_ppm, allow_hyphen_values = true)]
     mirror_ppm: MirrorPpm,
+    #[command(flatten)]
+    types: FanLaserTypes,
 }
 
 /// How doors stand.
@@ -121,7 +128,11 @@ impl Simulate {
                 hiccup_share: self.reads.hiccup_share,
                 ..ReadParams::default()
             },
-            mirror_ppm: self.mirror_ppm,
+            lasers: LaserOptions {
+                mirror_ppm: self.mirror_ppm,
+                network_laser: self.types.network_laser.clone(),
+                hokuyo: self.types.hokuyo.clone(),
+            },
             faults: Faults::new(&self.faults, self.seed),
             ..SimulateOptions::default()
         };

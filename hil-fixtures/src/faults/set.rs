@@ -73,6 +73,18 @@ impl Faults {
         self.presets.iter().try_for_each(|preset| preset.check(place))
     }
 
+    /// Refuses what spoils scans, for a laser of today: only the scans of an LMS 2xx can be spoiled.
+    ///
+    /// # Errors
+    /// One of the presets acts on the measurement.
+    pub fn check_fan_laser(&self) -> Result<(), Misplaced> {
+        let why = "only scans of an LMS 2xx can be spoiled, and the rig has another laser";
+        match self.acting_on(ActsOn::Measurement).next() {
+            Some((preset, _)) => Err(Misplaced { preset, why }),
+            None => Ok(()),
+        }
+    }
+
     fn acting_on(&self, what: ActsOn) -> impl Iterator<Item = (Preset, i64)> + '_ {
         let presets = self.presets.iter().copied().zip(0..);
         presets.filter(move |(preset, _)| preset.acts_on() == what)

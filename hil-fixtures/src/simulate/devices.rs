@@ -32,8 +32,8 @@ const THINKING_NS: i64 = 1_000_000;
 const REPLY_PERIOD_NS: i64 = 100_000_000;
 /// A laser's part of the capture.
 pub(crate) struct LaserRun {
-    /// Its bytes.
-    pub(crate) line: LineReads,
+    /// Its bytes, and what it was asked where its line knows.
+    pub(crate) lines: Vec<LineReads>,
     /// First beams of the scans, device time.
     pub(crate) first_beams_ns: Vec<i64>,
     /// Values that are ranges.
@@ -50,14 +50,11 @@ pub(crate) fn record_laser(
     let unsupported =
         || SimulateError::Unsupported { what: "fov_deg", found: laser.fov_deg.to_string(), expected };
     let variant = variant_of(laser).ok_or_else(unsupported)?;
-    let (port, line) = match source.role() {
-        LaserRole::Horizontal => (Port::Horizontal, 0),
-        LaserRole::Vertical => (Port::Vertical, 1),
-    };
+    let (port, line) = place_of(source.role());
     let output = LaserOutput::new(laser, variant, times, options, line);
     let first_beams_ns = output.first_beams_ns(times);
     let measured = source_scale(output.scale);
-    let mut scans = measure_all(source, variant, measured.mm, &first_beams_ns);
+    let mut scans = in_parallel(&first_beams_ns, |t0_ns| source.measure(*t0_ns, variant, measured.mm));
     let echoes = scans.iter().flatten().filter(|word| **word < NO_ECHO - 8).count();
     scans.iter_mut().flatten().for_each(|word| *word = recode(*word, measured, output.scale));
     let statuses = spoil(&mut scans, &first_beams_ns, output.scale, &options.faults, line);
@@ -74,7 +71,15 @@ pub(crate) fn record_laser(
         }
     }
     let reads = through_faults(adapter.finish(), &options.faults, line);
-    Ok(LaserRun { line: LineReads::received(port, reads), first_beams_ns, echoes })
+    Ok(LaserRun { lines: vec![LineReads::received(port, reads)], first_beams_ns, echoes })
+}
+
+/// A laser's line, and its place in the rig.
+pub(crate) fn place_of(role: LaserRole) -> (Port, u64) {
+    match role {
+        LaserRole::Horizontal => (Port::Horizontal, 0),
+        LaserRole::Vertical => (Port::Vertical, 1),
+    }
 }
 
 /// What a laser of the rig sends, and when.
@@ -95,7 +100,7 @@ struct LaserOutput {
 impl LaserOutput {
     fn new(laser: &Laser, variant: Variant, times: &Times, options: &SimulateOptions, line: u64) -> Self {
         let phase_ns = (Rng::new(options.seed, 0x9A5E, line.cast_signed()).unit() * TURN_NS as f64) as i64;
-        let ppm = if line == 0 { options.mirror_ppm[0] } else { options.mirror_ppm[1] };
+        let ppm = if line == 0 { options.lasers.mirror_ppm[0] } else { options.lasers.mirror_ppm[1] };
         let mirror = Mirror::of_ppm(times.stream_ns + phase_ns, ppm);
         let device_variant = settings::Variant::of(variant.fov_deg(), variant.resolution_cdeg());
         let scan_ns = device_variant.turns() * mirror.turn_ns;
@@ -143,17 +148,12 @@ impl LaserOutput {
 }
 
 /// Takes all scans, on all processors; the result does not depend on how many there are.
-fn measure_all(
-    source: &SimulatedLaser,
-    variant: Variant,
-    mm: bool,
-    first_beams_ns: &[i64],
-) -> Vec<ScanWords> {
+pub(crate) fn in_parallel<A: Sync, T: Send>(asked: &[A], take: impl Fn(&A) -> T + Sync) -> Vec<T> {
     let workers = std::thread::available_parallelism().map_or(1, usize::from);
-    let share = first_beams_ns.len().div_ceil(workers).max(1);
-    let take = |part: &[i64]| part.iter().map(|t0| source.measure(*t0, variant, mm)).collect::<Vec<_>>();
+    let share = asked.len().div_ceil(workers).max(1);
+    let take = &|part: &[A]| part.iter().map(&take).collect::<Vec<_>>();
     std::thread::scope(|scope| {
-        let parts: Vec<_> = first_beams_ns
+        let parts: Vec<_> = asked
             .chunks(share)
             // A thread that the system refuses is none that is needed.
             .map(|part| Builder::new().spawn_scoped(scope, move || take(part)).map_err(|_refused| take(part)))
@@ -261,7 +261,7 @@ fn spoil(
 }
 
 /// What the faults of a line make of its reads.
-fn through_faults(reads: Vec<SerialRead>, faults: &Faults, place: u64) -> Vec<SerialRead> {
+pub(crate) fn through_faults(reads: Vec<SerialRead>, faults: &Faults, place: u64) -> Vec<SerialRead> {
     let mut channel = faults.channel(2 * place);
     if channel.is_faultless() {
         return reads;

@@ -1,6 +1,8 @@
 //! What is simulated, what came of it, and why it could not be.
 
 use crate::capture::same_file::SameFile;
+use crate::devices::cola::ColaParams;
+use crate::devices::scip::ScipParams;
 use crate::faults::{Faults, Misplaced};
 use crate::line::ReadParams;
 use crate::rig::simulated::SimulationParams;
@@ -14,6 +16,19 @@ use std::path::PathBuf;
 
 /// Time of every capture's start, UTC nanoseconds.
 pub(super) const START_UTC_NS: i64 = 1_000_000_000_000_000_000;
+
+/// The lasers of a rig, as far as it does not say.
+#[derive(Clone, Debug, Default)]
+pub struct LaserOptions {
+    /// Millionths by which the mirrors of the horizontal and the vertical laser turn too slowly. Scans, index
+    /// bytes and truth follow; the beams inside a scan of an LMS 2xx keep the nominal turn (at 100 millionths
+    /// 4 us in a scan of four turns). Lasers of today turn slower by so much than their kind does anyway.
+    pub mirror_ppm: [f64; 2],
+    /// SICK lasers that the rig has on the network, before they are set as it asks.
+    pub network_laser: ColaParams,
+    /// Hokuyo lasers that the rig has; their line is the rig's.
+    pub hokuyo: ScipParams,
+}
 
 /// What to simulate, and where to.
 #[derive(Clone, Debug)]
@@ -44,10 +59,8 @@ pub struct SimulateOptions {
     pub params: SimulationParams,
     /// How the bytes reach the computer.
     pub reads: ReadParams,
-    /// Millionths by which the mirrors of the horizontal and the vertical laser turn too slowly. Scans, index
-    /// bytes and truth follow; the beams inside a scan keep the nominal turn (at 100 millionths 4 us in a
-    /// scan of four turns).
-    pub mirror_ppm: [f64; 2],
+    /// Which lasers the rig has.
+    pub lasers: LaserOptions,
     /// What goes wrong: on the lines, in front of the lasers, with the clock that stamps the capture.
     pub faults: Faults,
 }
@@ -68,7 +81,7 @@ impl Default for SimulateOptions {
             stand_s: 0.5,
             params: SimulationParams::default(),
             reads: ReadParams::default(),
-            mirror_ppm: [0.0; 2],
+            lasers: LaserOptions::default(),
             faults: Faults::default(),
         }
     }

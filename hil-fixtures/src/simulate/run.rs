@@ -1,6 +1,7 @@
 //! From a world and a rig to the capture and its truth.
 
-use super::devices::{record_base, record_laser};
+use super::devices::{LaserRun, record_base, record_laser};
+use super::fan_laser::record_fan_laser;
 use super::inertial::record_inertial;
 use super::options::START_UTC_NS;
 use super::times::Times;
@@ -8,13 +9,14 @@ use super::{SimulateError, SimulateOptions, SimulateReport};
 use crate::capture::file::{About, write_capture};
 use crate::capture::same_file::{SameFile, refuse_same_file};
 use crate::faults::Place;
-use crate::rig::simulated::{LaserRole, SimulatedRig, variant_of};
+use crate::rig::simulated::{LaserRole, SimulatedLaser, SimulatedRig, variant_of};
 use crate::simulate::truth::Truth;
 use crate::simulate::truth_folder::prepare;
 use crate::world::World;
 use crate::world::path::Path as DrivePath;
 use biplane_ifc::Plan;
 use biplane_recording::Rig;
+use biplane_recording::rig::Laser;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -41,21 +43,23 @@ pub fn run(options: &SimulateOptions) -> Result<SimulateReport, SimulateError> {
         ..SimulateReport::default()
     };
 
-    let horizontal = record_laser(&simulated.horizontal(), &rig.horizontal, &times, options)?;
+    let horizontal = record_any_laser(&simulated.horizontal(), &rig.horizontal, &times, options)?;
     report.scans_horizontal = horizontal.first_beams_ns.len();
     let vertical = match (simulated.vertical(), &rig.vertical) {
-        (Some(laser), Some(settings)) => Some(record_laser(&laser, settings, &times, options)?),
+        (Some(laser), Some(settings)) => Some(record_any_laser(&laser, settings, &times, options)?),
         _ => None,
     };
-    let base = record_base(&simulated, &times, options)?;
-    report.odometry = base.reports;
-    let mut lines = vec![horizontal.line];
+    let mut lines = horizontal.lines;
     if let Some(vertical) = &vertical {
         report.scans_vertical = vertical.first_beams_ns.len();
         report.echoes_vertical = vertical.echoes;
-        lines.push(vertical.line.clone());
+        lines.extend(vertical.lines.clone());
     }
-    lines.extend(base.lines);
+    if rig.base.is_present() {
+        let base = record_base(&simulated, &times, options)?;
+        report.odometry = base.reports;
+        lines.extend(base.lines);
+    }
     report.serial_bytes = lines.iter().flat_map(|line| &line.reads).map(|read| read.bytes.len() as u64).sum();
 
     let inertial = rig.imu.as_ref().map(|unit| record_inertial(&simulated, unit, &times, options));
@@ -79,6 +83,18 @@ pub fn run(options: &SimulateOptions) -> Result<SimulateReport, SimulateError> {
     Ok(report)
 }
 
+fn record_any_laser(
+    source: &SimulatedLaser,
+    laser: &Laser,
+    times: &Times,
+    options: &SimulateOptions,
+) -> Result<LaserRun, SimulateError> {
+    match record_fan_laser(source, laser, times, options)? {
+        Some(run) => Ok(run),
+        None => record_laser(source, laser, times, options),
+    }
+}
+
 fn refuse_inputs(options: &SimulateOptions) -> Result<(), SameFile> {
     let files =
         [Some(options.world.as_ref()), options.path.as_deref().map(Path::new), options.rig.as_deref()];
@@ -98,16 +114,10 @@ fn drive_path(world: &World, options: &SimulateOptions) -> Result<(DrivePath, Op
 }
 
 fn check(rig: &Rig, options: &SimulateOptions) -> Result<(), SimulateError> {
-    if !rig.base.is_present() {
-        let (found, expected) =
-            ("none".to_owned(), "p2os, roboclaw or rflex; `serve` plays a rig without a base");
-        return Err(SimulateError::Unsupported { what: "base.protocol", found, expected });
-    }
     for laser in [Some(&rig.horizontal), rig.vertical.as_ref()].into_iter().flatten() {
         if !laser.is_lms2xx() {
-            let found = if laser.cola().is_some() { "cola" } else { "scip" }.to_owned();
-            let expected = "lms2xx; `serve` plays other lasers";
-            return Err(SimulateError::Unsupported { what: "protocol", found, expected });
+            options.faults.check_fan_laser()?;
+            continue;
         }
         if variant_of(laser).is_none() {
             let found = format!("{} ({} degrees)", laser.resolution_deg, laser.fov_deg);

@@ -349,7 +349,8 @@ fn a_longer_range_has_more_bits_and_the_start_up_says_so() {
 #[test]
 fn a_mirror_that_drifts_takes_the_truth_along() {
     let (_, steady) = of_rig("steady-mirror", "baud = 500000", |_| {});
-    let (_, slow) = of_rig("slow-mirror", "baud = 500000", |options| options.mirror_ppm = [100.0, 0.0]);
+    let (_, slow) =
+        of_rig("slow-mirror", "baud = 500000", |options| options.lasers.mirror_ppm = [100.0, 0.0]);
     let turn = |t0_ns: &[i64]| (t0_ns[t0_ns.len() - 1] - t0_ns[0]) as f64 / (t0_ns.len() - 1) as f64;
     assert!((turn(&steady) - 13_320_000.0).abs() < 1e-6);
     assert!((turn(&slow) - 13_321_332.0).abs() < 1e-6, "{}", turn(&slow));
