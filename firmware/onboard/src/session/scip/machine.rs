@@ -17,6 +17,7 @@ use crate::session::scip::query::Query;
 use crate::session::scip::rates::Rates;
 use crate::session::scip::scan::{ScipScan, turns};
 use crate::session::scip::settings::{ScipSettings, everything};
+use crate::session::timing::line_watch::LineWatch;
 use crate::session::timing::retry::{Due, Question};
 use crate::types::byte_time::byte_time_ns;
 
@@ -24,6 +25,12 @@ use crate::types::byte_time::byte_time_ns;
 /// half open connection is noticed later.
 const SILENCE_NS: i64 = 1_000_000_000;
 const SILENT_SCANS: f64 = 2.5;
+/// On a serial line a stream is also over when not even a byte comes for so long, or for some turns' time. An
+/// adapter that holds bytes back does so for less. Larger: a device that was set otherwise is found later.
+const QUIET_NS: i64 = 500_000_000;
+const QUIET_TURNS: f64 = 2.5;
+/// A reply that has begun is waited for, if it may be whole within so many times of a scan.
+const LATE_SCAN: f64 = 1.2;
 /// A device that was just asked may have to start its motor.
 const FIRST_SCAN_NS: i64 = 3_000_000_000;
 /// A device that refuses is asked again after so long.
@@ -78,6 +85,8 @@ pub(crate) struct Machine {
     clock: ScanClock,
     /// Until when a scan must come, or the line has its new rate.
     pub(super) due_ns: i64,
+    /// What the line brings while scans flow.
+    line: LineWatch,
     has_scan: bool,
     pub(super) tries: Tries,
 }
@@ -101,6 +110,7 @@ impl LaserMachine for Machine {
             baud: settings.baud.unwrap_or_default(),
             clock: ScanClock::default(),
             due_ns: i64::MAX,
+            line: LineWatch::default(),
             has_scan: false,
             tries: Tries::default(),
         }
@@ -118,13 +128,14 @@ impl LaserMachine for Machine {
         match self.state {
             State::Asking(query) => self.poll_question(query),
             State::Settling(query) if self.now_ns >= self.due_ns => self.ask(query),
-            State::Streaming if self.now_ns >= self.due_ns => self.silent(),
+            State::Streaming if self.now_ns >= self.stream_due_ns() => self.silent(),
             _ => {}
         }
     }
 
     /// Text at the rate at which a question is open is a device that speaks there.
     fn received(&mut self, bytes: &[u8]) {
+        self.line.take(self.now_ns, bytes);
         let is_text = |byte: &u8| matches!(byte, b'\n' | b' '..=b'~');
         let waits = matches!(self.state, State::Asking(Query::Quit | Query::Confirm | Query::Stop));
         if waits && bytes.len() >= 4 && bytes.iter().all(is_text) {
@@ -177,7 +188,8 @@ impl LaserMachine for Machine {
     fn deadline_ns(&self) -> i64 {
         match self.state {
             State::Asking(_) => self.question.deadline_ns(),
-            State::Streaming | State::Settling(_) => self.due_ns,
+            State::Streaming => self.stream_due_ns(),
+            State::Settling(_) => self.due_ns,
             State::Listening | State::Reconnecting | State::Done => i64::MAX,
         }
     }
@@ -234,19 +246,49 @@ impl Machine {
     }
 
     fn silent(&mut self) {
-        let for_ns = if self.has_scan { self.silence_ns() } else { FIRST_SCAN_NS };
+        let for_ns = match (self.has_scan, self.now_ns < self.due_ns) {
+            (true, true) => self.now_ns.saturating_sub(self.line.last_byte_ns()),
+            (true, false) => self.silence_ns(),
+            (false, _) => FIRST_SCAN_NS,
+        };
         self.outputs.say(Event::Silent { for_ms: (for_ns / 1_000_000) as u32 });
         self.look_again();
     }
 
-    /// How long a stream may bring nothing: a slow line lets only some of the scans through.
+    /// Until when a stream goes on as it is. A serial line that brings no byte is noticed sooner, and a stop
+    /// request does not cut a reply that may be the scan that is awaited.
+    fn stream_due_ns(&self) -> i64 {
+        if self.rates.is_none() || !self.has_scan {
+            return self.due_ns;
+        }
+        let late_ns = (LATE_SCAN * self.scan_ns()) as i64;
+        let reply_due_ns = self.line.reply_since_ns().saturating_add(late_ns);
+        let scan_due_ns = self.due_ns.max(reply_due_ns.min(self.due_ns.saturating_add(late_ns)));
+        scan_due_ns.min(self.line.last_byte_ns().saturating_add(self.quiet_ns()))
+    }
+
+    /// How long a stream may bring no scan: a slow line lets only some of them through.
     fn silence_ns(&self) -> i64 {
-        let Some(parameters) = &self.info.parameters else { return SILENCE_NS };
+        SILENCE_NS.max((SILENT_SCANS * self.scan_ns()) as i64)
+    }
+
+    /// How long a stream may bring no byte.
+    fn quiet_ns(&self) -> i64 {
+        QUIET_NS.max((QUIET_TURNS * self.turns_ns()) as i64)
+    }
+
+    /// The turns of a scan, and its time on a serial line behind them, nanoseconds.
+    fn scan_ns(&self) -> f64 {
+        let Some(parameters) = &self.info.parameters else { return 0.0 };
         let request = self.request(parameters);
         let characters = 3 * request.values() * (1 + usize::from(request.with_intensity));
         let line_ns = self.rates.as_ref().map_or(0, |_| byte_time_ns(self.baud) * characters as i64);
-        let scan_ns = parameters.turn_ns() * turns(&request) + line_ns as f64;
-        SILENCE_NS.max((SILENT_SCANS * scan_ns) as i64)
+        self.turns_ns() + line_ns as f64
+    }
+
+    fn turns_ns(&self) -> f64 {
+        let Some(parameters) = &self.info.parameters else { return 0.0 };
+        parameters.turn_ns() * turns(&self.request(parameters))
     }
 
     /// What is asked of this device.
@@ -319,6 +361,7 @@ impl Machine {
     /// Scans were asked for.
     pub(super) fn stream(&mut self) {
         self.state = State::Streaming;
+        self.line.begin(self.now_ns);
         self.has_scan = false;
         self.due_ns = self.now_ns.saturating_add(FIRST_SCAN_NS);
     }
