@@ -102,32 +102,60 @@ struct On {
     cosine: Option<f64>,
 }
 
+/// The part of a cylinder that was seen.
+struct Surface {
+    /// All points, in the axis's coordinates.
+    all: Vec<[f64; 3]>,
+    on: Vec<On>,
+    along_m: [f64; 2],
+    arc: Arc,
+}
+
+impl Surface {
+    /// The part that was seen, when it is long and round enough.
+    fn of(params: &ShapeParams, tube: &Tube, seen: &Evidence<'_>) -> Result<Self, Rejected> {
+        if !(params.min_radius_m..=params.max_radius_m).contains(&tube.radius_m) {
+            return Err(Rejected::Radius);
+        }
+        let all: Vec<[f64; 3]> = seen.points_m.iter().map(|p| tube.axis.local(*p)).collect();
+        let is_on = |p: &[f64; 3]| off_m(tube, *p).abs() <= ON_DEVIATIONS * seen.sigma_m;
+        let run = longest_run(all.iter().filter(|p| is_on(p)).map(|p| p[2]));
+        let Some(along_m) = run else { return Err(Rejected::Points) };
+        let within = |p: &[f64; 3]| (along_m[0]..=along_m[1]).contains(&p[2]);
+        let points = all.iter().enumerate().filter(|(_, p)| within(p) && is_on(p));
+        let on: Vec<On> = points.map(|(index, local)| On::new(tube, seen, index, *local)).collect();
+        if on.len() < params.min_points {
+            return Err(Rejected::Points);
+        }
+        let radii_m = if tube.radius_m < WALL_RADIUS_M { MIN_LENGTH_RADII * tube.radius_m } else { 0.0 };
+        if along_m[1] - along_m[0] < radii_m.max(MIN_LENGTH_M) {
+            return Err(Rejected::Length);
+        }
+        let arc = Arc::of(&on);
+        if arc.degrees() < params.min_arc_deg {
+            return Err(Rejected::Arc);
+        }
+        Ok(Self { all, on, along_m, arc })
+    }
+}
+
+/// How far a point in the axis's coordinates lies outside the surface.
+fn off_m(tube: &Tube, [x, y, _]: [f64; 3]) -> f64 {
+    x.hypot(y) - tube.radius_m
+}
+
+/// Whether a cylinder that is roughly fitted to some of its points may become one: more points and a better
+/// fit change neither its length and arc nor from where it was seen by much.
+pub(crate) fn may_become(params: &ShapeParams, tube: &Tube, some: &Evidence<'_>) -> Result<(), Rejected> {
+    let few = ShapeParams { min_points: 0, ..params.clone() };
+    let surface = Surface::of(&few, tube, some)?;
+    side(&surface.on).map(|_| ()).ok_or(Rejected::Sides)
+}
+
 /// Judges a cylinder.
 pub(crate) fn judge(params: &ShapeParams, tube: &Tube, seen: &Evidence<'_>) -> Result<Accepted, Rejected> {
-    if !(params.min_radius_m..=params.max_radius_m).contains(&tube.radius_m) {
-        return Err(Rejected::Radius);
-    }
-    let all: Vec<[f64; 3]> = seen.points_m.iter().map(|p| tube.axis.local(*p)).collect();
-    let off_m = |[x, y, _]: [f64; 3]| x.hypot(y) - tube.radius_m;
-    let on_m = ON_DEVIATIONS * seen.sigma_m;
-    let run = longest_run(all.iter().filter(|p| off_m(**p).abs() <= on_m).map(|p| p[2]));
-    let Some(along_m) = run else { return Err(Rejected::Points) };
-    let within = |p: &[f64; 3]| (along_m[0]..=along_m[1]).contains(&p[2]);
-    let points = all.iter().enumerate().filter(|(_, p)| within(p) && off_m(**p).abs() <= on_m);
-    let on: Vec<On> = points.map(|(index, local)| On::new(tube, seen, index, *local)).collect();
-    if on.len() < params.min_points {
-        return Err(Rejected::Points);
-    }
-    let length_m = along_m[1] - along_m[0];
-    let radii_m = if tube.radius_m < WALL_RADIUS_M { MIN_LENGTH_RADII * tube.radius_m } else { 0.0 };
-    if length_m < radii_m.max(MIN_LENGTH_M) {
-        return Err(Rejected::Length);
-    }
-    let arc = Arc::of(&on);
-    if arc.degrees() < params.min_arc_deg {
-        return Err(Rejected::Arc);
-    }
-    let squares: f64 = on.iter().map(|p| off_m(all[p.index]).powi(2)).sum();
+    let Surface { all, on, along_m, arc } = Surface::of(params, tube, seen)?;
+    let squares: f64 = on.iter().map(|p| off_m(tube, all[p.index]).powi(2)).sum();
     if (squares / on.len() as f64).sqrt() > MAX_SPREAD * seen.sigma_m {
         return Err(Rejected::Spread);
     }
@@ -135,9 +163,13 @@ pub(crate) fn judge(params: &ShapeParams, tube: &Tube, seen: &Evidence<'_>) -> R
     if inside && tube.radius_m < MIN_INSIDE_RADIUS_M {
         return Err(Rejected::Radius);
     }
+    let within = |p: &[f64; 3]| (along_m[0]..=along_m[1]).contains(&p[2]);
     let beside = all.iter().filter(|p| {
-        let off = off_m(**p).abs();
-        within(p) && off > on_m && off <= BESIDE_DEVIATIONS * seen.sigma_m && arc.is_inner(direction_of(**p))
+        let off = off_m(tube, **p).abs();
+        within(p)
+            && off > ON_DEVIATIONS * seen.sigma_m
+            && off <= BESIDE_DEVIATIONS * seen.sigma_m
+            && arc.is_inner(direction_of(**p))
     });
     let beside = beside.count() as f64;
     if beside > MAX_BESIDE * (beside + on.len() as f64) {

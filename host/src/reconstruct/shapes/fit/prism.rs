@@ -1,12 +1,18 @@
 //! Whether points about an axis lie on a circle or on a few flat faces: the criterion that keeps square
 //! pillars, chamfered ones and bays from becoming round, and flat walls from becoming round walls.
 //!
-//! The Bayesian information criterion (Schwarz 1978): the squared residuals in deviations, and a price for
-//! each parameter. A circle has three, a prism of k faces 2 k. The best prism of every k is found by dynamic
-//! programming over the directions from the axis (Bellman 1961).
+//! The Bayesian information criterion (Schwarz 1978): how well the means are explained, and a price for each
+//! parameter. A circle has three, a prism of k faces 2 k. How far the means scatter is not quite known: their
+//! residuals follow Student's t distribution, and what explains them far better wins, however small they are.
+//! The best prism of every k is found by dynamic programming over the directions (Bellman 1961).
 
 /// Most faces of a prism: more of them are round for every purpose.
 const MAX_FACES: usize = 10;
+
+/// The deviation of a mean is known as well as if so many directions had told it; the means tell the rest.
+/// Half and twice as many make the same of halls and of pillars. Many more: means scatter less than assumed
+/// where poses are good, and chamfered pillars become round.
+const KNOWN_AS_OF: f64 = 20.0;
 
 /// The mean of the points that lie in one direction from the axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -35,9 +41,13 @@ pub(crate) fn compare(means: &[Mean], radius_m: f64) -> Costs {
         let off_m = mean.at_m[0].hypot(mean.at_m[1]) - radius_m;
         mean.weight_per_m2 * off_m * off_m
     };
-    let round = means.iter().map(squares).sum::<f64>() + 3.0 * price;
+    let directions = means.len() as f64 + KNOWN_AS_OF;
+    let cost = |squares: f64, parameters: f64| {
+        directions * ((squares + KNOWN_AS_OF) / directions).ln() + parameters * price
+    };
+    let round = cost(means.iter().map(squares).sum(), 3.0);
     let best = faces(means).into_iter().zip(1..);
-    let priced = best.map(|(cost, faces)| cost + 2.0 * f64::from(faces) * price);
+    let priced = best.map(|(squares, faces)| cost(squares, 2.0 * f64::from(faces)));
     Costs { round, flat: priced.fold(f64::INFINITY, f64::min) }
 }
 
@@ -121,5 +131,30 @@ mod tests {
             let costs = compare(&means(&mut random, shape), radius_m);
             assert!(costs.flat < costs.round, "{radius_m} {costs:?}");
         }
+    }
+
+    #[test]
+    fn a_chamfered_pillar_stays_flat_where_means_scatter_less_than_assumed() {
+        // All round a pillar of 40 cm with 10 cm off its corners; poses and means are better than assumed.
+        let mut random = Random::new(6);
+        let mut noise_m = || 0.0012 * random.normal();
+        let mut section = |distance_m: &dyn Fn(f64) -> f64| {
+            let mean = |k: i32| {
+                let angle = f64::from(5 * k + 2).to_radians();
+                let r = distance_m(angle) + noise_m();
+                Mean { at_m: [r * angle.cos(), r * angle.sin()], weight_per_m2: 15_000.0, count: 4.0 }
+            };
+            compare(&(0..72).map(mean).collect::<Vec<_>>(), 0.211)
+        };
+        let face = |angle: f64, k: i32| {
+            let off_m = if k % 2 == 0 { 0.2 } else { 0.212 };
+            let cosine = (angle - (45.0 * f64::from(k)).to_radians()).cos();
+            if cosine > 0.05 { off_m / cosine } else { f64::INFINITY }
+        };
+        let pillar = section(&|angle| (0..8).map(|k| face(angle, k)).fold(f64::MAX, f64::min));
+        let column = section(&|_| 0.211);
+        // The evidence that `judge` asks for.
+        assert!(pillar.flat < pillar.round + 10.0, "{pillar:?}");
+        assert!(column.flat > column.round + 10.0, "{column:?}");
     }
 }

@@ -7,7 +7,7 @@ use crate::reconstruct::planes::paper::random::Random;
 use crate::reconstruct::shapes::fit::axis::{Axis, Tube};
 use crate::reconstruct::shapes::fit::gauss_newton::{self, Sample};
 use crate::reconstruct::shapes::fit::judge::{
-    Accepted, BESIDE_DEVIATIONS, Evidence, MIN_LENGTH_M, Rejected, judge, longest_run,
+    Accepted, BESIDE_DEVIATIONS, Evidence, MIN_LENGTH_M, Rejected, judge, longest_run, may_become,
 };
 use crate::reconstruct::shapes::params::ShapeParams;
 
@@ -215,6 +215,10 @@ pub(crate) fn fitted(params: &ShapeParams, start: Tube, seen: &Evidence<'_>) -> 
             gauss_newton::fit(tube, part, limits, true)
         };
         tube = fitted.ok_or(Rejected::Points)?;
+        if !is_last {
+            // Most guesses end here, before the fit to all points.
+            may_become(params, &tube, &Evidence { points_m: &points_m, origins_m: &origins_m, ..*seen })?;
+        }
     }
     judge(params, &tube, seen)
 }
