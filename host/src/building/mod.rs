@@ -12,11 +12,10 @@ pub(crate) mod elevation;
 mod openings;
 pub(crate) mod part;
 pub(crate) mod plan;
-#[cfg(test)]
-mod rooms_tests;
 pub(crate) mod section;
 pub(crate) mod spaces;
 mod storeys;
+pub(crate) mod surfaces;
 #[cfg(test)]
 pub(crate) mod tests;
 pub(crate) mod walls;

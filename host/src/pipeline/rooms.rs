@@ -7,17 +7,19 @@ use crate::pipeline::BuildOutput;
 use crate::recordings::deskew::StampedPose;
 use crate::slam::occupancy::OccupancyGrid;
 
-/// The elements of the building that a drive went through, on a floor at this height, meters.
+/// The elements of the building that a drive went through, on a floor at this height, meters. Unless all is
+/// wanted as it was seen, the model's surfaces follow them.
 pub(crate) fn elements(
-    output: &BuildOutput,
+    output: &mut BuildOutput,
     map: &OccupancyGrid,
     poses: &[StampedPose],
     floor_m: f64,
+    as_seen: bool,
 ) -> Elements {
     let path_m: Vec<[f64; 2]> = poses.iter().map(|pose| [pose.x_m, pose.y_m]).collect();
     let grid = grid_around(&output.model, &path_m);
     let seen = seen_in(&grid, map);
-    building::rooms(&Evidence {
+    let evidence = Evidence {
         model: &output.model,
         cloud: &output.cloud,
         labels: &output.labels,
@@ -26,5 +28,11 @@ pub(crate) fn elements(
         path_m: &path_m,
         floor_m,
         sigma_m: output.counts.sigma_m,
-    })
+    };
+    let elements = building::rooms(&evidence);
+    if !as_seen && !elements.is_empty() {
+        output.model.polygons = building::surfaces::with_rectangles(&evidence, &elements);
+        output.counts.recount(&output.model);
+    }
+    elements
 }

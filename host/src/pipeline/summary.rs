@@ -184,6 +184,8 @@ pub(crate) struct Parameters {
     pub map_resolution_m: f64,
     /// Bound on the model's triangles, if one was given.
     pub max_triangles: Option<usize>,
+    /// Whether surfaces stayed as they were seen.
+    pub as_seen: bool,
 }
 
 impl Summary {

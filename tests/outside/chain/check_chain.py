@@ -125,7 +125,9 @@ class Chain:
             "--most-blocked",
             0.5,
         )
-        self.borders("corridor", "--spikes", 4, "--ratio", 1.02, "--small", 5, "--corners", 4)
+        self.borders(
+            "corridor", "--spikes", 4, "--ratio", 1.02, "--small", 5, "--corners", 4, "--openings", 80
+        )
         self.drive("office", "paper")
         self.check_exports("office.model", 12)
         self.judge(

@@ -22,6 +22,7 @@ use crate::formats::{Shapes, source_name};
 use crate::pipeline::summary::{Parameters, PosesFrom, ScanFigures, Summary};
 use crate::pipeline::{self, BuildInput, BuildOutput, SearchElsewhere};
 use crate::reconstruct::planes::PlaneParams;
+use crate::reconstruct::polygons::Merging;
 use crate::reconstruct::revisits::split::Drive;
 use crate::recordings::deskew::StampedPose;
 use crate::recordings::run::{Run, VerticalScans};
@@ -91,10 +92,21 @@ pub(super) struct TargetArgs {
     /// [default: three quarters of the machine's or the control group's]
     #[arg(long, value_name = "BYTES", value_parser = memory)]
     memory: Option<u64>,
+    /// Leave surfaces as they were measured: doors and windows keep the borders that were seen, instead of
+    /// the rectangles of building.json where rays allow these
+    #[arg(long)]
+    as_seen: bool,
     #[command(flatten)]
     model_args: ModelArgs,
     #[command(flatten)]
     threads: Threads,
+}
+
+impl TargetArgs {
+    /// Whether surfaces stay as they were seen. The paper's merging rule has no holes to make rectangles of.
+    fn keeps_seen(&self) -> bool {
+        self.as_seen || self.model_args.merging == Merging::Paper
+    }
 }
 
 /// What was done before the build: the search for planes, elsewhere.
@@ -121,6 +133,7 @@ impl Args {
             build,
             map_resolution_m: map.grid.resolution_m,
             max_triangles: self.target.model_args.max_triangles,
+            as_seen: self.target.keeps_seen(),
         }
     }
 
@@ -139,6 +152,7 @@ impl Args {
             force: false,
             json: false,
             memory: None,
+            as_seen: false,
             model_args: ModelArgs::unsaid(),
             threads: Threads::default(),
         };
@@ -368,7 +382,8 @@ fn write_all(
     let mut output = built.unwrap_or_default();
     posed.restore(&mut output.cloud.stamps_ns);
     posed.restore(&mut output.revisits.scans.stamps_ns);
-    let elements = rooms::elements(&output, grid, &known, stages)?;
+    let as_seen = args.target.keeps_seen();
+    let elements = rooms::elements(&mut output, grid, &known, as_seen, stages)?;
     args.target.model_args.bound(&mut output)?;
     let shapes = Shapes { source: posed.named(source_name), ..Shapes::new(&output.model) };
     let file = ModelFile::new(&shapes, rooms::FLOOR_M, files::points_of(&output)).with_elements(elements);

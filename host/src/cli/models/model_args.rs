@@ -26,7 +26,7 @@ pub(crate) struct ModelArgs {
     /// Which polygons of one plane become one: `holes` all that hang together, `paper` those that share
     /// exactly one sequence of edges, so that none has a hole
     #[arg(long, value_name = "RULE", value_parser = merging, default_value = "holes")]
-    merging: Merging,
+    pub merging: Merging,
     /// Simplify the triangles on no plane; none of their vertices is then further than this from the model,
     /// meters
     #[arg(long, value_name = "M", value_parser = length)]

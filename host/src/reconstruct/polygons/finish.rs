@@ -100,7 +100,7 @@ fn straight(mut shapes: Vec<Shape>, rules: &Rules<'_>) -> Vec<Shape> {
 }
 
 /// Shapes without corners that turn back. Where a border crosses another after that, new ones may arise.
-fn without_spikes(mut shapes: Vec<Shape>) -> Vec<Shape> {
+pub(crate) fn without_spikes(mut shapes: Vec<Shape>) -> Vec<Shape> {
     for _ in 0..SPIKE_ROUNDS {
         let mut changed = false;
         for ring in shapes.iter_mut().flatten() {

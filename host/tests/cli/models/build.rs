@@ -39,7 +39,10 @@ fn a_room_becomes_a_few_flat_surfaces_in_every_format() {
     folder.expect("build run.mcap -o out", 0, &["% fewer"]);
     assert_eq!(names(&folder.path("out")), EVERYTHING);
     assert_eq!(folder.names(), ["out", "run.mcap"]);
-    let summary: Value = serde_json::from_slice(&fs::read(folder.path("out/summary.json")).unwrap()).unwrap();
+    let read_summary =
+        || -> Value { serde_json::from_slice(&fs::read(folder.path("out/summary.json")).unwrap()).unwrap() };
+    let summary = read_summary();
+    assert_eq!(summary["parameters"]["as_seen"], false, "{summary}");
     let count = |key: &str| summary[key].as_u64().unwrap_or_else(|| panic!("{key}: {summary}"));
     // What the vertical laser sees of the room: two sides, floor and ceiling (and not what is right under
     // it).
@@ -63,8 +66,9 @@ fn a_room_becomes_a_few_flat_surfaces_in_every_format() {
     let report = fs::read_to_string(folder.path("out/report.html")).unwrap();
     assert!(report.contains("<h1>run</h1>") && report.contains("data-mesh=\"raw\">"));
     assert!(report.len() < 2_000_000, "{}", report.len());
-    let more = "--force --formats all --threads 1 --sigma 0.006 --no-report";
+    let more = "--force --formats all --threads 1 --sigma 0.006 --no-report --as-seen";
     folder.expect(&format!("build run.mcap -o out {more}"), 0, &["noise 0.6 cm (as given)"]);
+    assert_eq!(read_summary()["parameters"]["as_seen"], true);
     let has = |name: &str| names(&folder.path("out")).contains(&name.to_owned());
     for name in ["model.dxf", "model.glb", "model.ifc", "model.lod1.glb", "model.lod2.glb", "model.obj"] {
         assert!(has(name), "{name}");

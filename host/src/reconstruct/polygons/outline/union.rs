@@ -28,6 +28,18 @@ pub(crate) fn union<'a>(rings: impl Iterator<Item = &'a [FlatPoint]>) -> Vec<Sha
     shapes
 }
 
+/// What two sets of shapes have in common.
+pub(crate) fn intersection(shapes: &[Shape], others: &[Shape]) -> Vec<Shape> {
+    let options = IntOverlayOptions { ogc: true, preserve_output_collinear: true, ..Default::default() };
+    let mut overlay = Overlay::<i32>::new_custom(256, options, Solver::default());
+    shapes.iter().flatten().for_each(|ring| overlay.add_contour(ring, ShapeType::Subject));
+    others.iter().flatten().for_each(|ring| overlay.add_contour(ring, ShapeType::Clip));
+    let mut common = overlay.overlay(OverlayRule::Intersect, FillRule::Positive);
+    house_holes(&mut common);
+    common.iter_mut().for_each(drop_straight_points);
+    common
+}
+
 /// Makes shapes valid again whose rings may cross.
 pub(crate) fn repair(shapes: &[Shape]) -> Vec<Shape> {
     union(shapes.iter().flatten().map(Vec::as_slice))

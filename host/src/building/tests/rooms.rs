@@ -1,31 +1,32 @@
 //! Two rooms drawn by hand, with the rays that a drive through them would have.
 
-use super::elements::{Elements, KnownBy, Use};
-use super::rooms;
-use super::spaces::evidence::{Evidence, Seen, grid_around};
-use super::tests::add;
+use super::add;
+use crate::building::elements::{Elements, KnownBy, Use};
+use crate::building::rooms;
+use crate::building::spaces::evidence::{Evidence, Seen, grid_around};
 use crate::model::{Cloud, Model};
+use biplane_geometry::vec3::cross;
 
 /// Wall between the rooms: x from 5.0 to 5.1, with a door 0.9 m wide and 2.1 m high.
-const DOOR_M: [f64; 2] = [1.5, 2.4];
-const HEAD_M: f64 = 2.1;
+pub(super) const DOOR_M: [f64; 2] = [1.5, 2.4];
+pub(super) const HEAD_M: f64 = 2.1;
 /// Window in the wall y = 4 of the first room, with a pane 15 cm behind it.
-const WINDOW_M: [f64; 2] = [2.0, 3.2];
-const WINDOW_Z_M: [f64; 2] = [0.9, 2.1];
+pub(super) const WINDOW_M: [f64; 2] = [2.0, 3.2];
+pub(super) const WINDOW_Z_M: [f64; 2] = [0.9, 2.1];
 const HEIGHT_M: f64 = 2.6;
 /// Where the laser stands in each room.
 const LASERS_M: [[f64; 3]; 2] = [[2.5, 2.0, 0.45], [6.6, 2.0, 0.45]];
 
 #[derive(Default)]
-struct Drive {
-    model: Model,
+pub(super) struct Drive {
+    pub(super) model: Model,
     cloud: Cloud,
     labels: Vec<i32>,
 }
 
 impl Drive {
     /// A point seen from the laser of a room.
-    fn see(&mut self, room: u32, label: i32, point: [f64; 3]) {
+    pub(super) fn see(&mut self, room: u32, label: i32, point: [f64; 3]) {
         self.cloud.points_m.push(point.map(|value| value as f32));
         self.cloud.scan.push(room);
         self.cloud.beam.push(0);
@@ -40,9 +41,19 @@ impl Drive {
         let ring = |u: [f64; 2], v: [f64; 2]| {
             [(u[0], v[0]), (u[1], v[0]), (u[1], v[1]), (u[0], v[1])].map(|(u, v)| at(u / wide, v / high))
         };
-        let outer = ring([0.0, wide], [0.0, high]);
+        let mut outer = ring([0.0, wide], [0.0, high]);
+        let turns = (0..3).map(|k| cross(sides[0], sides[1])[k] * normal[k]).sum::<f64>() > 0.0;
+        if !turns {
+            outer.reverse();
+        }
         match hole {
-            Some([u, v]) => add(&mut self.model, normal, &[&outer, &ring(u, v)]),
+            Some([u, v]) => {
+                let mut inner = ring(u, v);
+                if turns {
+                    inner.reverse();
+                }
+                add(&mut self.model, normal, &[&outer, &inner]);
+            }
             None => add(&mut self.model, normal, &[&outer]),
         }
         let label = self.model.planes.len() as i32 - 1;
@@ -56,7 +67,7 @@ impl Drive {
     }
 
     /// Rays of the first laser through an opening, to where they reach a plane behind it.
-    fn through(&mut self, along: usize, face_m: f64, behind_m: f64, spans: [[f64; 2]; 2]) {
+    pub(super) fn through(&mut self, along: usize, face_m: f64, behind_m: f64, spans: [[f64; 2]; 2]) {
         let laser = LASERS_M[0];
         let across = 1 - along;
         let steps = |[from, to]: [f64; 2]| {
@@ -74,7 +85,7 @@ impl Drive {
 type Hole = Option<[[f64; 2]; 2]>;
 
 /// The two rooms; what of the openings rays pass is for the caller to say.
-fn house() -> Drive {
+pub(super) fn house() -> Drive {
     let mut drive = Drive::default();
     drive.cloud.origins_m = LASERS_M.iter().map(|p| p.map(|value| value as f32)).collect();
     let up = [0.0, 0.0, HEIGHT_M];
@@ -97,6 +108,11 @@ fn house() -> Drive {
 }
 
 fn found(drive: &Drive, path_m: &[[f64; 2]]) -> Elements {
+    with_evidence(drive, path_m, rooms)
+}
+
+/// What comes of all that a drive shows.
+pub(super) fn with_evidence<T>(drive: &Drive, path_m: &[[f64; 2]], of: impl FnOnce(&Evidence<'_>) -> T) -> T {
     let grid = grid_around(&drive.model, path_m);
     let is_free = |[x, y]: [f64; 2]| {
         let is_room = y > 0.0 && y < 4.0 && (x > 0.0 && x < 5.0 || x > 5.1 && x < 8.1);
@@ -105,7 +121,7 @@ fn found(drive: &Drive, path_m: &[[f64; 2]]) -> Elements {
     let seen: Vec<Seen> = (0..grid.len())
         .map(|cell| if is_free(grid.center_m(cell)) { Seen::Free } else { Seen::Unknown })
         .collect();
-    rooms(&Evidence {
+    of(&Evidence {
         model: &drive.model,
         cloud: &drive.cloud,
         labels: &drive.labels,
@@ -118,7 +134,7 @@ fn found(drive: &Drive, path_m: &[[f64; 2]]) -> Elements {
 }
 
 /// From the first room into the second.
-fn through_the_door() -> Vec<[f64; 2]> {
+pub(super) fn through_the_door() -> Vec<[f64; 2]> {
     (0..=80).map(|step| [2.5 + 0.05 * f64::from(step), 2.0]).collect()
 }
 

@@ -1,10 +1,12 @@
 //! Rooms drawn by hand.
 
-use super::Building;
-use super::OpeningKind;
-use super::plan::{self, Plan};
-use super::section::Line;
+mod rooms;
+mod surfaces;
+
 use crate::building::part::Kind;
+use crate::building::plan::{self, Plan};
+use crate::building::section::Line;
+use crate::building::{Building, OpeningKind};
 use crate::formats::Shapes;
 use crate::model::{Model, PlanarPolygon, Plane};
 

@@ -1,0 +1,136 @@
+//! The model's surfaces where the building knows better: doors and windows become rectangles in the faces of
+//! their walls.
+//!
+//! Each edge is put where the fewest rays contradict it; surface that rays contradict is neither added nor
+//! taken away. Frame `map`, meters.
+
+mod border;
+mod plane_rays;
+mod rectangle;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use rayon::prelude::*;
+
+use self::plane_rays::PlaneRays;
+use self::rectangle::Place;
+use super::elements::{Elements, WallOpening};
+use super::spaces::evidence::Evidence;
+use crate::model::{Model, PlanarPolygon};
+use crate::reconstruct::polygons::finish::without_spikes;
+use crate::reconstruct::polygons::outline::union::{Shape, area_m2};
+use crate::reconstruct::polygons::plane_frame::{FlatPoint, Frame};
+use crate::reconstruct::polygons::seams::{clearance, weld};
+
+/// A plane is a wall's face when it lies this near to its side, meters; more with more noise.
+const BESIDE_M: f64 = 0.04;
+/// The same in standard deviations of the noise.
+const BESIDE_SIGMAS: f64 = 3.0;
+/// And looks away from the wall's middle: cosine of 3 degrees.
+const SAME_WAY: f64 = 0.9986;
+/// Pieces that only a straight edge cut off are dropped when they are smaller, square meters: as in outlines.
+const MIN_PIECE_M2: f64 = 0.05;
+/// Corners of neighbors this near to each other along their common line become one, meters. Outlines were welded
+/// before: a corner that moves by a centimeter now tilts a jamb, and blocks rays. What is further apart becomes
+/// a corner of both.
+const WELD_M: f64 = 0.001;
+
+/// The polygons of the model with rectangles for the openings that are known.
+pub(crate) fn with_rectangles(evidence: &Evidence<'_>, elements: &Elements) -> Vec<PlanarPolygon> {
+    let model = evidence.model;
+    let changed: Vec<Option<Vec<PlanarPolygon>>> = (0..model.planes.len())
+        .into_par_iter()
+        .map(|plane| {
+            let places = places(evidence, elements, plane);
+            (!places.is_empty()).then(|| of_plane(evidence, plane, &places)).flatten()
+        })
+        .collect();
+    let mut written = BTreeSet::new();
+    let mut polygons = Vec::with_capacity(model.polygons.len());
+    for polygon in &model.polygons {
+        match changed.get(polygon.plane) {
+            Some(Some(new)) if written.insert(polygon.plane) => polygons.extend(new.iter().cloned()),
+            Some(Some(_)) => {}
+            _ => polygons.push(polygon.clone()),
+        }
+    }
+    weld_changed(model, &mut polygons, &written);
+    polygons
+}
+
+/// Lets the planes that changed share corners with their neighbors again.
+fn weld_changed(model: &Model, polygons: &mut [PlanarPolygon], changed: &BTreeSet<usize>) {
+    let neighbors = weld::neighbors(&model.planes, polygons);
+    let pairs: BTreeSet<(usize, usize)> = neighbors
+        .iter()
+        .enumerate()
+        .flat_map(|(own, others)| others.iter().map(move |other| (own.min(*other), own.max(*other))))
+        .filter(|(a, b)| changed.contains(a) || changed.contains(b))
+        .collect();
+    let pairs: Vec<(usize, usize)> = pairs.into_iter().collect();
+    weld::weld(&model.planes, polygons, &pairs, WELD_M);
+}
+
+/// The openings in the wall whose face a plane is.
+fn places(evidence: &Evidence<'_>, elements: &Elements, plane: usize) -> Vec<Place> {
+    let plane = &evidence.model.planes[plane];
+    let beside_m = BESIDE_M.max(BESIDE_SIGMAS * evidence.sigma_m);
+    let of = |opening: &WallOpening| {
+        let wall = elements.wall(&opening.wall)?;
+        let ([x, y], _) = wall.along();
+        let is_face = [[y, -x], [-y, x]].iter().any(|normal| {
+            let same_way = plane.normal[0] * normal[0] + plane.normal[1] * normal[1];
+            let off_m = -plane.distance_m(opening.center_m) - wall.drawn_thickness_m / 2.0;
+            same_way > SAME_WAY && off_m.abs() <= beside_m
+        });
+        is_face.then(|| Place {
+            ends_m: [-0.5, 0.5].map(|share| {
+                let along = share * opening.width_m;
+                [opening.center_m[0] + along * x, opening.center_m[1] + along * y]
+            }),
+            heights_m: [-0.5, 0.5].map(|share| opening.center_m[2] + share * opening.height_m),
+            has_sill: opening.sill_m > 0.0,
+        })
+    };
+    elements.openings.iter().filter_map(of).collect()
+}
+
+/// The polygons of a plane with its openings; `None` when nothing changes.
+fn of_plane(evidence: &Evidence<'_>, index: usize, places: &[Place]) -> Option<Vec<PlanarPolygon>> {
+    let plane = &evidence.model.planes[index];
+    let own: Vec<&PlanarPolygon> =
+        evidence.model.polygons.iter().filter(|polygon| polygon.plane == index).collect();
+    let frame = Frame::new(plane, *own.first()?.outer_m.first()?);
+    let before: Vec<Shape> = own.iter().map(|polygon| flat(&frame, polygon)).collect::<Option<_>>()?;
+    let rectangles: Vec<[[f64; 2]; 2]> = places.iter().map(|place| place.in_frame(&frame)).collect();
+    let rays = PlaneRays::of(evidence, plane, &frame, &rectangles);
+    let mut shapes = before.clone();
+    for ((place, rectangle), rays) in places.iter().zip(rectangles).zip(&rays) {
+        shapes = rectangle::cut(shapes, rectangle, place.has_sill, rays, evidence.sigma_m);
+    }
+    if shapes == before {
+        return None;
+    }
+    let mut shapes = clearance::clear(without_spikes(shapes));
+    shapes.retain(|shape| shape.first().is_some_and(|outer| area_m2(outer) >= MIN_PIECE_M2));
+    Some(lifted(index, &frame, shapes, &own))
+}
+
+fn flat(frame: &Frame, polygon: &PlanarPolygon) -> Option<Shape> {
+    let rings = std::iter::once(&polygon.outer_m).chain(&polygon.holes_m);
+    rings.map(|ring| ring.iter().map(|p| frame.flat(*p)).collect()).collect()
+}
+
+/// Shapes as polygons. Corners that were there before are the same points, bit for bit: neighbors share them.
+fn lifted(index: usize, frame: &Frame, shapes: Vec<Shape>, before: &[&PlanarPolygon]) -> Vec<PlanarPolygon> {
+    let corners = before.iter().flat_map(|polygon| std::iter::once(&polygon.outer_m).chain(&polygon.holes_m));
+    let known: BTreeMap<(i32, i32), [f64; 3]> =
+        corners.flatten().filter_map(|p| frame.flat(*p).map(|at| ((at.x, at.y), *p))).collect();
+    let lift = |p: &FlatPoint| known.get(&(p.x, p.y)).copied().unwrap_or_else(|| frame.lift(*p));
+    let mut rings = |ring: Vec<FlatPoint>| ring.iter().map(lift).collect::<Vec<_>>();
+    let polygon = |shape: Shape| {
+        let mut all = shape.into_iter().map(&mut rings);
+        Some(PlanarPolygon { plane: index, outer_m: all.next()?, holes_m: all.collect() })
+    };
+    shapes.into_iter().filter_map(polygon).collect()
+}
