@@ -189,7 +189,7 @@ impl Bench {
         out
     }
 
-    fn to_engine(&mut self, bytes: &[u8]) {
+    fn send_to_engine(&mut self, bytes: &[u8]) {
         self.delivered.extend_from_slice(bytes);
         for piece in bytes.chunks(256) {
             self.engine.bytes(self.now_ns, Port::Horizontal, piece);
@@ -209,7 +209,7 @@ impl Bench {
             let count = 1 + (self.rng.unit() * 200.0) as usize;
             out = (0..count).map(|_| (self.rng.unit() * 256.0) as u8).collect();
         }
-        self.to_engine(&out);
+        self.send_to_engine(&out);
         self.engine.advance(self.now_ns);
         while let Some((_, command)) = self.engine.next_command() {
             match command {

@@ -5,6 +5,7 @@ use std::io::{self, Write};
 
 use biplane_recording::mcap::write::{Shown, write_shown};
 use biplane_recording::messages::shown::{self, FloorMap, Marker, MarkerShape};
+use biplane_recording::topics::FRAME_MAP;
 
 use crate::formats::Shapes;
 use crate::formats::input::shift::restored;
@@ -35,9 +36,9 @@ pub(crate) fn write(out: &mut impl Write, shapes: &Shapes<'_>, around: &Surround
     let time_ns = around.poses.first().map_or(0, |pose| pose.stamp_ns);
     let mut markers = surfaces(shapes);
     markers.extend(ways(&around.poses));
-    let markers = shown::markers(time_ns, &markers);
-    let points = shown::points(time_ns, &around.points_m);
-    let floor_map = around.floor_map.as_ref().map(|map| shown::floor_map(time_ns, map));
+    let markers = shown::markers(time_ns, FRAME_MAP, &markers);
+    let points = shown::points(time_ns, FRAME_MAP, &around.points_m);
+    let floor_map = around.floor_map.as_ref().map(|map| shown::floor_map(time_ns, FRAME_MAP, map));
     let model = Shown { topic: "/model", type_name: "visualization_msgs/msg/MarkerArray", bytes: &markers };
     let points = Shown { topic: "/points", type_name: "sensor_msgs/msg/PointCloud2", bytes: &points };
     let mut messages = vec![model];

@@ -1,8 +1,8 @@
 //! Tests in real time, on a machine that may stand still.
 //!
-//! A read that returned late is stamped by what is known of it, and a replay does not know that it was late. So
-//! what these tests expect holds only where threads run when they are due. Another thread finds out whether they
-//! did: its sleeps of a millisecond end in time, or they do not.
+//! A read that returned late is stamped by what is known of it, and a replay does not know that it was late.
+//! So what these tests expect holds only where threads run when they are due. Another thread finds out
+//! whether they did: its sleeps of a millisecond end in time, or they do not.
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};

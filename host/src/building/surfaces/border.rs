@@ -8,7 +8,7 @@ use crate::reconstruct::polygons::plane_frame::{FlatPoint, STEP_M};
 pub(super) const LINE_M: f64 = 0.01;
 /// Places of an edge that are tried are this far apart, meters.
 const TRY_M: f64 = 0.005;
-/// Borders of most lines within this are one straight border, meters.
+/// Borders of the majority of lines within this are one straight border, meters.
 const STRAIGHT_M: f64 = 0.012;
 /// A pass through surface that would be added weighs as much as so many points that would be removed: what
 /// is missing is honest, what blocks a ray is wrong.
@@ -87,7 +87,7 @@ impl Edge {
         (0..self.lines()).map(of).collect()
     }
 
-    /// Where most of a border is straight, meters into the wall.
+    /// Where the larger part of a border is straight, meters into the wall.
     fn straight(&self, border: &Border) -> Option<f64> {
         let mut begins: Vec<f64> = border.iter().filter_map(|into| *into).collect();
         begins.sort_by(f64::total_cmp);
@@ -100,9 +100,9 @@ impl Edge {
                 best = (from, to);
             }
         }
-        let most = 2 * (best.1 - best.0 + 1) > begins.len();
+        let is_straight = 2 * (best.1 - best.0 + 1) > begins.len();
         let inside = begins.get(best.0..=best.1)?;
-        (most && inside[0] > -self.reach_m).then(|| inside[inside.len() / 2])
+        (is_straight && inside[0] > -self.reach_m).then(|| inside[inside.len() / 2])
     }
 
     /// Where the edge belongs, meters into the wall: where the fewest rays contradict it, and among places

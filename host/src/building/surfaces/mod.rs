@@ -30,9 +30,9 @@ const BESIDE_SIGMAS: f64 = 3.0;
 const SAME_WAY: f64 = 0.9986;
 /// Pieces that only a straight edge cut off are dropped when they are smaller, square meters: as in outlines.
 const MIN_PIECE_M2: f64 = 0.05;
-/// Corners of neighbors this near to each other along their common line become one, meters. Outlines were welded
-/// before: a corner that moves by a centimeter now tilts a jamb, and blocks rays. What is further apart becomes
-/// a corner of both.
+/// Corners of neighbors this near to each other along their common line become one, meters. Outlines were
+/// welded before: a corner that moves by a centimeter now tilts a jamb, and blocks rays. What is further
+/// apart becomes a corner of both.
 const WELD_M: f64 = 0.001;
 
 /// The polygons of the model with rectangles for the openings that are known.

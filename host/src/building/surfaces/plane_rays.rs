@@ -9,7 +9,8 @@ use biplane_geometry::vec3::distance;
 const MIN_PASS_M: f64 = 0.05;
 /// How many standard deviations of the noise a passed ray ends behind it.
 const PASS_SIGMAS: f64 = 3.5;
-/// A ray that goes on for more than this behind surface, meters, is blocked by it: as where models are judged.
+/// A ray that goes on for more than this behind surface, meters, is blocked by it, as where models are
+/// judged.
 const BLOCKED_M: f64 = 0.10;
 /// And for so many more standard deviations of the noise.
 const BLOCKED_SIGMAS: f64 = 3.0;

@@ -1,5 +1,6 @@
 //! `biplane build`: from a recording to the model and everything around it, in one folder.
 
+mod notes;
 pub(super) mod posed;
 mod rooms;
 
@@ -19,7 +20,7 @@ use crate::cli::view::report;
 use crate::formats::output::OutputFolder;
 use crate::formats::text::model_json::ModelFile;
 use crate::formats::{Shapes, source_name};
-use crate::pipeline::summary::{Parameters, PosesFrom, ScanFigures, Summary};
+use crate::pipeline::summary::{Parameters, ScanFigures, Summary};
 use crate::pipeline::{self, BuildInput, BuildOutput, SearchElsewhere};
 use crate::reconstruct::planes::PlaneParams;
 use crate::reconstruct::polygons::Merging;
@@ -231,7 +232,7 @@ pub(super) fn run_prepared(
     folder.finish()?;
     console.detail_files(&args.target.output);
     counts.iter().for_each(|counts| report_noise(counts, console));
-    print_result(args, &summary, vertical.is_some(), console);
+    notes::report_model(&args.target.output, &summary, vertical.is_some(), console);
     if args.target.json {
         print_json(&summary)?;
     }
@@ -312,40 +313,9 @@ pub(super) fn poses<'a>(
                 let loops = posed.loops.unwrap_or(0);
                 anyhow::Ok((posed, loops))
             })?;
-            report_poses(&posed, console);
+            notes::report_poses(&posed, console);
             Ok(posed)
         }
-    }
-}
-
-/// Whether the poses are the recorded ones still.
-fn report_poses(posed: &Posed<'_>, console: &Console) {
-    match (posed.from, posed.loops) {
-        (PosesFrom::Optimized, Some(loops)) => {
-            console.note(format!("{loops} loops closed, all poses optimised (not with --no-optimize)"));
-        }
-        (PosesFrom::OptimizedBefore, _) => {
-            console.note("the recording is optimised already: its poses stay");
-        }
-        (_, Some(_)) => console.note("no loop found: the poses stay as they were recorded"),
-        _ => {}
-    }
-}
-
-fn print_result(args: &Args, summary: &Summary, has_vertical: bool, console: &Console) {
-    let folder = args.target.output.display();
-    if summary.scans.vertical_unposed > 0 {
-        console.note(format!(
-            "{} of {} vertical scans lie outside the poses and are not in the model",
-            summary.scans.vertical_unposed, summary.scans.vertical
-        ));
-    }
-    if has_vertical {
-        console.note(format!("{folder}: {} points, {}", summary.counts.raw_points, summary.reduction()));
-    } else {
-        console.note(format!(
-            "{folder}: the recording has no scan of a vertical laser, so there is a map and a trajectory, and no model"
-        ));
     }
 }
 

@@ -36,8 +36,8 @@ pub(crate) enum Format {
 pub(crate) type Formats = &'static [Format];
 
 impl Format {
-    /// All that are supported. The last two are not among `all`: a copy for viewers of robots, and 3D Tiles, a
-    /// folder of files.
+    /// All that are supported. The last two are not among `all`: a copy for viewers of robots, and 3D Tiles,
+    /// a folder of files.
     pub(crate) const ALL: &[Self] = &[
         Self::Glb,
         Self::Ply,

@@ -18,7 +18,7 @@ use crate::view::floor_map::map_read::read_map;
 use crate::cli::models::formats::{Format, Formats};
 
 /// Of more points every n-th is shown: a viewer holds them all. Twelve bytes each.
-const MOST_POINTS: usize = 1_000_000;
+const MAX_POINTS: usize = 1_000_000;
 
 /// Writes `model.mcap` into a folder that has its other files, if it is asked for; how many files that are.
 pub(crate) fn write_viewer_file(
@@ -54,7 +54,7 @@ fn surroundings(folder: &Path, file: &ModelFile<'_>) -> io::Result<Surroundings>
 }
 
 fn thinned_m(points: &dyn PointTable) -> io::Result<Vec<[f32; 3]>> {
-    let step = points.count().div_ceil(MOST_POINTS).max(1);
+    let step = points.count().div_ceil(MAX_POINTS).max(1);
     let shift_m = points.shift_m();
     let mut points_m = Vec::with_capacity(points.count() / step + 1);
     let mut index = 0_usize;

@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread::{self, JoinHandle};
 
 use biplane_recording::messages::shown;
+use biplane_recording::topics::FRAME_MAP;
 use biplane_recording::{Rig, Topic};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use tungstenite::protocol::frame::coding::CloseCode;
@@ -274,7 +275,7 @@ impl Server {
             return Ok(());
         }
         if self.map.0 != grid.version() {
-            self.map = (grid.version(), shown::floor_map(self.log_time_ns, &grid.message()));
+            self.map = (grid.version(), shown::floor_map(self.log_time_ns, FRAME_MAP, &grid.message()));
         }
         client.send(MAP, self.log_time_ns, &self.map.1)?;
         (client.map_version, client.map_ns) = (grid.version(), now_ns);
@@ -288,7 +289,7 @@ impl Server {
         if points_m.is_empty() || !is_due {
             return Ok(());
         }
-        client.send(POINTS, self.log_time_ns, &shown::points(self.log_time_ns, points_m))?;
+        client.send(POINTS, self.log_time_ns, &shown::points(self.log_time_ns, FRAME_MAP, points_m))?;
         (client.points, client.points_ns) = (client.points + points_m.len(), now_ns);
         Ok(())
     }

@@ -1,7 +1,6 @@
 //! `nav_msgs/msg/OccupancyGrid`.
 
 use crate::messages::cdr::Encoder;
-use crate::topics::FRAME_MAP;
 
 /// A floor map as it is sent. Cells row by row from the lower left: 0 free to 100 occupied, -1 unknown.
 #[derive(Clone, PartialEq, Debug)]
@@ -16,12 +15,12 @@ pub struct FloorMap {
     pub cells: Vec<i8>,
 }
 
-/// The bytes of a floor map.
+/// The bytes of a floor map in this frame.
 #[must_use]
-pub fn floor_map(stamp_ns: i64, map: &FloorMap) -> Vec<u8> {
+pub fn floor_map(stamp_ns: i64, frame_id: &str, map: &FloorMap) -> Vec<u8> {
     let mut out = Vec::with_capacity(128 + map.cells.len());
     let mut encoder = Encoder::new(&mut out);
-    encoder.header(stamp_ns, FRAME_MAP);
+    encoder.header(stamp_ns, frame_id);
     encoder.stamp_ns(stamp_ns);
     encoder.f32(map.cell_m);
     encoder.u32(map.size[0]);
@@ -54,6 +53,6 @@ mod tests {
             expected.extend(value.to_le_bytes());
         }
         expected.extend([2, 0, 0, 0, 0xff, 100]);
-        assert_eq!(floor_map(1_000_000_002, &small), expected);
+        assert_eq!(floor_map(1_000_000_002, "map", &small), expected);
     }
 }

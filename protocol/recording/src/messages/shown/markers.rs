@@ -1,7 +1,6 @@
 //! `visualization_msgs/msg/MarkerArray`, as ROS 2 defines it since Humble.
 
 use crate::messages::cdr::Encoder;
-use crate::topics::FRAME_MAP;
 
 /// `Marker.LINE_STRIP`.
 const LINE_STRIP: i32 = 4;
@@ -31,28 +30,28 @@ pub struct Marker {
     pub shape: MarkerShape,
     /// Red, green, blue and opacity, from 0 to 1.
     pub color: [f32; 4],
-    /// The points in `map`, meters.
+    /// The points, meters.
     pub points_m: Vec<[f64; 3]>,
 }
 
-/// The bytes of markers.
+/// The bytes of markers in this frame.
 #[must_use]
-pub fn markers(stamp_ns: i64, markers: &[Marker]) -> Vec<u8> {
+pub fn markers(stamp_ns: i64, frame_id: &str, markers: &[Marker]) -> Vec<u8> {
     let mut out = Vec::new();
     let mut encoder = Encoder::new(&mut out);
     encoder.count(markers.len());
     for marker in markers {
-        write(&mut encoder, stamp_ns, marker);
+        write(&mut encoder, stamp_ns, frame_id, marker);
     }
     out
 }
 
-fn write(encoder: &mut Encoder<'_>, stamp_ns: i64, marker: &Marker) {
+fn write(encoder: &mut Encoder<'_>, stamp_ns: i64, frame_id: &str, marker: &Marker) {
     let (kind, scale) = match marker.shape {
         MarkerShape::Triangles => (TRIANGLE_LIST, [1.0; 3]),
         MarkerShape::Line { width_m } => (LINE_STRIP, [width_m, 0.0, 0.0]),
     };
-    encoder.header(stamp_ns, FRAME_MAP);
+    encoder.header(stamp_ns, frame_id);
     encoder.string(&marker.group);
     encoder.i32(marker.id);
     encoder.i32(kind);
@@ -113,6 +112,6 @@ mod tests {
         expected.extend([1, 0, 0, 0, 0, 0, 0, 0]); // no texture, its header's stamp from a multiple of 4
         expected.extend([0; 4]);
         expected.extend([0; 4]);
-        assert_eq!(markers(1_000_000_002, &[marker])[..expected.len()], expected);
+        assert_eq!(markers(1_000_000_002, "map", &[marker])[..expected.len()], expected);
     }
 }

@@ -1,4 +1,4 @@
-//! Message types that are made for viewers only, as CDR bytes, all in `map`: nothing of ours reads them.
+//! Message types that are made for viewers only, as CDR bytes: nothing of ours reads them.
 
 mod floor_map;
 mod markers;

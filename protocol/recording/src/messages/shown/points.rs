@@ -1,20 +1,19 @@
 //! `sensor_msgs/msg/PointCloud2`.
 
 use crate::messages::cdr::Encoder;
-use crate::topics::FRAME_MAP;
 
 /// `PointField.FLOAT32`.
 const FLOAT32: u8 = 7;
 /// Bytes of a point.
 const POINT_BYTES: u32 = 12;
 
-/// The bytes of points in `map`, meters.
+/// The bytes of points in this frame, meters.
 #[must_use]
-pub fn points(stamp_ns: i64, points_m: &[[f32; 3]]) -> Vec<u8> {
+pub fn points(stamp_ns: i64, frame_id: &str, points_m: &[[f32; 3]]) -> Vec<u8> {
     let mut out = Vec::with_capacity(160 + points_m.len() * POINT_BYTES as usize);
     let width = u32::try_from(points_m.len()).unwrap_or(u32::MAX);
     let mut encoder = Encoder::new(&mut out);
-    encoder.header(stamp_ns, FRAME_MAP);
+    encoder.header(stamp_ns, frame_id);
     encoder.u32(1); // height: no rows
     encoder.u32(width);
     encoder.count(3);
@@ -56,6 +55,6 @@ mod tests {
         // little endian, point, row, data
         expected.extend([0, 0, 0, 0, 12, 0, 0, 0, 12, 0, 0, 0, 12, 0, 0, 0]);
         expected.extend([0, 0, 0x80, 0x3f, 0, 0, 0, 0xc0, 0, 0, 0, 0x3f, 1]); // 1, -2, 0.5; dense
-        assert_eq!(points(1_000_000_002, &[[1.0, -2.0, 0.5]]), expected);
+        assert_eq!(points(1_000_000_002, "map", &[[1.0, -2.0, 0.5]]), expected);
     }
 }

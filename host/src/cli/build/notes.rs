@@ -1,0 +1,40 @@
+//! What a build says of itself on stderr.
+
+use std::path::Path;
+
+use crate::pipeline::summary::{PosesFrom, Summary};
+
+use crate::cli::build::posed::Posed;
+use crate::cli::terminal::console::Console;
+
+/// Whether the poses are the recorded ones still.
+pub(super) fn report_poses(posed: &Posed<'_>, console: &Console) {
+    match (posed.from, posed.loops) {
+        (PosesFrom::Optimized, Some(loops)) => {
+            console.note(format!("{loops} loops closed, all poses optimised (not with --no-optimize)"));
+        }
+        (PosesFrom::OptimizedBefore, _) => {
+            console.note("the recording is optimised already: its poses stay");
+        }
+        (_, Some(_)) => console.note("no loop found: the poses stay as they were recorded"),
+        _ => {}
+    }
+}
+
+/// What came out, and what did not.
+pub(super) fn report_model(folder: &Path, summary: &Summary, has_vertical: bool, console: &Console) {
+    let folder = folder.display();
+    if summary.scans.vertical_unposed > 0 {
+        console.note(format!(
+            "{} of {} vertical scans lie outside the poses and are not in the model",
+            summary.scans.vertical_unposed, summary.scans.vertical
+        ));
+    }
+    if has_vertical {
+        console.note(format!("{folder}: {} points, {}", summary.counts.raw_points, summary.reduction()));
+    } else {
+        console.note(format!(
+            "{folder}: the recording has no scan of a vertical laser, so there is a map and a trajectory, and no model"
+        ));
+    }
+}
