@@ -20,14 +20,14 @@ pub(crate) struct LeapWatch {
 
 impl LeapWatch {
     /// Whether this step leaps, or the odometry has leapt before and still contradicts inertia.
-    pub(crate) fn doubts(&self, step: &Pose2, inertia: &Pose2, steadiness: &Steadiness) -> bool {
+    pub(crate) fn is_leaping(&self, step: &Pose2, inertia: &Pose2, steadiness: &Steadiness) -> bool {
         let is_off = |other: &Pose2| steadiness.squared(&step.between(other)) > 1.0;
         is_off(inertia) && (self.has_leapt || self.last.as_ref().is_some_and(is_off))
     }
 
     /// Takes note of the odometry's step, of what inertia foretold, and of how surely it did.
     pub(crate) fn update(&mut self, step: &Pose2, inertia: &Pose2, steadiness: &Steadiness) {
-        self.has_leapt = self.doubts(step, inertia, steadiness);
+        self.has_leapt = self.is_leaping(step, inertia, steadiness);
         self.last = Some(*step);
     }
 
@@ -41,34 +41,34 @@ impl LeapWatch {
 mod tests {
     use super::*;
 
-    /// Whether each step of the odometry is doubted, of a base that goes so far ahead with each scan, meters.
+    /// Whether each step of the odometry leaps, of a base that goes so far ahead with each scan, meters.
     /// Inertia foretells the step matched before.
-    fn doubted(steps_m: &[(f64, f64)]) -> Vec<bool> {
+    fn leaping(steps_m: &[(f64, f64)]) -> Vec<bool> {
         let (mut watch, steadiness) = (LeapWatch::default(), Steadiness::after(Some(0.1)));
         let mut last_matched_m = steps_m[0].1;
-        let doubts = steps_m.iter().map(|(odometry_m, matched_m)| {
+        let found = steps_m.iter().map(|(odometry_m, matched_m)| {
             let of = |m: f64| Pose2::new(m, 0.0, 0.0);
             let (step, inertia) = (of(*odometry_m), of(last_matched_m));
-            let is_doubted = watch.doubts(&step, &inertia, &steadiness);
+            let is_leaping = watch.is_leaping(&step, &inertia, &steadiness);
             watch.update(&step, &inertia, &steadiness);
             last_matched_m = *matched_m;
-            is_doubted
+            is_leaping
         });
-        doubts.collect()
+        found.collect()
     }
 
     #[test]
-    fn a_jump_is_doubted_once_and_odometry_that_stalls_until_it_goes_on() {
-        assert_eq!(doubted(&[(0.1, 0.1), (1.1, 0.1), (0.1, 0.1), (0.1, 0.1)]), [false, true, false, false]);
-        assert_eq!(doubted(&[(0.1, 0.1), (0.0, 0.1), (0.0, 0.1), (0.1, 0.1)]), [false, true, true, false]);
+    fn a_jump_leaps_once_and_odometry_that_stalls_until_it_goes_on() {
+        assert_eq!(leaping(&[(0.1, 0.1), (1.1, 0.1), (0.1, 0.1), (0.1, 0.1)]), [false, true, false, false]);
+        assert_eq!(leaping(&[(0.1, 0.1), (0.0, 0.1), (0.0, 0.1), (0.1, 0.1)]), [false, true, true, false]);
     }
 
     #[test]
-    fn odometry_that_goes_on_is_not_doubted_for_a_match_that_went_astray_or_when_it_was_missing() {
-        assert_eq!(doubted(&[(0.1, 0.1), (0.1, 0.4), (0.1, -0.2), (0.1, 0.1), (0.1, 0.1)]), [false; 5]);
+    fn odometry_that_goes_on_does_not_leap_for_a_match_that_went_astray_or_when_it_was_missing() {
+        assert_eq!(leaping(&[(0.1, 0.1), (0.1, 0.4), (0.1, -0.2), (0.1, 0.1), (0.1, 0.1)]), [false; 5]);
         let (mut watch, steadiness) = (LeapWatch::default(), Steadiness::after(Some(0.1)));
         watch.update(&Pose2::IDENTITY, &Pose2::IDENTITY, &steadiness);
         watch.missed();
-        assert!(!watch.doubts(&Pose2::new(1.0, 0.0, 0.0), &Pose2::IDENTITY, &steadiness));
+        assert!(!watch.is_leaping(&Pose2::new(1.0, 0.0, 0.0), &Pose2::IDENTITY, &steadiness));
     }
 }

@@ -182,9 +182,9 @@ impl MotionModel {
         let reading = self.consistency.reading();
         let inertia = self.inertia(stamp_ns, &step.last_from_base);
         let apart = step.last_from_base.between(&inertia.last_from_base);
-        let may_doubt = self.disorder < DISORDERED
-            || self.leaps.doubts(&step.last_from_base, &inertia.last_from_base, &steadiness);
-        let is_worth = self.weighs_odometry && steadiness.is_worth() && may_doubt;
+        let may_speak = self.disorder < DISORDERED
+            || self.leaps.is_leaping(&step.last_from_base, &inertia.last_from_base, &steadiness);
+        let is_worth = self.weighs_odometry && steadiness.is_worth() && may_speak;
         let rival = is_worth && steadiness.squared(&apart) > 1.0;
         if reading == Reading::Contradicted && is_worth {
             return Prediction {

@@ -18,9 +18,9 @@ use anyhow::bail;
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct ModelArgs {
     /// Files to write of the model, separated by commas: glb, ply, obj, cityjson, dxf, ifc, lod, las, laz,
-    /// all of these, mcap, 3dtiles or none. dxf holds a floor plan and 3D faces, ifc storeys, walls and doors.
-    /// lod is model.glb in two coarser levels. las and laz hold points with plane and time. mcap is for
-    /// Foxglove and RViz: model, points, map and way. 3dtiles is for web viewers (tileset.json and
+    /// all of these, mcap, 3dtiles or none. dxf holds a floor plan and 3D faces, ifc storeys, walls and
+    /// doors. lod is model.glb in two coarser levels. las and laz hold points with plane and time. mcap is
+    /// for Foxglove and RViz: model, points, map and way. 3dtiles is for web viewers (tileset.json and
     /// tiles/*.glb). `biplane export` writes them later
     #[arg(long, value_delimiter = ',', value_parser = formats::parse, default_value = "glb,ply,obj,cityjson", hide_possible_values = true)]
     pub formats: Vec<Formats>,
