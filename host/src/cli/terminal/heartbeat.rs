@@ -6,8 +6,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
+use biplane_cli::memory::has_room_for;
+
 /// Time between two lines.
 pub(crate) const HEARTBEAT: Duration = Duration::from_secs(30);
+/// The stack of its thread, bytes: it writes a line.
+const STACK_BYTES: usize = 256 << 10;
+/// What must be left besides, bytes: several times a thread's signal stack.
+const SPARE_BYTES: usize = 1 << 20;
 
 /// Says its text once in every period until it is dropped.
 #[derive(Debug)]
@@ -19,7 +25,8 @@ pub(crate) struct Heartbeat {
 }
 
 impl Heartbeat {
-    /// The first line comes after one period. Where the system has no thread to spare nothing is said.
+    /// The first line comes after one period. Where the system has no thread or no memory to spare nothing is
+    /// said.
     pub(crate) fn new(period: Duration, text: &str, say: impl Fn(&str) + Send + 'static) -> Self {
         let text = Arc::new(Mutex::new(text.to_owned()));
         let (end, ended) = channel::<()>();
@@ -32,7 +39,9 @@ impl Heartbeat {
                 say(&format!("{text} ({} s)", (period * periods).as_secs()));
             }
         };
-        let thread = std::thread::Builder::new().name("heartbeat".to_owned()).spawn(beat).ok();
+        let builder = std::thread::Builder::new().name("heartbeat".to_owned()).stack_size(STACK_BYTES);
+        let has_room = has_room_for(STACK_BYTES + SPARE_BYTES);
+        let thread = has_room.then(|| builder.spawn(beat).ok()).flatten();
         Self { text, end: Some(end), thread }
     }
 

@@ -4,11 +4,13 @@
 mod guarded;
 mod limit;
 
+use std::ptr;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 pub use guarded::GuardedAllocator;
 pub use limit::{Limit, LimitedBy};
+use rustix::mm::{MapFlags, ProtFlags, mmap_anonymous, munmap};
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 
 static LIMIT: OnceLock<Option<Limit>> = OnceLock::new();
@@ -88,6 +90,17 @@ fn needed(bytes: u64, max_bytes: u64) -> String {
     }
 }
 
+/// Whether the process may have so many bytes more just now. A thread that starts where no room is left for
+/// its signal stack ends the whole program, so whoever can do without one asks first.
+#[must_use]
+pub fn has_room_for(bytes: usize) -> bool {
+    let (access, flags) = (ProtFlags::READ | ProtFlags::WRITE, MapFlags::PRIVATE);
+    // SAFETY: the system chooses the place, so nothing of ours is there.
+    let Ok(place) = (unsafe { mmap_anonymous(ptr::null_mut(), bytes, access, flags) }) else { return false };
+    // SAFETY: it was mapped just now with this length, and nobody has a pointer into it.
+    unsafe { munmap(place, bytes) }.is_ok()
+}
+
 /// Bytes for people.
 pub fn megabytes(bytes: u64) -> String {
     format!("{} MB", bytes.div_ceil(1_000_000))
@@ -95,7 +108,12 @@ pub fn megabytes(bytes: u64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::needed;
+    use super::{has_room_for, needed};
+
+    #[test]
+    fn there_is_room_for_a_page_and_not_for_all_that_can_be_addressed() {
+        assert!(has_room_for(4096) && !has_room_for(usize::MAX / 4));
+    }
 
     #[test]
     fn what_is_needed_is_named_from_least_to_most_until_it_is_known() {
