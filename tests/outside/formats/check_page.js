@@ -300,6 +300,21 @@ async function picks(page) {
   const picked = await page.locator('#picked').innerText();
   check(picked.includes(`${largest} m²`), `N does not pick the largest surface, ${largest} m²`);
   await page.keyboard.press('Escape');
+  await picksRound(page);
+}
+
+/** Of a model with round things: one of them by its row, and by a click on where it is drawn. */
+async function picksRound(page) {
+  const row = page.locator('#rounds tbody tr').first();
+  if (await row.count() === 0) return;
+  const before = (await pictures(page)).model.sum;
+  await row.locator('button').click();
+  const text = await page.locator('#picked').innerText();
+  const told = [/radius\s+[\d.]+ cm/, /axis\s+-?[\d.]+, -?[\d.]+, -?[\d.]+/, /length\s+[\d.]+ m/, /arc\s+\d+°/];
+  check(told.every((pattern) => pattern.test(text)), `picked round thing: ${text}`);
+  check(text.startsWith(await row.locator('button').innerText()), `it is named otherwise: ${text}`);
+  check((await pictures(page)).model.sum !== before, 'a round thing that is picked is not shown');
+  await page.keyboard.press('Escape');
 }
 
 /** What a picture's pixels sum to once it stands still: a slow machine draws what moved again, whole. */

@@ -151,7 +151,8 @@ impl View {
         let simpler = data::reduce::to_fit(raw, MAX_DRAWN_TRIANGLES);
         let pictures = sections::pictures::draw(simpler.as_ref().map_or(raw, |(mesh, _)| mesh), sources)?;
         let contents = data::contents::json(sources, &lattice, &packed, &pictures)?;
-        let table = data::contents::table(sources.shapes);
+        let mut table = data::contents::table(sources.shapes);
+        table.push_str(&data::contents::table_of_rounds(sources.shapes.model));
         Ok(Self {
             contents,
             blocks,

@@ -9,6 +9,7 @@ use serde::Serialize;
 use super::pack::{Lattice, Packed};
 use crate::formats::Shapes;
 use crate::model::area::area_m2;
+use crate::model::cylinder::Cylinder;
 use crate::model::palette;
 use crate::model::palette::{Orientation, Rgb};
 use crate::model::{Mesh, Model};
@@ -32,6 +33,7 @@ struct Contents<'a> {
     raw_triangles: usize,
     planes: Vec<PlaneNote>,
     polygons: Vec<PolygonNote>,
+    rounds: Vec<RoundNote>,
     bounds_m: [[f64; 3]; 2],
     inside: [[f64; 3]; 2],
     #[serde(rename = "way_m")]
@@ -64,6 +66,20 @@ struct PolygonNote {
     area_m2: f64,
     holes: usize,
     corners: usize,
+}
+
+/// A round thing. Its triangles follow those of the polygons, in the same order.
+#[derive(Serialize)]
+struct RoundNote {
+    name: String,
+    triangles: usize,
+    radius_m: f64,
+    length_m: f64,
+    arc_deg: f64,
+    axis: [f64; 3],
+    points: usize,
+    rms_m: f64,
+    color: Rgb,
 }
 
 /// The model as one mesh: each polygon with vertices of its own, then round things, then what is left over.
@@ -105,6 +121,20 @@ pub(crate) fn json(
         holes: polygon.holes_m.len(),
         corners: polygon.outer_m.len() + polygon.holes_m.iter().map(Vec::len).sum::<usize>(),
     });
+    let rounds =
+        model.cylinders.iter().zip(&sources.shapes.rounds).enumerate().map(|(index, (round, mesh))| {
+            RoundNote {
+                name: round_name(index, round),
+                triangles: mesh.triangles.len(),
+                radius_m: rounded(round.radius_m, 1e4),
+                length_m: rounded(round.to_m - round.from_m, 1e3),
+                arc_deg: rounded(round.arc_deg[1] - round.arc_deg[0], 1.0),
+                axis: round.axis_direction.map(|value| rounded(value, 1e6)),
+                points: round.points,
+                rms_m: rounded(round.rms_m, 1e6),
+                color: palette::ROUND,
+            }
+        });
     let contents = Contents {
         origin_m: lattice.origin_m,
         step_m: lattice.step_m,
@@ -115,6 +145,7 @@ pub(crate) fn json(
         raw_triangles: sources.raw.triangles.len(),
         planes: planes.collect(),
         polygons: polygons.collect(),
+        rounds: rounds.collect(),
         bounds_m: drawn.bounds_m,
         inside: drawn.inside,
         path_m: way(sources.poses),
@@ -140,6 +171,39 @@ fn way(poses: &[StampedPose]) -> Vec<[f64; 2]> {
     path_m
 }
 
+/// The name of a round thing, the same as in the other files of the model.
+fn round_name(index: usize, round: &Cylinder) -> String {
+    format!("{} {index}", round.kind.name())
+}
+
+/// The round things as a table; a click on a row shows one in the 3D view.
+pub(crate) fn table_of_rounds(model: &Model) -> String {
+    if model.cylinders.is_empty() {
+        return String::new();
+    }
+    let [r, g, b] = palette::ROUND;
+    let mut rows = String::new();
+    for (index, round) in model.cylinders.iter().enumerate() {
+        let _ = write!(
+            rows,
+            "<tr data-surface=\"{}\"><th scope=\"row\"><button type=\"button\"><i style=\"background:#{r:02x}{g:02x}{b:02x}\"></i>{}\
+             </button></th><td>{:.3}</td><td>{:.2}</td><td>{:.0}</td><td>{:.2}</td><td>{}</td></tr>",
+            model.polygons.len() + index,
+            round_name(index, round),
+            round.radius_m,
+            round.to_m - round.from_m,
+            round.arc_deg[1] - round.arc_deg[0],
+            100.0 * round.rms_m,
+            grouped(round.points),
+        );
+    }
+    format!(
+        "<section><h2>Round things</h2><div class=\"scroll\"><table class=\"figures surfaces\" id=\"rounds\"><thead><tr><th scope=\"col\">name</th>\
+         <th scope=\"col\">radius, m</th><th scope=\"col\">length, m</th><th scope=\"col\">arc, degrees</th><th scope=\"col\">RMS, cm</th>\
+         <th scope=\"col\">points</th></tr></thead><tbody>{rows}</tbody></table></div><p class=\"note\">Press a name to see it above.</p></section>"
+    )
+}
+
 /// The largest polygons as a table; a click on a row shows one in the 3D view.
 pub(crate) fn table(shapes: &Shapes<'_>) -> String {
     let model = shapes.model;
@@ -154,7 +218,7 @@ pub(crate) fn table(shapes: &Shapes<'_>) -> String {
         let [x, y, z] = plane.normal.map(|value| rounded(value, 1e3) + 0.0);
         let _ = write!(
             rows,
-            "<tr data-polygon=\"{index}\"><th scope=\"row\"><button type=\"button\"><i style=\"background:#{r:02x}{g:02x}{b:02x}\"></i>{} \
+            "<tr data-surface=\"{index}\"><th scope=\"row\"><button type=\"button\"><i style=\"background:#{r:02x}{g:02x}{b:02x}\"></i>{} \
              {}</button></th><td>{area:.2}</td><td>{}</td><td>{x:.3}, {y:.3}, {z:.3}</td><td>{:.2}</td><td>{}</td></tr>",
             Orientation::of(plane).name(),
             index + 1,
@@ -172,7 +236,7 @@ pub(crate) fn table(shapes: &Shapes<'_>) -> String {
         "All polygons, the largest first.".to_owned()
     };
     format!(
-        "<section><h2>Flat surfaces</h2><div class=\"scroll\"><table class=\"figures\" id=\"planes\"><thead><tr><th scope=\"col\">surface</th>\
+        "<section><h2>Flat surfaces</h2><div class=\"scroll\"><table class=\"figures surfaces\" id=\"planes\"><thead><tr><th scope=\"col\">surface</th>\
          <th scope=\"col\">m²</th><th scope=\"col\">openings</th><th scope=\"col\">normal x, y, z</th><th scope=\"col\">RMS, cm</th>\
          <th scope=\"col\">points</th></tr></thead><tbody>{rows}</tbody></table></div><p class=\"note\">{shown} Points and RMS are those of \
          the whole plane that a surface lies in. Press a name to see it above.</p></section>"

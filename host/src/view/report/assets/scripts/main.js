@@ -24,25 +24,27 @@ function gridLines({ bounds_m: [low, high] }) {
 }
 
 /** Colours, plane normals and numbers of a model's surfaces, for each of its vertices. */
-function dress(mesh, normals, { polygons, planes }) {
+function dress(mesh, normals, { polygons, planes, rounds }) {
   const count = mesh.positions.length / 4;
   mesh.colors = new Uint8Array(4 * count).fill(152);
   mesh.surfaces = new Float32Array(count);
   mesh.normals = normals;
   let first = 0;
-  polygons.forEach(({ plane, triangles }, index) => {
-    const { color, normal } = planes[plane];
+  // Round things keep the normals of their vertices: these turn with the surface.
+  const color = (number, triangles, rgb, normal) => {
     for (let c = first; c < first + 3 * triangles; c++) {
       const vertex = mesh.corners[c];
-      mesh.surfaces[vertex] = index + 1;
+      mesh.surfaces[vertex] = number;
       for (let axis = 0; axis < 3; axis++) {
-        mesh.colors[4 * vertex + axis] = color[axis];
-        normals[4 * vertex + axis] = Math.round(127 * normal[axis]);
+        mesh.colors[4 * vertex + axis] = rgb[axis];
+        if (normal) normals[4 * vertex + axis] = Math.round(127 * normal[axis]);
       }
     }
     first += 3 * triangles;
-  });
+  };
+  polygons.forEach(({ plane, triangles }, index) => color(index + 1, triangles, planes[plane].color, planes[plane].normal));
   mesh.borders = borders(mesh.corners, first / 3);
+  rounds.forEach((round, index) => color(polygons.length + index + 1, round.triangles, round.color, null));
 }
 
 /** What a view should hold: the way, and corners of the model with their normals, some thousand at most. */
@@ -77,11 +79,12 @@ async function loadMesh(viewer, note) {
   viewer.changed();
 }
 
-function sizeOf({ name, triangles }, { polygons, raw_triangles }) {
+function sizeOf({ name, triangles }, { polygons, rounds, raw_triangles }) {
   const count = (number) => number.toLocaleString('en');
   if (name === 'model') {
-    const flat = polygons.reduce((sum, polygon) => sum + polygon.triangles, 0);
-    return `${count(polygons.length)} polygons + ${count(triangles - flat)} triangles`;
+    const known = [...polygons, ...rounds].reduce((sum, surface) => sum + surface.triangles, 0);
+    const round = rounds.length > 0 ? ` + ${count(rounds.length)} round things` : '';
+    return `${count(polygons.length)} polygons${round} + ${count(triangles - known)} triangles`;
   }
   return name === 'raw' && triangles < raw_triangles ? `${count(triangles)} of ${count(raw_triangles)} triangles` : `${count(triangles)} triangles`;
 }

@@ -9,13 +9,14 @@ class Panel {
     const { element, contents } = this;
     element.hidden = index === null;
     element.replaceChildren();
-    for (const row of document.querySelectorAll('#planes tr.picked')) row.classList.remove('picked');
+    for (const row of document.querySelectorAll('.surfaces tr.picked')) row.classList.remove('picked');
     if (index === null) return;
     if (index < 0) return this.fill('Fine structure', [['', 'on no plane: kept as triangles']]);
+    document.querySelector(`.surfaces tr[data-surface="${index}"]`)?.classList.add('picked');
+    if (index >= contents.polygons.length) return this.showRound(contents.rounds[index - contents.polygons.length]);
     const polygon = contents.polygons[index];
     const plane = contents.planes[polygon.plane];
     const siblings = contents.polygons.filter((other) => other.plane === polygon.plane);
-    document.querySelector(`#planes tr[data-polygon="${index}"]`)?.classList.add('picked');
     const all = siblings.reduce((sum, other) => sum + other.area_m2, 0);
     this.fill(`${plane.kind} ${index + 1}`, [
       ['area', `${polygon.area_m2.toFixed(2)} m²`],
@@ -26,6 +27,18 @@ class Panel {
       ['corners', polygon.corners],
       ['triangles', polygon.triangles],
       ...(siblings.length > 1 ? [['its plane', `${siblings.length} surfaces, ${all.toFixed(2)} m²`]] : []),
+    ]);
+  }
+
+  showRound(round) {
+    this.fill(round.name, [
+      ['radius', `${(100 * round.radius_m).toFixed(1)} cm`],
+      ['axis', round.axis.map((value) => (Math.round(1000 * value) / 1000 + 0).toFixed(3)).join(', ')],
+      ['length', `${round.length_m.toFixed(2)} m`],
+      ['arc', `${round.arc_deg}°`],
+      ['RMS', `${(100 * round.rms_m).toFixed(2)} cm`],
+      ['points', round.points.toLocaleString('en')],
+      ['triangles', round.triangles],
     ]);
   }
 

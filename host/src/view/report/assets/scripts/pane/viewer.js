@@ -73,8 +73,8 @@ class Viewer {
       this.changed();
     });
     for (const end of ['pointerup', 'pointerleave', 'pointercancel']) on('[data-key]', end, () => this.controls.releaseAll());
-    document.querySelectorAll('#planes tr[data-polygon]').forEach((row) => row.addEventListener('click', () => {
-      this.pick(Number(row.dataset.polygon));
+    document.querySelectorAll('.surfaces tr[data-surface]').forEach((row) => row.addEventListener('click', () => {
+      this.pick(Number(row.dataset.surface));
       section.scrollIntoView({ block: 'nearest' });
     }));
     document.addEventListener('stand', ({ detail }) => {
