@@ -17,10 +17,10 @@ use std::path::PathBuf;
 ///
 /// The truth of an IFC file is also in truth.json: rooms, walls, doors and windows.
 ///
-/// Example: biplane-mock simulate --world corridor --seed 1 -o corridor.mcap --truth truth
 /// A laser with protocol = "cola" or "scip" in the rig is the one of --network-laser or --hokuyo, set
 /// as the rig asks.
 ///
+/// Example: biplane-mock simulate --world corridor --seed 1 -o corridor.mcap --truth truth
 /// Example: biplane-mock simulate --world house.ifc --doors open -o house.mcap --truth truth
 /// Example: biplane-mock simulate --world office --rig ust20lx.toml -o office.mcap
 #[derive(Debug, clap::Args)]

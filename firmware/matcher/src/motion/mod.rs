@@ -5,14 +5,12 @@
 
 pub(crate) mod consistency;
 pub(crate) mod innovation_gate;
-pub(crate) mod leaps;
 pub(crate) mod odometry;
 pub(crate) mod steadiness;
 
 use nalgebra::{Matrix3, Vector3};
 
 use crate::motion::consistency::{Consistency, Reading};
-use crate::motion::leaps::LeapWatch;
 use crate::motion::odometry::{Odometry, StallWatch};
 use crate::motion::steadiness::Steadiness;
 use crate::parameter_group::parameter_group;
@@ -83,8 +81,7 @@ const LONGEST_GAP_S: f64 = 10.0;
 const AT_ONCE: f64 = 0.2;
 /// What the newest scan counts for the share of those that come at once.
 const DISORDER_RATE: f64 = 0.05;
-/// Where more than this share of the scans come at once, their order is not sure: inertia speaks against
-/// nothing but odometry that has leapt.
+/// Where more than this share of the scans come at once, their order is not sure: inertia foretells nothing.
 const DISORDERED: f64 = 0.2;
 
 /// What is expected of the next scan.
@@ -121,9 +118,7 @@ impl Step {
 pub(crate) enum Found {
     /// The scan was matched in every direction.
     Surely,
-    /// The scan was matched, but for the way along a bare corridor, which follows the odometry.
-    ButForTheWay,
-    /// The pose follows the odometry.
+    /// The pose follows the odometry, wholly or along a bare corridor.
     ByOdometry,
     /// It is only a guess.
     Guessed,
@@ -144,7 +139,6 @@ pub(crate) struct MotionModel {
     /// The share of the last scans whose stamps came at once with others, or stepped back.
     disorder: f64,
     stall: StallWatch,
-    leaps: LeapWatch,
     /// What scans have shown of the odometry.
     consistency: Consistency,
 }
@@ -162,7 +156,6 @@ impl MotionModel {
             mean_gap_s: None,
             disorder: 0.0,
             stall: StallWatch::default(),
-            leaps: LeapWatch::default(),
             consistency: Consistency::default(),
         }
     }
@@ -180,11 +173,9 @@ impl MotionModel {
             Err(odometry) => return Prediction { step: Step { odometry, ..again }, rival: None, steadiness },
         };
         let reading = self.consistency.reading();
-        let inertia = self.inertia(stamp_ns, &step.last_from_base);
+        let inertia = self.inertia(stamp_ns, &step);
         let apart = step.last_from_base.between(&inertia.last_from_base);
-        let may_speak = self.disorder < DISORDERED
-            || self.leaps.is_leaping(&step.last_from_base, &inertia.last_from_base, &steadiness);
-        let is_worth = self.weighs_odometry && steadiness.is_worth() && may_speak;
+        let is_worth = self.weighs_odometry && steadiness.is_worth() && self.disorder < DISORDERED;
         let rival = is_worth && steadiness.squared(&apart) > 1.0;
         if reading == Reading::Contradicted && is_worth {
             return Prediction {
@@ -238,14 +229,12 @@ impl MotionModel {
         self.stretched(scale)
     }
 
-    /// What inertia makes of a step that the odometry has measured: the last step again, stretched over a
-    /// gap in the stamps only when that comes closer to the odometry. Stamps may leap where no scan is
-    /// missing, and where they come in bursts they always do.
-    pub(crate) fn inertia(&self, stamp_ns: i64, measured: &Pose2) -> Step {
-        let off_m = |step: &Step| step.last_from_base.between(measured).distance_m();
+    /// What inertia makes of a step that the odometry has measured: the last step again, stretched over a gap
+    /// in the stamps only when that comes closer to the odometry. Stamps may leap where no scan is missing.
+    pub(crate) fn inertia(&self, stamp_ns: i64, measured: &Step) -> Step {
+        let off_m = |step: &Step| step.last_from_base.between(&measured.last_from_base).distance_m();
         let (once, stretched) = (self.stretched(1.0), self.same_again(stamp_ns));
-        let is_late = self.disorder < DISORDERED && off_m(&stretched) < off_m(&once);
-        if is_late { stretched } else { once }
+        if off_m(&stretched) < off_m(&once) { stretched } else { once }
     }
 
     fn stretched(&self, scale: f64) -> Step {
@@ -268,8 +257,6 @@ impl MotionModel {
         found: Found,
     ) {
         let gap_s = self.gap_s(stamp_ns);
-        let odometry_step = self.plausible(gap_s, odom_from_base);
-        self.watch_for_leaps(stamp_ns, odometry_step.as_ref());
         if let Some(gap_s) = gap_s {
             let usual_s = self.usual_gap_s.unwrap_or(gap_s);
             self.usual_gap_s = Some(usual_s + 0.1 * (gap_s.min(2.0 * usual_s) - usual_s));
@@ -282,7 +269,9 @@ impl MotionModel {
             self.disorder += DISORDER_RATE * (f64::from(u8::from(is_odd)) - self.disorder);
         }
         self.last_stamp_ns = Some(stamp_ns);
-        if let (Some(step), Found::Surely, true) = (odometry_step, found, self.weighs_odometry) {
+        if let (Some(step), Found::Surely, true) =
+            (self.plausible(gap_s, odom_from_base), found, self.weighs_odometry)
+        {
             let sigma = self.odometry_sigma(&step);
             let matched = map_from_last.between(map_from_base);
             self.consistency.compare(&step, sigma, &matched);
@@ -291,8 +280,8 @@ impl MotionModel {
         }
         self.last_odom_from_base = odom_from_base.filter(Pose2::is_finite);
         match self.last_odom_from_base {
-            Some(odom) if matches!(found, Found::Surely | Found::ButForTheWay) => {
-                self.stall.matched(&odom, map_from_base, found == Found::Surely);
+            Some(odom) if found == Found::Surely => {
+                self.stall.matched(&odom, map_from_base);
             }
             _ => self.stall.unmatched(),
         }
@@ -300,15 +289,6 @@ impl MotionModel {
         let step = map_from_last.between(map_from_base);
         let Pose2 { x_m, y_m, theta_rad } = step;
         self.last_step = Pose2::new(worth * x_m, worth * y_m, worth * theta_rad);
-    }
-
-    fn watch_for_leaps(&mut self, stamp_ns: i64, odometry_step: Option<&Pose2>) {
-        let Some(step) = odometry_step.map(|step| self.consistency.reading().of(step)) else {
-            self.leaps.missed();
-            return;
-        };
-        let inertia = self.inertia(stamp_ns, &step).last_from_base;
-        self.leaps.update(&step, &inertia, &Steadiness::after(self.mean_gap_s));
     }
 
     /// Seconds since the last scan; `None` when the stamp repeats, steps back or is missing.
@@ -397,36 +377,10 @@ mod tests {
     fn inertia_bridges_dropped_scans_but_not_a_leap_of_the_stamps_alone() {
         let model = after_steps(&[0, S, 2 * S]);
         for (driven_m, expected_m) in [(0.19, 0.2), (0.11, 0.1)] {
-            let inertia = model.inertia(4 * S, &Pose2::new(driven_m, 0.0, 0.0));
-            assert!((inertia.last_from_base.x_m - expected_m).abs() < 1e-9);
+            let last_from_base = Pose2::new(driven_m, 0.0, 0.0);
+            let measured = Step { last_from_base, sigma: [0.01; 3], odometry: Odometry::Used };
+            assert!((model.inertia(4 * S, &measured).last_from_base.x_m - expected_m).abs() < 1e-9);
         }
-    }
-
-    /// Scans that come in pairs, half a second apart, of a base that goes ahead by `STEP` with each; and the
-    /// last pose of its odometry.
-    fn in_bursts() -> (MotionModel, Pose2) {
-        let mut model = MotionModel::new(MotionParams::default());
-        let mut odom_from_base = Pose2::IDENTITY;
-        for number in 0..40 {
-            odom_from_base = odom_from_base * STEP;
-            let stamp_ns = number / 2 * S / 2;
-            model.update(stamp_ns, Some(odom_from_base), (&Pose2::IDENTITY, &STEP), Found::Surely);
-        }
-        (model, odom_from_base)
-    }
-
-    #[test]
-    fn in_bursts_inertia_speaks_against_odometry_that_leaps_and_not_against_a_match_that_did() {
-        let (mut model, last) = in_bursts();
-        let next = last * STEP;
-        let leaping = model.predict(12 * S, Some(last * Pose2::new(1.1, 0.0, 0.05)));
-        let rival = leaping.rival.map(|rival| rival.last_from_base);
-        assert_eq!(rival, Some(STEP), "the stamps of bursts stretch nothing");
-        assert_eq!(model.predict(12 * S, Some(next)).rival, None);
-        // A match that follows something that moves: the odometry goes on as before.
-        let astray = Pose2::new(0.5, 0.0, 0.05);
-        model.update(10 * S, Some(next), (&Pose2::IDENTITY, &astray), Found::Surely);
-        assert_eq!(model.predict(10 * S, Some(next * STEP)).rival, None);
     }
 
     #[test]

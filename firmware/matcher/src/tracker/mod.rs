@@ -197,8 +197,8 @@ impl Tracker {
         self.is_placed = matches!(tracked.outcome, Outcome::First | Outcome::Matched | Outcome::Weak);
         let found = match tracked.outcome {
             Outcome::First | Outcome::Matched => Found::Surely,
-            Outcome::Weak => Found::ButForTheWay,
             _ if step.measured() => Found::ByOdometry,
+            Outcome::Weak => Found::ByOdometry,
             Outcome::Lost | Outcome::NoReturns => Found::Guessed,
         };
         self.motion.update(scan.stamp_ns, odom_from_base, (&last, &self.map_from_base), found);
@@ -299,7 +299,7 @@ impl Tracker {
         let others = if step.measured() && !steadiness.is_worth() { &[][..] } else { &guesses[..] };
         let (alignment, verdict) = self.engine.locate(&self.points, prior, others, heading_window, window);
         if verdict == Verdict::Found && step.measured() {
-            let inertia = self.motion.inertia(scan.stamp_ns, &step.last_from_base);
+            let inertia = self.motion.inertia(scan.stamp_ns, step);
             let expected = Expected { prior, again: *last * inertia.last_from_base, inertia: &inertia };
             // An expected pose that explains little itself is no reason to wait.
             if !self.innovation_gate.confirm(&alignment.pose, &expected)
