@@ -21,7 +21,9 @@ use std::path::PathBuf;
 /// as the rig asks.
 ///
 /// Example: biplane-mock simulate --world corridor --seed 1 -o corridor.mcap --truth truth
+///
 /// Example: biplane-mock simulate --world house.ifc --doors open -o house.mcap --truth truth
+///
 /// Example: biplane-mock simulate --world office --rig ust20lx.toml -o office.mcap
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
