@@ -126,6 +126,11 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let optimized = work(&all_keyframes, &params, &mut checkpoint, console);
     let is_resumed = !checkpoint.is_empty();
     drop(checkpoint);
+    // Bad input, no memory, a full disk: a command that fails leaves nothing behind.
+    let given_up = |error: anyhow::Error| {
+        let _ = std::fs::remove_file(&kept);
+        error
+    };
     let mut corrected: Vec<Corrected> = all_keyframes
         .iter()
         .zip(optimized.poses.iter().zip(&optimized.covariances))
@@ -133,8 +138,9 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         .collect();
     if let ([run], [corrected], false) = (&runs[..], &mut corrected[..], args.planar) {
         let _spinner = console.spinner("six directions");
-        let trajectory = corrected.trajectory(&run.poses()?.vertical_poses);
-        corrected.refined = spatial::refine_run(run, &trajectory)?;
+        let poses = run.poses().map_err(|error| given_up(error.into()))?;
+        let trajectory = corrected.trajectory(&poses.vertical_poses);
+        corrected.refined = spatial::refine_run(run, &trajectory).map_err(|error| given_up(error.into()))?;
         corrected.refined.iter().for_each(|refined| console.note(refined.words()));
     }
     let spinner = console.spinner(format!("writing {}", args.output.display()));
@@ -148,17 +154,14 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
             let _ = std::fs::remove_file(&begun);
         }
         let _begun = (!begun.exists()).then(|| Unfinished::new(&begun));
-        let written = rewrite_recording::write(&path, &members, args.force, &reported);
-        if written.is_err() {
-            // Bad input, no memory, a full disk: a command that fails leaves nothing behind.
-            let _ = std::fs::remove_file(&kept);
-        }
-        written?;
+        rewrite_recording::write(&path, &members, args.force, &reported)
+            .map_err(|error| given_up(error.into()))?;
     }
     drop(spinner);
     if let Some(path) = &args.loops {
         loops_found::write(path, &all_keyframes, &optimized.loops)
-            .with_context(|| format!("cannot write {}", path.display()))?;
+            .with_context(|| format!("cannot write {}", path.display()))
+            .map_err(given_up)?;
     }
     // What was kept to go on with is of no use any more.
     let _ = std::fs::remove_file(kept);
