@@ -313,7 +313,9 @@ async function picksRound(page) {
   const axis = /axis\s+-?[\d.]+, -?[\d.]+, -?[\d.]+/;
   const told = [/radius\s+[\d.]+ cm/, axis, /length\s+[\d.]+ m/, /arc\s+\d+°/];
   check(told.every((pattern) => pattern.test(text)), `picked round thing: ${text}`);
-  check(text.startsWith(await row.locator('button').innerText()), `it is named otherwise: ${text}`);
+  const name = await row.locator('button').textContent();
+  const heading = await page.locator('#picked h3').textContent();
+  check(name === heading, `${name} is picked as ${heading}`);
   check((await pictures(page)).model.sum !== before, 'a round thing that is picked is not shown');
   await page.keyboard.press('Escape');
 }
