@@ -303,7 +303,7 @@ async function picks(page) {
   await picksRound(page);
 }
 
-/** Of a model with round things: one of them by its row, and by a click on where it is drawn. */
+/** Of a model with round things: one of them by its row. */
 async function picksRound(page) {
   const row = page.locator('#rounds tbody tr').first();
   if (await row.count() === 0) return;

@@ -359,7 +359,6 @@ pub(crate) mod client;
 #[cfg(feature = "live")]
 pub(crate) mod handshakes;
 #[cfg(feature = "live")]
-#[cfg(feature = "live")]
 pub(crate) mod protocol;
 #[cfg(test)]
 mod tests;
