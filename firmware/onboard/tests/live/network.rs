@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use biplane_mock::devices::cola::ColaParams;
 use biplane_mock::serve::{ServeOptions, Source};
-use biplane_onboard::{ReplayOptions, probe, record, replay};
+use biplane_onboard::{ReplayOptions, RunReport, probe, record, replay};
 use biplane_recording::messages::{LaserScan, PoseWithCovarianceStamped};
 use biplane_recording::rig::{Base, LaserProtocol};
 use biplane_recording::{Rig, Topic};
@@ -78,6 +78,17 @@ fn worst_pose_error_m(poses: &[PoseWithCovarianceStamped], truth: &Path) -> f64 
     poses.iter().map(error_m).fold(0.0, f64::max)
 }
 
+/// Whether all that came is kept, undamaged and in order.
+#[track_caller]
+fn assert_nothing_lost(report: &RunReport) {
+    assert_eq!(
+        (report.losses.lost, report.exit_code(), report.arrival.backward_stamps),
+        (0, 0, 0),
+        "{report:?}"
+    );
+    assert_eq!((report.arrival.damaged, report.arrival.skipped_bytes), (0, 0), "{report:?}");
+}
+
 #[test]
 fn two_lasers_on_the_network_are_recorded_like_the_truth_and_replayed_from_their_bytes() {
     in_time(|| {
@@ -85,12 +96,7 @@ fn two_lasers_on_the_network_are_recorded_like_the_truth_and_replayed_from_their
         let rig = rig_of(&mock, true);
         let report = mock.record(rig, 8.0).unwrap();
         mock.end();
-        assert_eq!(
-            (report.losses.lost, report.exit_code(), report.arrival.backward_stamps),
-            (0, 0, 0),
-            "{report:?}"
-        );
-        assert_eq!((report.arrival.damaged, report.arrival.skipped_bytes), (0, 0), "{report:?}");
+        assert_nothing_lost(&report);
         assert!(report.recorded.scans_horizontal > 90 && report.recorded.scans_vertical > 90, "{report:?}");
         assert_eq!(
             (report.recorded.poses, report.recorded.poses_vertical),
@@ -208,12 +214,7 @@ fn an_lms_291_on_a_serial_line_and_a_ust_on_the_network_are_one_rig() {
         );
         let report = mock.record(rig, 8.0).unwrap();
         mock.end();
-        assert_eq!(
-            (report.losses.lost, report.exit_code(), report.arrival.backward_stamps),
-            (0, 0, 0),
-            "{report:?}"
-        );
-        assert_eq!((report.arrival.damaged, report.arrival.skipped_bytes), (0, 0), "{report:?}");
+        assert_nothing_lost(&report);
         // 40 a second of the UST; at 38400 Bd each eighth of 75 of the LMS.
         assert!(report.recorded.scans_horizontal > 50 && report.recorded.scans_vertical > 250, "{report:?}");
         assert_eq!(report.recorded.poses_vertical, report.recorded.scans_vertical);
