@@ -32,6 +32,9 @@ pub struct Shapes<'a> {
     pub faces: Vec<Mesh>,
     /// The smooth mesh of each round thing.
     pub rounds: Vec<Mesh>,
+    /// The number by which all files name each round thing: its place among them, unless the model is a part
+    /// of a larger one.
+    pub round_numbers: Vec<usize>,
     /// What is added to every coordinate that is written, meters: models far from zero are kept near it
     /// (`crate::formats::input::shift`).
     pub shift_m: [f64; 3],
@@ -42,8 +45,9 @@ pub struct Shapes<'a> {
 impl<'a> Shapes<'a> {
     /// Cuts the polygons of a model.
     pub fn new(model: &'a Model) -> Self {
-        let rounds = model.cylinders.iter().map(Cylinder::mesh).collect();
-        Self { model, faces: faces(model), rounds, shift_m: [0.0; 3], source: String::new() }
+        let rounds: Vec<Mesh> = model.cylinders.iter().map(Cylinder::mesh).collect();
+        let round_numbers = (0..rounds.len()).collect();
+        Self { model, faces: faces(model), rounds, round_numbers, shift_m: [0.0; 3], source: String::new() }
     }
 
     /// A plane's offset where the model is written, meters.

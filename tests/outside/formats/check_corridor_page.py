@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
-"""Opens report.html of the paper's corridor in a browser, and those of other builds that are named and there.
+"""Opens report.html and tileset.json of the paper's corridor in a browser, and the reports of other builds
+that are named and there.
 
     check_corridor_page.py WORKDIR [REPORT.html...]
 
-Needs `biplane`, `biplane-onboard` and `biplane-mock` on PATH, playwright-core on NODE_PATH, and Chromium."""
+Needs `biplane`, `biplane-onboard` and `biplane-mock` on PATH, playwright-core, gltf-validator, three and
+3d-tiles-renderer on NODE_PATH, and Chromium."""
 
 import subprocess
 import sys
@@ -32,6 +34,8 @@ def main(work, reports):
         stdout=subprocess.DEVNULL,
     )
     run_check("formats/check_page.js", model / "report.html", work / "pictures")
+    run("biplane", "--quiet", "export", model, "--formats", "3dtiles,glb", "--force")
+    run_check("formats/check_tileset.js", model)
     for report in filter(Path.is_file, reports):
         run_check("formats/check_page.js", report)
 

@@ -223,8 +223,9 @@ pub fn write(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Result<()> {
         let normal = plane.normal.map(|v| v as f32);
         builder.add(&name, &mesh, &[normal], palette::plane_color(index, plane), &extras);
     }
-    for (index, (round, mesh)) in shapes.model.cylinders.iter().zip(&shapes.rounds).enumerate() {
-        let name = format!("{} {index}", round.kind.name());
+    let numbers = shapes.round_numbers.iter();
+    for ((number, round), mesh) in numbers.zip(&shapes.model.cylinders).zip(&shapes.rounds) {
+        let name = format!("{} {number}", round.kind.name());
         let extras = shapes_json::figures(round, shapes.shift_m);
         builder.add(&name, mesh, &round.normals(), palette::ROUND, &extras);
     }

@@ -17,6 +17,7 @@ use super::lod::{self, LEVELS};
 use crate::formats::output::error::OutputError;
 use crate::formats::output::write_file;
 use crate::formats::{Shapes, append, generator, gltf};
+use crate::model::cylinder::Cylinder;
 use crate::model::{Mesh, Model, part};
 
 /// The file that a viewer opens.
@@ -110,7 +111,10 @@ impl Writer<'_> {
         children: Vec<Value>,
     ) -> Result<Value, OutputError> {
         let source = self.shapes.source.clone();
-        let of_model = Shapes { shift_m: self.shapes.shift_m, source, ..Shapes::new(model) };
+        let known = &self.shapes.model.cylinders;
+        let number_of = |one| known.iter().position(|other| other == one);
+        let round_numbers = model.cylinders.iter().filter_map(number_of).collect();
+        let of_model = Shapes { shift_m: self.shapes.shift_m, source, round_numbers, ..Shapes::new(model) };
         write_file(&self.pieces.join(name), true, |out| gltf::write(out, &of_model))?;
         self.files += 1;
         let mut tile = json!({
@@ -149,7 +153,9 @@ fn bounds_of(model: &Model) -> Bounds {
     let of_polygons = model.polygons.iter().flat_map(|polygon| polygon.outer_m.iter().copied());
     let vertices = model.leftovers.triangles.iter().flatten();
     let of_leftovers = vertices.map(|vertex| model.leftovers.vertices_m[*vertex as usize].map(f64::from));
-    around(of_polygons.chain(of_leftovers))
+    let rounds: Vec<Mesh> = model.cylinders.iter().map(Cylinder::mesh).collect();
+    let of_rounds = rounds.iter().flat_map(|mesh| &mesh.vertices_m).map(|vertex| vertex.map(f64::from));
+    around(of_polygons.chain(of_leftovers).chain(of_rounds))
 }
 
 /// The parts of a model by the square in which their middle lies.
@@ -162,6 +168,10 @@ fn in_squares(model: &Model) -> BTreeMap<Square, Model> {
     for polygon in &model.polygons {
         let square = square_of(around(polygon.outer_m.iter().copied()));
         squares.entry(square).or_insert_with(empty).polygons.push(polygon.clone());
+    }
+    for round in &model.cylinders {
+        let square = square_of(around(round.mesh().vertices_m.iter().map(|vertex| vertex.map(f64::from))));
+        squares.entry(square).or_insert_with(empty).cylinders.push(round.clone());
     }
     let Mesh { vertices_m, triangles } = &model.leftovers;
     let mut leftovers: BTreeMap<Square, Vec<usize>> = BTreeMap::new();
@@ -187,6 +197,7 @@ fn as_in(finest: &BTreeMap<Square, Model>, coarse: BTreeMap<Square, Model>) -> B
             continue;
         };
         known.polygons.extend(part.polygons);
+        known.cylinders.extend(part.cylinders);
         let Mesh { vertices_m, triangles } = &mut known.leftovers;
         append(&part.leftovers, vertices_m, triangles);
     }
@@ -205,9 +216,12 @@ mod tests {
     use crate::model::sample;
     use crate::model::{Model, PlanarPolygon};
 
-    /// The sample model, and its polygons once more 100 m away.
+    /// The sample model with a column and an apse, and its polygons and its column once more 100 m away.
     fn two_places() -> Model {
         let mut model = sample::model();
+        let mut moved_column = sample::column();
+        moved_column.axis_point_m[1] += 100.0;
+        model.cylinders = vec![sample::apse(), moved_column, sample::column()];
         let moved = |p: &[f64; 3]| [p[0], p[1] + 100.0, p[2]];
         let mut far: Vec<PlanarPolygon> = model.polygons.clone();
         far.retain(|polygon| model.planes[polygon.plane].normal[1].abs() < 0.5);
@@ -268,7 +282,9 @@ mod tests {
         let squares = in_squares(&model);
         let polygons: usize = squares.values().map(|part| part.polygons.len()).sum();
         let triangles: usize = squares.values().map(|part| part.leftovers.triangles.len()).sum();
-        assert_eq!((polygons, triangles), (model.polygons.len(), model.leftovers.triangles.len()));
+        let rounds: usize = squares.values().map(|part| part.cylinders.len()).sum();
+        let all = (model.polygons.len(), model.leftovers.triangles.len(), model.cylinders.len());
+        assert_eq!((polygons, triangles, rounds), all);
         assert!(squares.len() >= 2, "{:?}", squares.keys());
     }
 }
