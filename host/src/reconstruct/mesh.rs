@@ -49,6 +49,8 @@ pub(crate) fn join(params: &MeshParams, cloud: &Cloud) -> Mesh {
         }
         previous = next;
     }
+    // It is held until the end, and is as large as everything else.
+    mesh.triangles.shrink_to_fit();
     mesh
 }
 

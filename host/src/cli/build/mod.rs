@@ -372,12 +372,16 @@ fn write_all(
         }
         anyhow::Ok(((), written))
     })?;
+    let elements = file.elements().clone();
+    // Nothing that comes asks for single points.
+    (output.cloud, output.labels) = Default::default();
+    output.revisits = Default::default();
     let page = if args.target.model_args.no_report {
         None
     } else {
         let floor = Some((&image, &known[..]));
         let page = report::prepare(&posed.named(report::title), &output, &shapes, floor, stages)?;
-        Some(page.with_rooms(file.elements()))
+        Some(page.with_rooms(&elements))
     };
     let mut summary = Summary::new(&output.counts, &output.model, shapes.triangles());
     summary.source.poses = args.drive.poses.as_ref().map(|path| path.display().to_string());

@@ -6,7 +6,6 @@ use crate::cli::terminal::stages::Stages;
 use crate::formats::Shapes;
 use crate::formats::output::error::OutputError;
 use crate::formats::output::write_file;
-use crate::model::Mesh;
 use crate::pipeline::BuildOutput;
 use crate::pipeline::summary::Summary;
 use crate::reconstruct::simplify::fewer;
@@ -24,6 +23,8 @@ pub(crate) const NAME: &str = "report.html";
 const MAX_SIMPLIFIED_TRIANGLES: usize = 500_000;
 /// Triangles that it may have in the end: more would make the page too large.
 const MAX_SIMPLE_TRIANGLES: usize = 250_000;
+/// Triangles of the raw mesh in the pictures at most: as many as they have pixels.
+const MAX_DRAWN_TRIANGLES: usize = 200_000;
 
 /// What a page of this input is called: its name without folders and ending. Unlike an export's header a page
 /// can hold any letter.
@@ -41,11 +42,16 @@ pub(crate) fn prepare(
 ) -> anyhow::Result<Page> {
     stages.time("report", || {
         let surfaces = output.counts.polygons + output.counts.leftover_triangles;
+        // A large mesh is made coarser first, so that a page costs no more than a model.
+        let coarse = to_fit(&output.mesh, MAX_SIMPLIFIED_TRIANGLES).map(|(mesh, _)| mesh);
         let is_empty = output.mesh.triangles.is_empty();
-        let simple = (!is_empty).then(|| simplified(&output.mesh, surfaces.min(MAX_SIMPLE_TRIANGLES)));
+        let base = coarse.as_ref().unwrap_or(&output.mesh);
+        let simple = (!is_empty).then(|| fewer::to_count(base, surfaces.min(MAX_SIMPLE_TRIANGLES)));
+        let drawn = to_fit(base, MAX_DRAWN_TRIANGLES).map(|(mesh, _)| mesh);
         let page = Page::new(&Sources {
             title,
             raw: &output.mesh,
+            drawn: drawn.as_ref().unwrap_or(base),
             simple: simple.as_ref(),
             shapes,
             map: floor.map(|(map, _)| map),
@@ -53,13 +59,6 @@ pub(crate) fn prepare(
         })?;
         Ok((page, 1))
     })
-}
-
-/// The raw mesh as others simplify it; a large one is made coarser first, so that a page costs no more than a
-/// model.
-fn simplified(raw: &Mesh, triangles: usize) -> Mesh {
-    let coarse = to_fit(raw, MAX_SIMPLIFIED_TRIANGLES);
-    fewer::to_count(coarse.as_ref().map_or(raw, |(mesh, _)| mesh), triangles)
 }
 
 /// Writes the page, when all other files of its folder are there.

@@ -116,7 +116,11 @@ impl Drive<'_> {
         first_views.finish(&mut keep);
         (out.left_out, out.raw_triangles) = (poser.left_out, triangles.triangles);
         let enough = params.min_share * out.kept.points() as f64;
-        if (out.kept.revisited() as f64) < enough { self.whole(&out) } else { out }
+        let mut out = if (out.kept.revisited() as f64) < enough { self.whole(&out) } else { out };
+        out.cloud.points_m.shrink_to_fit();
+        out.cloud.scan.shrink_to_fit();
+        out.cloud.beam.shrink_to_fit();
+        out
     }
 
     /// All points, whatever they show.

@@ -50,6 +50,7 @@ impl Scene {
     /// back together with its neighbors.
     pub(crate) fn add_noisy_mesh(&mut self, mesh: &Mesh, color: Rgb) {
         let facing = smoothed_normals(mesh);
+        self.facets.reserve_exact(mesh.triangles.len());
         for (triangle, facing) in mesh.triangles.iter().zip(facing) {
             let Some(corners_m) = corners(mesh, triangle) else { continue };
             self.facets.push(Facet {

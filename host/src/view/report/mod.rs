@@ -32,8 +32,6 @@ pub(crate) use crate::view::report::sources::Sources;
 const MAX_RAW_TRIANGLES: usize = 1_500_000;
 /// Triangles of no plane that a page shows at most, for the same reason.
 const MAX_LEFTOVER_TRIANGLES: usize = 250_000;
-/// Triangles of the raw mesh in the pictures at most: more would be smaller than their pixels.
-const MAX_DRAWN_TRIANGLES: usize = 400_000;
 /// Bytes of a block of packed data in the page; a browser decodes one without holding up the page.
 const BLOCK_BYTES: usize = 3 << 18;
 
@@ -119,6 +117,8 @@ impl Page {
 
 impl View {
     fn new(sources: &Sources<'_>) -> io::Result<Self> {
+        // Before anything else: their triangles take more memory than all that comes.
+        let pictures = sections::pictures::draw(sources)?;
         let fitting = data::reduce::to_fit(sources.raw, MAX_RAW_TRIANGLES);
         let raw = fitting.as_ref().map_or(sources.raw, |(mesh, _)| mesh);
         let reduced = fitting.as_ref().map(|(mesh, cell_m)| {
@@ -148,8 +148,6 @@ impl View {
             );
             packed.push((name, bytes));
         }
-        let simpler = data::reduce::to_fit(raw, MAX_DRAWN_TRIANGLES);
-        let pictures = sections::pictures::draw(simpler.as_ref().map_or(raw, |(mesh, _)| mesh), sources)?;
         let contents = data::contents::json(sources, &lattice, &packed, &pictures)?;
         let mut table = data::contents::table(sources.shapes);
         table.push_str(&data::contents::table_of_rounds(sources.shapes.model));

@@ -12,6 +12,8 @@ pub(crate) struct Sources<'a> {
     pub title: &'a str,
     /// The raw mesh.
     pub raw: &'a Mesh,
+    /// The raw mesh as the pictures show it: as it is, or coarser.
+    pub drawn: &'a Mesh,
     /// The raw mesh as others simplify it; `None` when there is no simplifier.
     pub simple: Option<&'a Mesh>,
     /// The model.

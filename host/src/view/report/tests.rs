@@ -73,6 +73,7 @@ fn page() -> (String, Mesh, Mesh) {
     let sources = Sources {
         title: "a <b> & \"c\"",
         raw: &raw,
+        drawn: &raw,
         simple: Some(&shapes.faces[1]),
         shapes: &shapes,
         map: Some(&map),
@@ -213,7 +214,15 @@ fn a_page_without_a_model_has_map_and_figures_only() {
     let model = Model::default();
     let shapes = Shapes::new(&model);
     let raw = Mesh::default();
-    let sources = Sources { title: "flat", raw: &raw, simple: None, shapes: &shapes, map: None, poses: &[] };
+    let sources = Sources {
+        title: "flat",
+        raw: &raw,
+        drawn: &raw,
+        simple: None,
+        shapes: &shapes,
+        map: None,
+        poses: &[],
+    };
     let mut bytes = Vec::new();
     let mut figures = summary(&model);
     figures.counts.raw_triangles = 0;

@@ -2,6 +2,7 @@
 //! enough.
 
 mod guarded;
+mod large_blocks;
 mod limit;
 
 use std::ptr;
@@ -9,6 +10,7 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 pub use guarded::GuardedAllocator;
+pub use large_blocks::return_large_blocks;
 pub use limit::{Limit, LimitedBy};
 use rustix::mm::{MapFlags, ProtFlags, mmap_anonymous, munmap};
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};

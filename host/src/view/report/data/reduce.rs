@@ -50,7 +50,10 @@ fn clustered(mesh: &Mesh, cell_m: f64) -> Mesh {
         let (a, b, c) = (a?, b?, c?);
         (a != b && b != c && c != a && ![a, b, c].contains(&NOWHERE)).then_some([a, b, c])
     });
-    Mesh { triangles: renumbered.collect(), vertices_m }
+    let mut triangles: Vec<[u32; 3]> = renumbered.collect();
+    triangles.shrink_to_fit();
+    vertices_m.shrink_to_fit();
+    Mesh { vertices_m, triangles }
 }
 
 #[cfg(test)]

@@ -6,7 +6,6 @@ use std::io;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
-use crate::model::Mesh;
 use crate::model::palette;
 use crate::view::render::camera::Camera;
 use crate::view::render::scene::Scene;
@@ -19,10 +18,9 @@ use crate::view::report::sources::Sources;
 /// Width of a picture, pixels.
 const WIDTH: usize = 1200;
 
-/// Draws raw mesh (which may be a coarser one than that of the sources), simplification and model from
-/// outside and, when the robot was inside, from there.
-pub(crate) fn draw(raw: &Mesh, sources: &Sources<'_>) -> io::Result<Drawn> {
-    let raw_subject = subject("raw mesh", sources.raw.triangles.len(), noisy_scene(raw));
+/// Draws raw mesh, simplification and model from outside and, when the robot was inside, from there.
+pub(crate) fn draw(sources: &Sources<'_>) -> io::Result<Drawn> {
+    let raw_subject = subject("raw mesh", sources.raw.triangles.len(), noisy_scene(sources.drawn));
     let simple = sources.simple.map(|mesh| subject("QSlim-like", mesh.triangles.len(), noisy_scene(mesh)));
     let model = model_subject(sources);
     let subjects: Vec<&Subject> =
