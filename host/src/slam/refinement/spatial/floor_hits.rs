@@ -73,19 +73,28 @@ struct Passing<'a> {
     track: &'a Knots,
     way_m: &'a [f64],
     /// Ascending in each cell.
-    cells: BTreeMap<[i32; 2], Vec<usize>>,
+    cells: BTreeMap<[i32; 2], Vec<Place>>,
+}
+
+/// A place of the track, with what is asked of it for every beam: the track itself is spread over memory.
+struct Place {
+    /// The way to it, meters.
+    way_m: f64,
+    at_m: [f64; 2],
+    knot: usize,
 }
 
 impl<'a> Passing<'a> {
     fn new(track: &'a Knots, way_m: &'a [f64]) -> Self {
-        let mut cells: BTreeMap<[i32; 2], Vec<usize>> = BTreeMap::new();
+        let mut cells: BTreeMap<[i32; 2], Vec<Place>> = BTreeMap::new();
         let mut last_m = f64::NEG_INFINITY;
         for (knot, state) in track.states.iter().enumerate() {
             if way_m[knot] - last_m < TRACK_STEP_M {
                 continue;
             }
             last_m = way_m[knot];
-            cells.entry([Self::cell(state[0]), Self::cell(state[1])]).or_default().push(knot);
+            let at_m = [state[0], state[1]];
+            cells.entry(at_m.map(Self::cell)).or_default().push(Place { way_m: last_m, at_m, knot });
         }
         Self { track, way_m, cells }
     }
@@ -94,11 +103,11 @@ impl<'a> Passing<'a> {
         (at_m / ASIDE_M).floor() as i32
     }
 
-    /// The knots of a cell that the robot reaches within the way that counts.
-    fn later(&self, cell: [i32; 2], from_m: f64) -> &[usize] {
-        let Some(knots) = self.cells.get(&cell) else { return &[] };
-        let before = |limit_m: f64| knots.partition_point(|&knot| self.way_m[knot] - from_m < limit_m);
-        &knots[before(AHEAD_M[0])..before(FAR_AHEAD_M)]
+    /// The places of a cell that the robot reaches within the way that counts.
+    fn later(&self, cell: [i32; 2], from_m: f64) -> &[Place] {
+        let Some(places) = self.cells.get(&cell) else { return &[] };
+        let before = |limit_m: f64| places.partition_point(|place| place.way_m - from_m < limit_m);
+        &places[before(AHEAD_M[0])..before(FAR_AHEAD_M)]
     }
 
     /// The knot of the track that is nearest to a hit and reached later, within `reach_m`.
@@ -108,11 +117,10 @@ impl<'a> Passing<'a> {
         let reach = (reach_m / ASIDE_M).ceil() as i32;
         let mut best: Option<(f64, usize)> = None;
         for (i, j) in (-reach..=reach).flat_map(|i| (-reach..=reach).map(move |j| (i, j))) {
-            for &knot in self.later([Self::cell(x) + i, Self::cell(y) + j], from_m) {
-                let [kx, ky, ..] = self.track.states[knot];
-                let away_m = (kx - x).hypot(ky - y);
-                if away_m < reach_m && best.is_none_or(|(min_m, _)| away_m < min_m) {
-                    best = Some((away_m, knot));
+            for Place { at_m, knot, .. } in self.later([Self::cell(x) + i, Self::cell(y) + j], from_m) {
+                let away_m2 = (at_m[0] - x).powi(2) + (at_m[1] - y).powi(2);
+                if away_m2 < reach_m * reach_m && best.is_none_or(|(min_m2, _)| away_m2 < min_m2) {
+                    best = Some((away_m2, *knot));
                 }
             }
         }
