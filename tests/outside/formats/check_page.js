@@ -296,9 +296,12 @@ async function picks(page) {
   await page.keyboard.press('Escape');
   check(await page.locator('#picked').isHidden(), 'Escape does not put the surface down');
   await page.keyboard.press('n');
-  const largest = await page.locator('#planes tbody tr').first().locator('td').first().innerText();
+  const largest = await page.locator('#planes tbody tr').first().locator('td').nth(1).innerText();
   const picked = await page.locator('#picked').innerText();
   check(picked.includes(`${largest} m²`), `N does not pick the largest surface, ${largest} m²`);
+  const name = await page.locator('#planes tbody tr button').first().textContent();
+  const heading = await page.locator('#picked h3').textContent();
+  check(name === heading && /plane \d+/.test(picked), `${name} is picked as ${heading}: ${picked}`);
   await page.keyboard.press('Escape');
   await picksRound(page);
 }

@@ -125,7 +125,7 @@ impl<'a> Elements<'a> {
         let (owner, id) =
             (self.project.owner, global_id(format_args!("{word} {index} {:?}", polygon.outer_m)));
         let element = self.step.add(format_args!(
-            "{entity}('{id}',{owner},'{word} {index}',$,$,{place},{shape},'{index}',.{class}.)"
+            "{entity}('{id}',{owner},'surface {index}',$,$,{place},{shape},'{index}',.{class}.)"
         ));
         self.contained[storey].push(element);
         self.properties(element, &id, polygon);

@@ -218,10 +218,9 @@ pub(crate) fn table(shapes: &Shapes<'_>) -> String {
         let [x, y, z] = plane.normal.map(|value| rounded(value, 1e3) + 0.0);
         let _ = write!(
             rows,
-            "<tr data-surface=\"{index}\"><th scope=\"row\"><button type=\"button\"><i style=\"background:#{r:02x}{g:02x}{b:02x}\"></i>{} \
-             {}</button></th><td>{area:.2}</td><td>{}</td><td>{x:.3}, {y:.3}, {z:.3}</td><td>{:.2}</td><td>{}</td></tr>",
+            "<tr data-surface=\"{index}\"><th scope=\"row\"><button type=\"button\"><i style=\"background:#{r:02x}{g:02x}{b:02x}\"></i>surface {index}\
+             </button></th><td>{}</td><td>{area:.2}</td><td>{}</td><td>{x:.3}, {y:.3}, {z:.3}</td><td>{:.2}</td><td>{}</td></tr>",
             Orientation::of(plane).name(),
-            index + 1,
             polygon.holes_m.len(),
             100.0 * plane.rms_m,
             grouped(plane.points),
@@ -236,8 +235,8 @@ pub(crate) fn table(shapes: &Shapes<'_>) -> String {
         "All polygons, the largest first.".to_owned()
     };
     format!(
-        "<section><h2>Flat surfaces</h2><div class=\"scroll\"><table class=\"figures surfaces\" id=\"planes\"><thead><tr><th scope=\"col\">surface</th>\
-         <th scope=\"col\">m²</th><th scope=\"col\">openings</th><th scope=\"col\">normal x, y, z</th><th scope=\"col\">RMS, cm</th>\
+        "<section><h2>Flat surfaces</h2><div class=\"scroll\"><table class=\"figures surfaces\" id=\"planes\"><thead><tr><th scope=\"col\">name</th>\
+         <th scope=\"col\">facing as a</th><th scope=\"col\">m²</th><th scope=\"col\">openings</th><th scope=\"col\">normal x, y, z</th><th scope=\"col\">RMS, cm</th>\
          <th scope=\"col\">points</th></tr></thead><tbody>{rows}</tbody></table></div><p class=\"note\">{shown} Points and RMS are those of \
          the whole plane that a surface lies in. Press a name to see it above.</p></section>"
     )

@@ -18,7 +18,8 @@ class Panel {
     const plane = contents.planes[polygon.plane];
     const siblings = contents.polygons.filter((other) => other.plane === polygon.plane);
     const all = siblings.reduce((sum, other) => sum + other.area_m2, 0);
-    this.fill(`${plane.kind} ${index + 1}`, [
+    this.fill(`surface ${index}`, [
+      ['facing as a', plane.kind],
       ['area', `${polygon.area_m2.toFixed(2)} m²`],
       ['normal', plane.normal.map((value) => (Math.round(1000 * value) / 1000 + 0).toFixed(3)).join(', ')],
       ['RMS', `${(100 * plane.rms_m).toFixed(2)} cm`],
@@ -26,7 +27,7 @@ class Panel {
       ['openings', polygon.holes],
       ['corners', polygon.corners],
       ['triangles', polygon.triangles],
-      ...(siblings.length > 1 ? [['its plane', `${siblings.length} surfaces, ${all.toFixed(2)} m²`]] : []),
+      [`plane ${polygon.plane}`, `${siblings.length} surface${siblings.length > 1 ? 's' : ''}, ${all.toFixed(2)} m²`],
     ]);
   }
 
