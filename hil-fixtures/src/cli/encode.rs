@@ -1,12 +1,18 @@
 //! `encode`: scans and odometry back into the bytes that devices would have sent.
 
+use super::fan_lasers::FanLaserTypes;
 use crate::capture::encode::{EncodeOptions, run};
 use std::path::PathBuf;
 
 /// Encode the scans and odometry of an import or recording as the bytes that the devices would have sent: a
 /// capture.
 ///
-/// Example: biplane-mock encode intel.mcap -o intel-capture.mcap
+/// A laser with protocol = "cola" or "scip" in the rig is the one of --network-laser or --hokuyo.
+/// Samples of an inertial unit (/imu) are kept as they are.
+///
+/// Examples:
+///   biplane-mock encode intel.mcap -o intel-capture.mcap
+///   biplane-mock encode run.mcap --rig ust20lx.toml --hokuyo UST-20LX -o capture.mcap
 #[derive(Debug, clap::Args)]
 #[command(verbatim_doc_comment)]
 pub(super) struct Encode {
@@ -20,6 +26,8 @@ pub(super) struct Encode {
     /// view.
     #[arg(long, value_name = "rig.toml")]
     rig: Option<PathBuf>,
+    #[command(flatten)]
+    types: FanLaserTypes,
     /// Replace an existing capture.
     #[arg(long, visible_alias = "overwrite")]
     force: bool,
@@ -33,12 +41,14 @@ impl Encode {
             output: self.output.clone(),
             rig: self.rig.clone(),
             overwrite: self.force,
+            network_laser: self.types.network_laser.clone(),
+            hokuyo: self.types.hokuyo.clone(),
             ..EncodeOptions::default()
         };
         let report = run(&options)?;
         eprintln!(
             "{}: {} horizontal and {} vertical scans, {} odometry packets ({} had no room); {} waited for their line, at most {:.1} ms; \
-             {} backward stamps; {} ranges beyond the unit's",
+             {} backward stamps; {} ranges beyond the unit's; {} inertial samples",
             self.output.display(),
             report.scans_horizontal,
             report.scans_vertical,
@@ -47,7 +57,8 @@ impl Encode {
             report.delayed,
             report.longest_delay_ms,
             report.backward_stamps,
-            report.beyond_range
+            report.beyond_range,
+            report.inertial
         );
         for (port, baud) in &report.raised {
             eprintln!(

@@ -40,7 +40,7 @@ struct Cli {
 enum Command {
     Serve(Box<serve::Serve>),
     Simulate(Box<simulate::Simulate>),
-    Encode(encode::Encode),
+    Encode(Box<encode::Encode>),
     Extract(extract::Extract),
     /// Prints the completions of this program for a shell.
     ///

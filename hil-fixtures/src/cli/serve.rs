@@ -21,7 +21,8 @@ use std::sync::atomic::AtomicBool;
 ///
 /// A laser with protocol = "cola" in the rig, or with protocol = "scip" and an address, is on the
 /// network: DIR/lms-horizontal.address then holds its host:port. A laser with protocol = "scip" and
-/// a port is on a pseudo-terminal like an LMS 2xx.
+/// a port is on a pseudo-terminal like an LMS 2xx. Of a capture only the scans in it can be had: such a
+/// laser refuses other settings.
 ///
 /// The base is a P2OS, RoboClaw or rFLEX, as the rig says. DIR/lms-horizontal, DIR/lms-vertical and
 /// DIR/base appear when their devices are ready; open them as you would open a serial port. The
@@ -221,10 +222,10 @@ fn read_capture(path: &Path) -> anyhow::Result<Capture> {
         if let Some(track) = track {
             eprintln!(
                 "{name}: {} scans of {} values ({} of other kinds, {} bytes in no telegram)",
-                track.scans.len(),
-                track.scans.first().map_or(0, |scan| scan.words.len()),
-                track.other_scans,
-                track.skipped_bytes
+                track.times_ns().len(),
+                track.beams(),
+                track.other_scans(),
+                track.skipped_bytes()
             );
         }
     }

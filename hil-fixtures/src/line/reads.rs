@@ -28,6 +28,17 @@ impl Default for ReadParams {
     }
 }
 
+/// Most bytes of a read from a network: the payload of an Ethernet frame.
+const SEGMENT_BYTES: usize = 1460;
+
+impl ReadParams {
+    /// The same for a network: bytes come in segments, and no adapter holds them back.
+    #[must_use]
+    pub fn on_network(self) -> Self {
+        Self { max_bytes: SEGMENT_BYTES, timer_ms: 0.0, ..self }
+    }
+}
+
 /// One read: when it returned, and what.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SerialRead {

@@ -4,12 +4,14 @@ use super::ahead::AheadSource;
 use super::ahead_fan::ahead;
 use super::truth::{NotingFeed, SentScans};
 use super::{LinkName, ServeError, ServeOptions, Source};
-use crate::capture::source::Capture;
 use crate::capture::source::base_counts::CaptureCounts;
 use crate::capture::source::base_feed::CapturePackets;
 use crate::capture::source::base_track::BaseTrack;
+use crate::capture::source::fan::cola::RecordedColaScans;
+use crate::capture::source::fan::scip::RecordedScipScans;
 use crate::capture::source::laser_feed::CaptureScans;
 use crate::capture::source::laser_track::LaserTrack;
+use crate::capture::source::{Capture, CapturedLaser};
 use crate::devices::base::counters::{CountScale, CountsFeed, SourceCounts};
 use crate::devices::base::feed::{CycleFeed, SipFeed};
 use crate::devices::base::report::Identity;
@@ -252,18 +254,53 @@ fn of_capture(capture: &Capture, options: &ServeOptions) -> Devices {
     let run = Run::new(rules(options, present, capture.base.is_some()));
     let origin_ns = capture.first_ns().unwrap_or(0);
     let mut list = Vec::new();
-    for (place, (name, track)) in (0..).zip(lasers) {
-        let Some(track) = track else { continue };
-        let params = captured_params(track, laser_params(options, place));
-        let feed = CaptureScans::new(Arc::new(track.clone()), origin_ns, run.clone(), options.once);
-        let feed = options.faults.feed(Box::new(feed) as Box<dyn ScanFeed>, place);
-        list.push(Served::serial(name, LmsDevice::new(params, feed)));
+    for (place, (name, laser)) in (0..).zip(lasers) {
+        let Some(laser) = laser else { continue };
+        let of_rig = capture.rig.as_ref().and_then(|rig| match name {
+            LinkName::Horizontal => Some(&rig.horizontal),
+            _ => rig.vertical.as_ref(),
+        });
+        list.push(captured_laser(name, place, laser, of_rig, (origin_ns, &run), options));
     }
     if let Some(track) = &capture.base {
         let device = base_of_capture(capture, track, origin_ns, &run, options);
         list.push(Served { name: LinkName::Base, device, is_network: false });
     }
     Devices { list, run, length_ns: capture.duration_ns(), world: None }
+}
+
+/// A laser that was recorded, on the line that it was on.
+fn captured_laser(
+    name: LinkName,
+    place: u64,
+    laser: &CapturedLaser,
+    of_rig: Option<&Laser>,
+    (origin_ns, run): (i64, &Run),
+    options: &ServeOptions,
+) -> Served {
+    let (run, once) = (run.clone(), options.once);
+    match laser {
+        CapturedLaser::Lms(track) => {
+            let params = captured_params(track, laser_params(options, place));
+            let feed = CaptureScans::new(Arc::new(track.clone()), origin_ns, run, once);
+            let feed = options.faults.feed(Box::new(feed) as Box<dyn ScanFeed>, place);
+            Served::serial(name, LmsDevice::new(params, feed))
+        }
+        CapturedLaser::Cola(track) => {
+            let params = track.params(&options.network_laser);
+            let scans = RecordedColaScans::new(Arc::new(track.clone()), origin_ns, run, once);
+            let device = Box::new(ColaDevice::of_scans(params, Box::new(scans)));
+            Served { name, device, is_network: true }
+        }
+        CapturedLaser::Scip(track) => {
+            let is_network = of_rig.is_some_and(|laser| laser.address().is_some());
+            let baud = of_rig.map_or(0, |laser| laser.baud);
+            let params = track.params(options.hokuyo.clone(), is_network, baud);
+            let scans = RecordedScipScans::new(Arc::new(track.clone()), origin_ns, run, once);
+            let device = Box::new(ScipDevice::of_scans(params, Box::new(scans)));
+            Served { name, device, is_network }
+        }
+    }
 }
 
 /// The base that was recorded.

@@ -327,7 +327,8 @@ fn remission_comes_in_pairs_or_in_the_s14s_own_telegram() {
         assert!(frames.len() > 5 && frames.iter().all(|frame| (frame[4], frame.len()) == (code, bytes)));
         // And the capture can be served: its ranges are scans like others.
         let capture = Capture::read(&kept.expect("changed")).expect("a capture");
-        let track = capture.horizontal.expect("a laser");
+        let laser = capture.horizontal.expect("a laser");
+        let track = laser.lms().expect("an LMS 2xx");
         assert_eq!((track.scans.len(), track.other_scans), (frames.len(), 0));
         let fov_deg = if code == 0xC4 { 90 } else { 180 };
         assert_eq!(track.variant().map(|variant| variant.fov_deg), Some(fov_deg));

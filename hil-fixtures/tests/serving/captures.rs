@@ -2,7 +2,7 @@
 
 use crate::client::{Client, hex};
 use crate::{folder, serving};
-use biplane_mock::capture::source::{Capture, CaptureError};
+use biplane_mock::capture::source::{Capture, CaptureError, CapturedLaser};
 use biplane_mock::faults::{Faults, Preset};
 use biplane_mock::serve::{ServeOptions, Source};
 use biplane_mock::simulate::{SimulateOptions, run};
@@ -67,7 +67,7 @@ fn a_capture_is_played_to_its_last_scan_and_the_mock_ends() {
     serving(&options, |links| received = listen(links)).expect("served");
     let [horizontal, vertical, base] = received;
     for (bytes, track) in [(horizontal, held.horizontal), (vertical, held.vertical)] {
-        let track = track.expect("both lasers");
+        let track = track.as_ref().and_then(CapturedLaser::lms).expect("both lasers");
         let expected: Vec<Vec<u16>> = track.scans.iter().map(|scan| scan.words.to_vec()).collect();
         assert!(scans(&bytes) == expected, "{} scans of {}", scans(&bytes).len(), expected.len());
     }

@@ -10,6 +10,7 @@ use std::time::Duration;
 use biplane_mock::capture::source::Capture;
 use biplane_mock::serve::{ServeOptions, Source, serve};
 use biplane_onboard::{RecordOptions, ReplayOptions, record, replay};
+use biplane_recording::rig::{Laser, LaserProtocol};
 use biplane_recording::{Reader, Rig, Topic};
 
 use crate::accuracy::recorded::{PosedScan, folder, posed_scans, seen_from};
@@ -37,22 +38,30 @@ fn captures() -> Vec<PathBuf> {
     files
 }
 
-fn replayed(capture: &Path, output: &Path) {
+pub(crate) fn replayed(capture: &Path, output: &Path) {
     let options = ReplayOptions { overwrite: true, ..ReplayOptions::new(capture, output) };
     replay(&options, &AtomicBool::new(false)).unwrap();
 }
 
-/// Serves `capture` on pseudo-terminals until it is over, and records from them.
-fn served_and_recorded(capture: &Path, rig: &Rig, work: &Path, output: &Path) {
+/// A laser is where the mock has put it: on a pseudo-terminal, or at an address.
+fn find(laser: &mut Laser, links: &Path, name: &str) {
+    laser.port = links.join(name).display().to_string();
+    let address =
+        || std::fs::read_to_string(links.join(format!("{name}.address"))).unwrap().trim().to_owned();
+    match &mut laser.protocol {
+        LaserProtocol::Cola(cola) => cola.address = address(),
+        LaserProtocol::Scip(scip) if scip.address.is_some() => scip.address = Some(address()),
+        LaserProtocol::Scip(_) | LaserProtocol::Lms2xx => {}
+    }
+}
+
+/// Serves `capture` until it is over, and records from its devices.
+pub(crate) fn served_and_recorded(capture: &Path, rig: &Rig, work: &Path, output: &Path) {
     let links = work.join("ports");
     let mut rig = rig.clone();
-    rig.horizontal.port = links.join("lms-horizontal").display().to_string();
     rig.base.port = links.join("base").display().to_string();
-    if let Some(vertical) = rig.vertical.as_mut() {
-        vertical.port = links.join("lms-vertical").display().to_string();
-    }
     let source = Source::Capture { capture: Box::new(Capture::read(capture).unwrap()) };
-    let options = ServeOptions { once: true, ..ServeOptions::new(source, links) };
+    let options = ServeOptions { once: true, ..ServeOptions::new(source, links.clone()) };
     let (stop_mock, stop_record) = (AtomicBool::new(false), AtomicBool::new(false));
     let (ready, is_ready) = mpsc::channel();
     std::thread::scope(|scope| {
@@ -62,6 +71,10 @@ fn served_and_recorded(capture: &Path, rig: &Rig, work: &Path, output: &Path) {
             done
         });
         is_ready.recv().unwrap();
+        find(&mut rig.horizontal, &links, "lms-horizontal");
+        if let Some(vertical) = rig.vertical.as_mut() {
+            find(vertical, &links, "lms-vertical");
+        }
         let options = RecordOptions {
             duration: Some(Duration::from_secs(90)),
             overwrite: true,

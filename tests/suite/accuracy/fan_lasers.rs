@@ -34,7 +34,7 @@ const MAX_RMS_DEG: f64 = 0.3;
 /// times make another range of a beam that just touches an edge.
 const MAX_OTHER_SHARE: f64 = 0.002;
 
-fn scans(path: &Path, topic: Topic) -> Vec<LaserScan> {
+pub(crate) fn scans(path: &Path, topic: Topic) -> Vec<LaserScan> {
     let entries = Reader::open(path).unwrap().messages().map(Result::unwrap).collect::<Vec<_>>();
     let scan = |entry: &biplane_recording::Entry| match entry.decode().unwrap() {
         AnyMessage::Scan(scan) if entry.topic == Some(topic) => Some(scan),

@@ -5,6 +5,7 @@
 //! whole drive, not only its end.
 
 pub(crate) mod captures;
+pub(crate) mod encoded;
 pub(crate) mod fan_lasers;
 pub(crate) mod mounts;
 pub(crate) mod recorded;

@@ -53,7 +53,8 @@ impl LaserLine {
     }
 
     fn not_lms(&self, scan: &LaserScan, expected: String) -> EncodeError {
-        EncodeError::NotLms {
+        EncodeError::OtherLaser {
+            laser: "LMS 2xx",
             topic: self.topic.name(),
             number: self.sent,
             beams: scan.ranges_m.len(),

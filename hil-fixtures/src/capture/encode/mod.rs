@@ -10,6 +10,7 @@
 
 mod base;
 mod busy_line;
+mod fan_laser;
 mod laser;
 mod options;
 mod rates;

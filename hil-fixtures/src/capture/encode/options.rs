@@ -1,6 +1,8 @@
 //! What is encoded, what came of it, and why it could not be.
 
 use crate::capture::same_file::SameFile;
+use crate::devices::cola::ColaParams;
+use crate::devices::scip::ScipParams;
 use crate::line::ReadParams;
 use biplane_recording::{Port, ReadError, RigError, Topic, WriteError};
 use biplane_wire::WireError;
@@ -18,6 +20,10 @@ pub struct EncodeOptions {
     pub rig: Option<PathBuf>,
     /// Replace an existing capture.
     pub overwrite: bool,
+    /// The lasers of a rig that are on the network.
+    pub network_laser: ColaParams,
+    /// The Hokuyo lasers of a rig.
+    pub hokuyo: ScipParams,
     /// How the bytes reach the computer; without lateness by default.
     pub reads: ReadParams,
     /// Of the lateness.
@@ -32,6 +38,8 @@ impl Default for EncodeOptions {
             output: PathBuf::from("capture.mcap"),
             rig: None,
             overwrite: false,
+            network_laser: ColaParams::default(),
+            hokuyo: ScipParams::default(),
             reads,
             seed: 1,
         }
@@ -55,7 +63,9 @@ pub struct EncodeReport {
     pub longest_delay_ms: f64,
     /// Stamps earlier than the one before on the same topic.
     pub backward_stamps: u64,
-    /// Ranges too long for the rig's unit, sent as "beyond range".
+    /// Samples of an inertial unit that are kept.
+    pub inertial: u64,
+    /// Ranges too long for the rig's unit, or for the laser, sent as "beyond range" or "no echo".
     pub beyond_range: u64,
     /// Lines that were raised to a faster rate, with that rate in Bd: stamps stand too close for the rig's
     /// own.
@@ -83,11 +93,13 @@ pub enum EncodeError {
         /// The input.
         path: PathBuf,
     },
-    /// A scan that no LMS sends.
+    /// A scan that the laser of the rig does not send.
     #[error(
-        "scan {number} of {topic} (counted from 0): {beams} beams from {first_deg:.2} degrees in steps of {step_deg:.3} are no LMS 2xx scan; expected {expected}"
+        "scan {number} of {topic} (counted from 0): {beams} beams from {first_deg:.2} degrees in steps of {step_deg:.3} are no {laser} scan; expected {expected}"
     )]
-    NotLms {
+    OtherLaser {
+        /// What the laser is.
+        laser: &'static str,
         /// The topic.
         topic: &'static str,
         /// Index of the scan on it.
@@ -98,7 +110,7 @@ pub enum EncodeError {
         first_deg: f64,
         /// Step between them.
         step_deg: f64,
-        /// What an LMS, or the rig, has.
+        /// What that laser, or the rig, has.
         expected: String,
     },
     /// A telegram.

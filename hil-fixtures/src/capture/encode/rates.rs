@@ -5,13 +5,17 @@
 //! near its stamp.
 
 use crate::devices::base::base_encoder::BaseEncoder;
+use crate::devices::scip::{ScipLink, ScipParams};
 use crate::line::transfer_ns;
+use biplane_recording::messages::LaserScan;
+use biplane_recording::rig::{Laser, LaserProtocol};
 use biplane_recording::{AnyMessage, Port, ReadError, Reader, Rig, Topic};
 
 /// A line is crowded when more than this share of its telegrams has to wait.
 const CROWDED: f64 = 0.01;
-/// The fastest rates of an LMS 2xx and of a base, Bd.
+/// The fastest rates of an LMS 2xx, of a Hokuyo laser and of a base, Bd.
 const FASTEST_LASER: u32 = 500_000;
+const FASTEST_HOKUYO: u32 = 750_000;
 const FASTEST_BASE: u32 = 115_200;
 
 /// What one line carries.
@@ -35,21 +39,45 @@ impl Load {
     }
 }
 
+/// Whether a laser's line has a rate.
+fn has_rate(laser: &Laser, hokuyo: &ScipParams) -> bool {
+    match laser.protocol {
+        LaserProtocol::Lms2xx => true,
+        LaserProtocol::Cola(_) => false,
+        LaserProtocol::Scip(_) => laser.address().is_none() && matches!(hokuyo.link, ScipLink::Serial(_)),
+    }
+}
+
+/// Bytes of a scan on a line with a rate.
+fn line_bytes(laser: &Laser, scan: &LaserScan, hokuyo: &ScipParams) -> Option<usize> {
+    let beams = scan.ranges_m.len();
+    has_rate(laser, hokuyo).then(|| match laser.is_lms2xx() {
+        true => 2 * beams + 10,
+        // Three characters a value, two more in a line of 64, and the lines in front.
+        false => 3 * beams * 66 / 64 + 30,
+    })
+}
+
 /// Raises the lines of the rig that its recording would crowd; which ones, and to what.
-pub(crate) fn raise(reader: &Reader, rig: &mut Rig) -> Result<Vec<(Port, u32)>, ReadError> {
+pub(crate) fn raise(
+    reader: &Reader,
+    rig: &mut Rig,
+    hokuyo: &ScipParams,
+) -> Result<Vec<(Port, u32)>, ReadError> {
     let mut loads = [Load::default(), Load::default(), Load::default()];
     let base_bytes = BaseEncoder::new(rig.base.protocol).exchange_bytes();
-    let vertical_baud = rig.vertical.as_ref().map_or(rig.horizontal.baud, |laser| laser.baud);
+    let vertical = rig.vertical.clone().unwrap_or_else(|| rig.horizontal.clone());
+    let busy_ns = |laser: &Laser, scan: &LaserScan| {
+        line_bytes(laser, scan, hokuyo).map_or(0, |bytes| transfer_ns(bytes, laser.baud))
+    };
     for entry in reader.messages() {
         let entry = entry?;
-        let scan_bytes = |beams: usize| 2 * beams + 10;
         match (entry.topic, entry.decode()?) {
             (Some(Topic::ScanHorizontal), AnyMessage::Scan(scan)) => {
-                let busy_ns = transfer_ns(scan_bytes(scan.ranges_m.len()), rig.horizontal.baud);
-                loads[0].add(scan.stamp_ns, busy_ns);
+                loads[0].add(scan.stamp_ns, busy_ns(&rig.horizontal, &scan));
             }
             (Some(Topic::ScanVertical), AnyMessage::Scan(scan)) => {
-                loads[1].add(scan.stamp_ns, transfer_ns(scan_bytes(scan.ranges_m.len()), vertical_baud));
+                loads[1].add(scan.stamp_ns, busy_ns(&vertical, &scan));
             }
             (Some(Topic::Odom), AnyMessage::Odometry(odometry)) => {
                 loads[2].add(odometry.stamp_ns, transfer_ns(base_bytes, rig.base.baud));
@@ -64,9 +92,11 @@ pub(crate) fn raise(reader: &Reader, rig: &mut Rig) -> Result<Vec<(Port, u32)>, 
             raised.push((port, fastest));
         }
     };
-    lift(&loads[0], Port::Horizontal, &mut rig.horizontal.baud, FASTEST_LASER);
-    if let Some(vertical) = &mut rig.vertical {
-        lift(&loads[1], Port::Vertical, &mut vertical.baud, FASTEST_LASER);
+    let lasers = [(Port::Horizontal, Some(&mut rig.horizontal)), (Port::Vertical, rig.vertical.as_mut())];
+    for (load, (port, laser)) in loads.iter().zip(lasers) {
+        let Some(laser) = laser.filter(|laser| has_rate(laser, hokuyo)) else { continue };
+        let fastest = if laser.is_lms2xx() { FASTEST_LASER } else { FASTEST_HOKUYO };
+        lift(load, port, &mut laser.baud, fastest);
     }
     lift(&loads[2], Port::Base, &mut rig.base.baud, FASTEST_BASE);
     Ok(raised)

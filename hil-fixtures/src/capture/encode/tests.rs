@@ -4,8 +4,8 @@ use super::laser::variant_of_scan;
 use super::{EncodeError, EncodeOptions, EncodeReport, run};
 use crate::line::ReadParams;
 use biplane_recording::capture::serial;
-use biplane_recording::messages::{LaserScan, Odometry};
-use biplane_recording::{Port, Reader, Topic, Writer, WriterOptions};
+use biplane_recording::messages::{Imu, LaserScan, Odometry};
+use biplane_recording::{AnyMessage, Port, Reader, Topic, Writer, WriterOptions};
 use biplane_wire::framing::Item;
 use biplane_wire::{lms, p2os};
 use std::path::PathBuf;
@@ -213,4 +213,74 @@ fn scans_that_no_lms_takes_are_refused() {
     assert!(matches!(scratch.encode(&[], &[]), Err(EncodeError::NoScans { .. })));
     let turned = LaserScan { angle_min_rad: 0.0, ..scan(0, vec![1.0; 181], 1.0) };
     assert_eq!(variant_of_scan(&turned), None);
+}
+
+#[test]
+fn samples_of_an_inertial_unit_are_kept() {
+    let scratch = Scratch::new("imu");
+    let options = WriterOptions { overwrite: true, ..WriterOptions::default() };
+    let mut writer = Writer::create(&scratch.0.join("in.mcap"), &options).expect("a file");
+    let turns = |k: i64| [0.0, 0.0, k as f64];
+    let stamp_ns = |k| 10 * SECOND + k * 10_000_000;
+    let sample = |k| Imu { stamp_ns: stamp_ns(k), angular_rad_s: turns(k), ..Imu::default() };
+    let samples: Vec<Imu> = (0..10).map(sample).collect();
+    for sample in &samples {
+        writer.write(Topic::Imu, sample.stamp_ns, sample.stamp_ns, sample).expect("written");
+    }
+    let scan = scan(10 * SECOND, vec![1.0; 181], 1.0);
+    writer.write(Topic::ScanHorizontal, scan.stamp_ns, scan.stamp_ns, &scan).expect("written");
+    writer.finish().expect("finished");
+    let report = run(&scratch.options()).expect("encodes");
+    // The scan's last byte arrives 110.2 ms after its stamp: all samples came before.
+    assert_eq!(report.inertial, 10);
+    let reader = Reader::open(&scratch.0.join("out.mcap")).expect("a capture");
+    let entries = reader.messages().map(|entry| entry.expect("an entry").decode());
+    let kept = entries.filter_map(|message| match message {
+        Ok(AnyMessage::Imu(sample)) => Some(sample),
+        _ => None,
+    });
+    assert_eq!(kept.collect::<Vec<Imu>>(), samples);
+}
+
+/// Rigs of one laser of today.
+const COLA_RIG: &str = r#"
+[horizontal]
+protocol = "cola"
+address = "192.168.0.1:2112"
+[base]
+protocol = "none"
+"#;
+const SCIP_RIG: &str = r#"
+[horizontal]
+protocol = "scip"
+address = "192.168.0.10:10940"
+[base]
+protocol = "none"
+"#;
+
+#[test]
+fn the_clock_of_a_laser_of_today_never_steps_back() {
+    let stamps = [10 * SECOND, 10 * SECOND - 5_000_000, 10 * SECOND + 20_000_000, 11 * SECOND];
+    let scans: Vec<LaserScan> = stamps.iter().map(|stamp| scan(*stamp, vec![1.0; 181], 1.0)).collect();
+    for (name, rig, wait_ms) in [("cola-clock", COLA_RIG, 5.001), ("scip-clock", SCIP_RIG, 6.0)] {
+        let scratch = Scratch::new(name);
+        let report = scratch.encode_on(rig, &scans, &[]).expect("encodes");
+        assert_eq!((report.scans_horizontal, report.delayed, report.backward_stamps), (4, 1, 1), "{name}");
+        assert!((report.longest_delay_ms - wait_ms).abs() < 1e-6, "{name}: {}", report.longest_delay_ms);
+    }
+}
+
+#[test]
+fn scans_that_no_laser_of_today_takes_are_refused_by_its_name() {
+    let scratch = Scratch::new("refuse-fan");
+    let refused = |rig: &str, step_deg: f32, beams: usize| {
+        let scans = [scan(0, vec![1.0; beams], step_deg)];
+        scratch.encode_on(rig, &scans, &[]).expect_err("refused").to_string()
+    };
+    let error = refused(SCIP_RIG, 0.375, 480);
+    assert!(error.contains("480 beams") && error.contains("no Hokuyo scan"), "{error}");
+    // A UST looks 135 degrees to each side.
+    assert!(refused(SCIP_RIG, 0.25, 905).contains("field of view"));
+    let error = refused(COLA_RIG, 0.1, 1142);
+    assert!(error.contains("no SICK network laser scan") && error.contains("1141"), "{error}");
 }

@@ -8,6 +8,8 @@ pub mod base_counts;
 pub mod base_feed;
 pub mod base_track;
 pub mod byte_times;
+pub mod captured_laser;
+pub mod fan;
 pub mod laser_feed;
 pub mod laser_track;
 pub mod slots;
@@ -16,8 +18,12 @@ use base_track::{BaseReading, BaseTrack};
 use biplane_recording::capture::serial;
 use biplane_recording::rig::Base;
 use biplane_recording::{Direction, Port, ReadError, Reader, Rig};
-use laser_track::{LaserReading, LaserTrack};
+use captured_laser::AnyReading;
+pub use captured_laser::CapturedLaser;
 use std::path::{Path, PathBuf};
+
+/// Rate of a base's line whose rig is not known, Bd.
+const BASE_BAUD: u32 = 9600;
 
 /// Why a capture cannot be played.
 #[derive(Debug, thiserror::Error)]
@@ -28,12 +34,6 @@ pub enum CaptureError {
     /// It has no serial bytes.
     #[error("{}: no bytes of any device (/serial/.../rx); a recording has them when it was made with --raw", path.display())]
     NoSerialBytes {
-        /// The file.
-        path: PathBuf,
-    },
-    /// Lasers on a network are not played.
-    #[error("{}: its rig has lasers on a network, which cannot be served from a capture; serve a world", path.display())]
-    OnNetwork {
         /// The file.
         path: PathBuf,
     },
@@ -51,9 +51,9 @@ pub enum CaptureError {
 #[derive(Clone, Debug, Default)]
 pub struct Capture {
     /// The localizing laser.
-    pub horizontal: Option<LaserTrack>,
+    pub horizontal: Option<CapturedLaser>,
     /// The building-facing laser.
-    pub vertical: Option<LaserTrack>,
+    pub vertical: Option<CapturedLaser>,
     /// The base.
     pub base: Option<BaseTrack>,
     /// The rig that was recorded.
@@ -65,15 +65,10 @@ impl Capture {
     pub fn read(path: &Path) -> Result<Self, CaptureError> {
         let reader = Reader::open(path)?;
         let rig = reader.rig()?;
-        let lasers = rig.iter().flat_map(|rig| [Some(&rig.horizontal), rig.vertical.as_ref()]);
-        if lasers.flatten().any(|laser| !laser.is_lms2xx()) {
-            return Err(CaptureError::OnNetwork { path: path.to_owned() });
-        }
-        let baud = |port| rig_baud(rig.as_ref(), port);
-        let mut horizontal = LaserReading::new(baud(Port::Horizontal));
-        let mut vertical = LaserReading::new(baud(Port::Vertical));
+        let mut horizontal = AnyReading::new(rig.as_ref().map(|rig| &rig.horizontal));
+        let mut vertical = AnyReading::new(rig.as_ref().and_then(|rig| rig.vertical.as_ref()));
         let protocol = rig.as_ref().map_or_else(|| Base::default().protocol, |rig| rig.base.protocol);
-        let mut base = BaseReading::new(baud(Port::Base), &protocol);
+        let mut base = BaseReading::new(rig.as_ref().map_or(BASE_BAUD, |rig| rig.base.baud), &protocol);
         for message in serial(&reader) {
             let message = message?;
             if message.direction == Direction::Tx {
@@ -88,7 +83,7 @@ impl Capture {
                 Port::Base => base.take(message.time_ns, &message.bytes),
             }
         }
-        let bytes = horizontal.bytes.position + vertical.bytes.position + base.bytes.position;
+        let bytes = horizontal.position() + vertical.position() + base.bytes.position;
         let capture =
             Self { horizontal: horizontal.finish(), vertical: vertical.finish(), base: base.finish(), rig };
         match (bytes, capture.first_ns()) {
@@ -100,7 +95,7 @@ impl Capture {
 
     fn times_ns(&self) -> impl Iterator<Item = i64> + '_ {
         let lasers = [&self.horizontal, &self.vertical].into_iter().flatten();
-        let scans = lasers.flat_map(|track| track.scans.iter().map(|scan| scan.time_ns));
+        let scans = lasers.flat_map(CapturedLaser::times_ns);
         let packets = self.base.iter().flat_map(BaseTrack::times_ns);
         scans.chain(packets)
     }
@@ -115,15 +110,5 @@ impl Capture {
     #[must_use]
     pub fn duration_ns(&self) -> i64 {
         self.times_ns().max().unwrap_or(0) - self.first_ns().unwrap_or(0)
-    }
-}
-
-fn rig_baud(rig: Option<&Rig>, port: Port) -> u32 {
-    match (rig, port) {
-        (Some(rig), Port::Horizontal) => rig.horizontal.baud,
-        (Some(rig), Port::Vertical) => rig.vertical.as_ref().map_or(38_400, |laser| laser.baud),
-        (Some(rig), Port::Base) => rig.base.baud,
-        (None, Port::Base) => 9600,
-        (None, _) => 38_400,
     }
 }

@@ -7,6 +7,8 @@
 pub mod model;
 mod requests;
 mod scans;
+mod stream;
+pub mod telegram;
 
 use biplane_wire::Item;
 use biplane_wire::cola::{Deframer, Dialect, Kind, Telegram};
@@ -14,8 +16,9 @@ use biplane_wire::cola::{Deframer, Dialect, Kind, Telegram};
 use crate::devices::device::{Device, DeviceCounts};
 use crate::rig::fan::FanSource;
 pub use model::ColaParams;
-use requests::Settings;
-use scans::Turns;
+pub use requests::Settings;
+use stream::MeasuredScans;
+pub use stream::{ColaScans, Telegrams};
 
 /// How often a device that has nothing to do wants to be asked.
 const IDLE_NS: i64 = 1_000_000_000;
@@ -23,10 +26,9 @@ const IDLE_NS: i64 = 1_000_000_000;
 /// A mock laser.
 pub struct ColaDevice {
     params: ColaParams,
-    source: FanSource,
+    scans: Box<dyn ColaScans>,
     deframer: Box<Deframer>,
     settings: Settings,
-    turns: Turns,
     /// Answers and when they leave.
     answers: Vec<(i64, Vec<u8>)>,
     /// Scans are sent, in this dialect.
@@ -42,11 +44,17 @@ impl ColaDevice {
     /// A laser that measures what `source` gives.
     #[must_use]
     pub fn new(params: ColaParams, source: FanSource) -> Self {
+        let scans = MeasuredScans::new(&params, source);
+        Self::of_scans(params, Box::new(scans))
+    }
+
+    /// A laser that sends these scans.
+    #[must_use]
+    pub fn of_scans(params: ColaParams, scans: Box<dyn ColaScans>) -> Self {
         Self {
-            settings: Settings::of(&params),
-            turns: Turns::of(&params),
+            settings: Settings::of(&params, scans.are_recorded()),
             params,
-            source,
+            scans,
             deframer: Box::new(Deframer::new()),
             answers: Vec::new(),
             subscribed: None,
@@ -77,34 +85,38 @@ impl ColaDevice {
         self.counts.refused += u64::from(answered.is_refused);
         if answered.wants_scan {
             if self.subscribed.is_none() && self.asked.is_none() {
-                self.turns.begin_at(now_ns + self.params.latency_ns);
+                self.scans.begin_at(now_ns + self.params.latency_ns);
             }
             self.asked = Some(telegram.dialect);
             return;
         }
         if let Some(is_on) = answered.subscribes {
             self.subscribed = is_on.then_some(telegram.dialect);
-            self.turns.begin_at(now_ns + self.params.latency_ns);
+            self.scans.begin_at(now_ns + self.params.latency_ns);
         }
         if answered.restarts_mirror {
-            self.turns.set(&self.params, &self.settings.scan, now_ns);
+            self.scans.set(&self.params, &self.settings.scan, now_ns);
         }
         self.answers.push((now_ns + self.params.latency_ns, answered.bytes));
     }
 }
 
 impl ColaDevice {
-    /// Sends the scan of a turn to whom it is due.
-    fn measure(&mut self, turn: i64, out: &mut Vec<u8>) {
-        let fan = self.turns.fan(&self.params, &self.settings.range, turn);
-        let words = (self.source)(&fan);
-        let wanted = [(Kind::ReadAnswer, self.asked.take()), (Kind::Event, self.subscribed)];
-        for (kind, dialect) in wanted {
-            let Some(dialect) = dialect else { continue };
-            out.extend(self.turns.telegram(&self.params, &self.settings, (kind, dialect), turn, &words));
-            self.counts.telegrams += 1;
+    /// Sends a scan to whom it is due.
+    fn send_scan(&mut self, now_ns: i64, out: &mut Vec<u8>) -> bool {
+        let wanted = [(Kind::ReadAnswer, self.asked), (Kind::Event, self.subscribed)];
+        let forms = wanted.into_iter().filter_map(|(kind, dialect)| Some((kind, dialect?)));
+        let forms: Vec<(Kind, Dialect)> = forms.collect();
+        if forms.is_empty() {
+            return false;
         }
-        self.turns.count();
+        let telegrams = Telegrams { params: &self.params, settings: &self.settings, forms: &forms };
+        let is_sent = self.scans.send(now_ns, &telegrams, out);
+        if is_sent {
+            self.counts.telegrams += forms.len() as u64;
+            self.asked = None;
+        }
+        is_sent
     }
 }
 
@@ -140,23 +152,19 @@ impl Device for ColaDevice {
             }
             waits
         });
-        while self.subscribed.or(self.asked).is_some()
-            && let Some(turn) = self.turns.next_before(now_ns)
-        {
-            self.measure(turn, out);
-        }
+        while self.send_scan(now_ns, out) {}
         self.counts.bytes_sent += (out.len() - sent) as u64;
         let answer_ns = self.answers.iter().map(|(at_ns, _)| *at_ns).min();
-        let scan_ns = self.subscribed.or(self.asked).map(|_| self.turns.next_ns());
+        let scan_ns = self.subscribed.or(self.asked).map(|_| self.scans.next_ns(now_ns));
         [answer_ns, scan_ns].into_iter().flatten().min().unwrap_or(now_ns + IDLE_NS)
     }
 
     fn power_on(&mut self, now_ns: i64) {
-        self.settings = Settings::of(&self.params);
+        self.settings = Settings::of(&self.params, self.scans.are_recorded());
         self.answers.clear();
         (self.subscribed, self.asked) = (None, None);
         self.awake_ns = now_ns + self.params.boot_ns;
-        self.turns.power_on(now_ns);
+        self.scans.power_on(now_ns);
     }
 
     fn connected(&mut self, _: i64) {

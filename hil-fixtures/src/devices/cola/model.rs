@@ -52,7 +52,9 @@ impl ColaParams {
         Family::of_name(name.as_bytes()).map(|family| Self::new(family, name))
     }
 
-    fn new(family: Family, name: &str) -> Self {
+    /// A laser of this family that calls itself so.
+    #[must_use]
+    pub fn new(family: Family, name: &str) -> Self {
         let [start_e4deg, stop_e4deg] = family.fan_e4deg();
         let (rate_chz, step_e4deg, slow_ppm) = match family {
             Family::Lms1xx => (5000, 5000, 5000.0),

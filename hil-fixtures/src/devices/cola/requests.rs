@@ -14,13 +14,15 @@ const NOT_WRITABLE: u16 = 0xA;
 
 /// What can be set, and who is logged in.
 #[derive(Clone, Debug)]
-pub(super) struct Settings {
+pub struct Settings {
     pub(super) scan: ScanConfig,
     pub(super) data: ScanDataConfig,
     pub(super) range: OutputRange,
     /// Writes to the device's memory.
     pub(super) saves: u64,
     is_logged_in: bool,
+    /// Nothing can be set.
+    is_fixed: bool,
 }
 
 /// An answer, and what follows from it.
@@ -37,9 +39,9 @@ pub(super) struct Answered {
 }
 
 impl Settings {
-    pub(super) fn of(params: &ColaParams) -> Self {
+    pub(super) fn of(params: &ColaParams, is_fixed: bool) -> Self {
         let ColaParams { scan, data, range, .. } = *params;
-        Self { scan, data, range, saves: 0, is_logged_in: false }
+        Self { scan, data, range, saves: 0, is_logged_in: false, is_fixed }
     }
 
     /// The answer to a request.
@@ -89,7 +91,9 @@ impl Settings {
     fn write(&mut self, telegram: &Telegram<'_>) -> Result<usize, u16> {
         let wrong = |_| 5_u16;
         match telegram.name {
-            ScanDataConfig::NAME | OutputRange::NAME if !self.is_logged_in => return Err(NOT_WRITABLE),
+            ScanDataConfig::NAME | OutputRange::NAME if !self.is_logged_in || self.is_fixed => {
+                return Err(NOT_WRITABLE);
+            }
             ScanDataConfig::NAME => self.data = ScanDataConfig::parse(telegram).map_err(wrong)?,
             OutputRange::NAME => self.range = OutputRange::parse(telegram).map_err(wrong)?,
             _ => return Err(UNKNOWN),
@@ -125,7 +129,7 @@ impl Settings {
                 let fits = |offer: &biplane_wire::cola::Offer| {
                     (offer.rate_chz, offer.step_e4deg) == (wanted.rate_chz, wanted.step_e4deg)
                 };
-                let is_offered = params.family.offers().iter().any(fits);
+                let is_offered = !self.is_fixed && params.family.offers().iter().any(fits);
                 if is_offered {
                     let ScanConfig { rate_chz, step_e4deg, .. } = wanted;
                     self.scan = ScanConfig { rate_chz, step_e4deg, ..self.scan };

@@ -1,12 +1,11 @@
 //! The turns of a laser's mirror, and the telegram of each. Nanoseconds on the caller's clock; microseconds
 //! on the device's own.
 
-use biplane_wire::cola::{
-    Channel, Dialect, Head, Kind, OutputRange, Scan, ScanConfig, Telegram, Values, Width,
-};
+use biplane_wire::cola::{Dialect, Head, Kind, OutputRange, ScanConfig, Width};
 
 use super::model::ColaParams;
 use super::requests::Settings;
+use super::telegram::{self, Measured};
 use crate::rig::fan::Fan;
 
 /// A caller that is late by less than this finds the scans that have left meanwhile.
@@ -128,33 +127,16 @@ impl Turns {
             ..Head::default()
         };
         let remissions: Vec<u16> = words.iter().map(|word| REMISSION[usize::from(*word == 0)]).collect();
-        let channel = |name: &[u8; 5], width, numbers| Channel {
-            name: *name,
-            scale: 1.0,
-            offset: 0.0,
+        let wide = if settings.data.is_remission_wide { Width::Word } else { Width::Byte };
+        let measured = Measured {
             start_e4deg: settings.range.start_e4deg,
             step_e4deg: settings.range.step_e4deg as u16,
-            width,
-            values: Values::Numbers(numbers),
+            scale: 1.0,
+            words,
+            remissions: settings.data.remission.then_some((wide, &remissions)),
+            has_clock: settings.data.clock,
         };
-        let wide = if settings.data.is_remission_wide { Width::Word } else { Width::Byte };
-        let mut channels = heapless::Vec::new();
-        // There is room for ten.
-        let _ = channels.push(channel(b"DIST1", Width::Word, words));
-        if settings.data.remission {
-            let _ = channels.push(channel(b"RSSI1", wide, &remissions));
-        }
-        let scan = Scan {
-            head,
-            encoders: heapless::Vec::new(),
-            channels,
-            position: None,
-            name: None,
-            comment: None,
-            clock: settings.data.clock.then(biplane_wire::cola::Clock::default),
-            event: Some(None),
-        };
-        framed(&scan, form)
+        telegram::of_scan(head, &measured, form)
     }
 
     /// A turn was sent.
@@ -162,15 +144,4 @@ impl Turns {
         self.counter = self.counter.wrapping_add(1);
         self.scan_counter = self.scan_counter.wrapping_add(1);
     }
-}
-
-fn framed(scan: &Scan<'_>, (kind, dialect): (Kind, Dialect)) -> Vec<u8> {
-    let mut data = vec![0; biplane_wire::cola::MAX_TELEGRAM_BYTES];
-    let length = scan.emit_data(dialect, &mut data).unwrap_or_default();
-    let data = data.get(..length);
-    let telegram = Telegram { dialect, kind, name: Scan::NAME, data };
-    let mut bytes = vec![0; telegram.encoded_len()];
-    // The buffer is as long as the telegram says.
-    let _ = telegram.emit(&mut bytes);
-    bytes
 }

@@ -6,6 +6,7 @@
 
 pub mod model;
 mod requests;
+mod stream;
 mod turns;
 
 use biplane_wire::scip::{Delivery, ScanRequest};
@@ -13,9 +14,11 @@ use biplane_wire::scip::{Delivery, ScanRequest};
 use crate::devices::device::{Device, DeviceCounts};
 use crate::devices::pacing::{Kind, Line};
 use crate::rig::fan::FanSource;
-pub use model::{ScipLink, ScipParams, ScipState};
+pub use model::{ScipLink, ScipParams, ScipState, turns};
 use requests::{Effect, Memory, RequestLines};
-use turns::Turns;
+use stream::MeasuredScans;
+pub use stream::ScipScans;
+pub use turns::scan_reply;
 
 /// How often a device that has nothing to do wants to be asked.
 const IDLE_NS: i64 = 1_000_000_000;
@@ -38,10 +41,9 @@ struct Stream {
 /// A mock laser.
 pub struct ScipDevice {
     params: ScipParams,
-    source: FanSource,
+    scans: Box<dyn ScipScans>,
     lines: RequestLines,
     memory: Memory,
-    turns: Turns,
     line: Line,
     stream: Option<Stream>,
     /// From then on it answers.
@@ -55,10 +57,16 @@ impl ScipDevice {
     /// A laser that measures what `source` gives.
     #[must_use]
     pub fn new(params: ScipParams, source: FanSource) -> Self {
+        let scans = MeasuredScans::new(&params, source);
+        Self::of_scans(params, Box::new(scans))
+    }
+
+    /// A laser that sends these scans.
+    #[must_use]
+    pub fn of_scans(params: ScipParams, scans: Box<dyn ScipScans>) -> Self {
         let mut device = Self {
             memory: Memory::of(&params),
-            turns: Turns::of(&params),
-            source,
+            scans,
             lines: RequestLines::default(),
             line: Line::default(),
             stream: None,
@@ -86,7 +94,7 @@ impl ScipDevice {
                 last_step: parameters.front_step + 40,
                 cluster: 2,
             };
-            Stream { request, tag: None, turn: self.turns.turn_from(now_ns), is_once: false }
+            Stream { request, tag: None, turn: self.scans.turn_from(now_ns), is_once: false }
         });
     }
 
@@ -104,8 +112,7 @@ impl ScipDevice {
             return;
         }
         self.counts.requests += 1;
-        let clock_ms = self.turns.clock_ms(now_ns);
-        let Some(answer) = self.memory.answer(&self.params, text, now_ns, clock_ms) else {
+        let Some(answer) = self.memory.answer(&self.params, &*self.scans, text, now_ns) else {
             self.hangs = true;
             return;
         };
@@ -128,14 +135,14 @@ impl ScipDevice {
         let tag = place.and_then(|place| text.get(place + 1..)).map(<[u8]>::to_vec);
         match effect {
             Effect::Stream(request) => {
-                let turn = self.turns.turn_from(start_ns);
+                let turn = self.scans.turn_from(start_ns);
                 self.stream = Some(Stream { request, tag, turn, is_once: false });
             }
             Effect::Once(request) => {
-                let turn = self.turns.turn_from(start_ns);
+                let turn = self.scans.turn_from(start_ns);
                 self.stream = Some(Stream { request, tag, turn, is_once: true });
             }
-            Effect::Reset => self.turns.reset_clock(start_ns),
+            Effect::Reset => self.scans.reset_clock(start_ns),
             Effect::None | Effect::Stop | Effect::Reboot | Effect::Baud(_) => {}
         }
     }
@@ -151,17 +158,13 @@ impl ScipDevice {
     fn measure(&mut self, now_ns: i64) {
         let baud = self.line_baud();
         while let Some(stream) = &mut self.stream {
-            let sent_ns = self.turns.sent_ns(&self.params, &stream.request, stream.turn);
+            let sent_ns = self.scans.sent_ns(&self.params, &stream.request, stream.turn);
             if sent_ns > now_ns {
                 return;
             }
-            let skip = match &mut stream.request.delivery {
-                Delivery::Once => 0,
-                Delivery::Stream { skip, .. } => i64::from(*skip),
-            };
             let turn = stream.turn;
-            stream.turn += 1 + skip;
-            if self.line.free_ns() > sent_ns || now_ns - sent_ns > LATEST_NS {
+            stream.turn += turns(&stream.request);
+            if self.line.free_ns() > sent_ns + self.scans.waits_ns() || now_ns - sent_ns > LATEST_NS {
                 self.counts.skipped += 1;
                 continue;
             }
@@ -173,7 +176,7 @@ impl ScipDevice {
                 is_last |= *count == 0;
             }
             let (request, tag) = (stream.request, stream.tag.clone());
-            let bytes = self.turns.reply(&self.params, &request, turn, tag.as_deref(), &mut self.source);
+            let bytes = self.scans.reply(&self.params, &request, turn, tag.as_deref());
             self.line.send(sent_ns, baud, Kind::Stream, bytes, None);
             self.counts.telegrams += 1;
             if is_last {
@@ -217,7 +220,7 @@ impl Device for ScipDevice {
         }
         self.counts.bytes_sent += (out.len() - sent) as u64;
         let scan_ns =
-            self.stream.as_ref().map(|stream| self.turns.sent_ns(&self.params, &stream.request, stream.turn));
+            self.stream.as_ref().map(|stream| self.scans.sent_ns(&self.params, &stream.request, stream.turn));
         let due = [self.line.next_due_ns(), scan_ns];
         due.into_iter().flatten().min().unwrap_or(now_ns + IDLE_NS)
     }
@@ -229,7 +232,7 @@ impl Device for ScipDevice {
         self.lines.clear();
         self.line.clear(now_ns);
         self.awake_ns = now_ns + self.params.boot_ns;
-        self.turns.reset_clock(now_ns);
+        self.scans.reset_clock(now_ns);
     }
 
     fn connected(&mut self, now_ns: i64) {

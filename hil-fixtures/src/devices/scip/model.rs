@@ -1,6 +1,6 @@
 //! What a Hokuyo laser is when it is switched on, and how it differs from its paper.
 
-use biplane_wire::scip::Parameters;
+use biplane_wire::scip::{Delivery, Parameters, ScanRequest};
 
 const MS: i64 = 1_000_000;
 /// Rate of an RS-232 line after power-on.
@@ -119,6 +119,17 @@ impl ScipParams {
         }
     }
 
+    /// Such a laser on the line of a rig: at an address, or on a port at its rate in Bd.
+    #[must_use]
+    pub fn on_line(self, is_network: bool, baud: u32) -> Self {
+        let link = match (is_network, self.link) {
+            (true, _) => ScipLink::Network,
+            (false, ScipLink::Serial(_)) => ScipLink::Serial(baud),
+            (false, _) => ScipLink::Usb,
+        };
+        Self { link, ..self }
+    }
+
     /// One turn of the mirror, nanoseconds.
     #[must_use]
     pub fn turn_ns(&self) -> i64 {
@@ -138,6 +149,15 @@ impl Default for ScipParams {
     /// A UST-20LX.
     fn default() -> Self {
         Self::new("UST-20LX", parameters([20, 60_000], 1440, [0, 540, 1080], 2400), ScipLink::Network)
+    }
+}
+
+/// Turns of the mirror from a scan to the next.
+#[must_use]
+pub fn turns(request: &ScanRequest) -> i64 {
+    match request.delivery {
+        Delivery::Once => 1,
+        Delivery::Stream { skip, .. } => 1 + i64::from(skip),
     }
 }
 

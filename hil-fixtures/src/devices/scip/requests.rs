@@ -5,6 +5,7 @@ use biplane_wire::scip::{
 };
 
 use super::model::{ScipLink, ScipParams, ScipState};
+use super::stream::ScipScans;
 
 /// Longest line that is taken from a client.
 const MAX_LINE_BYTES: usize = 64;
@@ -103,9 +104,9 @@ impl Memory {
     pub(super) fn answer(
         &mut self,
         params: &ScipParams,
+        scans: &dyn ScipScans,
         line: &[u8],
         now_ns: i64,
-        clock_ms: u32,
     ) -> Option<Answer> {
         if self.state == ScipState::Scip1 {
             return Some(self.old_answer(line));
@@ -114,6 +115,7 @@ impl Memory {
             return Some(answer(line, b"0E", b"", Effect::None));
         };
         let plain = |status: &[u8; 2], effect| answer(line, status, b"", effect);
+        let clock_ms = scans.clock_ms(now_ns);
         Some(match request.command {
             Command::Time(step) => self.clock_answer(line, step, clock_ms),
             _ if self.state == ScipState::Clock => plain(b"0E", Effect::None),
@@ -142,7 +144,7 @@ impl Memory {
             Command::Scip2 => plain(b"0E", Effect::None),
             Command::Baud(baud) => self.baud_answer(params, line, baud),
             Command::Motor(_) | Command::Sensitivity(_) => plain(b"04", Effect::None),
-            Command::Scans(request) => return self.scan_answer(params, line, &request),
+            Command::Scans(request) => return self.scan_answer(params, scans, line, &request),
         })
     }
 
@@ -188,12 +190,18 @@ impl Memory {
         answer(line, status, b"", effect)
     }
 
-    fn scan_answer(&mut self, params: &ScipParams, line: &[u8], request: &ScanRequest) -> Option<Answer> {
+    fn scan_answer(
+        &mut self,
+        params: &ScipParams,
+        scans: &dyn ScipScans,
+        line: &[u8],
+        request: &ScanRequest,
+    ) -> Option<Answer> {
         if !params.has_intensity && (request.with_intensity || request.all_echoes) {
             return None;
         }
         let plain = |status: &[u8; 2], effect| Some(answer(line, status, b"", effect));
-        if request.last_step > params.parameters.last_step {
+        if request.last_step > params.parameters.last_step || !scans.has(request) {
             return plain(b"04", Effect::None);
         }
         if request.last_step < request.first_step {

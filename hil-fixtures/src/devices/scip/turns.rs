@@ -2,7 +2,8 @@
 //! the device's own.
 
 use biplane_wire::scip::{
-    Block, CLOCK_ROUND_MS, Command, Delivery, MAX_BLOCK_BYTES, Reading, Scan, ScanRequest, Status, Values,
+    Block, CLOCK_ROUND_MS, Command, Delivery, MAX_BLOCK_BYTES, Reading, Request, Scan, ScanRequest, Status,
+    Values,
 };
 use std::f64::consts::TAU;
 
@@ -119,21 +120,28 @@ impl Turns {
             })
             .collect();
         let clock_ms = self.clock_ms(self.begin_ns(turn));
-        let scan = Scan { request: *request, clock_ms, values: Values::Numbers(&readings) };
-        let mut lines = vec![0; MAX_BLOCK_BYTES];
-        // The longest scan fits.
-        let length = scan.emit_lines(&mut lines).unwrap_or_default();
-        let status = match request.delivery {
-            Delivery::Once => Status::OK,
-            Delivery::Stream { .. } => Status::STREAMED,
-        };
-        let lines = lines.get(..length).unwrap_or_default();
-        let request = biplane_wire::scip::Request { command: Command::Scans(*request), tag };
-        emitted(&Block { request, status, lines })
+        scan_reply(request, clock_ms, tag, &readings)
     }
 }
 
-pub(super) fn emitted(block: &Block<'_>) -> Vec<u8> {
+/// The reply with a scan; `tag` is the client's own text in its request.
+#[must_use]
+pub fn scan_reply(request: &ScanRequest, clock_ms: u32, tag: Option<&[u8]>, readings: &[Reading]) -> Vec<u8> {
+    let scan = Scan { request: *request, clock_ms, values: Values::Numbers(readings) };
+    let mut lines = vec![0; MAX_BLOCK_BYTES];
+    // The longest scan fits.
+    let length = scan.emit_lines(&mut lines).unwrap_or_default();
+    scan_block(request, tag, lines.get(..length).unwrap_or_default())
+}
+
+/// The reply with these lines of a scan.
+fn scan_block(request: &ScanRequest, tag: Option<&[u8]>, lines: &[u8]) -> Vec<u8> {
+    let status = match request.delivery {
+        Delivery::Once => Status::OK,
+        Delivery::Stream { .. } => Status::STREAMED,
+    };
+    let request = Request { command: Command::Scans(*request), tag };
+    let block = Block { request, status, lines };
     let mut bytes = vec![0; block.encoded_len()];
     // The buffer is as long as the reply says.
     let _ = block.emit(&mut bytes);

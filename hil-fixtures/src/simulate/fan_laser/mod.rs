@@ -14,7 +14,7 @@ use crate::capture::file::LineReads;
 use crate::devices::cola::{ColaDevice, ColaParams};
 use crate::devices::device::Device;
 use crate::devices::scip::{ScipDevice, ScipLink, ScipParams, ScipState};
-use crate::line::{Adapter, ReadParams, SerialRead, transfer_ns};
+use crate::line::{Adapter, SerialRead, transfer_ns};
 use crate::rig::fan::{Fan, FanSource};
 use crate::rig::simulated::SimulatedLaser;
 use crate::rng::Rng;
@@ -24,8 +24,6 @@ use biplane_wire::scip::ScanRequest;
 use client::{Output, cola_requests, scip_requests, talk};
 use std::sync::mpsc::channel;
 
-/// Most bytes of a read from a network: the payload of an Ethernet frame.
-const SEGMENT_BYTES: usize = 1460;
 /// The end of a reply in SCIP.
 const EMPTY_LINE: &[u8] = b"\n\n";
 
@@ -86,13 +84,8 @@ impl Kind {
                 Ok(Some(Self::Cola(params)))
             }
             LaserProtocol::Scip(scip) => {
-                let mut params = options.lasers.hokuyo.clone();
+                let mut params = options.lasers.hokuyo.clone().on_line(scip.address.is_some(), laser.baud);
                 let request = settings::scan_request(&params, scip)?;
-                params.link = match (&scip.address, params.link) {
-                    (Some(_), _) => ScipLink::Network,
-                    (None, ScipLink::Serial(_)) => ScipLink::Serial(laser.baud),
-                    (None, _) => ScipLink::Usb,
-                };
                 params.state = ScipState::Idle;
                 params.slow_ppm += ppm;
                 params.phase_ns = (phase * params.turn_ns() as f64) as i64;
@@ -147,10 +140,7 @@ impl Kind {
 
     /// When the computer reads it: by segments from a network, else as an adapter hands it over.
     fn reads(&self, sent: &Sent, delay_ns: i64, options: &SimulateOptions, place: u64) -> Vec<SerialRead> {
-        let params = match self.is_network() {
-            true => ReadParams { max_bytes: SEGMENT_BYTES, timer_ms: 0.0, ..options.reads },
-            false => options.reads,
-        };
+        let params = if self.is_network() { options.reads.on_network() } else { options.reads };
         let byte_ns = self.baud().map_or(0, |baud| transfer_ns(1, baud));
         let mut adapter = Adapter::new(params, options.seed, place);
         let mut free_ns = i64::MIN;
