@@ -6,6 +6,8 @@
 
 mod client;
 mod settings;
+#[cfg(test)]
+mod tests;
 
 use super::devices::{LaserRun, place_of, through_faults};
 use super::times::Times;
