@@ -85,8 +85,8 @@ struct Drive {
     /// Rig that drives through the world (mounts, base); the template when left out.
     #[arg(long, value_name = "rig.toml", conflicts_with = "capture")]
     rig: Option<PathBuf>,
-    /// Folder for the truth of a world: surfaces.ply, trajectory.tum, poses.tum and scan times, stamped in
-    /// UTC.
+    /// Folder for the truth of a world: surfaces.ply and trajectory.tum from the start of a drive on,
+    /// poses.tum and scan times when the mock ends. Stamped in UTC, all drives one after the other.
     #[arg(long, value_name = "DIR", conflicts_with = "capture")]
     truth: Option<PathBuf>,
     /// Replace an earlier truth in that folder.
@@ -148,7 +148,10 @@ impl Serve {
         for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
             signal_hook::flag::register(signal, Arc::clone(&stop))?;
         }
-        let report = serve(&options, &stop, || eprintln!("serving in {}", self.links.display()))?;
+        let report = serve(&options, &stop, |length_s| {
+            let links = self.links.display();
+            eprintln!("serving in {links}: {length_s:.0} s, from when all devices stream; Ctrl-C ends it");
+        })?;
         report.ports.iter().for_each(print_port);
         Ok(())
     }

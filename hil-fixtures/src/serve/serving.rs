@@ -6,10 +6,10 @@ use super::devices::{Devices, Served, WorldTruth};
 use super::lock::FolderLock;
 use super::network_port::NetworkPort;
 use super::port::{Port, PortReport};
-use super::truth::TruthWriter;
+use super::truth::{TruthRun, TruthWriter};
 use super::{LinkName, ServeError, ServeOptions, Source};
 use crate::devices::pty::Pty;
-use crate::devices::run::{Begun, Run};
+use crate::devices::run::Run;
 use crate::faults::Place;
 use crate::rng::Rng;
 use crate::simulate::truth_folder::{TruthError, prepare};
@@ -31,11 +31,12 @@ pub struct ServeReport {
     pub ports: Vec<PortReport>,
 }
 
-/// Serves until `stop`, or until the end with `once`. `ready` is called when all links are there.
+/// Serves until `stop`, or until the end with `once`. `ready` is called when all links are there, with the
+/// length of the drive or capture in seconds.
 pub fn serve(
     options: &ServeOptions,
     stop: &AtomicBool,
-    ready: impl FnOnce(),
+    ready: impl FnOnce(f64),
 ) -> Result<ServeReport, ServeError> {
     if !(options.speed.is_finite() && options.speed > 0.0) {
         return Err(ServeError::Speed { speed: options.speed });
@@ -117,7 +118,7 @@ fn run_ports(
     options: &ServeOptions,
     devices: &Devices,
     stop: &AtomicBool,
-    ready: impl FnOnce(),
+    ready: impl FnOnce(f64),
 ) -> Result<ServeReport, ServeError> {
     let clock = VirtualClock::start(options.speed);
     let stop_all = AtomicBool::new(false);
@@ -136,13 +137,14 @@ fn run_ports(
                 })?,
             ));
         }
-        ready();
-        let mut truth = TruthKeeper { options, devices, clock, last: None, failed: None };
+        ready(devices.length_ns as f64 * 1e-9);
+        let mut truth = TruthKeeper { options, devices, clock, runs: Vec::new(), failed: None };
         while !stop.load(Ordering::Relaxed) && !threads.iter().any(|(_, thread)| thread.is_finished()) {
             truth.look();
             let over = truth
-                .last
-                .is_some_and(|begun| clock.now_ns() > begun.start_ns + devices.length_ns + SILENCE_NS);
+                .runs
+                .last()
+                .is_some_and(|run| clock.now_ns() > run.begun.start_ns + devices.length_ns + SILENCE_NS);
             if options.once && over || truth.failed.is_some() {
                 break;
             }
@@ -163,22 +165,26 @@ struct TruthKeeper<'a> {
     options: &'a ServeOptions,
     devices: &'a Devices,
     clock: VirtualClock,
-    /// The last run seen.
-    last: Option<Begun>,
+    /// The runs seen.
+    runs: Vec<TruthRun>,
     failed: Option<TruthError>,
 }
 
 impl TruthKeeper<'_> {
     fn writer(&self) -> Option<(TruthWriter<'_>, &WorldTruth)> {
-        let (folder, world, begun) =
-            (self.options.truth.as_deref()?, self.devices.world.as_ref()?, self.last?);
-        Some((TruthWriter { folder, rig: &world.rig, clock: self.clock, begun }, world))
+        let (folder, world) = (self.options.truth.as_deref()?, self.devices.world.as_ref()?);
+        let writer = TruthWriter { folder, rig: &world.rig, clock: self.clock, runs: &self.runs };
+        (!self.runs.is_empty()).then_some((writer, world))
     }
 
     fn look(&mut self) {
         let begun = self.devices.run.begun();
-        if begun.is_some() && begun != self.last {
-            self.last = begun;
+        let last = self.runs.last().map(|run| run.begun);
+        if let Some(run) = self.runs.last_mut().filter(|run| begun != Some(run.begun)) {
+            run.ended_ns.get_or_insert(self.clock.now_ns());
+        }
+        if let Some(begun) = begun.filter(|begun| last != Some(*begun)) {
+            self.runs.push(TruthRun { begun, ended_ns: None });
             let written = self.writer().map_or(Ok(()), |(writer, _)| writer.write_drive());
             self.failed = written.err();
         }

@@ -64,7 +64,34 @@ impl<F: ScanFeed> ScanFeed for NotingFeed<F> {
     }
 }
 
-/// Writes the truth of one run.
+/// A run through the world, of one client after the other.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TruthRun {
+    /// Its start.
+    pub begun: Begun,
+    /// When its last device had stopped, on the virtual clock; `None` while it goes on.
+    pub ended_ns: Option<i64>,
+}
+
+/// The run that a time belongs to: what devices send before a run begins is seen from where it will begin.
+fn run_at(runs: &[TruthRun], virtual_ns: i64) -> Option<&TruthRun> {
+    runs.iter().find(|run| run.ended_ns.is_none_or(|ended_ns| virtual_ns < ended_ns)).or(runs.last())
+}
+
+/// The times of dense poses, in order: each run's drive and a margin around it, as far as it is its own.
+fn dense_ns(runs: &[TruthRun], drive_ns: i64) -> Vec<i64> {
+    let mut free_ns = i64::MIN;
+    let mut times = Vec::new();
+    for TruthRun { begun, ended_ns } in runs {
+        let all = (-MARGIN_NS..=drive_ns + MARGIN_NS).step_by(STEP_NS as usize);
+        let own = free_ns..ended_ns.unwrap_or(i64::MAX);
+        times.extend(all.map(|t_ns| begun.start_ns + t_ns).filter(|t_ns| own.contains(t_ns)));
+        free_ns = own.end;
+    }
+    times
+}
+
+/// Writes the truth of all runs so far.
 pub(super) struct TruthWriter<'a> {
     /// Folder that is there.
     pub folder: &'a Path,
@@ -72,17 +99,16 @@ pub(super) struct TruthWriter<'a> {
     pub rig: &'a SimulatedRig,
     /// The mock's clock.
     pub clock: VirtualClock,
-    /// The run.
-    pub begun: Begun,
+    /// The runs, in the order in which they began.
+    pub runs: &'a [TruthRun],
 }
 
 impl TruthWriter<'_> {
-    /// Surfaces and the whole drive, known as soon as it begins.
+    /// Surfaces and the whole drive of each run, known as soon as it begins.
     pub(super) fn write_drive(&self) -> Result<(), TruthError> {
         self.file("surfaces.ply", |out| write_ply(out, self.rig.scene().mesh()))?;
-        let end_ns = (self.rig.drive_duration_s() * 1e9) as i64 + MARGIN_NS;
-        let times = (-MARGIN_NS..=end_ns).step_by(STEP_NS as usize).map(|t_ns| self.begun.start_ns + t_ns);
-        self.poses("trajectory.tum", times)
+        let drive_ns = (self.rig.drive_duration_s() * 1e9) as i64;
+        self.poses("trajectory.tum", dense_ns(self.runs, drive_ns).into_iter())
     }
 
     /// The poses at the scans of one laser.
@@ -99,7 +125,8 @@ impl TruthWriter<'_> {
     }
 
     fn pose_line(&self, out: &mut dyn Write, virtual_ns: i64) -> io::Result<()> {
-        let pose = self.rig.map_from_base(virtual_ns - self.begun.start_ns);
+        let start_ns = run_at(self.runs, virtual_ns).map_or(0, |run| run.begun.start_ns);
+        let pose = self.rig.map_from_base(virtual_ns - start_ns);
         let ([x, y, z], [qx, qy, qz, qw]) = (pose.translation_m, pose.quaternion_xyzw());
         let time = seconds(self.clock.utc_ns(virtual_ns));
         writeln!(out, "{time} {x:.6} {y:.6} {z:.6} {qx:.9} {qy:.9} {qz:.9} {qw:.9}")
@@ -111,5 +138,42 @@ impl TruthWriter<'_> {
         write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
     ) -> Result<(), TruthError> {
         write_file(self.folder, name, write)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{MARGIN_NS, STEP_NS, TruthRun, dense_ns, run_at};
+    use crate::devices::run::Begun;
+
+    const NS_PER_S: i64 = 1_000_000_000;
+
+    fn run(number: u64, start_s: i64, ended_s: Option<i64>) -> TruthRun {
+        let begun = Begun { start_ns: start_s * NS_PER_S, number };
+        TruthRun { begun, ended_ns: ended_s.map(|s| s * NS_PER_S) }
+    }
+
+    #[test]
+    fn scans_of_two_clients_belong_to_the_drive_of_each() {
+        let runs = [run(1, 10, Some(30)), run(2, 45, None)];
+        let number_at = |t_s: i64| run_at(&runs, t_s * NS_PER_S).map(|run| run.begun.number);
+        // A laser streams some seconds before all do, and then the drive begins.
+        assert_eq!([5, 10, 29].map(number_at), [Some(1); 3]);
+        assert_eq!([31, 44, 45, 500].map(number_at), [Some(2); 4]);
+        // The last one is over, too.
+        assert_eq!(run_at(&[run(1, 10, Some(30))], 31 * NS_PER_S).map(|run| run.begun.number), Some(1));
+        assert!(run_at(&[], 0).is_none());
+    }
+
+    #[test]
+    fn dense_poses_are_those_of_all_drives_and_their_stamps_rise() {
+        let runs = [run(1, 10, Some(30)), run(2, 31, None)];
+        let times = dense_ns(&runs, 40 * NS_PER_S);
+        assert!(times.is_sorted_by(|a, b| a < b));
+        assert_eq!(times.first().copied(), Some(10 * NS_PER_S - MARGIN_NS));
+        assert_eq!(times.last().copied(), Some(71 * NS_PER_S + MARGIN_NS));
+        // The first drive as far as it went, the second from the first's end on.
+        assert!(times.contains(&(30 * NS_PER_S - STEP_NS)) && times.contains(&(30 * NS_PER_S)));
+        assert_eq!(dense_ns(&runs[..1], 40 * NS_PER_S).last().copied(), Some(30 * NS_PER_S - STEP_NS));
     }
 }

@@ -25,7 +25,8 @@ fn serving(options: &ServeOptions, client: impl FnOnce(&Path)) -> Result<ServeRe
     let stop = AtomicBool::new(false);
     std::thread::scope(|scope| {
         let (ready, is_ready) = mpsc::channel();
-        let server = scope.spawn(|| serve(options, &stop, move || ready.send(()).expect("the client waits")));
+        let server =
+            scope.spawn(|| serve(options, &stop, move |_| ready.send(()).expect("the client waits")));
         is_ready.recv().expect("links appear");
         let ended = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| client(&options.links)));
         stop.store(true, Ordering::Relaxed);

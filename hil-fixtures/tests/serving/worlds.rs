@@ -104,7 +104,7 @@ fn a_speed_of_zero_and_a_folder_that_cannot_be_made_are_refused() {
 
 fn serving_error(options: &ServeOptions) -> String {
     let stop = std::sync::atomic::AtomicBool::new(true);
-    biplane_mock::serve::serve(options, &stop, || {}).expect_err("refused").to_string()
+    biplane_mock::serve::serve(options, &stop, |_| {}).expect_err("refused").to_string()
 }
 
 #[test]
@@ -157,7 +157,7 @@ fn a_fault_that_a_mock_on_ports_cannot_have_is_refused_before_anything_is_made()
     let mut options = corridor(&folder);
     options.faults = Faults::new(&[Preset::ClockStep], 1);
     let stop = std::sync::atomic::AtomicBool::new(true);
-    let error = biplane_mock::serve::serve(&options, &stop, || ()).expect_err("refused").to_string();
+    let error = biplane_mock::serve::serve(&options, &stop, |_| ()).expect_err("refused").to_string();
     assert!(error.contains("clock-step") && error.contains("simulate"), "{error}");
     assert!(!options.links.exists());
 }

@@ -66,7 +66,7 @@ pub(crate) fn served_and_recorded(capture: &Path, rig: &Rig, work: &Path, output
     let (ready, is_ready) = mpsc::channel();
     std::thread::scope(|scope| {
         let mock = scope.spawn(|| {
-            let done = serve(&options, &stop_mock, || ready.send(()).unwrap());
+            let done = serve(&options, &stop_mock, |_| ready.send(()).unwrap());
             stop_record.store(true, Ordering::Relaxed);
             done
         });

@@ -50,7 +50,7 @@ impl Mock {
         let (ready, is_ready) = mpsc::channel();
         let stop = Arc::clone(&self.stop);
         self.thread = Some(thread::spawn(move || {
-            serve(&options, &stop, move || ready.send(()).unwrap()).unwrap();
+            serve(&options, &stop, move |_| ready.send(()).unwrap()).unwrap();
         }));
         is_ready.recv_timeout(Duration::from_secs(30)).expect("the mock is ready");
     }

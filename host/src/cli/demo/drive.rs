@@ -87,7 +87,7 @@ impl Drive {
             (AtomicBool::new(false), AtomicBool::new(false), AtomicBool::new(false));
         thread::scope(|scope| {
             let refused = || format!("cannot start a thread: {}", biplane_cli::memory::advice());
-            let work = || serve(&serving, &stop_mock, || ready.store(true, Ordering::Release));
+            let work = || serve(&serving, &stop_mock, |_| ready.store(true, Ordering::Release));
             let mock = Builder::new().spawn_scoped(scope, work).with_context(refused)?;
             wait_until(|| ready.load(Ordering::Acquire) || mock.is_finished());
             let work = || record(&recording, &stop_record);

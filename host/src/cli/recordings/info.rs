@@ -1,8 +1,9 @@
-//! `biplane info`: what a file holds, as a table or as JSON.
+//! `biplane info`: what a file or a model's folder holds, as a table or as JSON.
 
 use std::io::{self, Write};
 use std::path::PathBuf;
 
+use super::model_info;
 use crate::recordings::info;
 use crate::recordings::info::{FileInfo, TopicInfo};
 use crate::recordings::stamp_text::format_seconds;
@@ -12,9 +13,12 @@ use biplane_clock::iso_8601;
 
 /// Words of the command.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:\n  biplane info office.mcap\n  biplane info run_0.mcap run_1.mcap --json")]
+#[command(
+    after_help = "Examples:\n  biplane info office.mcap\n  biplane info run_0.mcap run_1.mcap --json\n  biplane info model        the rooms, doors and windows of a model"
+)]
 pub(crate) struct Args {
-    /// A recording or capture; of one in parts all of them, in any order, or its name without the number
+    /// A recording or capture; of one in parts all of them, in any order, or its name without the number.
+    /// Or a folder that `biplane build` wrote
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     /// Print JSON
@@ -24,8 +28,14 @@ pub(crate) struct Args {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> anyhow::Result<Outcome> {
-    let info = info::read(&args.files)?;
     let mut out = io::stdout().lock();
+    if let [folder] = &args.files[..]
+        && folder.is_dir()
+    {
+        model_info::print(&mut out, folder, args.json)?;
+        return Ok(Outcome::Done);
+    }
+    let info = info::read(&args.files)?;
     if args.json {
         serde_json::to_writer_pretty(&mut out, &info).map_err(io::Error::from)?;
         writeln!(out)?;

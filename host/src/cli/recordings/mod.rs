@@ -4,6 +4,7 @@ pub(crate) mod calibrate;
 pub(crate) mod import;
 pub(crate) mod info;
 pub(crate) mod map;
+pub(crate) mod model_info;
 pub(crate) mod optimize;
 pub(crate) mod recover;
 pub(crate) mod traj;

@@ -101,8 +101,8 @@ fn what_is_judged_may_still_come_first_and_is_told_to_come_second() {
         ("trajectory run.tum run.mcap", "trajectory run.mcap run.tum"),
     ] {
         let asked = folder.expect(&format!("evaluate {new} --json"), 0, &[]);
-        assert!(!asked.stderr.contains("has to come first"), "{}", asked.stderr);
-        let of_old = folder.expect(&format!("evaluate {old} --json"), 0, &["has to come first"]);
+        assert!(!asked.stderr.contains("must come first"), "{}", asked.stderr);
+        let of_old = folder.expect(&format!("evaluate {old} --json"), 0, &["must come first"]);
         assert_eq!(of_old.stdout, asked.stdout, "{old}");
     }
 }

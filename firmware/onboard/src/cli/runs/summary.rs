@@ -51,7 +51,7 @@ fn text(report: &RunReport) -> String {
         (report.arrival.dazzled_values, "values are missing because a laser was dazzled"),
         (report.arrival.polluted_scans, "scans were taken through a polluted window"),
         (report.arrival.skipped_bytes, "bytes belong to no telegram"),
-        (report.arrival.cut_by_us, "telegrams were cut by our own start or stop"),
+        (report.arrival.cut_by_us, "telegrams were cut by our own start or stop: no damage"),
         (report.arrival.backward_stamps, "stamps step back"),
         (
             report.arrival.clock_steps,

@@ -39,7 +39,7 @@ impl<'a> Files<'a> {
         }
         let (judged, reference) = (first.display(), second.display());
         console.note(format!(
-            "biplane: {reference} is taken as the reference. From version 0.2 on the reference has to come first: {reference} {judged}"
+            "biplane: {reference} is taken as the reference, although it comes second. From version 0.2 on it must come first: {reference} {judged}"
         ));
         Self { reference: second, judged: first }
     }
