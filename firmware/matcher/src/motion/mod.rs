@@ -3,59 +3,24 @@
 //! Frames: steps are in the base's frame, covariances in the map's axes. Units: meters, radians; stamps in
 //! nanoseconds.
 
+pub(crate) mod cadence;
 pub(crate) mod consistency;
 pub(crate) mod innovation_gate;
+pub(crate) mod leap_record;
+pub(crate) mod leaps;
 pub(crate) mod odometry;
+pub(crate) mod params;
+pub(crate) mod propagation;
 pub(crate) mod steadiness;
 
-use nalgebra::{Matrix3, Vector3};
-
+use crate::motion::cadence::{Cadence, LONGEST_GAP_S};
 use crate::motion::consistency::{Consistency, Reading};
+use crate::motion::leap_record::LeapRecord;
+use crate::motion::leaps::LeapWatch;
 use crate::motion::odometry::{Odometry, StallWatch};
+use crate::motion::params::MotionParams;
 use crate::motion::steadiness::Steadiness;
-use crate::parameter_group::parameter_group;
-use crate::registration::covariance::rows;
 use biplane_geometry::Pose2;
-use biplane_geometry::covariance::compound;
-
-parameter_group! { "motion";
-/// How much the odometry's own motion is worth. Smaller: the match follows the odometry more; larger: it
-/// follows the scans more, also where they say little (along a bare corridor).
-#[derive(Copy, Clone, PartialEq, Debug)]
-pub struct MotionParams {
-    /// Standard deviation of position per meter driven, meters. Larger: less held by the odometry, as all of
-    /// these.
-    pub position_m_per_m: f64,
-    /// Standard deviation of position per radian turned, meters.
-    pub position_m_per_rad: f64,
-    /// Standard deviation of heading per radian turned, radians.
-    pub heading_rad_per_rad: f64,
-    /// Standard deviation of heading per meter driven, radians.
-    pub heading_rad_per_m: f64,
-    /// A longer step of the odometry is a jump and not believed, meters. Smaller: dropped scans at speed look
-    /// like jumps; larger: jumps cost a search.
-    pub jump_m: f64,
-    /// Standard deviation of position when a step is only guessed from the one before, meters. Larger: a
-    /// wider search for every scan without odometry; smaller: a base that starts or stops suddenly is lost.
-    pub unmeasured_m: f64 [1e-06, 100.0],
-    /// Standard deviation of heading when a step is only guessed, radians. The same for turning.
-    pub unmeasured_rad: f64 [1e-06, 10.0],
-}
-}
-
-impl Default for MotionParams {
-    fn default() -> Self {
-        Self {
-            position_m_per_m: 0.1,
-            position_m_per_rad: 0.05,
-            heading_rad_per_rad: 0.1,
-            heading_rad_per_m: 0.05,
-            jump_m: 3.0,
-            unmeasured_m: 0.1,
-            unmeasured_rad: 0.1,
-        }
-    }
-}
 
 /// Standard deviation of position that every step has, meters, or odometry that says nothing moved would rule
 /// out every match. Larger: a base that stands is held less. Error 0.0246 m halved, 0.0292 m doubled.
@@ -66,23 +31,11 @@ const HEADING_FLOOR_RAD: f64 = 0.005;
 /// A larger turn of the odometry in one step is a jump and not believed, radians: no base turns so far
 /// between two scans. Error 0.0248 m also when halved or doubled.
 const JUMP_RAD: f64 = 2.0;
-/// A gap so many times the usual one means dropped scans.
-const DROPPED: f64 = 1.5;
-/// A guess is not stretched over more than this many scans.
-const LONGEST_GUESS: f64 = 4.0;
 
 /// Over longer ways the errors of wheels are independent of each other, meters.
 const WALK_M: f64 = 0.25;
 /// The same for turns, radians.
 const WALK_RAD: f64 = 0.25;
-/// Longer gaps between scans are a leap of the clock, seconds.
-const LONGEST_GAP_S: f64 = 10.0;
-/// Scans that come after less than this share of the mean gap come at once.
-const AT_ONCE: f64 = 0.2;
-/// What the newest scan counts for the share of those that come at once.
-const DISORDER_RATE: f64 = 0.05;
-/// Where more than this share of the scans come at once, their order is not sure: inertia foretells nothing.
-const DISORDERED: f64 = 0.2;
 
 /// What is expected of the next scan.
 #[derive(Copy, Clone, PartialEq, Debug)]
@@ -93,6 +46,9 @@ pub(crate) struct Prediction {
     pub rival: Option<Step>,
     /// How far the motion may be from the last one.
     pub steadiness: Steadiness,
+    /// Natural logarithm of the odds that the base has not made the odometry's step: where the rival is there
+    /// only because the odometry leaps.
+    pub odds_against_leap: Option<f64>,
 }
 
 /// A step from the last scan's base to this one's.
@@ -118,7 +74,9 @@ impl Step {
 pub(crate) enum Found {
     /// The scan was matched in every direction.
     Surely,
-    /// The pose follows the odometry, wholly or along a bare corridor.
+    /// The scan was matched, but for the way along a bare corridor, which follows the odometry.
+    ButForTheWay,
+    /// The pose follows the odometry.
     ByOdometry,
     /// It is only a guess.
     Guessed,
@@ -131,14 +89,12 @@ pub(crate) struct MotionModel {
     weighs_odometry: bool,
     params: MotionParams,
     last_odom_from_base: Option<Pose2>,
-    last_stamp_ns: Option<i64>,
     last_step: Pose2,
-    usual_gap_s: Option<f64>,
-    /// The same with stamps that repeat or step back: scans that come in bursts.
-    mean_gap_s: Option<f64>,
-    /// The share of the last scans whose stamps came at once with others, or stepped back.
-    disorder: f64,
+    cadence: Cadence,
     stall: StallWatch,
+    leaps: LeapWatch,
+    /// How its leaps turned out.
+    leap_record: LeapRecord,
     /// What scans have shown of the odometry.
     consistency: Consistency,
 }
@@ -150,12 +106,11 @@ impl MotionModel {
             weighs_odometry: true,
             params,
             last_odom_from_base: None,
-            last_stamp_ns: None,
             last_step: Pose2::IDENTITY,
-            usual_gap_s: None,
-            mean_gap_s: None,
-            disorder: 0.0,
+            cadence: Cadence::default(),
             stall: StallWatch::default(),
+            leaps: LeapWatch::default(),
+            leap_record: LeapRecord::default(),
             consistency: Consistency::default(),
         }
     }
@@ -167,24 +122,26 @@ impl MotionModel {
 
     /// What is expected of a scan with this stamp and odometry.
     pub(crate) fn predict(&self, stamp_ns: i64, odom_from_base: Option<Pose2>) -> Prediction {
-        let (again, steadiness) = (self.same_again(stamp_ns), Steadiness::after(self.mean_gap_s));
+        let (again, steadiness) = (self.same_again(stamp_ns), Steadiness::after(self.cadence.mean_gap_s()));
+        let alone = |step: Step| Prediction { step, rival: None, steadiness, odds_against_leap: None };
         let step = match self.measured(stamp_ns, odom_from_base) {
             Ok(step) => step,
-            Err(odometry) => return Prediction { step: Step { odometry, ..again }, rival: None, steadiness },
+            Err(odometry) => return alone(Step { odometry, ..again }),
         };
-        let reading = self.consistency.reading();
-        let inertia = self.inertia(stamp_ns, &step);
-        let apart = step.last_from_base.between(&inertia.last_from_base);
-        let is_worth = self.weighs_odometry && steadiness.is_worth() && self.disorder < DISORDERED;
-        let rival = is_worth && steadiness.squared(&apart) > 1.0;
-        if reading == Reading::Contradicted && is_worth {
-            return Prediction {
-                step: Step { odometry: Odometry::Contradicted, ..again },
-                rival: rival.then_some(step),
-                steadiness,
-            };
+        let inertia = self.inertia(stamp_ns, &step.last_from_base);
+        let squared = steadiness.squared(&step.last_from_base.between(&inertia.last_from_base));
+        let is_disordered = self.cadence.is_disordered();
+        let may_speak = !is_disordered
+            || self.leaps.is_leaping(&step.last_from_base, &inertia.last_from_base, &steadiness);
+        if !(self.weighs_odometry && steadiness.is_worth() && may_speak) {
+            return alone(step);
         }
-        Prediction { step, rival: rival.then_some(inertia), steadiness }
+        let odds_against_leap = is_disordered.then(|| self.leap_record.odds_against(squared));
+        let (step, rival) = match self.consistency.reading() {
+            Reading::Contradicted => (Step { odometry: Odometry::Contradicted, ..again }, step),
+            Reading::AsIs | Reading::Reversed => (step, inertia),
+        };
+        Prediction { step, rival: (squared > 1.0).then_some(rival), steadiness, odds_against_leap }
     }
 
     /// The odometry's step as it is to be read, or why there is none.
@@ -193,7 +150,7 @@ impl MotionModel {
         if now.is_finite() && self.last_odom_from_base.is_none() {
             return Err(Odometry::Missing);
         }
-        let step = self.plausible(self.gap_s(stamp_ns), odom_from_base).ok_or(Odometry::Jumped)?;
+        let step = self.plausible(self.cadence.gap_s(stamp_ns), odom_from_base).ok_or(Odometry::Jumped)?;
         if self.stall.holds(&now) {
             return Err(Odometry::Stalled);
         }
@@ -222,19 +179,17 @@ impl MotionModel {
     /// The last step again, longer when scans seem to have been dropped. Stamps that repeat, step back or
     /// jitter change nothing.
     pub(crate) fn same_again(&self, stamp_ns: i64) -> Step {
-        let scale = match (self.gap_s(stamp_ns), self.usual_gap_s) {
-            (Some(gap_s), Some(usual_s)) if gap_s > DROPPED * usual_s => (gap_s / usual_s).min(LONGEST_GUESS),
-            _ => 1.0,
-        };
-        self.stretched(scale)
+        self.stretched(self.cadence.scans_since_last(stamp_ns))
     }
 
-    /// What inertia makes of a step that the odometry has measured: the last step again, stretched over a gap
-    /// in the stamps only when that comes closer to the odometry. Stamps may leap where no scan is missing.
-    pub(crate) fn inertia(&self, stamp_ns: i64, measured: &Step) -> Step {
-        let off_m = |step: &Step| step.last_from_base.between(&measured.last_from_base).distance_m();
+    /// What inertia makes of a step that the odometry has measured: the last step again, stretched over a
+    /// gap in the stamps only when that comes closer to the odometry. Stamps may leap where no scan is
+    /// missing, and where they come in bursts they always do.
+    pub(crate) fn inertia(&self, stamp_ns: i64, measured: &Pose2) -> Step {
+        let off_m = |step: &Step| step.last_from_base.between(measured).distance_m();
         let (once, stretched) = (self.stretched(1.0), self.same_again(stamp_ns));
-        if off_m(&stretched) < off_m(&once) { stretched } else { once }
+        let is_late = !self.cadence.is_disordered() && off_m(&stretched) < off_m(&once);
+        if is_late { stretched } else { once }
     }
 
     fn stretched(&self, scale: f64) -> Step {
@@ -256,22 +211,10 @@ impl MotionModel {
         (map_from_last, map_from_base): (&Pose2, &Pose2),
         found: Found,
     ) {
-        let gap_s = self.gap_s(stamp_ns);
-        if let Some(gap_s) = gap_s {
-            let usual_s = self.usual_gap_s.unwrap_or(gap_s);
-            self.usual_gap_s = Some(usual_s + 0.1 * (gap_s.min(2.0 * usual_s) - usual_s));
-        }
-        if let Some(last_ns) = self.last_stamp_ns {
-            let gap_s = (stamp_ns.saturating_sub(last_ns) as f64 * 1e-9).clamp(0.0, LONGEST_GAP_S);
-            let mean_s = self.mean_gap_s.unwrap_or(gap_s);
-            self.mean_gap_s = Some(mean_s + 0.1 * (gap_s - mean_s));
-            let is_odd = gap_s < AT_ONCE * mean_s;
-            self.disorder += DISORDER_RATE * (f64::from(u8::from(is_odd)) - self.disorder);
-        }
-        self.last_stamp_ns = Some(stamp_ns);
-        if let (Some(step), Found::Surely, true) =
-            (self.plausible(gap_s, odom_from_base), found, self.weighs_odometry)
-        {
+        let odometry_step = self.plausible(self.cadence.gap_s(stamp_ns), odom_from_base);
+        self.watch_for_leaps(stamp_ns, odometry_step.as_ref());
+        self.cadence.note(stamp_ns);
+        if let (Some(step), Found::Surely, true) = (odometry_step, found, self.weighs_odometry) {
             let sigma = self.odometry_sigma(&step);
             let matched = map_from_last.between(map_from_base);
             self.consistency.compare(&step, sigma, &matched);
@@ -280,8 +223,8 @@ impl MotionModel {
         }
         self.last_odom_from_base = odom_from_base.filter(Pose2::is_finite);
         match self.last_odom_from_base {
-            Some(odom) if found == Found::Surely => {
-                self.stall.matched(&odom, map_from_base);
+            Some(odom) if matches!(found, Found::Surely | Found::ButForTheWay) => {
+                self.stall.matched(&odom, map_from_base, found == Found::Surely);
             }
             _ => self.stall.unmatched(),
         }
@@ -291,10 +234,19 @@ impl MotionModel {
         self.last_step = Pose2::new(worth * x_m, worth * y_m, worth * theta_rad);
     }
 
-    /// Seconds since the last scan; `None` when the stamp repeats, steps back or is missing.
-    fn gap_s(&self, stamp_ns: i64) -> Option<f64> {
-        let gap_ns = stamp_ns.checked_sub(self.last_stamp_ns?)?;
-        (gap_ns > 0).then_some(gap_ns as f64 * 1e-9)
+    /// Takes note of a leap of the odometry, of its size, squared, and of whether a scan has shown that the
+    /// base made it.
+    pub(crate) fn note_leap(&mut self, squared: f64, was_made: bool) {
+        self.leap_record.note(squared, was_made);
+    }
+
+    fn watch_for_leaps(&mut self, stamp_ns: i64, odometry_step: Option<&Pose2>) {
+        let Some(step) = odometry_step.map(|step| self.consistency.reading().of(step)) else {
+            self.leaps.missed();
+            return;
+        };
+        let inertia = self.inertia(stamp_ns, &step).last_from_base;
+        self.leaps.update(&step, &inertia, &Steadiness::after(self.cadence.mean_gap_s()));
     }
 
     fn odometry_sigma(&self, step: &Pose2) -> [f64; 3] {
@@ -311,13 +263,6 @@ impl MotionModel {
 /// What a way counts: errors of wheels add up like a random walk over ways longer than `from`.
 fn walked(way: f64, from: f64) -> f64 {
     if way > from { (way * from).sqrt() } else { way }
-}
-
-/// Covariance (x, y, theta; map's axes) after a step from a pose with this covariance.
-pub(crate) fn propagate(covariance: &Matrix3<f64>, map_from_last: &Pose2, step: &Step) -> Matrix3<f64> {
-    let noise = Matrix3::from_diagonal(&Vector3::from(step.sigma.map(|sigma| sigma * sigma)));
-    let sum = compound(map_from_last, &rows(covariance), &step.last_from_base, &rows(&noise));
-    Matrix3::from_fn(|row, column| sum[row][column])
 }
 
 #[cfg(test)]
@@ -363,24 +308,62 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_of_two_scans_doubles_the_guess_and_odd_stamps_leave_it() {
+    fn a_gap_of_two_scans_doubles_the_guess() {
         let model = after_steps(&[0, S, 2 * S, 3 * S]);
         assert!((model.same_again(5 * S).last_from_base.x_m - 0.2).abs() < 1e-9);
-        for stamp_ns in [4 * S, 3 * S, 0, i64::MIN] {
-            assert_eq!(model.same_again(stamp_ns).last_from_base, STEP, "{stamp_ns}");
-        }
-        let far = model.same_again(i64::MAX).last_from_base;
-        assert!((far.x_m - 0.4).abs() < 1e-9, "never more than four steps: {far:?}");
+        assert_eq!(model.same_again(4 * S).last_from_base, STEP);
     }
 
     #[test]
     fn inertia_bridges_dropped_scans_but_not_a_leap_of_the_stamps_alone() {
         let model = after_steps(&[0, S, 2 * S]);
         for (driven_m, expected_m) in [(0.19, 0.2), (0.11, 0.1)] {
-            let last_from_base = Pose2::new(driven_m, 0.0, 0.0);
-            let measured = Step { last_from_base, sigma: [0.01; 3], odometry: Odometry::Used };
-            assert!((model.inertia(4 * S, &measured).last_from_base.x_m - expected_m).abs() < 1e-9);
+            let inertia = model.inertia(4 * S, &Pose2::new(driven_m, 0.0, 0.0));
+            assert!((inertia.last_from_base.x_m - expected_m).abs() < 1e-9);
         }
+    }
+
+    /// Scans that come in pairs, half a second apart, of a base that goes ahead by `STEP` with each; and the
+    /// last pose of its odometry.
+    fn in_bursts() -> (MotionModel, Pose2) {
+        let mut model = MotionModel::new(MotionParams::default());
+        let mut odom_from_base = Pose2::IDENTITY;
+        for number in 0..40 {
+            odom_from_base = odom_from_base * STEP;
+            let stamp_ns = number / 2 * S / 2;
+            model.update(stamp_ns, Some(odom_from_base), (&Pose2::IDENTITY, &STEP), Found::Surely);
+        }
+        (model, odom_from_base)
+    }
+
+    #[test]
+    fn in_bursts_inertia_speaks_against_odometry_that_leaps_and_not_against_a_match_that_did() {
+        let (mut model, last) = in_bursts();
+        let next = last * STEP;
+        let leaping = model.predict(12 * S, Some(last * Pose2::new(1.1, 0.0, 0.05)));
+        let rival = leaping.rival.map(|rival| rival.last_from_base);
+        assert_eq!(rival, Some(STEP), "the stamps of bursts stretch nothing");
+        let at_first = leaping.odds_against_leap;
+        assert!(at_first.is_some_and(|odds| odds < 0.0), "the odometry is believed at first: {at_first:?}");
+        assert_eq!(model.predict(12 * S, Some(next)).rival, None);
+        // A match that follows something that moves: the odometry goes on as before.
+        let astray = Pose2::new(0.5, 0.0, 0.05);
+        model.update(10 * S, Some(next), (&Pose2::IDENTITY, &astray), Found::Surely);
+        assert_eq!(model.predict(10 * S, Some(next * STEP)).rival, None);
+    }
+
+    #[test]
+    fn what_scans_have_shown_of_leaps_counts_for_the_next_one_of_that_size() {
+        let (mut model, last) = in_bursts();
+        let leap = Pose2::new(1.1, 0.0, 0.05);
+        let squared = Steadiness::after(model.cadence.mean_gap_s()).squared(&leap.between(&STEP));
+        let smaller = Pose2::new(0.4, 0.0, 0.05);
+        let odds_of =
+            |model: &MotionModel, step: Pose2| model.predict(12 * S, Some(last * step)).odds_against_leap;
+        let before = odds_of(&model, smaller);
+        (0..5).for_each(|_| model.note_leap(squared, false));
+        assert!(odds_of(&model, leap).is_some_and(|odds| odds > 1.0), "{model:?}");
+        assert_eq!(odds_of(&model, smaller), before);
     }
 
     #[test]
@@ -388,23 +371,5 @@ mod tests {
         let mut model = after_steps(&[0]);
         model.update(S, None, (&Pose2::IDENTITY, &STEP), Found::Guessed);
         assert_eq!(model.same_again(2 * S).last_from_base.x_m, 0.05);
-    }
-
-    #[test]
-    fn heading_noise_becomes_noise_across_the_way_driven() {
-        let step =
-            Step { last_from_base: Pose2::new(2.0, 0.0, 0.0), sigma: [0.0; 3], odometry: Odometry::Used };
-        let before = Matrix3::from_diagonal(&Vector3::new(0.0, 0.0, 0.01));
-        // Looking along y and driving 2 m: sigma 0.1 rad is 0.2 m along x.
-        let after = propagate(&before, &Pose2::new(0.0, 0.0, FRAC_PI_2), &step);
-        assert!((after[(0, 0)] - 0.04).abs() < 1e-12 && after[(1, 1)].abs() < 1e-12, "{after}");
-        assert!((after[(0, 2)] + 0.02).abs() < 1e-12 && (after[(2, 2)] - 0.01).abs() < 1e-12, "{after}");
-    }
-
-    #[test]
-    fn noise_ahead_turns_with_the_base() {
-        let step = Step { last_from_base: Pose2::IDENTITY, sigma: [0.3, 0.1, 0.0], odometry: Odometry::Used };
-        let after = propagate(&Matrix3::zeros(), &Pose2::new(0.0, 0.0, FRAC_PI_2), &step);
-        assert!((after[(0, 0)] - 0.01).abs() < 1e-12 && (after[(1, 1)] - 0.09).abs() < 1e-12, "{after}");
     }
 }

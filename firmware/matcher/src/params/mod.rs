@@ -9,7 +9,7 @@ pub use error::ParameterError;
 pub use method::{Method, UnknownMethod};
 
 use crate::map::MapParams;
-use crate::motion::MotionParams;
+use crate::motion::params::MotionParams;
 use crate::parameter_group::{Parameter, ParameterGroup};
 use crate::pose_covariance::PoseCovarianceParams;
 use crate::registration::gauss_newton::params::AlignParams;

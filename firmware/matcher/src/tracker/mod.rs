@@ -3,6 +3,7 @@
 //! Frames: `map` is the base's frame at the first scan; `odom` is the odometry's own frame. Units: meters,
 //! radians.
 
+pub(crate) mod contest;
 pub(crate) mod map_matcher;
 pub(crate) mod method;
 pub(crate) mod pair;
@@ -12,8 +13,9 @@ use nalgebra::Matrix3;
 use crate::map::MapSize;
 use crate::motion::innovation_gate::{Expected, InnovationGate};
 use crate::motion::odometry::Odometry;
+use crate::motion::propagation::propagate;
 use crate::motion::steadiness::Steadiness;
-use crate::motion::{Found, MotionModel, Prediction, Step, propagate};
+use crate::motion::{Found, MotionModel, Prediction, Step};
 use crate::moving::MovingObjects;
 use crate::params::{Method, TrackerParams};
 use crate::pose_covariance::PoseCovariance;
@@ -26,6 +28,7 @@ use crate::registration::search::Window;
 use crate::registration::verdict::{LOST_BELOW_SCORE, Verdict};
 use crate::scan::Scan;
 use crate::scan::end_points::EndPoints;
+use crate::tracker::contest::{Contest, Expectation};
 use crate::tracker::method::{Engine, Learned};
 use biplane_geometry::Pose2;
 
@@ -67,37 +70,6 @@ pub struct Tracked {
 /// after the scan is off by degrees in a turn. Error 0.0248 m also when halved or doubled. Without odometry
 /// 4.2719 m and 0.0255 m.
 const HEADING_WINDOW_RAD: f64 = 0.3;
-
-/// A step, and where the base is when it made it.
-#[derive(Copy, Clone, Debug)]
-struct Expectation {
-    step: Step,
-    covariance: Matrix3<f64>,
-    prior: Prior,
-}
-
-/// What speaks against the odometry being wrong in one step (natural logarithm).
-const FAULT: f64 = 12.0;
-/// The same once scans have contradicted it.
-const FAULT_AGAIN: f64 = 3.0;
-
-/// A rival is taken when it is likelier by more than this (natural logarithm): one end point that fits by
-/// chance is no reason.
-const CLEARLY: f64 = 1.0;
-
-/// Log-likelihood of an alignment: by the scan, by what odometry and inertia expect, and by the odds of a
-/// fault.
-fn likelihood(
-    alignment: &Alignment,
-    odometry: &Expectation,
-    inertia: &Pose2,
-    rule: (f64, &Steadiness),
-) -> f64 {
-    let (fault, steadiness) = rule;
-    alignment.gain()
-        - odometry.prior.neg_log_likelihood(&alignment.pose).min(fault)
-        - steadiness.neg_log_likelihood(&inertia.between(&alignment.pose))
-}
 
 /// Matches scans one after the other; everything is allocated by [`Tracker::new`].
 #[derive(Clone, Debug)]
@@ -197,8 +169,8 @@ impl Tracker {
         self.is_placed = matches!(tracked.outcome, Outcome::First | Outcome::Matched | Outcome::Weak);
         let found = match tracked.outcome {
             Outcome::First | Outcome::Matched => Found::Surely,
+            Outcome::Weak => Found::ButForTheWay,
             _ if step.measured() => Found::ByOdometry,
-            Outcome::Weak => Found::ByOdometry,
             Outcome::Lost | Outcome::NoReturns => Found::Guessed,
         };
         self.motion.update(scan.stamp_ns, odom_from_base, (&last, &self.map_from_base), found);
@@ -254,21 +226,21 @@ impl Tracker {
             return (self.unmatched(Outcome::Lost), step);
         };
         self.covariance = taken.covariance;
-        let (mut alignment, mut verdict) =
-            self.locate(scan, last, (&step, &prediction.steadiness), &taken.prior);
+        let mut found = self.locate(scan, last, (&step, &prediction.steadiness), &taken.prior);
         let rival = prediction.rival.and_then(|rival| self.expected(last, before, &rival));
         if let Some(rival) = rival {
-            let (other, its_verdict) = self.engine.locate_near(&self.points, &rival.prior);
-            if its_verdict == Verdict::Found {
-                let distrusted = !step.measured();
-                let (odometry, inertia) = if distrusted { (&rival, &taken) } else { (&taken, &rival) };
-                let rule = (if distrusted { FAULT_AGAIN } else { FAULT }, &prediction.steadiness);
-                let of = |found: &Alignment| likelihood(found, odometry, &inertia.prior.mean, rule);
-                if verdict != Verdict::Found || of(&other) > of(&alignment) + CLEARLY {
-                    (alignment, verdict, taken) = (other, its_verdict, rival);
-                }
+            let other = self.engine.locate_near(&self.points, &rival.prior);
+            let contest = Contest::new(&taken, &rival, prediction);
+            if prediction.odds_against_leap.is_some()
+                && let Some((squared, was_made)) = contest.leap([&found, &other])
+            {
+                self.motion.note_leap(squared, was_made);
+            }
+            if contest.is_won_by(&other, &found) {
+                (found, taken) = (other, rival);
             }
         }
+        let (alignment, verdict) = found;
         self.covariance = taken.covariance;
         self.map_from_base = taken.prior.mean;
         self.pose_covariance.moved(last, &taken.step);
@@ -299,7 +271,7 @@ impl Tracker {
         let others = if step.measured() && !steadiness.is_worth() { &[][..] } else { &guesses[..] };
         let (alignment, verdict) = self.engine.locate(&self.points, prior, others, heading_window, window);
         if verdict == Verdict::Found && step.measured() {
-            let inertia = self.motion.inertia(scan.stamp_ns, step);
+            let inertia = self.motion.inertia(scan.stamp_ns, &step.last_from_base);
             let expected = Expected { prior, again: *last * inertia.last_from_base, inertia: &inertia };
             // An expected pose that explains little itself is no reason to wait.
             if !self.innovation_gate.confirm(&alignment.pose, &expected)
