@@ -17,6 +17,9 @@ const EVERY: usize = 2;
 /// So many other loops have to agree with the one that joins two recordings: chance puts two in one place,
 /// hardly ever three.
 const MIN_SUPPORT: usize = 2;
+/// With so many a recording is looked for nowhere else. With fewer the best place in all recordings counts:
+/// rooms may be alike.
+const SURE_SUPPORT: usize = 6;
 
 /// Which recordings came together: for each the number of the first one that it is joined to (itself when it
 /// is alone).
@@ -43,38 +46,76 @@ impl LoopCloser<'_> {
         )
     }
 
-    /// Where nothing is known of two recordings: every second submap of one against every second one of the
-    /// other, all around. Whether any came together.
+    /// Brings together two recordings of which nothing is known of each other; whether any came together.
+    ///
+    /// Each recording is looked for in those before it, one after the other, until it is surely found in one:
+    /// to look for all in all costs the square of their number.
     pub(crate) fn join(
         &mut self,
         recordings: usize,
         checkpoint: &mut Checkpoint,
         progress: &mut dyn FnMut(usize, usize),
     ) -> bool {
-        let groups = self.groups(recordings);
-        let group_of = |submap_id: usize| groups[self.recording_of[submap_id]];
-        let window = Window { half_m: self.params.near_m, half_rad: std::f64::consts::PI };
-        let mut pairs = Vec::new();
-        for query in (0..self.submaps.len()).step_by(EVERY) {
-            for other in (0..query).step_by(EVERY) {
-                if group_of(query) != group_of(other) && !self.tried.contains_key(&[other, query]) {
-                    pairs.push(Pair {
-                        submap_ids: [other, query],
-                        guess: Pose2::IDENTITY,
-                        window,
-                        uncertainty_m: f64::INFINITY,
-                    });
+        // What was found before may be enough, now that others have come together.
+        if self.join_found(recordings, SURE_SUPPORT) {
+            return true;
+        }
+        for later in 1..recordings {
+            for earlier in 0..later {
+                let groups = self.groups(recordings);
+                if groups[earlier] != groups[later] && self.look_for([earlier, later], checkpoint, progress) {
+                    self.find_supporting(checkpoint, progress);
+                    if self.join_found(recordings, SURE_SUPPORT) {
+                        return true;
+                    }
                 }
+            }
+            if self.join_found(recordings, MIN_SUPPORT) {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Searches every second submap of one recording in every second one of another, all around; whether
+    /// there was anything to search.
+    fn look_for(
+        &mut self,
+        [earlier, later]: [usize; 2],
+        checkpoint: &mut Checkpoint,
+        progress: &mut dyn FnMut(usize, usize),
+    ) -> bool {
+        let window = Window { half_m: self.params.near_m, half_rad: std::f64::consts::PI };
+        let (count, recording_of) = (self.submaps.len(), self.recording_of);
+        let of = |recording: usize| {
+            (0..count).step_by(EVERY).filter(move |submap_id| recording_of[*submap_id] == recording)
+        };
+        let mut pairs = Vec::new();
+        for query in of(later) {
+            for other in of(earlier).filter(|other| !self.tried.contains_key(&[*other, query])) {
+                pairs.push(Pair {
+                    submap_ids: [other, query],
+                    guess: Pose2::IDENTITY,
+                    window,
+                    uncertainty_m: f64::INFINITY,
+                });
             }
         }
         self.search(&pairs, checkpoint, progress);
-        self.find_supporting(checkpoint, progress);
+        !pairs.is_empty()
+    }
+
+    /// Puts two groups of recordings together over the best of the loops between any; whether there is one
+    /// that enough others agree with.
+    fn join_found(&mut self, recordings: usize, min_support: usize) -> bool {
+        let groups = self.groups(recordings);
+        let group_of = |submap_id: usize| groups[self.recording_of[submap_id]];
         let edges = self.edges();
         let apart = |edge: &Edge| group_of(edge.from) != group_of(edge.to);
         let support = self.support(&edges, |at| apart(&edges[at]));
         let joins = |at: &usize| {
             apart(&edges[*at])
-                && support[*at].len() >= MIN_SUPPORT
+                && support[*at].len() >= min_support
                 && self.refine.constrains_along(&self.loops[*at].found.agreement)
         };
         let best = (0..edges.len()).filter(joins).max_by(|&a, &b| {
