@@ -49,8 +49,8 @@ pub trait PortableMath: Sized {
 
 /// The functions of `libm` for one type, in the order of the trait.
 macro_rules! portable_math {
-    ($real:ty: $sin:ident $cos:ident $sin_cos:ident $tan:ident $acos:ident $atan2:ident $hypot:ident $exp:ident
-     $ln:ident $ln_1p:ident $log2:ident $log10:ident $powf:ident) => {
+    ($real:ty: $sin:ident $cos:ident $sin_cos:ident $tan:ident $acos:ident $atan2:ident $hypot:ident
+     $exp:ident $ln:ident $ln_1p:ident $log2:ident $log10:ident $powf:ident) => {
         impl PortableMath for $real {
             fn portable_sin(self) -> Self {
                 libm::$sin(self)
