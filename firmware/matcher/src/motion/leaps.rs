@@ -1,10 +1,10 @@
 //! Steps of the odometry that leap: from its own last step as well as from what the scans showed of the
 //! motion.
 //!
-//! A base that starts, stops or turns changes the odometry and, a moment later, the matched steps. Odometry
-//! that jumps, or stalls at speed, leaves both at once. After a match that went astray the odometry contradicts inertia
-//! as well, but goes on as before. So inertia may speak against odometry that has leapt, even where it
-//! foretells little. Steps are in the base's frame. Units: meters, radians.
+//! A base that starts, stops or turns changes the odometry and, a moment later, the matched steps.
+//! Odometry that jumps, or stalls at speed, leaves both at once. After a match that went astray the
+//! odometry contradicts inertia as well, but goes on as before. So inertia may speak against odometry that
+//! has leapt, even where it foretells little. Steps are in the base's frame. Units: meters, radians.
 
 use crate::motion::steadiness::Steadiness;
 use biplane_geometry::Pose2;
