@@ -48,7 +48,7 @@ const OF_THE_C_LIBRARY: [&str; 19] = [
     "exp_m1", "ln", "ln_1p", "log2", "log10", "powf",
 ];
 
-/// Tests may call them: they compare, and nobody relies on their bits. So may a normal distribution for tests.
+/// Tests may call them: they compare, and nobody relies on their bits. So may their noise.
 const IS_FOR_TESTS: [&str; 3] = ["tests.rs", "test_support.rs", "paper/random.rs"];
 
 /// Whether a text calls one of them, as a method or by its path.

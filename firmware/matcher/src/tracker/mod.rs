@@ -3,10 +3,10 @@
 //! Frames: `map` is the base's frame at the first scan; `odom` is the odometry's own frame. Units: meters,
 //! radians.
 
-pub(crate) mod contest;
 pub(crate) mod map_matcher;
 pub(crate) mod method;
 pub(crate) mod pair;
+pub(crate) mod step_choice;
 
 use nalgebra::Matrix3;
 
@@ -28,8 +28,8 @@ use crate::registration::search::Window;
 use crate::registration::verdict::{LOST_BELOW_SCORE, Verdict};
 use crate::scan::Scan;
 use crate::scan::end_points::EndPoints;
-use crate::tracker::contest::{Contest, Expectation};
 use crate::tracker::method::{Engine, Learned};
+use crate::tracker::step_choice::{Expectation, StepChoice};
 use biplane_geometry::Pose2;
 
 /// What became of a scan.
@@ -230,13 +230,13 @@ impl Tracker {
         let rival = prediction.rival.and_then(|rival| self.expected(last, before, &rival));
         if let Some(rival) = rival {
             let other = self.engine.locate_near(&self.points, &rival.prior);
-            let contest = Contest::new(&taken, &rival, prediction);
+            let choice = StepChoice::new(&taken, &rival, prediction);
             if prediction.odds_against_leap.is_some()
-                && let Some((squared, was_made)) = contest.leap([&found, &other])
+                && let Some((squared, was_made)) = choice.leap([&found, &other])
             {
                 self.motion.note_leap(squared, was_made);
             }
-            if contest.is_won_by(&other, &found) {
+            if choice.is_won_by(&other, &found) {
                 (found, taken) = (other, rival);
             }
         }

@@ -11,7 +11,7 @@ use crate::building::elements::{Room, Use, Wall, WallOpening};
 /// The file that lists them.
 const LIST: &str = "building.json";
 
-/// What is told of a model.
+/// What is printed of a model.
 struct Lists {
     rooms: Vec<Room>,
     walls: Vec<Wall>,
@@ -86,19 +86,19 @@ mod tests {
     fn rooms_and_openings_of_a_model_are_listed() {
         let folder = std::env::temp_dir().join(format!("biplane-model-info-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
-        let told = |json| {
+        let printed = |json| {
             let mut out = Vec::new();
             print(&mut out, &folder, json).map(|()| String::from_utf8(out).unwrap())
         };
-        assert!(told(false).unwrap_err().to_string().contains("without a building.json"));
+        assert!(printed(false).unwrap_err().to_string().contains("without a building.json"));
         std::fs::write(folder.join("building.json"), LIST).unwrap();
-        let text = told(false).unwrap();
+        let text = printed(false).unwrap();
         assert!(text.contains("S1-R01        12.35   2.50  open"), "{text}");
         assert!(text.contains("S1-N01       1.20   1.10   0.90  S1-W02  S1-R01"), "{text}");
         assert!(text.contains("doors: 0 ") && text.contains("windows: 1 "), "{text}");
-        assert_eq!(told(true).unwrap().trim_end(), LIST);
+        assert_eq!(printed(true).unwrap().trim_end(), LIST);
         std::fs::write(folder.join("building.json"), r#"{"rooms": 3}"#).unwrap();
-        assert!(told(false).unwrap_err().to_string().contains("not a list of this version"));
+        assert!(printed(false).unwrap_err().to_string().contains("not a list of this version"));
         std::fs::remove_dir_all(&folder).unwrap();
     }
 }

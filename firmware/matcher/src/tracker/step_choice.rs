@@ -37,7 +37,7 @@ pub(crate) struct Expectation {
 pub(crate) type Finding = (Alignment, Verdict);
 
 /// Two expectations, one of them the odometry's, and how they are to be weighed.
-pub(crate) struct Contest<'a> {
+pub(crate) struct StepChoice<'a> {
     odometry: &'a Expectation,
     inertia: &'a Expectation,
     steadiness: &'a Steadiness,
@@ -47,7 +47,7 @@ pub(crate) struct Contest<'a> {
     sudden: f64,
 }
 
-impl<'a> Contest<'a> {
+impl<'a> StepChoice<'a> {
     /// Of the likeliest step and its rival, of which one is the odometry's.
     pub(crate) fn new(
         likeliest: &'a Expectation,
@@ -128,15 +128,15 @@ mod tests {
     }
 
     /// With odometry that leaps by a meter, inertia that says 10 cm, and these odds against such a leap.
-    fn with_contest<T>(odds_against_leap: Option<f64>, ask: impl Fn(&Contest) -> T) -> T {
+    fn with_choice<T>(odds_against_leap: Option<f64>, ask: impl Fn(&StepChoice) -> T) -> T {
         let (odometry, inertia) = (expectation(1.0, Odometry::Used), expectation(0.1, Odometry::Missing));
         let (steadiness, rival) = (Steadiness::after(Some(0.2)), Some(inertia.step));
         let prediction = Prediction { step: odometry.step, rival, steadiness, odds_against_leap };
-        ask(&Contest::new(&odometry, &inertia, &prediction))
+        ask(&StepChoice::new(&odometry, &inertia, &prediction))
     }
 
     fn inertia_wins(odds_against_leap: Option<f64>, findings: [Finding; 2]) -> bool {
-        with_contest(odds_against_leap, |contest| contest.is_won_by(&findings[1], &findings[0]))
+        with_choice(odds_against_leap, |choice| choice.is_won_by(&findings[1], &findings[0]))
     }
 
     #[test]
@@ -157,7 +157,7 @@ mod tests {
     #[test]
     fn a_scan_shows_a_leap_when_it_fits_clearly_better_at_one_end_and_in_every_direction() {
         let shown = |first: Finding, second: Finding| {
-            with_contest(None, |contest| contest.leap([&first, &second]).map(|(_, was_made)| was_made))
+            with_choice(None, |choice| choice.leap([&first, &second]).map(|(_, was_made)| was_made))
         };
         assert_eq!(shown(found(1.0, 300.0, true), found(0.1, 200.0, true)), Some(true));
         assert_eq!(shown(found(1.0, 200.0, true), found(0.1, 300.0, true)), Some(false));
