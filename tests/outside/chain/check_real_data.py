@@ -170,7 +170,8 @@ class RealData:
         self.tally.ok(f"{name}: the map of the optimised poses has {bits[1]:.0f} bits; copies of the log")
 
     def readme(self):
-        run_check("chain/check_readme.py", self.work / "readme", "Your own recordings", self.log, self.relations)
+        given = (self.log, self.relations)
+        run_check("chain/check_readme.py", self.work / "readme", "Your own recordings", *given)
         self.tally.ok("README's commands for other people's recordings")
 
     def slice_through_a_mock_laser(self):
