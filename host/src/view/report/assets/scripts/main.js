@@ -83,7 +83,7 @@ function sizeOf({ name, triangles }, { polygons, rounds, raw_triangles }) {
   const count = (number) => number.toLocaleString('en');
   if (name === 'model') {
     const known = [...polygons, ...rounds].reduce((sum, surface) => sum + surface.triangles, 0);
-    const round = rounds.length > 0 ? ` + ${count(rounds.length)} round things` : '';
+    const round = rounds.length > 0 ? ` + ${count(rounds.length)} round thing${rounds.length > 1 ? 's' : ''}` : '';
     return `${count(polygons.length)} polygons${round} + ${count(triangles - known)} triangles`;
   }
   return name === 'raw' && triangles < raw_triangles ? `${count(triangles)} of ${count(raw_triangles)} triangles` : `${count(triangles)} triangles`;
