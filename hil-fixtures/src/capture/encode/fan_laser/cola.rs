@@ -1,6 +1,6 @@
 //! Scans of a SICK laser on a network: telegrams with the times of its own clock.
 
-use super::{OPENING_NS, not_sent, opening};
+use super::{OwnClock, not_sent, opening};
 use crate::capture::encode::busy_line::BusyLine;
 use crate::capture::encode::{EncodeError, EncodeOptions, EncodeReport};
 use crate::devices::cola::telegram::{Measured, of_scan};
@@ -31,9 +31,7 @@ pub(crate) struct ColaLine {
     params: ColaParams,
     topic: Topic,
     sent: u64,
-    /// When its clock was at its first value, and the last scan's time on it.
-    begun_ns: i64,
-    last_mark_ns: i64,
+    clock: OwnClock,
 }
 
 impl ColaLine {
@@ -45,8 +43,7 @@ impl ColaLine {
             params: options.network_laser,
             topic,
             sent: 0,
-            begun_ns: 0,
-            last_mark_ns: i64::MIN,
+            clock: OwnClock::NOT_BEGUN,
         }
     }
 
@@ -69,9 +66,7 @@ impl ColaLine {
         let mark_deg = f64::from(self.params.family.clock_mark_e4deg()) / 1e4;
         let first_beam_s = (first_deg - mark_deg) / 360.0 / rate_hz;
         let true_mark_ns = scan.stamp_ns - (first_beam_s * NS_PER_S).round() as i64;
-        // Its clock never steps back.
-        let mark_ns = true_mark_ns.max(self.last_mark_ns.saturating_add(NS_PER_US));
-        self.last_mark_ns = mark_ns;
+        let mark_ns = self.clock.mark_ns(true_mark_ns, NS_PER_US);
         let sent_ns = mark_ns + self.params.processing_ns((NS_PER_S / rate_hz) as i64);
         let delay_ns = (laser.delay_ms * 1e6).round() as i64;
         if self.sent == 0 {
@@ -116,7 +111,7 @@ impl ColaLine {
 
     /// It says who it is.
     fn open(&mut self, first_ns: i64) -> Result<(), EncodeError> {
-        self.begun_ns = first_ns - 2 * OPENING_NS;
+        self.clock.begin(first_ns);
         let ask = Telegram { dialect: Dialect::B, kind: Kind::Read, name: b"DeviceIdent", data: None };
         let mut request = vec![0; ask.encoded_len()];
         ask.emit(&mut request)?;
@@ -130,7 +125,7 @@ impl ColaLine {
     }
 
     fn clock_us(&self, at_ns: i64) -> u32 {
-        let passed_us = (at_ns - self.begun_ns + NS_PER_US / 2).div_euclid(NS_PER_US);
+        let passed_us = (at_ns - self.clock.begun_ns + NS_PER_US / 2).div_euclid(NS_PER_US);
         self.params.first_us.wrapping_add(passed_us as u32)
     }
 }

@@ -18,6 +18,31 @@ const OPENING_NS: i64 = 500_000_000;
 /// A client reads the answer within this time, nanoseconds.
 const ANSWERED_NS: i64 = 20_000_000;
 
+/// A device's own clock, by which its scans are stamped.
+#[derive(Clone, Copy, Debug)]
+struct OwnClock {
+    /// When it was at its first value.
+    begun_ns: i64,
+    /// The last scan's time on it.
+    last_ns: i64,
+}
+
+impl OwnClock {
+    /// Before the device has said who it is.
+    const NOT_BEGUN: Self = Self { begun_ns: 0, last_ns: i64::MIN };
+
+    /// Begins so that the device can say who it is before its first scan is sent.
+    fn begin(&mut self, first_ns: i64) {
+        self.begun_ns = first_ns - 2 * OPENING_NS;
+    }
+
+    /// The time that a scan gets: its own, or a tick after the last one's. Such a clock never steps back.
+    fn mark_ns(&mut self, true_ns: i64, tick_ns: i64) -> i64 {
+        self.last_ns = true_ns.max(self.last_ns.saturating_add(tick_ns));
+        self.last_ns
+    }
+}
+
 /// What a client asks such a device, each thing once, and what it answers.
 fn opening(
     device: &mut dyn Device,

@@ -1,6 +1,6 @@
 //! Scans of a Hokuyo laser: replies with the milliseconds of its own clock.
 
-use super::{OPENING_NS, not_sent, opening};
+use super::{OwnClock, not_sent, opening};
 use crate::capture::encode::busy_line::BusyLine;
 use crate::capture::encode::{EncodeError, EncodeOptions, EncodeReport};
 use crate::devices::scip::{ScipDevice, ScipLink, ScipParams, ScipState, scan_reply};
@@ -32,9 +32,7 @@ pub(crate) struct ScipLine {
     params: ScipParams,
     topic: Topic,
     sent: u64,
-    /// When its clock was at its first value, and the last scan's time on it.
-    begun_ns: i64,
-    last_step_0_ns: i64,
+    clock: OwnClock,
 }
 
 impl ScipLine {
@@ -47,8 +45,7 @@ impl ScipLine {
             params: ScipParams { state: ScipState::Idle, ..params },
             topic,
             sent: 0,
-            begun_ns: 0,
-            last_step_0_ns: i64::MIN,
+            clock: OwnClock::NOT_BEGUN,
         }
     }
 
@@ -64,17 +61,19 @@ impl ScipLine {
         let of = &self.params.parameters;
         let after_step_0_ns = |step: u16| (f64::from(step) * of.step_ns()).round() as i64;
         let true_step_0_ns = scan.stamp_ns - after_step_0_ns(request.first_step);
-        // Its clock never steps back.
-        let step_0_ns = true_step_0_ns.max(self.last_step_0_ns.saturating_add(NS_PER_MS));
-        self.last_step_0_ns = step_0_ns;
+        let step_0_ns = self.clock.mark_ns(true_step_0_ns, NS_PER_MS);
         let done_ns = step_0_ns + after_step_0_ns(request.last_step) + PROCESSING_NS;
         if self.sent == 0 {
             self.open(done_ns);
         }
-        let to_tick_ns =
-            if self.params.waits_for_tick { (self.begun_ns - done_ns).rem_euclid(NS_PER_MS) } else { 0 };
+        let to_tick_ns = if self.params.waits_for_tick {
+            (self.clock.begun_ns - done_ns).rem_euclid(NS_PER_MS)
+        } else {
+            0
+        };
         let due_ns = done_ns + to_tick_ns + (laser.delay_ms * 1e6).round() as i64;
-        let passed_ms = (step_0_ns - self.begun_ns).div_euclid(NS_PER_MS) + i64::from(self.params.first_ms);
+        let passed_ms =
+            (step_0_ns - self.clock.begun_ns).div_euclid(NS_PER_MS) + i64::from(self.params.first_ms);
         let clock_ms = passed_ms.rem_euclid(i64::from(CLOCK_ROUND_MS)) as u32;
         let bytes = scan_reply(&request, clock_ms, None, &readings(scan, &self.params, report));
         let wait_ns = self.put(&bytes, due_ns);
@@ -85,7 +84,7 @@ impl ScipLine {
 
     /// It says who it is and how it measures.
     fn open(&mut self, first_ns: i64) {
-        self.begun_ns = first_ns - 2 * OPENING_NS;
+        self.clock.begin(first_ns);
         let mut device = ScipDevice::new(self.params.clone(), Box::new(|_| Vec::new()));
         let requests = [b"VV\n".to_vec(), b"PP\n".to_vec()];
         let (asked, answers) = opening(&mut device, &requests, first_ns);
