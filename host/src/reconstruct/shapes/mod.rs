@@ -73,7 +73,8 @@ pub(crate) fn extract(params: &ShapeParams, cloud: &Cloud, found: &mut Planes) -
     let curved = curved_walls::find(params, cloud, &divided, found.sigma_m);
     let single = single(params, cloud, found, &divided, &curved);
     let all: Vec<Accepted> = curved.iter().map(|curved| curved.accepted.clone()).chain(single).collect();
-    let all = finish::unite::unite(params, cloud, found.sigma_m, all);
+    let mut all = finish::unite::unite(params, cloud, found.sigma_m, all);
+    finish::standing_out::retain(cloud, &divided, &mut all);
     if all.is_empty() {
         return Rounds::default();
     }

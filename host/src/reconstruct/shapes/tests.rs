@@ -89,6 +89,36 @@ fn columns_in_a_room_are_found_and_their_strips_are_gone() {
 }
 
 #[test]
+fn a_molding_on_a_wall_is_no_pipe_and_a_half_column_is_a_column() {
+    let mut seen = Seen::new(8);
+    for x in [-3.0, 0.0, 3.0] {
+        seen.from([x, -3.0, 0.8], 6000, |a, b| [8.0 * a - 4.0, 0.0, 3.0 * b]);
+    }
+    // A rounded ledge at 2 m: 120 degrees of a circle whose axis is 10 cm behind the wall.
+    let (radius_m, behind_m) = (0.2, 0.1);
+    for x in [-3.0, 0.0, 3.0] {
+        seen.from([x, -3.0, 0.8], 600, |a, b| {
+            let angle = (120.0 * (b - 0.5)).to_radians();
+            [8.0 * a - 4.0, behind_m - radius_m * angle.cos(), 2.0 + radius_m * angle.sin()]
+        });
+    }
+    assert_eq!(seen.found().2, []);
+    // A half column, its axis in the wall.
+    for x in [-2.0, 0.0, 2.0] {
+        seen.from([x, -3.0, 0.8], 600, |a, b| {
+            let angle = (180.0 * (a - 0.5)).to_radians();
+            [0.3 * angle.sin(), -0.3 * angle.cos(), 1.7 * b]
+        });
+    }
+    let (_, _, cylinders) = seen.found();
+    assert_eq!(cylinders.len(), 1, "{cylinders:?}");
+    assert!(
+        cylinders[0].axis_direction[2] > 0.99 && (cylinders[0].radius_m - 0.3).abs() < 0.01,
+        "{cylinders:?}"
+    );
+}
+
+#[test]
 fn an_apse_is_one_curved_wall_seen_from_inside() {
     let mut seen = Seen::new(2);
     let origin = [0.5, 0.0, 0.8];

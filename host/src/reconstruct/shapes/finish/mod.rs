@@ -3,5 +3,6 @@
 
 pub(crate) mod claim;
 pub(crate) mod meet;
+pub(crate) mod standing_out;
 pub(crate) mod trim;
 pub(crate) mod unite;

@@ -48,6 +48,11 @@ pub(crate) fn width_m(fit: &Fit) -> f64 {
     (12.0 * fit.variances_m2[1]).sqrt()
 }
 
+/// Whether a piece is too wide for a strip of something round.
+pub(crate) fn is_wide(fit: &Fit) -> bool {
+    width_m(fit) > MAX_STRIP_M
+}
+
 /// Divides the planes of a cloud.
 pub(crate) fn divide(cloud: &Cloud, found: &Planes) -> Patches {
     let slots = Slots::new(cloud, found);
@@ -60,8 +65,7 @@ pub(crate) fn divide(cloud: &Cloud, found: &Planes) -> Patches {
         sums[*piece as usize].merge(&slot.sum);
     }
     let fits: Vec<Option<Fit>> = sums.iter().map(Scatter::fit).collect();
-    let wide: Vec<bool> =
-        fits.iter().map(|fit| fit.as_ref().is_some_and(|fit| width_m(fit) > MAX_STRIP_M)).collect();
+    let wide: Vec<bool> = fits.iter().map(|fit| fit.as_ref().is_some_and(is_wide)).collect();
     let candidates = slots.candidates(cloud, found, |slot| wide[pieces[slot as usize] as usize]);
     let mut number = vec![NONE; sums.len()];
     let mut patches: Vec<Patch> = Vec::new();
