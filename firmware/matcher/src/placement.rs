@@ -3,6 +3,7 @@
 //!
 //! Units: meters. As [`Pose2`], it takes coordinates of an inner frame to an outer one.
 
+use biplane_geometry::PortableMath;
 use biplane_geometry::Pose2;
 
 /// A pose as sine, cosine and translation.
@@ -20,7 +21,7 @@ impl Placement {
     /// The placement of a pose.
     #[must_use]
     pub fn new(pose: &Pose2) -> Self {
-        let (sin, cos) = pose.theta_rad.sin_cos();
+        let (sin, cos) = pose.theta_rad.portable_sin_cos();
         Self { sin: sin as f32, cos: cos as f32, at_m: [pose.x_m as f32, pose.y_m as f32] }
     }
 

@@ -1,6 +1,7 @@
 //! A plane seen from its side: u runs level along it, z up. Meters.
 
 use crate::model::{PlanarPolygon, Plane};
+use biplane_geometry::PortableMath;
 
 /// From where to where, meters.
 pub(crate) type Span = [f64; 2];
@@ -23,7 +24,7 @@ impl Elevation {
     /// Of a plane; `None` when it is level.
     pub(crate) fn new(plane: &Plane) -> Option<Self> {
         let [x, y, z] = plane.normal;
-        let length = x.hypot(y);
+        let length = x.portable_hypot(y);
         (length > MIN_LEVEL).then(|| Self {
             along: [-y / length, x / length],
             across: [x / length, y / length],

@@ -10,6 +10,7 @@ use crate::building::part::Kind;
 use crate::building::part::Part;
 use crate::building::part::heights_m;
 use crate::model::{Model, PlanarPolygon};
+use biplane_geometry::PortableMath;
 
 /// What an opening is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,7 +44,7 @@ impl Opening {
     /// Width, meters.
     pub fn width_m(&self) -> f64 {
         let [a, b] = self.ends_m;
-        (b[0] - a[0]).hypot(b[1] - a[1])
+        (b[0] - a[0]).portable_hypot(b[1] - a[1])
     }
 
     /// Height, meters.

@@ -1,5 +1,6 @@
 //! The plan of a storey: everything cut at one height, and the outlines of its floors and ceilings.
 
+use biplane_geometry::PortableMath;
 use std::collections::BTreeMap;
 
 use super::Building;
@@ -56,7 +57,7 @@ pub(crate) fn draw(model: &Model, building: &Building, storey: usize) -> Option<
     }
     plan.section.extend(cut_mesh(&model.leftovers, z_m));
     for lines in [&mut plan.walls, &mut plan.leaves, &mut plan.section] {
-        lines.retain(|[a, b]| (b[0] - a[0]).hypot(b[1] - a[1]) >= MIN_M);
+        lines.retain(|[a, b]| (b[0] - a[0]).portable_hypot(b[1] - a[1]) >= MIN_M);
     }
     Some(plan)
 }

@@ -5,6 +5,7 @@ use crate::building::part::CUT_M;
 use crate::building::part::LEVEL;
 use crate::building::part::is_upright;
 use crate::model::Model;
+use biplane_geometry::PortableMath;
 use biplane_geometry::polygon_area::ring_area_m2;
 
 /// Level surfaces this close in height are one floor, meters.
@@ -79,5 +80,5 @@ fn largest(levels: &[(f64, f64)]) -> Option<(f64, f64)> {
 fn walls_m(model: &Model, z_m: f64) -> f64 {
     let upright = model.polygons.iter().filter(|p| model.planes.get(p.plane).is_some_and(is_upright));
     let lines = upright.flat_map(|polygon| cut(polygon, &model.planes[polygon.plane], z_m));
-    lines.map(|[a, b]| (b[0] - a[0]).hypot(b[1] - a[1])).sum()
+    lines.map(|[a, b]| (b[0] - a[0]).portable_hypot(b[1] - a[1])).sum()
 }

@@ -4,6 +4,7 @@
 //! Each agreement is a distance along a surface's normal, with how it changes with the parameters and its
 //! standard deviation as a model has it.
 
+use biplane_geometry::PortableMath;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -177,7 +178,8 @@ fn with_patch(
     let fits = |patch: &&Patch| {
         let off = observation.at - patch.center;
         let across_m = off.dot(&patch.normal);
-        let turned = (observation.pose.theta_rad - patch.heading_rad).cos() < ANOTHER_HEADING_RAD.cos();
+        let turned = (observation.pose.theta_rad - patch.heading_rad).portable_cos()
+            < ANOTHER_HEADING_RAD.portable_cos();
         turned
             && across_m.abs() < gate_m
             && (off - patch.normal * across_m).norm() < ALONG_M

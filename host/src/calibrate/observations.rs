@@ -2,6 +2,7 @@
 //!
 //! A patch is what two seconds of driving saw of a surface in one cell of space. Meters.
 
+use biplane_geometry::PortableMath;
 use std::collections::HashMap;
 
 use nalgebra::{Matrix3, Point3, Vector3};
@@ -79,7 +80,7 @@ fn observation(
         / (2.0 * HALF_STEP_NS as f64 * 1e-9);
     let in_base = placement.base_from_laser * Point3::new(strip.center_m[0], strip.center_m[1], 0.0);
     let along = placement.base_from_laser * Vector3::new(strip.along[0], strip.along[1], 0.0);
-    let (sin, cos) = pose.theta_rad.sin_cos();
+    let (sin, cos) = pose.theta_rad.portable_sin_cos();
     let turned = |v: Vector3<f64>| Vector3::new(cos * v.x - sin * v.y, sin * v.x + cos * v.y, v.z);
     let at = Point3::from(turned(in_base.coords) + Vector3::new(pose.x_m, pose.y_m, 0.0));
     Some(Observation { strip: *strip, stamp_ns, pose, velocity, at, along: turned(along) })

@@ -4,6 +4,7 @@
 //! matched turn = `turn` x counted turn + `drift` x counted way. Robust (Tukey), because wheels slip; the
 //! standard deviations are from what is left, with segments that are far off left out.
 
+use biplane_geometry::PortableMath;
 use nalgebra::{Matrix2, Vector2};
 
 use crate::calibrate::robust_scale;
@@ -81,7 +82,7 @@ struct Row {
 
 fn distance_row(segment: &Segment) -> Row {
     let [x, y] = segment.counted_m;
-    let counted_m = x.hypot(y).max(1e-9);
+    let counted_m = x.portable_hypot(y).max(1e-9);
     let along_m = (segment.matched_m[0] * x + segment.matched_m[1] * y) / counted_m;
     let sigma = (PATH_SLIP_M * PATH_SLIP_M * segment.path_m + POSE_M * POSE_M).sqrt();
     Row { of: Vector2::new(counted_m, 0.0) / sigma, value: along_m / sigma }
@@ -123,7 +124,7 @@ fn segments(poses: &[StampedPose], odometry: &Trajectory) -> Vec<Segment> {
 /// Where the second pose lies, seen from the first.
 fn in_first(first: &StampedPose, second: &StampedPose) -> [f64; 2] {
     let (x, y) = (second.x_m - first.x_m, second.y_m - first.y_m);
-    let (sin, cos) = first.theta_rad.sin_cos();
+    let (sin, cos) = first.theta_rad.portable_sin_cos();
     [cos * x + sin * y, cos * y - sin * x]
 }
 

@@ -4,6 +4,7 @@
 //! 5 ms) or less. The covariance behind it is that of all parameters together, so that two which only show in
 //! their sum are both unknown; its eigenvectors say which go together.
 
+use biplane_geometry::PortableMath;
 use biplane_recording::Rig;
 use serde::Serialize;
 
@@ -157,7 +158,7 @@ fn place(out: &mut Calibration, start: &Placement, at: &Placement, solution: &So
     let step = at.since(start);
     let systematic = systematic(solution);
     let sigma_si = |i: usize| solution.covariance[(i, i)].max(0.0).sqrt();
-    let sigma = |i: usize| (sigma_si(i) * PER_UNIT[i]).hypot(systematic[i]);
+    let sigma = |i: usize| (sigma_si(i) * PER_UNIT[i]).portable_hypot(systematic[i]);
     // A standard deviation near the prior's is the prior's.
     let reported = |i: usize| sigma_si(i) < 0.7 * PRIOR[i];
     let known = |i: usize| reported(i) && sigma(i) <= OBSERVED[i];
@@ -206,7 +207,7 @@ fn systematic(solution: &Solution) -> [f64; PARAMETERS] {
     let (walls_m, floor_m) = (excess(&solution.fits[..2]), excess(&solution.fits[3..]));
     let turn_deg = (walls_m / ARM_M).to_degrees();
     let parts = [walls_m, walls_m, floor_m, turn_deg, turn_deg, turn_deg, walls_m / SWEEP_M_PER_S * 1e3];
-    std::array::from_fn(|i| MINIMUM[i].hypot(parts[i]))
+    std::array::from_fn(|i| MINIMUM[i].portable_hypot(parts[i]))
 }
 
 /// With which others a parameter moves unseen: the worst known direction in which it has a part.
@@ -229,7 +230,7 @@ fn partners(solution: &Solution, parameter: usize) -> String {
 
 fn odometry(out: &mut Calibration, scales: &Scales) {
     let row = |name, unit, before: f64, known: Known, minimum: f64, largest: f64| {
-        let sigma = known.sigma.hypot(minimum);
+        let sigma = known.sigma.portable_hypot(minimum);
         let reported = sigma < UNTOLD;
         let is_near = before == 0.0 || (known.value - before).abs() <= FARTHEST_SCALE;
         let observed = is_near && sigma <= largest;

@@ -5,6 +5,7 @@
 
 use crate::recordings::scan_geometry::RangeScan;
 use crate::recordings::scan_geometry::ScanGeometry;
+use biplane_geometry::PortableMath;
 
 /// A strip is at most this long, and longer with the range: beams lie farther apart there.
 const LENGTH_M: f64 = 0.3;
@@ -38,7 +39,7 @@ pub(super) struct Strip {
 impl Strip {
     /// How far from the laser it is.
     pub(super) fn range_m(&self) -> f64 {
-        self.center_m[0].hypot(self.center_m[1])
+        self.center_m[0].portable_hypot(self.center_m[1])
     }
 }
 
@@ -51,10 +52,10 @@ pub(super) fn cut(geometry: &ScanGeometry, range_scan: &RangeScan, strips: &mut 
             continue;
         }
         let range = f64::from(range_m);
-        let (sin, cos) = beam.angle_rad.sin_cos();
+        let (sin, cos) = beam.angle_rad.portable_sin_cos();
         let point = [range * cos, range * sin];
         if let (Some(first), Some(last)) = (open.first(), open.last()) {
-            let long = (point[0] - first.0[0]).hypot(point[1] - first.0[1]);
+            let long = (point[0] - first.0[0]).portable_hypot(point[1] - first.0[1]);
             if long > LENGTH_M + LENGTH_PER_RANGE * range
                 || (range - last.1).abs() > JUMP_M + JUMP_PER_RANGE * range
             {
@@ -100,6 +101,6 @@ pub(super) fn scatter(points: impl Iterator<Item = [f64; 2]>, center: [f64; 2]) 
 pub(super) fn principal([xx, xy, yy]: [f64; 3]) -> ([f64; 2], [f64; 2]) {
     let middle = 0.5 * (xx + yy);
     let half = (0.25 * (xx - yy) * (xx - yy) + xy * xy).sqrt();
-    let (sin, cos) = (0.5 * (2.0 * xy).atan2(xx - yy)).sin_cos();
+    let (sin, cos) = (0.5 * (2.0 * xy).portable_atan2(xx - yy)).portable_sin_cos();
     ([cos, sin], [(middle - half).max(0.0), middle + half])
 }

@@ -4,6 +4,7 @@
 //! Frame `map`, meters. A piece knows when it was seen, so that what the vertical laser sees is held against
 //! what the horizontal one saw at about the same time: the drift of the poses is then the same for both.
 
+use biplane_geometry::PortableMath;
 use std::collections::HashMap;
 
 use rayon::prelude::*;
@@ -107,7 +108,7 @@ fn pieces_of(geometry: &ScanGeometry, range_scans: &[RangeScan], trajectory: &Tr
             }
             let stamp_ns = range_scan.stamp_ns.saturating_add(beam.delay_ns);
             let Some(pose) = trajectory.at(stamp_ns, LONGEST_GAP_NS) else { continue };
-            let (sin, cos) = beam.angle_rad.sin_cos();
+            let (sin, cos) = beam.angle_rad.portable_sin_cos();
             let in_base = geometry.base_from_laser
                 * nalgebra::Point3::new(cos, sin, 0.0).coords.scale(f64::from(range_m));
             let in_base = in_base + geometry.base_from_laser.translation.vector;
@@ -169,6 +170,6 @@ fn straight_wall(own: &Line, lines: &[Line]) -> Line {
 
 /// A point of the base's frame in `map`, seen from above.
 pub(super) fn on_floor(pose: &StampedPose, [x, y]: [f64; 2]) -> [f64; 2] {
-    let (sin, cos) = pose.theta_rad.sin_cos();
+    let (sin, cos) = pose.theta_rad.portable_sin_cos();
     [pose.x_m + cos * x - sin * y, pose.y_m + sin * x + cos * y]
 }

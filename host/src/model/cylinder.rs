@@ -2,6 +2,7 @@
 //! meters.
 
 use super::Mesh;
+use biplane_geometry::PortableMath;
 use biplane_geometry::vec3::{cross, dot, minus, plus, scaled, unit};
 use serde::{Deserialize, Serialize};
 
@@ -94,7 +95,7 @@ impl Cylinder {
 
     /// The point of the surface at an angle, at the low end (0) or the high one (1).
     pub(crate) fn corner_m(&self, angle_rad: f64, end: usize) -> [f64; 3] {
-        let (sin, cos) = angle_rad.sin_cos();
+        let (sin, cos) = angle_rad.portable_sin_cos();
         let [x, y] = [self.radius_m * cos, self.radius_m * sin];
         let along = [self.from_m, self.to_m][end] + self.cuts[end][0] * x + self.cuts[end][1] * y;
         let out = plus(scaled(self.zero(), x), scaled(self.quarter(), y));
@@ -110,14 +111,14 @@ impl Cylinder {
     pub(crate) fn angles_rad(&self) -> Vec<f64> {
         let [from, to] = self.arc_deg.map(f64::to_radians);
         let share = (1.0 - CHORD_ERROR_M / self.radius_m.max(CHORD_ERROR_M)).clamp(-1.0, 1.0);
-        let step = (2.0 * share.acos()).min(std::f64::consts::TAU / MIN_SIDES);
+        let step = (2.0 * share.portable_acos()).min(std::f64::consts::TAU / MIN_SIDES);
         let count = ((to - from) / step).ceil().clamp(1.0, 720.0);
         (0..=count as usize).map(|k| from + (to - from) * k as f64 / count).collect()
     }
 
     /// The outward direction at an angle, or the inward one for what is seen from inside.
     pub(crate) fn normal(&self, angle_rad: f64) -> [f64; 3] {
-        let (sin, cos) = angle_rad.sin_cos();
+        let (sin, cos) = angle_rad.portable_sin_cos();
         let out = plus(scaled(self.zero(), cos), scaled(self.quarter(), sin));
         if self.seen_from == SeenFrom::Inside { scaled(out, -1.0) } else { out }
     }
@@ -163,7 +164,7 @@ impl Cylinder {
     pub(crate) fn around(&self, point_m: [f64; 3]) -> (f64, f64, f64) {
         let off = minus(point_m, self.axis_point_m);
         let (x, y) = (dot(off, self.zero()), dot(off, self.quarter()));
-        (y.atan2(x), x.hypot(y), dot(off, self.axis_direction))
+        (y.portable_atan2(x), x.portable_hypot(y), dot(off, self.axis_direction))
     }
 }
 

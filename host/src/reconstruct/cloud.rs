@@ -6,6 +6,7 @@
 use crate::model::Cloud;
 use crate::recordings::deskew::{StampedPose, Trajectory};
 use crate::recordings::scan_geometry::{BeamGeometry, MAX_BEAMS_PER_SCAN, RangeScan, ScanGeometry};
+use biplane_geometry::PortableMath;
 use nalgebra::Vector3;
 use serde::Serialize;
 
@@ -88,7 +89,7 @@ impl<'a> ScanPoser<'a> {
         trajectory: &'a Trajectory,
     ) -> Self {
         let direction = |beam: &BeamGeometry| {
-            let (sin, cos) = beam.angle_rad.sin_cos();
+            let (sin, cos) = beam.angle_rad.portable_sin_cos();
             geometry.base_from_laser.rotation * Vector3::new(cos, sin, 0.0)
         };
         let directions = geometry.beams.iter().map(direction).collect();
@@ -144,7 +145,7 @@ impl<'a> ScanPoser<'a> {
 }
 
 fn stands_still(params: &CloudParams, last: &StampedPose, now: &StampedPose) -> bool {
-    let moved_m = (now.x_m - last.x_m).hypot(now.y_m - last.y_m);
+    let moved_m = (now.x_m - last.x_m).portable_hypot(now.y_m - last.y_m);
     moved_m < params.still_distance_m && last.turn_rad(now).abs().to_degrees() < params.still_angle_deg
 }
 

@@ -5,6 +5,7 @@
 
 use crate::model::{Cloud, Mesh};
 use crate::reconstruct::planes::paper::random::Random;
+use biplane_geometry::PortableMath;
 use biplane_geometry::vec3::{cross, dot, minus};
 
 /// A rectangle: a corner and its two sides.
@@ -71,7 +72,7 @@ pub(crate) fn drive(scene: &[Rectangle], scans: u32, sigma_m: f64, seed: u64) ->
         let origin = [0.3 + 5.4 * f64::from(scan) / f64::from(scans), 0.0, 0.5];
         cloud.origins_m.push(origin.map(|v| v as f32));
         for beam in 0..181u16 {
-            let (sin, cos) = f64::from(beam).to_radians().sin_cos();
+            let (sin, cos) = f64::from(beam).to_radians().portable_sin_cos();
             let ray = [0.0, -cos, sin];
             let hits = scene.iter().filter_map(|r| r.hit_m(origin, ray));
             let range_m = hits.fold(f64::INFINITY, f64::min) + sigma_m * random.normal();

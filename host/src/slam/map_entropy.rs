@@ -6,6 +6,7 @@
 //! between maps of the same scans at the same cell size: a longer look at the same place lowers them, too,
 //! and the grid believes a cell that was hit every second time.
 
+use biplane_geometry::PortableMath;
 use biplane_matcher::Pose2;
 use serde::Serialize;
 
@@ -86,7 +87,7 @@ fn rays(node: &Node, map_from_base: &Pose2) -> Vec<Ray> {
 
 /// Entropy of a cell that is occupied with this probability.
 fn bits(probability: f64) -> f64 {
-    let part = |p: f64| if p > 0.0 { -p * p.log2() } else { 0.0 };
+    let part = |p: f64| if p > 0.0 { -p * p.portable_log2() } else { 0.0 };
     part(probability) + part(1.0 - probability)
 }
 

@@ -4,6 +4,7 @@
 //! as hit where a beam ends, otherwise as passed where a beam went through. The grid is kept in tiles, so its
 //! memory grows with the area seen.
 
+use biplane_geometry::PortableMath;
 use std::collections::BTreeMap;
 
 /// How a grid is drawn.
@@ -82,7 +83,8 @@ struct Tile {
 
 impl Tile {
     fn probability(&self, inside: usize) -> Option<f64> {
-        (self.touched[inside] > 0).then(|| 1.0 / (1.0 + (-f64::from(self.log_odds[inside]) / UNITS).exp()))
+        (self.touched[inside] > 0)
+            .then(|| 1.0 / (1.0 + (-f64::from(self.log_odds[inside]) / UNITS).portable_exp()))
     }
 }
 
@@ -101,7 +103,7 @@ pub(crate) struct OccupancyGrid {
 
 fn log_odds(probability: f64) -> i16 {
     let probability = probability.clamp(0.01, 0.99);
-    ((probability / (1.0 - probability)).ln() * UNITS).round() as i16
+    ((probability / (1.0 - probability)).portable_ln() * UNITS).round() as i16
 }
 
 impl OccupancyGrid {
@@ -222,7 +224,7 @@ impl OccupancyGrid {
     }
 
     fn ends_in_range(&self, ray: &Ray) -> bool {
-        (ray.to_m[0] - ray.from_m[0]).hypot(ray.to_m[1] - ray.from_m[1]) <= self.params.max_range_m
+        (ray.to_m[0] - ray.from_m[0]).portable_hypot(ray.to_m[1] - ray.from_m[1]) <= self.params.max_range_m
     }
 
     /// The cell that a point in `map` lies in; `None` far outside of any building.
@@ -287,7 +289,7 @@ impl OccupancyGrid {
 
     fn shortened(&self, ray: &Ray) -> [f64; 2] {
         let along = [ray.to_m[0] - ray.from_m[0], ray.to_m[1] - ray.from_m[1]];
-        let part = self.params.max_range_m / along[0].hypot(along[1]);
+        let part = self.params.max_range_m / along[0].portable_hypot(along[1]);
         if part >= 1.0 { ray.to_m } else { [0, 1].map(|axis| ray.from_m[axis] + part * along[axis]) }
     }
 }

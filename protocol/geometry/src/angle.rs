@@ -1,5 +1,6 @@
 //! Angles: radians unless a name says degrees, counter-clockwise.
 
+use crate::elementary::PortableMath;
 use std::f64::consts::{PI, TAU};
 
 /// The same angle in (-pi, pi]. Not finite in, not finite out.
@@ -16,7 +17,7 @@ pub fn wrap_angle(angle_rad: f64) -> f64 {
 #[must_use]
 pub fn sin_cos_deg(angle_deg: f64) -> (f64, f64) {
     let quarter = (angle_deg / 90.0).round();
-    let (sin, cos) = (angle_deg - quarter * 90.0).to_radians().sin_cos();
+    let (sin, cos) = (angle_deg - quarter * 90.0).to_radians().portable_sin_cos();
     match quarter.rem_euclid(4.0) as u8 {
         0 => (sin, cos),
         1 => (cos, -sin),

@@ -3,6 +3,7 @@
 //! The covariance of a pose `a_from_b` is along the axes of a. Errors are small, so that turns act linearly.
 
 use crate::Pose2;
+use crate::elementary::PortableMath;
 
 /// A covariance of x, y and heading, rows first.
 pub type Covariance2 = [[f64; 3]; 3];
@@ -22,7 +23,7 @@ pub fn compound(
     let whole = *a_from_b * *b_from_c;
     let arm_m = [whole.x_m - a_from_b.x_m, whole.y_m - a_from_b.y_m];
     let swing = [[1.0, 0.0, -arm_m[1]], [0.0, 1.0, arm_m[0]], [0.0, 0.0, 1.0]];
-    let (sin, cos) = a_from_b.theta_rad.sin_cos();
+    let (sin, cos) = a_from_b.theta_rad.portable_sin_cos();
     let turn = [[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]];
     let (one, other) = (carried(&swing, first), carried(&turn, second));
     core::array::from_fn(|row| core::array::from_fn(|column| one[row][column] + other[row][column]))
@@ -32,7 +33,7 @@ pub fn compound(
 #[must_use]
 pub fn inverse(a_from_b: &Pose2, covariance: &Covariance2) -> Covariance2 {
     let back = a_from_b.inverse();
-    let (sin, cos) = a_from_b.theta_rad.sin_cos();
+    let (sin, cos) = a_from_b.theta_rad.portable_sin_cos();
     // x' = -R^T x, and the turn swings it.
     carried(&[[-cos, -sin, back.y_m], [sin, -cos, -back.x_m], [0.0, 0.0, -1.0]], covariance)
 }
@@ -113,7 +114,7 @@ mod tests {
             let whole = first * second;
             let arm = [whole.x_m - first.x_m, whole.y_m - first.y_m];
             let swing = Matrix3::new(1.0, 0.0, -arm[1], 0.0, 1.0, arm[0], 0.0, 0.0, 1.0);
-            let (sin, cos) = first.theta_rad.sin_cos();
+            let (sin, cos) = first.theta_rad.portable_sin_cos();
             let turn = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
             let expected =
                 swing * matrix(&FIRST) * swing.transpose() + turn * matrix(&SECOND) * turn.transpose();

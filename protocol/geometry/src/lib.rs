@@ -9,6 +9,7 @@ extern crate alloc;
 pub mod angle;
 #[cfg(feature = "std")]
 pub mod covariance;
+pub mod elementary;
 pub mod plane;
 pub mod polygon_area;
 #[cfg(feature = "std")]
@@ -23,6 +24,7 @@ mod vector;
 
 #[cfg(feature = "std")]
 pub use crate::angle::wrap_angle;
+pub use crate::elementary::PortableMath;
 #[cfg(feature = "std")]
 pub use crate::pose2::Pose2;
 #[cfg(feature = "std")]

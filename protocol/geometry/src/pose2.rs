@@ -4,6 +4,7 @@
 //! product the neighboring names match: `a_from_b * b_from_c = a_from_c`. Units: meters and radians, angles
 //! counter-clockwise (REP 103).
 
+use crate::elementary::PortableMath;
 use std::ops::Mul;
 
 use crate::wrap_angle;
@@ -32,7 +33,7 @@ impl Pose2 {
     /// `b_from_a` of this `a_from_b`.
     #[must_use]
     pub fn inverse(&self) -> Self {
-        let (sin, cos) = self.theta_rad.sin_cos();
+        let (sin, cos) = self.theta_rad.portable_sin_cos();
         Self::new(
             -cos * self.x_m - sin * self.y_m,
             sin * self.x_m - cos * self.y_m,
@@ -49,7 +50,7 @@ impl Pose2 {
     /// A point's coordinates in the outer frame, meters: `p_in_a = a_from_b.transform(p_in_b)`.
     #[must_use]
     pub fn transform(&self, point_m: [f64; 2]) -> [f64; 2] {
-        let (sin, cos) = self.theta_rad.sin_cos();
+        let (sin, cos) = self.theta_rad.portable_sin_cos();
         [self.x_m + cos * point_m[0] - sin * point_m[1], self.y_m + sin * point_m[0] + cos * point_m[1]]
     }
 
@@ -80,7 +81,7 @@ impl Pose2 {
     /// Distance between this pose's origin and its outer frame's, meters.
     #[must_use]
     pub fn distance_m(&self) -> f64 {
-        self.x_m.hypot(self.y_m)
+        self.x_m.portable_hypot(self.y_m)
     }
 
     /// Whether every number is finite.

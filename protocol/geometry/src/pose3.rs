@@ -3,6 +3,7 @@
 //! A rotation is a matrix of rows; a quaternion is (x, y, z, w), as messages carry it.
 
 use crate::angle::sin_cos_deg;
+use crate::elementary::PortableMath;
 
 /// A pose in space: `a_from_b` takes a point's coordinates in frame b to those in frame a.
 #[derive(Copy, Clone, PartialEq, Debug)]
@@ -67,14 +68,14 @@ impl RollPitchYaw {
 /// The unit quaternion (x, y, z, w) of a heading, radians.
 #[must_use]
 pub fn quaternion_of_heading_xyzw(theta_rad: f64) -> [f64; 4] {
-    let (sin, cos) = (theta_rad / 2.0).sin_cos();
+    let (sin, cos) = (theta_rad / 2.0).portable_sin_cos();
     [0.0, 0.0, sin, cos]
 }
 
 /// The heading of a unit quaternion (x, y, z, w), radians; other parts of the rotation are left out.
 #[must_use]
 pub fn heading_of_quaternion_rad([x, y, z, w]: [f64; 4]) -> f64 {
-    (2.0 * (w * z + x * y)).atan2(1.0 - 2.0 * (y * y + z * z))
+    (2.0 * (w * z + x * y)).portable_atan2(1.0 - 2.0 * (y * y + z * z))
 }
 
 #[cfg(test)]

@@ -2,6 +2,7 @@
 //!
 //! Meters, radians, stamps in nanoseconds.
 
+use crate::elementary::PortableMath;
 use alloc::vec::Vec;
 
 use crate::{Pose2, wrap_angle};
@@ -55,11 +56,11 @@ impl StampedPose {
 
     /// A point given in `base_link`, in `map`, meters.
     pub fn transform(&self, [x_m, y_m, z_m]: [f64; 3]) -> [f64; 3] {
-        let (sin, cos) = self.theta_rad.sin_cos();
+        let (sin, cos) = self.theta_rad.portable_sin_cos();
         let [x_m, y_m, z_m] = if self.is_level() {
             [x_m, y_m, z_m]
         } else {
-            let ((sp, cp), (sr, cr)) = (self.pitch_rad.sin_cos(), self.roll_rad.sin_cos());
+            let ((sp, cp), (sr, cr)) = (self.pitch_rad.portable_sin_cos(), self.roll_rad.portable_sin_cos());
             let (left_m, up_m) = (cr * y_m - sr * z_m, sr * y_m + cr * z_m);
             [cp * x_m + sp * up_m, left_m, self.z_m + cp * up_m - sp * x_m]
         };

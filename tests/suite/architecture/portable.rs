@@ -41,3 +41,46 @@ fn no_build_setting_names_a_processor() {
         }
     }
 }
+
+/// Functions of the C library, whose last digit differs between machines.
+const OF_THE_C_LIBRARY: [&str; 19] = [
+    "sin", "cos", "sin_cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "exp2",
+    "exp_m1", "ln", "ln_1p", "log2", "log10", "powf",
+];
+
+/// Tests may call them: they compare, and nobody relies on their bits. So may their noise.
+const IS_FOR_TESTS: [&str; 3] = ["tests.rs", "test_support.rs", "paper/random.rs"];
+
+/// Whether a text calls one of them, as a method or by its path.
+fn calls(text: &str, name: &str) -> bool {
+    text.contains(&format!(".{name}("))
+        || ["f64", "f32"].iter().any(|real| {
+            let path = format!("{real}::{name}");
+            text.match_indices(&path).any(|(at, _)| {
+                let next = text[at + path.len()..].chars().next();
+                !next.is_some_and(|next| next.is_alphanumeric() || next == '_')
+            })
+        })
+}
+
+#[test]
+fn no_pose_and_no_model_hangs_on_the_c_library() {
+    let tops = ["protocol/geometry", "protocol/recording", "firmware", "host"];
+    let mut found = Vec::new();
+    for path in tops.iter().flat_map(|top| rust_files(top)) {
+        let name = path.to_string_lossy();
+        // The top folder is one above that of this test, and the way there is in the name.
+        let name = name.rsplit("../").next().unwrap_or_default();
+        if !name.contains("/src/")
+            || name.contains("/tests/")
+            || IS_FOR_TESTS.iter().any(|end| name.ends_with(end))
+        {
+            continue;
+        }
+        let text = fs::read_to_string(&path).unwrap();
+        let text = text.split("tests {").next().unwrap_or_default();
+        let names = OF_THE_C_LIBRARY.iter().chain(&["hypot", "cbrt"]);
+        found.extend(names.filter(|name| calls(text, name)).map(|name| (path.clone(), *name)));
+    }
+    assert!(found.is_empty(), "use biplane_geometry::PortableMath: {found:#?}");
+}

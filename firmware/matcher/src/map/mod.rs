@@ -24,6 +24,7 @@ use crate::map::raycast_free::Carving;
 use crate::map::surfel::Surfel;
 use crate::placement::Placement;
 use crate::scan::end_points::{EndPoint, EndPoints, Kind, Mobility};
+use biplane_geometry::PortableMath;
 use biplane_geometry::Pose2;
 use biplane_geometry::vec2::{dot, minus};
 
@@ -57,7 +58,7 @@ impl LocalMap {
             submap: 0,
             born: 0,
             // Directions with a normal spread s have a mean unit vector of length exp(-s^2 / 2).
-            line_strength: (-LINE_SPREAD_RAD.powi(2)).exp() as f32,
+            line_strength: (-LINE_SPREAD_RAD.powi(2)).portable_exp() as f32,
             params,
         }
     }

@@ -9,6 +9,7 @@
 
 use crate::motion::Step;
 use crate::registration::gauss_newton::prior::{CAUCHY_SCALE, Prior};
+use biplane_geometry::PortableMath;
 use biplane_geometry::{Pose2, wrap_angle};
 
 /// Two poses further apart than so many standard deviations of a guessed step are not the same.
@@ -39,7 +40,7 @@ impl Expected<'_> {
 
     fn same(&self, a: &Pose2, b: &Pose2) -> bool {
         let [along_m, _, turn_rad] = self.inertia.sigma;
-        (a.x_m - b.x_m).hypot(a.y_m - b.y_m) < APART * along_m
+        (a.x_m - b.x_m).portable_hypot(a.y_m - b.y_m) < APART * along_m
             && wrap_angle(a.theta_rad - b.theta_rad).abs() < APART * turn_rad
     }
 }

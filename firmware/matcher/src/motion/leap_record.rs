@@ -4,6 +4,8 @@
 //! So leaps are counted by their size, each doubling for itself: a jump of a meter says nothing of a start
 //! from standing. Sizes are in standard deviations of what inertia foretells.
 
+use biplane_geometry::PortableMath;
+
 /// So many doublings of the size are told apart, from one standard deviation on.
 const SIZES: usize = 6;
 /// What a leap leaves of what those before it have shown: about 50 of them count. With scans in a wrong order
@@ -32,7 +34,7 @@ impl LeapRecord {
     /// Natural logarithm of the odds that a leap of this size, squared, was not made.
     pub(crate) fn odds_against(&self, squared: f64) -> f64 {
         let Tally { made, not_made } = self.sizes[size(squared)];
-        ((not_made + NOT_MADE_BEFORE) / (made + MADE_BEFORE)).ln()
+        ((not_made + NOT_MADE_BEFORE) / (made + MADE_BEFORE)).portable_ln()
     }
 
     /// Takes note of a leap of this size, squared, and of what a scan showed of it.
@@ -45,7 +47,7 @@ impl LeapRecord {
 
 /// The doubling in which a size, squared, lies.
 fn size(squared: f64) -> usize {
-    let doublings = 0.5 * squared.log2();
+    let doublings = 0.5 * squared.portable_log2();
     // No number and sizes below one count as the smallest.
     (doublings.max(0.0) as usize).min(SIZES - 1)
 }

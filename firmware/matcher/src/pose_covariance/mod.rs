@@ -18,6 +18,7 @@ mod joint;
 
 pub(crate) use evidence::Evidence;
 
+use biplane_geometry::PortableMath;
 use joint::Joint;
 use nalgebra::{Matrix3, Vector3};
 
@@ -131,7 +132,7 @@ impl PoseCovariance {
 
     /// The base has made a step.
     pub(crate) fn moved(&mut self, map_from_last: &Pose2, step: &Step) {
-        let (sin, cos) = map_from_last.theta_rad.sin_cos();
+        let (sin, cos) = map_from_last.theta_rad.portable_sin_cos();
         let turned = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
         let map_from_base = *map_from_last * step.last_from_base;
         let carry = back_from(&map_from_base) * turned;

@@ -2,6 +2,7 @@
 //!
 //! Units: x, y in meters, theta in radians; map's axes.
 
+use biplane_geometry::PortableMath;
 use nalgebra::{Matrix3, Vector3};
 
 /// Inverse of a symmetric positive matrix; `None` when it is not positive or not finite.
@@ -22,11 +23,11 @@ pub(crate) fn weakest_direction(information: &Matrix3<f64>) -> Option<(f64, [f64
     let xy = information[(0, 1)] - information[(0, 2)] * information[(1, 2)] / turn;
     let yy = information[(1, 1)] - information[(1, 2)] * information[(1, 2)] / turn;
     let half_difference = 0.5 * (xx - yy);
-    let root = half_difference.hypot(xy);
+    let root = half_difference.portable_hypot(xy);
     let smallest = (0.5 * (xx + yy) - root).max(0.0);
     let direction =
         if half_difference >= 0.0 { [-xy, half_difference + root] } else { [root - half_difference, -xy] };
-    let length = direction[0].hypot(direction[1]);
+    let length = direction[0].portable_hypot(direction[1]);
     Some((smallest, if length > 0.0 { direction.map(|part| part / length) } else { [1.0, 0.0] }))
 }
 

@@ -3,6 +3,7 @@
 //! Frame: that of the match. Units: meters, radians. While no journal is kept this costs one comparison an
 //! iteration.
 
+use biplane_geometry::PortableMath;
 use biplane_geometry::{Pose2, wrap_angle};
 
 /// One iteration: where it stood, what spoke against that place, and the step it took.
@@ -58,7 +59,7 @@ impl Journal {
             iteration,
             pose: *from,
             cost,
-            step_m: (to.x_m - from.x_m).hypot(to.y_m - from.y_m),
+            step_m: (to.x_m - from.x_m).portable_hypot(to.y_m - from.y_m),
             step_rad: wrap_angle(to.theta_rad - from.theta_rad).abs(),
             used,
         });

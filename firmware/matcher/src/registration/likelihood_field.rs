@@ -5,6 +5,7 @@
 //! occlusion are computed beforehand; between nodes the field is bilinear. Frame: map, window around the
 //! latest reference scan. Units: meters.
 
+use biplane_geometry::PortableMath;
 use std::f32::consts::{PI, TAU};
 
 use crate::parameter_group::parameter_group;
@@ -68,7 +69,7 @@ impl Reference {
         let mut before: Option<(f32, f32)> = None;
         for end in &self.ends_m {
             let offset = minus(*end, self.from_m);
-            let (angle, range) = (offset[1].atan2(offset[0]), offset[0].hypot(offset[1]));
+            let (angle, range) = (offset[1].portable_atan2(offset[0]), offset[0].portable_hypot(offset[1]));
             self.visible_m[direction(angle)] = range;
             if let Some((last_angle, last_range)) = before {
                 let turn = (angle - last_angle + PI).rem_euclid(TAU) - PI;
@@ -87,7 +88,7 @@ impl Reference {
 
     fn sees(&self, at_m: [f32; 2], margin_m: f32) -> bool {
         let offset = minus(at_m, self.from_m);
-        let visible = self.visible_m[direction(offset[1].atan2(offset[0]))];
+        let visible = self.visible_m[direction(offset[1].portable_atan2(offset[0]))];
         let reach = visible + margin_m;
         visible > 0.0 && offset[0] * offset[0] + offset[1] * offset[1] <= reach * reach
     }

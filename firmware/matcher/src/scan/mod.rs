@@ -7,6 +7,7 @@
 pub(crate) mod end_points;
 pub(crate) mod line_fit;
 
+use biplane_geometry::PortableMath;
 use biplane_geometry::Pose2;
 
 /// One beam of a scan.
@@ -63,7 +64,7 @@ impl Scan<'_> {
 /// one a beam.
 fn sin_cos(angle_rad: f64) -> (f64, f64) {
     if angle_rad.abs() > 0.1 {
-        return angle_rad.sin_cos();
+        return angle_rad.portable_sin_cos();
     }
     let squared = angle_rad * angle_rad;
     let sin = angle_rad * (1.0 - squared / 6.0 * (1.0 - squared / 20.0));

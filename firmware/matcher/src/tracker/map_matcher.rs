@@ -14,6 +14,7 @@ use crate::registration::search::correlative::Search;
 use crate::registration::search::{Candidate, Window};
 use crate::registration::verdict::{Verdict, is_informative};
 use crate::scan::end_points::EndPoints;
+use biplane_geometry::PortableMath;
 use biplane_geometry::{Pose2, wrap_angle};
 
 /// So many results of a search are aligned.
@@ -206,7 +207,7 @@ impl MapMatcher {
             return false;
         }
         let moved_enough = self.learned_at.is_none_or(|last| {
-            let away_m = (map_from_base.x_m - last.x_m).hypot(map_from_base.y_m - last.y_m);
+            let away_m = (map_from_base.x_m - last.x_m).portable_hypot(map_from_base.y_m - last.y_m);
             let turned_rad = wrap_angle(map_from_base.theta_rad - last.theta_rad).abs();
             away_m >= LEARN_EVERY_M || turned_rad >= LEARN_EVERY_RAD
         });

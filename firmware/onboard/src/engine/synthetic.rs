@@ -4,6 +4,7 @@
 //! stands for a second, then drives straight ahead at 0.5 m/s. Both lasers sit in the base's origin; the
 //! vertical one lies flat too (its scans are only stamped and posed here).
 
+use biplane_geometry::PortableMath;
 use biplane_recording::rig::{Laser, Mount};
 use biplane_recording::{Port, Rig};
 use biplane_wire::lms::{MIRROR_TURN_NS, Scan, Status, Unit};
@@ -43,7 +44,7 @@ pub(crate) fn scan_times_ns(phase_ns: i64, seconds: i64) -> impl Iterator<Item =
 }
 
 fn range_m(x_m: f64, angle_rad: f64) -> f64 {
-    let (sin, cos) = angle_rad.sin_cos();
+    let (sin, cos) = angle_rad.portable_sin_cos();
     let to_x = if cos > 0.0 { (7.0 - x_m) / cos } else { (-3.0 - x_m) / cos };
     let to_y = if sin > 0.0 { 3.0 / sin } else { -2.0 / sin };
     match (cos.abs() > 1e-9, sin.abs() > 1e-9) {

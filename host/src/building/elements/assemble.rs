@@ -8,6 +8,7 @@ use crate::building::walls::OpenWall;
 use crate::building::walls::USUAL_HEIGHT_M;
 use crate::building::walls::openings::{Hole, Shows};
 use crate::building::walls::slabs::{Slab, ThicknessFrom};
+use biplane_geometry::PortableMath;
 use biplane_geometry::vec2::dot;
 
 /// A room with a larger share of wall around it is closed.
@@ -69,7 +70,7 @@ pub(crate) fn elements(evidence: &Evidence<'_>, plan: &Plan, mut walls: Vec<Open
 /// Direction, offset and beginning of a wall, in whole steps, so that noise in the last digits changes no
 /// order.
 fn order(slab: &Slab) -> [f64; 3] {
-    let angle = slab.normal[1].atan2(slab.normal[0]);
+    let angle = slab.normal[1].portable_atan2(slab.normal[0]);
     [(angle * 100.0).round(), rounded(slab.middle_m()), rounded(slab.span[0])]
 }
 

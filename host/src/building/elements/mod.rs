@@ -5,6 +5,7 @@
 
 pub(crate) mod assemble;
 
+use biplane_geometry::PortableMath;
 use serde::{Deserialize, Serialize};
 
 /// A storey.
@@ -158,7 +159,7 @@ impl Wall {
     pub(crate) fn along(&self) -> ([f64; 2], f64) {
         let [a, b] = self.axis_m;
         let (x, y) = (b[0] - a[0], b[1] - a[1]);
-        let length = x.hypot(y).max(1e-9);
+        let length = x.portable_hypot(y).max(1e-9);
         ([x / length, y / length], length)
     }
 

@@ -4,6 +4,7 @@ use super::directions::Directions;
 use super::faces::Face;
 use super::raster::Grid;
 use crate::building::elevation::Span;
+use biplane_geometry::PortableMath;
 use biplane_geometry::vec2::{dot, minus};
 
 /// How far a line cuts on beyond the wall that was seen, meters: corners behind furniture and doors.
@@ -151,5 +152,5 @@ pub(crate) fn borders(cells: &[Cell], faces: &[Face]) -> Vec<Border> {
 /// Length of a border, meters.
 pub(crate) fn length_m([a, b]: [[f64; 2]; 2]) -> f64 {
     let [x, y] = minus(b, a);
-    x.hypot(y)
+    x.portable_hypot(y)
 }

@@ -1,5 +1,6 @@
 //! The directions in which a building's walls stand, and lines turned into them.
 
+use biplane_geometry::PortableMath;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Faces within this of a direction take it over, radians: 4 degrees, more than planes of noisy points are
@@ -72,7 +73,7 @@ impl Directions {
 
     /// Whether a normal is one of the whole building's directions.
     pub(crate) fn has(&self, normal: [f64; 2]) -> bool {
-        let angle_rad = normal[1].atan2(normal[0]);
+        let angle_rad = normal[1].portable_atan2(normal[0]);
         self.angles_rad[..self.main].iter().any(|of_rad| beyond_rad(angle_rad, *of_rad).abs() < 1e-6)
     }
 
@@ -115,7 +116,7 @@ pub(crate) fn unit(angle_rad: f64) -> [f64; 2] {
     if (quarter - quarter.round()).abs() < 1e-12 {
         return [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]][quarter.round().rem_euclid(4.0) as usize];
     }
-    let (sin, cos) = (angle_rad % (2.0 * PI)).sin_cos();
+    let (sin, cos) = (angle_rad % (2.0 * PI)).portable_sin_cos();
     [cos, sin]
 }
 

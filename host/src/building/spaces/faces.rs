@@ -7,6 +7,7 @@ use super::raster::CELL_M;
 use crate::building::elevation::{Elevation, Span};
 use crate::building::part::is_upright;
 use crate::model::PlanarPolygon;
+use biplane_geometry::PortableMath;
 use biplane_geometry::polygon_area::ring_area_m2;
 use biplane_geometry::vec2::{distance, dot, minus};
 
@@ -94,7 +95,7 @@ pub(crate) fn directions(evidence: &Evidence<'_>) -> Directions {
     let model = evidence.model;
     let upright = model.polygons.iter().filter_map(|polygon| {
         let plane = model.planes.get(polygon.plane).filter(|plane| is_upright(plane))?;
-        let angle_rad = plane.normal[1].atan2(plane.normal[0]);
+        let angle_rad = plane.normal[1].portable_atan2(plane.normal[0]);
         Some(Facing { angle_rad, weight: ring_area_m2(&polygon.outer_m), length_m: length_m(&[polygon]) })
     });
     Directions::of(&upright.collect::<Vec<_>>())
@@ -113,7 +114,7 @@ pub(crate) fn find(evidence: &Evidence<'_>, overhead: &Overhead, directions: &Di
     let mut faces: Vec<Face> = Vec::new();
     for (index, plane) in model.planes.iter().enumerate().filter(|(_, plane)| is_upright(plane)) {
         let (Some(elevation), Some(middle)) = (Elevation::new(plane), middles[index]) else { continue };
-        let angle_rad = plane.normal[1].atan2(plane.normal[0]);
+        let angle_rad = plane.normal[1].portable_atan2(plane.normal[0]);
         let normal = unit(directions.snapped(angle_rad, length_m(&polygons[index])));
         let mut face = Face {
             normal,
@@ -165,7 +166,7 @@ fn length_m(polygons: &[&PlanarPolygon]) -> f64 {
         let low = corners().fold(f64::INFINITY, |low, p| low.min(p[axis]));
         corners().fold(f64::NEG_INFINITY, |high, p| high.max(p[axis])) - low
     };
-    extent(0).max(0.0).hypot(extent(1).max(0.0))
+    extent(0).max(0.0).portable_hypot(extent(1).max(0.0))
 }
 
 /// The middle of the points of each plane.

@@ -1,5 +1,6 @@
 //! What hangs over the robot: ceilings, and the narrow undersides (soffits) of door and window heads.
 
+use biplane_geometry::PortableMath;
 use biplane_geometry::polygon_area::ring_area_m2;
 
 use super::evidence::Evidence;
@@ -45,7 +46,7 @@ pub(crate) struct Overhead {
 /// meters.
 fn short_side_m(polygon: &PlanarPolygon) -> f64 {
     let widths = (0..36).map(|step| {
-        let (sin, cos) = (f64::from(step) * 5.0).to_radians().sin_cos();
+        let (sin, cos) = (f64::from(step) * 5.0).to_radians().portable_sin_cos();
         let across = polygon.outer_m.iter().map(|p| p[0] * cos + p[1] * sin);
         let (low, high) =
             across.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
@@ -125,7 +126,7 @@ impl Overhead {
     /// Height of the ceiling around a strip, meters.
     fn beside_m(&self, grid: &Grid, polygon: &PlanarPolygon) -> Option<f64> {
         let around = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0].map(|k: f64| {
-            let (sin, cos) = (k * 45.0).to_radians().sin_cos();
+            let (sin, cos) = (k * 45.0).to_radians().portable_sin_cos();
             [BESIDE_M * cos, BESIDE_M * sin]
         });
         let mut heights: Vec<(f64, f64)> = polygon

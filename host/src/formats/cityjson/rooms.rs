@@ -1,5 +1,6 @@
 //! A drive's building as city objects: storeys, rooms as solids with their doors and windows, walls.
 
+use biplane_geometry::PortableMath;
 use std::collections::BTreeMap;
 
 use serde_json::{Map, Value, json};
@@ -146,7 +147,7 @@ fn on_side<'a>(
     [a, b]: [[f64; 2]; 2],
     placed: &mut BTreeMap<&'a str, ()>,
 ) -> Vec<OnSide<'a>> {
-    let length = (b[0] - a[0]).hypot(b[1] - a[1]).max(1e-9);
+    let length = (b[0] - a[0]).portable_hypot(b[1] - a[1]).max(1e-9);
     let way = [(b[0] - a[0]) / length, (b[1] - a[1]) / length];
     let mut found = Vec::new();
     for opening in elements.openings.iter().filter(|opening| opening.rooms.contains(&room.id)) {
@@ -180,7 +181,7 @@ fn side(
     wall: usize,
     openings: &[OnSide<'_>],
 ) -> Vec<[f64; 2]> {
-    let length = (b[0] - a[0]).hypot(b[1] - a[1]).max(1e-9);
+    let length = (b[0] - a[0]).portable_hypot(b[1] - a[1]).max(1e-9);
     let at = |along: f64| [0, 1].map(|axis| a[axis] + (b[axis] - a[axis]) * along / length);
     let up = |[x, y]: [f64; 2], z: f64| [x, y, z];
     let (mut outer, mut holes, mut foot) = (vec![up(a, low)], Vec::new(), vec![a]);

@@ -15,6 +15,7 @@ mod rooms;
 #[cfg(test)]
 mod tests;
 
+use biplane_geometry::PortableMath;
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
@@ -154,7 +155,7 @@ impl Drawing<'_> {
         if dx < -1e-6 || (dx.abs() <= 1e-6 && dy < 0.0) {
             (dx, dy) = (-dx, -dy);
         }
-        let width = dx.hypot(dy).max(1e-9);
+        let width = dx.portable_hypot(dy).max(1e-9);
         let name = self.layer(Layer::LABELS);
         let mut put = |away: f64, text: &str| {
             let away = away * TEXT_M / width;
@@ -163,7 +164,7 @@ impl Drawing<'_> {
                 &name,
                 restored([foot[0], foot[1], self.z_m], self.shift_m),
                 TEXT_M,
-                dy.atan2(dx).to_degrees(),
+                dy.portable_atan2(dx).to_degrees(),
                 text,
             );
         };

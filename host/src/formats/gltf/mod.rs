@@ -8,6 +8,7 @@ pub(crate) mod lod;
 pub(crate) mod tileset;
 
 use crate::model::area::area_m2;
+use biplane_geometry::PortableMath;
 use std::io::{self, Write};
 
 use serde_json::{Value, json};
@@ -181,7 +182,7 @@ fn views([indices, positions, normals]: [usize; 3]) -> Vec<Value> {
 /// sRGB as stored to the linear value that glTF wants, in four decimals.
 fn linear(value: u8) -> f64 {
     let value = f64::from(value) / 255.0;
-    let linear = if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) };
+    let linear = if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).portable_powf(2.4) };
     (linear * 1e4).round() / 1e4
 }
 

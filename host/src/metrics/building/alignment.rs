@@ -5,6 +5,7 @@
 //! both are in one frame already, only the fit is done, within 30 cm and 3 degrees: what remains is the drift
 //! at the start of the drive, not an error of the building.
 
+use biplane_geometry::PortableMath;
 use std::collections::BTreeMap;
 
 use biplane_geometry::{Pose2, wrap_angle};
@@ -71,7 +72,7 @@ impl Borders {
     }
 
     fn heading_deg(border: &Frame) -> f64 {
-        border.along[1].atan2(border.along[0]).to_degrees()
+        border.along[1].portable_atan2(border.along[0]).to_degrees()
     }
 }
 

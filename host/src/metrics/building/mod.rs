@@ -11,6 +11,7 @@ mod scores;
 mod surfaces;
 mod walls;
 
+use biplane_geometry::PortableMath;
 use serde::Serialize;
 
 use self::openings::OpeningFigures;
@@ -127,7 +128,7 @@ fn columns(truth: &Plan, model: &Plan, entered: &[Region]) -> Found {
     truth.retain(|place| entered.iter().any(|room| room.contains(*place)));
     let model = places(model);
     let near = truth.iter().enumerate().flat_map(|(t, a)| {
-        model.iter().enumerate().map(move |(m, b)| (t, m, -(b[0] - a[0]).hypot(b[1] - a[1])))
+        model.iter().enumerate().map(move |(m, b)| (t, m, -(b[0] - a[0]).portable_hypot(b[1] - a[1])))
     });
     let pairs = scores::pair_best(near.filter(|(_, _, score)| *score > -NEAR_COLUMN_M));
     Found::new(truth.len(), model.len(), pairs.len())

@@ -4,6 +4,7 @@
 //! A door that was shut during the drive is neither asked for nor wrong, and so is glazing that the truth
 //! calls no window (a glazed front).
 
+use biplane_geometry::PortableMath;
 use serde::Serialize;
 
 use super::plan::{Frame, Opening, Plan, Wall};
@@ -73,7 +74,7 @@ pub(crate) fn measure(truth: &Plan, model: &Plan, entered: &[Region]) -> Opening
 }
 
 fn distance_m(a: Point, b: Point) -> f64 {
-    (b[0] - a[0]).hypot(b[1] - a[1])
+    (b[0] - a[0]).portable_hypot(b[1] - a[1])
 }
 
 fn is_near(opening: &Opening, place: Point) -> bool {

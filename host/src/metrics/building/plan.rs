@@ -1,6 +1,7 @@
 //! A storey's plan as `building.json` states it: rooms, walls, openings. Meters; heights in the frame of the
 //! file.
 
+use biplane_geometry::PortableMath;
 use biplane_geometry::Pose2;
 use serde::Deserialize;
 
@@ -153,7 +154,7 @@ pub(crate) struct Frame {
 impl Frame {
     /// From one point to another, when they differ.
     pub(crate) fn between(from: Point, to: Point) -> Option<Self> {
-        let length_m = (to[0] - from[0]).hypot(to[1] - from[1]);
+        let length_m = (to[0] - from[0]).portable_hypot(to[1] - from[1]);
         let along = [(to[0] - from[0]) / length_m, (to[1] - from[1]) / length_m];
         (length_m > 1e-9 && length_m.is_finite()).then_some(Self { origin_m: from, along, length_m })
     }

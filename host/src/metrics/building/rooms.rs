@@ -4,6 +4,7 @@
 //! the model, that touch along more than [`OPEN_M`] are therefore also counted as one. Only rooms that the
 //! robot entered count: a room of the model that is one which was not entered is neither right nor wrong.
 
+use biplane_geometry::PortableMath;
 use biplane_geometry::UnionFind;
 use serde::Serialize;
 
@@ -103,7 +104,7 @@ pub(crate) fn edges(ring: &[Point]) -> impl Iterator<Item = [Point; 2]> + '_ {
 fn shared_m(own: [Point; 2], other: [Point; 2]) -> f64 {
     let Some(frame) = Frame::between(own[0], own[1]) else { return 0.0 };
     let [a, b] = other.map(|point| frame.coordinates(point));
-    let length = (b[0] - a[0]).hypot(b[1] - a[1]);
+    let length = (b[0] - a[0]).portable_hypot(b[1] - a[1]);
     let is_near = a[1].abs() < TOUCH_M && b[1].abs() < TOUCH_M;
     if !is_near || (b[1] - a[1]).abs() > PARALLEL * length {
         return 0.0;

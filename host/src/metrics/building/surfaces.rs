@@ -5,6 +5,7 @@
 //! the reference within 10 cm of the model, *correctness* the share of the model within 10 cm of the
 //! reference, *accuracy* the median distance of reference to model, of distances under 10 cm.
 
+use biplane_geometry::PortableMath;
 use serde::Serialize;
 
 use biplane_geometry::quantile;
@@ -52,7 +53,7 @@ impl Strip {
             self.holes.iter().filter(|[a, b, low, high]| at > *a && at < *b && up > *low && up < *high);
         let out = holes.map(|[a, b, low, high]| (at - a).min(b - at).min(up - low).min(high - up));
         let within = out.fold(0.0, f64::max);
-        (s - at).hypot(z_m - up).hypot(t).hypot(within)
+        (s - at).portable_hypot(z_m - up).portable_hypot(t).portable_hypot(within)
     }
 
     /// Places on it: point and height.

@@ -5,6 +5,7 @@
 //! smallest (Umeyama 1991, in the plane, no scale). RPE needs none: both ways are seen from where they begin;
 //! pairs follow each other, the end of one begins the next, and their length is measured along the estimate.
 
+use biplane_geometry::PortableMath;
 use biplane_matcher::{Pose2, wrap_angle};
 use serde::Serialize;
 
@@ -48,7 +49,7 @@ pub fn alignment(pairs: &[PosePair]) -> Pose2 {
         dot += from[0] * to[0] + from[1] * to[1];
         cross += from[0] * to[1] - from[1] * to[0];
     }
-    let turn = Pose2::new(0.0, 0.0, cross.atan2(dot));
+    let turn = Pose2::new(0.0, 0.0, cross.portable_atan2(dot));
     let turned = turn.transform(estimate);
     Pose2::new(truth[0] - turned[0], truth[1] - turned[1], turn.theta_rad)
 }
@@ -94,7 +95,7 @@ fn ends(pairs: &[PosePair], step: Step) -> Vec<usize> {
     for (index, pair) in pairs.windows(2).enumerate() {
         let [a, b] = [&pair[0].estimate, &pair[1].estimate];
         frames += 1;
-        path_m += (b.x_m - a.x_m).hypot(b.y_m - a.y_m);
+        path_m += (b.x_m - a.x_m).portable_hypot(b.y_m - a.y_m);
         time_s += b.stamp_ns.abs_diff(a.stamp_ns) as f64 / 1e9;
         let far_enough = match step {
             Step::Frames(count) => frames >= count,

@@ -5,6 +5,7 @@
 //! distance between the true and the estimated relative position (meters) and the angle between both
 //! headings, so no alignment is needed and an error made once does not count again in all later poses.
 
+use biplane_geometry::PortableMath;
 use std::io::{self, BufRead};
 
 use biplane_matcher::{Pose2, wrap_angle};
@@ -158,11 +159,11 @@ pub fn relation_errors(
     let errors = relations.iter().filter(|relation| params.takes(relation)).filter_map(|relation| {
         let (a, b) = (finder.at(relation.stamp_a_ns)?, finder.at(relation.stamp_b_ns)?);
         let (found, wanted) = (a.between(&b), relation.b_in_a);
-        let planar_m = (found.x_m - wanted.x_m).hypot(found.y_m - wanted.y_m);
+        let planar_m = (found.x_m - wanted.x_m).portable_hypot(found.y_m - wanted.y_m);
         Some(RelationError {
             stamp_a_ns: relation.stamp_a_ns,
             stamp_b_ns: relation.stamp_b_ns,
-            translation_m: planar_m.hypot(relation.z_m),
+            translation_m: planar_m.portable_hypot(relation.z_m),
             rotation_rad: wrap_angle(found.theta_rad - wanted.theta_rad).abs(),
         })
     });

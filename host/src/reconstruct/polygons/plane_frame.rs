@@ -5,6 +5,7 @@
 //! counter-clockwise seen from the normal's tip. Frame `map`, meters.
 
 use crate::model::Plane;
+use biplane_geometry::PortableMath;
 use biplane_geometry::vec3::{cross, dot};
 use i_overlay::i_float::int::point::IntPoint;
 
@@ -57,7 +58,7 @@ impl Frame {
     /// A direction in the plane; `None` for one that hardly lies in it.
     pub(crate) fn direction(&self, along: [f64; 3]) -> Option<[f64; 2]> {
         let (x, y) = (dot(self.u, along), dot(self.v, along));
-        let length = x.hypot(y);
+        let length = x.portable_hypot(y);
         (length > 0.5 * dot(along, along).sqrt()).then(|| [x / length, y / length])
     }
 

@@ -8,6 +8,7 @@ use crate::metrics::surface_distance::Surface;
 use crate::model::Mesh;
 use crate::model::part::only;
 use crate::reconstruct::simplify::collapse::{Rules, collapse};
+use biplane_geometry::PortableMath;
 use biplane_geometry::UnionFind;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -73,7 +74,7 @@ fn extent_m(mesh: &Mesh, which: &[usize]) -> f32 {
         let values = || corners().map(|p| p[axis]);
         values().fold(f32::NEG_INFINITY, f32::max) - values().fold(f32::INFINITY, f32::min)
     };
-    side_m(0).hypot(side_m(1)).hypot(side_m(2))
+    side_m(0).portable_hypot(side_m(1)).portable_hypot(side_m(2))
 }
 
 /// The error that is bounded is a mean of squares; where a vertex ends up too far off all the same, the

@@ -3,6 +3,7 @@
 //! Geometry, as CARMEN takes it: n beams are 180/n degrees apart for even n, 180/(n-1) for odd; the first is
 //! at -90.
 
+use biplane_geometry::PortableMath;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use biplane_recording::Rig;
@@ -68,7 +69,7 @@ pub(crate) fn scan(line: &LaserLine, no_return_m: Option<f64>, longest_m: f64) -
 /// An odometry message: pose `x, y, theta` and speeds.
 pub(crate) fn odometry(line: &OdometryLine) -> Odometry {
     let [x, y, theta] = line.pose;
-    let (sin, cos) = (theta / 2.0).sin_cos();
+    let (sin, cos) = (theta / 2.0).portable_sin_cos();
     Odometry {
         stamp_ns: line.stamp_ns,
         frame_id: FRAME_ODOM.to_owned(),

@@ -3,6 +3,7 @@
 //!
 //! Frame of the submap, meters.
 
+use biplane_geometry::PortableMath;
 use biplane_matcher::{EndPoint, Placement, Pose2};
 
 use crate::slam::keyframes::Node;
@@ -62,7 +63,7 @@ impl FreeSpace {
 
     fn pass(&mut self, from: [f32; 2], to: [f32; 2]) {
         let along = [to[0] - from[0], to[1] - from[1]];
-        let length = along[0].hypot(along[1]);
+        let length = along[0].portable_hypot(along[1]);
         let steps = ((length - MARGIN_M) / (STEP_CELLS * CELL_M)).max(0.0) as usize;
         for step in 0..steps {
             let share = step as f32 * STEP_CELLS * CELL_M / length;

@@ -4,6 +4,7 @@
 //! Frame: the base at the scan's stamp, projected to the floor. Meters. How points come about is the
 //! matcher's own (`points` of `biplane-matcher`), so that a scan is the same here and on the robot.
 
+use biplane_geometry::PortableMath;
 use biplane_matcher::{Beam, EndPoint, EndPoints, Placement, PointParams, Pose2, Scan};
 use biplane_recording::messages::LaserScan;
 use nalgebra::Vector3;
@@ -54,7 +55,7 @@ impl KeyframeScanner {
         let laser = geometry.base_from_laser.translation.vector;
         self.beams.clear();
         self.beams.extend(scan.ranges_m.iter().zip(&geometry.beams).map(|(&range_m, beam)| {
-            let (sin, cos) = beam.angle_rad.sin_cos();
+            let (sin, cos) = beam.angle_rad.portable_sin_cos();
             let direction = geometry.base_from_laser * Vector3::new(cos, sin, 0.0);
             Beam {
                 direction_in_base: [direction.x as f32, direction.y as f32],

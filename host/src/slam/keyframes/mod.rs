@@ -5,6 +5,7 @@ pub(crate) mod free_space;
 pub(crate) mod keyframe_scan;
 pub(crate) mod submap;
 
+use biplane_geometry::PortableMath;
 use biplane_matcher::{Pose2, wrap_angle};
 use biplane_recording::Topic;
 use biplane_recording::messages::LaserScan;
@@ -91,7 +92,7 @@ impl Keyframes {
 }
 
 fn is_news(last: &Pose2, pose: &Pose2, params: &KeyframeParams) -> bool {
-    (pose.x_m - last.x_m).hypot(pose.y_m - last.y_m) >= params.every_m
+    (pose.x_m - last.x_m).portable_hypot(pose.y_m - last.y_m) >= params.every_m
         || wrap_angle(pose.theta_rad - last.theta_rad).abs() >= params.every_deg.to_radians()
 }
 

@@ -6,6 +6,7 @@
 //! find makes the others' windows narrow. In a wide window much looks alike, so a loop found there needs
 //! others, of other submaps, that agree with it within what the way between them allows.
 
+use biplane_geometry::PortableMath;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
 
@@ -314,7 +315,7 @@ impl<'a> LoopCloser<'a> {
             let moved = guess.step_from(tried);
             // The same window again finds the same.
             let is_like = half_m > SAME_SIZE.0 * tried_m && half_m < SAME_SIZE.1 * tried_m;
-            let is_near = moved[0].hypot(moved[1]) < SAME_GUESS_SHARE * tried_m;
+            let is_near = moved[0].portable_hypot(moved[1]) < SAME_GUESS_SHARE * tried_m;
             if is_near && moved[2].abs() < SAME_GUESS_RAD && is_like {
                 return None;
             }

@@ -4,6 +4,7 @@
 //! these (pairwise consistency, after Mangelson et al. 2018). Where a loop has no support yet, the submaps
 //! before and after its two are looked for.
 
+use biplane_geometry::PortableMath;
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
@@ -121,7 +122,7 @@ impl LoopCloser<'_> {
         let away = from.between(&to).step_from(&found.found.pose);
         found.half_m > self.refine.narrow_m
             && !self.refine.constrains_along(&found.found.agreement)
-            && away[0].hypot(away[1]) > self.refine.narrow_m
+            && away[0].portable_hypot(away[1]) > self.refine.narrow_m
     }
 
     /// The other loops that agree with each of those that are asked for; of the others none. Bare corridor

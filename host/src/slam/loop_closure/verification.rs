@@ -5,6 +5,7 @@
 //! walls? Is there a second place that looks the same? Along a bare corridor the information stays near zero,
 //! so that a loop there holds only across.
 
+use biplane_geometry::PortableMath;
 use biplane_matcher::{EndPoint, Placement, PointAlignment, Pose2, Window};
 use nalgebra::{Matrix3, Vector3};
 
@@ -155,7 +156,7 @@ fn has_rival(
         let there = settle(reference, query, &shifted(step)).map_from_points;
         let rival = Agreement::of(reference, query, &there, weak);
         let away = [there.x_m - pose.x_m, there.y_m - pose.y_m];
-        away[0].hypot(away[1]) > 0.5 * RIVAL_M.1
+        away[0].portable_hypot(away[1]) > 0.5 * RIVAL_M.1
             && rival.share > own.share - RIVAL_SHARE
             && rival.along > RIVAL_ALONG * own.along
             && 2 * rival.along_points >= own.along_points
@@ -164,7 +165,7 @@ fn has_rival(
 
 /// A direction in the axes of a pose.
 fn seen_from(pose: &Pose2, [x, y]: [f32; 2]) -> [f32; 2] {
-    let (sin, cos) = pose.theta_rad.sin_cos();
+    let (sin, cos) = pose.theta_rad.portable_sin_cos();
     let (sin, cos) = (sin as f32, cos as f32);
     [cos * x + sin * y, cos * y - sin * x]
 }
@@ -290,8 +291,8 @@ fn weakest(points: &[EndPoint]) -> [f32; 2] {
         product += 2.0 * point.normal[0] * point.normal[1];
     }
     // Half the angle of the sum of doubled normals is the strongest direction.
-    let angle = 0.5 * product.atan2(difference) + std::f32::consts::FRAC_PI_2;
-    [angle.cos(), angle.sin()]
+    let angle = 0.5 * product.portable_atan2(difference) + std::f32::consts::FRAC_PI_2;
+    [angle.portable_cos(), angle.portable_sin()]
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@ pub(crate) mod odometry_edges;
 pub(crate) mod relative_covariance;
 pub(crate) mod solver;
 
+use biplane_geometry::PortableMath;
 use biplane_matcher::Pose2;
 use nalgebra::{Matrix3, Vector3};
 
@@ -104,7 +105,7 @@ pub(crate) struct Parts {
 pub(crate) fn parts(edge: &Edge, poses: &[Pose2]) -> Parts {
     let error = edge.error(poses);
     let seen = poses[edge.from].between(&poses[edge.to]);
-    let (sin, cos) = poses[edge.from].theta_rad.sin_cos();
+    let (sin, cos) = poses[edge.from].theta_rad.portable_sin_cos();
     let to = Matrix3::new(cos, sin, 0.0, -sin, cos, 0.0, 0.0, 0.0, 1.0);
     let mut from = -to;
     (from[(0, 2)], from[(1, 2)]) = (seen.y_m, -seen.x_m);

@@ -5,6 +5,7 @@
 //! back, and with the first visits of its place, scaled such that each node is held as strongly as by all.
 //! With it some twenty iterations do.
 
+use biplane_geometry::PortableMath;
 use std::collections::BTreeMap;
 
 use biplane_matcher::Pose2;
@@ -164,7 +165,8 @@ fn dot(a: &Steps, b: &Steps) -> f64 {
 /// node of a place alone: however often it is visited, what joins the visits stays as large as the place.
 fn partners(poses: &[Pose2]) -> Vec<(usize, usize)> {
     let cell = |pose: &Pose2| [pose.x_m, pose.y_m].map(|value| (value / NEAR_M).floor() as i64);
-    let away_m = |a: usize, b: usize| (poses[a].x_m - poses[b].x_m).hypot(poses[a].y_m - poses[b].y_m);
+    let away_m =
+        |a: usize, b: usize| (poses[a].x_m - poses[b].x_m).portable_hypot(poses[a].y_m - poses[b].y_m);
     let mut cells: BTreeMap<[i64; 2], Vec<usize>> = BTreeMap::new();
     let mut found = Vec::new();
     for (at, pose) in poses.iter().enumerate() {

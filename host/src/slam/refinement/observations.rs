@@ -6,6 +6,7 @@
 //! out; its Hessian is a Laplacian among the nodes, and moving all of them together costs nothing. Steps of a
 //! node are (x, y) along the map's axes and the turn about itself (meters, radians).
 
+use biplane_geometry::PortableMath;
 use biplane_geometry::vec2::{cross, dot};
 use biplane_matcher::{EndPoint, Kind, LocalMap, MapParams, Placement, Pose2, Surfel};
 use nalgebra::{Matrix3, Vector3};
@@ -229,7 +230,7 @@ fn direction(map: &LocalMap, surface: &Surfel, level: &Level, straight_m: f64) -
     let hits_or_one = f64::max(hits, 1.0);
     let spread = squares - along * along / hits_or_one + f64::from(surface.hits) * DIRECTION_LEVER_M.powi(2);
     let slope = (products - along * across / hits_or_one) / spread;
-    let length = slope.hypot(1.0);
+    let length = slope.portable_hypot(1.0);
     // The tangent is (-y, x): where the line rises along it, the normal leans back.
     [(own[0] + slope * own[1]) / length, (own[1] - slope * own[0]) / length]
 }
@@ -298,6 +299,6 @@ impl Watch<'_> {
 
 fn unit(v: [f32; 2]) -> [f64; 2] {
     let [x, y] = v.map(f64::from);
-    let length = x.hypot(y).max(1e-9);
+    let length = x.portable_hypot(y).max(1e-9);
     [x / length, y / length]
 }

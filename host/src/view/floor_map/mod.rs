@@ -9,6 +9,7 @@ pub(crate) mod map_image;
 pub(crate) mod map_read;
 pub(crate) mod picture;
 
+use biplane_geometry::PortableMath;
 use biplane_recording::Topic;
 use biplane_recording::messages::LaserScan;
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
@@ -50,7 +51,7 @@ impl FloorMapParams {
     /// Whether a scan at this pose tells something that the last one did not.
     fn is_news(&self, last: Option<&StampedPose>, pose: &StampedPose) -> bool {
         let Some(last) = last else { return true };
-        let moved_m = (pose.x_m - last.x_m).hypot(pose.y_m - last.y_m);
+        let moved_m = (pose.x_m - last.x_m).portable_hypot(pose.y_m - last.y_m);
         moved_m >= self.every_m
             || last.turn_rad(pose).abs().to_degrees() >= self.every_deg
             || pose.stamp_ns.abs_diff(last.stamp_ns) as f64 >= self.every_s * 1e9
@@ -160,7 +161,7 @@ fn rays_of<'a>(
                     .at(scan.stamp_ns.saturating_add(delay_ns), LONGEST_GAP_NS)
                     .map_or(at_stamp, |pose| map_from_laser(&pose)),
             };
-            let (sin, cos) = beam.angle_rad.sin_cos();
+            let (sin, cos) = beam.angle_rad.portable_sin_cos();
             let end = map_from_laser * (Point3::new(cos, sin, 0.0) * f64::from(range_m));
             let from = map_from_laser.translation.vector;
             Ray { from_m: [from.x, from.y], to_m: [end.x, end.y] }

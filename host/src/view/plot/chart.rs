@@ -3,6 +3,7 @@
 
 use super::drawing::{Anchor, Drawing, Ink, Item, LETTER_WIDTH};
 use super::ticks;
+use biplane_geometry::PortableMath;
 
 const WIDTH: f64 = 760.0;
 const LEFT: f64 = 58.0;
@@ -76,7 +77,7 @@ impl Axis {
     fn place(&self, value: f64, [low, high]: [f64; 2]) -> f64 {
         let share = match self.scale {
             Scale::Linear => (value - low) / (high - low),
-            Scale::Logarithmic => (value / low).log10() / (high / low).log10(),
+            Scale::Logarithmic => (value / low).portable_log10() / (high / low).portable_log10(),
         };
         share.clamp(0.0, 1.0)
     }

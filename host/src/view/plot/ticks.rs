@@ -1,9 +1,11 @@
 //! Round numbers along an axis.
 
+use biplane_geometry::PortableMath;
+
 /// The distance between ticks of a linear axis with at most `most` of them: 1, 2 or 5 times a power of ten.
 fn step(span: f64, maximum: usize) -> f64 {
     let minimum = span / maximum.max(1) as f64;
-    let power = 10_f64.powf(minimum.log10().floor());
+    let power = 10_f64.portable_powf(minimum.portable_log10().floor());
     [1.0, 2.0, 5.0]
         .into_iter()
         .map(|factor| factor * power)
@@ -23,7 +25,7 @@ pub(crate) fn rounded_range([low, high]: [f64; 2], maximum: usize) -> [f64; 2] {
 /// Ticks of a linear axis with their words, some `most` intervals between them at most.
 pub(crate) fn linear([low, high]: [f64; 2], maximum: usize) -> Vec<(f64, String)> {
     let step = step(high - low, maximum);
-    let decimals = (-step.log10().floor()).max(0.0) as usize;
+    let decimals = (-step.portable_log10().floor()).max(0.0) as usize;
     let (first, last) = ((low / step - 1e-9).ceil() as i64, (high / step + 1e-9).floor() as i64);
     (first..=last)
         .map(|count| count as f64 * step)
@@ -33,13 +35,13 @@ pub(crate) fn linear([low, high]: [f64; 2], maximum: usize) -> Vec<(f64, String)
 
 /// The powers of ten around a range of positive numbers.
 pub(crate) fn decades([low, high]: [f64; 2]) -> [f64; 2] {
-    let (low, high) = ((low.log10() + 1e-9).floor(), (high.log10() - 1e-9).ceil());
-    [10_f64.powf(low), 10_f64.powf(high.max(low + 1.0))]
+    let (low, high) = ((low.portable_log10() + 1e-9).floor(), (high.portable_log10() - 1e-9).ceil());
+    [10_f64.portable_powf(low), 10_f64.portable_powf(high.max(low + 1.0))]
 }
 
 /// Ticks of a logarithmic axis that ends at powers of ten: these powers, with their words.
 pub(crate) fn logarithmic([low, high]: [f64; 2]) -> Vec<(f64, String)> {
-    let (low, high) = (low.log10().round() as i32, high.log10().round() as i32);
+    let (low, high) = (low.portable_log10().round() as i32, high.portable_log10().round() as i32);
     let every = ((high - low) / 6 + 1) as usize;
     let words = |power: i32| match power {
         -3..=4 => format!("{:.*}", (-power).max(0) as usize, 10_f64.powi(power)),

@@ -12,6 +12,7 @@ pub(crate) mod params;
 pub(crate) mod point_alignment;
 pub(crate) mod prior;
 
+use biplane_geometry::PortableMath;
 use nalgebra::Matrix3;
 
 use crate::placement::Placement;
@@ -85,7 +86,7 @@ pub(crate) fn align<M: SurfaceMap>(
             let (cost, used) = cost(map, points, &from, scale_m as f32, params);
             journal.push(iterations - 1, [&from, &pose], (cost + prior.neg_log_likelihood(&from), used));
         }
-        let at_rest = step[0].hypot(step[1]) < params.rest_m && step[2].abs() < params.rest_rad;
+        let at_rest = step[0].portable_hypot(step[1]) < params.rest_m && step[2].abs() < params.rest_rad;
         if at_rest && scale_m <= params.outlier_m {
             known = Some(information); // so short a step changes nothing
             break;
@@ -201,7 +202,7 @@ fn cost<M: SurfaceMap>(
         }
         let noise_m = if met.is_line { params.range_noise_m } else { params.point_noise_m };
         let sureness = f64::from(point.weight * met.surfel.hits / (1.0 + met.surfel.hits));
-        let robust = scale_squared * (f64::from(met.squared_m2()) / scale_squared).ln_1p();
+        let robust = scale_squared * (f64::from(met.squared_m2()) / scale_squared).portable_ln_1p();
         cost += 0.5 * sureness * robust / (noise_m * noise_m);
         used += 1;
     }

@@ -2,6 +2,7 @@
 //!
 //! Frame: map. Units: meters, radians.
 
+use biplane_geometry::PortableMath;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::registration::gauss_newton::params::{BEAMS_PER_INDEPENDENT_ONE, WEAK_M};
@@ -55,6 +56,8 @@ impl Prior {
         if !self.gives_way {
             return 0.5 * self.squared(pose);
         }
-        0.5 * CAUCHY_SCALE * CAUCHY_SCALE * (self.squared(pose) / (CAUCHY_SCALE * CAUCHY_SCALE)).ln_1p()
+        0.5 * CAUCHY_SCALE
+            * CAUCHY_SCALE
+            * (self.squared(pose) / (CAUCHY_SCALE * CAUCHY_SCALE)).portable_ln_1p()
     }
 }

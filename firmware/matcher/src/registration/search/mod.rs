@@ -11,6 +11,7 @@ pub(crate) mod score_pyramid;
 use crate::map::grid::cell_of;
 use crate::placement::Placement;
 use crate::scan::end_points::EndPoint;
+use biplane_geometry::PortableMath;
 use biplane_geometry::Pose2;
 
 /// How far a search looks around its guess.
@@ -34,7 +35,7 @@ pub struct Candidate {
 /// Likelihood of an end point so far from the nearest surface, under a Gaussian of this width. The width is
 /// about the lattice's step: less, and the right place falls between two steps; more, and places look alike.
 fn likelihood(squared_m2: f64, blur_m: f64) -> f64 {
-    (-0.5 * squared_m2 / (blur_m * blur_m)).exp()
+    (-0.5 * squared_m2 / (blur_m * blur_m)).portable_exp()
 }
 
 /// The cells that end points lie in where they are placed.

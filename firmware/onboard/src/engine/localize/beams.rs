@@ -3,6 +3,7 @@
 //! `direction_in_base` is the unit beam turned by the mount (`base_from_laser`, yaw then pitch then roll)
 //! without its height, so that an inclined laser or one on its back needs no special case in the matcher.
 
+use biplane_geometry::PortableMath;
 use biplane_matcher::Beam;
 use biplane_recording::rig::Mount;
 
@@ -46,7 +47,7 @@ impl BeamMaker {
             self.beams.clear();
             for beam in 0..layout.count {
                 let angle_rad = layout.angle_min_rad + beam as f64 * layout.angle_increment_rad;
-                let (sin, cos) = angle_rad.sin_cos();
+                let (sin, cos) = angle_rad.portable_sin_cos();
                 let axis = |row: [f64; 3]| (row[0] * cos + row[1] * sin) as f32;
                 self.beams.push(Beam {
                     direction_in_base: [axis(self.rotation[0]), axis(self.rotation[1])],

@@ -5,6 +5,7 @@
 //! pose, the odometry alone leads on, and the covariance grows with what it drove, or with the time where it
 //! says nothing. Frames: `map`, `odom`, `base_link`; nanoseconds.
 
+use biplane_geometry::PortableMath;
 use biplane_matcher::{MotionParams, Pose2};
 
 use crate::engine::localize::odometry_history::OdometryBuffer;
@@ -113,7 +114,7 @@ fn odometry_sigma(p: &MotionParams, motion: &Pose2) -> [f64; 2] {
 /// The covariance after a motion in the base's frame with these standard deviations: a heading that is off
 /// swings the way that follows.
 fn grown(known: &MatchedPose, motion: &Pose2, [position_m, heading_rad]: [f64; 2]) -> Covariance {
-    let (sin, cos) = known.map_from_base.theta_rad.sin_cos();
+    let (sin, cos) = known.map_from_base.theta_rad.portable_sin_cos();
     let path_m = [cos * motion.x_m - sin * motion.y_m, sin * motion.x_m + cos * motion.y_m];
     let lever = [-path_m[1], path_m[0], 0.0];
     let p = &known.covariance;

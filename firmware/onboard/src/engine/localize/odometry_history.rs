@@ -4,6 +4,7 @@
 //! in the order in which they came; their stamps may step back (they do in recordings made by others), so a
 //! look-up goes from the newest sample backwards and takes the first pair that encloses the time.
 
+use biplane_geometry::PortableMath;
 use biplane_matcher::Pose2;
 
 /// Samples kept: 25 s at 20 Hz.
@@ -92,7 +93,7 @@ impl OdometryBuffer {
         let seconds = (last.stamp_ns - first.stamp_ns) as f64 * 1e-9;
         let step = first.odom_from_base.between(&last.odom_from_base);
         // The chord of the arc, seen from its middle: half of the turn is already made there.
-        let (sin, cos) = (step.theta_rad / 2.0).sin_cos();
+        let (sin, cos) = (step.theta_rad / 2.0).portable_sin_cos();
         let ahead_m = cos * step.x_m + sin * step.y_m;
         let left_m = cos * step.y_m - sin * step.x_m;
         [ahead_m / seconds, left_m / seconds, step.theta_rad / seconds]

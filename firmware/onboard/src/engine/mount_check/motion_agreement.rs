@@ -5,6 +5,7 @@
 //! the laser may sit. That needs no map, so it works where the matcher is led astray by the very mistake that
 //! is looked for.
 
+use biplane_geometry::PortableMath;
 use biplane_matcher::Pose2;
 use biplane_recording::rig::Mount;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -69,7 +70,7 @@ impl LevelMount {
     #[must_use]
     pub(crate) fn of(mount: &Mount) -> Option<Self> {
         let matrix = mount.matrix();
-        let yaw_rad = matrix[1][0].atan2(matrix[0][0]);
+        let yaw_rad = matrix[1][0].portable_atan2(matrix[0][0]);
         let base_from_laser = Pose2::new(mount.x, mount.y, yaw_rad);
         (matrix[2][2].abs() >= LEVEL).then_some(Self { base_from_laser, mirrored: matrix[2][2] < 0.0 })
     }

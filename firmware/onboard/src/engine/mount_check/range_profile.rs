@@ -1,5 +1,6 @@
 //! A scan thinned to a range a direction, and how well one agrees with another one after a motion.
 
+use biplane_geometry::PortableMath;
 use biplane_matcher::Pose2;
 
 use crate::engine::scan_data::ScanData;
@@ -77,7 +78,7 @@ impl Profile {
     pub(crate) fn agreement(&self, before: &Self, self_from_before: &Pose2) -> Option<f32> {
         let (mut seen, mut fits) = (0_usize, 0_usize);
         for (angle_rad, range_m) in before.hits() {
-            let (sin, cos) = f64::from(angle_rad).sin_cos();
+            let (sin, cos) = f64::from(angle_rad).portable_sin_cos();
             let range_m = f64::from(range_m);
             let point_m = self_from_before.transform([range_m * cos, range_m * sin]);
             if let Some(near) = self.around(point_m) {
@@ -101,7 +102,7 @@ impl Profile {
     /// The ranges in the direction of a point; `None` outside the field of view or what is compared.
     fn around(&self, point_m: [f64; 2]) -> Option<Near<'_>> {
         let distance_m = (point_m[0] * point_m[0] + point_m[1] * point_m[1]).sqrt() as f32;
-        let angle_rad = point_m[1].atan2(point_m[0]) as f32;
+        let angle_rad = point_m[1].portable_atan2(point_m[0]) as f32;
         let place = ((angle_rad - self.first_rad) / self.step_rad).round();
         let in_view = place >= 0.0 && place < self.ranges_m.len() as f32;
         if !in_view || !(NEAR_M..FAR_M).contains(&distance_m) {

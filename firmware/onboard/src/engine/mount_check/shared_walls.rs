@@ -5,6 +5,7 @@
 //! where the base has come: there they lie on a surface, or in what was seen to be free. The same is asked
 //! for other ways in which the laser may sit.
 
+use biplane_geometry::PortableMath;
 use biplane_matcher::Pose2;
 use biplane_recording::rig::Mount;
 
@@ -172,7 +173,7 @@ impl SharedWallCheck {
 
     /// A beam's direction in the base.
     fn direction(&self, angle_rad: f32) -> [f64; 3] {
-        let (sin, cos) = f64::from(angle_rad).sin_cos();
+        let (sin, cos) = f64::from(angle_rad).portable_sin_cos();
         self.matrix.map(|row| row[0] * cos + row[1] * sin)
     }
 

@@ -9,6 +9,7 @@ pub(crate) mod grid;
 #[cfg(feature = "live")]
 pub(crate) mod point_accumulator;
 
+use biplane_geometry::PortableMath;
 use std::collections::VecDeque;
 
 use biplane_recording::messages::{LaserScan, Message, PoseWithCovarianceStamped};
@@ -96,8 +97,10 @@ impl Scene {
     fn add_floor(&mut self, placed: &Placed) {
         let ([x, y, heading], stamp_ns) = (placed.map_from_base, placed.scan.stamp_ns);
         let stays = self.learned.is_some_and(|([x0, y0, heading0], ns)| {
-            let turned = (heading - heading0).sin().abs();
-            (x - x0).hypot(y - y0) < STEP.0 && turned < STEP.1 && (0..STEP.2).contains(&(stamp_ns - ns))
+            let turned = (heading - heading0).portable_sin().abs();
+            (x - x0).portable_hypot(y - y0) < STEP.0
+                && turned < STEP.1
+                && (0..STEP.2).contains(&(stamp_ns - ns))
         });
         if stays {
             return;
@@ -126,7 +129,7 @@ impl Waiting {
         let scan = self.scans.drain(..=place).next_back()?;
         let [x, y, _] = pose.position_m;
         let [_, _, sin, cos] = pose.orientation_xyzw;
-        Some(Placed { scan, map_from_base: [x, y, 2.0 * sin.atan2(cos)], mount: self.mount })
+        Some(Placed { scan, map_from_base: [x, y, 2.0 * sin.portable_atan2(cos)], mount: self.mount })
     }
 }
 
@@ -135,7 +138,7 @@ impl Placed {
     fn map_from_laser(&self, point_in_laser_m: [f64; 3]) -> [f64; 3] {
         let [x, y, z] = self.mount.base_from_laser(point_in_laser_m);
         let [base_x, base_y, heading] = self.map_from_base;
-        let (sin, cos) = heading.sin_cos();
+        let (sin, cos) = heading.portable_sin_cos();
         [base_x + cos * x - sin * y, base_y + sin * x + cos * y, z]
     }
 
@@ -147,7 +150,7 @@ impl Placed {
         let beams = scan.ranges_m.iter().enumerate().filter(move |(_, range_m)| valid.contains(*range_m));
         beams.map(move |(beam, &range_m)| {
             let angle_rad = f64::from(scan.angle_min_rad) + beam as f64 * f64::from(scan.angle_increment_rad);
-            let (sin, cos) = angle_rad.sin_cos();
+            let (sin, cos) = angle_rad.portable_sin_cos();
             let length_m = f64::from(range_m).min(max_m);
             (self.map_from_laser([length_m * cos, length_m * sin, 0.0]), f64::from(range_m) <= max_m)
         })

@@ -1,5 +1,6 @@
 //! How well two scans lie on one another at a given pose: plain nearest neighbors, nothing of the matcher.
 
+use biplane_geometry::PortableMath;
 use biplane_matcher::{Pose2, Scan};
 
 /// A farther neighbor counts as this far, meters: what one scan sees and the other does not.
@@ -17,7 +18,7 @@ pub(crate) fn end_points(scan: &Scan) -> Vec<[f64; 2]> {
 pub(crate) fn gap_m(first: &[[f64; 2]], second: &[[f64; 2]], first_from_second: &Pose2) -> f64 {
     let nearest_m = |point: &[f64; 2]| {
         let [x, y] = first_from_second.transform(*point);
-        first.iter().map(|other| (other[0] - x).hypot(other[1] - y)).fold(CUTOFF_M, f64::min)
+        first.iter().map(|other| (other[0] - x).portable_hypot(other[1] - y)).fold(CUTOFF_M, f64::min)
     };
     second.iter().map(nearest_m).sum::<f64>() / second.len().max(1) as f64
 }

@@ -3,6 +3,7 @@
 //! Every kind begins with an ordinary drive through a room, so that there is a map to search.
 
 use biplane_clock::thread_cpu_ns;
+use biplane_geometry::PortableMath;
 use biplane_matcher::{Beam, Method, Pose2, Scan, Tracker, TrackerParams};
 use serde::Serialize;
 
@@ -62,7 +63,7 @@ fn run(method: Method, count: usize, with_odometry: bool, kind: Kind) -> Spread 
     let mut times_ns = Vec::new();
     for index in 0..BEFORE + SCANS {
         let at = index as f64 * 0.01;
-        let base = Pose2::new(2.0 * at.sin(), 1.0 - at.cos(), at);
+        let base = Pose2::new(2.0 * at.portable_sin(), 1.0 - at.portable_cos(), at);
         noise.hold();
         let beams = scan(&base, count, if index < BEFORE { KINDS[0].1 } else { kind }, &mut noise);
         let stamp_ns = index as i64 * 13_320_000;
@@ -80,7 +81,7 @@ fn run(method: Method, count: usize, with_odometry: bool, kind: Kind) -> Spread 
 fn scan(base: &Pose2, count: usize, kind: Kind, noise: &mut Noise) -> Vec<Beam> {
     let beam = |index: usize| {
         let angle_rad = (index as f64 / (count as f64 - 1.0) - 0.5) * std::f64::consts::PI;
-        let direction_in_base = [angle_rad.cos() as f32, angle_rad.sin() as f32];
+        let direction_in_base = [angle_rad.portable_cos() as f32, angle_rad.portable_sin() as f32];
         Beam { direction_in_base, range_m: kind(base, angle_rad, noise), delay_s: 0.0 }
     };
     (0..count).map(beam).collect()
@@ -88,7 +89,7 @@ fn scan(base: &Pose2, count: usize, kind: Kind, noise: &mut Noise) -> Vec<Beam> 
 
 /// The range from inside a rectangle 8 by 6 m about the origin, meters.
 fn room_m(base: &Pose2, angle_rad: f64) -> f32 {
-    let (sin, cos) = (base.theta_rad + angle_rad).sin_cos();
+    let (sin, cos) = (base.theta_rad + angle_rad).portable_sin_cos();
     let to_x = if cos > 0.0 { (4.0 - base.x_m) / cos } else { (-4.0 - base.x_m) / cos };
     let to_y = if sin > 0.0 { (3.0 - base.y_m) / sin } else { (-3.0 - base.y_m) / sin };
     to_x.abs().min(to_y.abs()) as f32

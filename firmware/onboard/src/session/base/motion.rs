@@ -2,6 +2,7 @@
 //!
 //! Units: meters, radians, nanoseconds.
 
+use biplane_geometry::PortableMath;
 use biplane_matcher::Pose2;
 
 /// Faster than any of these bases, meters per second.
@@ -39,8 +40,8 @@ impl Motion {
     pub(crate) fn pose(self) -> Pose2 {
         let half = self.turn_rad / 2.0;
         // The chord of an arc; its direction is the heading half way.
-        let chord_m = if half.abs() < 1e-6 { self.path_m } else { self.path_m * half.sin() / half };
-        Pose2::new(chord_m * half.cos(), chord_m * half.sin(), self.turn_rad)
+        let chord_m = if half.abs() < 1e-6 { self.path_m } else { self.path_m * half.portable_sin() / half };
+        Pose2::new(chord_m * half.portable_cos(), chord_m * half.portable_sin(), self.turn_rad)
     }
 
     /// What a base can have made in this time at most.
@@ -79,7 +80,7 @@ impl Motion {
     fn misfit_m(self, going_on: Self) -> f64 {
         let beyond = |made: f64, maximum: f64| made - made.clamp(maximum.min(0.0), maximum.max(0.0));
         let turn_m = METERS_PER_RADIAN * beyond(self.turn_rad, going_on.turn_rad);
-        beyond(self.path_m, going_on.path_m).hypot(turn_m)
+        beyond(self.path_m, going_on.path_m).portable_hypot(turn_m)
     }
 }
 
@@ -88,7 +89,7 @@ fn seconds(gap_ns: i64) -> f64 {
 }
 
 fn kept(gap_ns: i64) -> f64 {
-    (-seconds(gap_ns) / HELD_BACK_S).exp()
+    (-seconds(gap_ns) / HELD_BACK_S).portable_exp()
 }
 
 /// How fast a base went lately.

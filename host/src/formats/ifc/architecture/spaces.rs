@@ -4,6 +4,7 @@ use super::evidence::Value;
 use super::{Architecture, solids};
 use crate::building::elements::Room;
 use crate::formats::ifc::step::{Id, Ids};
+use biplane_geometry::PortableMath;
 
 /// Floors and ceilings are assumed to be so thick, meters: one side of them was seen at best.
 const FLOOR_M: f64 = 0.2;
@@ -13,7 +14,7 @@ const CEILING_COLOR: [u8; 3] = [236, 234, 228];
 
 fn perimeter_m(ring: &[[f64; 2]]) -> f64 {
     let ends = ring.iter().zip(ring.iter().cycle().skip(1));
-    ends.map(|(a, b)| (b[0] - a[0]).hypot(b[1] - a[1])).sum()
+    ends.map(|(a, b)| (b[0] - a[0]).portable_hypot(b[1] - a[1])).sum()
 }
 
 /// Area of a ring, square meters, positive in either direction.

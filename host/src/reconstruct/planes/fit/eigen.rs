@@ -3,6 +3,7 @@
 //! Unit-free. Source: O. K. Smith, "Eigenvalues of a symmetric 3x3 matrix", CACM 4 (1961); the vector is the
 //! longest cross product of two rows of `A - lambda I`, which all are orthogonal to it.
 
+use biplane_geometry::PortableMath;
 use biplane_geometry::vec3::{cross, dot, scaled};
 
 /// A symmetric matrix as its upper triangle: xx, xy, xz, yy, yz, zz.
@@ -34,9 +35,9 @@ fn eigenvalues(&[xx, xy, xz, yy, yz, zz]: &Symmetric) -> [f64; 3] {
     }
     let determinant = a * (b * c - yz * yz) - xy * (xy * c - yz * xz) + xz * (xy * yz - b * xz);
     let half = (determinant / (2.0 * spread * spread * spread)).clamp(-1.0, 1.0);
-    let angle = half.acos() / 3.0;
-    let largest = mean + 2.0 * spread * angle.cos();
-    let smallest = mean + 2.0 * spread * (angle + std::f64::consts::TAU / 3.0).cos();
+    let angle = half.portable_acos() / 3.0;
+    let largest = mean + 2.0 * spread * angle.portable_cos();
+    let smallest = mean + 2.0 * spread * (angle + std::f64::consts::TAU / 3.0).portable_cos();
     [smallest, 3.0 * mean - smallest - largest, largest]
 }
 

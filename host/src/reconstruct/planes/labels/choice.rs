@@ -2,6 +2,7 @@
 
 use crate::reconstruct::planes::fit::noise::{DEVIATIONS, Noise};
 use crate::reconstruct::planes::fit::scatter::Fit;
+use biplane_geometry::PortableMath;
 use biplane_geometry::vec3::dot;
 
 /// Weight of the neighbors' choice against the point's own distance, in units of half a squared deviation.
@@ -34,7 +35,12 @@ impl Choice {
     pub(crate) fn new(fit: &Fit, noise: Noise) -> Self {
         let variance_m2 = noise.variance_of(fit);
         let share = variance_m2 / (noise.sigma_m * noise.sigma_m);
-        Self { normal: fit.normal, offset_m: fit.offset_m, scale: 0.5 / variance_m2, width: 0.5 * share.ln() }
+        Self {
+            normal: fit.normal,
+            offset_m: fit.offset_m,
+            scale: 0.5 / variance_m2,
+            width: 0.5 * share.portable_ln(),
+        }
     }
 }
 

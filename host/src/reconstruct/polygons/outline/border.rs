@@ -11,6 +11,7 @@
 use super::line::{Line, Moments};
 use super::union::{Ring, doubled_area};
 use crate::reconstruct::polygons::plane_frame::FlatPoint;
+use biplane_geometry::PortableMath;
 use biplane_geometry::vec2::distance_to_segment;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -260,7 +261,7 @@ impl<'a> Border<'a> {
 }
 
 fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
-    (a[0] - b[0]).hypot(a[1] - b[1])
+    (a[0] - b[0]).portable_hypot(a[1] - b[1])
 }
 
 /// Distance of a point to a segment, steps.

@@ -2,6 +2,8 @@
 //!
 //! Plane coordinates in steps ([`crate::reconstruct::polygons::plane_frame`]).
 
+use biplane_geometry::PortableMath;
+
 /// A line without ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Line {
@@ -15,7 +17,7 @@ impl Line {
     /// The line through two points; of one and the same point, some line through it.
     pub(crate) fn through(a: [f64; 2], b: [f64; 2]) -> Self {
         let (x, y) = (b[0] - a[0], b[1] - a[1]);
-        let length = x.hypot(y);
+        let length = x.portable_hypot(y);
         let direction = if length > 0.0 { [x / length, y / length] } else { [1.0, 0.0] };
         Self { at: a, direction }
     }
@@ -66,7 +68,7 @@ pub(crate) struct Moments {
 impl Moments {
     /// Those of one edge.
     pub(crate) fn of_edge(origin: [f64; 2], a: [f64; 2], b: [f64; 2]) -> Self {
-        let length = (b[0] - a[0]).hypot(b[1] - a[1]);
+        let length = (b[0] - a[0]).portable_hypot(b[1] - a[1]);
         let (middle, half) =
             ([0, 1].map(|k| 0.5 * (a[k] + b[k]) - origin[k]), [0, 1].map(|k| 0.5 * (b[k] - a[k])));
         let second = |i: usize, k: usize| length * (middle[i] * middle[k] + half[i] * half[k] / 3.0);
@@ -107,8 +109,8 @@ impl Moments {
     /// The line of least squares.
     pub(crate) fn line(&self, origin: [f64; 2]) -> Line {
         let [xx, xy, yy] = self.central();
-        let angle = 0.5 * (2.0 * xy).atan2(xx - yy);
-        Line { at: self.middle(origin), direction: [angle.cos(), angle.sin()] }
+        let angle = 0.5 * (2.0 * xy).portable_atan2(xx - yy);
+        Line { at: self.middle(origin), direction: [angle.portable_cos(), angle.portable_sin()] }
     }
 
     /// The squared distances to a line, summed along the border.

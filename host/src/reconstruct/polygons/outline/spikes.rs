@@ -7,6 +7,7 @@
 use super::line::Line;
 use super::union::Ring;
 use crate::reconstruct::polygons::plane_frame::{FlatPoint, STEP_M};
+use biplane_geometry::PortableMath;
 
 /// A corner is a spike when the way turns by more than 120 degrees there (cosine of the turn). A little less
 /// is asked for, because welding and rounding turn edges a little.
@@ -104,7 +105,7 @@ fn take_off(points: &mut Vec<Point>, at: usize) -> bool {
 }
 
 fn distance(a: Point, b: Point) -> f64 {
-    (a[0] - b[0]).hypot(a[1] - b[1])
+    (a[0] - b[0]).portable_hypot(a[1] - b[1])
 }
 
 #[cfg(test)]

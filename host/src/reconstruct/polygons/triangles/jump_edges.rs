@@ -9,6 +9,7 @@ use crate::model::{Cloud, Mesh};
 use crate::reconstruct::planes::reject::mixed_pixel_planes::next_beam;
 use crate::reconstruct::polygons::params::PolygonParams;
 use crate::reconstruct::polygons::triangles::sliver_planes::SLIVER;
+use biplane_geometry::PortableMath;
 use biplane_geometry::UnionFind;
 use biplane_geometry::vec3::distance as distance_m;
 use biplane_geometry::vec3::dot;
@@ -65,7 +66,7 @@ impl<'a> JumpEdges<'a> {
 
     /// Whether an edge of the triangle runs along the beam over a longer stretch.
     fn runs_along_beam(&self, corners: [usize; 3]) -> bool {
-        let max_sine = self.params.veil_angle_deg.to_radians().sin();
+        let max_sine = self.params.veil_angle_deg.to_radians().portable_sin();
         [(0, 1), (1, 2), (2, 0)].map(|(i, j)| (corners[i], corners[j])).into_iter().any(|(from, to)| {
             let Some(origin) = self.cloud.origin_of(from) else { return false };
             let [p, q] = [from, to].map(|corner| self.cloud.points_m[corner].map(f64::from));

@@ -7,6 +7,7 @@ use crate::reconstruct::shapes::fit::judge::{Accepted, ON_DEVIATIONS};
 use crate::reconstruct::shapes::params::ShapeParams;
 use crate::reconstruct::shapes::search::curved_walls::Curved;
 use crate::reconstruct::shapes::search::patches::Patches;
+use biplane_geometry::PortableMath;
 use biplane_geometry::vec3::dot;
 use rayon::prelude::*;
 
@@ -62,14 +63,14 @@ pub(crate) fn claim(
 fn off_m(one: &Accepted, p: [f64; 3], limit_m: f64) -> Option<f64> {
     let [x, y, along] = one.tube.axis.local(p);
     let radius_m = one.tube.radius_m;
-    let off_m = (x.hypot(y) - radius_m).abs();
+    let off_m = (x.portable_hypot(y) - radius_m).abs();
     let [from_m, to_m] = one.along_m;
     if off_m > limit_m || along < from_m - MARGIN_M || along > to_m + MARGIN_M {
         return None;
     }
     let [from, to] = one.arc_rad;
     let margin = MARGIN_M / radius_m;
-    let turn = (y.atan2(x) - from + margin).rem_euclid(std::f64::consts::TAU);
+    let turn = (y.portable_atan2(x) - from + margin).rem_euclid(std::f64::consts::TAU);
     (turn <= to - from + 2.0 * margin).then_some(off_m)
 }
 

@@ -8,6 +8,7 @@ use crate::reconstruct::shapes::Rounds;
 use crate::reconstruct::shapes::fit::axis::{Axis, Tube};
 use crate::reconstruct::shapes::fit::judge::Accepted;
 use crate::reconstruct::shapes::params::ShapeParams;
+use biplane_geometry::PortableMath;
 use biplane_geometry::vec3::{dot, minus, norm, plus, scaled};
 
 /// A surface ends at a plane that is no further on than this: at a ceiling the last beam is a step before it.
@@ -187,13 +188,14 @@ impl<'a> PlanePoints<'a> {
             if off_m.abs() >= tube.radius_m {
                 continue;
             }
-            let towards = dot(plane.normal, quarter).atan2(dot(plane.normal, zero));
-            let half = (off_m / tube.radius_m).acos();
+            let towards = dot(plane.normal, quarter).portable_atan2(dot(plane.normal, zero));
+            let half = (off_m / tube.radius_m).portable_acos();
             for angle in [towards - half, towards + half] {
-                let (x, y) = (tube.radius_m * angle.cos(), tube.radius_m * angle.sin());
+                let (x, y) = (tube.radius_m * angle.portable_cos(), tube.radius_m * angle.portable_sin());
                 let is_near = |p: &[f64; 3]| {
                     let [px, py, pz] = tube.axis.local(*p);
-                    (px - x).hypot(py - y) <= MAX_TO_POINTS_M && (pz - middle_m).abs() <= middle_m + 0.5
+                    (px - x).portable_hypot(py - y) <= MAX_TO_POINTS_M
+                        && (pz - middle_m).abs() <= middle_m + 0.5
                 };
                 if points_m.iter().any(is_near) {
                     angles.push(angle);

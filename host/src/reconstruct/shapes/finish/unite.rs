@@ -4,6 +4,7 @@ use crate::model::Cloud;
 use crate::reconstruct::shapes::fit::judge::{Accepted, Evidence};
 use crate::reconstruct::shapes::params::ShapeParams;
 use crate::reconstruct::shapes::search::guesses::fitted;
+use biplane_geometry::PortableMath;
 use biplane_geometry::vec3::dot;
 
 /// Two axes are one when they run within this angle and distance of each other.
@@ -52,7 +53,7 @@ fn are_one(a: &Accepted, b: &Accepted) -> bool {
     });
     let [x, y] = [0, 1].map(|k| 0.5 * (ends[0][k] + ends[1][k]));
     let [from, to] = [ends[0][2].min(ends[1][2]), ends[0][2].max(ends[1][2])];
-    x.hypot(y) <= apart_m && from <= a.along_m[1] + MAX_GAP_M && to >= a.along_m[0] - MAX_GAP_M
+    x.portable_hypot(y) <= apart_m && from <= a.along_m[1] + MAX_GAP_M && to >= a.along_m[0] - MAX_GAP_M
 }
 
 /// Both as one.

@@ -1,6 +1,7 @@
 //! A cylinder without ends, and points as it sees them. Meters, radians.
 
 use crate::model::cylinder::zero_of;
+use biplane_geometry::PortableMath;
 use biplane_geometry::vec3::{cross, dot, minus, plus, scaled, unit};
 
 /// An axis with the two directions across it.
@@ -59,6 +60,6 @@ impl Tube {
     /// How far a point lies outside the surface.
     pub(crate) fn off_m(&self, point_m: [f64; 3]) -> f64 {
         let [x, y, _] = self.axis.local(point_m);
-        x.hypot(y) - self.radius_m
+        x.portable_hypot(y) - self.radius_m
     }
 }

@@ -3,6 +3,7 @@
 //! grazes is smeared along it, between the thing and what is behind it. Meters.
 
 use super::axis::{Axis, Tube};
+use biplane_geometry::PortableMath;
 use biplane_geometry::vec3::{dot, minus, norm, plus, scaled};
 
 /// Steps; each halves what is wrong at the very least, most do far better.
@@ -45,7 +46,7 @@ impl<'a> Sample<'a> {
         let of = |(index, p): (usize, &[f64; 3])| {
             let local = tube.axis.local(*p);
             let [x, y, _] = local;
-            let distance_m = x.hypot(y);
+            let distance_m = x.portable_hypot(y);
             if (distance_m - tube.radius_m).abs() > reach_m {
                 return None;
             }
@@ -122,7 +123,7 @@ fn advance(
     let side = near.iter().map(|point| point.cosine).sum::<f64>().signum();
     let (mut normal, mut right) = ([[0.0; 5]; 5], [0.0; 5]);
     for Near { local: [x, y, along], cosine } in near {
-        let distance = x.hypot(y).max(1e-9);
+        let distance = x.portable_hypot(y).max(1e-9);
         let residual = distance - tube.radius_m;
         let share = residual / reach_m;
         // What seems to be seen from the other side is a smear beyond an edge.

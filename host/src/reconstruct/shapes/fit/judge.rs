@@ -4,6 +4,7 @@
 use super::axis::Tube;
 use super::prism::{Mean, compare};
 use crate::reconstruct::shapes::params::ShapeParams;
+use biplane_geometry::PortableMath;
 use biplane_geometry::vec3::{dot, minus, norm};
 
 /// Directions that are told apart round an axis.
@@ -141,7 +142,7 @@ impl Surface {
 
 /// How far a point in the axis's coordinates lies outside the surface.
 fn off_m(tube: &Tube, [x, y, _]: [f64; 3]) -> f64 {
-    x.hypot(y) - tube.radius_m
+    x.portable_hypot(y) - tube.radius_m
 }
 
 /// Whether a cylinder that is roughly fitted to some of its points may become one: more points and a better
@@ -190,11 +191,11 @@ pub(crate) fn judge(params: &ShapeParams, tube: &Tube, seen: &Evidence<'_>) -> R
 impl On {
     fn new(tube: &Tube, seen: &Evidence<'_>, index: usize, local: [f64; 3]) -> Self {
         let [x, y, along_m] = local;
-        let off_m = x.hypot(y) - tube.radius_m;
+        let off_m = x.portable_hypot(y) - tube.radius_m;
         let own = Self {
             index,
             along_m,
-            angle_rad: y.atan2(x),
+            angle_rad: y.portable_atan2(x),
             direction: direction_of(local),
             off_m,
             cosine: None,
@@ -204,14 +205,14 @@ impl On {
         let length_m = norm(beam).max(1e-9);
         let [zero, quarter, _] = tube.axis.frame;
         let step = [dot(zero, beam) / length_m, dot(quarter, beam) / length_m];
-        let facing = |[x, y]: [f64; 2]| -(x * step[0] + y * step[1]) / x.hypot(y).max(1e-9);
+        let facing = |[x, y]: [f64; 2]| -(x * step[0] + y * step[1]) / x.portable_hypot(y).max(1e-9);
         let Some(shift_m) = to_surface([x, y], step, tube.radius_m) else {
             return Self { cosine: Some(facing([x, y]).clamp(-MISSED_COSINE, MISSED_COSINE)), ..own };
         };
         let met = [x + shift_m * step[0], y + shift_m * step[1]];
         let cosine = facing(met);
         Self {
-            angle_rad: met[1].atan2(met[0]),
+            angle_rad: met[1].portable_atan2(met[0]),
             direction: direction_of([met[0], met[1], 0.0]),
             off_m: shift_m * cosine,
             cosine: Some(cosine),
@@ -237,7 +238,7 @@ fn to_surface([x, y]: [f64; 2], step: [f64; 2], radius_m: f64) -> Option<f64> {
 
 /// Which of the [`DIRECTIONS`] a point lies in.
 fn direction_of([x, y, _]: [f64; 3]) -> usize {
-    let turn = y.atan2(x).rem_euclid(std::f64::consts::TAU) / std::f64::consts::TAU;
+    let turn = y.portable_atan2(x).rem_euclid(std::f64::consts::TAU) / std::f64::consts::TAU;
     ((turn * DIRECTIONS as f64) as usize).min(DIRECTIONS - 1)
 }
 
@@ -361,7 +362,7 @@ fn means(on: &[On], arc: &Arc, (radius_m, sigma_m): (f64, f64)) -> Vec<Mean> {
     }
     let mean = |(place, [n, w, off, turn]): (usize, [f64; 4])| {
         let count = w / n * (1.0 / n + COMMON_SHARE * COMMON_SHARE).recip();
-        let (sin, cos) = ((arc.first + place) as f64 * step + turn / w).sin_cos();
+        let (sin, cos) = ((arc.first + place) as f64 * step + turn / w).portable_sin_cos();
         let distance_m = radius_m + off / w;
         Mean { at_m: [distance_m * cos, distance_m * sin], weight_per_m2: count / (sigma_m * sigma_m), count }
     };

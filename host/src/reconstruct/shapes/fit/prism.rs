@@ -6,6 +6,8 @@
 //! residuals follow Student's t distribution, and what explains them far better wins, however small they are.
 //! The best prism of every k is found by dynamic programming over the directions (Bellman 1961).
 
+use biplane_geometry::PortableMath;
+
 /// Most faces of a prism: more of them are round for every purpose.
 const MAX_FACES: usize = 10;
 
@@ -36,14 +38,14 @@ pub(crate) struct Costs {
 
 /// Compares a circle about the origin with prisms. The means stand in the order of their directions.
 pub(crate) fn compare(means: &[Mean], radius_m: f64) -> Costs {
-    let price = means.iter().map(|mean| mean.count).sum::<f64>().max(2.0).ln();
+    let price = means.iter().map(|mean| mean.count).sum::<f64>().max(2.0).portable_ln();
     let squares = |mean: &Mean| {
-        let off_m = mean.at_m[0].hypot(mean.at_m[1]) - radius_m;
+        let off_m = mean.at_m[0].portable_hypot(mean.at_m[1]) - radius_m;
         mean.weight_per_m2 * off_m * off_m
     };
     let directions = means.len() as f64 + KNOWN_AS_OF;
     let cost = |squares: f64, parameters: f64| {
-        directions * ((squares + KNOWN_AS_OF) / directions).ln() + parameters * price
+        directions * ((squares + KNOWN_AS_OF) / directions).portable_ln() + parameters * price
     };
     let round = cost(means.iter().map(squares).sum(), 3.0);
     let best = faces(means).into_iter().zip(1..);
@@ -91,7 +93,7 @@ fn line_cost([w, x, y, xx, xy, yy]: [f64; 6]) -> f64 {
     }
     let (xx, xy, yy) = (xx - x * x / w, xy - x * y / w, yy - y * y / w);
     let half = 0.5 * (xx - yy);
-    (0.5 * (xx + yy) - half.hypot(xy)).max(0.0)
+    (0.5 * (xx + yy) - half.portable_hypot(xy)).max(0.0)
 }
 
 #[cfg(test)]

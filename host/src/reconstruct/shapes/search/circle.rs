@@ -1,5 +1,7 @@
 //! Circles through points of a plane that is crossed by an axis: through three, and the best of many. Meters.
 
+use biplane_geometry::PortableMath;
+
 /// A circle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Circle {
@@ -12,7 +14,7 @@ pub(crate) struct Circle {
 impl Circle {
     /// How far a point lies outside.
     pub(crate) fn off_m(&self, p: [f64; 2]) -> f64 {
-        (p[0] - self.center_m[0]).hypot(p[1] - self.center_m[1]) - self.radius_m
+        (p[0] - self.center_m[0]).portable_hypot(p[1] - self.center_m[1]) - self.radius_m
     }
 }
 
@@ -25,7 +27,7 @@ pub(crate) fn through([a, b, c]: [[f64; 2]; 3]) -> Option<Circle> {
         return None;
     }
     let [x, y] = [(cy * bb - by * cc) / twice, (bx * cc - cx * bb) / twice];
-    Some(Circle { center_m: [a[0] + x, a[1] + y], radius_m: x.hypot(y) })
+    Some(Circle { center_m: [a[0] + x, a[1] + y], radius_m: x.portable_hypot(y) })
 }
 
 /// The circle of least algebraic error (Kasa 1976); a start for the fit that weighs true distances.

@@ -10,6 +10,7 @@ use crate::reconstruct::shapes::fit::judge::{
     Accepted, BESIDE_DEVIATIONS, Evidence, MIN_LENGTH_M, Rejected, judge, longest_run, may_become,
 };
 use crate::reconstruct::shapes::params::ShapeParams;
+use biplane_geometry::PortableMath;
 
 /// Guesses for each axis: one for so many points, within bounds.
 const POINTS_PER_GUESS: usize = 12;
@@ -137,7 +138,7 @@ fn guesses(params: &ShapeParams, section: &Section, (sigma_m, share): (f64, f64)
     for (score, circle) in scored {
         let is_new = best.iter().all(|other| {
             let [x, y] = [0, 1].map(|k| circle.center_m[k] - other.center_m[k]);
-            x.hypot(y).max((circle.radius_m - other.radius_m).abs()) > 0.3 * other.radius_m
+            x.portable_hypot(y).max((circle.radius_m - other.radius_m).abs()) > 0.3 * other.radius_m
         });
         if is_new && score * share >= MIN_SCORE * params.min_points as f64 {
             best.push(circle);
@@ -154,7 +155,7 @@ fn near(section: &Section, seed: u32, reach_m: f64, random: &mut Random) -> Vec<
     let at_m = section.at_m(seed);
     let close = |point: &u32| {
         let [x, y] = section.at_m(*point);
-        (x - at_m[0]).hypot(y - at_m[1]) <= reach_m
+        (x - at_m[0]).portable_hypot(y - at_m[1]) <= reach_m
     };
     let count = section.within(at_m, reach_m).count();
     let step = count.div_ceil(MAX_FITTED).max(1);

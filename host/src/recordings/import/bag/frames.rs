@@ -1,5 +1,6 @@
 //! Transforms between frames that stay as they are, and the way from one frame to another along them.
 
+use biplane_geometry::PortableMath;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use biplane_recording::messages::TransformStamped;
@@ -130,18 +131,22 @@ fn is_same(a: &Isometry3<f64>, b: &Isometry3<f64>) -> bool {
 /// How far a laser's fan is from lying flat, in degrees from 0 to 90; on its back it lies flat too.
 pub(crate) fn tilt_deg(base_from_laser: &Isometry3<f64>) -> f64 {
     let up = base_from_laser.rotation * Vector3::z();
-    up.z.abs().clamp(0.0, 1.0).acos().to_degrees()
+    up.z.abs().clamp(0.0, 1.0).portable_acos().to_degrees()
 }
 
 /// A transform as a mount: yaw, then pitch, then roll.
 pub(crate) fn mount_of(base_from_laser: &Isometry3<f64>) -> Mount {
     let m = base_from_laser.rotation.to_rotation_matrix();
-    let cos_pitch = m[(0, 0)].hypot(m[(1, 0)]);
-    let pitch = (-m[(2, 0)]).atan2(cos_pitch);
-    let yaw = if cos_pitch < UPRIGHT { (-m[(0, 1)]).atan2(m[(1, 1)]) } else { m[(1, 0)].atan2(m[(0, 0)]) };
+    let cos_pitch = m[(0, 0)].portable_hypot(m[(1, 0)]);
+    let pitch = (-m[(2, 0)]).portable_atan2(cos_pitch);
+    let yaw = if cos_pitch < UPRIGHT {
+        (-m[(0, 1)]).portable_atan2(m[(1, 1)])
+    } else {
+        m[(1, 0)].portable_atan2(m[(0, 0)])
+    };
     // What is left of the rotation behind yaw and pitch: exact also where these two are not.
-    let (sin, cos) = yaw.sin_cos();
-    let roll = (sin * m[(0, 2)] - cos * m[(1, 2)]).atan2(cos * m[(1, 1)] - sin * m[(0, 1)]);
+    let (sin, cos) = yaw.portable_sin_cos();
+    let roll = (sin * m[(0, 2)] - cos * m[(1, 2)]).portable_atan2(cos * m[(1, 1)] - sin * m[(0, 1)]);
     // Plus nothing: no -0.
     let rounded = |value: f64| (value * PARTS).round() / PARTS + 0.0;
     let degrees = |angle: f64| rounded(angle.to_degrees());

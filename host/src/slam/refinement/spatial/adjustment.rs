@@ -9,6 +9,7 @@ use crate::slam::refinement::spatial::motion::wheels::Wheels;
 use crate::slam::refinement::spatial::normal_equations::{Assembly, Group, Layout, Row, by_state, robust};
 use crate::slam::refinement::spatial::params::SpatialParams;
 use crate::slam::refinement::spatial::surfaces::{Search, Surface, Surfaces};
+use biplane_geometry::PortableMath;
 use biplane_geometry::vec3::dot;
 use rayon::prelude::*;
 
@@ -243,7 +244,7 @@ impl Problem<'_> {
         let along = attitude.rotate(hit.along.map(f64::from));
         let residual = plane.distance_m(place);
         let across = dot(plane.normal, along);
-        let sigma_m = (self.params.sigma_range_m * across).hypot(self.params.sigma_surface_m);
+        let sigma_m = (self.params.sigma_range_m * across).portable_hypot(self.params.sigma_surface_m);
         let weight = robust(residual, f64::max(KERNEL * sigma_m, kernel_m)) / (sigma_m * sigma_m);
         let [flat, tilt] = by_state(&attitude, turned, plane.normal);
         let share = f64::from(hit.share);
@@ -266,8 +267,8 @@ impl Problem<'_> {
             let hit = &self.hits[number];
             let plane = &surfaces.list[surfaces.of(&self.point(knots, hit))? as usize];
             let along = Attitude::of(&hit.state(knots)).rotate(hit.along.map(f64::from));
-            let sigma_m =
-                (self.params.sigma_range_m * dot(plane.normal, along)).hypot(self.params.sigma_surface_m);
+            let sigma_m = (self.params.sigma_range_m * dot(plane.normal, along))
+                .portable_hypot(self.params.sigma_surface_m);
             Some((plane.distance_m(hit.placed(knots)) / sigma_m).powi(2).min(CAP))
         };
         let chosen = self.chosen(span, 1, true);

@@ -2,6 +2,7 @@
 
 use crate::recordings::scan_geometry::{RangeScan, ScanGeometry};
 use crate::slam::refinement::spatial::knots::{Knots, State};
+use biplane_geometry::PortableMath;
 use nalgebra::{Point3, Vector3};
 
 /// Which laser.
@@ -91,7 +92,10 @@ pub(crate) fn beam_hits<'a>(
     let directions: Vec<Vector3<f64>> = geometry
         .beams
         .iter()
-        .map(|beam| geometry.base_from_laser * Vector3::new(beam.angle_rad.cos(), beam.angle_rad.sin(), 0.0))
+        .map(|beam| {
+            geometry.base_from_laser
+                * Vector3::new(beam.angle_rad.portable_cos(), beam.angle_rad.portable_sin(), 0.0)
+        })
         .collect();
     range_scans.iter().enumerate().map(move |(scan, range_scan)| {
         let mut hits = Vec::new();

@@ -4,6 +4,7 @@
 //! Not all that stands beside the later track is ground: a robot drives through doors, close to their
 //! frames. Ground is a line right across the way, and nothing is seen through it.
 
+use biplane_geometry::PortableMath;
 use std::collections::BTreeMap;
 
 use crate::slam::refinement::spatial::beams::{BeamHit, Laser};
@@ -126,7 +127,7 @@ impl<'a> Passing<'a> {
         }
         let (_, knot) = best?;
         let [kx, ky, .., yaw] = self.track.states[knot];
-        let (sin, cos) = yaw.sin_cos();
+        let (sin, cos) = yaw.portable_sin_cos();
         Some(Passed { knot, left_m: cos * (y - ky) - sin * (x - kx) })
     }
 }

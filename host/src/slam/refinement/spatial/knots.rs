@@ -2,6 +2,7 @@
 //!
 //! Frame `map`, meters, radians, nanoseconds. Headings are not wrapped, so that they can be interpolated.
 
+use biplane_geometry::PortableMath;
 use biplane_geometry::vec3::cross;
 use biplane_geometry::{StampedPose, Trajectory, wrap_angle};
 
@@ -78,7 +79,7 @@ pub(crate) struct Attitude {
 impl Attitude {
     /// Of a state.
     pub(crate) fn of(state: &State) -> Self {
-        let [(sr, cr), (sp, cp), (sy, cy)] = [state[3], state[4], state[5]].map(f64::sin_cos);
+        let [(sr, cr), (sp, cp), (sy, cy)] = [state[3], state[4], state[5]].map(f64::portable_sin_cos);
         let matrix = [
             [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
             [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],

@@ -4,6 +4,7 @@
 //! in one plane. What only the horizontal laser saw is a line, of which nobody knows how it leans: its
 //! plane is upright. Near-level planes may be cut into pieces of the way. Frame `map`, meters.
 
+use biplane_geometry::PortableMath;
 use std::collections::BTreeMap;
 
 use crate::slam::refinement::spatial::beams::{Laser, Point};
@@ -356,7 +357,7 @@ fn grow(patches: &mut [Patch], search: &Search) -> usize {
         patches.iter().enumerate().map(|(number, patch)| (patch.key, number)).collect();
     let mut seeds: Vec<usize> = (0..patches.len()).collect();
     seeds.sort_by_key(|&number| (std::cmp::Reverse(patches[number].points.len()), number));
-    let (mut count, cosine) = (0, search.angle_rad.cos());
+    let (mut count, cosine) = (0, search.angle_rad.portable_cos());
     for seed in seeds {
         if patches[seed].region.is_some() {
             continue;

@@ -7,6 +7,7 @@
 //! behind an opening and not behind a mere silence. Behind an opening it is the rule: the way from zero then
 //! goes on from the last pose.
 
+use biplane_geometry::PortableMath;
 use biplane_matcher::{Pose2, wrap_angle};
 use biplane_wire::p2os::{self, Sip};
 
@@ -49,7 +50,7 @@ struct Reported {
 
 /// Distance and turn.
 fn motion(pose: Pose2) -> Motion {
-    Motion { path_m: pose.x_m.hypot(pose.y_m), turn_rad: wrap_angle(pose.theta_rad) }
+    Motion { path_m: pose.x_m.portable_hypot(pose.y_m), turn_rad: wrap_angle(pose.theta_rad) }
 }
 
 impl Odometer {

@@ -8,6 +8,7 @@ use crate::slam::refinement::spatial::knots::{Knots, State};
 use crate::slam::refinement::spatial::motion::inertial_samples::InertialSample;
 use crate::slam::refinement::spatial::motion::wheels::Wheels;
 use crate::slam::refinement::spatial::normal_equations::{Layout, Row, robust};
+use biplane_geometry::PortableMath;
 
 /// Samples between two knots, at least.
 const SAMPLES: usize = 3;
@@ -138,7 +139,7 @@ impl Inertial {
             let steps = angle_steps(&middle, turned);
             let one = [layout.tilt(knot), layout.tilt(knot), layout.flat(knot)];
             for (axis, (part, at)) in [(3, 1), (4, 2), (5, 2)].into_iter().enumerate() {
-                let sigma = (TURN_RAD * step_s.sqrt()).hypot(TURN_SHARE * turn[axis]);
+                let sigma = (TURN_RAD * step_s.sqrt()).portable_hypot(TURN_SHARE * turn[axis]);
                 let [mut back, mut ahead, mut bias] = [[0.0; 3]; 3];
                 (back[at], ahead[at], bias[axis]) = (-1.0, 1.0, step_s);
                 rows.push(Row {
@@ -251,7 +252,7 @@ fn up(means: &[Option<Mean>], first: usize, wheels: &Wheels, step_s: f64, rest_r
     let [roll, pitch] = tilt_of(force_m_s2, [ahead, left]);
     let sigma = |axis: usize| {
         let noise = mean(&|mean| mean.variance[axis]) / SPAN as f64;
-        (noise.sqrt() / GRAVITY_M_S2).hypot(UP_RAD)
+        (noise.sqrt() / GRAVITY_M_S2).portable_hypot(UP_RAD)
     };
     let tilt_rad = [roll - rest_rad[0], pitch - rest_rad[1]];
     Some(Up { first, tilt_rad, sigma_rad: [sigma(1), sigma(0)] })
@@ -260,14 +261,14 @@ fn up(means: &[Option<Mean>], first: usize, wheels: &Wheels, step_s: f64, rest_r
 /// Roll and pitch of a base that feels this acceleration while it speeds up ahead and to the left.
 fn tilt_of([x, y, z]: [f64; 3], [ahead, left]: [f64; 2]) -> [f64; 2] {
     let (x, y) = (x - ahead, y - left);
-    [y.atan2(z), (-x).atan2(y.hypot(z))]
+    [y.portable_atan2(z), (-x).portable_atan2(y.portable_hypot(z))]
 }
 
 /// Steps of roll, pitch and heading for a small turn about the axes of the base.
 fn angle_steps(state: &State, [x, y, z]: [f64; 3]) -> [f64; 3] {
-    let ((sin, cos), pitch) = (state[3].sin_cos(), state[4]);
+    let ((sin, cos), pitch) = (state[3].portable_sin_cos(), state[4]);
     let about = y * sin + z * cos;
-    [x + about * pitch.tan(), y * cos - z * sin, about / pitch.cos()]
+    [x + about * pitch.portable_tan(), y * cos - z * sin, about / pitch.portable_cos()]
 }
 
 #[cfg(test)]

@@ -7,6 +7,7 @@ use crate::recordings::deskew::Trajectory;
 use crate::slam::refinement::spatial::knots::{Attitude, Knots, State};
 use crate::slam::refinement::spatial::normal_equations::{Layout, Row, robust};
 use crate::slam::refinement::spatial::params::MotionSigmas;
+use biplane_geometry::PortableMath;
 use biplane_geometry::vec3::{dot, minus};
 use biplane_geometry::wrap_angle;
 use nalgebra::{Matrix2, Vector2};
@@ -64,7 +65,7 @@ impl Wheels {
         let step = |pair: &[Option<_>]| {
             let (a, b): (biplane_geometry::StampedPose, biplane_geometry::StampedPose) = (pair[0]?, pair[1]?);
             let turn_rad = wrap_angle(b.theta_rad - a.theta_rad);
-            let (sin, cos) = (a.theta_rad + 0.5 * turn_rad).sin_cos();
+            let (sin, cos) = (a.theta_rad + 0.5 * turn_rad).portable_sin_cos();
             let (x, y) = (b.x_m - a.x_m, b.y_m - a.y_m);
             Some(Step { ahead_m: cos * x + sin * y, aside_m: cos * y - sin * x, turn_rad })
         };
@@ -87,7 +88,7 @@ impl Wheels {
                 way += step.ahead_m;
                 turn += step.turn_rad;
                 let (a, b) = (&knots.states[knot], &knots.states[knot + 1]);
-                let (sin, cos) = (0.5 * (a[5] + b[5])).sin_cos();
+                let (sin, cos) = (0.5 * (a[5] + b[5])).portable_sin_cos();
                 matched_m += cos * (b[0] - a[0]) + sin * (b[1] - a[1]);
             }
             if way.abs() > 0.1 || turn.abs() > 0.1 {
@@ -125,7 +126,7 @@ impl Wheels {
     pub(crate) fn way_m(&self) -> Vec<f64> {
         let mut way_m = vec![0.0];
         for step in &self.steps {
-            let step_m = step.map_or(0.0, |step| step.ahead_m.hypot(step.aside_m));
+            let step_m = step.map_or(0.0, |step| step.ahead_m.portable_hypot(step.aside_m));
             way_m.push(way_m.last().copied().unwrap_or(0.0) + step_m);
         }
         way_m
@@ -213,7 +214,7 @@ fn motion(
     let middle: State = std::array::from_fn(|part| 0.5 * (a[part] + b[part]));
     let attitude = Attitude::of(&middle);
     let moved = minus([b[0], b[1], b[2]], [a[0], a[1], a[2]]);
-    let way_m = counted.ahead_m.hypot(counted.aside_m);
+    let way_m = counted.ahead_m.portable_hypot(counted.aside_m);
     let expected = [counted.ahead_m, counted.aside_m, 0.0];
     let sigma = [(sigmas.ahead_m, ROUNDED_M), (sigmas.aside_m, ROUNDED_ASIDE_M), (sigmas.up_m, ROUNDED_UP_M)];
     for (axis, (slip_m, rounded_m)) in sigma.into_iter().enumerate() {
