@@ -10,6 +10,7 @@ use biplane_recording::topics::FRAME_MAP;
 use crate::formats::Shapes;
 use crate::formats::input::shift::restored;
 use crate::model::Mesh;
+use crate::model::inferred::InferredKind;
 use crate::model::palette::{self, Orientation, Rgb};
 use crate::recordings::deskew::StampedPose;
 
@@ -70,6 +71,13 @@ fn surfaces(shapes: &Shapes<'_>) -> Vec<Marker> {
     for (round, mesh) in shapes.model.cylinders.iter().zip(&shapes.rounds) {
         add(round.kind.name(), mesh, palette::ROUND);
     }
+    for (surface, mesh) in shapes.model.inferred.iter().zip(&shapes.inferred) {
+        let group = match surface.kind {
+            InferredKind::Floor => "inferred floor",
+            InferredKind::WallBase => "inferred wall",
+        };
+        add(group, mesh, palette::inferred_color(surface.kind));
+    }
     add("leftovers", &shapes.model.leftovers, palette::LEFTOVERS);
     markers
 }
@@ -101,18 +109,18 @@ fn corners(mesh: &Mesh, shift_m: [f64; 3]) -> Vec<[f64; 3]> {
 mod tests {
     use super::{Surroundings, surfaces, write};
     use crate::formats::Shapes;
-    use crate::model::sample;
+    use crate::model::{Model, sample};
     use crate::recordings::deskew::StampedPose;
 
     #[test]
     fn every_triangle_of_the_model_is_in_a_marker() {
-        let model = sample::model();
+        let model = Model { inferred: vec![sample::inferred()], ..sample::model() };
         let shapes = Shapes { faces: sample::faces(&model), ..Shapes::new(&model) };
         let markers = surfaces(&shapes);
         let corners: usize = markers.iter().map(|marker| marker.points_m.len()).sum();
         assert_eq!(corners, 3 * shapes.triangles());
         let groups: Vec<&str> = markers.iter().map(|marker| marker.group.as_str()).collect();
-        assert_eq!(groups, ["wall", "floor", "leftovers"]);
+        assert_eq!(groups, ["wall", "floor", "inferred wall", "leftovers"]);
     }
 
     #[test]

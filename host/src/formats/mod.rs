@@ -21,7 +21,7 @@ use std::path::Path;
 
 use crate::model::cylinder::Cylinder;
 use crate::model::{Mesh, Model, Plane};
-use crate::reconstruct::polygons::triangulate::faces;
+use crate::reconstruct::polygons::triangulate::{faces, inferred_faces};
 
 /// A model with its polygons cut into triangles, as most formats want them.
 #[derive(Clone, Debug)]
@@ -35,6 +35,8 @@ pub struct Shapes<'a> {
     /// The number by which all files name each round thing: its place among them, unless the model is a part
     /// of a larger one.
     pub round_numbers: Vec<usize>,
+    /// The triangles of each inferred surface.
+    pub inferred: Vec<Mesh>,
     /// What is added to every coordinate that is written, meters: models far from zero are kept near it
     /// (`crate::formats::input::shift`).
     pub shift_m: [f64; 3],
@@ -47,7 +49,15 @@ impl<'a> Shapes<'a> {
     pub fn new(model: &'a Model) -> Self {
         let rounds: Vec<Mesh> = model.cylinders.iter().map(Cylinder::mesh).collect();
         let round_numbers = (0..rounds.len()).collect();
-        Self { model, faces: faces(model), rounds, round_numbers, shift_m: [0.0; 3], source: String::new() }
+        Self {
+            model,
+            faces: faces(model),
+            rounds,
+            round_numbers,
+            inferred: inferred_faces(model),
+            shift_m: [0.0; 3],
+            source: String::new(),
+        }
     }
 
     /// A plane's offset where the model is written, meters.
@@ -55,10 +65,10 @@ impl<'a> Shapes<'a> {
         plane.offset_m + self.shift_m.iter().zip(plane.normal).map(|(s, n)| s * n).sum::<f64>()
     }
 
-    /// Triangles of the whole model, leftovers included.
+    /// Triangles of the whole model, leftovers and inferred surfaces included.
     pub fn triangles(&self) -> usize {
         self.faces.iter().map(|face| face.triangles.len()).sum::<usize>()
-            + self.rounds.iter().map(|round| round.triangles.len()).sum::<usize>()
+            + self.rounds.iter().chain(&self.inferred).map(|mesh| mesh.triangles.len()).sum::<usize>()
             + self.model.leftovers.triangles.len()
     }
 

@@ -6,6 +6,7 @@
 
 pub(crate) mod area;
 pub(crate) mod cylinder;
+pub(crate) mod inferred;
 pub(crate) mod palette;
 pub(crate) mod part;
 #[cfg(test)]
@@ -115,6 +116,10 @@ pub struct Model {
     /// The round surfaces. A file of a model without any does not name them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub cylinders: Vec<cylinder::Cylinder>,
+    /// Surfaces that nobody measured: they count nowhere as measured ones do. A file of a model without any
+    /// does not name them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub inferred: Vec<inferred::InferredSurface>,
 }
 
 #[cfg(test)]

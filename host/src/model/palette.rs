@@ -2,6 +2,7 @@
 //! that tell neighbors apart.
 
 use crate::model::Plane;
+use crate::model::inferred::InferredKind;
 
 /// Red, green, blue, sRGB.
 pub(crate) type Rgb = [u8; 3];
@@ -10,6 +11,10 @@ pub(crate) type Rgb = [u8; 3];
 pub(crate) const LEFTOVERS: Rgb = [150, 153, 158];
 /// Round things.
 pub(crate) const ROUND: Rgb = [196, 160, 118];
+/// Floors that nobody measured.
+const INFERRED_FLOOR: Rgb = [176, 158, 184];
+/// Bases of walls that nobody measured.
+const INFERRED_WALL: Rgb = [150, 132, 168];
 /// The raw mesh.
 pub(crate) const RAW: Rgb = [206, 208, 212];
 
@@ -61,6 +66,14 @@ impl Orientation {
             Self::Ceiling => "ceiling",
             Self::Wall => "wall",
         }
+    }
+}
+
+/// The color of what nobody measured.
+pub(crate) fn inferred_color(kind: InferredKind) -> Rgb {
+    match kind {
+        InferredKind::Floor => INFERRED_FLOOR,
+        InferredKind::WallBase => INFERRED_WALL,
     }
 }
 

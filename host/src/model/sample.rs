@@ -1,6 +1,7 @@
 //! A small model for tests: a wall with a window, a floor, and one loose triangle.
 
 use crate::model::cylinder::{Cylinder, CylinderKind, SeenFrom};
+use crate::model::inferred::{InferredKind, InferredSurface};
 use crate::model::{Mesh, Model, PlanarPolygon, Plane};
 
 /// Wall in the plane y = 2 seen from y < 2, 4 m by 3 m with a window 1 m by 1 m; floor z = 0, 4 m by 2 m.
@@ -25,7 +26,19 @@ pub(crate) fn model() -> Model {
         planes: vec![wall, floor],
         polygons: vec![wall_polygon, floor_polygon],
         leftovers,
-        cylinders: Vec::new(),
+        ..Model::default()
+    }
+}
+
+/// The base of a wall in the plane x = 5 seen from x < 5, 2 m by 0.5 m.
+pub(crate) fn inferred() -> InferredSurface {
+    InferredSurface {
+        kind: InferredKind::WallBase,
+        part_of: "S1-W01".to_owned(),
+        normal: [-1.0, 0.0, 0.0],
+        offset_m: -5.0,
+        outer_m: vec![[5.0, 2.0, 0.0], [5.0, 0.0, 0.0], [5.0, 0.0, 0.5], [5.0, 2.0, 0.5]],
+        holes_m: Vec::new(),
     }
 }
 

@@ -277,8 +277,13 @@ fn model_with(
         sigma_source: found.sigma_source,
         ..Counts::default()
     };
-    let model =
-        Model { planes: found.planes, polygons: merged.polygons, leftovers, cylinders: rounds.cylinders };
+    let model = Model {
+        planes: found.planes,
+        polygons: merged.polygons,
+        leftovers,
+        cylinders: rounds.cylinders,
+        ..Model::default()
+    };
     counts.recount(&model);
     BuildOutput { cloud, labels: found.labels, mesh, model, counts, revisits: Revisits::default() }
 }

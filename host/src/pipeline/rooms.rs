@@ -8,7 +8,8 @@ use crate::recordings::deskew::StampedPose;
 use crate::slam::occupancy::OccupancyGrid;
 
 /// The elements of the building that a drive went through, on a floor at this height, meters. Unless all is
-/// wanted as it was seen, the model's surfaces follow them.
+/// wanted as it was seen, the model's surfaces follow them, and what no laser saw of walls and floors is added
+/// beside them, marked.
 pub(crate) fn elements(
     output: &mut BuildOutput,
     map: &OccupancyGrid,
@@ -31,7 +32,9 @@ pub(crate) fn elements(
     };
     let elements = building::rooms(&evidence);
     if !as_seen && !elements.is_empty() {
-        output.model.polygons = building::surfaces::with_rectangles(&evidence, &elements);
+        let polygons = building::surfaces::with_rectangles(&evidence, &elements);
+        let inferred = building::surfaces::inferred::surfaces(&evidence, &elements, &polygons);
+        (output.model.polygons, output.model.inferred) = (polygons, inferred);
         output.counts.recount(&output.model);
     }
     elements

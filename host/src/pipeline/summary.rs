@@ -5,6 +5,7 @@
 
 use serde::Serialize;
 
+use crate::model::inferred::{InferredKind, InferredSurface};
 use crate::model::{Model, Plane};
 use crate::pipeline::Counts;
 use crate::pipeline::params::BuildParams;
@@ -111,6 +112,34 @@ pub(crate) struct ModelFigures {
     pub reduction_percent: f64,
     /// Triangles of the model with its polygons cut into triangles.
     pub model_triangles: usize,
+    /// What nobody measured; in none of the counts above but the last.
+    pub inferred: InferredFigures,
+}
+
+/// Surfaces that nobody measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub(crate) struct InferredFigures {
+    /// How many.
+    pub surfaces: usize,
+    /// Of floors, square meters.
+    pub floor_m2: f64,
+    /// Of the bases of walls, square meters.
+    pub wall_base_m2: f64,
+}
+
+impl InferredFigures {
+    fn of(model: &Model) -> Self {
+        let area_m2 = |kind: InferredKind| {
+            let of_kind = model.inferred.iter().filter(|surface| surface.kind == kind);
+            let area_m2: f64 = of_kind.map(InferredSurface::area_m2).sum();
+            (area_m2 * 1e4).round() / 1e4
+        };
+        Self {
+            surfaces: model.inferred.len(),
+            floor_m2: area_m2(InferredKind::Floor),
+            wall_base_m2: area_m2(InferredKind::WallBase),
+        }
+    }
 }
 
 /// What a model was made of.
@@ -201,6 +230,7 @@ impl Summary {
             leftover_triangles: counts.leftover_triangles,
             reduction_percent: counts.reduction_percent(),
             model_triangles,
+            inferred: InferredFigures::of(model),
         };
         Self {
             counts: figures,

@@ -10,7 +10,7 @@ use crate::model::area::area_m2;
 use crate::model::{Mesh, Model};
 use crate::reconstruct::polygons::finish::{Limits, coarsen};
 use crate::reconstruct::polygons::seams::weld;
-use crate::reconstruct::polygons::triangulate::faces as faces_of;
+use crate::reconstruct::polygons::triangulate::{faces as faces_of, inferred_faces};
 use crate::reconstruct::simplify::fewer;
 use biplane_geometry::UnionFind;
 
@@ -64,9 +64,14 @@ pub(crate) fn bound(model: &mut Model, max_triangles: usize) -> Option<Bounded> 
     })
 }
 
-/// What is left for the rest when round things keep their meshes; they go where they would take more than
-/// half.
+/// What is left for the rest when inferred surfaces stay whole, unless they would take more than a quarter,
+/// and round things keep their meshes; they go where they would take more than half.
 fn leave_room(model: &mut Model, max_triangles: usize) -> usize {
+    let inferred = triangles(&inferred_faces(model));
+    if inferred > max_triangles / 4 {
+        model.inferred.clear();
+    }
+    let max_triangles = max_triangles - if model.inferred.is_empty() { 0 } else { inferred };
     let round: usize = model.cylinders.iter().map(|one| one.mesh().triangles.len()).sum();
     if round > max_triangles / 2 {
         model.cylinders.clear();
@@ -126,6 +131,7 @@ fn coarser(model: &Model, tolerance_m: f64) -> Model {
         polygons,
         leftovers: larger_pieces(&model.leftovers, 4.0 * small_m2),
         cylinders: model.cylinders.clone(),
+        inferred: model.inferred.clone(),
     }
 }
 

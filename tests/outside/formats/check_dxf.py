@@ -29,7 +29,7 @@ def check_audit(drawing):
 def check_faces(entities, summary):
     """As many faces as the model has; returns their number."""
     leftovers = entities["3DFACE", "LEFTOVERS"]
-    faces = entities["3DFACE", "SURFACES"] + leftovers
+    faces = entities["3DFACE", "SURFACES"] + entities["3DFACE", "INFERRED"] + leftovers
     told = summary["model_triangles"], summary["leftover_triangles"]
     require((faces, leftovers) == told, f"{faces} faces, {leftovers} of leftovers; summary.json has {told}")
     return faces

@@ -43,6 +43,15 @@ pub(crate) struct Evidence<'a> {
     pub sigma_m: f64,
 }
 
+impl Evidence<'_> {
+    /// Mean height of the laser that sees the building.
+    pub(crate) fn laser_m(&self) -> f64 {
+        let origins = &self.cloud.origins_m;
+        let sum: f64 = origins.iter().map(|origin| f64::from(origin[2])).sum();
+        sum / origins.len().max(1) as f64
+    }
+}
+
 /// How far around path and ceilings the floor map is looked at, meters.
 const MARGIN_M: f64 = 1.0;
 

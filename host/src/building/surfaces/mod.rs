@@ -5,6 +5,7 @@
 //! taken away. Frame `map`, meters.
 
 mod border;
+pub(crate) mod inferred;
 mod plane_rays;
 mod rectangle;
 
@@ -14,9 +15,9 @@ use rayon::prelude::*;
 
 use self::plane_rays::PlaneRays;
 use self::rectangle::Place;
-use super::elements::{Elements, WallOpening};
+use super::elements::{Elements, Wall, WallOpening};
 use super::spaces::evidence::Evidence;
-use crate::model::{Model, PlanarPolygon};
+use crate::model::{Model, PlanarPolygon, Plane};
 use crate::reconstruct::polygons::finish::without_spikes;
 use crate::reconstruct::polygons::outline::union::{Shape, area_m2};
 use crate::reconstruct::polygons::plane_frame::{FlatPoint, Frame};
@@ -71,19 +72,29 @@ fn weld_changed(model: &Model, polygons: &mut [PlanarPolygon], changed: &BTreeSe
     weld::weld(&model.planes, polygons, &pairs, WELD_M);
 }
 
+/// Whether a plane is a face of a wall at a place in the wall's middle.
+fn is_face_at(evidence: &Evidence<'_>, plane: &Plane, wall: &Wall, place_m: [f64; 3]) -> bool {
+    let beside_m = BESIDE_M.max(BESIDE_SIGMAS * evidence.sigma_m);
+    let ([x, y], _) = wall.along();
+    [[y, -x], [-y, x]].iter().any(|normal| {
+        let same_way = plane.normal[0] * normal[0] + plane.normal[1] * normal[1];
+        let off_m = -plane.distance_m(place_m) - wall.drawn_thickness_m / 2.0;
+        same_way > SAME_WAY && off_m.abs() <= beside_m
+    })
+}
+
+/// Whether a plane is a face of a wall along all of it.
+fn is_face_of(evidence: &Evidence<'_>, plane: &Plane, wall: &Wall) -> bool {
+    wall.axis_m.iter().all(|[x, y]| is_face_at(evidence, plane, wall, [*x, *y, evidence.laser_m()]))
+}
+
 /// The openings in the wall whose face a plane is.
 fn places(evidence: &Evidence<'_>, elements: &Elements, plane: usize) -> Vec<Place> {
     let plane = &evidence.model.planes[plane];
-    let beside_m = BESIDE_M.max(BESIDE_SIGMAS * evidence.sigma_m);
     let of = |opening: &WallOpening| {
         let wall = elements.wall(&opening.wall)?;
         let ([x, y], _) = wall.along();
-        let is_face = [[y, -x], [-y, x]].iter().any(|normal| {
-            let same_way = plane.normal[0] * normal[0] + plane.normal[1] * normal[1];
-            let off_m = -plane.distance_m(opening.center_m) - wall.drawn_thickness_m / 2.0;
-            same_way > SAME_WAY && off_m.abs() <= beside_m
-        });
-        is_face.then(|| Place {
+        is_face_at(evidence, plane, wall, opening.center_m).then(|| Place {
             ends_m: [-0.5, 0.5].map(|share| {
                 let along = share * opening.width_m;
                 [opening.center_m[0] + along * x, opening.center_m[1] + along * y]
@@ -121,16 +132,25 @@ fn flat(frame: &Frame, polygon: &PlanarPolygon) -> Option<Shape> {
     rings.map(|ring| ring.iter().map(|p| frame.flat(*p)).collect()).collect()
 }
 
-/// Shapes as polygons. Corners that were there before are the same points, bit for bit: neighbors share them.
+/// Shapes as polygons.
 fn lifted(index: usize, frame: &Frame, shapes: Vec<Shape>, before: &[&PlanarPolygon]) -> Vec<PlanarPolygon> {
+    let polygon = |shape: Shape| {
+        let mut rings = lifted_rings(frame, shape, before);
+        Some(PlanarPolygon { plane: index, outer_m: rings.next()?, holes_m: rings.collect() })
+    };
+    shapes.into_iter().filter_map(polygon).collect()
+}
+
+/// The rings of a shape. Corners that were there before are the same points, bit for bit: neighbors share
+/// them.
+fn lifted_rings<'a>(
+    frame: &'a Frame,
+    shape: Shape,
+    before: &[&PlanarPolygon],
+) -> impl Iterator<Item = Vec<[f64; 3]>> + use<'a> {
     let corners = before.iter().flat_map(|polygon| std::iter::once(&polygon.outer_m).chain(&polygon.holes_m));
     let known: BTreeMap<(i32, i32), [f64; 3]> =
         corners.flatten().filter_map(|p| frame.flat(*p).map(|at| ((at.x, at.y), *p))).collect();
-    let lift = |p: &FlatPoint| known.get(&(p.x, p.y)).copied().unwrap_or_else(|| frame.lift(*p));
-    let mut rings = |ring: Vec<FlatPoint>| ring.iter().map(lift).collect::<Vec<_>>();
-    let polygon = |shape: Shape| {
-        let mut all = shape.into_iter().map(&mut rings);
-        Some(PlanarPolygon { plane: index, outer_m: all.next()?, holes_m: all.collect() })
-    };
-    shapes.into_iter().filter_map(polygon).collect()
+    let lift = move |p: &FlatPoint| known.get(&(p.x, p.y)).copied().unwrap_or_else(|| frame.lift(*p));
+    shape.into_iter().map(move |ring| ring.iter().map(&lift).collect())
 }

@@ -93,8 +93,8 @@ pub(super) struct TargetArgs {
     /// [default: three quarters of the machine's or the control group's]
     #[arg(long, value_name = "BYTES", value_parser = memory)]
     memory: Option<u64>,
-    /// Leave surfaces as they were measured: doors and windows keep the borders that were seen, instead of
-    /// the rectangles of building.json where rays allow these
+    /// Leave surfaces as they were measured. Doors and windows keep the borders that were seen, instead of
+    /// the rectangles of building.json where rays allow these. No floor and no base of a wall is inferred
     #[arg(long)]
     as_seen: bool,
     #[command(flatten)]

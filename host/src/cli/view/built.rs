@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use crate::formats::ply;
 use crate::formats::ply::read::Ply;
 use crate::metrics::blocked_rays::{RayParams, Rays};
-use crate::model::Mesh;
+use crate::model::{Mesh, part};
 use anyhow::{Context, anyhow, bail};
 use serde_json::Value;
 
@@ -43,7 +43,7 @@ impl Built {
             folder: folder.to_owned(),
             raw: mesh("raw.ply")?,
             planes: mesh("planes.ply")?,
-            model: mesh("model.ply")?,
+            model: measured(load_built(folder, "model.ply")?),
             scans: points.vertex_column("scan").map(<[f64]>::to_vec).unwrap_or_default(),
             points_m: points.mesh.vertices_m,
             origins_m: points.scan_origins_m,
@@ -68,6 +68,13 @@ impl Built {
         let path = self.folder.join(name);
         Ok(fs::metadata(&path).with_context(|| format!("cannot read {}", path.display()))?.len())
     }
+}
+
+/// The triangles of a model that were measured: a truth or rays judge no others.
+fn measured(model: Ply) -> Mesh {
+    let Some(inferred) = model.face_column("inferred") else { return model.mesh };
+    let which: Vec<usize> = (0..inferred.len()).filter(|triangle| inferred[*triangle] == 0.0).collect();
+    part::only(&model.mesh, &which)
 }
 
 /// Reads a PLY file.

@@ -109,7 +109,8 @@ pub(crate) fn write_with(
         "program": generator(), "source": shapes.source, "frame": "map (x ahead of the robot at its start, z up)", "unit": "metre"
     });
     let elements = elements.filter(|elements| !elements.is_empty());
-    let rooms = elements.map(|elements| rooms::objects(elements, "building", &mut vertices));
+    let rooms =
+        elements.map(|elements| rooms::objects(elements, &shapes.model.inferred, "building", &mut vertices));
     let mut document = json!({
         "type": "CityJSON",
         "version": "2.0",
@@ -134,9 +135,25 @@ pub(crate) fn write_with(
 mod tests {
     use serde_json::{Value, json};
 
-    use super::write;
+    use super::{STEP_M, rooms, write};
+    use crate::building::elements::{Elements, Storey};
     use crate::formats::Shapes;
-    use crate::model::sample;
+    use crate::formats::obj::welded::WeldedVertices;
+    use crate::model::{Model, sample};
+
+    #[test]
+    fn what_nobody_measured_is_an_object_of_its_storey() {
+        let model = Model { inferred: vec![sample::inferred()], ..sample::model() };
+        let storey = Storey { id: "S1".to_owned(), floor_z_m: 0.0, ceiling_z_m: None, floor_inferred: true };
+        let elements = Elements { storeys: vec![storey], ..Elements::default() };
+        let mut vertices = WeldedVertices::new(STEP_M);
+        let objects = rooms::objects(&elements, &model.inferred, "building", &mut vertices);
+        assert_eq!(objects["S1"]["children"], json!(["S1-inferred"]));
+        let own = &objects["S1-inferred"];
+        assert_eq!(own["attributes"]["inferred"], true);
+        let surface = &own["geometry"][0]["semantics"]["surfaces"][0];
+        assert_eq!(surface, &json!({ "type": "WallSurface", "inferred": true, "part_of": "S1-W01" }));
+    }
 
     #[test]
     fn each_polygon_is_a_surface_with_its_holes_as_inner_rings() {

@@ -7,6 +7,7 @@ use serde_json::{Map, Value, json};
 
 use crate::building::elements::{Elements, Room, Use, Wall, WallOpening};
 use crate::formats::obj::welded::WeldedVertices;
+use crate::model::inferred::{InferredKind, InferredSurface};
 
 /// Openings keep this from the ends of their side and from the ceiling, meters: they are parts of one face.
 const BORDER_M: f64 = 0.01;
@@ -53,6 +54,7 @@ struct OnSide<'a> {
 /// All objects by name; `parent` is the building that they are part of.
 pub(super) fn objects(
     elements: &Elements,
+    inferred: &[InferredSurface],
     parent: &str,
     vertices: &mut WeldedVertices,
 ) -> Map<String, Value> {
@@ -60,12 +62,26 @@ pub(super) fn objects(
     for storey in &elements.storeys {
         let rooms = elements.rooms.iter().filter(|room| room.storey == storey.id).map(|room| &room.id);
         let walls = elements.walls.iter().filter(|wall| wall.storey == storey.id).map(|wall| &wall.id);
-        let children: Vec<&String> = rooms.chain(walls).collect();
+        let own: Vec<&InferredSurface> =
+            inferred.iter().filter(|surface| storey_of(&surface.part_of) == storey.id).collect();
+        let name = format!("{}-inferred", storey.id);
+        let children: Vec<&String> = rooms.chain(walls).chain((!own.is_empty()).then_some(&name)).collect();
+        let geometry = inferred_surfaces(&own, vertices);
         let attributes = json!({ "floor_z_m": storey.floor_z_m, "ceiling_z_m": storey.ceiling_z_m });
         all.insert(
             storey.id.clone(),
             json!({ "type": "BuildingStorey", "parents": [parent], "children": children, "attributes": attributes }),
         );
+        if !own.is_empty() {
+            let attributes = json!({ "inferred": true });
+            all.insert(
+                name,
+                json!({
+                    "type": "BuildingConstructiveElement", "parents": [storey.id], "attributes": attributes,
+                    "geometry": geometry
+                }),
+            );
+        }
     }
     for room in &elements.rooms {
         let attributes = json!({
@@ -93,6 +109,30 @@ pub(super) fn objects(
         );
     }
     all
+}
+
+/// The storey that a name begins with.
+fn storey_of(name: &str) -> &str {
+    name.split('-').next().unwrap_or_default()
+}
+
+/// What of a storey nobody measured, as surfaces.
+fn inferred_surfaces(own: &[&InferredSurface], vertices: &mut WeldedVertices) -> Value {
+    let (mut boundaries, mut semantics) = (Vec::new(), Vec::new());
+    for surface in own {
+        let Some(rings) = super::boundary(&surface.polygon(), vertices) else { continue };
+        boundaries.push(rings);
+        let kind = match surface.kind {
+            InferredKind::Floor => "FloorSurface",
+            InferredKind::WallBase => "WallSurface",
+        };
+        semantics.push(json!({ "type": kind, "inferred": true, "part_of": surface.part_of }));
+    }
+    let values: Vec<usize> = (0..semantics.len()).collect();
+    json!([{
+        "type": "MultiSurface", "lod": "3", "boundaries": boundaries,
+        "semantics": { "surfaces": semantics, "values": values }
+    }])
 }
 
 fn lifted(ring: &[[f64; 2]], z_m: f64) -> Vec<[f64; 3]> {

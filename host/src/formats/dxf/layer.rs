@@ -34,6 +34,8 @@ impl Layer {
     pub(crate) const LABELS: Self = Self::new("LABELS", 5, 13);
     /// The polygons in 3D.
     pub(crate) const SURFACES: Self = Self::new("SURFACES", 151, 13);
+    /// What nobody measured, in 3D.
+    pub(crate) const INFERRED: Self = Self::new("INFERRED", 211, 9);
     /// Fine structure in 3D.
     pub(crate) const LEFTOVERS: Self = Self::new("LEFTOVERS", 8, 9);
 

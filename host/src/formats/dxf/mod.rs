@@ -5,8 +5,8 @@
 //! gaps), OPENINGS (a line across each, and leaves of closed doors), SECTION (what else is cut), FLOOR and
 //! CEILING (outlines), LABELS (sizes of openings). Of a drive walls have their depth, with HATCH where it is
 //! known and ASSUMED for sides that nobody saw, and rooms have tags. With several storeys each has its own
-//! layers, `S1-WALLS` being the lowest. SURFACES (round things too) and LEFTOVERS hold the model as 3D
-//! faces and are off where there is a plan. Frame `map`, meters. Source: Autodesk's DXF reference for
+//! layers, `S1-WALLS` being the lowest. SURFACES (round things too), INFERRED and LEFTOVERS hold the model
+//! as 3D faces and are off where there is a plan. Frame `map`, meters. Source: Autodesk's DXF reference for
 //! release 2000 (AC1015).
 
 mod document;
@@ -198,6 +198,7 @@ fn surfaces(document: &mut Document, shapes: &Shapes<'_>, is_on: bool) {
     for (layer, meshes) in [
         (Layer::SURFACES, shapes.faces.as_slice()),
         (Layer::SURFACES, shapes.rounds.as_slice()),
+        (Layer::INFERRED, shapes.inferred.as_slice()),
         (Layer::LEFTOVERS, std::slice::from_ref(&model.leftovers)),
     ] {
         let layer = layer.shown(is_on);
@@ -211,7 +212,7 @@ fn surfaces(document: &mut Document, shapes: &Shapes<'_>, is_on: bool) {
 fn faces(document: &mut Document, layer: &str, mesh: &Mesh, shift_m: [f64; 3]) {
     let edges = |[a, b, c]: [u32; 3]| [(a, b), (b, c), (c, a)].map(|(p, q)| (p.min(q), p.max(q)));
     let mut uses: BTreeMap<(u32, u32), u32> = BTreeMap::new();
-    let is_flat = layer == Layer::SURFACES.name;
+    let is_flat = layer != Layer::LEFTOVERS.name;
     for edge in mesh.triangles.iter().filter(|_| is_flat).flat_map(|triangle| edges(*triangle)) {
         *uses.entry(edge).or_default() += 1;
     }

@@ -4,8 +4,7 @@ use super::write;
 use crate::building::Building;
 use crate::building::tests::{add_room, room};
 use crate::formats::Shapes;
-use crate::model::Model;
-use crate::model::sample;
+use crate::model::{Model, sample};
 
 fn pairs(model: &Model, shift_m: [f64; 3], source: &str) -> Vec<(u16, String)> {
     let building = Building::read(model, None);
@@ -49,6 +48,7 @@ fn a_room_has_its_lines_on_their_layers_in_metres() {
         [("LINE", "WALLS"), ("LINE", "OPENINGS"), ("LWPOLYLINE", "FLOOR"), ("LWPOLYLINE", "CEILING")];
     assert_eq!(counts.map(|(kind, layer)| count(&pairs, kind, layer)), [6, 2, 1, 1]);
     assert_eq!(count(&pairs, "3DFACE", "SURFACES"), Shapes::new(&model).triangles());
+    assert_eq!(count(&pairs, "3DFACE", "INFERRED"), 0);
     let texts: Vec<&str> = pairs
         .iter()
         .filter(|(code, value)| *code == 1 && value.contains('.'))
@@ -106,4 +106,12 @@ fn without_a_floor_the_surfaces_alone_are_there_and_shown() {
     let hidden: u32 =
         flags.filter(|(code, _)| *code == 70).map(|(_, flags)| (flags as u32).count_ones()).sum();
     assert_eq!(hidden, 2 * 8);
+}
+
+#[test]
+fn what_nobody_measured_is_on_a_layer_of_its_own() {
+    let model = Model { inferred: vec![sample::inferred()], ..room() };
+    let pairs = pairs(&model, [0.0; 3], "a");
+    assert_eq!(count(&pairs, "3DFACE", "INFERRED"), 2);
+    assert_eq!(count(&pairs, "3DFACE", "SURFACES") + 2, Shapes::new(&model).triangles());
 }

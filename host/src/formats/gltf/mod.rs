@@ -15,6 +15,7 @@ use serde_json::{Value, json};
 
 use super::text::shapes_json;
 use super::{Shapes, append, generator};
+use crate::model::inferred::InferredSurface;
 use crate::model::palette;
 use crate::model::palette::{Orientation, Rgb};
 use crate::model::{Mesh, Plane};
@@ -209,6 +210,16 @@ fn plane_extras(shapes: &Shapes<'_>, index: usize, plane: &Plane, polygons: &[us
     })
 }
 
+fn inferred_extras(surface: &InferredSurface, mesh: &Mesh) -> Value {
+    json!({
+        "inferred": true,
+        "kind": surface.kind.name(),
+        "part_of": surface.part_of,
+        "normal": surface.normal,
+        "area_m2": (area_m2(mesh) * 1e4).round() / 1e4,
+    })
+}
+
 /// Writes the model as GLB.
 ///
 /// # Errors
@@ -233,6 +244,12 @@ pub fn write(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Result<()> {
     let leftovers = &shapes.model.leftovers;
     let extras = json!({ "triangles": leftovers.triangles.len() });
     builder.add("leftovers", leftovers, &[], palette::LEFTOVERS, &extras);
+
+    for (surface, mesh) in shapes.model.inferred.iter().zip(&shapes.inferred) {
+        let normal = surface.normal.map(|v| v as f32);
+        let color = palette::inferred_color(surface.kind);
+        builder.add(&surface.name(), mesh, &[normal], color, &inferred_extras(surface, mesh));
+    }
 
     let binary = builder.binary();
     let mut text = serde_json::to_vec(&builder.document(binary.len()))?;
@@ -318,6 +335,23 @@ mod tests {
         assert_eq!(corner, [4.0, 2.0, 0.0]);
         let (first, _) = at(&primitive["attributes"]["NORMAL"]);
         assert_eq!(f32::from_bits(word(binary, first + 8) as u32), 1.0);
+    }
+
+    #[test]
+    fn what_nobody_measured_has_a_node_and_a_material_of_its_own() {
+        let model = Model { inferred: vec![sample::inferred()], ..sample::model() };
+        let mut bytes = Vec::new();
+        write(&mut bytes, &Shapes::new(&model)).unwrap();
+        let (document, _) = read(&bytes);
+        let node =
+            document["nodes"].as_array().unwrap().iter().find(|node| node["extras"]["inferred"] == true);
+        let node = node.unwrap();
+        assert_eq!(node["name"], "S1-W01 wall base (inferred)");
+        assert_eq!(node["extras"]["area_m2"], 1.0);
+        let material = |mesh: &Value| mesh["primitives"][0]["material"].clone();
+        let meshes = document["meshes"].as_array().unwrap();
+        let own = &meshes[node["mesh"].as_u64().unwrap() as usize];
+        assert_eq!(meshes.iter().filter(|mesh| material(mesh) == material(own)).count(), 1);
     }
 
     #[test]

@@ -150,7 +150,8 @@ fn around(points: impl Iterator<Item = [f64; 3]>) -> Bounds {
 }
 
 fn bounds_of(model: &Model) -> Bounds {
-    let of_polygons = model.polygons.iter().flat_map(|polygon| polygon.outer_m.iter().copied());
+    let inferred = model.inferred.iter().flat_map(|surface| surface.outer_m.iter());
+    let of_polygons = model.polygons.iter().flat_map(|polygon| &polygon.outer_m).chain(inferred).copied();
     let vertices = model.leftovers.triangles.iter().flatten();
     let of_leftovers = vertices.map(|vertex| model.leftovers.vertices_m[*vertex as usize].map(f64::from));
     let rounds: Vec<Mesh> = model.cylinders.iter().map(Cylinder::mesh).collect();
@@ -168,6 +169,10 @@ fn in_squares(model: &Model) -> BTreeMap<Square, Model> {
     for polygon in &model.polygons {
         let square = square_of(around(polygon.outer_m.iter().copied()));
         squares.entry(square).or_insert_with(empty).polygons.push(polygon.clone());
+    }
+    for surface in &model.inferred {
+        let square = square_of(around(surface.outer_m.iter().copied()));
+        squares.entry(square).or_insert_with(empty).inferred.push(surface.clone());
     }
     for round in &model.cylinders {
         let square = square_of(around(round.mesh().vertices_m.iter().map(|vertex| vertex.map(f64::from))));
@@ -198,6 +203,7 @@ fn as_in(finest: &BTreeMap<Square, Model>, coarse: BTreeMap<Square, Model>) -> B
         };
         known.polygons.extend(part.polygons);
         known.cylinders.extend(part.cylinders);
+        known.inferred.extend(part.inferred);
         let Mesh { vertices_m, triangles } = &mut known.leftovers;
         append(&part.leftovers, vertices_m, triangles);
     }

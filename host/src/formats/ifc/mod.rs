@@ -35,8 +35,7 @@ pub fn write(out: &mut impl Write, shapes: &Shapes<'_>, building: &Building) -> 
     let architecture = if building.elements.is_empty() {
         None
     } else {
-        let source = &shapes.source;
-        Some(Architecture::new(&mut step, &project, &building.elements, source).add_all())
+        Some(Architecture::new(&mut step, &project, &building.elements, shapes).add_all())
     };
     Elements::new(&mut step, shapes, building, &project).add_all(architecture);
     round::add_all(&mut step, shapes, &project);

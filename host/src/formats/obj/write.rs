@@ -11,7 +11,7 @@ use super::welded::WeldedVertices;
 use crate::formats::input::shift::restored;
 use crate::formats::{Shapes, description};
 use crate::model::palette::Orientation;
-use crate::model::{Mesh, Plane};
+use crate::model::{Mesh, PlanarPolygon, Plane};
 
 /// Corners closer than this are one vertex, meters; also the last decimal that is written.
 const STEP_M: f64 = 1e-4;
@@ -32,8 +32,10 @@ pub fn write(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Result<()> {
     let mut groups = Vec::new();
     for (index, polygons) in shapes.polygons_by_plane().iter().enumerate() {
         let plane = &shapes.model.planes[index];
+        let of = |index: &usize| (&shapes.model.polygons[*index], &shapes.faces[*index]);
+        let faces = polygons.iter().map(of);
         let faces: Vec<Vec<usize>> =
-            polygons.iter().flat_map(|&polygon| faces_of(shapes, polygon, plane, &mut vertices)).collect();
+            faces.flat_map(|(polygon, face)| faces_of(polygon, plane, face, &mut vertices)).collect();
         if !faces.is_empty() {
             let name = format!("plane_{index}_{}", Orientation::of(plane).name());
             groups.push(Group { name, normal: Some(index + 1), faces });
@@ -48,28 +50,39 @@ pub fn write(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Result<()> {
         groups.push(Group { name: "leftovers".to_owned(), normal: None, faces: leftovers });
     }
 
+    let planes = shapes.model.planes.len();
+    for (index, surface) in shapes.model.inferred.iter().enumerate() {
+        let faces = faces_of(&surface.polygon(), &surface.plane(), &shapes.inferred[index], &mut vertices);
+        if !faces.is_empty() {
+            let name = surface.name().replace([' ', '(', ')'], "_");
+            let name = name.trim_end_matches('_').replace("__", "_");
+            groups.push(Group { name, normal: Some(planes + index + 1), faces });
+        }
+    }
+
     writeln!(out, "# {}", description(shapes))?;
     writeln!(out, "# one face a polygon; a polygon with holes is one ring with cuts of no width")?;
     for position_m in vertices.positions_m() {
         let [x, y, z] = restored(position_m, shapes.shift_m);
         writeln!(out, "v {x:.4} {y:.4} {z:.4}")?;
     }
-    for plane in &shapes.model.planes {
-        let [x, y, z] = plane.normal;
+    let of_planes = shapes.model.planes.iter().map(|plane| plane.normal);
+    for normal in of_planes.chain(shapes.model.inferred.iter().map(|surface| surface.normal)) {
+        let [x, y, z] = normal;
         writeln!(out, "vn {x:.6} {y:.6} {z:.6}")?;
     }
     groups.iter().try_for_each(|group| write_group(out, group))
 }
 
 fn faces_of(
-    shapes: &Shapes<'_>,
-    polygon: usize,
+    polygon: &PlanarPolygon,
     plane: &Plane,
+    face: &Mesh,
     vertices: &mut WeldedVertices,
 ) -> Vec<Vec<usize>> {
-    match keyhole::single_ring(&shapes.model.polygons[polygon], plane.normal) {
+    match keyhole::single_ring(polygon, plane.normal) {
         Some(ring) => Some(vertices.ring(&ring)).filter(|ring| !ring.is_empty()).into_iter().collect(),
-        None => shapes.faces.get(polygon).map(|mesh| triangles(mesh, vertices)).unwrap_or_default(),
+        None => triangles(face, vertices),
     }
 }
 
@@ -103,11 +116,11 @@ fn write_group(out: &mut impl Write, group: &Group) -> io::Result<()> {
 mod tests {
     use super::write;
     use crate::formats::Shapes;
-    use crate::model::sample;
+    use crate::model::{Model, sample};
 
     #[test]
     fn each_polygon_is_a_face_over_shared_vertices() {
-        let model = sample::model();
+        let model = Model { inferred: vec![sample::inferred()], ..sample::model() };
         let mut bytes = Vec::new();
         write(&mut bytes, &Shapes { faces: sample::faces(&model), ..Shapes::new(&model) }).unwrap();
         let text = String::from_utf8(bytes).unwrap();
@@ -120,7 +133,7 @@ mod tests {
             })
             .collect();
         // Two corners of the floor are corners of the wall.
-        assert_eq!(vertices.len(), 8 + 2 + 3);
+        assert_eq!(vertices.len(), 8 + 2 + 3 + 4);
         let face = |line: &str| -> Vec<[f64; 3]> {
             let corners = line.split(' ').skip(1);
             corners
@@ -130,7 +143,7 @@ mod tests {
         let faces: Vec<Vec<[f64; 3]>> =
             text.lines().filter(|line| line.starts_with("f ")).map(face).collect();
         let corners: Vec<usize> = faces.iter().map(Vec::len).collect();
-        assert_eq!(corners, [4 + 4 + 2, 4, 3]);
+        assert_eq!(corners, [4 + 4 + 2, 4, 3, 4]);
         // The wall faces -y: seen from there its ring runs counter-clockwise, around 12 - 1 square meters.
         let ring = &faces[0];
         let twice: f64 = (0..ring.len())
@@ -139,7 +152,7 @@ mod tests {
             .sum();
         assert!((twice / 2.0 - 11.0).abs() < 1e-9);
         let objects: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("o ")).collect();
-        assert_eq!(objects, ["plane_0_wall", "plane_1_floor", "leftovers"]);
+        assert_eq!(objects, ["plane_0_wall", "plane_1_floor", "leftovers", "S1-W01_wall_base_inferred"]);
         assert!(text.contains("vn 0.000000 -1.000000 0.000000\n"));
     }
 }

@@ -9,3 +9,5 @@ pub(crate) mod write;
 
 pub(crate) use read::{read, read_wanted};
 pub(crate) use write::{write_far_mesh, write_mesh, write_model, write_planes, write_points};
+#[cfg(test)]
+mod write_tests;

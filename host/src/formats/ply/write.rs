@@ -79,6 +79,8 @@ struct Colored {
     colors: Vec<Rgb>,
     triangles: Vec<[u32; 3]>,
     planes: Vec<i32>,
+    /// Triangles of surfaces that were measured; those that follow are inferred.
+    measured: usize,
 }
 
 impl Colored {
@@ -86,21 +88,34 @@ impl Colored {
         append(mesh, &mut self.vertices_m, &mut self.triangles);
         self.colors.resize(self.vertices_m.len(), color);
         self.planes.resize(self.triangles.len(), plane);
+        self.measured = self.triangles.len();
+    }
+
+    fn add_inferred(&mut self, mesh: &Mesh, color: Rgb) {
+        let measured = self.measured;
+        self.add(mesh, color, -1);
+        self.measured = measured;
     }
 
     fn write(&self, out: &mut impl Write, shift_m: [f64; 3], comment: &str) -> io::Result<()> {
         let coordinates = Coordinates { shift_m };
         let properties = coordinates.and(COLOR);
         let vertex = ("vertex", self.vertices_m.len(), properties.as_slice());
-        let face = ("face", self.triangles.len(), [FACE, "int plane"].as_slice());
+        // A model of which all was measured has no property that tells it apart.
+        let has_inferred = self.measured < self.triangles.len();
+        let of_face = [FACE, "int plane", "uchar inferred"];
+        let face = ("face", self.triangles.len(), &of_face[..if has_inferred { 3 } else { 2 }]);
         header(out, comment, &[vertex, face])?;
         for (point, color) in self.vertices_m.iter().zip(&self.colors) {
             coordinates.put(out, point)?;
             out.write_all(color)?;
         }
-        for (corners, plane) in self.triangles.iter().zip(&self.planes) {
+        for (index, (corners, plane)) in self.triangles.iter().zip(&self.planes).enumerate() {
             put_face(out, corners)?;
             out.write_all(&plane.to_le_bytes())?;
+            if has_inferred {
+                out.write_all(&[u8::from(index >= self.measured)])?;
+            }
         }
         Ok(())
     }
@@ -124,7 +139,8 @@ pub(crate) fn write_planes(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Res
     polygons(shapes).write(out, shapes.shift_m, &of("flat surfaces as triangles", &shapes.source))
 }
 
-/// Writes the polygons as triangles and the leftovers (`model.ply`).
+/// Writes the polygons as triangles and the leftovers (`model.ply`), then what is inferred: faces have a
+/// property of this name where there is any.
 ///
 /// # Errors
 /// When writing fails.
@@ -132,6 +148,9 @@ pub fn write_model(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Result<()> 
     let mut colored = polygons(shapes);
     shapes.rounds.iter().for_each(|mesh| colored.add(mesh, palette::ROUND, -1));
     colored.add(&shapes.model.leftovers, palette::LEFTOVERS, -1);
+    for (surface, mesh) in shapes.model.inferred.iter().zip(&shapes.inferred) {
+        colored.add_inferred(mesh, palette::inferred_color(surface.kind));
+    }
     let comment = of("flat surfaces as triangles, and fine structure (plane -1)", &shapes.source);
     colored.write(out, shapes.shift_m, &comment)
 }
@@ -268,131 +287,4 @@ pub fn write_points(out: &mut impl Write, points: &dyn PointTable) -> io::Result
         row.numbers.iter().try_for_each(|value| out.write_all(&value.to_le_bytes()))
     })?;
     origins.iter().try_for_each(|origin| coordinates.put(out, origin))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{PointRows, write_mesh, write_model, write_planes, write_points};
-    use crate::formats::Shapes;
-    use crate::model::Cloud;
-    use crate::model::sample;
-
-    /// A reader of its own: header lines, then the rows of each element as it was declared, as numbers.
-    fn read(bytes: &[u8]) -> (Vec<String>, Vec<Vec<Vec<f64>>>) {
-        let end = b"end_header\n";
-        let at = bytes.windows(end.len()).position(|window| window == end).unwrap() + end.len();
-        let lines: Vec<String> =
-            std::str::from_utf8(&bytes[..at]).unwrap().lines().map(str::to_owned).collect();
-        let mut data = bytes[at..].iter().copied();
-        let mut number = |kind: &str| -> f64 {
-            let mut take = || data.next().unwrap();
-            match kind {
-                "uchar" => f64::from(take()),
-                "int" => f64::from(i32::from_le_bytes([take(), take(), take(), take()])),
-                "float" => f64::from(f32::from_le_bytes([take(), take(), take(), take()])),
-                other => panic!("{other}"),
-            }
-        };
-        let mut elements = Vec::new();
-        for (index, line) in lines.iter().enumerate().filter(|(_, line)| line.starts_with("element")) {
-            let count: usize = line.split(' ').nth(2).unwrap().parse().unwrap();
-            let properties: Vec<Vec<&str>> = lines[index + 1..]
-                .iter()
-                .take_while(|line| line.starts_with("property"))
-                .map(|line| line.split(' ').skip(1).collect())
-                .collect();
-            let mut rows = Vec::new();
-            for _ in 0..count {
-                let mut row = Vec::new();
-                for property in &properties {
-                    if property[0] == "list" {
-                        let items = number(property[1]) as usize;
-                        row.push(items as f64);
-                        row.extend((0..items).map(|_| number(property[2])));
-                    } else {
-                        row.push(number(property[0]));
-                    }
-                }
-                rows.push(row);
-            }
-            elements.push(rows);
-        }
-        assert!(data.next().is_none(), "bytes after the last row");
-        (lines, elements)
-    }
-
-    #[test]
-    fn the_model_holds_the_triangles_of_its_polygons_with_their_planes_and_the_leftovers() {
-        let model = sample::model();
-        let shapes = Shapes { faces: sample::faces(&model), ..Shapes::new(&model) };
-        let mut bytes = Vec::new();
-        write_model(&mut bytes, &shapes).unwrap();
-        let (lines, elements) = read(&bytes);
-        assert_eq!(lines[..2], ["ply", "format binary_little_endian 1.0"]);
-        let [vertices, faces] = &elements[..] else { panic!() };
-        assert_eq!((vertices.len(), faces.len()), (8 + 4 + 3, 8 + 2 + 1));
-        let of_plane = |plane: f64| faces.iter().filter(|face| face[4] == plane).count();
-        assert_eq!([of_plane(0.0), of_plane(1.0), of_plane(-1.0)], [8, 2, 1]);
-        // The wall's triangles, turned towards the sensor, cover the wall without its window: 12 - 1 square
-        // meters.
-        let area = |face: &Vec<f64>| {
-            let corner = |i: usize| &vertices[face[i] as usize];
-            let (a, b, c) = (corner(1), corner(2), corner(3));
-            let (u, v) = ([b[0] - a[0], b[2] - a[2]], [c[0] - a[0], c[2] - a[2]]);
-            (u[0] * v[1] - u[1] * v[0]) / 2.0
-        };
-        let wall: f64 = faces.iter().filter(|face| face[4] == 0.0).map(area).sum();
-        assert!((wall.abs() - 11.0).abs() < 1e-6, "{wall}");
-
-        bytes.clear();
-        write_planes(&mut bytes, &shapes).unwrap();
-        assert_eq!(read(&bytes).1[1].len(), 10);
-    }
-
-    #[test]
-    fn points_hold_their_plane_scan_and_beam_and_come_in_the_order_asked_for() {
-        let cloud = Cloud {
-            points_m: vec![[1.0, 2.0, 3.0], [-0.5, 0.25, 0.125]],
-            scan: vec![0, 1],
-            beam: vec![90, 180],
-            ..Cloud::default()
-        };
-        let rows = PointRows {
-            cloud: &cloud,
-            labels: &[4],
-            scan_numbers: &[0, 7],
-            order: None,
-            shift_m: [0.0; 3],
-            source: "",
-        };
-        let written = |rows: &PointRows<'_>| {
-            let mut bytes = Vec::new();
-            write_points(&mut bytes, rows).unwrap();
-            bytes
-        };
-        let (_, elements) = read(&written(&rows));
-        assert_eq!(elements[0], [[1.0, 2.0, 3.0, 4.0, 0.0, 90.0], [-0.5, 0.25, 0.125, -1.0, 7.0, 180.0]]);
-        let (_, elements) = read(&written(&PointRows { order: Some(&[1, 0]), ..rows }));
-        assert_eq!(elements[0][0], [-0.5, 0.25, 0.125, -1.0, 7.0, 180.0]);
-
-        let far = written(&PointRows { shift_m: [4e6, 0.0, -1e3], scan_numbers: &[], ..rows });
-        let far = crate::formats::ply::read::read_wanted(
-            &far,
-            &crate::formats::ply::read::Wanted {
-                shift: crate::formats::input::shift::Shift::Given([4e6, 0.0, -1e3]),
-                columns: None,
-            },
-        );
-        assert_eq!(far.unwrap().mesh.vertices_m, cloud.points_m);
-    }
-
-    #[test]
-    fn a_mesh_reads_back_as_it_was() {
-        let mesh = sample::model().leftovers;
-        let mut bytes = Vec::new();
-        write_mesh(&mut bytes, &mesh, "test").unwrap();
-        let (_, elements) = read(&bytes);
-        assert_eq!(elements[0][2], [1.0, 1.5, 0.75]);
-        assert_eq!(elements[1], [[3.0, 0.0, 1.0, 2.0]]);
-    }
 }

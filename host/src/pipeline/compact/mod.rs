@@ -43,8 +43,13 @@ pub fn compact(mesh: Mesh, params: &BuildParams, observer: &mut dyn Observer) ->
     let leftovers = leftovers::collect(&left, &own, &merged.rest);
     observer.ended(Stage::Leftovers, leftovers.triangles.len());
 
-    let model =
-        Model { planes: found.planes, polygons: merged.polygons, leftovers, cylinders: rounds.cylinders };
+    let model = Model {
+        planes: found.planes,
+        polygons: merged.polygons,
+        leftovers,
+        cylinders: rounds.cylinders,
+        ..Model::default()
+    };
     let mut counts = Counts {
         raw_points: mesh.vertices_m.len(),
         raw_triangles: mesh.triangles.len(),

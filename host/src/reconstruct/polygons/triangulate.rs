@@ -3,6 +3,7 @@
 //! Frame `map`, meters.
 
 use crate::model::cylinder::Cylinder;
+use crate::model::inferred::InferredSurface;
 use crate::model::{Mesh, Model, PlanarPolygon, Plane};
 use crate::reconstruct::polygons::plane_frame::{FlatPoint, Frame};
 use i_overlay::core::overlay::IntOverlayOptions;
@@ -53,12 +54,22 @@ pub(crate) fn faces(model: &Model) -> Vec<Mesh> {
     let cut = |polygon: &PlanarPolygon| {
         let flat =
             model.planes.get(polygon.plane).map(|plane| triangulate(plane, polygon)).unwrap_or_default();
-        Mesh {
-            vertices_m: flat.vertices_m.iter().map(|point| point.map(|value| value as f32)).collect(),
-            triangles: flat.triangles,
-        }
+        in_floats(&flat)
     };
     model.polygons.par_iter().map(cut).collect()
+}
+
+/// The triangles of each inferred surface of a model, in their order.
+pub(crate) fn inferred_faces(model: &Model) -> Vec<Mesh> {
+    let cut = |surface: &InferredSurface| in_floats(&triangulate(&surface.plane(), &surface.polygon()));
+    model.inferred.iter().map(cut).collect()
+}
+
+fn in_floats(flat: &FlatMesh) -> Mesh {
+    Mesh {
+        vertices_m: flat.vertices_m.iter().map(|point| point.map(|value| value as f32)).collect(),
+        triangles: flat.triangles.clone(),
+    }
 }
 
 /// All polygons of a model as one mesh, without the leftovers.

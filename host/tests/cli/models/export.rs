@@ -129,7 +129,7 @@ fn damaged_files_of_a_model_are_a_sentence_and_leave_nothing_behind() {
         ),
         (String::new(), "EOF while parsing a value"),
         ("{}".to_owned(), "expected a file of the format \"biplane-model\", found \"\""),
-        (whole.replace("\"version\":1", "\"version\":3"), "expected a file of version 2, found version 3"),
+        (whole.replace("\"version\":1", "\"version\":7"), "expected a file of version 3, found version 7"),
         (whole.replace("\"polygons\"", "\"faces\""), "unknown field `faces`"),
     ];
     for (text, words) in damages {

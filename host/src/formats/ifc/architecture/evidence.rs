@@ -11,6 +11,8 @@ pub(super) enum Value<'a> {
     Share(f64),
     /// A length, meters.
     Length(f64),
+    /// An area, square meters.
+    Area(f64),
     /// Yes or no.
     Flag(bool),
 }
@@ -21,6 +23,7 @@ impl Value<'_> {
             Self::Word(word) => format!("IFCLABEL({})", Text(word)),
             Self::Share(share) => format!("IFCREAL({share:.4})"),
             Self::Length(length_m) => format!("IFCLENGTHMEASURE({length_m:.4})"),
+            Self::Area(area_m2) => format!("IFCAREAMEASURE({area_m2:.4})"),
             Self::Flag(true) => "IFCBOOLEAN(.T.)".to_owned(),
             Self::Flag(false) => "IFCBOOLEAN(.F.)".to_owned(),
         }

@@ -16,13 +16,17 @@ use super::project::Project;
 use super::step::{Id, Ids, Step, global_id};
 use super::styles::Styles;
 use crate::building::elements::Elements;
+use crate::formats::Shapes;
 use crate::formats::text::number::Number;
+use crate::model::inferred::InferredSurface;
 
 /// Adds rooms, walls, floors, ceilings, doors and windows.
 pub(super) struct Architecture<'a> {
     step: &'a mut Step,
     project: &'a Project,
     elements: &'a Elements,
+    /// Surfaces of the model that nobody measured.
+    inferred: &'a [InferredSurface],
     /// What the model was made of: part of every identifier.
     source: &'a str,
     /// Index of the storey that all of it is on.
@@ -43,13 +47,24 @@ impl<'a> Architecture<'a> {
         step: &'a mut Step,
         project: &'a Project,
         elements: &'a Elements,
-        source: &'a str,
+        shapes: &'a Shapes<'_>,
     ) -> Self {
+        let (inferred, source) = (shapes.model.inferred.as_slice(), shapes.source.as_str());
         let floor_m = elements.storeys.first().map_or(0.0, |storey| storey.floor_z_m);
         let away_m = |at: &usize| (project.storeys[*at].floor_m - floor_m).abs();
         let nearest = (0..project.storeys.len()).min_by(|a, b| away_m(a).total_cmp(&away_m(b)));
         let (added, contained, styles) = (BTreeMap::new(), Vec::new(), Styles::default());
-        Self { step, project, elements, source, storey: nearest.unwrap_or(0), added, contained, styles }
+        Self {
+            step,
+            project,
+            elements,
+            inferred,
+            source,
+            storey: nearest.unwrap_or(0),
+            added,
+            contained,
+            styles,
+        }
     }
 
     /// Adds everything; returns the storey that all of it is on, and what that holds.

@@ -4,6 +4,7 @@ use super::evidence::Value;
 use super::{Architecture, solids};
 use crate::building::elements::Room;
 use crate::formats::ifc::step::{Id, Ids};
+use crate::model::inferred::{InferredKind, InferredSurface};
 use biplane_geometry::PortableMath;
 
 /// Floors and ceilings are assumed to be so thick, meters: one side of them was seen at best.
@@ -97,11 +98,16 @@ impl Architecture<'_> {
             .map(|room| area_m2(&room.outline_m) - room.holes_m.iter().map(|h| area_m2(h)).sum::<f64>())
             .sum();
         self.quantities(element, name, "Qto_SlabBaseQuantities", &[("AREA", "NetArea", area)]);
-        let values = [
+        let mut values = vec![
             ("Source", Value::Word("inferred")),
             ("ThicknessFrom", Value::Word("unknown")),
             ("AssumedDepth", Value::Length(FLOOR_M)),
         ];
+        let floors = self.inferred.iter().filter(|surface| surface.kind == InferredKind::Floor);
+        let free_m2: f64 = floors.map(InferredSurface::area_m2).sum();
+        if free_m2 > 0.0 {
+            values.push(("SeenFreeArea", Value::Area(free_m2)));
+        }
         self.evidence(element, name, &values);
         self.contained.push(element);
         element

@@ -85,11 +85,22 @@ impl Architecture<'_> {
             }
             None => evidence.push(("AssumedDepth", Value::Length(wall.drawn_thickness_m))),
         }
+        let below_m = self.inferred_below_m(wall);
+        if below_m > 0.0 {
+            evidence.push(("InferredBelow", Value::Length(below_m)));
+        }
         self.quantities(element, &name, "Qto_WallBaseQuantities", &quantities);
         self.evidence(element, &name, &evidence);
         if wall.thickness_from == KnownBy::Faces && wall.rooms.len() > 1 {
             self.properties(element, &name, "Pset_WallCommon", &[("IsExternal", Value::Flag(false))]);
         }
+    }
+
+    /// How high over the floor a wall is inferred at most, meters; 0 where nothing of it is.
+    fn inferred_below_m(&self, wall: &Wall) -> f64 {
+        let floor_m = self.project.storeys[self.storey].floor_m;
+        let own = self.inferred.iter().filter(|surface| surface.part_of == wall.id);
+        own.flat_map(|surface| &surface.outer_m).map(|p| p[2] - floor_m).fold(0.0, f64::max)
     }
 
     /// The openings of a wall.

@@ -30,6 +30,12 @@ pub(super) fn model(model: &Model) -> Result<(), ModelFileError> {
             return Err(ModelFileError::NoCylinder { cylinder });
         }
     }
+    for (surface, normal) in model.inferred.iter().map(|surface| surface.normal).enumerate() {
+        let length = dot(normal, normal).sqrt();
+        if (length - 1.0).abs() > UNIT_TOLERANCE {
+            return Err(ModelFileError::InferredNotUnit { surface, length });
+        }
+    }
     let planes = model.planes.len();
     let lost = model.polygons.iter().map(|polygon| polygon.plane).enumerate().find(|at| at.1 >= planes);
     if let Some((polygon, plane)) = lost {

@@ -40,6 +40,14 @@ pub enum ModelFileError {
         /// The length.
         length: f64,
     },
+    /// The normal of a surface that is inferred has no unit length.
+    #[error("inferred surface {surface}: expected a normal of length 1, found one of length {length}")]
+    InferredNotUnit {
+        /// Which surface, from 0.
+        surface: usize,
+        /// The length.
+        length: f64,
+    },
     /// A triangle of the leftovers refers to a vertex that is not there.
     #[error("leftover triangle {triangle} refers to vertex {vertex}, there are {vertices}")]
     NoSuchVertex {

@@ -25,8 +25,10 @@ pub(crate) const NAME: &str = "model.json";
 /// What the file says it is.
 const FORMAT: &str = "biplane-model";
 /// The layout of the file. Whoever adds or changes a field counts on.
-const VERSION: u64 = 2;
-/// The layout of a model without round things, which older programs read.
+const VERSION: u64 = 3;
+/// The layout of a model without inferred surfaces, which older programs read.
+const MEASURED_VERSION: u64 = 2;
+/// The layout of a model without round things, which still older ones read.
 const FLAT_VERSION: u64 = 1;
 
 /// Everything in the file.
@@ -112,7 +114,11 @@ impl<'a> ModelFile<'a> {
     pub fn new(shapes: &'a Shapes<'_>, floor_m: Option<f64>, points: PointsOf<'a>) -> Self {
         Self {
             format: FORMAT.into(),
-            version: if shapes.model.cylinders.is_empty() { FLAT_VERSION } else { VERSION },
+            version: match shapes.model {
+                model if !model.inferred.is_empty() => VERSION,
+                model if !model.cylinders.is_empty() => MEASURED_VERSION,
+                _ => FLAT_VERSION,
+            },
             generator: generator().into(),
             source: shapes.source.as_str().into(),
             shift_m: shapes.shift_m,
@@ -125,7 +131,7 @@ impl<'a> ModelFile<'a> {
 
     /// With rooms, walls, doors and windows, as they were found from the drive.
     pub(crate) fn with_elements(self, elements: Elements) -> Self {
-        let version = if elements.is_empty() { self.version } else { VERSION };
+        let version = if elements.is_empty() { self.version } else { self.version.max(MEASURED_VERSION) };
         Self { version, elements, ..self }
     }
 
@@ -175,7 +181,7 @@ pub fn read(bytes: &[u8]) -> Result<ModelFile<'static>, ModelFileError> {
     if head.format != FORMAT {
         return Err(ModelFileError::NotOurs { found: head.format.chars().take(MAX_SHOWN).collect() });
     }
-    if ![FLAT_VERSION, VERSION].contains(&head.version) {
+    if !(FLAT_VERSION..=VERSION).contains(&head.version) {
         return Err(ModelFileError::Version { found: head.version, known: VERSION });
     }
     let file: ModelFile<'static> = serde_json::from_slice(bytes)?;
@@ -200,6 +206,7 @@ mod tests {
         model.polygons[0].outer_m[1] = [1.0 / 3.0, f64::from_bits(0x3ff0_0000_0000_0001), -0.0];
         model.planes[1].rms_m = 5e-324;
         model.cylinders.push(sample::column());
+        model.inferred.push(sample::inferred());
         model.leftovers.vertices_m[0] = [0.1, f32::MIN_POSITIVE, 16_777_217.0];
         let shapes = Shapes { source: "a \"b\".mcap".to_owned(), ..Shapes::new(&model) };
         let times = ScanTimes { scans_ns: vec![i64::MAX, -5].into(), beams_ns: vec![0, 7].into() };
@@ -252,8 +259,8 @@ mod tests {
             "expected a file of the format \"biplane-model\", found \"tileset\""
         );
         assert_eq!(
-            broken("\"version\":2", "\"version\":7"),
-            "expected a file of version 2, found version 7, which another version of this program wrote"
+            broken("\"version\":3", "\"version\":7"),
+            "expected a file of version 3, found version 7, which another version of this program wrote"
         );
         assert_eq!(broken("\"plane\":1", "\"plane\":2"), "polygon 1 lies on plane 2, there are 2");
         assert_eq!(broken("[[0,1,2]]", "[[0,1,3]]"), "leftover triangle 0 refers to vertex 3, there are 3");
@@ -263,6 +270,10 @@ mod tests {
         );
         let round = broken("\"radius_m\":0.2", "\"radius_m\":-0.2");
         assert!(round.contains("cylinder 0"), "{round}");
+        assert_eq!(
+            broken("\"normal\":[-1.0,0.0,0.0]", "\"normal\":[-2.0,0.0,0.0]"),
+            "inferred surface 0: expected a normal of length 1, found one of length 2"
+        );
         let strange = broken("\"shift_m\"", "\"shift\"");
         assert!(strange.contains("unknown field `shift`") && strange.contains("line 1 column"), "{strange}");
         let word = broken("\"count\":3", "\"count\":true");

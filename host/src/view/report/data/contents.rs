@@ -34,6 +34,7 @@ struct Contents<'a> {
     planes: Vec<PlaneNote>,
     polygons: Vec<PolygonNote>,
     rounds: Vec<RoundNote>,
+    inferred: Vec<InferredNote>,
     bounds_m: [[f64; 3]; 2],
     inside: [[f64; 3]; 2],
     #[serde(rename = "way_m")]
@@ -82,10 +83,22 @@ struct RoundNote {
     color: Rgb,
 }
 
-/// The model as one mesh: each polygon with vertices of its own, then round things, then what is left over.
+/// A surface that nobody measured. Its triangles follow those of the round things, in the same order.
+#[derive(Serialize)]
+struct InferredNote {
+    name: String,
+    triangles: usize,
+    area_m2: f64,
+    normal: [f64; 3],
+    color: Rgb,
+}
+
+/// The model as one mesh: each polygon with vertices of its own, then round things, then what is inferred,
+/// then what is left over.
 pub(crate) fn model_mesh(shapes: &Shapes<'_>, leftovers: &Mesh) -> Mesh {
     let mut mesh = Mesh::default();
-    for part in shapes.faces.iter().chain(&shapes.rounds).chain([leftovers]) {
+    let surfaces = shapes.faces.iter().chain(&shapes.rounds).chain(&shapes.inferred);
+    for part in surfaces.chain([leftovers]) {
         let first = mesh.vertices_m.len() as u32;
         mesh.vertices_m.extend_from_slice(&part.vertices_m);
         mesh.triangles.extend(part.triangles.iter().map(|corners| corners.map(|corner| first + corner)));
@@ -135,6 +148,13 @@ pub(crate) fn json(
                 color: palette::ROUND,
             }
         });
+    let inferred = model.inferred.iter().zip(&sources.shapes.inferred).map(|(surface, mesh)| InferredNote {
+        name: format!("{} {}", surface.part_of, surface.kind.name()),
+        triangles: mesh.triangles.len(),
+        area_m2: rounded(surface.area_m2(), 1e4),
+        normal: surface.normal.map(|value| rounded(value, 1e6)),
+        color: palette::inferred_color(surface.kind),
+    });
     let contents = Contents {
         origin_m: lattice.origin_m,
         step_m: lattice.step_m,
@@ -146,6 +166,7 @@ pub(crate) fn json(
         planes: planes.collect(),
         polygons: polygons.collect(),
         rounds: rounds.collect(),
+        inferred: inferred.collect(),
         bounds_m: drawn.bounds_m,
         inside: drawn.inside,
         path_m: way(sources.poses),

@@ -132,7 +132,20 @@ fn exactness(summary: &Summary) -> String {
         ("triangles of the whole model", grouped(summary.counts.model_triangles)),
     ]
     .map(|(name, value)| (name.to_owned(), value));
-    format!("<section><h2>How well planes fit</h2>{}</section>", pairs(&rows))
+    format!("<section><h2>How well planes fit</h2>{}{}</section>", pairs(&rows), inferred(summary))
+}
+
+/// What is in the model and was not measured.
+fn inferred(summary: &Summary) -> String {
+    let found = &summary.counts.inferred;
+    if found.surfaces == 0 {
+        return String::new();
+    }
+    format!(
+        "<p class=\"note\">Beside what was measured the model has {:.1} m² of floor and {:.1} m² of wall under the lowest beam. They are \
+         inferred: no laser saw them, they are violet, and but for the triangles of the whole model no figure counts them.</p>",
+        found.floor_m2, found.wall_base_m2
+    )
 }
 
 fn recording(summary: &Summary, way: &PathFigures) -> String {

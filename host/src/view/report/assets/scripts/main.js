@@ -24,7 +24,7 @@ function gridLines({ bounds_m: [low, high] }) {
 }
 
 /** Colours, plane normals and numbers of a model's surfaces, for each of its vertices. */
-function dress(mesh, normals, { polygons, planes, rounds }) {
+function dress(mesh, normals, { polygons, planes, rounds, inferred }) {
   const count = mesh.positions.length / 4;
   mesh.colors = new Uint8Array(4 * count).fill(152);
   mesh.surfaces = new Float32Array(count);
@@ -45,6 +45,7 @@ function dress(mesh, normals, { polygons, planes, rounds }) {
   polygons.forEach(({ plane, triangles }, index) => color(index + 1, triangles, planes[plane].color, planes[plane].normal));
   mesh.borders = borders(mesh.corners, first / 3);
   rounds.forEach((round, index) => color(polygons.length + index + 1, round.triangles, round.color, null));
+  inferred.forEach((surface, index) => color(polygons.length + rounds.length + index + 1, surface.triangles, surface.color, surface.normal));
 }
 
 /** What a view should hold: the way, and corners of the model with their normals, some thousand at most. */
@@ -79,12 +80,12 @@ async function loadMesh(viewer, note) {
   viewer.changed();
 }
 
-function sizeOf({ name, triangles }, { polygons, rounds, raw_triangles }) {
+function sizeOf({ name, triangles }, { polygons, rounds, inferred, raw_triangles }) {
   const count = (number) => number.toLocaleString('en');
   if (name === 'model') {
-    const known = [...polygons, ...rounds].reduce((sum, surface) => sum + surface.triangles, 0);
+    const known = [...polygons, ...rounds, ...inferred].reduce((sum, surface) => sum + surface.triangles, 0);
     const round = rounds.length > 0 ? ` + ${count(rounds.length)} round thing${rounds.length > 1 ? 's' : ''}` : '';
-    return `${count(polygons.length)} polygons${round} + ${count(triangles - known)} triangles`;
+    return `${count(polygons.length)} polygons${round} + ${count(triangles - known)} triangles${inferred.length > 0 ? `; ${count(inferred.length)} inferred` : ''}`;
   }
   return name === 'raw' && triangles < raw_triangles ? `${count(triangles)} of ${count(raw_triangles)} triangles` : `${count(triangles)} triangles`;
 }

@@ -5,7 +5,7 @@ uniform vec3 right, up, forward;
 uniform int coloring;
 uniform float picked;
 uniform bool cut, ceiling;
-uniform float section, ceiling_from;
+uniform float section, ceiling_from, inferred_from;
 uniform vec3 eye;
 in vec3 from_eye, facing, own_color;
 flat in float surface_number;
@@ -14,6 +14,7 @@ out vec4 pixel;
 void main() {
   float height = from_eye.z + eye.z;
   if (height > section || (!ceiling && facing.z < -0.7 && height > ceiling_from)) discard;
+  if (surface_number > inferred_from) discard;
   bool chosen = picked > 0.0 && surface_number == picked;
   if (cut && !chosen && dot(facing, from_eye) >= 0.0) discard;
   // A flat surface has its plane's normal, anything else that of its own triangle.

@@ -100,6 +100,7 @@ class Pane {
     for (const axis of ['right', 'up', 'forward']) gl.uniform3fv(surface.at(axis), frame[axis]);
     gl.uniform1i(surface.at('coloring'), look.coloring);
     gl.uniform1f(surface.at('picked'), look.picked + 1);
+    gl.uniform1f(surface.at('inferred_from'), look.inferred ? FAR_M : look.inferred_from);
     gl.bindVertexArray(this.vertices);
     const { buffer, pieces } = this.coarse[Math.min(look.level, this.coarse.length) - 1] || this.whole;
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);

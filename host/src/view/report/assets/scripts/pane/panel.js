@@ -13,7 +13,9 @@ class Panel {
     if (index === null) return;
     if (index < 0) return this.fill('Fine structure', [['', 'on no plane: kept as triangles']]);
     document.querySelector(`.surfaces tr[data-surface="${index}"]`)?.classList.add('picked');
-    if (index >= contents.polygons.length) return this.showRound(contents.rounds[index - contents.polygons.length]);
+    const beyond = index - contents.polygons.length;
+    if (beyond >= contents.rounds.length) return this.showInferred(contents.inferred[beyond - contents.rounds.length]);
+    if (beyond >= 0) return this.showRound(contents.rounds[beyond]);
     const polygon = contents.polygons[index];
     const plane = contents.planes[polygon.plane];
     const siblings = contents.polygons.filter((other) => other.plane === polygon.plane);
@@ -29,6 +31,10 @@ class Panel {
       ['triangles', polygon.triangles],
       [`plane ${polygon.plane}`, `${siblings.length} surface${siblings.length > 1 ? 's' : ''}, ${all.toFixed(2)} m²`],
     ]);
+  }
+
+  showInferred({ name, area_m2, triangles }) {
+    this.fill(name, [['', 'inferred: no laser saw it'], ['extent', `${area_m2.toFixed(2)} m²`], ['triangles', triangles]]);
   }
 
   showRound(round) {

@@ -14,6 +14,7 @@ function pick({ positions, corners, surfaces, normals }, { origin_m, step_m }, c
     if (look.cut && facing >= 0) continue;
     const distance = along(from, direction, at(corner), at(corners[t + 1]), at(corners[t + 2]));
     if (distance <= 0 || distance >= nearest) continue;
+    if (!look.inferred && surfaces[corner] > look.inferred_from) continue;
     const height_m = origin_m[2] + step_m * (from[2] + distance * direction[2]);
     const isCeiling = normals[4 * corner + 2] < -0.7 * 127 && height_m > look.ceiling_from_m;
     if (height_m > look.section_m || (!look.ceiling && isCeiling)) continue;

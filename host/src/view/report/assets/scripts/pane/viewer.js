@@ -10,7 +10,8 @@ class Viewer {
     this.panes = [...section.querySelectorAll('.pane')].map((figure) => new Pane(figure));
     const floor_m = contents.way_m.length > 0 ? 0 : contents.bounds_m[0][2];
     this.camera = new Camera({ bounds_m: contents.bounds_m, inside: contents.inside, floor_m });
-    this.look = { coloring: 0, wireframe: false, cut: true, way: true, picked: -1, ceiling: true, section_m: FAR_M, ceiling_from_m: floor_m + CEILING_FROM_M };
+    this.look = { coloring: 0, wireframe: false, cut: true, way: true, picked: -1, ceiling: true, section_m: FAR_M, ceiling_from_m: floor_m + CEILING_FROM_M, inferred: true, inferred_from: contents.polygons.length + contents.rounds.length };
+    section.querySelector('#inferred').parentElement.hidden = contents.inferred.length === 0;
     this.startTheme(matchMedia('(prefers-color-scheme: dark)'));
     this.startSection(section.querySelector('#section'), floor_m);
     this.panel = new Panel(contents, section.querySelector('#picked'));
@@ -61,7 +62,7 @@ class Viewer {
     const on = (selector, event, act) => section.querySelectorAll(selector).forEach((element) => element.addEventListener(event, () => act(element)));
     on('[data-show]', 'click', (button) => this.show(button.dataset.show));
     on('[data-preset]', 'click', (button) => this.preset(button.dataset.preset));
-    on('#wireframe, #cut, #way', 'change', (box) => this.set(box.id, box.checked));
+    on('#wireframe, #cut, #way, #inferred', 'change', (box) => this.set(box.id, box.checked));
     on('#coloring', 'change', (select) => this.set('coloring', Number(select.value)));
     on('#ceiling', 'click', () => this.press('ceiling'));
     on('#measure', 'click', () => this.startMeasuring());
