@@ -20,7 +20,7 @@ pub(crate) mod surfaces;
 pub(crate) mod tests;
 pub(crate) mod walls;
 
-use self::elements::Elements;
+use self::elements::{Elements, Storey};
 use self::spaces::Plan;
 use self::spaces::evidence::Evidence;
 use crate::model::Model;
@@ -61,16 +61,21 @@ pub(crate) fn rooms(evidence: &Evidence<'_>) -> Elements {
 
 impl Building {
     /// Rooms and walls of the storey with a floor at this height, where a drive told of them.
-    pub(crate) fn elements_at(&self, floor_m: f64) -> Option<&Elements> {
-        let storey = self.elements.storeys.first()?;
-        (!self.elements.is_empty() && (storey.floor_z_m - floor_m).abs() < SAME_FLOOR_M)
-            .then_some(&self.elements)
+    pub(crate) fn elements_at(&self, floor_m: f64) -> Option<Elements> {
+        let is_here = |storey: &&Storey| (storey.floor_z_m - floor_m).abs() < SAME_FLOOR_M;
+        let storey = self.elements.storeys.iter().find(is_here)?;
+        Some(self.elements.of_storey(storey)).filter(|elements| !elements.is_empty())
     }
 
     /// Reads a model. `known_floor_m` is the height of a floor that is known to be there, seen or not,
     /// meters.
     pub fn read(model: &Model, known_floor_m: Option<f64>) -> Self {
-        let floors_m = storeys::find(model, known_floor_m);
+        Self::read_on(model, known_floor_m.as_slice())
+    }
+
+    /// Reads a model of which the heights of some floors are known, from below, meters.
+    pub(crate) fn read_on(model: &Model, known_floors_m: &[f64]) -> Self {
+        let floors_m = storeys::find(model, known_floors_m);
         let mut parts: Vec<Part> = model.polygons.iter().map(|p| part::part(model, p, &floors_m)).collect();
         let openings = openings::find(model, &floors_m, &parts);
         let leaves = openings::leaves(model, &parts, &openings);

@@ -22,15 +22,15 @@ const MIN_SHARE: f64 = 0.2;
 const MIN_WALLS_M: f64 = 2.0;
 
 /// Heights of the floors of a model, meters, from below.
-pub(crate) fn find(model: &Model, known_m: Option<f64>) -> Vec<f64> {
+pub(crate) fn find(model: &Model, known_m: &[f64]) -> Vec<f64> {
     let mut levels = level_surfaces(model, 1.0);
     let max_m2 = [1.0, -1.0].iter().filter_map(|up| largest(&level_surfaces(model, *up))).map(|(_, m2)| m2);
     let min_m2 = max_m2.fold(MIN_M2 / MIN_SHARE, f64::max) * MIN_SHARE;
-    if levels.is_empty() && known_m.is_none() {
+    if levels.is_empty() && known_m.is_empty() {
         // A mesh may have its faces the wrong way round.
         levels = level_surfaces(model, -1.0);
     }
-    let mut floors_m: Vec<f64> = known_m.into_iter().collect();
+    let mut floors_m: Vec<f64> = known_m.to_vec();
     levels.retain(|(z, _)| is_free(&floors_m, *z));
     while let Some((z_m, area_m2)) = largest(&levels) {
         if area_m2 < min_m2 {

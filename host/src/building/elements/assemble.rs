@@ -41,7 +41,7 @@ pub(crate) fn elements(evidence: &Evidence<'_>, plan: &Plan, mut walls: Vec<Open
         return Elements::default();
     }
     join_corners(&mut walls);
-    let storey = "S1".to_owned();
+    let storey = format!("S{}", evidence.storey);
     let floor_z_m = evidence.floor_m;
     let names = room_names(&plan.spaces, &storey);
     let mut out = Elements {

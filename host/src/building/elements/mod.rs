@@ -148,6 +148,31 @@ impl Elements {
         self.rooms.is_empty()
     }
 
+    /// Those of another storey too.
+    pub(crate) fn take(&mut self, other: Self) {
+        self.storeys.extend(other.storeys);
+        self.rooms.extend(other.rooms);
+        self.walls.extend(other.walls);
+        self.openings.extend(other.openings);
+    }
+
+    /// Those of one storey.
+    pub(crate) fn of_storey(&self, storey: &Storey) -> Self {
+        let walls: Vec<Wall> = self.walls.iter().filter(|wall| wall.storey == storey.id).cloned().collect();
+        let is_in = |opening: &&WallOpening| walls.iter().any(|wall| wall.id == opening.wall);
+        Self {
+            storeys: vec![storey.clone()],
+            rooms: self.rooms.iter().filter(|room| room.storey == storey.id).cloned().collect(),
+            openings: self.openings.iter().filter(is_in).cloned().collect(),
+            walls,
+        }
+    }
+
+    /// The storey with a name.
+    pub(crate) fn storey(&self, id: &str) -> Option<&Storey> {
+        self.storeys.iter().find(|storey| storey.id == id)
+    }
+
     /// The wall with a name.
     pub(crate) fn wall(&self, id: &str) -> Option<&Wall> {
         self.walls.iter().find(|wall| wall.id == id)

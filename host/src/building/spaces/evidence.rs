@@ -41,14 +41,17 @@ pub(crate) struct Evidence<'a> {
     pub floor_m: f64,
     /// Range noise.
     pub sigma_m: f64,
+    /// Number of the storey, from 1 at the lowest one.
+    pub storey: usize,
 }
 
 impl Evidence<'_> {
-    /// Mean height of the laser that sees the building.
+    /// Mean height from which points were seen. Scans of other storeys have none.
     pub(crate) fn laser_m(&self) -> f64 {
-        let origins = &self.cloud.origins_m;
-        let sum: f64 = origins.iter().map(|origin| f64::from(origin[2])).sum();
-        sum / origins.len().max(1) as f64
+        let Cloud { scan, origins_m, .. } = self.cloud;
+        let heights = scan.iter().filter_map(|scan| origins_m.get(*scan as usize));
+        let sum: f64 = heights.map(|origin| f64::from(origin[2])).sum();
+        sum / scan.len().max(1) as f64
     }
 }
 

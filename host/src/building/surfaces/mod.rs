@@ -16,6 +16,7 @@ use rayon::prelude::*;
 use self::plane_rays::PlaneRays;
 use self::rectangle::Place;
 use super::elements::{Elements, Wall, WallOpening};
+use super::part::CUT_M;
 use super::spaces::evidence::Evidence;
 use crate::model::{Model, PlanarPolygon, Plane};
 use crate::reconstruct::polygons::finish::without_spikes;
@@ -85,7 +86,8 @@ fn is_face_at(evidence: &Evidence<'_>, plane: &Plane, wall: &Wall, place_m: [f64
 
 /// Whether a plane is a face of a wall along all of it.
 fn is_face_of(evidence: &Evidence<'_>, plane: &Plane, wall: &Wall) -> bool {
-    wall.axis_m.iter().all(|[x, y]| is_face_at(evidence, plane, wall, [*x, *y, evidence.laser_m()]))
+    let z_m = evidence.floor_m + CUT_M;
+    wall.axis_m.iter().all(|[x, y]| is_face_at(evidence, plane, wall, [*x, *y, z_m]))
 }
 
 /// The openings in the wall whose face a plane is.

@@ -130,6 +130,7 @@ pub(super) fn with_evidence<T>(drive: &Drive, path_m: &[[f64; 2]], of: impl FnOn
         path_m,
         floor_m: 0.0,
         sigma_m: 0.01,
+        storey: 1,
     })
 }
 

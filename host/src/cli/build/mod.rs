@@ -1,8 +1,10 @@
 //! `biplane build`: from a recording to the model and everything around it, in one folder.
 
+mod drive_args;
 mod notes;
 pub(super) mod posed;
 mod rooms;
+pub(super) mod storeys;
 
 use crate::cli::models::model_args::{ModelArgs, report_noise};
 use crate::cli::models::viewer_file::write_viewer_file;
@@ -15,11 +17,12 @@ use crate::cli::terminal::needs::{self, Needs};
 use crate::cli::terminal::replace;
 use crate::cli::terminal::stages::Stages;
 use crate::cli::terminal::threads::Threads;
-use crate::cli::terminal::values::{length, memory};
+use crate::cli::terminal::values::memory;
 use crate::cli::view::report;
 use crate::formats::output::OutputFolder;
 use crate::formats::text::model_json::ModelFile;
 use crate::formats::{Shapes, source_name};
+use crate::pipeline::rooms::StoreyDrive;
 use crate::pipeline::summary::{Parameters, ScanFigures, Summary};
 use crate::pipeline::{self, BuildInput, BuildOutput, SearchElsewhere};
 use crate::reconstruct::planes::PlaneParams;
@@ -33,8 +36,10 @@ use crate::view::floor_map::map_image::MapImage;
 use crate::view::report::Page;
 use anyhow::{anyhow, bail};
 use biplane_cli::Outcome;
+pub(super) use drive_args::DriveArgs;
 use posed::Posed;
 use std::path::{Path, PathBuf};
+use storeys::{FloorOf, poses};
 
 /// Words of the command.
 #[derive(Clone, Debug, clap::Args)]
@@ -47,34 +52,16 @@ use std::path::{Path, PathBuf};
 pub(super) struct Args {
     #[command(flatten)]
     drive: DriveArgs,
+    /// The recording was driven on a floor at this height, meters; those that are not named at 0. Each height
+    /// is a storey of its own. Drives of different storeys are not matched with each other: the first ones of
+    /// each have to begin over each other, looking the same way
+    #[arg(long, value_name = "RUN.mcap=M", value_parser = storeys::floor_of, conflicts_with = "poses")]
+    floor_z: Vec<FloorOf>,
     #[command(flatten)]
     target: TargetArgs,
     /// Say what would be read, done and written and how much memory it takes, and do none of it
     #[arg(long, conflicts_with = "json")]
     dry_run: bool,
-}
-
-/// Which recordings, and with which poses: words that `tiles plan` has too.
-#[derive(Clone, Debug, clap::Args)]
-pub(super) struct DriveArgs {
-    /// Posed recordings; of one in parts all of them, in any order, or its name without the number
-    #[arg(required = true, value_name = "RUN.mcap")]
-    pub recordings: Vec<PathBuf>,
-    /// Use this trajectory (TUM: t x y z qx qy qz qw) instead of the recorded one
-    #[arg(long, value_name = "T.tum")]
-    pub poses: Option<PathBuf>,
-    /// Take the poses as they were recorded; several recordings are then in one frame already. Otherwise
-    /// loops are closed first. A recording that has none keeps its poses, and so does one that is optimized
-    /// already
-    #[arg(long, conflicts_with = "poses")]
-    pub no_optimize: bool,
-    /// Leave the poses in the plane: do not seek height, roll and pitch (of one recording)
-    #[arg(long)]
-    pub planar: bool,
-    /// Range noise of the laser, one standard deviation, meters. Larger: steps between surfaces disappear;
-    /// smaller: a wall becomes several planes [default: estimated from the points]
-    #[arg(long, value_name = "M", value_parser = length)]
-    pub sigma: Option<f64>,
 }
 
 /// What to write, and where: words that `tiles merge` has too.
@@ -123,13 +110,19 @@ pub(super) struct Prepared<'a> {
 impl Args {
     /// A build of what was planned before.
     pub(super) fn new(drive: DriveArgs, target: TargetArgs) -> Self {
-        Self { drive, target, dry_run: false }
+        Self { drive, floor_z: Vec::new(), target, dry_run: false }
     }
 
-    fn parameters(&self, map: &FloorMapParams, prepared: Option<&Prepared<'_>>) -> Parameters {
+    fn parameters(
+        &self,
+        floors_m: &[f64],
+        map: &FloorMapParams,
+        prepared: Option<&Prepared<'_>>,
+    ) -> Parameters {
         let mut build = self.target.model_args.parameters(self.drive.sigma);
         build.planes = prepared.map_or(build.planes, |prepared| prepared.planes.clone());
-        build.shapes.floor_m = rooms::FLOOR_M;
+        // Of one floor columns go down to it, whether it was seen or not.
+        build.shapes.floor_m = if let [floor_m] = floors_m { Some(*floor_m) } else { None };
         Parameters {
             build,
             map_resolution_m: map.grid.resolution_m,
@@ -174,6 +167,7 @@ pub(super) fn run_prepared(
 ) -> anyhow::Result<Outcome> {
     args.target.threads.take()?;
     let runs = optimize::open(&args.drive.recordings, console)?;
+    let (runs, floors_m) = storeys::sorted(runs, &args.floor_z)?;
     if args.target.force {
         let read = runs.iter().flat_map(|run| run.recording().paths()).map(Path::to_owned);
         let inputs: Vec<PathBuf> = read.chain(args.drive.poses.clone()).collect();
@@ -191,19 +185,16 @@ pub(super) fn run_prepared(
         // What is not there is searched again.
         let _ = std::fs::copy(&prepared.searches, folder.searches());
     }
-    let posed = poses(&args.drive, &runs, &folder, &mut stages, console)?;
+    let posed = poses(&args.drive, &runs, &floors_m, &folder, &mut stages, console)?;
+    let floors_m = posed.floors_m();
     let vertical = stages.time("read", || {
         let scans = posed.vertical_scans()?;
         let count = scans.as_ref().map_or(0, |scans| scans.range_scans.len());
         anyhow::Ok((scans, count))
     })?;
     let map_params = FloorMapParams::default();
-    let grid = stages.time_with_progress("map", |progress| {
-        let grid = posed.map(&map_params, progress)?;
-        let cells = grid.bounds().map_or(0, |bounds| bounds.size().iter().product::<u64>() as usize);
-        anyhow::Ok((grid, cells))
-    })?;
-    let parameters = args.parameters(&map_params, prepared);
+    let grids = stages.time_with_progress("map", |progress| posed.maps(&map_params, progress))?;
+    let parameters = args.parameters(&floors_m, &map_params, prepared);
     console.detail_parameters(&parameters);
     let built = match &vertical {
         Some(vertical) => Some(pipeline::build_searched(
@@ -222,8 +213,13 @@ pub(super) fn run_prepared(
     }
     let counts = built.as_ref().map(|built| built.counts);
     let drive = vertical.as_ref().map(|vertical| input(vertical, &posed).drive(&parameters.build));
-    let (mut summary, page) =
-        write_all(args, &folder, built, &Drawn { grid: &grid, drive, posed: &posed, console }, &mut stages)?;
+    let (mut summary, page) = write_all(
+        args,
+        &folder,
+        built,
+        &Drawn { grids: &grids, drive, posed: &posed, console },
+        &mut stages,
+    )?;
     summary.parameters = parameters.clone();
     note_inputs(&mut summary, &runs, &posed, vertical.as_ref());
     stages.finish(&mut summary);
@@ -291,34 +287,6 @@ fn plan<'a>(args: &'a Args, runs: &'a [Run]) -> Plan<'a> {
     }
 }
 
-/// Somebody else's poses, the optimized ones, or those of the recording.
-pub(super) fn poses<'a>(
-    args: &DriveArgs,
-    runs: &'a [Run],
-    folder: &OutputFolder,
-    stages: &mut Stages<'_>,
-    console: &Console,
-) -> anyhow::Result<Posed<'a>> {
-    match &args.poses {
-        Some(path) => {
-            let posed = Posed::foreign(runs, path)?;
-            console.report_wild_poses(path, posed.wild_poses);
-            Ok(posed)
-        }
-        None if args.no_optimize => Posed::recorded(runs, console),
-        None => {
-            let posed = stages.time("optimize", || {
-                let posed = Posed::optimized(runs, &folder.searches(), console)?;
-                let posed = if args.planar { posed } else { posed.in_six_directions(console)? };
-                let loops = posed.loops.unwrap_or(0);
-                anyhow::Ok((posed, loops))
-            })?;
-            notes::report_poses(&posed, console);
-            Ok(posed)
-        }
-    }
-}
-
 pub(super) fn input<'a>(vertical: &'a VerticalScans, posed: &'a Posed<'_>) -> BuildInput<'a> {
     BuildInput {
         geometry: &vertical.geometry,
@@ -329,7 +297,8 @@ pub(super) fn input<'a>(vertical: &'a VerticalScans, posed: &'a Posed<'_>) -> Bu
 
 /// Where the robot was, what it saw, and the map that it drew.
 struct Drawn<'a> {
-    grid: &'a OccupancyGrid,
+    /// The map of each floor, from below.
+    grids: &'a [OccupancyGrid],
     /// What the points are made of; `None` without a vertical laser.
     drive: Option<Drive<'a>>,
     posed: &'a Posed<'a>,
@@ -344,23 +313,32 @@ fn write_all(
     drawn: &Drawn<'_>,
     stages: &mut Stages<'_>,
 ) -> anyhow::Result<(Summary, Option<Page>)> {
-    let &Drawn { grid, drive, posed, console } = drawn;
+    let &Drawn { grids, drive, posed, console } = drawn;
     let part = folder.part();
-    let known: Vec<StampedPose> = posed.known();
-    let (image, coarsened) = MapImage::new(grid, &known)?;
+    let floors_m = posed.floors_m();
+    let on_floors: Vec<Vec<StampedPose>> = floors_m.iter().map(|floor_m| posed.known_on(*floor_m)).collect();
+    let (Some(grid), Some(lowest)) = (grids.first(), on_floors.first()) else { bail!("nothing was driven") };
+    let (image, coarsened) = MapImage::new(grid, lowest)?;
     console.report_coarsened(coarsened.as_ref());
     let mut output = built.unwrap_or_default();
     posed.restore(&mut output.cloud.stamps_ns);
     posed.restore(&mut output.revisits.scans.stamps_ns);
     let as_seen = args.target.keeps_seen();
-    let elements = rooms::elements(&mut output, grid, &known, as_seen, stages)?;
+    let storeys: Vec<StoreyDrive<'_>> = floors_m
+        .iter()
+        .zip(grids)
+        .zip(&on_floors)
+        .map(|((floor_m, map), poses)| StoreyDrive { floor_m: *floor_m, map, poses })
+        .collect();
+    let elements = rooms::elements(&mut output, &storeys, as_seen, stages)?;
     args.target.model_args.bound(&mut output)?;
     let shapes = Shapes { source: posed.named(source_name), ..Shapes::new(&output.model) };
-    let file = ModelFile::new(&shapes, rooms::FLOOR_M, files::points_of(&output)).with_elements(elements);
+    let file =
+        ModelFile::new(&shapes, floors_m.first().copied(), files::points_of(&output)).with_elements(elements);
     let building = formats::building(&args.target.model_args.formats, &file);
     let has_model = !output.cloud.is_empty();
     stages.time("write", || {
-        let mut written = files::write_floor(part, &image, &known, &posed.used)?;
+        let mut written = files::write_floor(part, &image, lowest, &posed.used)?;
         if let Some(drive) = drive.filter(|_| has_model) {
             written +=
                 files::write_raw(part, drive, &output, &shapes.source, &args.target.model_args.formats)?;
@@ -379,6 +357,7 @@ fn write_all(
     let page = if args.target.model_args.no_report {
         None
     } else {
+        let known = posed.known();
         let floor = Some((&image, &known[..]));
         let page = report::prepare(&posed.named(report::title), &output, &shapes, floor, stages)?;
         Some(page.with_rooms(&elements))

@@ -41,11 +41,23 @@ struct Drive<'a> {
     at_scans: Vec<Option<StampedPose>>,
     /// What is added to its stamps inside the program.
     shift_ns: i64,
+    /// Height of the floor on which it was driven, meters; its own poses count from there.
+    floor_m: f64,
 }
 
 impl<'a> Drive<'a> {
     fn new(run: &'a Run, trajectory: Trajectory, at_scans: Vec<Option<StampedPose>>) -> Self {
-        Self { run, trajectory, at_scans, shift_ns: 0 }
+        Self { run, trajectory, at_scans, shift_ns: 0, floor_m: 0.0 }
+    }
+
+    /// A pose of its own as one of the building.
+    fn raised(&self, pose: &StampedPose) -> StampedPose {
+        StampedPose { z_m: pose.z_m + self.floor_m, ..*pose }
+    }
+
+    /// The poses of its scans as those of the building.
+    fn known(&self) -> impl Iterator<Item = StampedPose> {
+        self.at_scans.iter().flatten().map(|pose| self.raised(pose))
     }
 }
 
@@ -175,11 +187,12 @@ impl<'a> Posed<'a> {
             let poses = drive.trajectory.poses();
             let first_ns = poses.first().map_or(0, |pose| pose.stamp_ns);
             let shift_ns = end_ns.map_or(0, |end_ns| (end_ns + BETWEEN_NS).saturating_sub(first_ns));
-            all.extend(poses.iter().map(|pose| StampedPose { stamp_ns: pose.stamp_ns + shift_ns, ..*pose }));
+            let later = |pose: StampedPose| StampedPose { stamp_ns: pose.stamp_ns + shift_ns, ..pose };
+            all.extend(poses.iter().map(|pose| later(drive.raised(pose))));
             end_ns = all.last().map(|pose: &StampedPose| pose.stamp_ns);
             drive.shift_ns = shift_ns;
         }
-        let used = drives.iter().flat_map(|drive| drive.at_scans.iter().flatten().copied()).collect();
+        let used = drives.iter().flat_map(Drive::known).collect();
         Self { drives, trajectory: Trajectory::new(all), used, from, loops, wild_poses: 0, refined: None }
     }
 
@@ -193,7 +206,43 @@ impl<'a> Posed<'a> {
 
     /// The pose of each horizontal scan that has one.
     pub(crate) fn known(&self) -> Vec<StampedPose> {
-        self.drives.iter().flat_map(|drive| drive.at_scans.iter().flatten().copied()).collect()
+        self.drives.iter().flat_map(Drive::known).collect()
+    }
+
+    /// The same of the drives on one floor.
+    pub(super) fn known_on(&self, floor_m: f64) -> Vec<StampedPose> {
+        self.on(floor_m).flat_map(Drive::known).collect()
+    }
+
+    /// Heights of the floors on which was driven, from below, meters.
+    pub(super) fn floors_m(&self) -> Vec<f64> {
+        let mut floors_m: Vec<f64> = self.drives.iter().map(|drive| drive.floor_m).collect();
+        floors_m.sort_by(f64::total_cmp);
+        floors_m.dedup();
+        floors_m
+    }
+
+    fn on(&self, floor_m: f64) -> impl Iterator<Item = &Drive<'a>> {
+        self.drives.iter().filter(move |drive| drive.floor_m == floor_m)
+    }
+
+    /// The same drives, on a floor at this height.
+    pub(super) fn raised(mut self, floor_m: f64) -> Self {
+        if floor_m == 0.0 {
+            return self;
+        }
+        self.drives.iter_mut().for_each(|drive| drive.floor_m = floor_m);
+        let Self { drives, from, loops, wild_poses, refined, .. } = self;
+        Self { wild_poses, refined, ..Self::of(drives, from, loops) }
+    }
+
+    /// Drives of several storeys, from below, whose frames are one.
+    pub(super) fn together(storeys: Vec<Self>) -> Self {
+        let from = storeys.last().map_or(PosesFrom::Recorded, |storey| storey.from);
+        let loops = storeys.iter().filter_map(|storey| storey.loops).reduce(|a, b| a + b);
+        let wild_poses = storeys.iter().map(|storey| storey.wild_poses).sum();
+        let drives = storeys.into_iter().flat_map(|storey| storey.drives).collect();
+        Self { wild_poses, ..Self::of(drives, from, loops) }
     }
 
     /// Turns stamps in the program's time into those of the recordings.
@@ -220,16 +269,31 @@ impl<'a> Posed<'a> {
         (all, all - self.known().len())
     }
 
-    /// Draws the floor map; `told` hears which share of the scans is in it.
-    pub(crate) fn map(
+    /// Draws the map of each floor, from below, and counts the cells of all.
+    pub(super) fn maps(
         &self,
+        params: &FloorMapParams,
+        progress: &dyn Fn(f64),
+    ) -> anyhow::Result<(Vec<OccupancyGrid>, usize)> {
+        let floors_m = self.floors_m();
+        let draw = |floor_m: &f64| self.map_of(*floor_m, params, progress);
+        let grids = floors_m.iter().map(draw).collect::<anyhow::Result<Vec<OccupancyGrid>>>()?;
+        let bounds = grids.iter().filter_map(OccupancyGrid::bounds);
+        let cells = bounds.map(|bounds| bounds.size().iter().product::<u64>() as usize).sum();
+        Ok((grids, cells))
+    }
+
+    /// Draws the map of one floor; `told` hears which share of its scans is in it.
+    fn map_of(
+        &self,
+        floor_m: f64,
         params: &FloorMapParams,
         progress: &dyn Fn(f64),
     ) -> anyhow::Result<OccupancyGrid> {
         let mut grid = OccupancyGrid::new(params.grid);
-        let (all, _) = self.scans();
+        let all: usize = self.on(floor_m).map(|drive| drive.at_scans.len()).sum();
         let mut before = 0;
-        for drive in &self.drives {
+        for drive in self.on(floor_m) {
             let posed = PosedDrive { run: drive.run, poses: &drive.at_scans, trajectory: &drive.trajectory };
             let mut notify = |scans: usize| progress((before + scans) as f64 / all.max(1) as f64);
             floor_map::draw_into(&mut grid, &posed, params, &mut notify)?;

@@ -2,12 +2,8 @@
 
 use crate::building::elements::Elements;
 use crate::cli::terminal::stages::Stages;
+use crate::pipeline::rooms::StoreyDrive;
 use crate::pipeline::{self, BuildOutput};
-use crate::recordings::deskew::StampedPose;
-use crate::slam::occupancy::OccupancyGrid;
-
-/// The robot stands on a floor, whether the laser sees it or not: z = 0.
-pub(super) const FLOOR_M: Option<f64> = Some(0.0);
 
 /// The stages of a build, but for the search for loops, which comes before them.
 pub(super) const STEPS: [&str; 10] =
@@ -16,8 +12,7 @@ pub(super) const STEPS: [&str; 10] =
 /// Finds them where there is a model, and lets its surfaces follow them unless they stay as they were seen.
 pub(super) fn elements(
     output: &mut BuildOutput,
-    map: &OccupancyGrid,
-    poses: &[StampedPose],
+    storeys: &[StoreyDrive<'_>],
     as_seen: bool,
     stages: &mut Stages<'_>,
 ) -> anyhow::Result<Elements> {
@@ -25,7 +20,7 @@ pub(super) fn elements(
         return Ok(Elements::default());
     }
     stages.time("rooms", || {
-        let found = pipeline::rooms::elements(output, map, poses, FLOOR_M.unwrap_or(0.0), as_seen);
+        let found = pipeline::rooms::elements(output, storeys, as_seen);
         let count = found.rooms.len();
         anyhow::Ok((found, count))
     })

@@ -131,7 +131,8 @@ fn cloud(
     stages: &mut Stages<'_>,
     console: &Console,
 ) -> anyhow::Result<Cloud> {
-    let posed = build::poses(&args.drive, runs, folder, stages, console)?;
+    let floors_m = vec![0.0; runs.len()];
+    let posed = build::storeys::poses(&args.drive, runs, &floors_m, folder, stages, console)?;
     // Where no loops are searched for there is nothing to keep.
     let _ = fs::copy(folder.searches(), folder.part().join(SEARCHES));
     let vertical = stages.time("read", || {

@@ -98,7 +98,7 @@ pub(super) fn objects(
             "thickness_m": wall.thickness_m, "thickness_from": wall.thickness_from, "inferred": wall.inferred,
             "drawn_thickness_m": wall.drawn_thickness_m
         });
-        let floor_z_m = elements.storeys.first().map_or(0.0, |storey| storey.floor_z_m);
+        let floor_z_m = elements.storey(&wall.storey).map_or(0.0, |storey| storey.floor_z_m);
         let geometry = wall_solid(wall, floor_z_m, vertices).geometry();
         all.insert(
             wall.id.clone(),

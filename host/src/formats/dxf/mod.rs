@@ -47,19 +47,19 @@ pub fn write(out: &mut impl Write, shapes: &Shapes<'_>, building: &Building) -> 
         let openings: Vec<&Opening> = building.openings.iter().filter(|o| o.storey == storey).collect();
         let elements = building.elements_at(plan.floor_m);
         let corner_m = corner_m(&plan);
-        let (plan, openings) = match elements {
+        let (plan, openings) = match &elements {
             // Walls with depth stand for their surfaces.
             Some(_) => (Plan { walls: Vec::new(), floors: Vec::new(), ..plan }, Vec::new()),
             None => (plan, openings),
         };
-        if let Some(elements) = elements {
+        if let Some(elements) = &elements {
             let (shift_m, z_m) = (shapes.shift_m, plan.floor_m);
             RoomPlan { document: &mut document, prefix: &prefix, shift_m, z_m }.draw(elements);
         }
         let mut drawing =
             Drawing { document: &mut document, prefix, shift_m: shapes.shift_m, z_m: plan.floor_m };
-        for opening in elements.into_iter().flat_map(|elements| &elements.openings) {
-            drawing.sizes(opening, elements);
+        for opening in elements.iter().flat_map(|elements| &elements.openings) {
+            drawing.sizes(opening, elements.as_ref());
         }
         drawing.draw(&plan, &openings);
         drawing.title(plan.floor_m, corner_m);

@@ -49,12 +49,13 @@ impl<'a> Elements<'a> {
         Self { step, shapes, building, project, styles: Styles::default(), contained }
     }
 
-    /// Adds everything; `architecture` are the elements of a storey that stand for its walls, floors and
+    /// Adds everything; `architecture` are the elements of storeys that stand for their walls, floors and
     /// ceilings already.
-    pub(crate) fn add_all(mut self, architecture: Option<(usize, Vec<Id>)>) {
-        match architecture {
-            None => self.surfaces(),
-            Some((storey, known)) => self.things(storey, known),
+    pub(crate) fn add_all(mut self, architecture: Vec<(usize, Vec<Id>)>) {
+        if architecture.is_empty() {
+            self.surfaces();
+        } else {
+            self.things(architecture);
         }
         let owner = self.project.owner;
         for (storey, elements) in self.project.storeys.iter().zip(&self.contained) {
@@ -70,7 +71,7 @@ impl<'a> Elements<'a> {
     }
 
     /// What is no part of the building itself, in a group.
-    fn things(&mut self, storey: usize, architecture: Vec<Id>) {
+    fn things(&mut self, architecture: Vec<(usize, Vec<Id>)>) {
         let mut things = Vec::new();
         for (index, part) in self.building.parts.iter().enumerate() {
             if part.kind == Kind::Other {
@@ -80,7 +81,9 @@ impl<'a> Elements<'a> {
         let before = self.contained[0].len();
         self.leftovers();
         things.extend(self.contained[0].get(before..).unwrap_or_default());
-        self.contained[storey].extend(architecture);
+        for (storey, known) in architecture {
+            self.contained[storey].extend(known);
+        }
         if things.is_empty() {
             return;
         }

@@ -21,7 +21,7 @@ use std::io::{self, Write};
 use self::architecture::Architecture;
 use self::elements::Elements;
 use self::project::Project;
-use self::step::{Step, Text};
+use self::step::{Id, Step, Text};
 use super::{Shapes, description, generator};
 use crate::building::Building;
 
@@ -32,11 +32,11 @@ use crate::building::Building;
 pub fn write(out: &mut impl Write, shapes: &Shapes<'_>, building: &Building) -> io::Result<()> {
     let mut step = Step::default();
     let project = Project::new(&mut step, shapes, building);
-    let architecture = if building.elements.is_empty() {
-        None
-    } else {
-        Some(Architecture::new(&mut step, &project, &building.elements, shapes).add_all())
-    };
+    let of_storeys = building.elements.storeys.iter().map(|storey| building.elements.of_storey(storey));
+    let architecture: Vec<(usize, Vec<Id>)> = of_storeys
+        .filter(|elements| !elements.is_empty())
+        .map(|elements| Architecture::new(&mut step, &project, &elements, shapes).add_all())
+        .collect();
     Elements::new(&mut step, shapes, building, &project).add_all(architecture);
     round::add_all(&mut step, shapes, &project);
     let (about, program) = (description(shapes), generator());

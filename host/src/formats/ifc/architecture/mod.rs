@@ -80,6 +80,11 @@ impl<'a> Architecture<'a> {
         (self.storey, self.contained)
     }
 
+    /// The name of the storey.
+    fn storey_name(&self) -> &'a str {
+        self.elements.storeys.first().map_or("S1", |storey| &storey.id)
+    }
+
     /// The identifier of a thing of this building.
     fn id(&self, what: std::fmt::Arguments<'_>) -> String {
         global_id(format_args!("{} {what}", self.source))

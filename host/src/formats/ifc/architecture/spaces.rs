@@ -37,7 +37,7 @@ impl Architecture<'_> {
             spaces.push(space);
         }
         let (owner, storey) = (self.project.owner, self.project.storeys[self.storey].id);
-        let id = self.id(format_args!("spaces of the storey"));
+        let id = self.id(format_args!("spaces of {}", self.storey_name()));
         self.step.add(format_args!("IFCRELAGGREGATES('{id}',{owner},$,$,{storey},{})", Ids(&spaces)));
     }
 
@@ -89,7 +89,8 @@ impl Architecture<'_> {
         let body = self.body(&solids, FLOOR_COLOR);
         let shape = self.shape(&[body]);
         let owner = self.project.owner;
-        let (id, name) = (self.id(format_args!("floor")), "S1-FLOOR");
+        let name = &format!("{}-FLOOR", self.storey_name());
+        let id = self.id(format_args!("{name}"));
         let element = self
             .step
             .add(format_args!("IFCSLAB('{id}',{owner},'{name}',$,$,{place},{shape},'{name}',.FLOOR.)"));
@@ -103,7 +104,9 @@ impl Architecture<'_> {
             ("ThicknessFrom", Value::Word("unknown")),
             ("AssumedDepth", Value::Length(FLOOR_M)),
         ];
-        let floors = self.inferred.iter().filter(|surface| surface.kind == InferredKind::Floor);
+        let storey = self.storey_name();
+        let is_floor = |s: &&InferredSurface| s.kind == InferredKind::Floor && s.part_of == storey;
+        let floors = self.inferred.iter().filter(is_floor);
         let free_m2: f64 = floors.map(InferredSurface::area_m2).sum();
         if free_m2 > 0.0 {
             values.push(("SeenFreeArea", Value::Area(free_m2)));

@@ -143,7 +143,9 @@ impl<'a> ModelFile<'a> {
     /// The model read as a building.
     pub(crate) fn building(&self) -> Building {
         let elements = self.elements.clone();
-        Building { elements, ..Building::read(&self.model, self.floor_m) }
+        let of_storeys: Vec<f64> = elements.storeys.iter().map(|storey| storey.floor_z_m).collect();
+        let floors_m = if of_storeys.is_empty() { self.floor_m.as_slice() } else { &of_storeys };
+        Building { elements, ..Building::read_on(&self.model, floors_m) }
     }
 
     /// Writes rooms, walls, doors and windows alone, for other programs.

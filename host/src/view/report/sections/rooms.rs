@@ -17,7 +17,12 @@ pub(crate) fn section(elements: &Elements) -> String {
         return String::new();
     }
     let mut html = String::from("<section id=\"rooms\"><h2>Rooms, doors and windows</h2>");
-    plan(&mut html, elements);
+    for storey in &elements.storeys {
+        if elements.storeys.len() > 1 {
+            let _ = write!(html, "<h3>{}: floor at {:.2} m</h3>", escaped(&storey.id), storey.floor_z_m);
+        }
+        plan(&mut html, &elements.of_storey(storey));
+    }
     html.push_str(
         "<p class=\"note\">Dark walls: both faces were seen, so the thickness is known. Pale walls: one face was seen, their depth is \
          assumed. Green: doors and passages, blue: windows. Floors are inferred: no laser sees them.</p>",
