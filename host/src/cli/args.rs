@@ -66,7 +66,7 @@ pub(super) enum Command {
     Compare(compare::Args),
     /// Measure a trajectory against relations or the truth, or a map by itself
     Evaluate(evaluate::Args),
-    /// Draw a figure of measurements: basin of convergence, error along a run, iterations
+    /// Draw a figure: trajectories, basin of convergence, error along a run, iterations
     Plot(plot::Args),
     /// Draw a picture of a build: the raw mesh beside the model
     Render(render::Args),

@@ -2,6 +2,7 @@
 //!
 #![doc = include_str!("../README.md")]
 
+mod counted;
 mod ending;
 mod examples;
 mod interrupt;
@@ -11,6 +12,7 @@ mod outcome;
 mod output;
 mod words;
 
+pub use crate::counted::counted;
 pub use crate::ending::{clean_up_by, wait_if_ending};
 pub use crate::examples::faulty_examples;
 pub use crate::interrupt::end_on_signals;

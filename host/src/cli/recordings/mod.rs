@@ -6,5 +6,6 @@ pub(crate) mod info;
 pub(crate) mod map;
 pub(crate) mod model_info;
 pub(crate) mod optimize;
+pub(crate) mod poses;
 pub(crate) mod recover;
 pub(crate) mod traj;

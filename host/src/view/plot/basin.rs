@@ -3,7 +3,7 @@
 //!
 //! A row of the table is one start of one pair of scans: how far off it began and how far off it ended.
 
-use super::chart::{Axis, Chart, Curve, Panel};
+use super::chart::{Axis, Chart, Curve, Dots, Panel};
 use super::running::spread;
 use super::table::{Table, TableError};
 
@@ -100,7 +100,7 @@ fn curve(basin: &Basin, is: impl Fn(&Start) -> bool) -> Curve {
     }
     halves.sort_by_key(|(half, _)| *half);
     let points = halves.iter().map(|(half, starts)| [*half as f64 / 2.0, share(starts, &is)]).collect();
-    Curve { points, dots: true, ..Curve::default() }
+    Curve { points, dots: Dots::Each, ..Curve::default() }
 }
 
 /// The chart of some matchers: shares found and grossly wrong against the initial heading error.
@@ -123,12 +123,14 @@ pub(crate) fn chart(basins: &[Basin], params: &BasinParams) -> Chart {
         x: x.clone(),
         y: Axis { range: Some([0.0, 100.0]), ..Axis::linear("found (% of the starts)") },
         curves: basins.iter().map(|basin| curve(basin, |start| params.found(start))).collect(),
+        ..Panel::default()
     };
     let gross = Panel {
         height: 110.0,
         x,
         y: Axis::linear("grossly wrong (% of the starts)"),
         curves: basins.iter().map(|basin| curve(basin, |start| params.gross(start))).collect(),
+        ..Panel::default()
     };
     let starts = basins.iter().map(|basin| basin.starts.len()).max().unwrap_or(0);
     Chart {

@@ -1,7 +1,9 @@
 //! A chart: a title, a legend, panels one below the other with axes and curves, and a caption that tells how
 //! it was measured.
 
-use super::drawing::{Anchor, Drawing, Ink, Item, LETTER_WIDTH};
+use std::sync::Arc;
+
+use super::drawing::{Anchor, Cells, Drawing, Ink, Item, LETTER_WIDTH};
 use super::ticks;
 use biplane_geometry::PortableMath;
 
@@ -12,6 +14,8 @@ const RIGHT: f64 = WIDTH - 22.0;
 const TOP: f64 = 46.0;
 const BOTTOM: f64 = 14.0;
 const LEGEND_LINE: f64 = 19.0;
+/// Width of a panel, points.
+pub(crate) const PANEL_WIDTH: f64 = RIGHT - LEFT;
 /// Above a panel: its label. Below: the ticks' words, and the words of the axis.
 const LABEL: f64 = 24.0;
 const TICK_WORDS: f64 = 20.0;
@@ -20,6 +24,11 @@ const CAPTION_LINE: f64 = 16.0;
 /// Intervals between ticks of a linear axis: to the right, and the least height of one upwards.
 const X_INTERVALS: usize = 10;
 const TICK_HEIGHT: f64 = 25.0;
+/// Widths of curves, and radii of their dots.
+const LINE: f64 = 2.0;
+const WIDE_LINE: f64 = 5.0;
+const DOT: f64 = 3.0;
+const FIRST_DOT: f64 = 5.0;
 const TITLE_SIZE: f64 = 16.0;
 const WORDS_SIZE: f64 = 12.5;
 const CAPTION_SIZE: f64 = 11.5;
@@ -93,16 +102,41 @@ impl Axis {
 /// A curve.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Curve {
-    /// Its points.
+    /// Its points; one whose x is no number parts the line.
     pub points: Vec<[f64; 2]>,
     /// The band around it: x, lower and upper end.
     pub band: Vec<[f64; 3]>,
-    /// Whether each point has a dot.
-    pub dots: bool,
+    /// Which points have a dot.
+    pub dots: Dots,
+    /// Whether it is wide enough to be seen below a curve that lies on it.
+    pub wide: bool,
+}
+
+/// Which points of a curve have a dot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Dots {
+    /// None.
+    #[default]
+    No,
+    /// Each.
+    Each,
+    /// The first.
+    First,
+}
+
+/// Cells below the curves, from a lower left to an upper right corner in the units of the axes.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Backdrop {
+    /// The lower left corner.
+    pub min: [f64; 2],
+    /// The upper right corner.
+    pub max: [f64; 2],
+    /// The cells.
+    pub cells: Arc<Cells>,
 }
 
 /// A panel: one curve for each name of the chart.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Panel {
     /// Its height, points.
     pub height: f64,
@@ -112,6 +146,10 @@ pub(crate) struct Panel {
     pub y: Axis,
     /// The curves, in the order of the chart's names.
     pub curves: Vec<Curve>,
+    /// Whether there are lines to read values by along both axes.
+    pub gridded: bool,
+    /// What lies below the curves.
+    pub backdrop: Option<Backdrop>,
 }
 
 /// A chart.
@@ -181,6 +219,7 @@ impl Panel {
             x_range: self.x.resolved(xs, None),
             y_range: self.y.resolved(ys, Some(self.y_intervals())),
         };
+        frame.draw_backdrop(drawing);
         frame.draw_axes(drawing);
         for (index, curve) in self.curves.iter().enumerate() {
             frame.draw_band(drawing, curve, Ink::Curve(index));
@@ -218,10 +257,21 @@ impl Frame<'_> {
         }
         for (value, words) in self.panel.x.ticks(self.x_range, X_INTERVALS) {
             let x = self.x(value);
+            if self.panel.gridded {
+                drawing.line(vec![[x, self.top], [x, bottom]], 1.0, Ink::Grid);
+            }
             drawing.line(vec![[x, bottom], [x, bottom + 4.0]], 1.0, Ink::Text);
             drawing.words(words, [x, bottom + 17.0], Anchor::Middle, WORDS_SIZE, Ink::Faint);
         }
         drawing.line(vec![[LEFT, self.top], [LEFT, bottom], [RIGHT, bottom]], 1.0, Ink::Text);
+    }
+
+    fn draw_backdrop(&self, drawing: &mut Drawing) {
+        let Some(Backdrop { min, max, cells }) = &self.panel.backdrop else { return };
+        let (left, right) = (self.x(min[0]), self.x(max[0]));
+        let (top, bottom) = (self.y(max[1]), self.y(min[1]));
+        let (at, size) = ([left, top], [right - left, bottom - top]);
+        drawing.items.push(Item::Cells { at, size, cells: Arc::clone(cells) });
     }
 
     fn draw_band(&self, drawing: &mut Drawing, curve: &Curve, ink: Ink) {
@@ -239,12 +289,18 @@ impl Frame<'_> {
 
     fn draw_curve(&self, drawing: &mut Drawing, curve: &Curve, ink: Ink) {
         let shown = |[x, y]: &&[f64; 2]| self.panel.x.shows(*x) && self.panel.y.shows(*y);
-        let points: Vec<[f64; 2]> =
-            curve.points.iter().filter(shown).map(|[x, y]| [self.x(*x), self.y(*y)]).collect();
-        if curve.dots {
-            drawing.items.extend(points.iter().map(|at| Item::Dot { at: *at, radius: 3.0, ink }));
+        let width = if curve.wide { WIDE_LINE } else { LINE };
+        for part in curve.points.split(|[x, _]| x.is_nan()) {
+            let points: Vec<[f64; 2]> =
+                part.iter().filter(shown).map(|[x, y]| [self.x(*x), self.y(*y)]).collect();
+            if curve.dots == Dots::Each {
+                drawing.items.extend(points.iter().map(|at| Item::Dot { at: *at, radius: DOT, ink }));
+            }
+            drawing.line(points, width, ink);
         }
-        drawing.line(points, 2.0, ink);
+        if let (Dots::First, Some([x, y])) = (curve.dots, curve.points.iter().find(shown)) {
+            drawing.items.push(Item::Dot { at: [self.x(*x), self.y(*y)], radius: FIRST_DOT, ink });
+        }
     }
 }
 
@@ -265,13 +321,13 @@ fn broken(text: &str, maximum: usize) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Axis, Chart, Curve, LEFT, Panel, RIGHT, Scale, broken};
+    use super::{Axis, Chart, Curve, Dots, LEFT, Panel, RIGHT, Scale, broken};
     use crate::view::plot::drawing::{Drawing, Ink, Item};
 
     fn chart(scale: Scale, points: Vec<[f64; 2]>, band: Vec<[f64; 3]>) -> Drawing {
         let y = Axis { scale, ..Axis::linear("error (cm)") };
-        let curves = vec![Curve { points, band, dots: true }];
-        let panel = Panel { height: 200.0, x: Axis::linear("time (min)"), y, curves };
+        let curves = vec![Curve { points, band, dots: Dots::Each, ..Curve::default() }];
+        let panel = Panel { height: 200.0, x: Axis::linear("time (min)"), y, curves, ..Panel::default() };
         let names = vec!["map".to_owned()];
         Chart { title: "t".to_owned(), names, panels: vec![panel], caption: "c".to_owned() }.draw()
     }

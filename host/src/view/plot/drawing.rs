@@ -3,6 +3,8 @@
 //! Places are in points from the top left, y downwards. Colors are named by what they are for, so that a
 //! picture can have a light and a dark look.
 
+use std::sync::Arc;
+
 use crate::model::palette::Rgb;
 
 /// What something is drawn for.
@@ -91,6 +93,15 @@ pub(crate) enum Item {
         /// Its color.
         ink: Ink,
     },
+    /// Cells, shaded gray: a map below curves.
+    Cells {
+        /// The top left corner.
+        at: [f64; 2],
+        /// Width and height.
+        size: [f64; 2],
+        /// The cells.
+        cells: Arc<Cells>,
+    },
     /// A line of words.
     Words {
         /// The place of its anchor, on the line that letters stand on.
@@ -105,6 +116,25 @@ pub(crate) enum Item {
         text: String,
     },
 }
+
+/// Shaded cells, row by row from the top left.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Cells {
+    /// Cells of a row.
+    pub columns: usize,
+    /// How much of the gray of [`CELL_GRAY`] shows in each: 0 nothing, 255 all of it.
+    pub shades: Vec<u8>,
+}
+
+impl Cells {
+    /// How many rows there are.
+    pub(crate) fn rows(&self) -> usize {
+        self.shades.len() / self.columns.max(1)
+    }
+}
+
+/// The gray of cells: it stands out from light paper and from dark.
+pub(crate) const CELL_GRAY: u8 = 118;
 
 /// How much of an area's color shows.
 pub(crate) const AREA_OPACITY: f64 = 0.18;

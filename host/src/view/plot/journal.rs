@@ -3,12 +3,14 @@
 //! A row of the table is one iteration of one match. Matches need different numbers of iterations, so figures
 //! at a late one are those of the matches that still went on. A scan can be matched more than once.
 
-use super::chart::{Axis, Chart, Curve, Panel, Scale};
+use super::chart::{Axis, Chart, Curve, Dots, Panel, Scale};
 use super::running::spread;
 use super::table::{Table, TableError};
 
 /// An iteration that fewer scans than this share came to is not shown: chance, not a curve.
 const MIN_SHARE: f64 = 0.005;
+/// A curve of more points has no dots: they would touch.
+const MAX_DOTS: usize = 30;
 
 /// The iterations of one journal.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,15 +74,21 @@ impl Journal {
         Curve {
             points: found.iter().map(|(number, spread)| [*number, spread.median]).collect(),
             band: found.iter().map(|(number, spread)| [*number, spread.band[0], spread.band[1]]).collect(),
-            dots: found.len() <= 30,
+            dots: dots(found.len()),
+            ..Curve::default()
         }
     }
 
     fn going_on(&self) -> Curve {
         let share = |iteration: &Iteration| 100.0 * iteration.step_mm.len() as f64 / self.matches() as f64;
         let points = self.iterations.iter().map(|iteration| [iteration.number, share(iteration)]).collect();
-        Curve { points, dots: self.iterations.len() <= 30, ..Curve::default() }
+        Curve { points, dots: dots(self.iterations.len()), ..Curve::default() }
     }
+}
+
+/// Dots where they do not touch.
+fn dots(points: usize) -> Dots {
+    if points <= MAX_DOTS { Dots::Each } else { Dots::No }
 }
 
 /// The chart of some journals.
@@ -90,6 +98,7 @@ pub(crate) fn chart(journals: &[Journal]) -> Chart {
         x: Axis::linear("iteration"),
         y,
         curves: journals.iter().map(|journal| journal.curve(of)).collect(),
+        ..Panel::default()
     };
     let logarithmic = |label: &str| Axis { scale: Scale::Logarithmic, ..Axis::linear(label) };
     let going_on = Panel {
@@ -97,6 +106,7 @@ pub(crate) fn chart(journals: &[Journal]) -> Chart {
         x: Axis::linear("iteration"),
         y: Axis { range: Some([0.0, 100.0]), ..Axis::linear("matches that still go on (%)") },
         curves: journals.iter().map(Journal::going_on).collect(),
+        ..Panel::default()
     };
     Chart {
         title: "Iterations".to_owned(),

@@ -13,3 +13,4 @@ pub(crate) mod running;
 pub(crate) mod svg;
 pub(crate) mod table;
 pub(crate) mod ticks;
+pub(crate) mod trajectory;

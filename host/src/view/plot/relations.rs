@@ -57,7 +57,7 @@ impl RunErrors {
         Curve {
             points: found.iter().map(|(x, spread)| [*x, spread.median]).collect(),
             band: found.iter().map(|(x, spread)| [*x, spread.band[0], spread.band[1]]).collect(),
-            dots: false,
+            ..Curve::default()
         }
     }
 }
@@ -71,6 +71,7 @@ pub(crate) fn chart(runs: &[RunErrors], params: &RelationsPlotParams) -> Chart {
         x: Axis::linear("time since the first relation (min)"),
         y: Axis { scale, ..Axis::linear(label) },
         curves: runs.iter().map(|run| run.curve(start_s, column, unit, params.window)).collect(),
+        ..Panel::default()
     };
     let name = |run: &RunErrors| {
         format!(

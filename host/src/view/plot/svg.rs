@@ -3,7 +3,10 @@
 
 use std::fmt::Write;
 
-use super::drawing::{AREA_OPACITY, Anchor, CURVES, Drawing, Ink, Item};
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD as BASE64;
+
+use super::drawing::{AREA_OPACITY, Anchor, CELL_GRAY, CURVES, Cells, Drawing, Ink, Item};
 use crate::model::palette::Rgb;
 use crate::view::markup::escaped;
 
@@ -66,6 +69,11 @@ fn element(item: &Item) -> String {
         Item::Dot { at: [x, y], radius, ink } => {
             format!("<circle class=\"{}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius}\"/>", class(*ink))
         }
+        Item::Cells { at: [x, y], size: [width, height], cells } => format!(
+            "<image x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" \
+             preserveAspectRatio=\"none\" href=\"data:image/png;base64,{}\"/>",
+            BASE64.encode(cells_png(cells))
+        ),
         Item::Words { at: [x, y], anchor, size, ink, text } => {
             let anchor = match anchor {
                 Anchor::Left => "start",
@@ -80,14 +88,54 @@ fn element(item: &Item) -> String {
     }
 }
 
+/// Cells as PNG, a pixel each; empty where there are none.
+fn cells_png(cells: &Cells) -> Vec<u8> {
+    let pixels: Vec<u8> = cells.shades.iter().flat_map(|shade| [CELL_GRAY, *shade]).collect();
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, cells.columns as u32, cells.rows() as u32);
+    encoder.set_color(png::ColorType::GrayscaleAlpha);
+    encoder.set_depth(png::BitDepth::Eight);
+    // Only an image without pixels is refused: writing into memory does not fail.
+    let written = encoder.write_header().and_then(|mut writer| {
+        writer.write_image_data(&pixels)?;
+        writer.finish()
+    });
+    if written.is_err() {
+        bytes.clear();
+    }
+    bytes
+}
+
 fn places(points: &[[f64; 2]]) -> String {
     points.iter().map(|[x, y]| format!("{x:.1},{y:.1}")).collect::<Vec<_>>().join(" ")
 }
 
 #[cfg(test)]
 mod tests {
+    use base64::Engine as _;
+
     use super::to_svg;
-    use crate::view::plot::drawing::{Anchor, Drawing, Ink};
+    use std::sync::Arc;
+
+    use crate::view::plot::drawing::{Anchor, Cells, Drawing, Ink, Item};
+
+    #[test]
+    fn cells_are_an_image_of_a_pixel_each() {
+        let cells = Arc::new(Cells { columns: 2, shades: vec![0, 255, 30, 0, 7, 9] });
+        let mut drawing = Drawing { size: [20.0, 30.0], ..Drawing::default() };
+        drawing.items.push(Item::Cells { at: [1.0, 2.0], size: [10.0, 15.0], cells });
+        let svg = to_svg(&drawing);
+        let (_, image) = svg.split_once("<image x=\"1.0\" y=\"2.0\" width=\"10.0\" height=\"15.0\"").unwrap();
+        let (_, bytes) = image.split_once("base64,").unwrap();
+        let bytes = super::BASE64.decode(bytes.split('"').next().unwrap()).unwrap();
+        let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
+        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+        let info = reader.next_frame(&mut pixels).unwrap();
+        assert_eq!([info.width, info.height], [2, 3]);
+        assert_eq!(pixels.chunks(2).map(|pixel| pixel[1]).collect::<Vec<_>>(), [0, 255, 30, 0, 7, 9]);
+        // An image without pixels is none.
+        assert!(super::cells_png(&Cells::default()).is_empty());
+    }
 
     #[test]
     fn a_drawing_is_written_item_by_item_with_both_looks() {

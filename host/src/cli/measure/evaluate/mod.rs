@@ -2,7 +2,6 @@
 
 mod map;
 mod order;
-mod poses;
 mod relations;
 mod trajectory;
 

@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 
-use super::poses::is_recording;
+use crate::cli::recordings::poses::is_recording;
 use crate::cli::terminal::console::Console;
 
 /// So many lines of a text are looked at.

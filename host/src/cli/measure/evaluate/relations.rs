@@ -12,7 +12,7 @@ use crate::recordings::stamp_text::format_seconds;
 use anyhow::{Context, bail};
 
 use super::order::Files;
-use super::poses;
+use crate::cli::recordings::poses;
 use crate::cli::terminal::console::Console;
 use crate::cli::terminal::json::print_json;
 use crate::cli::terminal::values::not_negative;

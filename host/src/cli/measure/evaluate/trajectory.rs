@@ -10,7 +10,7 @@ use biplane_matcher::Pose2;
 use serde::Serialize;
 
 use super::order::Files;
-use super::poses;
+use crate::cli::recordings::poses;
 use crate::cli::terminal::console::Console;
 use crate::cli::terminal::json::print_json;
 use crate::cli::terminal::values::not_negative;

@@ -16,7 +16,7 @@ const MCAP: [u8; 5] = *b"\x89MCAP";
 
 /// Reads the poses of a recording (one a horizontal scan), or of a text of lines `t x y theta` or `t x y z qx
 /// qy qz qw`.
-pub(super) fn read(path: &Path, console: &Console) -> anyhow::Result<Vec<StampedPose>> {
+pub(crate) fn read(path: &Path, console: &Console) -> anyhow::Result<Vec<StampedPose>> {
     // A name that is no file may be that of a recording in parts.
     if path.exists() && !is_recording(path).with_context(|| format!("cannot read {}", path.display()))? {
         let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
@@ -28,7 +28,7 @@ pub(super) fn read(path: &Path, console: &Console) -> anyhow::Result<Vec<Stamped
 }
 
 /// Whether a file begins as a recording does.
-pub(super) fn is_recording(path: &Path) -> io::Result<bool> {
+pub(crate) fn is_recording(path: &Path) -> io::Result<bool> {
     let mut start = Vec::new();
     File::open(path)?.take(MCAP.len() as u64).read_to_end(&mut start)?;
     Ok(start == MCAP)

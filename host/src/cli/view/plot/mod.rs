@@ -1,4 +1,6 @@
-//! `biplane plot`: figures of measurements, as SVG or PNG.
+//! `biplane plot`: figures of trajectories and measurements, as SVG or PNG.
+
+mod trajectory;
 
 use std::fs::File;
 use std::io::{BufReader, Write};
@@ -18,7 +20,7 @@ use anyhow::Context;
 use clap::Subcommand;
 
 use crate::cli::terminal::console::Console;
-use biplane_cli::Outcome;
+use biplane_cli::{Outcome, counted};
 
 /// Which figure.
 #[derive(Debug, clap::Args)]
@@ -29,6 +31,8 @@ pub(crate) struct Args {
 
 #[derive(Debug, Subcommand)]
 enum Figure {
+    /// Paths from above, in meters: compared with a reference, over a floor map
+    Trajectory(trajectory::Args),
     /// How often a matcher finds the pose, by how far off it began (tables of `biplane-onboard basin`)
     Basin(BasinArgs),
     /// The error along a run (tables of `biplane evaluate relations --per-relation`)
@@ -37,12 +41,19 @@ enum Figure {
     Journal(JournalArgs),
 }
 
-/// What every figure takes.
+/// What every figure of tables takes.
 #[derive(Debug, clap::Args)]
 struct Common {
     /// The tables; the files' names name the curves
     #[arg(required = true, value_name = "TABLE.csv")]
     tables: Vec<PathBuf>,
+    #[command(flatten)]
+    sheet: Sheet,
+}
+
+/// What is written, and the words on it.
+#[derive(Debug, clap::Args)]
+struct Sheet {
     /// The figure to write, .svg or .png
     #[arg(long, short, value_name = "FIGURE.svg", value_parser = figure_path)]
     output: PathBuf,
@@ -107,6 +118,11 @@ fn figure_path(text: &str) -> Result<PathBuf, String> {
 /// Runs the command.
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     match &args.figure {
+        Figure::Trajectory(args) => {
+            check_free(&args.sheet.output, args.sheet.force)?;
+            let chart = trajectory::chart(args, console)?;
+            write(&args.sheet, chart, "path", console)
+        }
         Figure::Basin(args) => {
             let params = BasinParams {
                 within_m: args.within_m,
@@ -115,16 +131,16 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
                 gross_deg: args.gross_deg,
             };
             let basins: Vec<_> = read_all(&args.common, basin::read)?.into_iter().flatten().collect();
-            write(&args.common, basin::chart(&basins, &params), console)
+            write(&args.common.sheet, basin::chart(&basins, &params), "curve", console)
         }
         Figure::Relations(args) => {
             let params = RelationsPlotParams { window: args.window.max(1), logarithmic: args.log };
             let runs = read_all(&args.common, relations::read)?;
-            write(&args.common, relations::chart(&runs, &params), console)
+            write(&args.common.sheet, relations::chart(&runs, &params), "curve", console)
         }
         Figure::Journal(args) => {
             let journals = read_all(&args.common, journal::read)?;
-            write(&args.common, journal::chart(&journals), console)
+            write(&args.common.sheet, journal::chart(&journals), "curve", console)
         }
     }
 }
@@ -135,9 +151,9 @@ fn read_all<T>(
     read: impl Fn(&str, &Table) -> Result<T, TableError>,
 ) -> anyhow::Result<Vec<T>> {
     for table in &common.tables {
-        check_not_input(&common.output, ".part", table)?;
+        check_not_input(&common.sheet.output, ".part", table)?;
     }
-    check_free(&common.output, common.force)?;
+    check_free(&common.sheet.output, common.sheet.force)?;
     let read_one = |path: &PathBuf| {
         let table =
             File::open(path).map_err(TableError::from).and_then(|file| Table::read(BufReader::new(file)));
@@ -153,20 +169,20 @@ fn name_of(path: &Path) -> String {
     path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-fn write(common: &Common, mut chart: Chart, console: &Console) -> anyhow::Result<Outcome> {
-    if let Some(title) = &common.title {
+fn write(sheet: &Sheet, mut chart: Chart, noun: &str, console: &Console) -> anyhow::Result<Outcome> {
+    if let Some(title) = &sheet.title {
         chart.title.clone_from(title);
     }
-    if let Some(caption) = &common.caption {
+    if let Some(caption) = &sheet.caption {
         chart.caption = format!("{caption} {}", chart.caption);
     }
     let drawing = chart.draw();
-    write_file(&common.output, common.force, |out| {
-        match common.output.extension().is_some_and(|extension| extension == "png") {
+    write_file(&sheet.output, sheet.force, |out| {
+        match sheet.output.extension().is_some_and(|extension| extension == "png") {
             true => to_picture(&drawing).write_png(out),
             false => out.write_all(to_svg(&drawing).as_bytes()),
         }
     })?;
-    console.note(format!("{}: {} curves", common.output.display(), chart.names.len()));
+    console.note(format!("{}: {}", sheet.output.display(), counted(chart.names.len(), noun)));
     Ok(Outcome::Done)
 }
