@@ -109,6 +109,8 @@ fn corners(mesh: &Mesh, shift_m: [f64; 3]) -> Vec<[f64; 3]> {
 mod tests {
     use super::{Surroundings, surfaces, write};
     use crate::formats::Shapes;
+    use crate::model::cylinder::CylinderKind;
+    use crate::model::palette::Orientation;
     use crate::model::{Model, sample};
     use crate::recordings::deskew::StampedPose;
 
@@ -121,6 +123,22 @@ mod tests {
         assert_eq!(corners, 3 * shapes.triangles());
         let groups: Vec<&str> = markers.iter().map(|marker| marker.group.as_str()).collect();
         assert_eq!(groups, ["wall", "floor", "inferred wall", "leftovers"]);
+    }
+
+    #[test]
+    fn the_layout_for_viewers_names_each_topic_and_each_group() {
+        let layout: serde_json::Value =
+            serde_json::from_str(include_str!("../../../docs/model-layout.json")).unwrap();
+        let topics = layout["configById"]["3D!model"]["topics"].as_object().unwrap();
+        assert_eq!(topics.keys().collect::<Vec<_>>(), ["/map", "/model", "/points"]);
+        let groups = topics["/model"]["namespaces"].as_object().unwrap();
+        let of_planes = [Orientation::Floor, Orientation::Ceiling, Orientation::Wall].map(Orientation::name);
+        let kinds = [CylinderKind::Column, CylinderKind::Pipe, CylinderKind::Pole, CylinderKind::Wall];
+        let mut known: Vec<&str> = of_planes.into_iter().chain(kinds.map(CylinderKind::name)).collect();
+        known.extend(["inferred floor", "inferred wall", "leftovers", "way"]);
+        known.sort_unstable();
+        known.dedup();
+        assert_eq!(groups.keys().collect::<Vec<_>>(), known);
     }
 
     #[test]

@@ -5,9 +5,11 @@
 
 Messages are decoded twice: by the definitions that the file carries (mcap-ros2-support), and by those of
 ROS 2 Humble (rosbags). Both have to agree. The model's triangles, the points, the map and the way have to be
-those of model.ply, points.ply, map.pgm and trajectory.tum."""
+those of model.ply, points.ply, map.pgm and trajectory.tum. docs/model-layout.json has to name every topic and
+every namespace of the file, with settings for the types that these have."""
 
 import argparse
+import json
 import math
 import pathlib
 import re
@@ -20,10 +22,18 @@ from rosbags.typesys import Stores, get_typestore
 
 sys.path.insert(0, str(pathlib.Path(__file__).parents[1]))
 
+from lib.programs import ROOT
 from lib.verdict import require
 
 MOST_POINTS = 1_000_000
 TRIANGLE_LIST, LINE_STRIP = 11, 4
+LAYOUT = ROOT / "docs/model-layout.json"
+# What the 3D panel of Foxglove has a setting for, by the type of a topic.
+SETTING_OF = {
+    "visualization_msgs/msg/MarkerArray": "namespaces",
+    "sensor_msgs/msg/PointCloud2": "pointSize",
+    "nav_msgs/msg/OccupancyGrid": "frameLocked",
+}
 
 
 def messages(path):
@@ -35,8 +45,30 @@ def messages(path):
         require(reader.get_header().profile == "ros2", f"the profile is {reader.get_header().profile}")
         for schema, channel, message, decoded in reader.iter_decoded_messages():
             require(channel.topic not in found, f"{channel.topic} has two messages")
+            check_setting(channel.topic, schema.name)
             found[channel.topic] = (decoded, store.deserialize_cdr(message.data, schema.name))
     return found
+
+
+def layout_topics():
+    """What the layout's 3D panel has for each topic."""
+    layout = json.loads(LAYOUT.read_text())
+    panel = layout["configById"][layout["layout"]]
+    require(panel["followTf"] == "map", "the layout does not stand in map")
+    return panel["topics"]
+
+
+def check_setting(topic, type_name):
+    settings = layout_topics().get(topic)
+    require(settings is not None, f"the layout has no {topic}")
+    setting = SETTING_OF[type_name]
+    require(setting in settings, f"the layout has no {setting} for {topic}, which is a {type_name}")
+
+
+def check_namespaces(own):
+    known = set(layout_topics()["/model"]["namespaces"])
+    used = {marker.ns for marker in own.markers}
+    require(used <= known, f"the layout has no namespace {', '.join(sorted(used - known))}")
 
 
 def counts(path):
@@ -122,9 +154,12 @@ def main():
     found = messages(folder / "model.mcap")
     triangles = check_model(folder, *found["/model"])
     check_way(folder, found["/model"][0])
+    check_namespaces(found["/model"][0])
     points = check_points(folder, *found["/points"]) if "/points" in found else 0
     for topic, name in (("/points", "points.ply"), ("/map", "map.pgm")):
         require((topic in found) == (folder / name).exists(), f"{topic} does not follow {name}")
+    if len(found) == len(SETTING_OF):
+        require(set(layout_topics()) == set(found), "the layout names topics that the file does not have")
     if "/map" in found:
         check_map(folder, *found["/map"])
     print(f"{folder}/model.mcap: {triangles} triangles, {points} points, {', '.join(sorted(found))}")
