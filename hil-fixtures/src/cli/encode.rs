@@ -2,6 +2,7 @@
 
 use super::fan_lasers::FanLaserTypes;
 use crate::capture::encode::{EncodeOptions, run};
+use biplane_cli::counted;
 use std::path::PathBuf;
 
 /// Encode the scans and odometry of an import or recording as the bytes that the devices would have sent: a
@@ -47,18 +48,17 @@ impl Encode {
         };
         let report = run(&options)?;
         eprintln!(
-            "{}: {} horizontal and {} vertical scans, {} odometry packets ({} had no room); {} waited for their line, at most {:.1} ms; \
-             {} backward stamps; {} ranges beyond the unit's; {} inertial samples",
+            "{}: {} horizontal and {}, {} ({} had no room); {} waited for their line, at most {:.1} ms; {}; {} beyond the unit's; {}",
             self.output.display(),
             report.scans_horizontal,
-            report.scans_vertical,
-            report.odometry,
+            counted(report.scans_vertical, "vertical scan"),
+            counted(report.odometry, "odometry packet"),
             report.odometry_skipped,
             report.delayed,
             report.longest_delay_ms,
-            report.backward_stamps,
-            report.beyond_range,
-            report.inertial
+            counted(report.backward_stamps, "backward stamp"),
+            counted(report.beyond_range, "range"),
+            counted(report.inertial, "inertial sample")
         );
         for (port, baud) in &report.raised {
             eprintln!(

@@ -2,6 +2,7 @@
 
 use super::BadArgument;
 use crate::capture::extract::{ExtractOptions, extract};
+use biplane_cli::counted;
 use std::path::PathBuf;
 
 /// Take the serial bytes out of a recording made with --raw: a capture that can be served, replayed and kept
@@ -46,7 +47,12 @@ impl Extract {
             overwrite: self.force,
         };
         let report = extract(&options)?;
-        eprintln!("{}: {} reads and writes, {} bytes", report.path.display(), report.messages, report.bytes);
+        eprintln!(
+            "{}: {}, {}",
+            report.path.display(),
+            counted(report.messages, "message"),
+            counted(report.bytes, "byte")
+        );
         Ok(())
     }
 }

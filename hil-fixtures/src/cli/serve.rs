@@ -10,6 +10,7 @@ use crate::faults::{Faults, Place, Preset};
 use crate::line::LatencyTimerParams;
 use crate::rig::simulated::SimulationParams;
 use crate::rig::tick::metres_per_tick;
+use biplane_cli::counted;
 
 use crate::serve::{PortReport, ServeOptions, Source, serve};
 use biplane_recording::rig::BaseProtocol;
@@ -224,19 +225,19 @@ fn read_capture(path: &Path) -> anyhow::Result<Capture> {
     for (name, track) in [("horizontal", &capture.horizontal), ("vertical", &capture.vertical)] {
         if let Some(track) = track {
             eprintln!(
-                "{name}: {} scans of {} values ({} of other kinds, {} bytes in no telegram)",
-                track.times_ns().len(),
-                track.beams(),
+                "{name}: {} of {} ({} of other kinds, {} in no telegram)",
+                counted(track.times_ns().len(), "scan"),
+                counted(track.beams(), "value"),
                 track.other_scans(),
-                track.skipped_bytes()
+                counted(track.skipped_bytes(), "byte")
             );
         }
     }
     if let Some(track) = &capture.base {
         eprintln!(
-            "base: {} odometry reports ({} bytes in no packet)",
-            track.packets.len() + track.counts.len(),
-            track.skipped_bytes
+            "base: {} ({} in no packet)",
+            counted(track.packets.len() + track.counts.len(), "odometry report"),
+            counted(track.skipped_bytes, "byte")
         );
     }
     Ok(capture)
@@ -245,19 +246,19 @@ fn read_capture(path: &Path) -> anyhow::Result<Capture> {
 fn print_port(port: &PortReport) {
     let counts = &port.device;
     eprintln!(
-        "{}: {} telegrams ({} cut off, {} scans skipped), {} bytes sent ({} lost without a reader, {} touched by faults), \
-         {} requests ({} refused, {} with a wrong checksum), {} bytes of noise, {} power cycles",
+        "{}: {} ({} cut off, {} skipped), {} sent ({} lost without a reader, {} touched by faults), \
+         {} ({} refused, {} with a wrong checksum), {} of noise, {}",
         port.name,
-        counts.telegrams,
+        counted(counts.telegrams, "telegram"),
         counts.cut,
-        counts.skipped,
-        counts.bytes_sent,
+        counted(counts.skipped, "scan"),
+        counted(counts.bytes_sent, "byte"),
         port.lost_bytes,
         port.faulted_bytes,
-        counts.requests,
+        counted(counts.requests, "request"),
         counts.refused,
         counts.bad_checksums,
-        counts.noise_bytes,
-        counts.power_cycles
+        counted(counts.noise_bytes, "byte"),
+        counted(counts.power_cycles, "power cycle")
     );
 }

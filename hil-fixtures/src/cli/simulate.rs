@@ -7,6 +7,7 @@ use crate::line::ReadParams;
 use crate::simulate::{LaserOptions, SimulateError, SimulateOptions, run};
 use crate::world::WorldError;
 use crate::world::ifc::StoreyChoice;
+use biplane_cli::counted;
 use std::path::PathBuf;
 
 /// Drive a rig through a known world: the serial bytes that its devices would send, and the truth.
@@ -140,14 +141,14 @@ impl Simulate {
         };
         let report = run(&options).map_err(argument)?;
         eprintln!(
-            "{}: {:.1} s, {:.1} m driven, {} horizontal and {} vertical scans, {} odometry packets, {} serial bytes",
+            "{}: {:.1} s, {:.1} m driven, {} horizontal and {}, {}, {}",
             self.output.display(),
             report.duration_s,
             report.driven_m,
             report.scans_horizontal,
-            report.scans_vertical,
-            report.odometry,
-            report.serial_bytes
+            counted(report.scans_vertical, "vertical scan"),
+            counted(report.odometry, "odometry packet"),
+            counted(report.serial_bytes, "serial byte")
         );
         Ok(())
     }
@@ -156,7 +157,10 @@ impl Simulate {
 fn argument(error: SimulateError) -> anyhow::Error {
     match &error {
         SimulateError::World(
-            WorldError::Unknown { .. } | WorldError::UnknownPath { .. } | WorldError::NoPath { .. },
+            WorldError::Unknown { .. }
+            | WorldError::UnknownPath { .. }
+            | WorldError::NoPath { .. }
+            | WorldError::NoStoreys { .. },
         )
         | SimulateError::Fault(_)
         | SimulateError::BadNumber { .. } => BadArgument(error.to_string()).into(),

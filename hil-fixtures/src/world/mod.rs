@@ -101,6 +101,14 @@ pub enum WorldError {
         /// What is wrong.
         source: IfcError,
     },
+    /// A storey was chosen of a world that is no IFC file.
+    #[error(
+        "world `{world}` is no IFC file: only these have storeys (`--storey`) and doors (`--doors`) to choose"
+    )]
+    NoStoreys {
+        /// The world.
+        world: String,
+    },
     /// No room can be driven through.
     #[error(
         "world `{world}` has no room that a robot of 0.56 m width can drive through: give a path (`--path`)"
@@ -143,11 +151,14 @@ impl World {
 
     /// The same with the choice of a storey, for an IFC file.
     pub fn open_storey(name: &str, storey: &StoreyChoice) -> Result<Self, WorldError> {
+        let path = PathBuf::from(name);
+        let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
+        if extension.as_deref() != Some("ifc") && *storey != StoreyChoice::default() {
+            return Err(WorldError::NoStoreys { world: name.to_owned() });
+        }
         if let Some(world) = Self::named(name) {
             return Ok(world);
         }
-        let path = PathBuf::from(name);
-        let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
         match extension.as_deref() {
             Some("ifc") => Self::load_ifc(&path, storey),
             Some("obj" | "ply") => Self::load(&path, extension.as_deref() == Some("ply")),
@@ -314,6 +325,16 @@ mod tests {
             .map(|k| drive.pose(drive.duration_s() * f64::from(k) / f64::from(steps)).translation_m)
             .map(|p| [p[0], p[1], p[2] + height_m])
             .collect()
+    }
+
+    #[test]
+    fn only_ifc_files_have_storeys_to_choose() {
+        let upper = super::StoreyChoice { index: 1, ..super::StoreyChoice::default() };
+        for name in ["office", "shapes.obj"] {
+            let refused = World::open_storey(name, &upper).expect_err("no storeys").to_string();
+            assert!(refused.contains(&format!("`{name}` is no IFC file")), "{refused}");
+        }
+        assert!(World::open("office").is_ok());
     }
 
     fn world_is_flat(name: &str) -> bool {

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::pipeline::summary::{PosesFrom, Summary};
+use biplane_cli::counted;
 
 use crate::cli::build::posed::Posed;
 use crate::cli::terminal::console::Console;
@@ -11,7 +12,10 @@ use crate::cli::terminal::console::Console;
 pub(super) fn report_poses(posed: &Posed<'_>, console: &Console) {
     match (posed.from, posed.loops) {
         (PosesFrom::Optimized, Some(loops)) => {
-            console.note(format!("{loops} loops closed, all poses optimised (not with --no-optimize)"));
+            console.note(format!(
+                "{} closed, all poses optimised (not with --no-optimize)",
+                counted(loops, "loop")
+            ));
         }
         (PosesFrom::OptimizedBefore, _) => {
             console.note("the recording is optimised already: its poses stay");
@@ -31,7 +35,11 @@ pub(super) fn report_model(folder: &Path, summary: &Summary, has_vertical: bool,
         ));
     }
     if has_vertical {
-        console.note(format!("{folder}: {} points, {}", summary.counts.raw_points, summary.reduction()));
+        console.note(format!(
+            "{folder}: {}, {}",
+            counted(summary.counts.raw_points, "point"),
+            summary.reduction()
+        ));
     } else {
         console.note(format!(
             "{folder}: the recording has no scan of a vertical laser, so there is a map and a trajectory, and no model"

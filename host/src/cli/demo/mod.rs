@@ -20,7 +20,7 @@ use crate::cli::measure::compare;
 use crate::cli::terminal::console::Console;
 use crate::cli::view::render::ViewName;
 use crate::cli::view::{render, report};
-use biplane_cli::Outcome;
+use biplane_cli::{Outcome, counted};
 use drive::Drive;
 
 const DEFAULT_FOLDER: &str = "biplane-demo";
@@ -57,11 +57,11 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     say(format!("recording from them as `biplane-onboard record` does; {}", drive.describe()));
     let report = drive.record(console)?;
     say(format!(
-        "{}: {} horizontal and {} vertical scans, {} matched poses",
+        "{}: {} horizontal and {}, {}",
         report.output.display(),
         report.recorded.scans_horizontal,
-        report.recorded.scans_vertical,
-        report.recorded.poses
+        counted(report.recorded.scans_vertical, "vertical scan"),
+        counted(report.recorded.poses, "matched pose")
     ));
 
     say("building the model".to_owned());

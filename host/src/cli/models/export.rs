@@ -16,7 +16,7 @@ use crate::cli::models::{files, formats};
 use crate::cli::terminal::console::Console;
 use crate::cli::terminal::json::print_json;
 use crate::cli::terminal::threads::Threads;
-use crate::cli::view::built::read_summary;
+use crate::cli::view::built::{check_folder, read_summary};
 use biplane_cli::Outcome;
 
 /// Words of the command.
@@ -107,10 +107,8 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
 /// Says in a sentence what is wrong with a folder from which nothing can be exported.
 fn check_model(folder: &Path) -> anyhow::Result<()> {
     let shown = folder.display();
-    let found = fs::metadata(folder).with_context(|| format!("cannot read {shown}"))?;
-    if !found.is_dir() {
-        bail!("{shown} is a file; expected a folder that `biplane build` wrote");
-    }
+    fs::metadata(folder).with_context(|| format!("cannot read {shown}"))?;
+    check_folder(folder)?;
     let has_summary = folder.join("summary.json").exists();
     if !has_summary && folder.join(MARKER).exists() {
         bail!("{shown} is not finished: its `biplane build` runs still, or was ended");

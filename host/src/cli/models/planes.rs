@@ -29,7 +29,7 @@ use crate::cli::terminal::replace::Known;
 use crate::cli::terminal::stopwatch::Stopwatch;
 use crate::cli::terminal::threads::Threads;
 use crate::cli::terminal::values::length;
-use biplane_cli::Outcome;
+use biplane_cli::{Outcome, counted};
 
 /// Words of the command.
 #[derive(Clone, Debug, clap::Args)]
@@ -274,11 +274,11 @@ fn print_result(args: &Args, report: &PlaneReport, console: &Console) -> anyhow:
         _ => "unorganised",
     };
     console.note(format!(
-        "{}: {} points ({kind}), {} of them on {} planes{noise}; {:.3} s of processor time",
+        "{}: {} ({kind}), {} of them on {}{noise}; {:.3} s of processor time",
         args.output.display(),
-        report.points,
+        counted(report.points, "point"),
         report.points_on_planes,
-        report.planes.len(),
+        counted(report.planes.len(), "plane"),
         report.cost.cpu_s
     ));
     Ok(())

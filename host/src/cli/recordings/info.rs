@@ -8,7 +8,7 @@ use crate::recordings::info;
 use crate::recordings::info::{FileInfo, TopicInfo};
 use crate::recordings::stamp_text::format_seconds;
 
-use biplane_cli::{Outcome, paragraph};
+use biplane_cli::{Outcome, counted, paragraph};
 use biplane_clock::iso_8601;
 
 /// Words of the command.
@@ -56,8 +56,14 @@ fn print(out: &mut impl Write, info: &FileInfo) -> io::Result<()> {
     for part in &info.of_parts.parts_unfinished {
         writeln!(out, "  {part} is not finished, and not among them (`biplane-onboard salvage`)")?;
     }
-    writeln!(out, "  {} bytes, profile {}, written by {}", info.bytes, info.profile, info.library)?;
-    writeln!(out, "  {} messages in {:.3} s", info.messages, info.duration_s)?;
+    writeln!(
+        out,
+        "  {}, profile {}, written by {}",
+        counted(info.bytes, "byte"),
+        info.profile,
+        info.library
+    )?;
+    writeln!(out, "  {} in {:.3} s", counted(info.messages, "message"), info.duration_s)?;
     writeln!(out, "  from {}", time(info.start_ns))?;
     writeln!(out, "    to {}", time(info.end_ns))?;
     print_topics(out, &info.topics)?;
@@ -143,12 +149,12 @@ fn short_type(topic: &TopicInfo) -> &str {
 fn odd_figures(topic: &TopicInfo) -> Vec<String> {
     let mut words = Vec::new();
     if topic.backward_stamps > 0 {
-        words.push(format!("stamps step back {} times", topic.backward_stamps));
+        words.push(format!("stamps step back {}", counted(topic.backward_stamps, "time")));
     }
     if topic.missing > 0 {
         words.push(format!("{} missing", topic.missing));
     }
-    words.extend(topic.serial_bytes.map(|bytes| format!("{bytes} bytes on the line")));
+    words.extend(topic.serial_bytes.map(|bytes| format!("{} on the line", counted(bytes, "byte"))));
     words
 }
 

@@ -16,7 +16,7 @@ use serde::Serialize;
 
 use crate::cli::terminal::console::Console;
 use crate::cli::terminal::json::print_json;
-use biplane_cli::Outcome;
+use biplane_cli::{Outcome, counted};
 
 /// Words of the command.
 #[derive(Debug, clap::Args)]
@@ -88,8 +88,9 @@ fn print_result(drawn: &Drawn, args: &Args, console: &Console) -> anyhow::Result
     }
     let Drawn { files, columns, rows, resolution_m, scans } = drawn;
     console.note(format!(
-        "{}: {columns} x {rows} cells of {resolution_m} m from {scans} scans",
-        files.join(", ")
+        "{}: {columns} x {rows} cells of {resolution_m} m from {}",
+        files.join(", "),
+        counted(*scans, "scan")
     ));
     Ok(())
 }

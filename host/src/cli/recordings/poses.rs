@@ -1,18 +1,23 @@
 //! Where a trajectory to be judged comes from: a recording, or a text file of either form.
 
 use std::fs::File;
-use std::io::{self, BufReader, Read};
+use std::io::{self, BufRead as _, BufReader, Read};
 use std::path::Path;
 
 use crate::formats::text::trajectory::read_poses;
 use crate::recordings::deskew::StampedPose;
 use crate::recordings::run::Run;
-use anyhow::Context;
+use anyhow::{Context, bail};
+use biplane_recording::file_kind::{FileKind, KIND_BYTES};
 
 use crate::cli::terminal::console::Console;
 
 /// How every MCAP file begins.
 const MCAP: [u8; 5] = *b"\x89MCAP";
+/// So many lines of a text are looked at.
+const LOOKED_AT: usize = 50;
+/// How far the length of a unit quaternion may be from one, in its square.
+const UNIT_TOLERANCE: f64 = 1e-3;
 
 /// Reads the poses of a recording (one a horizontal scan), or of a text of lines `t x y theta` or `t x y z qx
 /// qy qz qw`.
@@ -20,11 +25,80 @@ pub(crate) fn read(path: &Path, console: &Console) -> anyhow::Result<Vec<Stamped
     // A name that is no file may be that of a recording in parts.
     if path.exists() && !is_recording(path).with_context(|| format!("cannot read {}", path.display()))? {
         let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
+        check_kind(path)?;
         return read_poses(BufReader::new(file)).with_context(|| format!("cannot read {}", path.display()));
     }
     let run = Run::open(&[path.to_owned()])?;
     console.report_missing(run.recording());
     Ok(run.poses()?.at_scans().into_iter().flatten().collect())
+}
+
+/// Names what a file is that holds no poses.
+fn check_kind(path: &Path) -> anyhow::Result<()> {
+    let shown = path.display();
+    if let Some(kind) = kind_of(path)? {
+        bail!("{shown} is {kind}; expected a posed recording or a trajectory as text");
+    }
+    if rows_of(path).is_some_and(|rows| !rows.iter().any(Row::is_pose)) {
+        bail!(
+            "{shown} holds relations between poses and no trajectory: \
+             `biplane evaluate relations RELATIONS TRAJECTORY` takes it as the first of its two files"
+        );
+    }
+    Ok(())
+}
+
+/// Names what a file is that holds no relations.
+///
+/// # Errors
+/// When it is something else.
+pub(crate) fn check_relations(path: &Path) -> anyhow::Result<()> {
+    let shown = path.display();
+    if let Some(kind) = kind_of(path)? {
+        bail!("{shown} is {kind}; expected relations with \"t1 t2 x y z roll pitch yaw\" on each line");
+    }
+    // One or two relations may end with what is a unit quaternion by chance.
+    if rows_of(path).is_some_and(|rows| rows.len() > 2 && rows.iter().all(Row::is_pose)) {
+        bail!(
+            "{shown} holds the poses of a trajectory and no relations: \
+             `biplane evaluate trajectory TRUTH ESTIMATE` compares two trajectories"
+        );
+    }
+    Ok(())
+}
+
+/// What a file is by its first bytes, where these tell.
+fn kind_of(path: &Path) -> anyhow::Result<Option<FileKind>> {
+    let mut start = Vec::new();
+    let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
+    file.take(KIND_BYTES).read_to_end(&mut start)?;
+    Ok(FileKind::of(&start))
+}
+
+/// Eight numbers of a line: of a pose as TUM, or of a relation.
+struct Row([f64; 8]);
+
+impl Row {
+    fn of(line: &str) -> Option<Self> {
+        let numbers: Option<Vec<f64>> = line.split_whitespace().map(|word| word.parse().ok()).collect();
+        Some(Self(numbers?.try_into().ok()?))
+    }
+
+    /// Whether the last four are a unit quaternion.
+    fn is_pose(&self) -> bool {
+        let squared: f64 = self.0[4..].iter().map(|value| value * value).sum();
+        (squared - 1.0).abs() < UNIT_TOLERANCE
+    }
+}
+
+/// The first lines of a text; `None` unless each has eight numbers.
+fn rows_of(path: &Path) -> Option<Vec<Row>> {
+    let lines = BufReader::new(File::open(path).ok()?).lines().map_while(Result::ok).take(LOOKED_AT);
+    let rows: Option<Vec<Row>> = lines
+        .filter(|line| !line.trim().is_empty() && !line.starts_with('#'))
+        .map(|line| Row::of(&line))
+        .collect();
+    rows.filter(|rows| !rows.is_empty())
 }
 
 /// Whether a file begins as a recording does.

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::cli::terminal::console::{Console, say};
 use crate::cli::terminal::json::print_json;
-use biplane_cli::Outcome;
+use biplane_cli::{Outcome, counted};
 
 /// Words of the command.
 #[derive(Debug, clap::Args)]
@@ -94,14 +94,14 @@ fn print_result(report: &RecoverReport, args: &Args, console: &Console) -> Outco
     for finding in &report.findings {
         console.note(format!("{}: {finding}", args.broken.display()));
     }
-    let kept = format!("{}: {} messages kept", args.output.display(), report.messages);
+    let kept = format!("{}: {} kept", args.output.display(), counted(report.messages, "message"));
     if report.lost() {
         // Said even when quiet: it is what the exit code stands for.
         say(&format!(
-            "biplane: {kept}; lost: {} messages known of, {} bytes unusable, {} bytes missing",
-            report.lost_messages(),
-            report.lost_bytes(),
-            report.missing_bytes()
+            "biplane: {kept}; lost: {} known of, {} unusable, {} missing",
+            counted(report.lost_messages(), "message"),
+            counted(report.lost_bytes(), "byte"),
+            counted(report.missing_bytes(), "byte")
         ));
         return Outcome::Lossy;
     }

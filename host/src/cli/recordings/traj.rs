@@ -10,7 +10,7 @@ use crate::recordings::run::Run;
 use clap::ValueEnum;
 
 use crate::cli::terminal::console::Console;
-use biplane_cli::Outcome;
+use biplane_cli::{Outcome, counted};
 
 /// Words of the command.
 #[derive(Debug, clap::Args)]
@@ -60,11 +60,15 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
             check_not_input(&args.output, ".part", recording)?;
         }
         write_file(&args.output, args.force, |out| write_poses(out, &known, format))?;
-        console.note(format!("{}: {} poses", args.output.display(), known.len()));
+        console.note(format!("{}: {}", args.output.display(), counted(known.len(), "pose")));
     }
     let unposed = at_scans.len() - known.len();
     if unposed > 0 {
-        console.note(format!("{}: {unposed} scans have no pose near them and no line", run.path().display()));
+        console.note(format!(
+            "{}: {} without a pose nearby, and so without a line",
+            run.path().display(),
+            counted(unposed, "scan")
+        ));
     }
     Ok(Outcome::Done)
 }

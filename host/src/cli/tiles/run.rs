@@ -11,7 +11,7 @@ use crate::cli::terminal::needs;
 use crate::cli::terminal::threads::Threads;
 use crate::cli::terminal::values::memory;
 use anyhow::anyhow;
-use biplane_cli::Outcome;
+use biplane_cli::{Outcome, counted};
 
 /// Words of the command.
 #[derive(Clone, Debug, clap::Args)]
@@ -63,6 +63,10 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     folder.keep(index, &found)?;
     let points: usize = clouds.iter().map(Cloud::len).sum();
     let parts: usize = found.iter().map(|found| found.fits.len()).sum();
-    console.note(format!("tile {index}: {points} points, {parts} planes or parts of planes"));
+    console.note(format!(
+        "tile {index}: {}, {} or parts of planes",
+        counted(points, "point"),
+        counted(parts, "plane")
+    ));
     Ok(Outcome::Done)
 }

@@ -1,6 +1,7 @@
 //! What `compare` reads of a build's folder.
 
-use std::fs;
+use std::fs::{self, File};
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use crate::formats::ply;
@@ -8,6 +9,7 @@ use crate::formats::ply::read::Ply;
 use crate::metrics::blocked_rays::{RayParams, Rays};
 use crate::model::{Mesh, part};
 use anyhow::{Context, anyhow, bail};
+use biplane_recording::file_kind::{self, FileKind, KIND_BYTES};
 use serde_json::Value;
 
 /// The surfaces of a build and what is known of them.
@@ -85,6 +87,7 @@ pub(crate) fn load(path: &Path) -> anyhow::Result<Ply> {
 
 /// Reads a PLY file of a build's folder.
 pub(crate) fn load_built(folder: &Path, name: &str) -> anyhow::Result<Ply> {
+    check_folder(folder)?;
     let path = folder.join(name);
     if !path.exists() {
         bail!(
@@ -96,6 +99,27 @@ pub(crate) fn load_built(folder: &Path, name: &str) -> anyhow::Result<Ply> {
     load(&path)
 }
 
+/// Refuses a file where a folder is asked for, and says what it is.
+pub(crate) fn check_folder(folder: &Path) -> anyhow::Result<()> {
+    if !folder.is_file() {
+        return Ok(());
+    }
+    let mut start = Vec::new();
+    let file = File::open(folder).with_context(|| format!("cannot read {}", folder.display()))?;
+    file.take(KIND_BYTES).read_to_end(&mut start)?;
+    let hint = match FileKind::of(&start) {
+        Some(FileKind::Mcap) => {
+            "; `biplane build` makes one of a recording, `biplane map` draws its floor map"
+        }
+        _ => "",
+    };
+    bail!(
+        "{} {}; expected a folder that `biplane build` wrote{hint}",
+        folder.display(),
+        file_kind::describe(&start)
+    )
+}
+
 /// Size of a mesh as PLY, as `raw.ply` is written.
 pub(crate) fn ply_bytes(mesh: &Mesh) -> u64 {
     let mut bytes = Vec::new();
@@ -104,6 +128,7 @@ pub(crate) fn ply_bytes(mesh: &Mesh) -> u64 {
 
 /// The summary of a folder that holds a model.
 pub(crate) fn read_summary(folder: &Path) -> anyhow::Result<Value> {
+    check_folder(folder)?;
     let path = folder.join("summary.json");
     let text = fs::read(&path).with_context(|| {
         format!("cannot read {}: is {} a folder of `biplane build`?", path.display(), folder.display())

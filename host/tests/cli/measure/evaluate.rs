@@ -40,13 +40,21 @@ fn relations_are_measured_on_recordings_and_on_both_forms_of_text_alike() {
     }
     let ran = folder.expect("evaluate relations room.relations run.txt --max-gap 10", 0, &[]);
     assert!(
-        ran.stdout.contains("1 relations between 2 poses") && ran.stdout.contains("0.0500"),
+        ran.stdout.contains("1 relation between 2 poses") && ran.stdout.contains("0.0500"),
         "{}",
         ran.stdout
     );
     folder.expect("evaluate relations room.relations run.txt --max-gap 1", 1, &["none of the 2 relations"]);
     folder.expect("evaluate relations run.txt run.txt", 1, &["run.txt", "line 1: expected", "t1 t2 x y z"]);
-    folder.expect("evaluate relations room.relations room.relations", 1, &["line 1: expected", "t x y z qx"]);
+    // Each kind of file in the place of the other.
+    folder.expect("evaluate relations run.tum run.mcap", 1, &["run.tum holds the poses of a trajectory"]);
+    folder.expect("evaluate relations run.mcap run.mcap", 1, &["run.mcap is an MCAP file", "t1 t2 x y z"]);
+    for command in ["evaluate relations room.relations", "evaluate trajectory run.mcap"] {
+        folder.expect(&format!("{command} room.relations"), 1, &["holds relations between poses"]);
+    }
+    folder.expect("plot trajectory room.relations -o p.svg", 1, &["holds relations between poses"]);
+    folder.write("carmen.log", "FLASER 2 1.0 2.0 0 0 0 0 0 0 1.0 host 1.0\n");
+    folder.expect("evaluate trajectory carmen.log run.mcap", 1, &["a CARMEN log", "`biplane import carmen`"]);
     folder.expect("evaluate relations room.relations run.mcap --per-relation run.txt", 1, &["--force"]);
     folder.expect(
         "evaluate relations room.relations run.mcap --per-relation run.mcap --force",

@@ -117,6 +117,19 @@ fn a_model_is_compared_with_the_raw_points_and_a_closed_door_is_noticed() {
         1,
         &["other/model.ply does not exist", "with ply among its --formats?"],
     );
+    for command in ["render run.mcap -o x.png", "compare run.mcap"] {
+        folder.expect(
+            command,
+            1,
+            &["run.mcap is an MCAP file; expected a folder", "`biplane build` makes one"],
+        );
+    }
+    folder.write("empty.json", "{\"rooms\": []}");
+    for (wrong, words) in
+        [("run.mcap", "run.mcap is an MCAP file"), ("empty.json", "has no rooms to compare")]
+    {
+        folder.expect(&format!("compare out --building {wrong}"), 1, &[wrong, words]);
+    }
     folder.expect("render out -o x.png --at 50", 1, &["--at goes with --view inside"]);
     folder.expect("render out -o x.png --view inside --at 101", 2, &["expected a number from 0 to 100"]);
     folder.expect("compare out --margin -1", 2, &["expected a length"]);

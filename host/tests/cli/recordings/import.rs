@@ -11,7 +11,11 @@ const LOG: &str = "# made by hand\nFLASER 2 1.5 81.83 0 0 0 1 2 0.5 100.25 nohos
 fn a_log_becomes_a_recording_that_info_tells_about() {
     let folder = Folder::new("import");
     folder.write("a.log", LOG);
-    folder.expect("import carmen a.log -o a.mcap", 0, &["a.mcap: 2 scans of 2 beams", "1 stamps step back"]);
+    folder.expect(
+        "import carmen a.log -o a.mcap",
+        0,
+        &["a.mcap: 2 scans of 2 beams", "1 step back in the stamps"],
+    );
     let ran = folder.expect("info a.mcap --json", 0, &[]);
     let info: serde_json::Value = serde_json::from_str(&ran.stdout).unwrap();
     assert_eq!(info["topics"][1]["name"], "/scan/horizontal");
@@ -70,7 +74,7 @@ fn bag(container: &str) -> Vec<u8> {
 #[test]
 fn a_bag_in_any_container_becomes_the_same_recording() {
     let folder = Folder::new("import-bag");
-    let summary = ["2 horizontal and 2 vertical scans in 0.1 s, 1 odometry messages"];
+    let summary = ["2 horizontal and 2 vertical scans in 0.1 s, 1 odometry message,"];
     let mut recordings = Vec::new();
     for container in ["none", "bz2", "lz4", "sqlite", "packed"] {
         folder.write("a.bag", bag(container));

@@ -33,7 +33,10 @@ pub enum IfcError {
         found: usize,
     },
     /// Rooms come from spaces.
-    #[error("storey {storey} ({name}) has no IfcSpace with a body: its rooms are not known")]
+    #[error(
+        "storey {storey} ({name}) has no IfcSpace with a body, so its rooms are not known: \
+         choose another storey (`--storey`), or a file with rooms"
+    )]
     NoSpaces {
         /// Counted from 0 at the lowest.
         storey: usize,

@@ -8,6 +8,7 @@ use crate::replay::basin::summary::{Shares, Summary};
 use crate::replay::basin::trial::Basin;
 use crate::replay::basin::{BasinOptions, measure};
 use crate::types::error::OnboardError;
+use biplane_cli::counted;
 
 /// Measures the basin of convergence: the second scan of each pair is found in the first one alone, from 52
 /// wrong starts.
@@ -91,8 +92,11 @@ fn csv(matcher: &str, basin: &Basin) -> String {
 
 fn text(summary: &Summary) -> String {
     let mut text = format!(
-        "{}: {} pairs, {} starts; {} pairs have a stamp that several scans bear\n",
-        summary.matcher, summary.pairs, summary.all.starts, summary.ambiguous_pairs
+        "{}: {}, {}; {} with a stamp that several scans bear\n",
+        summary.matcher,
+        counted(summary.pairs, "pair"),
+        counted(summary.all.starts, "start"),
+        counted(summary.ambiguous_pairs, "pair")
     );
     text += "starts             success    gross  back to its own optimum\n";
     let mut line = |name: &str, shares: &Shares| {

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use crate::output::salvage::{Leftover, Salvaged};
 use crate::types::error::OnboardError;
+use biplane_cli::counted;
 
 /// Makes the unfinished recordings (NAME.mcap.active) in a folder whole, as after a power cut.
 ///
@@ -73,20 +74,18 @@ fn json(leftover: &Leftover) -> serde_json::Value {
 
 fn line(leftover: &Leftover) -> String {
     let (from, to) = (leftover.unfinished.display(), leftover.recording.display());
-    let kept = leftover.messages;
+    let kept = counted(leftover.messages, "message");
     match &leftover.outcome {
         Salvaged::Whole => format!(
-            "{to}: {kept} messages of an unfinished recording, all that is in it; what had not reached the disk is lost"
+            "{to}: {kept} of an unfinished recording, all that is in it; what had not reached the disk is lost"
         ),
         Salvaged::Cut { unusable_bytes, missing_bytes } => format!(
-            "{to}: {kept} messages of an unfinished recording, all that was whole; its end was cut short: {unusable_bytes} bytes unusable, \
-            {missing_bytes} bytes missing"
+            "{to}: {kept} of an unfinished recording, all that was whole; its end was cut short: {} unusable, {} missing",
+            counted(*unusable_bytes, "byte"),
+            counted(*missing_bytes, "byte")
         ),
         Salvaged::Damaged(aside) => {
-            format!(
-                "{to}: {kept} messages of an unfinished recording; damaged parts stay in {}",
-                aside.display()
-            )
+            format!("{to}: {kept} of an unfinished recording; damaged parts stay in {}", aside.display())
         }
         Salvaged::Empty => format!("{from}: was empty, removed"),
         Salvaged::NotOurs(aside) => format!("{from}: is no recording, now {}", aside.display()),

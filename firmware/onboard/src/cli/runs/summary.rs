@@ -1,6 +1,7 @@
 //! The account of a run in words or as JSON.
 
 use crate::types::run_report::{RunEnd, RunReport};
+use biplane_cli::counted;
 
 /// JSON on stdout, or a few lines on stderr.
 pub(crate) fn print(report: &RunReport, json: bool) {
@@ -29,51 +30,63 @@ pub(crate) fn print_line(report: &RunReport) {
     }
 }
 
+/// What a run counts that is not as it should be: how many, of what, and what became of them.
+fn remarks(report: &RunReport) -> [(u64, &'static str, &'static str); 14] {
+    [
+        (report.arrival.damaged, "telegram", "arrived damaged or cut"),
+        (
+            report.arrival.rejected,
+            "telegram",
+            "of these had a good checksum, but not the form of the device's telegrams",
+        ),
+        (report.arrival.lost_telegrams, "laser telegram", "did not arrive whole, by their index bytes"),
+        (report.arrival.dazzled_values, "value", "missing because a laser was dazzled"),
+        (report.arrival.polluted_scans, "scan", "taken through a polluted window"),
+        (report.arrival.skipped_bytes, "byte", "outside of any telegram"),
+        (report.arrival.cut_by_us, "telegram", "cut by our own start or stop: no damage"),
+        (report.arrival.backward_stamps, "step", "back in the stamps"),
+        (
+            report.arrival.clock_steps,
+            "step",
+            "back of the clock that wrote the input: the run's time goes on from there",
+        ),
+        (
+            report.map.map_forgotten_tiles,
+            "tile",
+            "of the map forgotten because its memory was full: --map-memory gives it more",
+        ),
+        (report.losses.not_understood, "intact telegram", "not understood: NOT KEPT"),
+        (
+            report.losses.reads_without_laser,
+            "read",
+            "of a vertical laser, but the rig has no section [vertical]: NOT KEPT",
+        ),
+        (
+            report.losses.scans_without_laser,
+            "vertical scan",
+            "without a section [vertical] in the rig: LEFT OUT",
+        ),
+        (report.losses.dropped, "message", "dropped by a full queue: NOT KEPT"),
+    ]
+}
+
 fn text(report: &RunReport) -> String {
     let output = match &report.parts[..] {
         [first, .., last] => format!("{} to {}", first.display(), last.display()),
         _ => report.output.display().to_string(),
     };
     let mut text = format!(
-        "{output}: {:.1} s, {} horizontal scans ({} posed, {} not matched), {} vertical scans ({} posed), {} odometry reports",
+        "{output}: {:.1} s, {} ({} posed, {} not matched), {} ({} posed), {}",
         report.duration_s,
-        report.recorded.scans_horizontal,
+        counted(report.recorded.scans_horizontal, "horizontal scan"),
         report.recorded.poses,
         report.recorded.unmatched,
-        report.recorded.scans_vertical,
+        counted(report.recorded.scans_vertical, "vertical scan"),
         report.recorded.poses_vertical,
-        report.recorded.odometry,
+        counted(report.recorded.odometry, "odometry report"),
     );
-    let remarks = [
-        (report.arrival.damaged, "telegrams arrived damaged or cut"),
-        (report.arrival.rejected, "of them had a good checksum, but not the form of the device's telegrams"),
-        (report.arrival.lost_telegrams, "laser telegrams did not arrive whole, by their index bytes"),
-        (report.arrival.dazzled_values, "values are missing because a laser was dazzled"),
-        (report.arrival.polluted_scans, "scans were taken through a polluted window"),
-        (report.arrival.skipped_bytes, "bytes belong to no telegram"),
-        (report.arrival.cut_by_us, "telegrams were cut by our own start or stop: no damage"),
-        (report.arrival.backward_stamps, "stamps step back"),
-        (
-            report.arrival.clock_steps,
-            "steps back of the clock that wrote the input: the run's time goes on from there",
-        ),
-        (
-            report.map.map_forgotten_tiles,
-            "tiles of the map were forgotten because its memory was full: --map-memory gives it more",
-        ),
-        (report.losses.not_understood, "intact telegrams were not understood: NOT KEPT"),
-        (
-            report.losses.reads_without_laser,
-            "reads of a vertical laser, but the rig has no section [vertical]: NOT KEPT",
-        ),
-        (
-            report.losses.scans_without_laser,
-            "vertical scans, but the rig has no section [vertical]: LEFT OUT",
-        ),
-        (report.losses.dropped, "messages or reads were dropped by a full queue: NOT KEPT"),
-    ];
-    for (count, what) in remarks.into_iter().filter(|(count, _)| *count > 0) {
-        text += &format!("\n  {count} {what}");
+    for (count, noun, what) in remarks(report).into_iter().filter(|(count, ..)| *count > 0) {
+        text += &format!("\n  {} {what}", counted(count, noun));
     }
     if report.map.map_filled_percent >= 90 && report.map.map_forgotten_tiles == 0 {
         let percent = report.map.map_filled_percent;

@@ -15,6 +15,7 @@ use tungstenite::{Error, Message, WebSocket};
 use crate::live::server::channel::ChannelId;
 use crate::live::server::protocol;
 use crate::live::server::protocol::{Level, Request, Subscription};
+use biplane_cli::counted;
 
 /// Bytes that may wait for a viewer: the largest map and a second of everything else.
 const WAITING_BYTES: usize = 4 << 20;
@@ -226,7 +227,7 @@ impl Client {
     pub(crate) fn serve(&mut self, now_ns: i64) -> Result<(), Gone> {
         if self.left_out > self.reported.0 && now_ns.saturating_sub(self.reported.1) >= REPORT_NS {
             let words =
-                format!("{} messages were left out: this connection is too slow for them", self.left_out);
+                format!("{} left out: this connection is too slow", counted(self.left_out, "message"));
             self.reported = (self.left_out, now_ns);
             self.say(protocol::status(Level::Warning, &words))?;
         }

@@ -1,15 +1,16 @@
 //! Connections that are no viewers yet: their handshake is under way, and they get a few seconds and a few
 //! places for it.
 
-use std::io;
+use std::io::{self, Write as _};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::os::fd::{AsFd, BorrowedFd};
 use std::sync::Arc;
 
+use tungstenite::error::ProtocolError;
 use tungstenite::handshake::MidHandshake;
 use tungstenite::handshake::server::{Callback, ErrorResponse, Request, Response, ServerHandshake};
 use tungstenite::http::{HeaderValue, StatusCode};
-use tungstenite::{HandshakeError, WebSocket};
+use tungstenite::{Error, HandshakeError, WebSocket};
 
 use crate::live::server::admission::{Admission, Refusal};
 use crate::live::server::client::socket_config;
@@ -29,8 +30,45 @@ type Handshake = ServerHandshake<TcpStream, Choose>;
 /// A handshake under way.
 struct Coming {
     handshake: Option<MidHandshake<Handshake>>,
+    /// The connection once more, for an answer in words: a handshake that fails takes its own with it.
+    answer: Option<TcpStream>,
     name: SocketAddr,
     since_ns: i64,
+}
+
+impl Coming {
+    /// Tells a browser, or whatever else asks for a page, what there is and what opens it. An answer that
+    /// does not fit into an empty send buffer is not waited for.
+    fn answer_in_words(&mut self) {
+        let Some(stream) = &mut self.answer else { return };
+        let address = stream.local_addr().map_or_else(|_| "HOST:PORT".to_owned(), |here| here.to_string());
+        let words = format!(
+            "This is a live view of biplane-onboard, and no web page.\n\
+             Open Foxglove or Lichtblick, choose \"Open connection\", \"Foxglove WebSocket\",\n\
+             and give the address ws://{address}\n"
+        );
+        let _ = write!(
+            stream,
+            "HTTP/1.1 426 Upgrade Required\r\nUpgrade: websocket\r\nConnection: close, Upgrade\r\n\
+             Content-Type: text/plain; charset=utf-8\r\nContent-Length: {}\r\n\r\n{words}",
+            words.len()
+        );
+    }
+}
+
+/// Whether a whole request came that does not ask for a WebSocket.
+fn is_plain_http(error: &Error) -> bool {
+    matches!(
+        error,
+        Error::Protocol(
+            ProtocolError::WrongHttpMethod
+                | ProtocolError::WrongHttpVersion
+                | ProtocolError::MissingConnectionUpgradeHeader
+                | ProtocolError::MissingUpgradeWebSocketHeader
+                | ProtocolError::MissingSecWebSocketVersionHeader
+                | ProtocolError::MissingSecWebSocketKey
+        )
+    )
 }
 
 /// All of them.
@@ -72,6 +110,9 @@ impl Handshakes {
                 }
                 Err(HandshakeError::Failure(error)) => {
                     *refused += 1;
+                    if is_plain_http(&error) {
+                        coming.answer_in_words();
+                    }
                     tracing::debug!("live view: {} was turned away: {error}", coming.name);
                 }
             }
@@ -102,9 +143,10 @@ impl Handshakes {
                         self.refused += 1;
                         continue;
                     }
+                    let answer = stream.try_clone().ok();
                     let choose = Choose { admission: Arc::clone(&self.admission), name };
                     let handshake = ServerHandshake::start(stream, choose, Some(socket_config()));
-                    self.coming.push(Coming { handshake: Some(handshake), name, since_ns: now_ns });
+                    self.coming.push(Coming { handshake: Some(handshake), answer, name, since_ns: now_ns });
                 }
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => return true,
                 // It went away again before its turn.

@@ -24,6 +24,7 @@ use crate::types::error::OnboardError;
 use crate::types::live_address::LiveAddress;
 use crate::types::live_report::LiveReport;
 use crate::types::web_origin::WebOrigin;
+use biplane_cli::counted;
 
 /// Bytes of messages that may wait for the live thread: some 20 s of both lasers at full rate.
 const RING_BYTES: usize = 4 << 20;
@@ -298,7 +299,7 @@ impl Server {
         self.report.sent += client.sent;
         self.report.left_out += client.left_out;
         let (name, sent, left_out) = (client.name(), client.sent, client.left_out);
-        tracing::info!("live view: {name} {why}; {sent} messages sent, {left_out} left out");
+        tracing::info!("live view: {name} {why}; {} sent, {left_out} left out", counted(sent, "message"));
     }
 
     /// Until a viewer says something or can take more, or messages may have come.

@@ -266,6 +266,10 @@ fn strangers_garbage_and_those_who_vanish_harm_nobody() {
     browser.write_all(b"GET / HTTP/1.1\r\nHost: robot\r\n\r\n").unwrap();
     let mut answer = Vec::new();
     let _ = browser.read_to_end(&mut answer);
+    let answer = String::from_utf8(answer).unwrap();
+    let (head, words) = answer.split_once("\r\n\r\n").unwrap();
+    assert!(head.starts_with("HTTP/1.1 426 ") && head.contains(&format!("Content-Length: {}", words.len())));
+    assert!(words.contains("Foxglove") && words.contains(&format!("ws://{address}")), "{words}");
     // Fifty that come and go, say nothing, or say nonsense.
     let mut silent = Vec::new();
     for number in 0..50_u8 {

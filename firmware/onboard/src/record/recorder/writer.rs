@@ -19,6 +19,7 @@ use crate::record::recorder::disk;
 use crate::record::recorder::queue::QueueSource;
 use crate::types::error::OnboardError;
 use crate::types::pose_delays::PoseDelays;
+use biplane_cli::counted;
 
 /// How long the thread sleeps when there is nothing to write, nanoseconds.
 const IDLE_NS: i64 = 2_000_000;
@@ -177,10 +178,10 @@ impl Worker {
     fn look_for_file(&mut self) -> Result<(), WriteError> {
         let Some(taken) = self.file.writer.look_for_file()? else { return Ok(()) };
         self.file.files_taken_away.fetch_add(1, Ordering::Relaxed);
-        let (path, messages) = (taken.path.display(), taken.messages);
+        let (path, messages) = (taken.path.display(), counted(taken.messages, "message"));
         let what = match taken.is_removed {
-            true => format!("{path} was removed while it was written: {messages} messages are lost"),
-            false => format!("{path} is no longer there: {messages} messages are in it, wherever it is now"),
+            true => format!("{path} was removed while it was written: {messages} lost"),
+            false => format!("{path} is no longer there: {messages} in it, wherever it is now"),
         };
         match taken.goes_on_in {
             Some(next) => tracing::error!("{what}; the recording goes on in {}", next.display()),

@@ -4,9 +4,11 @@ use std::fs::{self, File};
 use std::io::{self, BufReader, Write};
 use std::path::Path;
 
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
 use biplane_ifc::Ifc;
+use biplane_recording::file_kind::describe;
 
+use crate::cli::view::built::check_folder;
 use crate::formats::text::trajectory::read_poses;
 use crate::metrics::building::plan::Plan;
 use crate::metrics::building::{BuildingFigures, Errors, Found, Frames, measure};
@@ -16,6 +18,7 @@ const NAME: &str = "building.json";
 
 /// Compares the building of a folder with the truth.
 pub(super) fn figures(folder: &Path, truth: &Plan, frames: Frames) -> anyhow::Result<BuildingFigures> {
+    check_folder(folder)?;
     let path = folder.join(NAME);
     if !path.exists() {
         bail!("{} does not exist: is {} a folder of `biplane build`?", path.display(), folder.display());
@@ -34,7 +37,20 @@ pub(super) fn figures(folder: &Path, truth: &Plan, frames: Frames) -> anyhow::Re
 /// Reads a file in the schema of `building.json`.
 pub(super) fn read(path: &Path) -> anyhow::Result<Plan> {
     let text = fs::read(path).with_context(|| format!("cannot read {}", path.display()))?;
-    serde_json::from_slice(&text).with_context(|| format!("cannot read {}", path.display()))
+    serde_json::from_slice(&text)
+        .map_err(|why| anyhow!("{} {}, and no building as JSON: {why}", path.display(), describe(&text)))
+}
+
+/// Reads the true building.
+pub(super) fn read_truth(path: &Path) -> anyhow::Result<Plan> {
+    let truth = read(path)?;
+    if truth.rooms.is_empty() {
+        bail!(
+            "{} has no rooms to compare with; expected the schema of building.json, as docs/building.md has it",
+            path.display()
+        );
+    }
+    Ok(truth)
 }
 
 /// Reads the plan of a storey of an IFC file, in the file's own frame.

@@ -117,7 +117,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
 /// Compares the building of a folder with the true one.
 fn compare_building(args: &Args) -> anyhow::Result<Outcome> {
     let (truth, path, frames) = match (&args.building, &args.ifc) {
-        (Some(path), _) => (building::read(path)?, path, Frames::Same),
+        (Some(path), _) => (building::read_truth(path)?, path, Frames::Same),
         (None, Some(path)) => (building::read_ifc(path, args.storey)?, path, Frames::Unknown),
         (None, None) => bail!("no true building was given"),
     };

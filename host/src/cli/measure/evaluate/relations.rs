@@ -12,11 +12,11 @@ use crate::recordings::stamp_text::format_seconds;
 use anyhow::{Context, bail};
 
 use super::order::Files;
-use crate::cli::recordings::poses;
+use crate::cli::recordings::poses::{self, check_relations};
 use crate::cli::terminal::console::Console;
 use crate::cli::terminal::json::print_json;
 use crate::cli::terminal::values::not_negative;
-use biplane_cli::Outcome;
+use biplane_cli::{Outcome, counted};
 
 /// Words of the command.
 #[derive(Debug, clap::Args)]
@@ -58,6 +58,7 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let files = Files::of_relations(&args.relations, &args.trajectory, console);
     let poses = poses::read(files.judged, console)?;
     let name = files.reference.display();
+    check_relations(files.reference)?;
     let file = File::open(files.reference).with_context(|| format!("cannot read {name}"))?;
     let relations = read_relations(BufReader::new(file)).with_context(|| format!("cannot read {name}"))?;
     let params = RelationsParams {
@@ -93,9 +94,9 @@ fn print(report: &RelationsReport) -> io::Result<()> {
     let found = &report.poses;
     writeln!(
         out,
-        "{} relations between {} poses: {} taken as they are, {} interpolated, {} outside of the trajectory's time",
-        report.relations,
-        found.direct + found.interpolated + found.outside,
+        "{} between {}: {} taken as they are, {} interpolated, {} outside of the trajectory's time",
+        counted(report.relations, "relation"),
+        counted(found.direct + found.interpolated + found.outside, "pose"),
         found.direct,
         found.interpolated,
         found.outside

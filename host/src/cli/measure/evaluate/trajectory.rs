@@ -14,7 +14,7 @@ use crate::cli::recordings::poses;
 use crate::cli::terminal::console::Console;
 use crate::cli::terminal::json::print_json;
 use crate::cli::terminal::values::not_negative;
-use biplane_cli::Outcome;
+use biplane_cli::{Outcome, counted};
 
 /// Words of the command.
 #[derive(Debug, clap::Args)]
@@ -109,14 +109,14 @@ fn print(report: &Report) -> io::Result<()> {
     let [x_m, y_m, turn_deg] = report.alignment;
     writeln!(
         out,
-        "{} poses compared; the estimate was turned by {turn_deg:.4} deg and moved by {x_m:.4}, {y_m:.4} m",
-        report.pairs
+        "{} compared; the estimate was turned by {turn_deg:.4} deg and moved by {x_m:.4}, {y_m:.4} m",
+        counted(report.pairs, "pose")
     )?;
     writeln!(out, "{:<24} {:>10} {:>10} {:>10} {:>10}", "", "RMS", "mean", "median", "largest")?;
     print_errors(&mut out, "of each pose (ATE)", Some(&report.absolute))?;
     for Relative { delta, errors } in &report.relative {
         let name = match delta {
-            Step::Frames(count) => format!("over {count} frames (RPE)"),
+            Step::Frames(count) => format!("over {} (RPE)", counted(*count, "frame")),
             Step::Metres(length_m) => format!("over {length_m} m (RPE)"),
             Step::Seconds(duration_s) => format!("over {duration_s} s (RPE)"),
         };

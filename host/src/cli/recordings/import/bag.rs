@@ -16,7 +16,7 @@ use crate::recordings::import::bag;
 use crate::recordings::import::bag::{
     BagError, BagOptions, BagReport, Echo, LaserOptions, Stamps, TopicChoice, parse_mount,
 };
-use biplane_cli::Outcome;
+use biplane_cli::{Outcome, counted};
 
 const US_PER_S: f64 = 1e6;
 
@@ -168,10 +168,11 @@ fn print_result(report: &BagReport, args: &Args, console: &Console) -> Outcome {
     let duration_s = report.stamps_ns.map_or(0.0, |[first_ns, last_ns]| (last_ns - first_ns) as f64 / 1e9);
     let [horizontal, vertical] = report.scans;
     console.note(format!(
-        "{}: {horizontal} horizontal and {vertical} vertical scans in {duration_s:.1} s, {} odometry messages, {} of an \
-         inertial unit",
+        "{}: {} horizontal and {} in {duration_s:.1} s, {}, {} of an inertial unit",
         args.output.display(),
-        report.odometry,
+        horizontal,
+        counted(vertical, "vertical scan"),
+        counted(report.odometry, "odometry message"),
         report.imu
     ));
     if losses.count == 0 { Outcome::Done } else { Outcome::Lossy }

@@ -10,7 +10,7 @@ use biplane_recording::WriterOptions;
 use biplane_recording::mcap::write::active_path;
 
 use crate::cli::terminal::console::{Console, say};
-use biplane_cli::Outcome;
+use biplane_cli::{Outcome, counted};
 
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  biplane import carmen intel.log -o intel.mcap")]
@@ -47,12 +47,12 @@ fn print_result(report: &ImportReport, args: &Args, console: &Console) -> Outcom
     };
     let duration_s = report.stamps_ns.map_or(0.0, |[first_ns, last_ns]| (last_ns - first_ns) as f64 / 1e9);
     console.note(format!(
-        "{}: {} scans of {} beams in {duration_s:.1} s ({no_return}), {} odometry messages, {} stamps step back",
+        "{}: {} of {} beams in {duration_s:.1} s ({no_return}), {}, {} back in the stamps",
         args.output.display(),
-        report.scans,
+        counted(report.scans, "scan"),
         beams.join(" or "),
-        report.odometry,
-        report.backward_stamps
+        counted(report.odometry, "odometry message"),
+        counted(report.backward_stamps, "step")
     ));
     if report.broken_lines == 0 { Outcome::Done } else { Outcome::Lossy }
 }
@@ -66,6 +66,6 @@ fn report_losses(report: &ImportReport, log: &Path, console: &Console) {
         say(&format!("biplane: {}: {} broken lines skipped in all", log.display(), report.broken_lines));
     }
     for (kind, count) in &report.others {
-        console.note(format!("{}: {count} {kind} lines are not taken", log.display()));
+        console.note(format!("{}: {} not taken", log.display(), counted(*count, &format!("{kind} line"))));
     }
 }

@@ -25,7 +25,7 @@ use crate::cli::terminal::console::{Console, say};
 use crate::cli::terminal::dry_run::Plan;
 use crate::cli::terminal::stopwatch::Stopwatch;
 use crate::cli::terminal::threads::Threads;
-use biplane_cli::Outcome;
+use biplane_cli::{Outcome, counted};
 use biplane_recording::mcap::write::{active_path, is_being_written};
 
 /// Words of the command.
@@ -349,10 +349,10 @@ fn print_result(args: &Args, report: &Report, console: &Console) -> anyhow::Resu
         ));
     }
     console.note(format!(
-        "{output}: {} loops between {} stretches of the way, {} scans moved, {:.1} s",
-        report.counts.loops,
-        report.counts.submap_count,
-        report.recordings.iter().map(|recording| recording.scans).sum::<usize>(),
+        "{output}: {} between {} of the way, {} moved, {:.1} s",
+        counted(report.counts.loops, "loop"),
+        counted(report.counts.submap_count, "part"),
+        counted(report.recordings.iter().map(|recording| recording.scans).sum::<usize>(), "scan"),
         report.wall_s
     ));
     if args.json {
