@@ -19,7 +19,9 @@ pub(crate) mod text;
 
 use std::path::Path;
 
+use crate::formats::input::shift::restored;
 use crate::model::cylinder::Cylinder;
+use crate::model::turn::Turn;
 use crate::model::{Mesh, Model, Plane};
 use crate::reconstruct::polygons::triangulate::{faces, inferred_faces};
 
@@ -40,6 +42,9 @@ pub struct Shapes<'a> {
     /// What is added to every coordinate that is written, meters: models far from zero are kept near it
     /// (`crate::formats::input::shift`).
     pub shift_m: [f64; 3],
+    /// By what DXF and IFC are turned before that, about the vertical axis: their users want walls along x
+    /// and y.
+    pub turn: Turn,
     /// What the model was made of: names of files, without folders.
     pub source: String,
 }
@@ -56,6 +61,7 @@ impl<'a> Shapes<'a> {
             round_numbers,
             inferred: inferred_faces(model),
             shift_m: [0.0; 3],
+            turn: Turn::default(),
             source: String::new(),
         }
     }
@@ -84,6 +90,24 @@ impl<'a> Shapes<'a> {
     }
 }
 
+/// Where a model is drawn: turned, then moved, so that one far away is turned about a place near it.
+#[derive(Clone, Copy, Debug)]
+struct Placement {
+    shift_m: [f64; 3],
+    turn: Turn,
+}
+
+impl Placement {
+    fn of(shapes: &Shapes<'_>) -> Self {
+        Self { shift_m: shapes.shift_m, turn: shapes.turn }
+    }
+
+    /// A point of the model in the file.
+    fn at(&self, point_m: [f64; 3]) -> [f64; 3] {
+        restored(self.turn.apply(point_m), self.shift_m)
+    }
+}
+
 /// What a file says of itself.
 fn generator() -> String {
     format!("biplane {}", env!("CARGO_PKG_VERSION"))
@@ -99,7 +123,12 @@ pub(crate) fn source_name(path: &Path) -> String {
 /// What a file of the model says of itself in one line: program, source, frame, unit.
 fn description(shapes: &Shapes<'_>) -> String {
     let source = if shapes.source.is_empty() { String::new() } else { format!(" from {}", shapes.source) };
-    format!("{}{source}: frame map (z up), metres", generator())
+    let turn = &shapes.turn;
+    let turned = match turn.is_none() {
+        true => String::new(),
+        false => format!(" turned by {:.6} degrees about z", turn.angle_rad.to_degrees()),
+    };
+    format!("{}{source}: frame map (z up){turned}, metres", generator())
 }
 
 /// Adds a mesh's vertices and triangles to lists that hold others already.

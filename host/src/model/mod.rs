@@ -11,6 +11,7 @@ pub(crate) mod palette;
 pub(crate) mod part;
 #[cfg(test)]
 pub(crate) mod sample;
+pub(crate) mod turn;
 
 use serde::{Deserialize, Serialize};
 

@@ -130,6 +130,8 @@ class Chain:
         )
         self.drive("office", "paper")
         self.check_exports("office.model", 12)
+        run_check("chain/check_aligned.py", self.work / "office.run.mcap", self.work / "office.aligned")
+        self.tally.ok("office: walls of a model that lies askew come along x and y")
         self.judge(
             "office",
             "office.model",

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use crate::formats::output::{MARKER, check_free};
 use crate::formats::ply::points_file::PointsFile;
 use crate::formats::text::model_json::{self, ModelFile};
+use crate::model::turn::Turn;
 use anyhow::{Context, bail};
 use serde::Serialize;
 
@@ -23,8 +24,9 @@ use biplane_cli::Outcome;
 #[derive(Clone, Debug, clap::Args)]
 #[command(
     after_help = "Examples:\n  biplane export model --formats dxf,ifc          a floor plan and a building model, into the folder model\n  \
+    biplane export model --formats dxf,ifc --align-walls --force      the same with the main walls along x and y\n  \
     biplane export model --formats laz --force      the points once more\n\
-    The files are the same as `biplane build --formats` writes, byte for byte."
+    The files are the same as `biplane build --formats` writes, byte for byte, but for --align-walls."
 )]
 pub(crate) struct Args {
     /// A folder that `biplane build` or `biplane compact` wrote; the files are added to it
@@ -34,6 +36,10 @@ pub(crate) struct Args {
     /// mcap or 3dtiles; `biplane build --help` says what they are
     #[arg(long, value_name = "FORMATS", value_delimiter = ',', value_parser = formats::parse, required = true, hide_possible_values = true)]
     formats: Vec<Formats>,
+    /// Turn the drawing and the building model about the vertical so that the main walls lie along x and y;
+    /// for dxf and ifc only
+    #[arg(long)]
+    align_walls: bool,
     /// Replace files that exist
     #[arg(long)]
     force: bool,
@@ -53,6 +59,9 @@ struct Written {
     source: String,
     /// The files, in the order of the alphabet.
     files: Vec<WrittenFile>,
+    /// By how much they are turned against the frame `map`, counter-clockwise, degrees.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    turned_deg: Option<f64>,
 }
 
 #[derive(Debug, Serialize)]
@@ -64,7 +73,14 @@ struct WrittenFile {
 impl Args {
     /// Why there is nothing to do, if there is not.
     pub(crate) fn conflict(&self) -> Option<String> {
-        self.names().is_empty().then(|| "--formats none writes no file".to_owned())
+        if self.names().is_empty() {
+            return Some("--formats none writes no file".to_owned());
+        }
+        let is_turned = |format: Format| matches!(format, Format::Dxf | Format::Ifc);
+        let is_wrong = self.align_walls && !self.wanted().all(is_turned);
+        is_wrong.then(|| {
+            "--align-walls goes with dxf and ifc alone: other formats stay in the frame map".to_owned()
+        })
     }
 
     fn wanted(&self) -> impl Iterator<Item = Format> {
@@ -88,7 +104,12 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     names.iter().try_for_each(|name| check_free(&args.folder.join(name), args.force))?;
     let spinner = console.spinner("writing");
     let file = read(&args.folder)?;
-    let shapes = file.shapes();
+    let mut shapes = file.shapes();
+    if args.align_walls {
+        shapes.turn = Turn::along_walls(shapes.model, &shapes.faces)
+            .with_context(|| format!("{} has no upright surface to turn it by", args.folder.display()))?;
+    }
+    let turned_deg = args.align_walls.then(|| shapes.turn.angle_rad.to_degrees());
     let building = formats::building(&args.formats, &file);
     if args.wanted().any(Format::is_of_points) {
         let path = args.folder.join("points.ply");
@@ -99,7 +120,12 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     files::write_model(&args.folder, &shapes, building.as_ref(), &args.formats)?;
     write_viewer_file(&args.folder, &shapes, &file, &args.formats)?;
     drop(spinner);
-    print_result(args, &written(&args.folder, &file, &names)?)?;
+    print_result(args, &Written { turned_deg, ..written(&args.folder, &file, &names)? })?;
+    if let Some(turned_deg) = turned_deg {
+        console.note(format!(
+            "main walls along x and y: turned by {turned_deg:.3} degrees against the frame map"
+        ));
+    }
     formats::hint(building.as_ref()).into_iter().for_each(|why| console.note(why));
     Ok(Outcome::Done)
 }
@@ -138,7 +164,12 @@ fn written(folder: &Path, file: &ModelFile<'_>, names: &[&'static str]) -> anyho
         anyhow::Ok(WrittenFile { name, bytes: found.len() })
     };
     let files = names.iter().map(|name| size(name)).collect::<anyhow::Result<_>>()?;
-    Ok(Written { folder: folder.display().to_string(), source: file.source.clone().into_owned(), files })
+    Ok(Written {
+        folder: folder.display().to_string(),
+        source: file.source.clone().into_owned(),
+        files,
+        turned_deg: None,
+    })
 }
 
 fn print_result(args: &Args, written: &Written) -> anyhow::Result<()> {

@@ -6,8 +6,8 @@
 //! CEILING (outlines), LABELS (sizes of openings). Of a drive walls have their depth, with HATCH where it is
 //! known and ASSUMED for sides that nobody saw, and rooms have tags. With several storeys each has its own
 //! layers, `S1-WALLS` being the lowest. SURFACES (round things too), INFERRED and LEFTOVERS hold the model
-//! as 3D faces and are off where there is a plan. Frame `map`, meters. Source: Autodesk's DXF reference for
-//! release 2000 (AC1015).
+//! as 3D faces and are off where there is a plan. Frame `map`, turned where that is asked for, meters.
+//! Source: Autodesk's DXF reference for release 2000 (AC1015).
 
 mod document;
 mod layer;
@@ -22,14 +22,13 @@ use std::io::{self, Write};
 use self::document::Document;
 use self::layer::Layer;
 use self::rooms::RoomPlan;
-use super::Shapes;
+use super::{Placement, Shapes};
 use crate::building::Building;
 use crate::building::Opening;
 use crate::building::OpeningKind;
 use crate::building::elements::{Elements, Use, WallOpening};
 use crate::building::part::CUT_M;
 use crate::building::plan::{self, Plan};
-use crate::formats::input::shift::restored;
 use crate::model::Mesh;
 
 /// Height of labels, meters: 2 mm on paper at 1:50; the size of a window of a meter fits its width.
@@ -46,18 +45,18 @@ pub fn write(out: &mut impl Write, shapes: &Shapes<'_>, building: &Building) -> 
         let prefix = if storeys > 1 { format!("S{}-", storey + 1) } else { String::new() };
         let openings: Vec<&Opening> = building.openings.iter().filter(|o| o.storey == storey).collect();
         let elements = building.elements_at(plan.floor_m);
-        let corner_m = corner_m(&plan);
+        let placement = Placement::of(shapes);
+        let corner_m = corner_m(&plan, placement);
         let (plan, openings) = match &elements {
             // Walls with depth stand for their surfaces.
             Some(_) => (Plan { walls: Vec::new(), floors: Vec::new(), ..plan }, Vec::new()),
             None => (plan, openings),
         };
         if let Some(elements) = &elements {
-            let (shift_m, z_m) = (shapes.shift_m, plan.floor_m);
-            RoomPlan { document: &mut document, prefix: &prefix, shift_m, z_m }.draw(elements);
+            let z_m = plan.floor_m;
+            RoomPlan { document: &mut document, prefix: &prefix, placement, z_m }.draw(elements);
         }
-        let mut drawing =
-            Drawing { document: &mut document, prefix, shift_m: shapes.shift_m, z_m: plan.floor_m };
+        let mut drawing = Drawing { document: &mut document, prefix, placement, z_m: plan.floor_m };
         for opening in elements.iter().flat_map(|elements| &elements.openings) {
             drawing.sizes(opening, elements.as_ref());
         }
@@ -81,7 +80,7 @@ struct Label {
 struct Drawing<'a> {
     document: &'a mut Document,
     prefix: String,
-    shift_m: [f64; 3],
+    placement: Placement,
     z_m: f64,
 }
 
@@ -114,7 +113,7 @@ impl Drawing<'_> {
     }
 
     fn at(&self, [x, y]: [f64; 2]) -> [f64; 3] {
-        restored([x, y, self.z_m], self.shift_m)
+        self.placement.at([x, y, self.z_m])
     }
 
     fn layer(&mut self, layer: Layer) -> String {
@@ -150,7 +149,7 @@ impl Drawing<'_> {
 
     /// The opening's size over it, the height of its sill under it, to be read from below or from the right.
     fn label(&mut self, opening: &Label) {
-        let [a, b] = opening.ends_m;
+        let [a, b] = opening.ends_m.map(|end| self.at(end));
         let (mut dx, mut dy) = (b[0] - a[0], b[1] - a[1]);
         if dx < -1e-6 || (dx.abs() <= 1e-6 && dy < 0.0) {
             (dx, dy) = (-dx, -dy);
@@ -160,13 +159,8 @@ impl Drawing<'_> {
         let mut put = |away: f64, text: &str| {
             let away = away * TEXT_M / width;
             let foot = [(a[0] + b[0]) / 2.0 - away * dy, (a[1] + b[1]) / 2.0 + away * dx];
-            self.document.text(
-                &name,
-                restored([foot[0], foot[1], self.z_m], self.shift_m),
-                TEXT_M,
-                dy.portable_atan2(dx).to_degrees(),
-                text,
-            );
+            let degrees = dy.portable_atan2(dx).to_degrees();
+            self.document.text(&name, [foot[0], foot[1], a[2]], TEXT_M, degrees, text);
         };
         put(0.5, &format!("{:.2} x {:.2}", opening.width_m, opening.height_m));
         if let Some(sill_m) = opening.sill_m {
@@ -178,18 +172,19 @@ impl Drawing<'_> {
         if !corner_m.iter().all(|value| value.is_finite()) {
             return;
         }
-        let floor_m = ((floor_m + self.shift_m[2]) * 100.0).round() / 100.0 + 0.0;
+        let floor_m = ((floor_m + self.placement.shift_m[2]) * 100.0).round() / 100.0 + 0.0;
         let text = format!("floor {floor_m:+.2} m, cut {CUT_M:.2} m above it; metres");
         let name = self.layer(Layer::LABELS);
-        let at = self.at([corner_m[0], corner_m[1] - 4.0 * TEXT_M]);
+        let at = [corner_m[0], corner_m[1] - 4.0 * TEXT_M, self.at([0.0; 2])[2]];
         self.document.start_text(&name, at, TEXT_M, &text);
     }
 }
 
-/// The smallest x and y of what a plan cuts; infinite when it cuts nothing.
-fn corner_m(plan: &Plan) -> [f64; 2] {
+/// The smallest x and y of what a plan cuts, in the file; infinite when it cuts nothing.
+fn corner_m(plan: &Plan, placement: Placement) -> [f64; 2] {
     let all = plan.walls.iter().chain(&plan.section).flatten();
-    all.fold([f64::INFINITY; 2], |low, p| [low[0].min(p[0]), low[1].min(p[1])])
+    let placed = all.map(|p| placement.at([p[0], p[1], plan.floor_m]));
+    placed.fold([f64::INFINITY; 2], |low, p| [low[0].min(p[0]), low[1].min(p[1])])
 }
 
 /// The model as 3D faces; edges within a polygon are not drawn.
@@ -204,12 +199,12 @@ fn surfaces(document: &mut Document, shapes: &Shapes<'_>, is_on: bool) {
         let layer = layer.shown(is_on);
         for mesh in meshes.iter().filter(|mesh| !mesh.triangles.is_empty()) {
             document.layer(layer.name, layer);
-            faces(document, layer.name, mesh, shapes.shift_m);
+            faces(document, layer.name, mesh, Placement::of(shapes));
         }
     }
 }
 
-fn faces(document: &mut Document, layer: &str, mesh: &Mesh, shift_m: [f64; 3]) {
+fn faces(document: &mut Document, layer: &str, mesh: &Mesh, placement: Placement) {
     let edges = |[a, b, c]: [u32; 3]| [(a, b), (b, c), (c, a)].map(|(p, q)| (p.min(q), p.max(q)));
     let mut uses: BTreeMap<(u32, u32), u32> = BTreeMap::new();
     let is_flat = layer != Layer::LEFTOVERS.name;
@@ -218,7 +213,7 @@ fn faces(document: &mut Document, layer: &str, mesh: &Mesh, shift_m: [f64; 3]) {
     }
     for triangle in &mesh.triangles {
         let corner =
-            |index: &u32| mesh.vertices_m.get(*index as usize).map(|p| restored(p.map(f64::from), shift_m));
+            |index: &u32| mesh.vertices_m.get(*index as usize).map(|p| placement.at(p.map(f64::from)));
         let corners: Vec<[f64; 3]> = triangle.iter().filter_map(corner).collect();
         let hidden = edges(*triangle).map(|edge| uses.get(&edge).is_some_and(|count| *count > 1));
         if let Ok(corners) = corners.try_into() {

@@ -5,7 +5,7 @@ use super::document::Document;
 use super::layer::Layer;
 use crate::building::elements::{Elements, Room, Use, Wall, WallOpening};
 use crate::building::part::CUT_M;
-use crate::formats::input::shift::restored;
+use crate::formats::Placement;
 
 /// Height of room tags, meters.
 const TAG_M: f64 = 0.15;
@@ -16,8 +16,8 @@ pub(super) struct RoomPlan<'a> {
     pub document: &'a mut Document,
     /// What layers of its storey begin with.
     pub prefix: &'a str,
-    /// Added to all coordinates.
-    pub shift_m: [f64; 3],
+    /// Where it lies in the file.
+    pub placement: Placement,
     /// Height of the floor.
     pub z_m: f64,
 }
@@ -54,7 +54,7 @@ impl RoomPlan<'_> {
     }
 
     fn at(&self, [x, y]: [f64; 2]) -> [f64; 3] {
-        restored([x, y, self.z_m], self.shift_m)
+        self.placement.at([x, y, self.z_m])
     }
 
     fn line(&mut self, layer: Layer, from: [f64; 2], to: [f64; 2]) {
@@ -127,8 +127,8 @@ impl RoomPlan<'_> {
             format!("height {:.2} m", room.ceiling_z_m - room.floor_z_m),
         ];
         for (number, text) in lines.iter().enumerate() {
-            let foot = self.at([x, y - 1.6 * TAG_M * number as f64]);
-            self.document.text(&name, foot, TAG_M, 0.0, text);
+            let [x, y, z] = self.at([x, y]);
+            self.document.text(&name, [x, y - 1.6 * TAG_M * number as f64, z], TAG_M, 0.0, text);
         }
     }
 }

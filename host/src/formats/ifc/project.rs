@@ -4,6 +4,7 @@ use super::step::{Id, Ids, Maybe, Reals, Step, Text, global_id};
 use crate::building::Building;
 use crate::formats::text::number::Number;
 use crate::formats::{Shapes, description, generator};
+use crate::model::turn::Turn;
 
 /// The entities that elements refer to.
 pub(crate) struct Project {
@@ -55,7 +56,8 @@ impl Project {
             "IFCPROJECT('{id}',{owner},'building model',{},$,$,$,({context}),{units})",
             Text(&about)
         ));
-        let far = axes(step, shapes.shift_m);
+        add_turn(step, context, shapes);
+        let far = site_axes(step, shapes);
         let site_place = step.add(format_args!("IFCLOCALPLACEMENT($,{far})"));
         let id = global_id(format_args!("site {about}"));
         let site =
@@ -88,6 +90,33 @@ fn owner(step: &mut Step) -> Id {
 fn axes(step: &mut Step, at_m: [f64; 3]) -> Id {
     let point = step.add(format_args!("IFCCARTESIANPOINT({})", Reals(&at_m)));
     step.add(format_args!("IFCAXIS2PLACEMENT3D({point},$,$)"))
+}
+
+/// The site's place: at the model's far offset, turned with it.
+fn site_axes(step: &mut Step, shapes: &Shapes<'_>) -> Id {
+    if shapes.turn.is_none() {
+        return axes(step, shapes.shift_m);
+    }
+    let (sin, cos) = shapes.turn.angle_rad.sin_cos();
+    let point = step.add(format_args!("IFCCARTESIANPOINT({})", Reals(&shapes.shift_m)));
+    let up = step.add(format_args!("IFCDIRECTION((0.,0.,1.))"));
+    // Twelve decimals: four would move a wall by a centimeter over 200 m.
+    let x_axis = step.add(format_args!("IFCDIRECTION(({cos:.12},{sin:.12},0.))"));
+    step.add(format_args!("IFCAXIS2PLACEMENT3D({point},{up},{x_axis})"))
+}
+
+/// Says how a turned file lies in the frame `map`: where `map`'s own coordinates are wanted, programs find
+/// them by this.
+fn add_turn(step: &mut Step, context: Id, shapes: &Shapes<'_>) {
+    if shapes.turn.is_none() {
+        return;
+    }
+    let back = Turn { angle_rad: -shapes.turn.angle_rad };
+    let (sin, cos) = back.angle_rad.sin_cos();
+    let turned = back.apply(shapes.shift_m);
+    let [east, north] = [0, 1].map(|axis| shapes.shift_m[axis] - turned[axis]);
+    let map = step.add(format_args!("IFCPROJECTEDCRS('map','frame map of the recording',$,$,$,$,$)"));
+    step.add(format_args!("IFCMAPCONVERSION({context},{map},{east:.6},{north:.6},0.,{cos:.12},{sin:.12},$)"));
 }
 
 fn units(step: &mut Step) -> Id {

@@ -82,6 +82,13 @@ fn files_that_exist_are_kept_unless_force_is_said() {
     let before = names(&folder.path("out"));
     folder.expect("export out --formats dxf,obj", 1, &["out/model.obj exists already", "--force"]);
     assert_eq!(names(&folder.path("out")), before, "nothing was written");
+    let align = "export out --formats dxf,ifc --align-walls --json";
+    let ran = folder.expect(align, 0, &["main walls along x and y: turned by "]);
+    let turned: Value = serde_json::from_str(&ran.stdout).unwrap();
+    assert!(turned["turned_deg"].as_f64().is_some_and(|deg| deg.abs() < 1.0), "{turned}");
+    let ifc = fs::read_to_string(folder.path("out/model.ifc")).unwrap();
+    assert!(ifc.contains("IFCMAPCONVERSION(") && ifc.contains("turned by "), "the turn is said");
+    fs::remove_file(folder.path("out/model.ifc")).unwrap();
     let ran = folder.expect("export out --formats dxf,obj,obj --force --json", 0, &[]);
     let written: Value = serde_json::from_str(&ran.stdout).unwrap();
     let bytes = |name: &str| fs::metadata(folder.path("out").join(name)).unwrap().len();
@@ -101,6 +108,11 @@ fn a_folder_that_holds_no_model_is_named_with_what_it_lacks() {
     room::record(&folder.path("run.mcap"), Content { poses: true, vertical: false });
     folder.expect("export out --formats dxf,stl", 2, &["there are glb, ply"]);
     folder.expect("export out", 2, &["--formats"]);
+    folder.expect(
+        "export out --formats ifc,glb --align-walls",
+        2,
+        &["--align-walls goes with dxf and ifc alone"],
+    );
     folder.expect("export out --formats none", 2, &["writes no file"]);
     folder.expect("export out --formats dxf", 1, &["cannot read out: No such file"]);
     folder.expect("export run.mcap --formats dxf", 1, &["run.mcap is an MCAP file; expected a folder"]);
