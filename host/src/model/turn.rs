@@ -2,6 +2,7 @@
 
 use crate::model::area::area_m2;
 use crate::model::{Mesh, Model};
+use biplane_geometry::PortableMath;
 
 /// Walls whose directions differ by less share one, degrees: scans and furniture along a wall scatter so far.
 const ALIKE_DEG: f64 = 2.0;
@@ -28,7 +29,7 @@ impl Turn {
             .filter_map(|(polygon, mesh)| {
                 let normal = model.planes.get(polygon.plane)?.normal;
                 let is_upright = normal[2].abs() < MAX_SLOPE;
-                is_upright.then(|| [normal[1].atan2(normal[0]).to_degrees(), area_m2(mesh)])
+                is_upright.then(|| [normal[1].portable_atan2(normal[0]).to_degrees(), area_m2(mesh)])
             })
             .collect();
         walls.sort_by(|a, b| b[1].total_cmp(&a[1]));
@@ -42,7 +43,7 @@ impl Turn {
         if self.is_none() {
             return [x, y, z];
         }
-        let (sin, cos) = self.angle_rad.sin_cos();
+        let (sin, cos) = self.angle_rad.portable_sin_cos();
         [cos * x - sin * y, sin * x + cos * y, z]
     }
 

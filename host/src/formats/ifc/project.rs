@@ -5,6 +5,7 @@ use crate::building::Building;
 use crate::formats::text::number::Number;
 use crate::formats::{Shapes, description, generator};
 use crate::model::turn::Turn;
+use biplane_geometry::PortableMath;
 
 /// The entities that elements refer to.
 pub(crate) struct Project {
@@ -97,7 +98,7 @@ fn site_axes(step: &mut Step, shapes: &Shapes<'_>) -> Id {
     if shapes.turn.is_none() {
         return axes(step, shapes.shift_m);
     }
-    let (sin, cos) = shapes.turn.angle_rad.sin_cos();
+    let (sin, cos) = shapes.turn.angle_rad.portable_sin_cos();
     let point = step.add(format_args!("IFCCARTESIANPOINT({})", Reals(&shapes.shift_m)));
     let up = step.add(format_args!("IFCDIRECTION((0.,0.,1.))"));
     // Twelve decimals: four would move a wall by a centimeter over 200 m.
@@ -112,7 +113,7 @@ fn add_turn(step: &mut Step, context: Id, shapes: &Shapes<'_>) {
         return;
     }
     let back = Turn { angle_rad: -shapes.turn.angle_rad };
-    let (sin, cos) = back.angle_rad.sin_cos();
+    let (sin, cos) = back.angle_rad.portable_sin_cos();
     let turned = back.apply(shapes.shift_m);
     let [east, north] = [0, 1].map(|axis| shapes.shift_m[axis] - turned[axis]);
     let map = step.add(format_args!("IFCPROJECTEDCRS('map','frame map of the recording',$,$,$,$,$)"));
