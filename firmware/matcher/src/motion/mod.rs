@@ -97,6 +97,8 @@ pub(crate) struct MotionModel {
     leap_record: LeapRecord,
     /// What scans have shown of the odometry.
     consistency: Consistency,
+    /// How long no scan has been matched, seconds.
+    unmatched_s: f64,
 }
 
 impl MotionModel {
@@ -112,6 +114,7 @@ impl MotionModel {
             leaps: LeapWatch::default(),
             leap_record: LeapRecord::default(),
             consistency: Consistency::default(),
+            unmatched_s: 0.0,
         }
     }
 
@@ -133,7 +136,7 @@ impl MotionModel {
         let is_disordered = self.cadence.is_disordered();
         let may_speak = !is_disordered
             || self.leaps.is_leaping(&step.last_from_base, &inertia.last_from_base, &steadiness);
-        if !(self.weighs_odometry && steadiness.is_worth() && may_speak) {
+        if !(self.weighs_odometry && steadiness.is_worth() && may_speak) || self.is_alone_with(&step) {
             return alone(step);
         }
         let odds_against_leap = is_disordered.then(|| self.leap_record.odds_against(squared));
@@ -142,6 +145,15 @@ impl MotionModel {
             Reading::AsIs | Reading::Reversed => (step, inertia),
         };
         Prediction { step, rival: (squared > 1.0).then_some(rival), steadiness, odds_against_leap }
+    }
+
+    /// Whether scans have contradicted this odometry, but have shown nothing for so long that inertia foretells
+    /// less than it does.
+    fn is_alone_with(&self, step: &Step) -> bool {
+        let since_s = self.cadence.mean_gap_s().map(|gap_s| gap_s + self.unmatched_s);
+        step.measured()
+            && self.consistency.reading() == Reading::Contradicted
+            && !Steadiness::after(since_s).is_worth()
     }
 
     /// The odometry's step as it is to be read, or why there is none.
@@ -213,6 +225,9 @@ impl MotionModel {
     ) {
         let odometry_step = self.plausible(self.cadence.gap_s(stamp_ns), odom_from_base);
         self.watch_for_leaps(stamp_ns, odometry_step.as_ref());
+        let is_matched = matches!(found, Found::Surely | Found::ButForTheWay);
+        let gap_s = self.cadence.gap_s(stamp_ns).map_or(0.0, |gap_s| gap_s.min(LONGEST_GAP_S));
+        self.unmatched_s = if is_matched { 0.0 } else { self.unmatched_s + gap_s };
         self.cadence.note(stamp_ns);
         if let (Some(step), Found::Surely, true) = (odometry_step, found, self.weighs_odometry) {
             let sigma = self.odometry_sigma(&step);
@@ -223,7 +238,7 @@ impl MotionModel {
         }
         self.last_odom_from_base = odom_from_base.filter(Pose2::is_finite);
         match self.last_odom_from_base {
-            Some(odom) if matches!(found, Found::Surely | Found::ButForTheWay) => {
+            Some(odom) if is_matched => {
                 self.stall.matched(&odom, map_from_base, found == Found::Surely);
             }
             _ => self.stall.unmatched(),
@@ -290,6 +305,22 @@ mod tests {
         assert!(short.measured() && (short.last_from_base.x_m - 0.1).abs() < 1e-12);
         let long = model.predict(S, Some(Pose2::new(5.0, 6.0, FRAC_PI_2))).step;
         assert!((0..3).all(|i| long.sigma[i] > short.sigma[i]));
+    }
+
+    #[test]
+    fn contradicted_odometry_is_read_again_once_nothing_was_matched_for_so_long_that_inertia_is_worth_less() {
+        let mut model = MotionModel::new(MotionParams::default());
+        let odom = |i: i64| Some(Pose2::new(0.0, 0.2 * i as f64, 0.0));
+        let at = |i: i64| Pose2::new(0.1 * i as f64, 0.0, 0.0);
+        (0..10).for_each(|i| model.update(i * S / 5, odom(i), (&at(i - 1), &at(i)), Found::Surely));
+        let mut read = |i: i64| {
+            let step = model.predict(i * S / 5, odom(i)).step;
+            model.update(i * S / 5, odom(i), (&at(i - 1), &at(i)), Found::Guessed);
+            step.odometry
+        };
+        let seconds: Vec<Odometry> = (10..20).map(&mut read).collect();
+        assert_eq!(seconds[..5], [Odometry::Contradicted; 5]);
+        assert_eq!(seconds[7..], [Odometry::Used; 3]);
     }
 
     #[test]

@@ -29,7 +29,7 @@ use crate::registration::verdict::{LOST_BELOW_SCORE, Verdict};
 use crate::scan::Scan;
 use crate::scan::end_points::EndPoints;
 use crate::tracker::method::{Engine, Learned};
-use crate::tracker::step_choice::{Expectation, StepChoice};
+use crate::tracker::step_choice::{Expectation, StepChoice, is_worth_its_contradiction};
 use biplane_geometry::Pose2;
 
 /// What became of a scan.
@@ -277,6 +277,10 @@ impl Tracker {
             if !self.innovation_gate.confirm(&alignment.pose, &expected)
                 && self.engine.score_at(&self.points, &prior.mean) >= LOST_BELOW_SCORE
             {
+                return (alignment, Verdict::Unconfirmed);
+            }
+            let unmoved = || self.engine.score_at(&self.points, &prior.mean);
+            if !is_worth_its_contradiction(&alignment, prior, unmoved) {
                 return (alignment, Verdict::Unconfirmed);
             }
         }

@@ -9,7 +9,7 @@ use crate::motion::{Prediction, Step};
 use crate::registration::covariance::weakest_sigma_m;
 use crate::registration::gauss_newton::Alignment;
 use crate::registration::gauss_newton::params::WEAK_M;
-use crate::registration::gauss_newton::prior::Prior;
+use crate::registration::gauss_newton::prior::{CAUCHY_SCALE, Prior};
 use crate::registration::verdict::Verdict;
 use biplane_geometry::Pose2;
 
@@ -99,6 +99,22 @@ impl<'a> StepChoice<'a> {
     }
 }
 
+/// Whether a match that contradicts the odometry is to be believed. Where a scan explains too few end points to
+/// outweigh a fault of the odometry, it has to gain more by the match than the odometry loses by it: more than
+/// it explained where the odometry leads, of which `unmoved` is the score. A dozen end points on the jambs of a
+/// door fit in many places.
+pub(crate) fn is_worth_its_contradiction(
+    alignment: &Alignment,
+    prior: &Prior,
+    unmoved: impl FnOnce() -> f64,
+) -> bool {
+    if prior.squared(&alignment.pose) <= CAUCHY_SCALE * CAUCHY_SCALE || alignment.gain() >= FAULT {
+        return true;
+    }
+    let gained = alignment.gain() * (1.0 - unmoved() / alignment.fit.score());
+    gained >= prior.neg_log_likelihood(&alignment.pose).min(FAULT)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -165,5 +181,23 @@ mod tests {
         assert_eq!(shown(found(1.0, 300.0, true), found(0.1, 300.0, true)), None, "alike");
         assert_eq!(shown(found(1.0, 300.0, false), found(0.1, 200.0, true)), None, "a bare corridor");
         assert_eq!(shown(found(0.6, 300.0, true), found(0.6, 300.0, true)), None, "in between");
+    }
+
+    #[test]
+    fn few_end_points_do_not_contradict_the_odometry_and_many_do() {
+        let information = Matrix3::from_diagonal(&Vector3::new(0.02_f64.powi(-2), 0.02_f64.powi(-2), 1e4));
+        let prior = Prior { mean: Pose2::IDENTITY, information, measured: true, gives_way: true };
+        let worth = |x_m: f64, end_points: f64, unmoved: f64| {
+            let fit = Fit { explained: end_points, informative: end_points, total: end_points };
+            let pose = Pose2::new(x_m, 0.0, 0.0);
+            let alignment = Alignment { pose, information, fit, iterations: 1, at_rest: true };
+            is_worth_its_contradiction(&alignment, &prior, || unmoved)
+        };
+        // 20 cm off, ten standard deviations: what explains 14 end points hardly better is chance. A whole
+        // scan is not, nor is anything less than that off.
+        assert_eq!([worth(0.2, 14.0, 0.9), worth(0.2, 180.0, 0.9)], [false, true]);
+        assert_eq!([worth(0.1, 18.0, 0.2), worth(0.1, 18.0, 0.5)], [true, false]);
+        // Within the noise of the odometry every match is.
+        assert!(worth(0.06, 14.0, 0.9));
     }
 }
