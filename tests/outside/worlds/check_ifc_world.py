@@ -21,10 +21,11 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 sys.path.insert(0, str(Path(__file__).parent))
 
 import truth
+from make_ifc_world import read as read_world
+
 from lib.ply import read, xyz
 from lib.programs import run
 from lib.verdict import Tally, require
-from make_ifc_world import read as read_world
 
 # Distance of the points on surfaces, how near each must have one of the other's, and how many may not: thin
 # slivers are cut differently.

@@ -19,6 +19,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import ifcopenshell
 import shapely
+
 from lib.programs import run, run_check
 from lib.verdict import Tally, require
 
