@@ -24,8 +24,8 @@ pub trait PortableMath: Sized {
     /// The direction of the point (`x`, `self`).
     #[must_use]
     fn portable_atan2(self, x: Self) -> Self;
-    /// Length of the hypotenuse of a right triangle: a square root, which is exact everywhere. Squares of lengths
-    /// in meters neither overflow nor vanish.
+    /// Length of the hypotenuse of a right triangle: a square root, which is exact everywhere. Squares of
+    /// lengths in meters neither overflow nor vanish.
     #[must_use]
     fn portable_hypot(self, other: Self) -> Self;
     /// e to this power.

@@ -147,8 +147,8 @@ impl MotionModel {
         Prediction { step, rival: (squared > 1.0).then_some(rival), steadiness, odds_against_leap }
     }
 
-    /// Whether scans have contradicted this odometry, but have shown nothing for so long that inertia foretells
-    /// less than it does.
+    /// Whether scans have contradicted this odometry, but have shown nothing for so long that inertia
+    /// foretells less than it does.
     fn is_alone_with(&self, step: &Step) -> bool {
         let since_s = self.cadence.mean_gap_s().map(|gap_s| gap_s + self.unmatched_s);
         step.measured()

@@ -99,10 +99,10 @@ impl<'a> StepChoice<'a> {
     }
 }
 
-/// Whether a match that contradicts the odometry is to be believed. Where a scan explains too few end points to
-/// outweigh a fault of the odometry, it has to gain more by the match than the odometry loses by it: more than
-/// it explained where the odometry leads, of which `unmoved` is the score. A dozen end points on the jambs of a
-/// door fit in many places.
+/// Whether a match that contradicts the odometry is to be believed. Where a scan explains too few end points
+/// to outweigh a fault of the odometry, it has to gain more by the match than the odometry loses by it: more
+/// than it explained where the odometry leads, of which `unmoved` is the score. A dozen end points on the
+/// jambs of a door fit in many places.
 pub(crate) fn is_worth_its_contradiction(
     alignment: &Alignment,
     prior: &Prior,
