@@ -136,7 +136,7 @@ impl MotionModel {
         let is_disordered = self.cadence.is_disordered();
         let may_speak = !is_disordered
             || self.leaps.is_leaping(&step.last_from_base, &inertia.last_from_base, &steadiness);
-        if !(self.weighs_odometry && steadiness.is_worth() && may_speak) || self.is_alone_with(&step) {
+        if !(self.weighs_odometry && steadiness.is_worth() && may_speak) || self.is_all_there_is() {
             return alone(step);
         }
         let odds_against_leap = is_disordered.then(|| self.leap_record.odds_against(squared));
@@ -149,11 +149,9 @@ impl MotionModel {
 
     /// Whether scans have contradicted this odometry, but have shown nothing for so long that inertia
     /// foretells less than it does.
-    fn is_alone_with(&self, step: &Step) -> bool {
+    fn is_all_there_is(&self) -> bool {
         let since_s = self.cadence.mean_gap_s().map(|gap_s| gap_s + self.unmatched_s);
-        step.measured()
-            && self.consistency.reading() == Reading::Contradicted
-            && !Steadiness::after(since_s).is_worth()
+        self.consistency.reading() == Reading::Contradicted && !Steadiness::after(since_s).is_worth()
     }
 
     /// The odometry's step as it is to be read, or why there is none.
@@ -223,11 +221,12 @@ impl MotionModel {
         (map_from_last, map_from_base): (&Pose2, &Pose2),
         found: Found,
     ) {
-        let odometry_step = self.plausible(self.cadence.gap_s(stamp_ns), odom_from_base);
+        let gap_s = self.cadence.gap_s(stamp_ns);
+        let odometry_step = self.plausible(gap_s, odom_from_base);
         self.watch_for_leaps(stamp_ns, odometry_step.as_ref());
         let is_matched = matches!(found, Found::Surely | Found::ButForTheWay);
-        let gap_s = self.cadence.gap_s(stamp_ns).map_or(0.0, |gap_s| gap_s.min(LONGEST_GAP_S));
-        self.unmatched_s = if is_matched { 0.0 } else { self.unmatched_s + gap_s };
+        let passed_s = gap_s.unwrap_or(0.0).min(LONGEST_GAP_S);
+        self.unmatched_s = if is_matched { 0.0 } else { self.unmatched_s + passed_s };
         self.cadence.note(stamp_ns);
         if let (Some(step), Found::Surely, true) = (odometry_step, found, self.weighs_odometry) {
             let sigma = self.odometry_sigma(&step);

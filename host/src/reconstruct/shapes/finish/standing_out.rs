@@ -5,15 +5,14 @@
 //! tells both apart is where the axis is: that of a pipe or a column is not behind the wall.
 
 use crate::model::Cloud;
-use crate::reconstruct::shapes::fit::judge::Accepted;
+use crate::reconstruct::planes::fit::scatter::Scatter;
+use crate::reconstruct::shapes::fit::judge::{Accepted, WALL_RADIUS_M};
 use crate::reconstruct::shapes::search::patches::{Patch, Patches, is_wide};
 use biplane_geometry::plane::distance_m;
 use biplane_geometry::vec3::{cross, dot, minus, plus, scaled};
 
 /// How far behind the wall an axis is at most, in radii: 150 degrees stand out then, 180 of a half column.
 const MAX_BEHIND_RADII: f64 = 0.26;
-/// Things of a larger radius are curved walls, which may bulge out of flat ones.
-const MAX_RADIUS_M: f64 = 1.0;
 /// Sine between an axis and a plane that runs along it.
 const MAX_ALONG_SINE: f64 = 0.1;
 /// The wall is there when it has points so near to a line in which both meet.
@@ -25,24 +24,33 @@ const MIN_BESIDE: f64 = 0.5;
 /// Leaves out what does not stand out of the wall that it is on by about half of its way round.
 pub(crate) fn retain(cloud: &Cloud, divided: &Patches, all: &mut Vec<Accepted>) {
     all.retain(|one| {
-        let is_thing = !one.inside && one.tube.radius_m < MAX_RADIUS_M;
+        // Curved walls may bulge out of flat ones.
+        if one.inside || one.tube.radius_m >= WALL_RADIUS_M {
+            return true;
+        }
+        let seen_m = middle_of(cloud, &one.on);
         let mut walls = divided.patches.iter().filter(|patch| is_wide(&patch.fit));
-        !is_thing || !walls.any(|wall| hides(cloud, wall, one))
+        !walls.any(|wall| hides(cloud, wall, one, seen_m))
     });
 }
 
-/// Whether a wall has the greater part of a cylinder behind it.
-fn hides(cloud: &Cloud, wall: &Patch, one: &Accepted) -> bool {
+/// The mean of some points.
+fn middle_of(cloud: &Cloud, points: &[usize]) -> [f64; 3] {
+    let mut sum = Scatter::default();
+    points.iter().for_each(|i| sum.add(cloud.points_m[*i].map(f64::from)));
+    sum.mean()
+}
+
+/// Whether a wall has the greater part of a cylinder behind it, whose points have their middle at `seen_m`.
+fn hides(cloud: &Cloud, wall: &Patch, one: &Accepted, seen_m: [f64; 3]) -> bool {
     let axis = &one.tube.axis;
     if dot(wall.fit.normal, axis.direction()).abs() > MAX_ALONG_SINE {
         return false;
     }
     let middle = plus(axis.point_m, scaled(axis.direction(), 0.5 * (one.along_m[0] + one.along_m[1])));
     let off_m = distance_m(wall.fit.normal, wall.fit.offset_m, middle);
-    let mean = one.on.iter().fold([0.0; 3], |sum, i| plus(sum, cloud.points_m[*i].map(f64::from)));
-    let mean = scaled(mean, 1.0 / one.on.len().max(1) as f64);
     // Its points are on the side from which the wall is seen; the axis is behind when it is on the other.
-    let is_ahead = distance_m(wall.fit.normal, wall.fit.offset_m, mean) > off_m;
+    let is_ahead = distance_m(wall.fit.normal, wall.fit.offset_m, seen_m) > off_m;
     let behind_m = if is_ahead { -off_m } else { off_m };
     let radius_m = one.tube.radius_m;
     if behind_m <= MAX_BEHIND_RADII * radius_m || behind_m >= radius_m {

@@ -6,7 +6,7 @@ use crate::model::{Cloud, Plane};
 use crate::reconstruct::planes::labeled::Planes;
 use crate::reconstruct::shapes::Rounds;
 use crate::reconstruct::shapes::fit::axis::{Axis, Tube};
-use crate::reconstruct::shapes::fit::judge::Accepted;
+use crate::reconstruct::shapes::fit::judge::{Accepted, WALL_RADIUS_M};
 use crate::reconstruct::shapes::params::ShapeParams;
 use biplane_geometry::PortableMath;
 use biplane_geometry::vec3::{dot, minus, norm, plus, scaled};
@@ -25,8 +25,6 @@ const MIN_CUT_COSINE: f64 = 0.5;
 const MAX_ALONG_SINE: f64 = 0.15;
 /// An upright axis.
 const UPRIGHT_COSINE: f64 = 0.9;
-/// Larger things are walls.
-const WALL_RADIUS_M: f64 = 1.0;
 /// What was seen from outside over so much of its arc goes all the way round.
 const WHOLE_FROM_DEG: f64 = 90.0;
 

@@ -29,7 +29,7 @@ const STEP_M: f64 = 0.1;
 pub(crate) const MIN_LENGTH_M: f64 = 0.3;
 const MIN_LENGTH_RADII: f64 = 2.0;
 /// Things of a larger radius are walls, of which a low piece is enough.
-const WALL_RADIUS_M: f64 = 1.0;
+pub(crate) const WALL_RADIUS_M: f64 = 1.0;
 /// How much better than flat faces a circle is at least: very strong evidence (Kass and Raftery 1995).
 const MIN_EVIDENCE: f64 = 10.0;
 /// The same where nobody knows from where the points were seen: neither beams nor sides speak against it.
