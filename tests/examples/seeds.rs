@@ -68,6 +68,10 @@ fn wire() -> anyhow::Result<()> {
     save("rflex", "commands", &[vec![0x12], commands.collect::<Vec<_>>().concat()].concat())?;
     let reports = table::rflex_reports().into_iter().map(|report| written(|out| report.emit(0xFE, out)));
     save("rflex", "reports", &[vec![0x12], reports.collect::<Vec<_>>().concat()].concat())?;
+    let commands = table::xsens_commands().into_iter().map(|command| written(|out| command.emit(out)));
+    save("xsens", "commands", &[vec![0x12], commands.collect::<Vec<_>>().concat()].concat())?;
+    let reports = table::xsens_reports().into_iter().map(|report| written(|out| report.emit(out)));
+    save("xsens", "reports", &[vec![0x12], reports.collect::<Vec<_>>().concat()].concat())?;
     for (number, asked) in table::questions().into_iter().enumerate() {
         save("roboclaw", &format!("question-{number}"), &written(|out| asked.emit(out)))?;
     }

@@ -81,6 +81,7 @@ targets!(
     p2os,
     rflex,
     roboclaw,
+    xsens,
     laser_session,
     base_session,
     message,

@@ -8,6 +8,7 @@
 //! - [`roboclaw`]: RoboClaw motor controllers, whose replies have no header and are read question by
 //!   question.
 //! - [`rflex`]: rFLEX bases (B21r, ATRV, Magellan).
+//! - [`xsens`]: Xsens MTi inertial units.
 //!
 //! The crate knows no heap, no file, no clock and no geometry. Numbers stay the device's own integers; their
 //! names carry the unit. Both directions are here, so that the same code drives a device and plays one.
@@ -25,6 +26,7 @@ pub mod rflex;
 pub mod roboclaw;
 pub mod scip;
 pub mod text;
+pub mod xsens;
 
 pub use crate::framing::{Counts, Deframer, Item, SkipReason};
 pub use error::WireError;

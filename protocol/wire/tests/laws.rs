@@ -8,11 +8,11 @@ use std::rc::Rc;
 use biplane_wire::lms::{Pairs, Reply, Request, S14Scan, Scan, Status, Telegram, checksum};
 use biplane_wire::p2os::{self, Command, Packet, Report};
 use biplane_wire::roboclaw::{Answer, Question, Request as Asked};
-use biplane_wire::{WireError, lms, rflex};
+use biplane_wire::{WireError, lms, rflex, xsens};
 use cases::Noise;
 use cases::table::{
     answers, commands, pairs, questions, replies, reports, requests, rflex_commands, rflex_reports,
-    s14_scans, scans,
+    s14_scans, scans, xsens_commands, xsens_reports,
 };
 
 type Written = Result<usize, WireError>;
@@ -151,6 +151,18 @@ fn rflex_cases() -> impl Iterator<Item = Case> {
     commanded.chain(reported)
 }
 
+fn xsens_cases() -> impl Iterator<Item = Case> {
+    let commanded =
+        cases_of(xsens_commands(), xsens::Command::encoded_len, xsens::Command::emit, |command, bytes| {
+            Ok(xsens::Message::parse(bytes)?.command()? == *command)
+        });
+    let reported =
+        cases_of(xsens_reports(), xsens::Report::encoded_len, xsens::Report::emit, |report, bytes| {
+            Ok(xsens::Message::parse(bytes)?.report()? == *report)
+        });
+    commanded.chain(reported)
+}
+
 fn question_cases() -> impl Iterator<Item = Case> {
     cases_of(
         questions(),
@@ -191,7 +203,8 @@ fn answered(question: Question, bytes: &[u8]) -> Copies {
 }
 
 fn all_cases() -> impl Iterator<Item = Case> {
-    lms_cases().chain(p2os_cases()).chain(rflex_cases()).chain(question_cases()).chain(answer_cases())
+    let packets = p2os_cases().chain(rflex_cases()).chain(xsens_cases());
+    lms_cases().chain(packets).chain(question_cases()).chain(answer_cases())
 }
 
 /// A packet or telegram, whichever the first byte says, as bytes again. `None` when it does not parse.
@@ -216,6 +229,15 @@ fn rewritten(bytes: &[u8]) -> Copies {
         keep(packet.command().emit(packet.id, &mut out), &out);
         if let Ok(report) = packet.report() {
             keep(report.emit(packet.id, &mut out), &out);
+        }
+    } else if bytes.starts_with(&xsens::PREAMBLE) {
+        let message = xsens::Message::parse(bytes).ok()?;
+        keep(message.emit(&mut out), &out);
+        if let Ok(command) = message.command() {
+            keep(command.emit(&mut out), &out);
+        }
+        if let Ok(report) = message.report() {
+            keep(report.emit(&mut out), &out);
         }
     } else {
         let packet = Packet::parse(bytes).ok()?;
@@ -286,7 +308,7 @@ fn every_truncation_and_every_extension_is_an_error() {
 
 #[test]
 fn every_single_bit_error_is_found() {
-    for case in lms_cases().chain(rflex_cases()).chain(answer_cases()) {
+    for case in lms_cases().chain(rflex_cases()).chain(xsens_cases()).chain(answer_cases()) {
         let good = case.bytes();
         for bit in 0..good.len() * 8 {
             let mut bad = good.clone();

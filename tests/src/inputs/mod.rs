@@ -65,6 +65,7 @@ pub const TARGETS: &[Target] = &[
     target("p2os", Form::Binary, 64, wire::p2os),
     target("rflex", Form::Binary, 64, wire::rflex),
     target("roboclaw", Form::Binary, 64, wire::roboclaw),
+    target("xsens", Form::Binary, 64, wire::xsens),
     target("laser_session", Form::Binary, 1024, sessions::laser),
     target("base_session", Form::Binary, 1024, sessions::base),
     target("message", Form::Binary, 16, messages::any),

@@ -9,7 +9,7 @@ use biplane_wire::framing::{Deframer, Framing, Measure};
 use biplane_wire::lms::{self, Telegram};
 use biplane_wire::p2os::{self, Packet, Report};
 use biplane_wire::roboclaw::{Answer, Collector, Motor, Question, Request as Asked, StatusWidth};
-use biplane_wire::{Item, WireError, cola, rflex, scip};
+use biplane_wire::{Item, WireError, cola, rflex, scip, xsens};
 
 /// Bits of an input's first byte.
 #[derive(Clone, Copy)]
@@ -134,6 +134,16 @@ pub(super) fn rflex(input: &[u8]) {
         frame[at + 1..].copy_from_slice(&rflex::TRAILER);
     };
     stream(rflex::Deframer::new, How(*how), bytes, mend, rflex_frame);
+}
+
+/// Messages of Xsens inertial units.
+pub(super) fn xsens(input: &[u8]) {
+    let Some((how, bytes)) = input.split_first() else { return };
+    let mend = |frame: &mut [u8]| {
+        let at = frame.len() - 1;
+        frame[at] = xsens::checksum(&frame[1..at]);
+    };
+    stream(xsens::Deframer::new, How(*how), bytes, mend, xsens_frame);
 }
 
 /// Answers of a RoboClaw to questions: an input is a row of a question's number, a count, and so many bytes.
@@ -299,5 +309,19 @@ fn rflex_frame(bytes: &[u8]) {
     same(packet.command().emit(packet.id, &mut out), &out, bytes);
     if let Ok(report) = packet.report() {
         same(report.emit(packet.id, &mut out), &out, bytes);
+    }
+}
+
+fn xsens_frame(bytes: &[u8]) {
+    let mut out = [0xA5; xsens::MAX_MESSAGE_BYTES];
+    let message = xsens::Message::parse(bytes).expect("a frame is a message");
+    same(message.emit(&mut out), &out, bytes);
+    if let Ok(command) = message.command() {
+        same(command.emit(&mut out), &out, bytes);
+    }
+    let Ok(report) = message.report() else { return };
+    same(report.emit(&mut out), &out, bytes);
+    if let xsens::Report::Data(items) = report {
+        let _ = xsens::Sample::of(&items);
     }
 }

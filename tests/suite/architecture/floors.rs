@@ -26,7 +26,7 @@ pub(super) const CRATES: &[Crate] = &[
             &["error"],
             &["text", "cursor"],
             &["framing"],
-            &["cola", "lms", "p2os", "rflex", "roboclaw", "scip"],
+            &["cola", "lms", "p2os", "rflex", "roboclaw", "scip", "xsens"],
         ],
     },
     Crate {

@@ -9,6 +9,7 @@ use biplane_wire::rflex;
 use biplane_wire::roboclaw::{
     Answer, EncoderFlags, MAX_ANSWER_BYTES, Motor, Question, Request as Asked, StatusBits, StatusWidth,
 };
+use biplane_wire::xsens;
 use heapless::Vec as FixedVec;
 
 fn leak<T: Clone>(values: &[T]) -> &'static [T] {
@@ -303,4 +304,53 @@ pub(crate) fn answers() -> Vec<(Question, Answer<'static>)> {
         status(StatusWidth::Wide, 0xDEAD_BEEF),
         status(StatusWidth::Narrow, 0xBEEF),
     ]
+}
+
+pub(crate) fn xsens_commands() -> Vec<xsens::Command> {
+    let output = |identifier, rate_hz| xsens::Output { identifier, rate_hz };
+    vec![
+        xsens::Command::AskDeviceId,
+        xsens::Command::GoToConfig,
+        xsens::Command::GoToMeasurement,
+        xsens::Command::WakeUpAcknowledge,
+        xsens::Command::Reset,
+        xsens::Command::AskOutputs,
+        xsens::Command::SetOutputs(
+            [output(xsens::quantity::PACKET_COUNTER, xsens::EVERY_SAMPLE), output(0x4023, 400)]
+                .into_iter()
+                .collect(),
+        ),
+        xsens::Command::Raw(xsens::RawMessage { mid: 0x18, data: FixedVec::from_array([2]) }),
+    ]
+}
+
+/// Measurements in every precision, and whatever else a unit says.
+pub(crate) fn xsens_reports() -> Vec<xsens::Report<'static>> {
+    let sample = xsens::Sample {
+        packet_counter: Some(u16::MAX),
+        time_fine: Some(0),
+        time_coarse_s: Some(7),
+        acceleration_m_s2: Some([0.1, -2.5, 9.8]),
+        turn_rad_s: Some([1e-3, -0.25, 4.0]),
+        status_word: Some(xsens::status::CLIPPING),
+    };
+    let measurements = xsens::Precision::ALL.map(|precision| {
+        let mut items = xsens::ItemsWriter::default();
+        sample.write(precision, &mut items).expect("there is room");
+        xsens::Report::Data(xsens::Items::parse(leak(items.bytes())).expect("whole items"))
+    });
+    let mut reports = vec![
+        xsens::Report::WakeUp,
+        xsens::Report::DeviceId(xsens::DeviceId::Short(0x0370_03F8)),
+        xsens::Report::DeviceId(xsens::DeviceId::Long([0, 0x80, 7, 7, 0xFA, 0xFF, 0, 1])),
+        xsens::Report::ConfigState,
+        xsens::Report::MeasuringState,
+        xsens::Report::Resets,
+        xsens::Report::Outputs(xsens::Outputs::default()),
+        xsens::Report::Error { code: xsens::ErrorCode(0x21), more: &[1] },
+        xsens::Report::Raw { mid: 0x13, data: &[1, 8, 2] },
+        xsens::Report::Raw { mid: 0x70, data: leak(&[0xFA; 300]) },
+    ];
+    reports.extend(measurements);
+    reports
 }
