@@ -5,6 +5,7 @@ pub mod base;
 pub(crate) mod bench;
 pub mod cola;
 pub mod device;
+pub mod inertial;
 pub mod lms;
 pub mod pacing;
 pub mod pty;

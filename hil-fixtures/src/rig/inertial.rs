@@ -9,7 +9,7 @@ use crate::world::pose::Pose;
 
 /// Standard gravity, m/s^2.
 const GRAVITY_M_S2: f64 = 9.806_65;
-/// Time between two samples, nanoseconds.
+/// Time between two samples where nobody asks for another, nanoseconds.
 pub const PERIOD_NS: i64 = 10_000_000;
 /// Stream of the random numbers.
 const STREAM: u64 = 0x1_4010;
@@ -84,8 +84,13 @@ impl<F: Fn(i64) -> Pose> SimulatedInertial<F> {
 
     /// The sample about a time; samples are read in order.
     pub fn sample(&mut self, time_ns: i64) -> InertialSample {
-        let (turn_rad_s, force_m_s2, moves) = self.felt(time_ns);
-        let period_s = PERIOD_NS as f64 * 1e-9;
+        self.sample_over(time_ns, PERIOD_NS)
+    }
+
+    /// The same of a unit that is read each `period_ns`.
+    pub fn sample_over(&mut self, time_ns: i64, period_ns: i64) -> InertialSample {
+        let (turn_rad_s, force_m_s2, moves) = self.felt(time_ns, period_ns);
+        let period_s = period_ns as f64 * 1e-9;
         let (InertialParams { vibration_m_s2, .. }, rate) = (self.params, (1.0 / period_s).sqrt());
         let turn_noise = self.params.turn_noise_deg_s.to_radians() * rate;
         let force_noise =
@@ -108,13 +113,13 @@ impl<F: Fn(i64) -> Pose> SimulatedInertial<F> {
     }
 
     /// Turn rates and accelerations without errors, and whether the robot moves.
-    fn felt(&self, time_ns: i64) -> ([f64; 3], [f64; 3], bool) {
-        let period_s = PERIOD_NS as f64 * 1e-9;
+    fn felt(&self, time_ns: i64, period_ns: i64) -> ([f64; 3], [f64; 3], bool) {
+        let period_s = period_ns as f64 * 1e-9;
         let unit = &self.map_from_unit;
-        let turned = unit(time_ns - PERIOD_NS / 2).inverse().then(&unit(time_ns + PERIOD_NS / 2)).rotation;
+        let turned = unit(time_ns - period_ns / 2).inverse().then(&unit(time_ns + period_ns / 2)).rotation;
         let axis = |a: usize, b: usize| 0.5 * (turned[a][b] - turned[b][a]) / period_s;
         // Over twice the period, so that the weights of all samples add up to one at any time.
-        let at = [-1, 0, 1].map(|step| unit(time_ns + step * PERIOD_NS));
+        let at = [-1, 0, 1].map(|step| unit(time_ns + step * period_ns));
         let mut force: [f64; 3] = std::array::from_fn(|axis| {
             let [before, now, after] = at.map(|pose| pose.translation_m[axis]);
             (after - 2.0 * now + before) / (period_s * period_s)
