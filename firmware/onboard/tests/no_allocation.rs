@@ -18,12 +18,12 @@ use biplane_onboard::{
     BaseSession, BaseSettings, Engine, EngineOptions, Feed, Health, Input, Output, RecordOptions, Session,
     Sink, record,
 };
-use biplane_recording::rig::Mount;
+use biplane_recording::rig::{InertialUnit, Mount};
 use biplane_recording::{Port, Rig, Rotation, Topic};
 use biplane_wire::lms::{MIRROR_TURN_NS, Scan, Status, Unit};
 use biplane_wire::p2os::Sip;
 use biplane_wire::roboclaw::{self, Answer, Question};
-use biplane_wire::{Text, rflex};
+use biplane_wire::{Text, rflex, xsens};
 
 struct Counting;
 
@@ -112,11 +112,27 @@ fn report(x_m: f64) -> Vec<u8> {
     bytes
 }
 
+/// A sample of an inertial unit, at this round, which takes 106.6 ms.
+fn inertial_sample(round: usize, out: &mut [u8]) -> usize {
+    let sample = xsens::Sample {
+        packet_counter: Some(round as u16),
+        time_fine: Some((round as u32).wrapping_mul(1066)),
+        acceleration_m_s2: Some([0.0, 0.0, 9.8]),
+        turn_rad_s: Some([0.0; 3]),
+        ..xsens::Sample::default()
+    };
+    let mut items = xsens::ItemsWriter::default();
+    sample.write(xsens::Precision::Float32, &mut items).expect("there is room");
+    let report = xsens::Report::Data(xsens::Items::parse(items.bytes()).expect("whole items"));
+    report.emit(out).expect("it fits")
+}
+
 #[test]
 fn two_thousand_scans_of_both_lasers_are_matched_and_published_without_an_allocation() {
     let flat = Mount::default();
     let mut rig = Rig::default();
     rig.horizontal.mount = flat;
+    rig.imu = Some(InertialUnit::xsens("imu"));
     let options = EngineOptions { rig, matcher: TrackerParams::default(), feed: Feed::Recorded, raw: true };
     let mut engine = Engine::new(&options, Counter(0), 0);
     // To and fro over three meters, in telegrams made beforehand.
@@ -129,6 +145,9 @@ fn two_thousand_scans_of_both_lasers_are_matched_and_published_without_an_alloca
             let place = round % places.len();
             let now_ns = round as i64 * period_ns;
             engine.bytes(now_ns, Port::Base, &reports[place]);
+            let mut sample = [0; 64];
+            let length = inertial_sample(round, &mut sample);
+            engine.bytes(now_ns, Port::Imu, &sample[..length]);
             for (index, piece) in scans[place].chunks(100).enumerate() {
                 engine.bytes(now_ns + index as i64 * 10_000_000, Port::Horizontal, piece);
                 engine.bytes(now_ns + index as i64 * 10_000_000, Port::Vertical, piece);
@@ -147,6 +166,7 @@ fn two_thousand_scans_of_both_lasers_are_matched_and_published_without_an_alloca
         (account.recorded.poses, account.recorded.poses_vertical, account.losses.lost),
         (2200, 2200, 0)
     );
+    assert_eq!(account.recorded.inertial, 2200);
     assert!(sink.0 > 10_000);
 }
 

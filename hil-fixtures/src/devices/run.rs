@@ -11,8 +11,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 pub struct RunRules {
     /// How many lasers the rig has; they have the first places.
     pub lasers: usize,
-    /// Whether it has a base; its place is behind the lasers.
-    pub has_base: bool,
+    /// How many devices it has beside them, a base and an inertial unit; they have the places behind.
+    pub others: usize,
     /// Pause between the last device's start and the run's.
     pub pause_ns: i64,
     /// Without all devices, the run begins this long after the first laser; `None` waits for all.
@@ -49,7 +49,7 @@ impl Run {
     /// No device streams yet.
     #[must_use]
     pub fn new(rules: RunRules) -> Self {
-        let streaming = vec![false; rules.lasers + usize::from(rules.has_base)];
+        let streaming = vec![false; rules.lasers + rules.others];
         let start_ns = rules.start_at_ns;
         let number = u64::from(start_ns.is_some());
         Self { rules, state: Arc::new(Mutex::new(RunState { streaming, start_ns, number, first_ns: None })) }
@@ -103,7 +103,7 @@ mod tests {
     use super::*;
 
     const RULES: RunRules =
-        RunRules { lasers: 1, has_base: true, pause_ns: 100, patience_ns: None, start_at_ns: None };
+        RunRules { lasers: 1, others: 1, pause_ns: 100, patience_ns: None, start_at_ns: None };
 
     #[test]
     fn a_run_begins_a_pause_after_the_last_device_and_ends_with_the_last() {

@@ -1,14 +1,16 @@
-//! The bytes that lasers and base put on their lines: scans, odometry packets, and the replies of a start-up.
+//! The bytes that lasers, base and inertial unit put on their lines: scans, odometry packets, samples, and
+//! the replies of a start-up.
 //!
 //! Emitted by `biplane-wire`; buffers are larger than the longest telegram.
 
+use crate::rig::inertial::InertialSample;
 use crate::rig::scanner::Variant;
 use crate::rig::simulated::{counts_mm, measuring_mode};
 use crate::rig::source::{OdometrySample, ScanWords};
 use biplane_recording::rig::Laser;
 use biplane_wire::lms::{self, Availability, Config, MeasuringMode, ModeResult, Reply, Scan, Status, Unit};
 use biplane_wire::p2os::{Command, MAX_PACKET_BYTES, MotorState, Sip};
-use biplane_wire::{WireError, p2os};
+use biplane_wire::{WireError, p2os, xsens};
 
 /// A laser's unit of length.
 fn unit(mm: bool) -> Unit {
@@ -72,6 +74,42 @@ pub fn base_start_up() -> Result<Vec<Vec<u8>>, WireError> {
         subclass: text(b"p3dx-sh"),
     });
     Ok(vec![echo(0)?, echo(1)?, emitted(MAX_PACKET_BYTES, |out| identity.emit(out))?])
+}
+
+/// A sample of an inertial unit, with the time and the count of its message.
+pub fn inertial(counter: u16, ticks: u32, sample: &InertialSample) -> Result<Vec<u8>, WireError> {
+    let sample = xsens::Sample {
+        packet_counter: Some(counter),
+        time_fine: Some(ticks),
+        acceleration_m_s2: Some(sample.force_m_s2),
+        turn_rad_s: Some(sample.turn_rad_s),
+        status_word: Some(xsens::status::SELF_TEST),
+        ..xsens::Sample::default()
+    };
+    let mut items = xsens::ItemsWriter::default();
+    sample.write(xsens::Precision::Float32, &mut items)?;
+    let report = xsens::Report::Data(xsens::Items::parse(items.bytes())?);
+    emitted(xsens::MAX_MESSAGE_BYTES, |out| report.emit(out))
+}
+
+/// What an inertial unit answers while it is set up: config state, who it is, its outputs, measuring state.
+pub fn inertial_start_up(rate_hz: u16) -> Result<Vec<Vec<u8>>, WireError> {
+    use xsens::{DeviceId, EVERY_SAMPLE, Output, Report, quantity};
+    let outputs = [
+        (quantity::PACKET_COUNTER, EVERY_SAMPLE),
+        (quantity::SAMPLE_TIME_FINE, EVERY_SAMPLE),
+        (quantity::ACCELERATION, rate_hz),
+        (quantity::RATE_OF_TURN, rate_hz),
+        (quantity::STATUS_WORD, EVERY_SAMPLE),
+    ];
+    let outputs = outputs.map(|(identifier, rate_hz)| Output { identifier, rate_hz });
+    let reports = [
+        Report::ConfigState,
+        Report::DeviceId(DeviceId::Short(0x0380_0D10)),
+        Report::Outputs(outputs.into_iter().collect()),
+        Report::MeasuringState,
+    ];
+    reports.iter().map(|report| emitted(xsens::MAX_MESSAGE_BYTES, |out| report.emit(out))).collect()
 }
 
 fn emitted(

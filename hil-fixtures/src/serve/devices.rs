@@ -9,6 +9,7 @@ use crate::capture::source::base_feed::CapturePackets;
 use crate::capture::source::base_track::BaseTrack;
 use crate::capture::source::fan::cola::RecordedColaScans;
 use crate::capture::source::fan::scip::RecordedScipScans;
+use crate::capture::source::inertial_track::CapturedInertial;
 use crate::capture::source::laser_feed::CaptureScans;
 use crate::capture::source::laser_track::LaserTrack;
 use crate::capture::source::{Capture, CapturedLaser};
@@ -20,15 +21,18 @@ use crate::devices::base::roboclaw::{RoboClawDevice, RoboClawParams};
 use crate::devices::base::{BaseDevice, BaseParams};
 use crate::devices::cola::ColaDevice;
 use crate::devices::device::Device;
+use crate::devices::inertial::feed::DrivenInertial;
+use crate::devices::inertial::{XsensDevice, XsensParams};
 use crate::devices::lms::scans::feed::{Mirror, MirrorFeed, ScanFeed, Timeline};
 use crate::devices::lms::settings::Variant;
 use crate::devices::lms::{LmsDevice, LmsParams};
 use crate::devices::run::{Run, RunRules};
 use crate::devices::scip::{ScipDevice, ScipLink, ScipParams};
 use crate::rig::fan::{Fan, FanSource};
-use crate::rig::simulated::{SimulatedLaser, SimulatedRig};
+use crate::rig::inertial::{InertialParams, SimulatedInertial};
+use crate::rig::simulated::{SimulatedLaser, SimulatedRig, base_from_laser};
 use crate::rng::Rng;
-use biplane_recording::rig::{Base, BaseProtocol, Laser};
+use biplane_recording::rig::{Base, BaseProtocol, InertialUnit, Laser};
 use std::sync::Arc;
 
 const MS: i64 = 1_000_000;
@@ -111,11 +115,11 @@ impl Devices {
     }
 }
 
-fn rules(options: &ServeOptions, lasers: usize, has_base: bool) -> RunRules {
+fn rules(options: &ServeOptions, lasers: usize, others: usize) -> RunRules {
     let of_world = matches!(options.source, Source::World { .. });
     RunRules {
         lasers,
-        has_base,
+        others,
         pause_ns: if of_world { WORLD_PAUSE_NS } else { CAPTURE_PAUSE_NS },
         patience_ns: (!of_world).then_some(CAPTURE_PATIENCE_NS),
         start_at_ns: options.start_after_s.map(|s| (s * NS_PER_S) as i64),
@@ -137,7 +141,9 @@ fn laser_params(options: &ServeOptions, place: u64) -> LmsParams {
 fn of_world(simulated: &SimulatedRig, options: &ServeOptions) -> Result<Devices, ServeError> {
     let vertical = simulated.vertical();
     let has_base = simulated.rig().base.is_present();
-    let run = Run::new(rules(options, 1 + usize::from(vertical.is_some()), has_base));
+    let unit = simulated.rig().imu.clone().filter(InertialUnit::is_serial);
+    let others = usize::from(has_base) + usize::from(unit.is_some());
+    let run = Run::new(rules(options, 1 + usize::from(vertical.is_some()), others));
     let sent = [SentScans::default(), SentScans::default()];
     let mut list = Vec::new();
     let rig = simulated.rig();
@@ -169,6 +175,9 @@ fn of_world(simulated: &SimulatedRig, options: &ServeOptions) -> Result<Devices,
     if has_base {
         let device = base_of_world(simulated, &run, options);
         list.push(Served { name: LinkName::Base, device, is_network: false });
+    }
+    if let Some(unit) = unit {
+        list.push(Served::serial(LinkName::Imu, unit_of_world(simulated, &unit, &run, options)));
     }
     let length_ns = (simulated.drive_duration_s() * NS_PER_S) as i64;
     let [horizontal, vertical] = sent;
@@ -229,6 +238,24 @@ fn base_of_world(simulated: &SimulatedRig, run: &Run, options: &ServeOptions) ->
     }
 }
 
+/// The inertial unit on the robot.
+fn unit_of_world(
+    simulated: &SimulatedRig,
+    unit: &InertialUnit,
+    run: &Run,
+    options: &ServeOptions,
+) -> XsensDevice {
+    let (rig, mount) = (simulated.clone(), base_from_laser(&unit.mount));
+    let map_from_unit = move |time_ns: i64| rig.map_from_base(time_ns).then(&mount);
+    let errors = match &options.source {
+        Source::World { params, .. } => params.inertial,
+        Source::Capture { .. } => InertialParams::default(),
+    };
+    let source = SimulatedInertial::new(map_from_unit, errors, options.seed);
+    let feed = DrivenInertial::new(source, Box::new(run.clone()));
+    XsensDevice::new(XsensParams { baud: unit.baud, ..XsensParams::default() }, Box::new(feed))
+}
+
 /// A base that reports counts.
 fn counting_base(base: &Base, feed: Box<dyn CountsFeed>, options: &ServeOptions) -> Box<dyn Device> {
     let boot_ns = options.base.boot_ns;
@@ -251,7 +278,8 @@ fn counting_base(base: &Base, feed: Box<dyn CountsFeed>, options: &ServeOptions)
 fn of_capture(capture: &Capture, options: &ServeOptions) -> Devices {
     let lasers = [(LinkName::Horizontal, &capture.horizontal), (LinkName::Vertical, &capture.vertical)];
     let present = lasers.iter().filter(|(_, track)| track.is_some()).count();
-    let run = Run::new(rules(options, present, capture.base.is_some()));
+    let others = usize::from(capture.base.is_some()) + usize::from(capture.inertial.is_some());
+    let run = Run::new(rules(options, present, others));
     let origin_ns = capture.first_ns().unwrap_or(0);
     let mut list = Vec::new();
     for (place, (name, laser)) in (0..).zip(lasers) {
@@ -265,6 +293,16 @@ fn of_capture(capture: &Capture, options: &ServeOptions) -> Devices {
     if let Some(track) = &capture.base {
         let device = base_of_capture(capture, track, origin_ns, &run, options);
         list.push(Served { name: LinkName::Base, device, is_network: false });
+    }
+    if let Some(track) = &capture.inertial {
+        let baud = capture
+            .rig
+            .as_ref()
+            .and_then(|rig| rig.imu.as_ref())
+            .map_or(XsensParams::default().baud, |unit| unit.baud);
+        let feed = CapturedInertial::new(Arc::new(track.clone()), origin_ns, run.clone(), options.once);
+        let params = XsensParams { baud, ..XsensParams::default() };
+        list.push(Served::serial(LinkName::Imu, XsensDevice::new(params, Box::new(feed))));
     }
     Devices { list, run, length_ns: capture.duration_ns(), world: None }
 }

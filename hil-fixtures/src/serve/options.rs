@@ -25,6 +25,8 @@ pub enum LinkName {
     Vertical,
     /// `base`
     Base,
+    /// `imu`
+    Imu,
 }
 
 impl LinkName {
@@ -35,6 +37,7 @@ impl LinkName {
             Self::Horizontal => "lms-horizontal",
             Self::Vertical => "lms-vertical",
             Self::Base => "base",
+            Self::Imu => "imu",
         }
     }
 }

@@ -98,6 +98,8 @@ pub struct SimulateReport {
     pub echoes_vertical: usize,
     /// Packets of the base.
     pub odometry: usize,
+    /// Samples of an inertial unit, as messages or as bytes.
+    pub inertial: usize,
     /// Length of the capture, seconds.
     pub duration_s: f64,
     /// Length of the way, meters.

@@ -2,11 +2,11 @@
 
 use super::devices::{LaserRun, record_base, record_laser};
 use super::fan_laser::record_fan_laser;
-use super::inertial::record_inertial;
+use super::inertial::{record_inertial, record_inertial_line};
 use super::options::START_UTC_NS;
 use super::times::Times;
 use super::{SimulateError, SimulateOptions, SimulateReport};
-use crate::capture::file::{About, write_capture};
+use crate::capture::file::{About, InertialReads, write_capture};
 use crate::capture::same_file::{SameFile, refuse_same_file};
 use crate::faults::Place;
 use crate::rig::simulated::{LaserRole, SimulatedLaser, SimulatedRig, variant_of};
@@ -60,10 +60,21 @@ pub fn run(options: &SimulateOptions) -> Result<SimulateReport, SimulateError> {
         report.odometry = base.reports;
         lines.extend(base.lines);
     }
+    let mut inertial = InertialReads::new();
+    match &rig.imu {
+        Some(unit) if unit.is_serial() => {
+            let (line, samples) = record_inertial_line(&simulated, unit, &times, options)?;
+            report.inertial = samples;
+            lines.push(line);
+        }
+        Some(unit) => {
+            inertial = record_inertial(&simulated, unit, &times, options);
+            report.inertial = inertial.len();
+        }
+        None => {}
+    }
     report.serial_bytes = lines.iter().flat_map(|line| &line.reads).map(|read| read.bytes.len() as u64).sum();
 
-    let inertial = rig.imu.as_ref().map(|unit| record_inertial(&simulated, unit, &times, options));
-    let inertial = inertial.unwrap_or_default();
     let about = about(options, &world, &path);
     let mut clock = options.faults.host_clock(START_UTC_NS);
     write_capture(&options.output, options.overwrite, &rig, &about, (&lines, inertial), &mut clock)?;

@@ -26,6 +26,8 @@ pub enum Port {
     Vertical,
     /// The mobile base.
     Base,
+    /// The inertial unit.
+    Imu,
 }
 
 /// Which way bytes went on a serial line.
@@ -46,7 +48,7 @@ pub enum Topic {
     ScanVertical,
     /// The base's own odometry.
     Odom,
-    /// An inertial measurement unit, of an import or a simulated drive.
+    /// An inertial measurement unit, of the rig, of an import or a simulated drive.
     Imu,
     /// Pose of `base_link` in `map` at each horizontal scan's stamp.
     Pose,
@@ -75,15 +77,17 @@ pub enum Durability {
 
 impl Port {
     /// All lines of a rig.
-    pub const ALL: [Self; 3] = [Self::Horizontal, Self::Vertical, Self::Base];
+    pub const ALL: [Self; 4] = [Self::Horizontal, Self::Vertical, Self::Base, Self::Imu];
 
-    /// The word for this line in topic names and in `rig.toml`: `horizontal`, `vertical` or `base`.
+    /// The word for this line in topic names and in `rig.toml`: `horizontal`, `vertical`, `base` or
+    /// `imu`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Horizontal => "horizontal",
             Self::Vertical => "vertical",
             Self::Base => "base",
+            Self::Imu => "imu",
         }
     }
 
@@ -94,6 +98,7 @@ impl Port {
             Self::Horizontal => 0,
             Self::Vertical => 1,
             Self::Base => 2,
+            Self::Imu => 3,
         }
     }
 }
@@ -120,7 +125,7 @@ impl Topic {
     }
 
     /// Every topic, in a fixed order.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 18] = [
         Self::ScanHorizontal,
         Self::ScanVertical,
         Self::Odom,
@@ -137,6 +142,8 @@ impl Topic {
         Self::Serial(Port::Vertical, Direction::Tx),
         Self::Serial(Port::Base, Direction::Rx),
         Self::Serial(Port::Base, Direction::Tx),
+        Self::Serial(Port::Imu, Direction::Rx),
+        Self::Serial(Port::Imu, Direction::Tx),
     ];
 
     /// The name in the file, for example `/scan/horizontal`.
@@ -159,6 +166,8 @@ impl Topic {
             Self::Serial(Port::Vertical, Direction::Tx) => "/serial/vertical/tx",
             Self::Serial(Port::Base, Direction::Rx) => "/serial/base/rx",
             Self::Serial(Port::Base, Direction::Tx) => "/serial/base/tx",
+            Self::Serial(Port::Imu, Direction::Rx) => "/serial/imu/rx",
+            Self::Serial(Port::Imu, Direction::Tx) => "/serial/imu/tx",
         }
     }
 
@@ -250,7 +259,7 @@ mod tests {
 
     #[test]
     fn ports_directions_and_topics_stand_at_their_places() {
-        assert_eq!(Port::ALL.map(Port::index), [0, 1, 2]);
+        assert_eq!(Port::ALL.map(Port::index), [0, 1, 2, 3]);
         assert_eq!(Direction::ALL.map(Direction::index), [0, 1]);
         for (place, topic) in Topic::ALL.into_iter().enumerate() {
             assert_eq!(topic.index(), place, "{topic:?}");

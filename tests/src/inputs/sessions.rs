@@ -226,6 +226,7 @@ impl Line {
                 | Output::TimedScan
                 | Output::Reconnect
                 | Output::Odometry(_)
+                | Output::Inertial(_)
                 | Output::Event(_) => {}
             }
         }

@@ -7,6 +7,7 @@
 pub(crate) mod captures;
 pub(crate) mod encoded;
 pub(crate) mod fan_lasers;
+pub(crate) mod inertial;
 pub(crate) mod mounts;
 pub(crate) mod recorded;
 

@@ -21,7 +21,7 @@ use crate::rig::verdict::truth::{
     sent_scans,
 };
 use crate::rig::verdict::witness::Witness;
-use crate::rig::{MS, S, SimRig, place};
+use crate::rig::{MS, PORTS, S, SimRig, place};
 
 /// Every device is found at the rig's rate, so that its first measurement comes within this time.
 const UP_NS: i64 = 3 * S;
@@ -70,7 +70,7 @@ pub(super) fn run(faults: &[(Port, Fault)], rig: &Rig, seed: u64) -> Outcome {
         judge_foreign(&sim, rig, *port, *fault, outage, &mut outcome);
         judge_damage(&sim, *port, &mut outcome);
     }
-    for port in Port::ALL {
+    for port in PORTS {
         let fault = faults.iter().find(|(hit, _)| *hit == port).map(|(_, fault)| *fault);
         judge_telegrams(&mut sim, rig, port, fault, &mut outcome);
     }
@@ -173,6 +173,7 @@ fn states(sim: &mut SimRig<Witness>, port: Port) -> Vec<(i64, LineHealth)> {
         Port::Horizontal => health.horizontal,
         Port::Vertical => health.vertical,
         Port::Base => health.base,
+        Port::Imu => health.imu,
     };
     sim.engine.sink().health.iter().map(|(at_ns, health)| (*at_ns, line(health))).collect()
 }

@@ -22,6 +22,7 @@ use biplane_mock::faults::Preset;
 use biplane_recording::rig::{BaseProtocol, Laser, Units};
 use biplane_recording::{Port, Rig};
 
+use crate::rig::PORTS;
 use crate::rig::devices::foreign::ForeignDevice;
 use crate::rig::devices::{rflex_base, rig_at, roboclaw_base};
 use crate::rig::fault_seeds as seeds;
@@ -81,7 +82,7 @@ fn check(fault: Fault) {
         table += &rows(fault, &[Port::Base], &rig, seeds(1, 4), &mut wrong);
     }
     conclude(&table, &wrong);
-    check_at(fault, &Port::ALL);
+    check_at(fault, &PORTS);
 }
 
 #[test]
@@ -148,7 +149,7 @@ fn a_dirty_window() {
 
 #[test]
 fn devices_left_streaming() {
-    check_at(Fault::Noise(&[Preset::LeftStreaming]), &Port::ALL);
+    check_at(Fault::Noise(&[Preset::LeftStreaming]), &PORTS);
 }
 
 #[test]

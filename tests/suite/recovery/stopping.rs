@@ -3,12 +3,11 @@
 
 use biplane_mock::faults::{Faults, Preset};
 use biplane_mock::rng::Rng;
-use biplane_recording::Port;
 
 use crate::rig::devices::{idle_lines, rig_at};
 use crate::rig::plan::{Happening, Plan};
 use crate::rig::verdict::witness::Witness;
-use crate::rig::{MS, S, SimRig, seeds};
+use crate::rig::{MS, PORTS, S, SimRig, seeds};
 
 /// `record` waits so long for its devices.
 const STOPPED_NS: i64 = 3 * S;
@@ -57,7 +56,7 @@ fn stopped_while_a_cable_is_pulled_or_a_device_dark_the_run_ends_all_the_same() 
     for seed in seeds(4, 1) {
         for happening in [Happening::Part, Happening::PowerOff, Happening::Mute, Happening::Babble] {
             let at_ns = 3 * S + (Rng::new(seed, 0x570B, 0).unit() * 3e9) as i64;
-            let plan = Plan::new(Port::ALL.iter().map(|port| (2 * S, *port, happening.clone())).collect());
+            let plan = Plan::new(PORTS.iter().map(|port| (2 * S, *port, happening.clone())).collect());
             let (took_ns, _) = stop_after(at_ns, 38_400, seed, &Faults::default(), plan);
             assert!(took_ns.is_some(), "seed {seed}, {happening:?}, {} ms", at_ns / MS);
         }

@@ -11,9 +11,9 @@ use std::collections::VecDeque;
 use biplane_mock::rng::Rng;
 use biplane_onboard::test_support::during;
 use biplane_onboard::{Engine, Sink};
-use biplane_recording::Port;
 
 use super::MS;
+use crate::rig::PORTS;
 use crate::rig::line::tape::Tape;
 
 /// Bytes that the kernel keeps of a port.
@@ -239,7 +239,7 @@ impl Host {
         let received_ns: [i64; 3] = std::array::from_fn(|place| self.readers[place].received_ns);
         let mut allocations = 0;
         while let Some((place, read_ns, received_ns, news)) = self.earliest() {
-            let port = Port::ALL[place];
+            let port = PORTS[place];
             let ((), allocated) = during(|| match &news {
                 News::Bytes(bytes) => {
                     engine.read_watermark(port, received_ns);
@@ -252,7 +252,7 @@ impl Host {
             serve(engine);
         }
         let ((), allocated) = during(|| {
-            for (port, up_to_ns) in Port::ALL.into_iter().zip(received_ns) {
+            for (port, up_to_ns) in PORTS.into_iter().zip(received_ns) {
                 engine.read_watermark(port, up_to_ns);
             }
             engine.advance(now_ns - UNDER_WAY_NS);

@@ -60,6 +60,9 @@ fn asked_seeds(few: u64, share: u64, names: &[&str]) -> RangeInclusive<u64> {
 /// Steps at one and the same time after which the loop is taken to hang.
 const HANG_STEPS: u32 = 100_000;
 
+/// The devices of a simulated rig; an inertial unit has tests of its own.
+pub(crate) const PORTS: [Port; 3] = [Port::Horizontal, Port::Vertical, Port::Base];
+
 /// Something that a session said, and when.
 #[derive(Clone, Debug)]
 pub(crate) struct ReportedEvent {
@@ -75,7 +78,7 @@ pub(crate) struct ReportedEvent {
 pub(crate) struct SimRig<K> {
     /// The engine.
     pub engine: Engine<K>,
-    /// Lines in the order of [`Port::ALL`]; `None` for a device that the rig does not have.
+    /// Lines in the order of [`PORTS`]; `None` for a device that the rig does not have.
     pub lines: [Option<SimLine>; 3],
     /// What the sessions said.
     pub reported: Vec<ReportedEvent>,
@@ -177,7 +180,7 @@ impl<K: Sink> SimRig<K> {
         while let Some((port, happening)) = self.plan.take(now_ns) {
             self.happen(port, happening);
         }
-        for port in Port::ALL {
+        for port in PORTS {
             let Some(line) = &mut self.lines[place(port)] else { continue };
             if line.next_ns() > now_ns {
                 continue;

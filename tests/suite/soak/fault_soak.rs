@@ -29,7 +29,7 @@ use crate::rig::line::byte_faults::Harm;
 use crate::rig::plan::Plan;
 use crate::rig::verdict::truth::{Account, LONGEST_PROMISE_NS, laser_account, pioneer_account, sent_scans};
 use crate::rig::verdict::witness::Witness;
-use crate::rig::{MS, ReportedEvent, S, SimRig, place};
+use crate::rig::{MS, PORTS, ReportedEvent, S, SimRig, place};
 use crate::soak::own_process;
 use crate::soak::own_process::{memory_bytes, quarters};
 
@@ -151,7 +151,7 @@ fn line_faults(from_ns: i64, rng: &mut Rng, tally: &mut Tally) -> Plan {
     let mut at_ns = from_ns;
     loop {
         at_ns += (rng.between(2.0, 20.0) * 1e9) as i64;
-        let port = Port::ALL[(rng.unit() * 3.0) as usize];
+        let port = PORTS[(rng.unit() * 3.0) as usize];
         let start_ns = at_ns.max(free_ns[place(port)]);
         if start_ns > from_ns + EPOCH_NS - QUIET_NS - 25 * S {
             return Plan::new(happenings);
@@ -215,7 +215,7 @@ fn settle(sim: &mut Rig, from_ns: i64, tally: &mut Tally) {
     let witness = std::mem::take(&mut sim.engine.sink().written.witness);
     let transcript = sim.transcript();
     let Some(host) = &mut sim.host else { return };
-    for port in Port::ALL {
+    for port in PORTS {
         let Some(line) = &sim.lines[place(port)] else { continue };
         let delivered = host.delivered(place(port));
         let account = if port == Port::Base {
@@ -238,7 +238,7 @@ fn settle(sim: &mut Rig, from_ns: i64, tally: &mut Tally) {
     }
     // Everything streams in a quiet moment.
     let streams = |port| ReportedEvent { at_ns: now_ns, port, event: Event::Streaming };
-    sim.reported = Port::ALL.map(streams).to_vec();
+    sim.reported = PORTS.map(streams).to_vec();
     host.forget_before(now_ns - UNDER_WAY_NS);
     for line in sim.lines.iter_mut().flatten() {
         line.sent.forget_before(now_ns - UNDER_WAY_NS);

@@ -45,6 +45,7 @@ impl<S: Sink> Engine<S> {
     /// A sample of an inertial unit: the matcher makes no use of it, what refines poses later does.
     pub fn decoded_inertial(&mut self, now_ns: i64, sample: &Imu) {
         let now_ns = self.begin(now_ns);
+        self.without_line.count(Port::Imu, now_ns, sample.stamp_ns);
         self.publisher.forward(now_ns, Topic::Imu, sample.stamp_ns, sample);
     }
 }

@@ -1,7 +1,7 @@
 //! The core that `record` and `replay` share: bytes with their times in, posed scans out. No I/O, no clock.
 //!
 //! ```text
-//! bytes of three lines -> sessions -> scans with stamps -> wait for odometry -> tracker -> /pose, /tf
+//! bytes of the lines   -> sessions -> scans with stamps -> wait for odometry -> tracker -> /pose, /tf
 //!                                          |                                       |
 //!                                          +--> /scan/... at once                  +-> vertical poses
 //! ```
@@ -40,6 +40,7 @@ use crate::engine::schedule::{HOLE_NS, Schedule, bounded};
 use crate::session::base::reading::OdometryReading;
 use crate::session::device_session::{Input, MAX_INPUT_BYTES, Output};
 use crate::session::event::Event;
+use crate::session::inertial::reading::InertialReading;
 use crate::session::lms::scan::ranges::ScanReading;
 use crate::types::run_report::RunReport;
 
@@ -92,7 +93,7 @@ impl<S: Sink> Engine<S> {
             self.publisher.serial(read_ns, port, Direction::Rx, bytes);
         }
         if !self.devices.lines.has(port) {
-            self.without_line.unknown_reads += 1;
+            self.without_line.unknown_read(port);
             return;
         }
         let unheard_ns = self.devices.watch.read_watermark.unheard_ns(port, read_ns);
@@ -285,6 +286,7 @@ impl<S: Sink> Engine<S> {
                 Output::TimedScan => self.timed_scan(now_ns, port),
                 Output::Scan(reading) => self.scan(now_ns, port, &reading),
                 Output::Odometry(reading) => self.odometry(now_ns, &reading),
+                Output::Inertial(reading) => self.inertial(now_ns, &reading),
             }
         }
     }
@@ -331,6 +333,14 @@ impl<S: Sink> Engine<S> {
         self.posing.take_odometry(now_ns, sample);
         let twist_in_base = self.posing.odometry.twist_at(stamp_ns);
         self.publisher.odometry(now_ns, stamp_ns, &reading.odom_from_base, twist_in_base);
+    }
+
+    /// A sample of the rig's inertial unit: the matcher makes no use of it, what refines poses later does.
+    fn inertial(&mut self, now_ns: i64, reading: &InertialReading) {
+        self.devices.watch.foreign_device(Port::Imu).measured();
+        let Some(unit) = self.devices.lines.imu.as_deref_mut() else { return };
+        let stamp_ns = unit.stamp_ns(now_ns, reading);
+        self.publisher.inertial(now_ns, stamp_ns, reading);
     }
 
     /// Lets go on whatever has what it waited for.

@@ -34,6 +34,8 @@ pub(crate) fn of_rig(rig: &Rig) -> Vec<NeededPort<'_>> {
     ports.extend(rig.vertical.as_ref().map(|vertical| laser(Port::Vertical, vertical)));
     let base = NeededPort { device: Port::Base, path: &rig.base.port, baud: Some(rig.base.baud) };
     ports.extend(rig.base.is_present().then_some(base));
+    let unit = rig.imu.as_ref().filter(|unit| unit.is_serial());
+    ports.extend(unit.map(|unit| NeededPort { device: Port::Imu, path: &unit.port, baud: Some(unit.baud) }));
     ports
 }
 

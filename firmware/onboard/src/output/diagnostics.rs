@@ -8,6 +8,7 @@ use crate::engine::out::health::Health;
 use crate::engine::out::health::LineFault;
 use crate::engine::out::health::LineHealth;
 use crate::engine::out::health::MatcherHealth;
+use crate::session::inertial::health::InertialHealth;
 use crate::session::lms::health::LaserHealth;
 
 /// The message of this state.
@@ -17,9 +18,13 @@ pub fn message(now_ns: i64, health: &Health) -> DiagnosticArray {
         ("laser_horizontal", &health.horizontal),
         ("laser_vertical", &health.vertical),
         ("base", &health.base),
+        ("imu", &health.imu),
     ];
     let mut status: Vec<_> =
         lines.into_iter().filter(|(_, line)| line.present).map(|(name, line)| of_line(name, line)).collect();
+    if let (Some(last), Some(unit)) = (status.last_mut().filter(|_| health.imu.present), &health.inertial) {
+        last.values.extend(of_inertial(unit));
+    }
     status.push(of_matcher(&health.matcher));
     status.push(of_recorder(health));
     DiagnosticArray { stamp_ns: now_ns, frame_id: String::new(), status }
@@ -110,6 +115,16 @@ fn of_laser(laser: &LaserHealth) -> [KeyValue; 11] {
         value("not_kept", &laser.not_kept),
         value("configuration_writes", &laser.writes),
         value("set_as_asked", &!laser.differs),
+    ]
+}
+
+fn of_inertial(unit: &InertialHealth) -> [KeyValue; 5] {
+    [
+        value("lost_samples", &unit.missing),
+        value("rejected_telegrams", &unit.rejected),
+        value("incomplete", &unit.incomplete),
+        value("not_kept", &unit.not_kept),
+        value("clipped", &unit.clipped),
     ]
 }
 

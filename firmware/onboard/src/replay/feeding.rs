@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use biplane_matcher::TrackerParams;
 use biplane_recording::messages::{ByteArray, Imu, LaserScan, Message, Odometry};
-use biplane_recording::rig::BaseProtocol;
+use biplane_recording::rig::{BaseProtocol, InertialUnit};
 use biplane_recording::{Direction, Entry, Port, ReadError, Recording, Rig, Topic};
 
 use crate::engine::Engine;
@@ -22,7 +22,10 @@ use crate::types::run_report::{RunEnd, RunReport};
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
 pub(crate) enum Content {
     /// Bytes of serial lines.
-    Serial,
+    Serial {
+        /// Whether samples come as bytes of the rig's inertial unit: decoded ones are the same then.
+        inertial: bool,
+    },
     /// Scans and odometry of another recording.
     Decoded,
 }
@@ -32,7 +35,7 @@ pub(crate) enum Content {
 /// asked: its answers have no header to know them by.
 pub(crate) fn survey(input: &Recording, rig: &Rig) -> Result<(Content, i64), OnboardError> {
     let (mut serial, mut decoded, mut start_ns) = (false, false, None);
-    let (mut answers, mut questions) = (false, false);
+    let (mut answers, mut questions, mut inertial) = (false, false, false);
     for entry in input.messages() {
         let entry = entry?;
         if let Some(Topic::Serial(Port::Base, direction)) = entry.topic {
@@ -40,6 +43,8 @@ pub(crate) fn survey(input: &Recording, rig: &Rig) -> Result<(Content, i64), Onb
             questions |= direction == Direction::Tx;
         }
         match entry.topic {
+            // Scans are what is replayed: samples alone are nothing.
+            Some(Topic::Serial(Port::Imu, Direction::Rx)) => inertial = true,
             Some(Topic::Serial(_, Direction::Rx)) => serial = true,
             Some(Topic::ScanHorizontal | Topic::ScanVertical) => decoded = true,
             Some(Topic::Odom) => {}
@@ -51,8 +56,9 @@ pub(crate) fn survey(input: &Recording, rig: &Rig) -> Result<(Content, i64), Onb
         let (path, protocol) = (input.path().to_owned(), rig.base.protocol.name());
         return Err(OnboardError::NoQuestions { path, protocol });
     }
+    let inertial = inertial && rig.imu.as_ref().is_some_and(InertialUnit::is_serial);
     let content = match (serial, decoded) {
-        (true, _) => Content::Serial,
+        (true, _) => Content::Serial { inertial },
         (false, true) => Content::Decoded,
         (false, false) => {
             return Err(OnboardError::NothingToReplay { path: input.path().to_owned() });
@@ -107,11 +113,11 @@ impl<S: Sink> Feeding<S> {
     fn take(&mut self, entry: &Entry) -> Result<(), ReadError> {
         let now_ns = entry.log_time_ns;
         match (self.content, entry.topic) {
-            (Content::Serial, Some(Topic::Serial(port, Direction::Rx))) => {
+            (Content::Serial { .. }, Some(Topic::Serial(port, Direction::Rx))) => {
                 let bytes: ByteArray = decode(entry)?;
                 self.engine.bytes(now_ns, port, &bytes.data);
             }
-            (Content::Serial, Some(Topic::Serial(port, Direction::Tx))) => {
+            (Content::Serial { .. }, Some(Topic::Serial(port, Direction::Tx))) => {
                 let bytes: ByteArray = decode(entry)?;
                 self.engine.host_sent(now_ns, port, &bytes.data);
             }
@@ -124,6 +130,7 @@ impl<S: Sink> Feeding<S> {
             (Content::Decoded, Some(Topic::Odom)) => {
                 self.engine.decoded_odometry(now_ns, &decode::<Odometry>(entry)?);
             }
+            (Content::Serial { inertial: true }, Some(Topic::Imu)) => {}
             (_, Some(Topic::Imu)) => self.engine.decoded_inertial(now_ns, &decode::<Imu>(entry)?),
             _ => return Ok(()),
         }

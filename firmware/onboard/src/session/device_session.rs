@@ -2,6 +2,7 @@
 
 use crate::session::base::reading::OdometryReading;
 use crate::session::event::Event;
+use crate::session::inertial::reading::InertialReading;
 use crate::session::lms::scan::ranges::ScanReading;
 
 /// The longest request is the LMS configuration (41 bytes).
@@ -44,6 +45,8 @@ pub enum Output {
     Reconnect,
     /// An odometry report has arrived.
     Odometry(OdometryReading),
+    /// A sample of an inertial unit has arrived.
+    Inertial(InertialReading),
     /// Something worth saying happened.
     Event(Event),
     /// Nothing more until this time (nanoseconds; `i64::MAX` = until bytes come).

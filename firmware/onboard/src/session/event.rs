@@ -5,6 +5,7 @@ use std::fmt;
 use biplane_wire::roboclaw::StatusBits;
 
 use crate::session::cola::event::ColaEvent;
+use crate::session::inertial::event::InertialEvent;
 use crate::session::lms::health::FaultList;
 use crate::session::lms::scan::condition::Trouble;
 use crate::session::lms::scan::ranges::Unpublished;
@@ -50,6 +51,8 @@ pub enum Step {
     Open,
     /// Becoming an authorized client.
     LogIn,
+    /// Asking who it is.
+    Identify,
 }
 
 impl Step {
@@ -71,6 +74,7 @@ impl Step {
             Self::Synchronize => "synchronising",
             Self::Open => "opening the session",
             Self::LogIn => "logging in",
+            Self::Identify => "asking who it is",
         }
     }
 }
@@ -222,6 +226,8 @@ pub enum Event {
     Cola(ColaEvent),
     /// What only a Hokuyo laser has to say.
     Scip(ScipEvent),
+    /// What only an inertial unit has to say.
+    Inertial(InertialEvent),
 }
 
 impl Event {
@@ -259,6 +265,7 @@ impl Event {
         Some(match self {
             Self::Cola(event) => return event.fault(),
             Self::Scip(event) => return event.fault(),
+            Self::Inertial(event) => return event.fault(),
             Self::PortLost => "its port is gone",
             Self::Silent { .. } => "silent",
             Self::Garbled { .. } => "no intact telegram",
@@ -293,6 +300,7 @@ impl fmt::Display for Event {
         match self {
             Self::Cola(event) => event.fmt(f),
             Self::Scip(event) => event.fmt(f),
+            Self::Inertial(event) => event.fmt(f),
             Self::Found { baud } => write!(f, "answers at {baud} Bd"),
             Self::NotFound { .. } => {
                 write!(f, "no answer yet, asking on (is it switched on and connected?)")

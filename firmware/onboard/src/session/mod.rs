@@ -11,6 +11,7 @@ pub(crate) mod base;
 pub(crate) mod cola;
 pub(crate) mod device_session;
 pub(crate) mod event;
+pub(crate) mod inertial;
 pub(crate) mod lms;
 pub(crate) mod machine_session;
 pub(crate) mod queues;

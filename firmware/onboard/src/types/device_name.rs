@@ -10,6 +10,7 @@ pub(crate) fn device_name(port: Port) -> &'static str {
         Port::Horizontal => "horizontal laser",
         Port::Vertical => "vertical laser",
         Port::Base => "base",
+        Port::Imu => "inertial unit",
     }
 }
 

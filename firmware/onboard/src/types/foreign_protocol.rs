@@ -11,6 +11,8 @@ pub enum ForeignProtocol {
     Pioneer,
     /// Packets of an rFLEX base.
     Rflex,
+    /// Measurements of an inertial unit.
+    Inertial,
     /// NMEA 0183 sentences with their sum.
     Receiver,
     /// Lines of text.
@@ -25,6 +27,7 @@ impl fmt::Display for ForeignProtocol {
             Self::Laser => "a laser speaks on this port (are two plugs swapped?)",
             Self::Pioneer => "a Pioneer base speaks on this port (are two plugs swapped?)",
             Self::Rflex => "an rFLEX base speaks on this port (are two plugs swapped?)",
+            Self::Inertial => "an inertial unit speaks on this port (are two plugs swapped?)",
             Self::Receiver => "a satellite receiver speaks on this port (NMEA): is it another device's?",
             Self::Text => {
                 "something speaks text on this port, as a modem or a console does: is it another device's?"

@@ -37,6 +37,8 @@ pub struct RecordedCounts {
     pub scans_vertical: u64,
     /// Odometry reports.
     pub odometry: u64,
+    /// Samples of an inertial unit.
+    pub inertial: u64,
     /// Matched poses, one a horizontal scan.
     pub poses: u64,
     /// Poses of vertical scans.
@@ -51,11 +53,14 @@ pub struct ArrivalCounts {
     /// Telegrams that arrived damaged: checksum or length wrong, cut, or of a form that the device does not
     /// send.
     pub damaged: u64,
-    /// Of these, laser telegrams with a good checksum.
+    /// Of these, telegrams of lasers and of an inertial unit with a good checksum.
     pub rejected: u64,
     /// Laser telegrams that were sent and did not arrive whole, by their index bytes; damaged ones are among
     /// them.
     pub lost_telegrams: u64,
+    /// Samples of an inertial unit that were sent and did not arrive whole, by their count; damaged ones are
+    /// among them.
+    pub lost_samples: u64,
     /// Scans that lasers measured and did not send because the line was busy, by their index bytes: no loss
     /// on the way.
     pub left_out_scans: u64,
@@ -83,10 +88,13 @@ pub struct LossCounts {
     /// Intact telegrams and messages that were not kept, for whatever reason: see the fields below and the
     /// warnings.
     pub lost: u64,
-    /// Of these, intact telegrams that are no scan of the laser or no report of the base.
+    /// Of these, intact telegrams that are no scan of the laser, no report of the base or no whole
+    /// measurement of the inertial unit.
     pub not_understood: u64,
     /// Of these, reads of the vertical laser's line where the rig has no such laser.
     pub reads_without_laser: u64,
+    /// Of these, reads of an inertial unit's line where the rig has no such unit on a line.
+    pub reads_without_imu: u64,
     /// Of these, decoded vertical scans where the rig has no vertical laser: nobody could say where they were
     /// taken from.
     pub scans_without_laser: u64,

@@ -13,6 +13,7 @@ use biplane_mock::serve::{ServeOptions, Source, serve};
 use biplane_mock::world::World;
 use biplane_onboard::{OnboardError, RecordOptions, RunReport, record};
 use biplane_recording::messages::Message;
+use biplane_recording::rig::InertialUnit;
 use biplane_recording::{Reader, Rig, Topic};
 
 /// A mock rig in a folder of its own.
@@ -70,6 +71,12 @@ impl Mock {
         rig
     }
 
+    /// The rig of a mock that was changed by [`with_inertial_unit`].
+    pub(crate) fn rig_with_inertial_unit(&self) -> Rig {
+        let port = self.folder.join("links/imu");
+        Rig { imu: Some(InertialUnit::xsens(&port.to_string_lossy())), ..self.rig() }
+    }
+
     pub(crate) fn options(&self, rig: Rig, seconds: f64) -> RecordOptions {
         RecordOptions {
             duration: Some(Duration::from_secs_f64(seconds)),
@@ -95,6 +102,13 @@ impl Drop for Mock {
     fn drop(&mut self) {
         self.end();
         let _ = fs::remove_dir_all(&self.folder);
+    }
+}
+
+/// Puts an inertial unit on the robot.
+pub(crate) fn with_inertial_unit(options: &mut ServeOptions) {
+    if let Source::World { rig, .. } = &mut options.source {
+        rig.imu = Some(InertialUnit::xsens("imu"));
     }
 }
 

@@ -7,11 +7,11 @@ use std::thread;
 use std::time::Duration;
 
 use biplane_onboard::{ReplayOptions, probe, record, replay};
-use biplane_recording::messages::{LaserScan, PoseWithCovarianceStamped};
+use biplane_recording::messages::{Imu, LaserScan, PoseWithCovarianceStamped};
 use biplane_recording::{Direction, Port, Reader, Topic};
 
 use crate::in_time::in_time;
-use crate::mock::{Mock, all};
+use crate::mock::{Mock, all, with_inertial_unit};
 
 /// Stamps of the truth, nanoseconds (`seconds.nanoseconds` a line).
 fn true_stamps_ns(path: &Path) -> Vec<i64> {
@@ -122,8 +122,8 @@ fn devices_that_are_unplugged_for_a_moment_stream_again_by_themselves() {
 #[test]
 fn serial_bytes_of_both_ways_are_recorded_on_request() {
     in_time(|| {
-        let mock = Mock::start("raw", |_| {});
-        mock.record(mock.rig(), 2.5).unwrap();
+        let mock = Mock::start("raw", with_inertial_unit);
+        mock.record(mock.rig_with_inertial_unit(), 2.5).unwrap();
         let reader = Reader::open(&mock.folder.join("run.mcap")).unwrap();
         for port in Port::ALL {
             for direction in [Direction::Rx, Direction::Tx] {
@@ -133,5 +133,33 @@ fn serial_bytes_of_both_ways_are_recorded_on_request() {
                 assert!(count > 3, "{port:?} {direction:?}: {count}");
             }
         }
+    });
+}
+
+#[test]
+fn an_inertial_unit_is_probed_recorded_and_replayed() {
+    in_time(|| {
+        let mock = Mock::start("imu", with_inertial_unit);
+        let rig = mock.rig_with_inertial_unit();
+        let reports = probe(&rig, &[Port::Imu]).unwrap();
+        assert_eq!(reports[0].kind.as_deref(), Some("Xsens MTi 03800D10"), "{reports:?}");
+        let report = mock.record(rig, 4.0).unwrap();
+        assert_eq!(report.losses.lost, 0, "{report:?}");
+        let run = mock.folder.join("run.mcap");
+        let samples = all::<Imu>(&run, Topic::Imu);
+        assert_eq!(samples.len() as u64, report.recorded.inertial);
+        assert!((200..=400).contains(&samples.len()), "{}", samples.len());
+        // Its own clock: a busy machine may read late or lose some, and the stamps are even all the same.
+        for pair in samples[100..].windows(2) {
+            let interval_us = (pair[1].stamp_ns - pair[0].stamp_ns) / 1000;
+            assert!(interval_us > 9_000 && (interval_us + 1_000) % 10_000 < 2_000, "{interval_us} us");
+        }
+        let mean_up = samples.iter().map(|s| s.acceleration_m_s2[2]).sum::<f64>() / samples.len() as f64;
+        assert!((mean_up - 9.8).abs() < 0.8, "{mean_up}");
+        // The bytes go before the samples that were made of them.
+        let again = ReplayOptions::new(&run, mock.folder.join("again.mcap"));
+        let replayed = replay(&again, &AtomicBool::new(false)).unwrap();
+        assert_eq!(replayed.recorded.inertial, report.recorded.inertial);
+        assert_eq!(all::<Imu>(&again.output, Topic::Imu).len(), samples.len());
     });
 }

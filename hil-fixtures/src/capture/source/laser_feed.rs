@@ -184,7 +184,7 @@ mod tests {
         };
         let track = LaserTrack { scans: (0..40).map(scan).collect(), ..LaserTrack::default() };
         let rules =
-            RunRules { lasers: 1, has_base: false, pause_ns: 0, patience_ns: None, start_at_ns: Some(7_000) };
+            RunRules { lasers: 1, others: 0, pause_ns: 0, patience_ns: None, start_at_ns: Some(7_000) };
         CaptureScans::new(Arc::new(track), 1_000, Run::new(rules), once)
     }
 

@@ -10,6 +10,7 @@ pub mod base_track;
 pub mod byte_times;
 pub mod captured_laser;
 pub mod fan;
+pub mod inertial_track;
 pub mod laser_feed;
 pub mod laser_track;
 pub mod slots;
@@ -20,6 +21,7 @@ use biplane_recording::rig::Base;
 use biplane_recording::{Direction, Port, ReadError, Reader, Rig};
 use captured_laser::AnyReading;
 pub use captured_laser::CapturedLaser;
+use inertial_track::{InertialReading, InertialTrack};
 use std::path::{Path, PathBuf};
 
 /// Rate of a base's line whose rig is not known, Bd.
@@ -56,6 +58,8 @@ pub struct Capture {
     pub vertical: Option<CapturedLaser>,
     /// The base.
     pub base: Option<BaseTrack>,
+    /// The inertial unit.
+    pub inertial: Option<InertialTrack>,
     /// The rig that was recorded.
     pub rig: Option<Rig>,
 }
@@ -69,6 +73,7 @@ impl Capture {
         let mut vertical = AnyReading::new(rig.as_ref().and_then(|rig| rig.vertical.as_ref()));
         let protocol = rig.as_ref().map_or_else(|| Base::default().protocol, |rig| rig.base.protocol);
         let mut base = BaseReading::new(rig.as_ref().map_or(BASE_BAUD, |rig| rig.base.baud), &protocol);
+        let mut inertial = InertialReading::default();
         for message in serial(&reader) {
             let message = message?;
             if message.direction == Direction::Tx {
@@ -81,11 +86,18 @@ impl Capture {
                 Port::Horizontal => horizontal.take(message.time_ns, &message.bytes),
                 Port::Vertical => vertical.take(message.time_ns, &message.bytes),
                 Port::Base => base.take(message.time_ns, &message.bytes),
+                Port::Imu => inertial.take(message.time_ns, &message.bytes),
             }
         }
-        let bytes = horizontal.position() + vertical.position() + base.bytes.position;
-        let capture =
-            Self { horizontal: horizontal.finish(), vertical: vertical.finish(), base: base.finish(), rig };
+        let lasers = horizontal.position() + vertical.position();
+        let bytes = lasers + base.bytes.position + inertial.position();
+        let capture = Self {
+            horizontal: horizontal.finish(),
+            vertical: vertical.finish(),
+            base: base.finish(),
+            inertial: inertial.finish(),
+            rig,
+        };
         match (bytes, capture.first_ns()) {
             (0, _) => Err(CaptureError::NoSerialBytes { path: path.to_owned() }),
             (_, None) => Err(CaptureError::NothingWhole { path: path.to_owned(), bytes }),
@@ -97,16 +109,17 @@ impl Capture {
         let lasers = [&self.horizontal, &self.vertical].into_iter().flatten();
         let scans = lasers.flat_map(CapturedLaser::times_ns);
         let packets = self.base.iter().flat_map(BaseTrack::times_ns);
-        scans.chain(packets)
+        let samples = self.inertial.iter().flat_map(InertialTrack::times_ns);
+        scans.chain(packets).chain(samples)
     }
 
-    /// When the first scan or packet left.
+    /// When the first scan, packet or sample left.
     #[must_use]
     pub fn first_ns(&self) -> Option<i64> {
         self.times_ns().min()
     }
 
-    /// From the first to the last scan or packet.
+    /// From the first to the last of them.
     #[must_use]
     pub fn duration_ns(&self) -> i64 {
         self.times_ns().max().unwrap_or(0) - self.first_ns().unwrap_or(0)

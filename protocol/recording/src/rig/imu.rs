@@ -3,11 +3,29 @@
 use super::table::Table;
 use super::{Mount, RigError};
 
+/// Rates that an Xsens unit may run at, in Bd.
+const BAUDS: [f64; 9] =
+    [9600.0, 19200.0, 38400.0, 57600.0, 115_200.0, 230_400.0, 460_800.0, 921_600.0, 2_000_000.0];
+const DEFAULT_BAUD: u32 = 115_200;
+/// Samples a second: parts of the 400 that units take; an MTi-1 ends at 100.
+const RATES_HZ: [f64; 5] = [25.0, 50.0, 100.0, 200.0, 400.0];
+const DEFAULT_RATE_HZ: u16 = 100;
+/// Bytes of a message with count, time, accelerations, turn rates and flags in 32 bits each.
+const SAMPLE_BYTES: u32 = 54;
+/// Bits of a byte on the line.
+const BYTE_BITS: u32 = 10;
+
 /// An inertial unit: turn rates and accelerations.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct InertialUnit {
     /// How its samples come.
     pub protocol: InertialProtocol,
+    /// The serial port; empty where samples come with the recording.
+    pub port: String,
+    /// The line's rate, in Bd; 0 without a line.
+    pub baud: u32,
+    /// Samples a second that it is asked for; 0 without a line.
+    pub rate_hz: u16,
     /// Where it sits. Its own axes: x forward, y left, z up, as those of the base, when nothing is said.
     pub mount: Mount,
 }
@@ -18,26 +36,76 @@ pub enum InertialProtocol {
     /// With the recording, as `/imu`: of an imported bag, or of a simulated drive.
     #[default]
     None,
+    /// On a serial line, as messages of an Xsens MTi. Written after its documentation, never tried on
+    /// hardware.
+    Xsens,
 }
 
 impl InertialProtocol {
-    /// The word in `rig.toml`.
+    /// The word in `rig.toml`: `none` or `xsens`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::None => "none",
+            Self::Xsens => "xsens",
         }
     }
 }
 
 impl InertialUnit {
+    /// An Xsens unit on this port, as it is when nothing else is said.
+    #[must_use]
+    pub fn xsens(port: &str) -> Self {
+        Self {
+            protocol: InertialProtocol::Xsens,
+            port: port.to_owned(),
+            baud: DEFAULT_BAUD,
+            rate_hz: DEFAULT_RATE_HZ,
+            mount: Mount::default(),
+        }
+    }
+
+    /// Whether it is on a serial line of the robot.
+    #[must_use]
+    pub fn is_serial(&self) -> bool {
+        self.protocol != InertialProtocol::None
+    }
+
     pub(crate) fn parse(
         table: &Table,
         mount_of: impl Fn(&Table, Mount) -> Result<Mount, RigError>,
     ) -> Result<Self, RigError> {
+        if table.word("protocol", "none", &["none", "xsens"])? == "xsens" {
+            return xsens(table, mount_of);
+        }
         table.only(&["protocol", "mount"])?;
-        table.word("protocol", "none", &["none"])?;
-        let mount = mount_of(table, Mount::default())?;
-        Ok(Self { protocol: InertialProtocol::None, mount })
+        Ok(Self { mount: mount_of(table, Mount::default())?, ..Self::default() })
     }
+}
+
+fn xsens(
+    table: &Table,
+    mount_of: impl Fn(&Table, Mount) -> Result<Mount, RigError>,
+) -> Result<InertialUnit, RigError> {
+    table.only(&["protocol", "port", "baud", "rate_hz", "mount"])?;
+    let unit = InertialUnit {
+        baud: table.one_of("baud", f64::from(DEFAULT_BAUD), &BAUDS)? as u32,
+        rate_hz: table.one_of("rate_hz", f64::from(DEFAULT_RATE_HZ), &RATES_HZ)? as u16,
+        mount: mount_of(table, Mount::default())?,
+        ..InertialUnit::xsens(&table.text("port")?)
+    };
+    if u32::from(unit.rate_hz) * SAMPLE_BYTES * BYTE_BITS > unit.baud {
+        let bits = SAMPLE_BYTES * BYTE_BITS;
+        return Err(match table.has("rate_hz") {
+            true => {
+                let max_hz = unit.baud / bits;
+                table.refuse(
+                    "rate_hz",
+                    &format!("{max_hz} or less at {} Bd: a sample has {bits} bits", unit.baud),
+                )
+            }
+            false => table.refuse("baud", &format!("{} or more for 100 samples a second", 100 * bits)),
+        });
+    }
+    Ok(unit)
 }

@@ -26,9 +26,15 @@ fn place(out: &mut String, Mount { x, y, z, roll, pitch, yaw }: &Mount) -> std::
     writeln!(out, "roll = {roll:?}, pitch = {pitch:?}, yaw = {yaw:?} }}")
 }
 
-fn imu(out: &mut String, InertialUnit { protocol, mount }: &InertialUnit) -> std::fmt::Result {
+fn imu(out: &mut String, unit: &InertialUnit) -> std::fmt::Result {
+    let InertialUnit { protocol, port, baud, rate_hz, mount } = unit;
     writeln!(out, "\n[imu]")?;
     writeln!(out, "protocol = {}", quoted(protocol.name()))?;
+    if unit.is_serial() {
+        writeln!(out, "port = {}", quoted(port))?;
+        writeln!(out, "baud = {baud}")?;
+        writeln!(out, "rate_hz = {rate_hz}")?;
+    }
     place(out, mount)
 }
 

@@ -1,6 +1,6 @@
 //! `rig.toml` as tables: what is accepted, what is filled in, what is refused and in which words.
 
-use super::{Base, BaseProtocol, Laser, Mount, Rig, RigError, Units};
+use super::{Base, BaseProtocol, InertialUnit, Laser, Mount, Rig, RigError, Units};
 
 /// The text of the interface page, word for word.
 const TEMPLATE: &str = r#"
@@ -316,6 +316,37 @@ fn an_inertial_unit_sits_where_it_is_said_and_is_printed_so() {
     assert_eq!(unit.mount, Mount { z: 0.4, yaw: 90.0, ..Mount::default() });
     assert_eq!(Rig::parse(&rig.to_toml()).unwrap(), rig);
     assert!(!Rig::default().to_toml().contains("imu"), "a rig without one says nothing of it");
+}
+
+#[test]
+fn an_inertial_unit_on_a_line_has_its_port_and_rates_and_one_without_has_none() {
+    let parse = |keys: &str| Rig::parse(&format!("{PORTS}[imu]\n{keys}"));
+    let rig = parse("protocol = \"xsens\"\nport = \"/dev/ttyUSB3\"\nmount = { z = 0.2 }").unwrap();
+    let mount = Mount { z: 0.2, ..Mount::default() };
+    assert_eq!(rig.imu, Some(InertialUnit { mount, ..InertialUnit::xsens("/dev/ttyUSB3") }));
+    assert_eq!(rig.imu.as_ref().map(|unit| (unit.baud, unit.rate_hz)), Some((115_200, 100)));
+    assert_eq!(Rig::parse(&rig.to_toml()).unwrap(), rig);
+    let fast = parse("protocol = \"xsens\"\nport = \"i\"\nbaud = 230400\nrate_hz = 400").unwrap();
+    assert_eq!(Rig::parse(&fast.to_toml()).unwrap(), fast);
+    for (keys, message) in [
+        ("protocol = \"xsens\"", "missing key `imu.port`: it has no default"),
+        ("protocol = \"um7\"", "line 8: `imu.protocol` is \"um7\"; allowed: \"none\", \"xsens\""),
+        ("protocol = \"none\"\nport = \"i\"", "line 9: unknown key `imu.port`; known here: protocol, mount"),
+        (
+            "protocol = \"xsens\"\nport = \"i\"\nrate_hz = 60",
+            "line 10: `imu.rate_hz` is 60; allowed: 25, 50, 100, 200, 400",
+        ),
+        (
+            "protocol = \"xsens\"\nport = \"i\"\nrate_hz = 400",
+            "line 10: `imu.rate_hz` is 400; allowed: 213 or less at 115200 Bd: a sample has 540 bits",
+        ),
+        (
+            "protocol = \"xsens\"\nport = \"i\"\nbaud = 38400",
+            "line 10: `imu.baud` is 38400; allowed: 54000 or more for 100 samples a second",
+        ),
+    ] {
+        assert_eq!(parse(keys).expect_err(keys).to_string(), message, "{keys}");
+    }
 }
 
 #[test]

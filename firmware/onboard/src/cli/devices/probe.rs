@@ -18,8 +18,8 @@ pub(crate) struct Args {
     /// The robot.
     #[arg(long)]
     rig: PathBuf,
-    /// Only this device: horizontal, vertical or base. May be given several times; without it, every device
-    /// of the rig.
+    /// Only this device: horizontal, vertical, base or imu. May be given several times; without it, every
+    /// device of the rig.
     #[arg(long, value_name = "DEVICE", value_parser = device)]
     only: Vec<Port>,
     /// As JSON on stdout.
@@ -43,7 +43,8 @@ fn device(word: &str) -> Result<Port, String> {
         "horizontal" => Ok(Port::Horizontal),
         "vertical" => Ok(Port::Vertical),
         "base" => Ok(Port::Base),
-        _ => Err("expected horizontal, vertical or base".to_owned()),
+        "imu" => Ok(Port::Imu),
+        _ => Err("expected horizontal, vertical, base or imu".to_owned()),
     }
 }
 

@@ -6,7 +6,7 @@ use crate::io::udev_rule::{look_up, rules};
 use crate::types::error::OnboardError;
 
 /// Prints the udev rules that give serial adapters their role's name (/dev/lms-horizontal, /dev/lms-vertical,
-/// /dev/base).
+/// /dev/base, /dev/imu).
 ///
 /// Each adapter is recognized by its serial number; one without, by the socket it is plugged into. With the
 /// adapters plugged in, as root: `biplane-onboard udev-rule --horizontal /dev/ttyUSB0 --vertical /dev/ttyUSB1
@@ -24,11 +24,18 @@ pub(crate) struct Args {
     /// The port of the base.
     #[arg(long, value_name = "PORT")]
     base: Option<PathBuf>,
+    /// The port of the inertial unit.
+    #[arg(long, value_name = "PORT")]
+    imu: Option<PathBuf>,
 }
 
 pub(crate) fn run(args: &Args) -> Result<u8, OnboardError> {
-    let roles =
-        [("lms-horizontal", &args.horizontal), ("lms-vertical", &args.vertical), ("base", &args.base)];
+    let roles = [
+        ("lms-horizontal", &args.horizontal),
+        ("lms-vertical", &args.vertical),
+        ("base", &args.base),
+        ("imu", &args.imu),
+    ];
     let mut adapters = Vec::new();
     for (role, port) in roles {
         let Some(port) = port else { continue };

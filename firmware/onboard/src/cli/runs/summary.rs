@@ -31,7 +31,7 @@ pub(crate) fn print_line(report: &RunReport) {
 }
 
 /// What a run counts that is not as it should be: how many, of what, and what became of them.
-fn remarks(report: &RunReport) -> [(u64, &'static str, &'static str); 14] {
+fn remarks(report: &RunReport) -> [(u64, &'static str, &'static str); 16] {
     [
         (report.arrival.damaged, "telegram", "arrived damaged or cut"),
         (
@@ -40,6 +40,7 @@ fn remarks(report: &RunReport) -> [(u64, &'static str, &'static str); 14] {
             "of these had a good checksum, but not the form of the device's telegrams",
         ),
         (report.arrival.lost_telegrams, "laser telegram", "did not arrive whole, by their index bytes"),
+        (report.arrival.lost_samples, "sample", "of the inertial unit did not arrive whole, by their count"),
         (report.arrival.dazzled_values, "value", "missing because a laser was dazzled"),
         (report.arrival.polluted_scans, "scan", "taken through a polluted window"),
         (report.arrival.skipped_bytes, "byte", "outside of any telegram"),
@@ -60,6 +61,11 @@ fn remarks(report: &RunReport) -> [(u64, &'static str, &'static str); 14] {
             report.losses.reads_without_laser,
             "read",
             "of a vertical laser, but the rig has no section [vertical]: NOT KEPT",
+        ),
+        (
+            report.losses.reads_without_imu,
+            "read",
+            "of an inertial unit, but the rig has none on a line in [imu]: NOT KEPT",
         ),
         (
             report.losses.scans_without_laser,
@@ -85,6 +91,9 @@ fn text(report: &RunReport) -> String {
         report.recorded.poses_vertical,
         counted(report.recorded.odometry, "odometry report"),
     );
+    if report.recorded.inertial > 0 {
+        text += &format!(", {}", counted(report.recorded.inertial, "inertial sample"));
+    }
     for (count, noun, what) in remarks(report).into_iter().filter(|(count, ..)| *count > 0) {
         text += &format!("\n  {} {what}", counted(count, noun));
     }

@@ -10,10 +10,12 @@ use crate::types::run_report::RunReport;
 /// Counts what comes without a line of the rig.
 #[derive(Copy, Clone, Debug, Default)]
 pub(crate) struct WithoutLine {
-    /// Decoded scans and odometry.
-    meters: [Meter; 3],
-    /// Reads of a line that the rig does not have.
-    pub(crate) unknown_reads: u64,
+    /// Decoded scans, odometry and samples of an inertial unit.
+    meters: [Meter; Port::ALL.len()],
+    /// Reads of a laser's or a base's line that the rig does not have.
+    unknown_reads: u64,
+    /// Reads of an inertial unit's line that the rig does not have.
+    unknown_inertial_reads: u64,
     /// Decoded scans of a laser that the rig does not have.
     pub(crate) unknown_scans: u64,
 }
@@ -24,6 +26,14 @@ impl WithoutLine {
         self.meters[port.index()].count(now_ns, stamp_ns);
     }
 
+    /// A read came of a line that the rig does not have.
+    pub(crate) fn unknown_read(&mut self, port: Port) {
+        match port {
+            Port::Imu => self.unknown_inertial_reads += 1,
+            Port::Horizontal | Port::Vertical | Port::Base => self.unknown_reads += 1,
+        }
+    }
+
     /// From a device's first decoded measurement to its last, nanoseconds.
     pub(crate) fn span_ns(&self, port: Port) -> Option<(i64, i64)> {
         self.meters[port.index()].span_ns()
@@ -31,22 +41,24 @@ impl WithoutLine {
 
     /// Adds what came without a line.
     pub(crate) fn account(&self, report: &mut RunReport) {
-        let [horizontal, vertical, base] = self.meters.map(|meter| meter.measurements);
+        let [horizontal, vertical, base, imu] = self.meters.map(|meter| meter.measurements);
         report.recorded.scans_horizontal += horizontal;
         report.recorded.scans_vertical += vertical;
         report.recorded.odometry += base;
+        report.recorded.inertial += imu;
+        report.losses.reads_without_imu = self.unknown_inertial_reads;
         report.losses.reads_without_laser = self.unknown_reads;
         report.losses.scans_without_laser = self.unknown_scans;
     }
 
     /// Stamps of scans that stepped back; the odometry of an import often has the stamps of its scans.
     pub(crate) fn backward_stamps(&self) -> u64 {
-        let [horizontal, vertical, _] = self.meters.map(|meter| meter.backward_stamps);
+        let [horizontal, vertical, ..] = self.meters.map(|meter| meter.backward_stamps);
         horizontal + vertical
     }
 
     /// The states of the last interval, in the order of [`Port::ALL`]; the next one begins.
-    pub(crate) fn health(&mut self, interval_s: f64) -> [LineHealth; 3] {
+    pub(crate) fn health(&mut self, interval_s: f64) -> [LineHealth; Port::ALL.len()] {
         self.meters.each_mut().map(|meter| meter.health(interval_s))
     }
 }

@@ -4,6 +4,7 @@ use biplane_recording::{Port, Rig};
 
 use crate::engine::line::LaserLine;
 use crate::engine::line::decoded::with_decoded;
+use crate::engine::line::inertial_line::InertialLine;
 use crate::engine::line::lines::Lines;
 use crate::engine::line::watch::LineWatch;
 use crate::engine::options::Feed;
@@ -23,11 +24,7 @@ pub(crate) struct Devices {
 impl Devices {
     /// Those of this rig, whose sessions begin at `now_ns`.
     pub(crate) fn new(rig: &Rig, feed: Feed, now_ns: i64) -> Self {
-        Self {
-            lines: Lines::new(rig, feed, now_ns),
-            watch: LineWatch::new(&rig.base.protocol),
-            outbox: Outbox::default(),
-        }
+        Self { lines: Lines::new(rig, feed, now_ns), watch: LineWatch::new(rig), outbox: Outbox::default() }
     }
 
     /// When a session wants to be asked again; one without a port does not, and not before it is known what
@@ -78,7 +75,10 @@ impl Devices {
         let line = self.lines.health(port, interval_s)?;
         let (line, event) = self.watch.damage(port).judge(line);
         let odd = self.lines.laser_mut(port).and_then(LaserLine::interval_news);
-        let restart = self.lines.laser_mut(port).and_then(LaserLine::restart_news);
+        let restart = match port {
+            Port::Imu => self.lines.imu.as_deref_mut().and_then(InertialLine::restart_news),
+            _ => self.lines.laser_mut(port).and_then(LaserLine::restart_news),
+        };
         for event in [event, odd, restart].into_iter().flatten() {
             self.event(port, event);
         }

@@ -4,6 +4,7 @@ use biplane_recording::rig::Laser;
 use biplane_recording::{Port, Rig};
 use biplane_wire::Counts;
 
+use crate::engine::line::inertial_line::InertialLine;
 use crate::engine::line::laser_device::LaserDevice;
 use crate::engine::line::{LaserLine, Line};
 use crate::engine::options::Feed;
@@ -24,6 +25,8 @@ pub(crate) struct Lines {
     /// Of the base; of one that is not there, nothing comes.
     pub(crate) base: Box<Line<BaseSession>>,
     has_base: bool,
+    /// Of the inertial unit, where there is one on a line.
+    pub(crate) imu: Option<Box<InertialLine>>,
 }
 
 impl Lines {
@@ -33,12 +36,14 @@ impl Lines {
             Feed::Live => BaseSession::streaming,
             Feed::Recorded => BaseSession::listening,
         };
+        let imu = rig.imu.as_ref().filter(|unit| unit.is_serial());
         let laser = |laser: &Laser| Box::new(LaserLine::new(LaserDevice::new(laser, feed, now_ns), laser));
         Self {
             horizontal: laser(&rig.horizontal),
             vertical: rig.vertical.as_ref().map(laser),
             base: Box::new(Line::of_base(make_base(BaseSettings::from(&rig.base), now_ns), &rig.base)),
             has_base: rig.base.is_present(),
+            imu: imu.map(|unit| Box::new(InertialLine::new(unit, feed, now_ns))),
         }
     }
 
@@ -47,7 +52,7 @@ impl Lines {
         match port {
             Port::Horizontal => Some(&mut self.horizontal),
             Port::Vertical => self.vertical.as_deref_mut(),
-            Port::Base => None,
+            Port::Base | Port::Imu => None,
         }
     }
 
@@ -62,6 +67,7 @@ impl Lines {
             Port::Horizontal => self.horizontal.line.meter.span_ns(),
             Port::Vertical => self.vertical.as_ref()?.line.meter.span_ns(),
             Port::Base => self.base.meter.span_ns(),
+            Port::Imu => self.imu.as_ref()?.line.meter.span_ns(),
         }
     }
 
@@ -70,6 +76,7 @@ impl Lines {
             Port::Horizontal => &self.horizontal.line.session,
             Port::Vertical => &self.vertical.as_ref()?.line.session,
             Port::Base => Some(&self.base.session).filter(|_| self.has_base)?,
+            Port::Imu => &self.imu.as_ref()?.line.session,
         })
     }
 
@@ -78,6 +85,7 @@ impl Lines {
             Port::Horizontal => &mut self.horizontal.line.session,
             Port::Vertical => &mut self.vertical.as_mut()?.line.session,
             Port::Base => Some(&mut self.base.session).filter(|_| self.has_base)?,
+            Port::Imu => &mut self.imu.as_mut()?.line.session,
         })
     }
 
@@ -88,10 +96,18 @@ impl Lines {
 
     /// A read of a line has returned, so long after the line was listened to last.
     pub(crate) fn arrived(&mut self, port: Port, read_ns: i64, count: usize, unheard_ns: i64) {
-        match self.laser_mut(port) {
-            Some(laser) => laser.line.arrived(read_ns, count, unheard_ns),
-            None if port == Port::Base => self.base.arrived(read_ns, count, unheard_ns),
-            None => {}
+        match port {
+            Port::Base => self.base.arrived(read_ns, count, unheard_ns),
+            Port::Imu => {
+                if let Some(unit) = &mut self.imu {
+                    unit.line.arrived(read_ns, count, unheard_ns);
+                }
+            }
+            Port::Horizontal | Port::Vertical => {
+                if let Some(laser) = self.laser_mut(port) {
+                    laser.line.arrived(read_ns, count, unheard_ns);
+                }
+            }
         }
     }
 
@@ -104,11 +120,12 @@ impl Lines {
 
     /// What a session wants done.
     pub(crate) fn poll(&mut self, port: Port) -> Output {
-        match self.laser_mut(port) {
-            Some(laser) => laser.line.poll(),
-            None if port == Port::Base => self.base.poll(),
-            None => Output::WaitUntil(i64::MAX),
-        }
+        let output = match port {
+            Port::Base => Some(self.base.poll()),
+            Port::Imu => self.imu.as_mut().map(|unit| unit.line.poll()),
+            Port::Horizontal | Port::Vertical => self.laser_mut(port).map(|laser| laser.line.poll()),
+        };
+        output.unwrap_or(Output::WaitUntil(i64::MAX))
     }
 
     /// When a session wants to be asked again.
@@ -117,15 +134,24 @@ impl Lines {
             Port::Horizontal => self.horizontal.line.wait_ns(),
             Port::Vertical => self.vertical.as_ref().map_or(i64::MAX, |vertical| vertical.line.wait_ns()),
             Port::Base => self.base.wait_ns(),
+            Port::Imu => self.imu.as_ref().map_or(i64::MAX, |unit| unit.line.wait_ns()),
         }
     }
 
     /// A session has said something.
     pub(crate) fn note(&mut self, port: Port, event: &Event) {
-        match self.laser_mut(port) {
-            Some(laser) => laser.line.note(event),
-            None if port == Port::Base => self.base.note(event),
-            None => {}
+        match port {
+            Port::Base => self.base.note(event),
+            Port::Imu => {
+                if let Some(unit) = &mut self.imu {
+                    unit.line.note(event);
+                }
+            }
+            Port::Horizontal | Port::Vertical => {
+                if let Some(laser) = self.laser_mut(port) {
+                    laser.line.note(event);
+                }
+            }
         }
     }
 
@@ -145,6 +171,9 @@ impl Lines {
             vertical.line.session.finish();
         }
         self.base.session.finish();
+        if let Some(unit) = &mut self.imu {
+            unit.line.session.finish();
+        }
     }
 
     /// Whether a session has nothing left to do.
@@ -179,6 +208,9 @@ impl Lines {
 
     /// The state of a line in the last interval; the next one begins.
     pub(crate) fn health(&mut self, port: Port, interval_s: f64) -> Option<LineHealth> {
+        if port == Port::Imu {
+            return self.imu.as_mut().map(|unit| unit.health(interval_s));
+        }
         let Some(laser) = self.laser_mut(port) else {
             let streaming = self.base.session.is_streaming();
             return self.has(port).then(|| self.base.health(interval_s, streaming));

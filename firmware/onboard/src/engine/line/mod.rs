@@ -1,14 +1,11 @@
 //! One serial line: its session, the times of its reads, and the stamps that follow from both.
 
-pub(crate) mod active_faults;
-pub(crate) mod damage;
 pub(crate) mod decoded;
 pub(crate) mod devices;
-pub(crate) mod foreign_device;
+pub(crate) mod inertial_line;
 pub(crate) mod laser_device;
 pub(crate) mod lines;
 pub(crate) mod monotonic;
-pub(crate) mod read_watermark;
 pub(crate) mod stated;
 pub(crate) mod watch;
 

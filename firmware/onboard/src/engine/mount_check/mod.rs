@@ -154,7 +154,7 @@ impl MountWatch {
                     Some(hypothesis) => Some(MountFault::Sits(hypothesis)),
                 }
             }
-            Port::Base => return Mounting::Unknown,
+            Port::Base | Port::Imu => return Mounting::Unknown,
         };
         match mount_fault {
             Some(mount_fault) => Mounting::Suspect(mount_fault),

@@ -3,6 +3,7 @@
 use biplane_matcher::{MapSize, Odometry, Outcome};
 use biplane_wire::Counts;
 
+use crate::session::inertial::health::InertialHealth;
 use crate::session::lms::health::LaserHealth;
 use crate::types::mount_fault::Mounting;
 
@@ -35,7 +36,7 @@ pub struct LineHealth {
     pub is_overrun: bool,
     /// Account of its bytes.
     pub counts: Option<Counts>,
-    /// Scans or odometry reports so far.
+    /// Scans, odometry reports or samples so far.
     pub measurements: u64,
     /// The same in the last second, a second.
     pub rate_hz: f64,
@@ -48,9 +49,9 @@ pub struct LineHealth {
     /// At which distance a laser's scans come, if that is no whole number of turns of a mirror at 75 Hz,
     /// milliseconds.
     pub odd_interval_ms: Option<f64>,
-    /// What a laser's telegrams say of it; `None` for a base.
+    /// What a laser's telegrams say of it; `None` for another device.
     pub laser: Option<LaserHealth>,
-    /// Whether a laser sits where the rig says, as far as what it sees tells; `None` for a base.
+    /// Whether a laser sits where the rig says, as far as what it sees tells; `None` for another device.
     pub mounting: Option<Mounting>,
 }
 
@@ -113,6 +114,10 @@ pub struct Health {
     pub vertical: LineHealth,
     /// The base.
     pub base: LineHealth,
+    /// The inertial unit on a line.
+    pub imu: LineHealth,
+    /// What its messages say of it.
+    pub inertial: Option<InertialHealth>,
     /// The matcher.
     pub matcher: MatcherHealth,
     /// Reads, messages, requests to devices and states that a full queue has dropped so far.

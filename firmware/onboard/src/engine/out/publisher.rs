@@ -7,7 +7,7 @@
 use biplane_geometry::pose3::quaternion_of_heading_xyzw;
 use biplane_matcher::Pose2;
 use biplane_recording::messages::{
-    ByteArray, LaserScan, Message, Odometry, PoseWithCovarianceStamped, TfMessage, TransformStamped,
+    ByteArray, Imu, LaserScan, Message, Odometry, PoseWithCovarianceStamped, TfMessage, TransformStamped,
 };
 use biplane_recording::rig::Mount;
 use biplane_recording::topics::{
@@ -18,11 +18,15 @@ use biplane_recording::{Direction, Port, Rig, Topic};
 use crate::engine::out::health::Health;
 use crate::engine::out::sink::Sink;
 use crate::engine::scan_data::ScanData;
+use crate::session::inertial::reading::InertialReading;
 
 /// Variance of what a planar pose says nothing of (z, roll, pitch), m^2 or rad^2: it is held to be exact.
 const PLANAR_VARIANCE: f64 = 1e-9;
 /// What odometry is worth where the base does not say, in variance a report: (1 cm)^2, (0.5 degrees)^2.
 const ODOMETRY_VARIANCE: [f64; 2] = [1e-4, 8e-5];
+
+/// The first number of the covariance of what is not there (sensor_msgs/Imu).
+const NO_ORIENTATION: [f64; 9] = [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
 
 /// Encodes messages into a sink.
 #[derive(Debug)]
@@ -31,6 +35,7 @@ pub(crate) struct Publisher<S> {
     bytes: Vec<u8>,
     scan: LaserScan,
     odometry: Odometry,
+    imu: Imu,
     pose: PoseWithCovarianceStamped,
     tf: TfMessage,
     serial: ByteArray,
@@ -48,6 +53,11 @@ impl<S: Sink> Publisher<S> {
             bytes: Vec::with_capacity(1 << 16),
             scan: LaserScan::default(),
             odometry: odometry(),
+            imu: Imu {
+                frame_id: FRAME_IMU.to_owned(),
+                orientation_covariance: NO_ORIENTATION,
+                ..Imu::default()
+            },
             pose: PoseWithCovarianceStamped {
                 stamp_ns: 0,
                 frame_id: FRAME_MAP.to_owned(),
@@ -124,6 +134,15 @@ impl<S: Sink> Publisher<S> {
         odometry.angular_rad_s = [0.0, 0.0, twist_in_base[2]];
         odometry.encode(&mut self.bytes);
         self.sink.message(Topic::Odom, now_ns, stamp_ns, &self.bytes);
+    }
+
+    /// A sample of the inertial unit in its own frame; it says nothing of its errors.
+    pub(crate) fn inertial(&mut self, now_ns: i64, stamp_ns: i64, reading: &InertialReading) {
+        self.imu.stamp_ns = stamp_ns;
+        self.imu.angular_rad_s = reading.turn_rad_s;
+        self.imu.acceleration_m_s2 = reading.force_m_s2;
+        self.imu.encode(&mut self.bytes);
+        self.sink.message(Topic::Imu, now_ns, stamp_ns, &self.bytes);
     }
 
     /// A pose of the base in the map at a scan's stamp; covariance of x, y, theta in the map's axes.

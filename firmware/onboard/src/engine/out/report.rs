@@ -5,6 +5,7 @@ use biplane_wire::Counts;
 
 use crate::engine::line::decoded::WithoutLine;
 use crate::engine::line::devices::Devices;
+use crate::engine::line::inertial_line::InertialLine;
 use crate::engine::line::laser_device::LaserDevice;
 use crate::engine::line::lines::Lines;
 use crate::engine::localize::posing::Posing;
@@ -32,7 +33,7 @@ pub(crate) fn state(
     while let Some(News { port, mount_fault, begins }) = posing.mounting.news() {
         devices.event(port, Event::Mounting { mount_fault, begins });
     }
-    let base = devices.state(Port::Base, interval_s);
+    let [base, imu] = [Port::Base, Port::Imu].map(|port| devices.state(port, interval_s));
     let decoded = without_line.health(interval_s);
     let [horizontal, vertical] = lasers.map(|(port, line)| {
         let mounting = Some(posing.mounting.mounting(port));
@@ -42,6 +43,8 @@ pub(crate) fn state(
         horizontal: devices.reported(Port::Horizontal, horizontal, &decoded[0]),
         vertical: devices.reported(Port::Vertical, vertical, &decoded[1]),
         base: devices.reported(Port::Base, base, &decoded[2]),
+        imu: devices.reported(Port::Imu, imu, &decoded[3]),
+        inertial: devices.lines.imu.as_ref().map(|unit| *unit.line.session.health()),
         matcher: posing.health(),
         dropped: devices.dropped(),
         unreported: devices.outbox.unreported,
@@ -61,8 +64,11 @@ pub(crate) fn account(devices: &Devices, posing: &mut Posing, without_line: &Wit
     add_lines(&devices.lines, &mut report);
     report.uncovered = uncovered(&devices.lines, without_line);
     let losses = &mut report.losses;
-    losses.lost =
-        losses.dropped + losses.not_understood + losses.reads_without_laser + losses.scans_without_laser;
+    losses.lost = losses.dropped
+        + losses.not_understood
+        + losses.reads_without_laser
+        + losses.reads_without_imu
+        + losses.scans_without_laser;
     report
 }
 
@@ -91,6 +97,9 @@ fn add_lines(lines: &Lines, report: &mut RunReport) {
         report.losses.not_understood += laser.session.not_kept();
     }
     report.losses.not_understood += lines.base.session.not_kept();
+    if let Some(unit) = &lines.imu {
+        add_inertial(unit, report);
+    }
     for counts in Port::ALL.into_iter().filter_map(|port| lines.counts(port)) {
         add_counts(counts, report);
     }
@@ -103,6 +112,15 @@ fn add_lines(lines: &Lines, report: &mut RunReport) {
 fn add_counts(counts: Counts, report: &mut RunReport) {
     report.arrival.damaged += counts.bad_checksums + counts.bad_lengths + counts.abandoned;
     report.arrival.skipped_bytes += counts.skipped_bytes;
+}
+
+fn add_inertial(unit: &InertialLine, report: &mut RunReport) {
+    let health = unit.line.session.health();
+    report.recorded.inertial += unit.line.meter.measurements;
+    report.losses.not_understood += unit.line.session.not_kept();
+    report.arrival.damaged += health.rejected;
+    report.arrival.rejected += health.rejected;
+    report.arrival.lost_samples += health.missing;
 }
 
 fn add_laser(session: &LaserDevice, report: &mut RunReport) {

@@ -22,6 +22,7 @@ use crate::session::cola::ColaSession;
 use crate::session::cola::settings::ColaSettings;
 use crate::session::device_session::{Input, MAX_INPUT_BYTES, Output, Session};
 use crate::session::event::Event;
+use crate::session::inertial::InertialSession;
 use crate::session::lms::LaserSession;
 use crate::session::lms::setup::settings::LaserSettings;
 use crate::session::scip::ScipSession;
@@ -77,6 +78,7 @@ fn ask(rig: &Rig, needed: NeededPort<'_>) -> DeviceReport {
     };
     let result = needed.open().and_then(|port| match device {
         Port::Base => ask_base(rig, &port, &nothing),
+        Port::Imu => ask_inertial(rig, &port, &nothing),
         Port::Horizontal => ask_laser(&rig.horizontal, &port, &nothing),
         Port::Vertical => ask_laser(rig.vertical.as_ref().unwrap_or(&rig.horizontal), &port, &nothing),
     });
@@ -150,6 +152,22 @@ fn ask_base(rig: &Rig, port: &OpenLine, nothing: &DeviceReport) -> io::Result<De
     })
 }
 
+fn ask_inertial(rig: &Rig, port: &OpenLine, nothing: &DeviceReport) -> io::Result<DeviceReport> {
+    let unit = rig.imu.clone().unwrap_or_default();
+    let mut session = InertialSession::probing(&unit, biplane_clock::monotonic_ns());
+    if converse(&mut session, port)? != Talk::Done {
+        return Ok(no_answer(nothing));
+    }
+    let info = session.info();
+    Ok(DeviceReport {
+        answered: true,
+        baud_found: Some(unit.baud),
+        kind: Some(info.class.to_string()),
+        fault: info.has_fault,
+        ..nothing.clone()
+    })
+}
+
 fn no_answer(nothing: &DeviceReport) -> DeviceReport {
     DeviceReport { problem: Some("no answer".to_owned()), ..nothing.clone() }
 }
@@ -204,7 +222,11 @@ fn serve(session: &mut dyn Session, port: &OpenLine) -> io::Result<Option<Talk>>
             Output::Event(event @ Event::RateRefused { .. }) => tracing::warn!("{event}"),
             Output::Event(Event::NotFound { rounds }) if rounds >= ROUNDS => return Ok(Some(Talk::NoAnswer)),
             Output::Reconnect => return Ok(Some(Talk::Reconnect)),
-            Output::Event(_) | Output::Scan(_) | Output::TimedScan | Output::Odometry(_) => {}
+            Output::Event(_)
+            | Output::Scan(_)
+            | Output::TimedScan
+            | Output::Odometry(_)
+            | Output::Inertial(_) => {}
             Output::WaitUntil(_) => return Ok(None),
         }
     }

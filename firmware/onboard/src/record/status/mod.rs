@@ -92,6 +92,8 @@ pub(crate) struct Status {
     pub vertical: Option<LineStatus>,
     /// The base.
     pub base: LineStatus,
+    /// The inertial unit; nothing where the rig has none on a line.
+    pub imu: Option<LineStatus>,
     /// Nothing before the first.
     pub pose: Option<PoseStatus>,
     /// The matcher.
@@ -127,6 +129,7 @@ impl Status {
             horizontal: line(&health.horizontal),
             vertical: health.vertical.present.then(|| line(&health.vertical)),
             base: line(&health.base),
+            imu: health.imu.present.then(|| line(&health.imu)),
             pose: (matcher.poses > 0).then_some(PoseStatus { x_m, y_m, theta_rad }),
             matcher: MatcherStatus {
                 outcome: matcher.last_outcome.map(outcome),
@@ -149,7 +152,8 @@ impl Status {
         let mut words = vec![elapsed(self.elapsed_s), rate("H", &self.horizontal)];
         words.extend(self.vertical.as_ref().map(|vertical| rate("V", vertical)));
         words.push(rate("base", &self.base));
-        let lines = [Some(&self.horizontal), self.vertical.as_ref(), Some(&self.base)];
+        words.extend(self.imu.as_ref().map(|imu| rate("imu", imu)));
+        let lines = [Some(&self.horizontal), self.vertical.as_ref(), Some(&self.base), self.imu.as_ref()];
         let crc_errors: u64 = lines.into_iter().flatten().map(|line| line.crc_errors).sum();
         words.push(format!("crc {crc_errors}"));
         words.push(format!("drops {}", self.dropped));

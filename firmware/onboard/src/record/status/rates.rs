@@ -10,9 +10,10 @@ const SPAN: usize = 5;
 /// What the lines had brought in the last seconds.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Rates {
-    /// Time in nanoseconds, and measurements of the horizontal laser, the vertical one and the base.
-    reported: heapless::Deque<(i64, [u64; 3]), SPAN>,
-    streaming: [bool; 3],
+    /// Time in nanoseconds, and measurements of the horizontal laser, the vertical one, the base and
+    /// the inertial unit.
+    reported: heapless::Deque<(i64, [u64; 4]), SPAN>,
+    streaming: [bool; 4],
 }
 
 impl Rates {
@@ -20,7 +21,7 @@ impl Rates {
     /// own.
     pub(crate) fn smooth(&mut self, now_ns: i64, health: &Health) -> Health {
         let mut smooth = *health;
-        let mut lines = [&mut smooth.horizontal, &mut smooth.vertical, &mut smooth.base];
+        let mut lines = [&mut smooth.horizontal, &mut smooth.vertical, &mut smooth.base, &mut smooth.imu];
         let streaming = lines.each_ref().map(|line| line.streaming);
         if streaming != self.streaming {
             // A pause, or its end, is seen at once.

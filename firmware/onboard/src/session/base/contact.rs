@@ -1,5 +1,5 @@
-//! What the session of every base keeps of its line: when something came, what is said of an outage, what
-//! waits to be done.
+//! What the session of a base, or of another device that speaks in packets, keeps of its line: when something
+//! came, what is said of an outage, what waits to be done.
 //!
 //! Units: nanoseconds, bits per second.
 
@@ -16,7 +16,7 @@ const ANSWER_GAP_NS: i64 = 60_000_000;
 /// So many requests of zeros are longer than the longest packet (255 bytes and its head and tail).
 const FLUSHES: usize = 5;
 
-/// The line to a base, as one machine's states know it.
+/// The line to a device, as one machine's states know it.
 #[derive(Debug)]
 pub struct Contact {
     pub(crate) baud: u32,
@@ -86,6 +86,12 @@ impl Contact {
         }
         self.is_loss_reported = false;
         self.outputs.push(Output::Odometry(reading));
+    }
+
+    /// A measurement has come, which its machine hands on: when the next stay out, that is said.
+    pub(crate) fn measured(&mut self) {
+        self.last_report_ns = self.now_ns;
+        self.is_loss_reported = false;
     }
 
     /// A round of asking has led to nothing: says so, once. Who waits for hours need not read it every few

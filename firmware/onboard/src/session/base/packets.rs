@@ -14,7 +14,7 @@ use crate::session::event::Event;
 use crate::session::queues::Intake;
 
 /// Bytes that a deframer holds: some of the longest packets.
-const HELD_BYTES: usize = 1024;
+const HELD_BYTES: usize = 4096;
 
 /// The states of one protocol's session. It stands beside the deframer, so that a packet can be lent to it.
 pub trait PacketMachine {
@@ -67,6 +67,11 @@ pub struct PacketSession<M: PacketMachine> {
 }
 
 impl<M: PacketMachine> PacketSession<M> {
+    /// What it knows of its device.
+    pub(crate) fn machine(&self) -> &M {
+        &self.machine
+    }
+
     pub(crate) fn new(mut machine: M, purpose: Purpose) -> Self {
         if purpose != Purpose::Listen {
             machine.contact_mut().set_rate();

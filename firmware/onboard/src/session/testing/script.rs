@@ -97,6 +97,10 @@ fn drain(session: &mut dyn Session, now_ns: i64, transcript: &mut Vec<String>) -
                 let pose = odometry.odom_from_base;
                 format!("{ms} * {:.3} {:.3} {:.4}", pose.x_m, pose.y_m, pose.theta_rad)
             }
+            Output::Inertial(sample) => {
+                let ([x, y, z], [_, _, up]) = (sample.turn_rad_s, sample.force_m_s2);
+                format!("{ms} * {} {x:.3} {y:.3} {z:.3} {up:.2}", sample.time.time_us)
+            }
             Output::TimedScan => format!("{ms} * a scan"),
             Output::Reconnect => format!("{ms} > a new connection"),
             Output::Event(event) => format!("{ms} ! {event}"),

@@ -97,13 +97,8 @@ mod tests {
     const MS: i64 = 1_000_000;
 
     fn playback(times_ms: &[i64], once: bool) -> Playback {
-        let rules = RunRules {
-            lasers: 1,
-            has_base: false,
-            pause_ns: 0,
-            patience_ns: None,
-            start_at_ns: Some(7 * MS),
-        };
+        let rules =
+            RunRules { lasers: 1, others: 0, pause_ns: 0, patience_ns: None, start_at_ns: Some(7 * MS) };
         let times_ns: Vec<i64> = times_ms.iter().map(|time_ms| time_ms * MS).collect();
         Playback::new(&times_ns, Run::new(rules), once)
     }

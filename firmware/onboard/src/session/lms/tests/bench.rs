@@ -87,7 +87,9 @@ impl Bench {
                 }
                 Output::SetBaud(baud) => self.port_baud = baud,
                 Output::Scan(scan) => self.scans.push(scan),
-                Output::Odometry(_) | Output::TimedScan | Output::Reconnect => panic!("an LMS has none"),
+                Output::Odometry(_) | Output::Inertial(_) | Output::TimedScan | Output::Reconnect => {
+                    panic!("an LMS has none")
+                }
                 Output::Event(event) => self.note(&event),
                 Output::WaitUntil(wait_ns) => {
                     self.wait_ns = wait_ns;

@@ -1,38 +1,41 @@
 //! What is watched on the lines beside their sessions: faults, other devices, damage, and how far each was
 //! listened to.
 
-use biplane_recording::Port;
-use biplane_recording::rig::BaseProtocol;
+pub(crate) mod active_faults;
+pub(crate) mod damage;
+pub(crate) mod foreign_device;
+pub(crate) mod read_watermark;
 
-use crate::engine::line::active_faults::Faults;
-use crate::engine::line::damage::Damage;
-use crate::engine::line::foreign_device::ForeignDevice;
-use crate::engine::line::read_watermark::ReadWatermark;
+use biplane_recording::{Port, Rig};
+
+use crate::engine::line::watch::active_faults::Faults;
+use crate::engine::line::watch::damage::Damage;
+use crate::engine::line::watch::foreign_device::ForeignDevice;
+use crate::engine::line::watch::read_watermark::ReadWatermark;
 
 /// Watches the lines.
 #[derive(Debug)]
 pub(crate) struct LineWatch {
     pub(crate) faults: Faults,
     pub(crate) read_watermark: ReadWatermark,
-    foreign_devices: Box<[ForeignDevice; 3]>,
-    damage: [Damage; 3],
+    foreign_devices: Box<[ForeignDevice; Port::ALL.len()]>,
+    damage: [Damage; Port::ALL.len()],
 }
 
 impl LineWatch {
-    /// The lines of a rig whose base speaks this.
-    pub(crate) fn new(protocol: &BaseProtocol) -> Self {
+    /// The lines of this rig.
+    pub(crate) fn new(rig: &Rig) -> Self {
         Self {
             faults: Faults::default(),
             read_watermark: ReadWatermark::default(),
-            foreign_devices: Box::new(Port::ALL.map(|port| ForeignDevice::on(port, protocol))),
+            foreign_devices: Box::new(Port::ALL.map(|port| ForeignDevice::on(port, &rig.base.protocol))),
             damage: Default::default(),
         }
     }
 
     /// The ear of a port.
     pub(crate) fn foreign_device(&mut self, port: Port) -> &mut ForeignDevice {
-        let [horizontal, vertical, base] = &mut *self.foreign_devices;
-        of_port(port, [horizontal, vertical, base])
+        of_port(port, self.foreign_devices.each_mut())
     }
 
     /// The damage of a line.
@@ -41,10 +44,11 @@ impl LineWatch {
     }
 }
 
-fn of_port<T>(port: Port, [horizontal, vertical, base]: [T; 3]) -> T {
+fn of_port<T>(port: Port, [horizontal, vertical, base, imu]: [T; Port::ALL.len()]) -> T {
     match port {
         Port::Horizontal => horizontal,
         Port::Vertical => vertical,
         Port::Base => base,
+        Port::Imu => imu,
     }
 }

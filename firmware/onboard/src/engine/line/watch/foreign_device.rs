@@ -2,14 +2,15 @@
 //! cable.
 //!
 //! While a line brings nothing of its own device, its bytes are held against what other devices say: intact
-//! telegrams of a laser, packets of a Pioneer or of an rFLEX base, sentences of a satellite receiver, lines
-//! of text, and our own requests coming back. Chance brings none of these twice. A device that only answers
-//! (a RoboClaw), or that speaks at a rate at which this port does not listen, is not told.
+//! telegrams of a laser, packets of a Pioneer or of an rFLEX base, measurements of an inertial unit,
+//! sentences of a satellite receiver, lines of text, and our own requests coming back. Chance brings none of
+//! these twice. A device that only answers (a RoboClaw), or that speaks at a rate at which this port does not
+//! listen, is not told.
 
 use biplane_recording::Port;
 use biplane_recording::rig::BaseProtocol;
 use biplane_wire::framing::{Deframer, Framing};
-use biplane_wire::{Item, lms, p2os, rflex};
+use biplane_wire::{Item, lms, p2os, rflex, xsens};
 
 use crate::session::device_session::RequestBytes;
 use crate::types::foreign_protocol::ForeignProtocol;
@@ -25,14 +26,26 @@ const SHORTEST_LINE: u8 = 4;
 #[derive(Debug)]
 struct Frames<F, const N: usize> {
     deframer: Deframer<F, N>,
+    /// Whether a frame counts.
+    counts: fn(&[u8]) -> bool,
     count: u8,
 }
 
 impl<F: Framing, const N: usize> Frames<F, N> {
+    /// Every frame counts: chance makes none in a day.
+    fn all() -> Self {
+        Self::those(|_| true)
+    }
+
+    fn those(counts: fn(&[u8]) -> bool) -> Self {
+        Self { deframer: Deframer::new(), counts, count: 0 }
+    }
+
     fn hear(&mut self, bytes: &[u8]) -> bool {
-        let count = &mut self.count;
-        self.deframer.feed(bytes, |item| {
-            *count = count.saturating_add(u8::from(matches!(item, Item::Frame { .. })));
+        let Self { deframer, counts, count } = self;
+        deframer.feed(bytes, |item| {
+            *count =
+                count.saturating_add(u8::from(matches!(item, Item::Frame { bytes, .. } if counts(bytes))));
         });
         *count >= ENOUGH
     }
@@ -145,6 +158,7 @@ pub(crate) struct ForeignDevice {
     laser: Frames<lms::DeviceFraming, 2048>,
     pioneer: Frames<p2os::P2osFraming, 1024>,
     rflex: Frames<rflex::RflexFraming, 1024>,
+    xsens: Frames<xsens::XsensFraming, 4096>,
     lines: Lines,
     echoes: Echoes,
     own: Option<ForeignProtocol>,
@@ -163,11 +177,13 @@ impl ForeignDevice {
             (Port::Base, BaseProtocol::P2os { .. }) => Some(ForeignProtocol::Pioneer),
             (Port::Base, BaseProtocol::Rflex { .. }) => Some(ForeignProtocol::Rflex),
             (Port::Base, BaseProtocol::RoboClaw { .. } | BaseProtocol::None) => None,
+            (Port::Imu, _) => Some(ForeignProtocol::Inertial),
         };
         Self {
-            laser: Frames { deframer: Deframer::new(), count: 0 },
-            pioneer: Frames { deframer: Deframer::new(), count: 0 },
-            rflex: Frames { deframer: Deframer::new(), count: 0 },
+            laser: Frames::all(),
+            pioneer: Frames::all(),
+            rflex: Frames::all(),
+            xsens: Frames::those(is_measurement),
             lines: Lines::default(),
             echoes: Echoes::default(),
             own,
@@ -206,6 +222,7 @@ impl ForeignDevice {
             (ForeignProtocol::Laser, self.laser.hear(bytes)),
             (ForeignProtocol::Pioneer, self.pioneer.hear(bytes)),
             (ForeignProtocol::Rflex, self.rflex.hear(bytes)),
+            (ForeignProtocol::Inertial, self.xsens.hear(bytes)),
         ];
         let found = received
             .into_iter()
@@ -220,9 +237,16 @@ impl ForeignDevice {
             self.laser.forget();
             self.pioneer.forget();
             self.rflex.forget();
+            self.xsens.forget();
             self.lines = Lines::default();
         }
     }
+}
+
+/// A sum of eight bits fits often by chance; items that fit each other do not.
+fn is_measurement(frame: &[u8]) -> bool {
+    let report = xsens::Message::parse(frame).and_then(|message| message.report());
+    matches!(report, Ok(xsens::Report::Data(items)) if items.iter().next().is_some())
 }
 
 #[cfg(test)]
@@ -244,17 +268,25 @@ mod tests {
         let type_reply = [0x02, 0x80, 0x03, 0x00, 0xA0, 0x00, 0x10, 0x16, 0x0A];
         let sync = [0xFA, 0xFB, 0x03, 0x00, 0x00, 0x00];
         let sentence = b"$GPGSA,A,3,10,07,05,02,29,04,08,13,,,,,1.72,1.03,1.38*0A\r\n";
+        // Of a log in a driver for an Xsens unit.
+        let turning = [
+            0xFA, 0xFF, 0x36, 0x0F, 0x80, 0x40, 0x0C, 0x3B, 0x8B, 0xBC, 0x00, 0xBB, 0xE2, 0x4F, 0x00, 0x3B,
+            0x4E, 0x4A, 0x00, 0xAF,
+        ];
         for (port, bytes, foreign_protocol) in [
             (Port::Base, &type_reply[..], ForeignProtocol::Laser),
             (Port::Vertical, &sync[..], ForeignProtocol::Pioneer),
             (Port::Horizontal, &sentence[..], ForeignProtocol::Receiver),
             (Port::Base, b"\r\nNO CARRIER\r\n", ForeignProtocol::Text),
+            (Port::Base, &turning[..], ForeignProtocol::Inertial),
+            (Port::Imu, &sync[..], ForeignProtocol::Pioneer),
         ] {
             assert_eq!(named(port, &P2OS, &bytes.repeat(5)), [foreign_protocol], "{port:?}");
             assert_eq!(named(port, &P2OS, bytes), [], "once may be chance");
         }
         assert_eq!(named(Port::Base, &P2OS, &sync.repeat(9)), [], "its own device");
         assert_eq!(named(Port::Vertical, &P2OS, &type_reply.repeat(9)), [], "its own device");
+        assert_eq!(named(Port::Imu, &P2OS, &turning.repeat(9)), [], "its own device");
     }
 
     #[test]

@@ -1,0 +1,136 @@
+//! From measurements to samples: whole ones, with possible numbers, at times that follow each other.
+
+use biplane_wire::xsens::{Sample, status};
+
+use crate::session::event::Event;
+use crate::session::inertial::clock::{Acceptance, SampleClock, SampleTime, StatedTime};
+use crate::session::inertial::event::InertialEvent;
+use crate::session::inertial::health::InertialHealth;
+use crate::session::inertial::reading::InertialReading;
+
+/// Turns faster than any unit's largest range (2000 degrees a second), radians per second.
+const MAX_TURN_RAD_S: f64 = 50.0;
+/// Accelerates harder than any unit's largest range (20 g), meters per second squared.
+const MAX_FORCE_M_S2: f64 = 400.0;
+
+/// Where and when a message came.
+#[derive(Copy, Clone, Debug)]
+pub(crate) struct Arrived {
+    /// Index in the stream of its first byte.
+    pub offset: u64,
+    /// Its bytes.
+    pub length: usize,
+    /// When it came, nanoseconds.
+    pub now_ns: i64,
+}
+
+/// What is said once a run: whether it has happened, and whether it was said.
+#[derive(Copy, Clone, Debug, Default)]
+struct Once {
+    has_happened: bool,
+    is_reported: bool,
+}
+
+impl Once {
+    fn is_news(&mut self) -> bool {
+        self.has_happened && !std::mem::replace(&mut self.is_reported, true)
+    }
+}
+
+/// Judges measurements.
+#[derive(Copy, Clone, Debug, Default)]
+pub(crate) struct Samples {
+    clock: SampleClock,
+    /// A sample whose time is not believed yet.
+    doubted: Option<InertialReading>,
+    health: InertialHealth,
+    incomplete: Once,
+    clipped: Once,
+    fault: Once,
+    has_fault: Option<bool>,
+}
+
+impl Samples {
+    /// The unit is told to measure: its time and count may begin anew.
+    pub(crate) fn expect_anew(&mut self) {
+        self.clock.expect_anew();
+    }
+
+    /// Counts over the whole session.
+    pub(crate) fn health(&self) -> &InertialHealth {
+        &self.health
+    }
+
+    /// Whether the unit says that it has not passed its self-test; `None` before it has said anything.
+    pub(crate) fn has_fault(&self) -> Option<bool> {
+        self.has_fault
+    }
+
+    /// What has happened for the first time.
+    pub(crate) fn news(&mut self) -> Option<Event> {
+        if self.incomplete.is_news() {
+            return Some(Event::Inertial(InertialEvent::Incomplete));
+        }
+        if self.clipped.is_news() {
+            return Some(Event::Inertial(InertialEvent::Clipped));
+        }
+        self.fault.is_news().then_some(Event::HasFault)
+    }
+
+    /// The samples that are accepted with this measurement. Whether the unit has been told what to send
+    /// decides what an incomplete one is.
+    pub(crate) fn take(
+        &mut self,
+        arrived: Arrived,
+        sample: &Sample,
+        is_configured: bool,
+    ) -> [Option<InertialReading>; 2] {
+        let (Some(counter), Some(ticks), Some(force_m_s2), Some(turn_rad_s)) =
+            (sample.packet_counter, sample.time_fine, sample.acceleration_m_s2, sample.turn_rad_s)
+        else {
+            self.incomplete(is_configured);
+            return [None; 2];
+        };
+        let is_possible = turn_rad_s.iter().all(|turn| turn.abs() <= MAX_TURN_RAD_S)
+            && force_m_s2.iter().all(|force| force.abs() <= MAX_FORCE_M_S2);
+        if !is_possible {
+            self.health.rejected += 1;
+            return [None; 2];
+        }
+        self.flags(sample.status_word.unwrap_or(status::SELF_TEST));
+        let Arrived { offset, length, now_ns } = arrived;
+        let reading = |time| InertialReading { offset, length, time, turn_rad_s, force_m_s2 };
+        let rejected = self.clock.rejected();
+        let acceptance = self.clock.take(StatedTime { ticks, counter, now_ns });
+        self.health.rejected += self.clock.rejected() - rejected;
+        let before = self.doubted.take();
+        let readings = match acceptance {
+            Acceptance::Accepted(time) => [None, Some(reading(time))],
+            Acceptance::Undecided => {
+                self.doubted = Some(reading(SampleTime::default()));
+                [None; 2]
+            }
+            Acceptance::BothAccepted([earlier, time]) => {
+                [before.map(|before| InertialReading { time: earlier, ..before }), Some(reading(time))]
+            }
+        };
+        let missing = readings.iter().flatten().map(|reading| u64::from(reading.time.missing));
+        self.health.missing += missing.sum::<u64>();
+        readings
+    }
+
+    fn incomplete(&mut self, is_configured: bool) {
+        self.health.incomplete += 1;
+        self.health.not_kept += u64::from(is_configured);
+        self.incomplete.has_happened |= is_configured;
+    }
+
+    fn flags(&mut self, word: u32) {
+        let is_clipped = word & status::CLIPPING != 0;
+        self.health.clipped += u64::from(is_clipped);
+        self.clipped.has_happened |= is_clipped;
+        let has_fault = word & status::SELF_TEST == 0;
+        self.has_fault = Some(has_fault);
+        self.fault.has_happened |= has_fault;
+    }
+}
