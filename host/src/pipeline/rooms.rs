@@ -45,7 +45,7 @@ pub(crate) fn elements(output: &mut BuildOutput, storeys: &[StoreyDrive<'_>], as
             storey: place + 1,
         };
         let elements = building::rooms(&evidence);
-        let own = if as_seen || elements.is_empty() {
+        let own = if as_seen {
             model.polygons.clone()
         } else {
             let own = building::surfaces::with_rectangles(&evidence, &elements);
@@ -55,7 +55,7 @@ pub(crate) fn elements(output: &mut BuildOutput, storeys: &[StoreyDrive<'_>], as
         polygons.extend(own);
         found.take(elements);
     }
-    if !as_seen && !found.is_empty() {
+    if !as_seen {
         (output.model.polygons, output.model.inferred) = (polygons, inferred);
         output.counts.recount(&output.model);
     }

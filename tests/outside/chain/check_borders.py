@@ -2,14 +2,16 @@
 """Are the borders of a model's polygons straight, and its openings rectangles?
 
     check_borders.py MODEL... [--spikes N] [--ratio R] [--small PERCENT] [--corners N] [--openings PERCENT]
-                     [--json]
+                     [--holes PERCENT] [--json]
 
 Reads model.json and building.json of each folder; needs numpy and shapely, which is the judge. For each
 model: *spikes*, corners that turn by more than 120 degrees, per 100 m of border; *ratio*, the length of all
 borders over their length simplified within 10 cm; *small*, polygons under 0.05 m2, percent; *over 30*,
 polygons with more corners; *thin*, polygons that no disc of 5 cm fits into; *openings*, how many of the doors
 and windows of building.json are rectangles in the faces of their wall: what the polygons of a face leave open
-there fills 97 % of its rectangle. The bounds hold for every model. Exit code 1 when one is missed."""
+there fills 97 % of its rectangle; *holes*, how many holes of upright polygons, 50 cm wide and high, do, which
+are windows where a building is seen from outside. The bounds hold for every model. Exit code 1 when one is
+missed."""
 
 import argparse
 import json
@@ -26,6 +28,8 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from lib.verdict import fail
 
 SPIKE_DEG, SIMPLIFIED_M, SMALL_M2, CORNERS, THIN_M = 120, 0.10, 0.05, 30, 0.05
+# A hole is a window's when it is at least this wide and high.
+WINDOW_M, UPRIGHT = 0.5, 0.1
 # A face is one of a wall when it lies this near to its side and looks away from its middle. What is open is
 # looked for this far around an opening.
 BESIDE_M, ALONG, AROUND_M, FILLED = 0.04, 0.99, 0.25, 0.97
@@ -99,6 +103,13 @@ def is_rectangle(shape):
     return shape.area >= FILLED * (x1 - x0) * (y1 - y0)
 
 
+def windows(faces):
+    """The holes of upright faces that are as large as a window."""
+    upright = (face for face in faces if abs(face.normal[2]) < UPRIGHT)
+    holes = (ring for face in upright for ring in face.rings[1:])
+    return [Polygon(hole) for hole in holes if (np.ptp(hole, axis=0) >= WINDOW_M).all()]
+
+
 def measure(folder):
     """The figures of one model."""
     model = json.loads((folder / "model.json").read_text())["model"]
@@ -110,6 +121,7 @@ def measure(folder):
     walls = {wall["id"]: wall for wall in building["walls"]}
     shapes = [left_open(o, walls[o["wall"]], faces, side) for o in building["openings"] for side in (1, -1)]
     verdicts = [is_rectangle(shape) for shape in shapes if shape is not None]
+    holes = [is_rectangle(hole) for hole in windows(faces)]
     return {
         "polygons": len(faces),
         "border_m": length_m,
@@ -120,6 +132,7 @@ def measure(folder):
         "thin": sum(face.shape.buffer(-THIN_M / 2).is_empty for face in faces),
         "openings": 100 * float(np.mean(verdicts)) if verdicts else None,
         "sides": len(verdicts),
+        "holes": 100 * float(np.mean(holes)) if holes else None,
     }
 
 
@@ -129,7 +142,7 @@ def main():
     )
     parser.add_argument("models", nargs="+", type=Path, metavar="MODEL")
     parser.add_argument("--json", action="store_true")
-    bounds = {"spikes": 1, "ratio": 1, "small": 1, "corners": 1, "openings": -1}
+    bounds = {"spikes": 1, "ratio": 1, "small": 1, "corners": 1, "openings": -1, "holes": -1}
     for name in bounds:
         parser.add_argument(f"--{name}", type=float)
     options = parser.parse_args()

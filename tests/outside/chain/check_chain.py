@@ -155,7 +155,9 @@ class Chain:
             "--most-blocked",
             1,
         )
-        self.borders("building", "--spikes", 8, "--small", 15)
+        self.borders(
+            "building", "--spikes", 8, "--ratio", 1.02, "--small", 15, "--corners", 60, "--holes", 90
+        )
         run(
             "biplane",
             "build",

@@ -10,8 +10,8 @@ pub(super) const LINE_M: f64 = 0.01;
 const TRY_M: f64 = 0.005;
 /// Borders of the majority of lines within this are one straight border, meters.
 const STRAIGHT_M: f64 = 0.012;
-/// A pass through surface that would be added weighs as much as so many points that would be removed: what
-/// is missing is honest, what blocks a ray is wrong.
+/// A ray that surface would block weighs as much as so many points outside of it: what is missing is honest,
+/// what blocks a ray is wrong.
 const PASS_WEIGHT: f64 = 2.0;
 /// Weight of moving an edge by a meter from where the building has it: decides where rays do not.
 const MOVE_WEIGHT: f64 = 40.0;
@@ -105,8 +105,9 @@ impl Edge {
         (is_straight && inside[0] > -self.reach_m).then(|| inside[inside.len() / 2])
     }
 
-    /// Where the edge belongs, meters into the wall: where the fewest rays contradict it, and among places
-    /// that are as good where the border is straight already, or where the building has it.
+    /// Where the edge belongs, meters into the wall: where the fewest rays contradict it, those that pass
+    /// behind it and those that end before it. Among places that are as good it is where the border is
+    /// straight already, or where the building has it.
     pub(super) fn best(&self, border: &Border, hits_m: &[[f64; 2]], passes_m: &[[f64; 2]]) -> f64 {
         let by_line = |places: &[[f64; 2]]| -> Vec<(f64, f64)> {
             let near = places.iter().filter_map(|place| self.at_line(*place));
@@ -114,9 +115,11 @@ impl Edge {
         };
         let (hits, passes) = (by_line(hits_m), by_line(passes_m));
         let wrong = |edge: f64| {
-            let added = passes.iter().filter(|(into, begin)| edge < *into && into < begin).count();
-            let removed = hits.iter().filter(|(into, begin)| begin < into && *into < edge).count();
-            PASS_WEIGHT * added as f64 + removed as f64
+            let blocked = passes.iter().filter(|(into, _)| edge < *into).count();
+            // Points in the opening may be a leaf's, unless they are on the surface.
+            let is_wall = |into: f64, begin: f64| into > TRY_M || begin < into;
+            let outside = hits.iter().filter(|(into, begin)| *into < edge && is_wall(*into, *begin)).count();
+            PASS_WEIGHT * blocked as f64 + outside as f64
         };
         let straight = self.straight(border);
         let home = straight.unwrap_or(0.0);

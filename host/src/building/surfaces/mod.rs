@@ -1,10 +1,11 @@
 //! The model's surfaces where the building knows better: doors and windows become rectangles in the faces of
-//! their walls.
+//! their walls, and so do holes of other upright surfaces that nearly are.
 //!
 //! Each edge is put where the fewest rays contradict it; surface that rays contradict is neither added nor
 //! taken away. Frame `map`, meters.
 
 mod border;
+mod holes;
 pub(crate) mod inferred;
 mod plane_rays;
 mod rectangle;
@@ -16,6 +17,7 @@ use rayon::prelude::*;
 use self::plane_rays::PlaneRays;
 use self::rectangle::Place;
 use super::elements::{Elements, Wall, WallOpening};
+use super::elevation::Span;
 use super::part::CUT_M;
 use super::spaces::evidence::Evidence;
 use crate::model::{Model, PlanarPolygon, Plane};
@@ -30,6 +32,8 @@ const BESIDE_M: f64 = 0.04;
 const BESIDE_SIGMAS: f64 = 3.0;
 /// And looks away from the wall's middle: cosine of 3 degrees.
 const SAME_WAY: f64 = 0.9986;
+/// A plane is upright when its normal rises by less than this (sine of the angle; 6 degrees).
+const UPRIGHT: f64 = 0.1;
 /// Pieces that only a straight edge cut off are dropped when they are smaller, square meters: as in outlines.
 const MIN_PIECE_M2: f64 = 0.05;
 /// Corners of neighbors this near to each other along their common line become one, meters. Outlines were
@@ -44,7 +48,7 @@ pub(crate) fn with_rectangles(evidence: &Evidence<'_>, elements: &Elements) -> V
         .into_par_iter()
         .map(|plane| {
             let places = places(evidence, elements, plane);
-            (!places.is_empty()).then(|| of_plane(evidence, plane, &places)).flatten()
+            of_plane(evidence, plane, &places)
         })
         .collect();
     let mut written = BTreeSet::new();
@@ -115,11 +119,22 @@ fn of_plane(evidence: &Evidence<'_>, index: usize, places: &[Place]) -> Option<V
         evidence.model.polygons.iter().filter(|polygon| polygon.plane == index).collect();
     let frame = Frame::new(plane, *own.first()?.outer_m.first()?);
     let before: Vec<Shape> = own.iter().map(|polygon| flat(&frame, polygon)).collect::<Option<_>>()?;
-    let rectangles: Vec<[[f64; 2]; 2]> = places.iter().map(|place| place.in_frame(&frame)).collect();
+    let mut rectangles: Vec<[Span; 2]> = places.iter().map(|place| place.in_frame(&frame)).collect();
+    let mut has_sill: Vec<bool> = places.iter().map(|place| place.has_sill).collect();
+    if plane.normal[2].abs() < UPRIGHT {
+        let known = rectangles.len();
+        let is_new = |hole: &[Span; 2]| !rectangles[..known].iter().any(|place| overlap(hole, place));
+        let holes: Vec<[Span; 2]> = holes::rectangles(&before).into_iter().filter(is_new).collect();
+        rectangles.extend(holes);
+        has_sill.resize(rectangles.len(), true);
+    }
+    if rectangles.is_empty() {
+        return None;
+    }
     let rays = PlaneRays::of(evidence, plane, &frame, &rectangles);
     let mut shapes = before.clone();
-    for ((place, rectangle), rays) in places.iter().zip(rectangles).zip(&rays) {
-        shapes = rectangle::cut(shapes, rectangle, place.has_sill, rays, evidence.sigma_m);
+    for ((rectangle, has_sill), rays) in rectangles.into_iter().zip(has_sill).zip(&rays) {
+        shapes = rectangle::cut(shapes, rectangle, has_sill, rays, evidence.sigma_m);
     }
     if shapes == before {
         return None;
@@ -127,6 +142,11 @@ fn of_plane(evidence: &Evidence<'_>, index: usize, places: &[Place]) -> Option<V
     let mut shapes = clearance::clear(without_spikes(shapes));
     shapes.retain(|shape| shape.first().is_some_and(|outer| area_m2(outer) >= MIN_PIECE_M2));
     Some(lifted(index, &frame, shapes, &own))
+}
+
+/// Whether two rectangles have something in common.
+fn overlap(one: &[Span; 2], other: &[Span; 2]) -> bool {
+    (0..2).all(|axis| one[axis][0] < other[axis][1] && other[axis][0] < one[axis][1])
 }
 
 fn flat(frame: &Frame, polygon: &PlanarPolygon) -> Option<Shape> {

@@ -40,7 +40,11 @@ pub(crate) fn finish(
     borders: &Borders,
 ) -> Vec<PlanarPolygon> {
     drop_small(limits, FLAKE_M2.min(limits.min_polygon_m2), &mut shapes);
-    let tolerance = |p: FlatPoint| borders.tolerance_steps(p, limits.tolerance_m / STEP_M);
+    let tolerance = |p: FlatPoint| {
+        let tolerance = borders.tolerance(p, limits.tolerance_m / STEP_M);
+        // The corners of what somebody drew are no rows of points.
+        if limits.slit_m > 0.0 { tolerance } else { tolerance.without_rows() }
+    };
     let rules = Rules { tolerance: &tolerance, seams: &borders.seams, directions: &borders.directions };
     let mut shapes = repair(&straight(shapes, &rules));
     if limits.slit_m > 0.0 {

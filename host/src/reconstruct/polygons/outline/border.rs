@@ -4,11 +4,13 @@
 //! next one missed it. A line between two of its corners goes from tip to tip; the line of least squares goes
 //! through the middle. So neighboring segments of a ring are joined, those first that cost least, as long as
 //! every corner stays within the tolerance of the common line. Segments on a seam, where another plane meets
-//! this one, keep the seam's line. Plane coordinates in whole steps
+//! this one, keep the seam's line. At last the segments along a direction of the building are joined, as far
+//! as points are apart there. Plane coordinates in whole steps
 //! ([`crate::reconstruct::polygons::plane_frame`]). Source: segmentation from the bottom up (Keogh and others
 //! 2001), on rings.
 
 use super::line::{Line, Moments};
+use super::tolerance::{SPACING_SHARE, Tolerance};
 use super::union::{Ring, doubled_area};
 use crate::reconstruct::polygons::plane_frame::FlatPoint;
 use biplane_geometry::PortableMath;
@@ -19,8 +21,8 @@ use std::collections::BinaryHeap;
 /// What a border may become.
 #[derive(Clone, Copy)]
 pub(crate) struct Rules<'a> {
-    /// How far each corner of the ring may lie off the line through its segment, in steps.
-    pub tolerance: &'a dyn Fn(FlatPoint) -> f64,
+    /// How far each corner of the ring may lie off the line through its segment.
+    pub tolerance: &'a dyn Fn(FlatPoint) -> Tolerance,
     /// Common lines with other planes; a border on one of them stays there.
     pub seams: &'a [Line],
     /// Directions that a border takes when the tolerance allows it.
@@ -36,6 +38,12 @@ const MIN_SINE: f64 = 0.15;
 /// A ring whose width is less than this many tolerances is no surface and no opening: its border could be
 /// anywhere.
 const THIN: f64 = 0.5;
+/// A border along a direction of the building is as uncertain as this share of the distance between points:
+/// what the building has is likelier than what teeth happen to add up to, and teeth are as high as points are
+/// apart. Larger: steps of a roof's edge vanish. Smaller: combs stay.
+const DIRECTED_SHARE: f64 = 1.0;
+/// A border follows a seam across gaps between far points where this share of it lies on the seam.
+const SEAM_SHARE: f64 = 0.5;
 /// A border turns to a direction of the plane within this (sine of the angle; 12 degrees).
 const TURN_SINE: f64 = 0.2;
 
@@ -45,11 +53,12 @@ pub(crate) fn straighten(ring: &[FlatPoint], rules: &Rules<'_>) -> Ring {
         return Ring::new();
     }
     let mut border = Border::new(ring, rules);
-    border.join();
+    border.join(&[]);
+    border.join(rules.directions);
     border.settle(rules);
     let straight = border.corners();
     let (before, after) = (doubled_area(ring), doubled_area(&straight));
-    let minimum = border.tolerance.iter().copied().fold(f64::INFINITY, f64::min);
+    let minimum = border.tolerance.iter().map(|tolerance| tolerance.around).fold(f64::INFINITY, f64::min);
     let thin = (after.abs() as f64) < THIN * minimum * length(&straight);
     if straight.len() < 3 || thin || before.signum() != after.signum() { Ring::new() } else { straight }
 }
@@ -67,6 +76,8 @@ struct BorderSegment {
     moments: Moments,
     line: Line,
     seam: Option<usize>,
+    /// How much of the border lies on a seam, steps.
+    on_seam: f64,
     next: usize,
     previous: usize,
     /// Counts changes, so that old offers to join are known as such.
@@ -76,7 +87,7 @@ struct BorderSegment {
 
 struct Border<'a> {
     points: Vec<[f64; 2]>,
-    tolerance: Vec<f64>,
+    tolerance: Vec<Tolerance>,
     seams: &'a [Line],
     segments: Vec<BorderSegment>,
     alive: usize,
@@ -100,6 +111,7 @@ impl<'a> Border<'a> {
                 moments,
                 line: seam.map_or_else(|| Line::through(a, b), |seam| rules.seams[seam]),
                 seam,
+                on_seam: if seam.is_some() { distance(a, b) } else { 0.0 },
                 next: (first + 1) % count,
                 previous: (first + count - 1) % count,
                 version: 0,
@@ -122,29 +134,30 @@ impl<'a> Border<'a> {
     }
 
     /// Joins neighbors while a common line is within the tolerance of all their corners, the cheapest first.
-    fn join(&mut self) {
-        let mut offers: BinaryHeap<Offer> =
-            (0..self.segments.len()).filter_map(|index| self.offer(index)).collect();
+    /// Where directions are given, the line takes one of them, and may be farther from corners.
+    fn join(&mut self, directions: &[[f64; 2]]) {
+        let alive = (0..self.segments.len()).filter(|index| self.segments[*index].alive);
+        let mut offers: BinaryHeap<Offer> = alive.filter_map(|index| self.offer(index, directions)).collect();
         while let Some(Reverse((_, index, own, others))) = offers.pop() {
             let next = self.segments[index].next;
             let current = (self.segments[index].version, self.segments[next].version);
             if !self.segments[index].alive || current != (own, others) || self.alive <= 3 {
                 continue;
             }
-            let Some((_, joined)) = self.joined(index, next) else { continue };
+            let Some((_, joined)) = self.joined(index, next, directions) else { continue };
             self.segments[index] = joined;
             self.segments[next].alive = false;
             let after = joined.next;
             self.segments[after].previous = index;
             self.alive -= 1;
-            offers.extend(self.offer(index));
-            offers.extend(self.offer(joined.previous));
+            offers.extend(self.offer(index, directions));
+            offers.extend(self.offer(joined.previous, directions));
         }
     }
 
-    fn offer(&self, index: usize) -> Option<Offer> {
+    fn offer(&self, index: usize, directions: &[[f64; 2]]) -> Option<Offer> {
         let next = self.segments[index].next;
-        let (cost, _) = self.joined(index, next)?;
+        let (cost, _) = self.joined(index, next, directions)?;
         Some(Reverse((
             cost.max(0.0) as u64,
             index,
@@ -155,28 +168,61 @@ impl<'a> Border<'a> {
 
     /// What two neighbors become together, and what that costs (moment about the line, cubic steps); `None`
     /// when they may not.
-    fn joined(&self, index: usize, next: usize) -> Option<(f64, BorderSegment)> {
+    fn joined(&self, index: usize, next: usize, directions: &[[f64; 2]]) -> Option<(f64, BorderSegment)> {
         let (a, b) = (&self.segments[index], &self.segments[next]);
         if index == next || (a.seam.is_some() && b.seam.is_some() && a.seam != b.seam) {
             return None;
         }
         let moments = a.moments.plus(&b.moments);
-        let seam = a.seam.or(b.seam);
-        let line = seam.map_or_else(|| moments.line(self.points[0]), |seam| self.seams[seam]);
+        let on_seam = a.on_seam + b.on_seam;
         let edges = a.edges + b.edges;
-        if !self.fits(&line, a.first, edges) {
-            return None;
-        }
+        let seam = a.seam.or(b.seam).map(|seam| (seam, on_seam));
+        let (line, seam) = self.common_line(seam, &moments, (a.first, edges), directions)?;
         let origin = self.points[0];
         let cost = moments.about(&line, origin)
             - a.moments.about(&a.line, origin)
             - b.moments.about(&b.line, origin);
-        let joined = BorderSegment { edges, moments, line, seam, next: b.next, version: a.version + 1, ..*a };
+        let version = a.version + 1;
+        let joined = BorderSegment { edges, moments, line, seam, on_seam, next: b.next, version, ..*a };
         Some((cost, joined))
     }
 
+    /// The line that stands for a segment, and whether it is a seam. Given are a seam that some of it lies
+    /// on, and how much. The segment follows it as far as every border may move, and as far as points are
+    /// apart where most of it lies there, or no surface is added. Otherwise a line goes through its middle.
+    fn common_line(
+        &self,
+        seam: Option<(usize, f64)>,
+        moments: &Moments,
+        (first, edges): (usize, usize),
+        directions: &[[f64; 2]],
+    ) -> Option<(Line, Option<usize>)> {
+        let share = if directions.is_empty() { SPACING_SHARE } else { DIRECTED_SHARE };
+        if let Some((index, on_seam)) = seam {
+            let ends = [first, first + edges].map(|at| self.points[at % self.points.len()]);
+            let is_seam = on_seam >= SEAM_SHARE * distance(ends[0], ends[1]);
+            let line = self.seams[index];
+            // The surface lies on the left of its border.
+            let is_forward = line.along(ends[1]) >= line.along(ends[0]);
+            let adds = (line.off(moments.middle(self.points[0])) > 0.0) == is_forward;
+            if self.fits(&line, first, edges, if is_seam || !adds { share } else { 0.0 }) {
+                return Some((line, Some(index)));
+            }
+            if is_seam {
+                return None;
+            }
+        }
+        let free = moments.line(self.points[0]);
+        let turned = directions.iter().map(|direction| Line { direction: *direction, ..free });
+        let near = turned.filter(|line| line.sine(&free).abs() <= TURN_SINE);
+        let nearest = near.min_by(|a, b| a.sine(&free).abs().total_cmp(&b.sine(&free).abs()));
+        let line = if directions.is_empty() { free } else { nearest? };
+        self.fits(&line, first, edges, share).then_some((line, None))
+    }
+
     /// Whether a line stands for a segment: all corners are near it, and they follow it in one direction.
-    fn fits(&self, line: &Line, first: usize, edges: usize) -> bool {
+    fn fits(&self, line: &Line, first: usize, edges: usize, share: f64) -> bool {
+        let [x, y] = line.direction;
         let last = self.points[(first + edges) % self.points.len()];
         let sign = if line.along(last) >= line.along(self.points[first]) { 1.0 } else { -1.0 };
         let mut furthest = f64::NEG_INFINITY;
@@ -184,7 +230,8 @@ impl<'a> Border<'a> {
             let (p, tolerance) = (self.points[index], self.tolerance[index]);
             let along = sign * line.along(p);
             furthest = furthest.max(along);
-            line.off(p).abs() <= tolerance && along >= furthest - 2.0 * tolerance
+            line.off(p).abs() <= tolerance.along([-y, x], share)
+                && along >= furthest - 2.0 * tolerance.along([x, y], share)
         })
     }
 
@@ -201,7 +248,7 @@ impl<'a> Border<'a> {
                 .iter()
                 .map(|direction| Line { at: middle, direction: *direction })
                 .filter(|line| line.sine(&segment.line).abs() <= TURN_SINE)
-                .filter(|line| self.fits(line, segment.first, segment.edges))
+                .filter(|line| self.fits(line, segment.first, segment.edges, SPACING_SHARE))
                 .min_by(|a, b| a.sine(&segment.line).abs().total_cmp(&b.sine(&segment.line).abs()));
             if let Some(line) = turned {
                 self.segments[index].line = line;
@@ -227,8 +274,11 @@ impl<'a> Border<'a> {
         segment.seam.is_none()
             && self.chain(segment.first, segment.edges).all(|index| {
                 let (p, tolerance) = (self.points[index], self.tolerance[index]);
-                before.off(p).abs().min(after.off(p).abs()) <= tolerance
-                    && distance(corner, p) <= CORNER_REACH * tolerance
+                let is_on = |line: &Line| {
+                    let [x, y] = line.direction;
+                    line.off(p).abs() <= tolerance.along([-y, x], SPACING_SHARE)
+                };
+                (is_on(before) || is_on(after)) && is_near(corner, p, &tolerance)
             })
     }
 
@@ -244,7 +294,7 @@ impl<'a> Border<'a> {
         for segment in self.segments.iter().filter(|segment| segment.alive) {
             let before = &self.segments[segment.previous].line;
             let (old, tolerance) = (self.points[segment.first], self.tolerance[segment.first]);
-            let near = |corner: &[f64; 2]| distance(*corner, old) <= CORNER_REACH * tolerance;
+            let near = |corner: &[f64; 2]| is_near(*corner, old, &tolerance);
             match before.crossing(&segment.line, MIN_SINE).filter(near) {
                 Some(corner) => push(corner),
                 None => {
@@ -258,6 +308,13 @@ impl<'a> Border<'a> {
         }
         ring
     }
+}
+
+/// Whether a new corner may stand for an old one.
+fn is_near(corner: [f64; 2], old: [f64; 2], tolerance: &Tolerance) -> bool {
+    let far = distance(corner, old);
+    let direction = [corner[0] - old[0], corner[1] - old[1]].map(|value| value / far.max(1.0));
+    far <= (CORNER_REACH * tolerance.around).max(tolerance.along(direction, SPACING_SHARE))
 }
 
 fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
@@ -274,85 +331,4 @@ pub(crate) fn segment_distance(a: FlatPoint, b: FlatPoint, p: FlatPoint) -> f64 
 pub(crate) fn distance2(a: FlatPoint, b: FlatPoint) -> i64 {
     let (x, y) = (i64::from(a.x) - i64::from(b.x), i64::from(a.y) - i64::from(b.y));
     x * x + y * y
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{CORNER_REACH, Line, Rules, segment_distance, straighten};
-    use crate::reconstruct::planes::paper::random::Random;
-    use crate::reconstruct::polygons::plane_frame::FlatPoint;
-
-    const ACROSS: [[f64; 2]; 2] = [[1.0, 0.0], [0.0, 1.0]];
-
-    fn free(ring: &[FlatPoint], tolerance: f64) -> Vec<FlatPoint> {
-        straighten(ring, &Rules { tolerance: &|_| tolerance, seams: &[], directions: &[] })
-    }
-
-    /// A square of 10,000 steps whose border wanders by up to `wander` steps.
-    fn ragged(wander: f64) -> Vec<FlatPoint> {
-        let mut random = Random::new(5);
-        let corners = [(0, 0), (10_000, 0), (10_000, 10_000), (0, 10_000)];
-        let mut ring = Vec::new();
-        for (from, to) in corners.iter().zip(corners.iter().cycle().skip(1)) {
-            ring.push(FlatPoint::new(from.0, from.1));
-            for k in 1..20 {
-                let at =
-                    |a: i32, b: i32| a + (b - a) / 20 * k + (wander * (2.0 * random.unit() - 1.0)) as i32;
-                let mut at = at;
-                ring.push(FlatPoint::new(at(from.0, to.0), at(from.1, to.1)));
-            }
-        }
-        ring
-    }
-
-    #[test]
-    fn a_ragged_square_becomes_its_four_corners() {
-        let straight = free(&ragged(200.0), 300.0);
-        assert_eq!(straight.len(), 4, "{straight:?}");
-        // Lines through the middle are far nearer to the truth than the teeth are long; with the plane's
-        // directions the more.
-        let off = |ring: &[FlatPoint]| {
-            ring.iter().map(|p| p.x.min(10_000 - p.x).abs().max(p.y.min(10_000 - p.y).abs())).max()
-        };
-        assert!(off(&straight) < Some(150), "{straight:?}");
-        let rules = Rules { tolerance: &|_| 300.0, seams: &[], directions: &ACROSS };
-        let turned = straighten(&ragged(200.0), &rules);
-        assert_eq!(turned.len(), 4);
-        assert!(turned.iter().zip(turned.iter().cycle().skip(1)).all(|(a, b)| a.x == b.x || a.y == b.y));
-    }
-
-    #[test]
-    fn no_old_corner_is_further_from_the_new_border_than_said() {
-        let ring = ragged(300.0);
-        let straight = free(&ring, 200.0);
-        assert!(straight.len() < ring.len());
-        for p in ring {
-            let near = straight.iter().zip(straight.iter().cycle().skip(1));
-            let nearest = near.map(|(a, b)| segment_distance(*a, *b, p)).fold(f64::INFINITY, f64::min);
-            assert!(nearest <= CORNER_REACH * 200.0, "{nearest}");
-        }
-    }
-
-    #[test]
-    fn a_border_on_a_seam_stays_exactly_there_and_teeth_beside_it_join_it() {
-        // The lower side lies on the seam but for one tooth; the line of least squares would be higher.
-        let ring = [(0, 0), (4000, 0), (4200, 180), (4400, 0), (10_000, 0), (10_000, 9000), (0, 9000)];
-        let ring = ring.map(|(x, y)| FlatPoint::new(x, y));
-        let seam = Line { at: [0.0, 0.0], direction: [1.0, 0.0] };
-        let straight = straighten(&ring, &Rules { tolerance: &|_| 300.0, seams: &[seam], directions: &[] });
-        assert_eq!(straight.len(), 4, "{straight:?}");
-        assert_eq!(straight.iter().filter(|p| p.y == 0).count(), 2, "{straight:?}");
-        assert!(free(&ring, 300.0).iter().all(|p| p.y != 0), "without the seam the tooth pulls at the line");
-    }
-
-    #[test]
-    fn a_frame_twice_as_wide_as_the_tolerance_stays_and_what_is_thinner_vanishes() {
-        let strip = |width: i32| {
-            [(0, 0), (10_000, 0), (10_000, width), (0, width)].map(|(x, y)| FlatPoint::new(x, y))
-        };
-        assert_eq!(free(&strip(700), 300.0).len(), 4);
-        let sliver = [(0, 0), (5000, 20), (10_000, 0), (5000, -20)].map(|(x, y)| FlatPoint::new(x, y));
-        assert!(free(&sliver, 300.0).is_empty());
-        assert!(free(&[], 300.0).is_empty());
-    }
 }

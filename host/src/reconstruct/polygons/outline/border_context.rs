@@ -4,17 +4,18 @@
 //! Plane coordinates in whole steps ([`crate::reconstruct::polygons::plane_frame`]).
 
 use super::line::Line;
+use super::tolerance::{SPACING_SHARE, Spacing, Tolerance};
 use super::union::Shape;
 use crate::model::Plane;
 use crate::reconstruct::polygons::plane_frame::{FlatPoint, Frame, STEP_M};
 use crate::reconstruct::polygons::seams::plane_intersection;
 use crate::reconstruct::voxels::Voxels;
 
-/// A border is as uncertain as this share of the longest edge of the raw triangles there. Half an edge would
-/// be enough for points in rows; labels err too.
-const SPACING_SHARE: f64 = 0.6;
-/// Far points do not make a border more uncertain than this, meters.
+/// Far points do not make a border more uncertain than this across the rows of points, meters.
 const MAX_TOLERANCE_M: f64 = 0.1;
+/// What is known of how far apart points are goes for corners in cells of this size, meters: straightened
+/// borders have new corners.
+const CELL_M: f64 = 0.25;
 /// So many of the largest planes give directions.
 const DIRECTIONS: usize = 12;
 /// Directions closer than this (sine of the angle; 3 degrees) are one.
@@ -27,8 +28,10 @@ pub(crate) struct Borders {
     pub seams: Vec<Line>,
     /// Directions of the building in this plane: level, plumb, and along the largest planes.
     pub directions: Vec<[f64; 2]>,
-    /// Longest edge of the raw triangles at corners of the shapes, steps.
-    spacing: Voxels<f64>,
+    /// Edges of the raw triangles at corners of the shapes.
+    spacing: Voxels<Spacing>,
+    /// And in the cells round them.
+    near: Voxels<Spacing>,
 }
 
 impl Borders {
@@ -56,35 +59,58 @@ impl Borders {
                 }
             }
         }
-        Self {
-            seams: neighbors.iter().filter_map(line_with).collect(),
-            directions,
-            spacing: Voxels::default(),
-        }
+        Self { seams: neighbors.iter().filter_map(line_with).collect(), directions, ..Self::default() }
     }
 
     /// Asks for how far apart the points are at the corners of shapes.
     pub(crate) fn with_corners(mut self, shapes: &[Shape]) -> Self {
-        self.spacing = shapes.iter().flatten().flatten().map(|corner| (key(*corner), 0.0)).collect();
+        self.spacing =
+            shapes.iter().flatten().flatten().map(|corner| (key(*corner), Spacing::default())).collect();
         self
     }
 
     /// Notes how far apart the corners of a piece are that the shapes were made of.
     pub(crate) fn note_spacing(&mut self, frame: &Frame, piece: &[[f64; 3]]) {
-        let mut longest_steps = None;
+        let mut edges = None;
         for corner in piece.iter().filter_map(|p| frame.flat(*p)) {
             if let Some(known) = self.spacing.get_mut(&key(corner)) {
-                let steps = longest_steps.get_or_insert_with(|| longest_m(piece) / STEP_M);
-                *known = known.max(*steps);
+                let edges = edges.get_or_insert_with(|| edges_of(frame, piece));
+                let near = self.near.entry(key(cell(corner))).or_default();
+                for edge in edges.iter() {
+                    known.note(*edge);
+                    near.note(*edge);
+                }
             }
         }
     }
 
-    /// How far a corner may lie off the straight border, steps.
-    pub(crate) fn tolerance_steps(&self, corner: FlatPoint, min_steps: f64) -> f64 {
-        let spacing = self.spacing.get(&key(corner)).copied().unwrap_or(0.0);
-        min_steps.max((SPACING_SHARE * spacing).min(MAX_TOLERANCE_M / STEP_M))
+    /// How far a corner may lie off the straight border.
+    pub(crate) fn tolerance(&self, corner: FlatPoint, min_steps: f64) -> Tolerance {
+        match self.spacing.get(&key(corner)) {
+            Some(spacing) => {
+                let around = (SPACING_SHARE * spacing.longest()).min(MAX_TOLERANCE_M / STEP_M);
+                Tolerance { around: min_steps.max(around), spacing: *spacing }
+            }
+            None => Tolerance { around: min_steps, spacing: self.spacing_near(corner) },
+        }
     }
+
+    /// How far apart points are round a corner.
+    fn spacing_near(&self, corner: FlatPoint) -> Spacing {
+        let FlatPoint { x, y } = cell(corner);
+        let cells = (0..9).map(|k| FlatPoint::new(x + k % 3 - 1, y + k / 3 - 1));
+        let mut all = Spacing::default();
+        for spacing in cells.filter_map(|cell| self.near.get(&key(cell))) {
+            spacing.edges.iter().for_each(|edge| all.note(*edge));
+        }
+        all
+    }
+}
+
+/// The cell of a corner.
+fn cell(corner: FlatPoint) -> FlatPoint {
+    let cell = |steps: i32| (f64::from(steps) * STEP_M / CELL_M).floor() as i32;
+    FlatPoint::new(cell(corner.x), cell(corner.y))
 }
 
 /// A corner as one number.
@@ -92,10 +118,11 @@ fn key(corner: FlatPoint) -> u64 {
     u64::from(corner.x as u32) << 32 | u64::from(corner.y as u32)
 }
 
-/// The longest edge of a ring.
-fn longest_m(ring: &[[f64; 3]]) -> f64 {
-    let edges = ring.iter().zip(ring.iter().cycle().skip(1));
-    edges.map(|(a, b)| biplane_geometry::vec3::distance(*a, *b)).fold(0.0, f64::max)
+/// The edges of a ring, steps.
+fn edges_of(frame: &Frame, ring: &[[f64; 3]]) -> Vec<[f64; 2]> {
+    let corners: Vec<[f64; 2]> = ring.iter().map(|p| frame.steps(*p)).collect();
+    let ends = corners.iter().zip(corners.iter().cycle().skip(1));
+    ends.map(|(a, b)| [b[0] - a[0], b[1] - a[1]]).collect()
 }
 
 #[cfg(test)]
@@ -131,11 +158,11 @@ mod tests {
             let mut borders = Borders::new(&[wall], 0, &frame, &[]).with_corners(&[vec![vec![corner]]]);
             borders.note_spacing(&frame, &piece(0.5 * size));
             borders.note_spacing(&frame, &piece(size));
-            borders.tolerance_steps(corner, 300.0)
+            borders.tolerance(corner, 300.0).around
         };
         assert_eq!(tolerance(0.03), 300.0);
         assert!((500.0..1000.0).contains(&tolerance(0.1)), "{}", tolerance(0.1));
         assert_eq!(tolerance(1.0), MAX_TOLERANCE_M / STEP_M);
-        assert_eq!(Borders::default().tolerance_steps(FlatPoint::new(0, 0), 7.0), 7.0);
+        assert_eq!(Borders::default().tolerance(FlatPoint::new(0, 0), 7.0).around, 7.0);
     }
 }

@@ -2,8 +2,11 @@
 
 pub(crate) mod border;
 pub(crate) mod border_context;
+#[cfg(test)]
+mod border_tests;
 pub(crate) mod directed_edges;
 pub(crate) mod line;
 pub(crate) mod slits;
 pub(crate) mod spikes;
+pub(crate) mod tolerance;
 pub(crate) mod union;
