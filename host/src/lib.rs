@@ -84,6 +84,7 @@ pub mod loops {
         keyframes::{KeyframeParams, Keyframes, Node},
         loop_closure::checkpoint::Checkpoint,
         optimize,
+        pose_graph::wheel_calibration::OdometryScale,
     };
 }
 

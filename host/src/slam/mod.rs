@@ -36,7 +36,8 @@ use crate::slam::loop_closure::checkpoint::Checkpoint;
 use crate::slam::loop_closure::params::CandidateParams;
 use crate::slam::loop_closure::verification::RefineParams;
 use crate::slam::pose_graph::Edge;
-use crate::slam::pose_graph::odometry_edges::ChainParams;
+use crate::slam::pose_graph::odometry_edges::{self, ChainParams};
+use crate::slam::pose_graph::wheel_calibration::OdometryScale;
 use crate::slam::refinement::params::JointParams;
 
 /// All parameters.
@@ -77,6 +78,8 @@ pub struct Optimized {
     pub covariances: Vec<Vec<Option<Matrix3<f64>>>>,
     /// For each recording the first one that it is joined to; itself when it is alone.
     pub groups: Vec<usize>,
+    /// What each drive teaches of its odometry; none where scans do not tell enough.
+    pub odometry: Vec<Option<OdometryScale>>,
     /// The loops found, between nodes counted over all recordings.
     pub loops: Vec<LoopFound>,
     /// The figures.
@@ -129,10 +132,9 @@ pub fn optimize(
         all_keyframes.iter().flat_map(|keyframes| keyframes.nodes.iter().cloned()).collect();
     let runs = runs(all_keyframes);
     progress(Progress::Submaps(nodes.len()));
-    let chain: Vec<Edge> = runs
-        .iter()
-        .flat_map(|run| pose_graph::odometry_edges::edges(&nodes[run.clone()], run.start, &params.chain))
-        .collect();
+    let of_run = |run: &Range<usize>| odometry_edges::edges(&nodes[run.clone()], run.start, &params.chain);
+    let (chain, wheels): (Vec<Vec<Edge>>, Vec<_>) = runs.iter().map(of_run).unzip();
+    let chain = chain.concat();
     let mut poses = chained(&nodes, &chain);
     let (submaps, recording_of) = cut(&nodes, &poses, &runs, params);
     let coarse = coarse_chain(&submaps, &recording_of, &chain);
@@ -182,6 +184,7 @@ pub fn optimize(
         poses: runs.iter().zip(&is_closed).map(of_run).collect(),
         covariances: runs.iter().map(|run| covariances[run.clone()].to_vec()).collect(),
         groups,
+        odometry: wheels.into_iter().map(|wheels| Some(wheels?.scale())).collect(),
         loops: loops_found(&loop_closer, &submaps),
         counts,
     }

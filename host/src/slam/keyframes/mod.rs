@@ -6,6 +6,7 @@ pub(crate) mod keyframe_scan;
 pub(crate) mod submap;
 
 use biplane_geometry::PortableMath;
+use biplane_geometry::quantile::nearest_rank;
 use biplane_matcher::{Pose2, wrap_angle};
 use biplane_recording::Topic;
 use biplane_recording::messages::LaserScan;
@@ -17,6 +18,11 @@ use crate::slam::keyframes::keyframe_scan::{KeyframeScan, KeyframeScanner};
 
 /// Poses farther apart than this are not bridged, nanoseconds.
 const LONGEST_GAP_NS: i64 = 1_000_000_000;
+/// This share of all steps from scan to scan is as far as the base drives, or less.
+const DRIVEN_SHARE: f64 = 0.95;
+/// A step is a leap when it is so many times as far, and this far in meters on top.
+const LEAP: f64 = 2.0;
+const LEAP_M: f64 = 0.05;
 
 /// Which scans become nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,6 +51,10 @@ pub struct Node {
     pub recorded: Pose2,
     /// The odometry's pose, where there is one.
     pub odometry: Option<Pose2>,
+    /// Whether the recorded poses leap on the way from the last node, and the odometry does not: farther from
+    /// one scan to the next than this base drives. That is how a matcher finds back to places that it had
+    /// mapped before it drifted.
+    pub leaps: bool,
     /// What it saw.
     pub keyframe_scan: KeyframeScan,
 }
@@ -71,10 +81,15 @@ impl Keyframes {
         let mut geometry: Option<ScanGeometry> = None;
         let mut scanner = KeyframeScanner::new(params.longest_m);
         let mut scan_number = 0;
+        let leap_numbers = [leaps(&keyframes.scans), leaps(&odometry)];
+        let mut leaps = [false; 2];
         run.for_each_scan(Topic::ScanHorizontal, |scan| {
             let number = scan_number;
             scan_number += 1;
             let Some(Some(pose)) = keyframes.scans.get(number) else { return };
+            for (leaps, numbers) in leaps.iter_mut().zip(&leap_numbers) {
+                *leaps |= numbers.binary_search(&number).is_ok();
+            }
             if !keyframes.nodes.last().is_none_or(|last| is_news(&last.recorded, &pose.pose(), params)) {
                 return;
             }
@@ -85,10 +100,28 @@ impl Keyframes {
             let twist = twist(&scan, geometry, pose, &trajectory);
             let keyframe_scan = scanner.keyframe_scan(&scan, geometry, twist);
             let odometry = odometry.get(number).copied().flatten().map(|pose| pose.pose());
-            keyframes.nodes.push(Node { scan: number, recorded: pose.pose(), odometry, keyframe_scan });
+            let [recorded_leaps, odometry_leaps] = std::mem::take(&mut leaps);
+            keyframes.nodes.push(Node {
+                scan: number,
+                recorded: pose.pose(),
+                odometry,
+                leaps: recorded_leaps && !odometry_leaps,
+                keyframe_scan,
+            });
         })?;
         Ok(keyframes)
     }
+}
+
+/// The numbers of the scans to which poses leap, ascending.
+fn leaps(scans: &[Option<StampedPose>]) -> Vec<usize> {
+    let step_m = |pair: &[Option<StampedPose>]| Some(pair[0]?.pose().between(&pair[1]?.pose()).distance_m());
+    let steps_m: Vec<Option<f64>> = scans.windows(2).map(step_m).collect();
+    let mut sorted: Vec<f64> = steps_m.iter().flatten().copied().collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let Some(driven_m) = nearest_rank(&sorted, DRIVEN_SHARE) else { return Vec::new() };
+    let is_leap = |step_m: &Option<f64>| step_m.is_some_and(|step_m| step_m > LEAP * driven_m + LEAP_M);
+    steps_m.iter().enumerate().filter(|(_, step_m)| is_leap(step_m)).map(|(before, _)| before + 1).collect()
 }
 
 fn is_news(last: &Pose2, pose: &Pose2, params: &KeyframeParams) -> bool {

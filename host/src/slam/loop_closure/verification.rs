@@ -332,6 +332,7 @@ mod tests {
                 scan: 0,
                 recorded: Pose2::new(at_m, 0.0, 0.0),
                 odometry: None,
+                leaps: false,
                 keyframe_scan: KeyframeScan { points, laser_m: [0.0; 2] },
             }
         };

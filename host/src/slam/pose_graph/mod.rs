@@ -7,6 +7,7 @@ pub(crate) mod graduated_non_convexity;
 pub(crate) mod odometry_edges;
 pub(crate) mod relative_covariance;
 pub(crate) mod solver;
+pub(crate) mod wheel_calibration;
 
 use biplane_geometry::PortableMath;
 use biplane_matcher::Pose2;

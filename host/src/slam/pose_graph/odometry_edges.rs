@@ -5,13 +5,14 @@
 //! step contradicts the odometry (the matcher found back to places it had mapped before drifting, which is no
 //! motion; or the odometry slipped) both are tried, and the scan tells which it was.
 
-use biplane_matcher::{PointMap, Pose2};
+use biplane_matcher::{PointAlignment, PointMap, Pose2};
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
 use crate::slam::keyframes::Node;
 use crate::slam::keyframes::keyframe_scan::merged;
 use crate::slam::pose_graph::Edge;
+use crate::slam::pose_graph::wheel_calibration::{SureStep, WheelCalibration};
 use crate::slam::submap_alignment::{self, Approach};
 
 /// How steps are believed.
@@ -44,53 +45,167 @@ impl Default for ChainParams {
 
 /// Standard deviations of odometry a meter driven: meters, radians; and a radian turned: meters, radians.
 const ODOMETRY: [f64; 4] = [0.1, 0.05, 0.05, 0.15];
+/// A scan that leaves position or heading open by more, meters and radians, does not tell the step.
+const UNSURE_M: f64 = 0.05;
+const UNSURE_RAD: f64 = 0.01;
 /// The recorded step is a jump when it differs from the odometry's by so many standard deviations.
 const JUMP: f64 = 4.0;
 
-/// The edges from each node to the next one; `first` is the number of the first node in the graph.
-pub(crate) fn edges(nodes: &[Node], first: usize, params: &ChainParams) -> Vec<Edge> {
-    let edge = |at: usize| {
-        let step = step(nodes, at, params);
-        Edge { from: first + at - 1, to: first + at, measured: step.0, information: step.1 }
+/// The edges from each node to the next one, and what the drive teaches of its odometry; `first` is the
+/// number of the first node in the graph.
+pub(crate) fn edges(
+    nodes: &[Node],
+    first: usize,
+    params: &ChainParams,
+) -> (Vec<Edge>, Option<WheelCalibration>) {
+    let chain = Chain { nodes, params };
+    let laid: Vec<Laid> = (1..nodes.len()).into_par_iter().map(|at| chain.laid(at)).collect();
+    let sure: Vec<Option<SureStep>> = laid.iter().map(Laid::sure).collect();
+    let wheels = WheelCalibration::learn(&sure);
+    let agreed = |(before, laid): (usize, &Laid)| match laid.contradicting() {
+        None => Ok(chain.agreed(before + 1, laid, wheels.as_ref())),
+        Some(odometry) => Err(odometry),
     };
-    (1..nodes.len()).into_par_iter().map(edge).collect()
+    let agreed: Vec<Result<Step, Pose2>> = laid.par_iter().enumerate().map(agreed).collect();
+    let mut steps: Vec<Step> = Vec::with_capacity(laid.len());
+    for (laid, agreed) in laid.iter().zip(agreed) {
+        let judged = |odometry| chain.judged(laid, &odometry, &steps, wheels.as_ref());
+        steps.push(agreed.unwrap_or_else(judged));
+    }
+    let edge = |(before, (measured, information)): (usize, Step)| Edge {
+        from: first + before,
+        to: first + before + 1,
+        measured,
+        information,
+    };
+    (steps.into_iter().enumerate().map(edge).collect(), wheels)
 }
 
-fn step(nodes: &[Node], at: usize, params: &ChainParams) -> (Pose2, Matrix3<f64>) {
-    let (last, node) = (&nodes[at - 1], &nodes[at]);
-    let recorded = last.recorded.between(&node.recorded);
-    let odometry = match (&last.odometry, &node.odometry) {
-        (Some(last), Some(now)) => Some(last.between(now)).filter(|odometry| is_jump(&recorded, odometry)),
-        _ => None,
-    };
-    // The last ones, and fewer of those farther back: they see the same walls again.
-    let back = BACK.iter().filter(|back| **back <= params.behind).filter_map(|back| at.checked_sub(*back));
-    let near = back.map(|at| (last.recorded.between(&nodes[at].recorded), &nodes[at].keyframe_scan));
-    let surfaces = PointMap::new(&merged(near));
-    let lay = |prior: &Pose2, sigma: &[f64; 3]| {
-        submap_alignment::align(&surfaces, &node.keyframe_scan.points, prior, sigma, OF_A_STEP)
-    };
-    let sigma = recorded_sigma(&recorded, params);
-    let found = lay(&recorded, &sigma);
-    // Odometry and recorded pose contradict each other: either may be wrong, and the scan tells which.
-    let other = odometry.map(|odometry| (lay(&odometry, &odometry_sigma(&odometry)), odometry));
-    let (prior, sigma, found) = match other {
-        Some((other, odometry)) if other.explained_share > found.explained_share + CLEARLY => {
-            (odometry, odometry_sigma(&odometry), other)
+/// A step and its information.
+type Step = (Pose2, Matrix3<f64>);
+
+/// Nodes one after the other.
+#[derive(Clone, Copy)]
+struct Chain<'a> {
+    nodes: &'a [Node],
+    params: &'a ChainParams,
+}
+
+/// A node among the last ones, from where it was recorded.
+#[derive(Clone, Debug)]
+struct Laid {
+    recorded: Pose2,
+    odometry: Option<Pose2>,
+    found: PointAlignment,
+}
+
+impl Laid {
+    /// The odometry's step when the recorded one contradicts it.
+    fn contradicting(&self) -> Option<Pose2> {
+        self.odometry.filter(|odometry| is_jump(&self.recorded, odometry))
+    }
+
+    /// The step as counted and as it was, where the scan tells it in every direction.
+    fn sure(&self) -> Option<SureStep> {
+        let is_sure = self.contradicting().is_none() && !self.is_unsure();
+        self.odometry.filter(|_| is_sure).map(|odometry| (odometry, self.recorded))
+    }
+
+    /// Whether the scan leaves some direction open.
+    fn is_unsure(&self) -> bool {
+        let known = submap_alignment::information(&self.found) + Matrix3::identity() * 1e-6;
+        let Some(covariance) = known.cholesky().map(|factors| factors.inverse()) else { return true };
+        let position = covariance.fixed_view::<2, 2>(0, 0).symmetric_eigenvalues().max();
+        let is_open = position > UNSURE_M * UNSURE_M || covariance[(2, 2)] > UNSURE_RAD * UNSURE_RAD;
+        is_open || self.found.explained_share < MIN_SHARE
+    }
+}
+
+impl Chain<'_> {
+    /// The surfaces that the last nodes before this one saw, seen from the last one, which knows where the
+    /// others were.
+    fn surfaces(&self, at: usize, last_from: impl Fn(usize) -> Pose2) -> PointMap {
+        // The last ones, and fewer of those farther back: they see the same walls again.
+        let back = BACK.iter().filter(|back| **back <= self.params.behind);
+        let near = back.filter_map(|back| at.checked_sub(*back));
+        PointMap::new(&merged(near.map(|at| (last_from(at), &self.nodes[at].keyframe_scan))))
+    }
+
+    /// The same, each where it was recorded.
+    fn recorded_surfaces(&self, at: usize) -> PointMap {
+        let last = self.nodes[at - 1].recorded;
+        self.surfaces(at, |at| last.between(&self.nodes[at].recorded))
+    }
+
+    fn lay(&self, at: usize, surfaces: &PointMap, prior: &Pose2, sigma: &[f64; 3]) -> PointAlignment {
+        submap_alignment::align(surfaces, &self.nodes[at].keyframe_scan.points, prior, sigma, OF_A_STEP)
+    }
+
+    fn laid(&self, at: usize) -> Laid {
+        let (last, node) = (&self.nodes[at - 1], &self.nodes[at]);
+        let recorded = last.recorded.between(&node.recorded);
+        let odometry = last.odometry.zip(node.odometry).map(|(last, now)| last.between(&now));
+        let sigma = recorded_sigma(&recorded, self.params);
+        Laid { recorded, odometry, found: self.lay(at, &self.recorded_surfaces(at), &recorded, &sigma) }
+    }
+
+    /// A step that recorded poses and odometry agree on: where the scan leaves a direction open, that one is
+    /// the odometry's.
+    fn agreed(&self, at: usize, laid: &Laid, wheels: Option<&WheelCalibration>) -> Step {
+        let counted = laid.odometry.zip(wheels).map(|(odometry, wheels)| wheels.of(&odometry));
+        if let Some((prior, sigma)) = counted.filter(|_| laid.is_unsure()) {
+            let found = self.lay(at, &self.recorded_surfaces(at), &prior, &sigma);
+            if found.explained_share >= laid.found.explained_share - SLIGHTLY {
+                return self.accepted(&prior, &sigma, &found, false);
+            }
         }
-        _ => (recorded, sigma, found),
-    };
-    let away = Vector3::from(found.map_from_points.step_from(&prior));
-    let held = information(&sigma);
-    if found.explained_share < MIN_SHARE || away.dot(&(held * away)) > FARTHEST_SQUARED {
-        return (prior, information(&[2.0 * sigma[0] + 0.02, 2.0 * sigma[1] + 0.02, 2.0 * sigma[2] + 0.01]));
+        let sigma = recorded_sigma(&laid.recorded, self.params);
+        self.accepted(&laid.recorded, &sigma, &laid.found, true)
     }
-    let known = submap_alignment::information(&found) + held;
-    if prior == recorded && away.dot(&(known * away)) < AGREES_SQUARED {
-        return (recorded, information(&recorded_sigma(&recorded, params)));
+
+    /// A step that odometry and recorded poses contradict each other of: either may be wrong, and the scan
+    /// tells which, laid among the last ones where the steps before have put them. Where it does not, wheels
+    /// that are known are believed against poses that leap.
+    fn judged(
+        &self,
+        laid: &Laid,
+        odometry: &Pose2,
+        steps: &[Step],
+        wheels: Option<&WheelCalibration>,
+    ) -> Step {
+        let at = steps.len() + 1;
+        let surfaces = self.surfaces(at, |back| {
+            let way = steps[back..].iter().fold(Pose2::IDENTITY, |way, (step, _)| way * *step);
+            way.inverse()
+        });
+        let sigma = recorded_sigma(&laid.recorded, self.params);
+        let found = self.lay(at, &surfaces, &laid.recorded, &sigma);
+        let known = wheels.filter(|_| self.nodes[at].leaps).map(|wheels| wheels.of(odometry).0);
+        let needed = if known.is_some() { -CLEARLY } else { CLEARLY };
+        // It may have stalled for a while, too: it is not as exact as wheels that are known.
+        let (counted, counted_sigma) = (known.unwrap_or(*odometry), odometry_sigma(odometry));
+        let other = self.lay(at, &surfaces, &counted, &counted_sigma);
+        if other.explained_share > found.explained_share + needed {
+            return self.accepted(&counted, &counted_sigma, &other, false);
+        }
+        self.accepted(&laid.recorded, &sigma, &found, true)
     }
-    let drift = recorded_sigma(&found.map_from_points, params);
-    (found.map_from_points, with_floor(&known, &drift))
+
+    /// The step when this was expected and the scan was found there.
+    fn accepted(&self, prior: &Pose2, sigma: &[f64; 3], found: &PointAlignment, is_recorded: bool) -> Step {
+        let away = Vector3::from(found.map_from_points.step_from(prior));
+        let held = information(sigma);
+        if found.explained_share < MIN_SHARE || away.dot(&(held * away)) > FARTHEST_SQUARED {
+            let loose = [2.0 * sigma[0] + 0.02, 2.0 * sigma[1] + 0.02, 2.0 * sigma[2] + 0.01];
+            return (*prior, information(&if is_recorded { loose } else { *sigma }));
+        }
+        let known = submap_alignment::information(found) + held;
+        if is_recorded && away.dot(&(known * away)) < AGREES_SQUARED {
+            return (*prior, information(&recorded_sigma(prior, self.params)));
+        }
+        let drift = recorded_sigma(&found.map_from_points, self.params);
+        (found.map_from_points, with_floor(&known, &drift))
+    }
 }
 
 /// How far back the nodes lie that a node is matched with.
@@ -101,6 +216,8 @@ const BACK: [usize; 8] = [1, 2, 3, 5, 8, 12, 17, 23];
 const OF_A_STEP: Approach = Approach { capture_m: 0.2, max_iterations: 5 };
 /// The odometry's step has to explain so much more of the scan than the recorded one.
 const CLEARLY: f64 = 0.1;
+/// The recorded step has to explain so much more of a scan that leaves a direction open.
+const SLIGHTLY: f64 = 0.02;
 /// A scan of which less is explained by those before it says nothing.
 const MIN_SHARE: f64 = 0.5;
 /// A recorded step closer than this to where the scan lies among the last ones is taken as it is: the matcher
@@ -139,4 +256,87 @@ pub(crate) fn with_floor(known: &Matrix3<f64>, sigma: &[f64; 3]) -> Matrix3<f64>
     let Some(factors) = known.cholesky() else { return Matrix3::zeros() };
     let covariance = factors.inverse() + floor;
     covariance.cholesky().map_or_else(Matrix3::zeros, |factors| factors.inverse())
+}
+
+#[cfg(test)]
+mod tests {
+    use biplane_matcher::{EndPoint, Kind, Pose2};
+
+    use super::{ChainParams, edges};
+    use crate::slam::keyframes::Node;
+    use crate::slam::keyframes::keyframe_scan::KeyframeScan;
+
+    /// Nodes in a room, and how many of the way along a wall follow.
+    const IN_ROOM: usize = 60;
+    const ALONG_WALL: usize = 15;
+    /// True and counted way from node to node, meters.
+    const STEP_M: f64 = 0.3;
+    const COUNTED_M: f64 = 0.309;
+
+    /// What is seen of the walls from a place: of a room 8 m by 6 m, or of its lower wall alone, which has no
+    /// end.
+    fn seen(x_m: f64, phase_m: f64, in_room: bool) -> KeyframeScan {
+        let wall = |at: [f64; 2], normal: [f64; 2]| EndPoint {
+            at_m: [(at[0] - x_m) as f32, at[1] as f32],
+            normal: normal.map(|value| value as f32),
+            kind: Kind::Line,
+            weight: 1.0,
+            ..EndPoint::default()
+        };
+        let mut points = Vec::new();
+        for step in 0..60 {
+            let along = f64::from(step) * 0.1 + phase_m - 3.0;
+            let left_m = if in_room { 0.0 } else { x_m };
+            points.push(wall([along + left_m, -3.0], [0.0, 1.0]));
+            if in_room {
+                points.push(wall([along, 3.0], [0.0, -1.0]));
+                points.push(wall([4.0, along], [-1.0, 0.0]));
+                points.push(wall([-4.0, along], [1.0, 0.0]));
+            }
+        }
+        KeyframeScan { points, laser_m: [0.0; 2] }
+    }
+
+    /// To and fro in the room, then along the wall. Wheels count 3 % too much, and recorded poses are right
+    /// in the room and follow the wheels along the wall.
+    fn drive() -> Vec<Node> {
+        let (mut x_m, mut recorded_m, mut counted_m) = (-3.0, -3.0, 0.0);
+        let node = |at: usize| {
+            let ahead = if at < IN_ROOM && at / 20 % 2 == 1 { -1.0 } else { 1.0 };
+            let node = Node {
+                scan: at,
+                recorded: Pose2::new(recorded_m, 0.0, 0.0),
+                odometry: Some(Pose2::new(counted_m, 0.0, 0.0)),
+                leaps: false,
+                keyframe_scan: seen(x_m, 0.013 * (at % 7) as f64, at < IN_ROOM),
+            };
+            x_m += ahead * STEP_M;
+            counted_m += ahead * COUNTED_M;
+            recorded_m += ahead * if at + 1 < IN_ROOM { STEP_M } else { COUNTED_M };
+            node
+        };
+        (0..IN_ROOM + ALONG_WALL).map(node).collect()
+    }
+
+    #[test]
+    fn along_a_wall_the_way_is_the_odometry_s_at_the_scale_that_the_room_has_taught() {
+        let (edges, wheels) = edges(&drive(), 0, &ChainParams::default());
+        let [scale, sigma] = wheels.unwrap().scale().way_scale;
+        assert!((scale - STEP_M / COUNTED_M).abs() < 0.002 && sigma < 0.01, "{scale} {sigma}");
+        for edge in &edges[IN_ROOM + 1..] {
+            assert!((edge.measured.x_m - STEP_M).abs() < 2e-3, "{edge:?}");
+            assert!(edge.measured.y_m.abs() < 2e-3 && edge.measured.theta_rad.abs() < 1e-3, "{edge:?}");
+        }
+    }
+
+    #[test]
+    fn poses_that_leap_where_the_scan_says_nothing_are_no_motion() {
+        let at = IN_ROOM + 5;
+        let mut nodes = drive();
+        nodes[at..].iter_mut().for_each(|node| node.recorded.x_m -= 1.0);
+        let step_m = |nodes: &[Node]| edges(nodes, 0, &ChainParams::default()).0[at - 1].measured.x_m;
+        assert!((step_m(&nodes) - (COUNTED_M - 1.0)).abs() < 0.05, "a base that slips drives as recorded");
+        nodes[at].leaps = true;
+        assert!((step_m(&nodes) - STEP_M).abs() < 2e-3);
+    }
 }

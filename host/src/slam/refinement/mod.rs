@@ -100,6 +100,7 @@ mod tests {
             scan: 0,
             recorded: truth,
             odometry: None,
+            leaps: false,
             keyframe_scan: KeyframeScan { points, laser_m: [0.0; 2] },
         }
     }

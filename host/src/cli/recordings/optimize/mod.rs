@@ -16,6 +16,7 @@ use crate::slam;
 use crate::slam::corrected_poses::Corrected;
 use crate::slam::keyframes::Keyframes;
 use crate::slam::loop_closure::checkpoint::Checkpoint;
+use crate::slam::pose_graph::wheel_calibration::OdometryScale;
 use crate::slam::refinement::spatial;
 use crate::slam::{Counts, LoopFound, LoopParams, Optimized, Progress, rewrite_recording};
 use anyhow::{Context, bail};
@@ -87,6 +88,8 @@ struct RecordingReport {
     /// Share of their points that the others explain, 0 to 1, on average. Two floors of one plan come near 1,
     /// too.
     shared_agreement: f64,
+    /// What the drive teaches of its odometry; none where scans do not tell enough.
+    odometry: Option<OdometryScale>,
 }
 
 /// What a recording, by number, has in common with the others.
@@ -318,6 +321,7 @@ fn report(
             joined: groups.iter().filter(|other| *other == group).count() > 1,
             shared_submaps,
             shared_agreement,
+            odometry: optimized.odometry[number],
         }
     });
     Report {
@@ -348,6 +352,7 @@ fn print_result(args: &Args, report: &Report, console: &Console) -> anyhow::Resu
             100.0 * recording.shared_agreement
         ));
     }
+    say_odometry(report, console);
     console.note(format!(
         "{output}: {} between {} of the way, {} moved, {:.1} s",
         counted(report.counts.loops, "loop"),
@@ -359,4 +364,17 @@ fn print_result(args: &Args, report: &Report, console: &Console) -> anyhow::Resu
         crate::cli::terminal::json::print_json(report)?;
     }
     Ok(())
+}
+
+/// What each drive has taught of its odometry.
+fn say_odometry(report: &Report, console: &Console) {
+    for RecordingReport { path, odometry, .. } in &report.recordings {
+        let Some(OdometryScale { way_scale: way, turn_scale: turn, .. }) = odometry else { continue };
+        console.detail(|| {
+            format!(
+                "{path}: 1 m of the odometry was {:.3} m (sigma {:.3}), 1 degree {:.3} degrees (sigma {:.3})",
+                way[0], way[1], turn[0], turn[1]
+            )
+        });
+    }
 }
