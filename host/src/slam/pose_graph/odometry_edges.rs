@@ -201,7 +201,7 @@ impl Chain<'_> {
         }
         let known = submap_alignment::information(found) + held;
         if is_recorded && away.dot(&(known * away)) < AGREES_SQUARED {
-            return (*prior, information(&recorded_sigma(prior, self.params)));
+            return (*prior, held);
         }
         let drift = recorded_sigma(&found.map_from_points, self.params);
         (found.map_from_points, with_floor(&known, &drift))

@@ -112,18 +112,17 @@ struct Segment {
 impl Segment {
     fn new(steps: &[Option<SureStep>]) -> Option<Self> {
         let (mut counted, mut matched, mut way_m) = (Pose2::IDENTITY, Pose2::IDENTITY, 0.0);
-        let (mut counted_rad, mut matched_rad, mut drift_m) = (0.0, 0.0, 0.0);
+        let (mut counted_rad, mut matched_rad) = (0.0, 0.0);
         for step in steps {
             let (odometry, scans) = (*step)?;
             (counted, matched) = (counted * odometry, matched * scans);
             counted_rad += odometry.theta_rad;
             matched_rad += scans.theta_rad;
-            drift_m += odometry.distance_m();
             way_m += odometry.distance_m();
         }
         let mut effects = effects(&counted);
         effects[(2, 1)] = counted_rad;
-        effects[(2, 2)] = drift_m;
+        effects[(2, 2)] = way_m;
         // Ahead is where the segment leads.
         let (sin, cos) = counted.y_m.portable_atan2(counted.x_m).portable_sin_cos();
         let turned = SMatrix::<f64, 3, 3>::new(cos, sin, 0.0, -sin, cos, 0.0, 0.0, 0.0, 1.0);
@@ -168,7 +167,7 @@ fn solve(
         }
     }
     let factors = information.cholesky()?;
-    // Segmentes overlap: each step is in several of them.
+    // Segments overlap: each step is in several of them.
     let overlap = (SEGMENT as f64 / EVERY as f64).sqrt();
     Some((factors.solve(&pulls), factors.inverse().diagonal().map(|variance| overlap * variance.sqrt())))
 }
