@@ -5,6 +5,7 @@ use super::border::{LINE_M, covered};
 use crate::building::elevation::Span;
 use crate::reconstruct::polygons::outline::union::{Ring, Shape, area_m2};
 use crate::reconstruct::polygons::plane_frame::{FlatPoint, STEP_M};
+use biplane_geometry::quantile::upper_median;
 
 /// A hole that fills less of the rectangle around it is of another shape.
 const FILLS: f64 = 0.75;
@@ -48,7 +49,7 @@ fn middle(hole: &Ring, axis: usize, others: Span) -> Option<Span> {
     let median = |end: usize| {
         let mut ends: Vec<f64> = spans.iter().map(|span| span[end]).collect();
         ends.sort_by(f64::total_cmp);
-        ends.get(ends.len() / 2).copied()
+        upper_median(&ends)
     };
     Some([median(0)?, median(1)?])
 }
