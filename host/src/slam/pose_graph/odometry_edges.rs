@@ -62,11 +62,11 @@ pub(crate) fn edges(
     let laid: Vec<Laid> = (1..nodes.len()).into_par_iter().map(|at| chain.laid(at)).collect();
     let sure: Vec<Option<SureStep>> = laid.iter().map(Laid::sure).collect();
     let wheels = WheelCalibration::learn(&sure);
-    let agreed = |(before, laid): (usize, &Laid)| match laid.contradicting() {
-        None => Ok(chain.agreed(before + 1, laid, wheels.as_ref())),
+    let agreed = |laid: &Laid| match laid.contradicting() {
+        None => Ok(chain.agreed(laid, wheels.as_ref())),
         Some(odometry) => Err(odometry),
     };
-    let agreed: Vec<Result<Step, Pose2>> = laid.par_iter().enumerate().map(agreed).collect();
+    let agreed: Vec<Result<Step, Pose2>> = laid.par_iter().map(agreed).collect();
     let mut steps: Vec<Step> = Vec::with_capacity(laid.len());
     for (laid, agreed) in laid.iter().zip(agreed) {
         let judged = |odometry| chain.judged(laid, &odometry, &steps, wheels.as_ref());
@@ -149,18 +149,25 @@ impl Chain<'_> {
         Laid { recorded, odometry, found: self.lay(at, &self.recorded_surfaces(at), &recorded, &sigma) }
     }
 
-    /// A step that recorded poses and odometry agree on: where the scan leaves a direction open, that one is
-    /// the odometry's.
-    fn agreed(&self, at: usize, laid: &Laid, wheels: Option<&WheelCalibration>) -> Step {
-        let counted = laid.odometry.zip(wheels).map(|(odometry, wheels)| wheels.of(&odometry));
-        if let Some((prior, sigma)) = counted.filter(|_| laid.is_unsure()) {
-            let found = self.lay(at, &self.recorded_surfaces(at), &prior, &sigma);
-            if found.explained_share >= laid.found.explained_share - SLIGHTLY {
-                return self.accepted(&prior, &sigma, &found, false);
-            }
-        }
-        let sigma = recorded_sigma(&laid.recorded, self.params);
-        self.accepted(&laid.recorded, &sigma, &laid.found, true)
+    /// A step that recorded poses and odometry agree on. Where the scan leaves a direction open, that one is
+    /// the odometry's. In the others the recorded step stays: the matcher saw the whole map, and its errors
+    /// do not add up from step to step.
+    fn agreed(&self, laid: &Laid, wheels: Option<&WheelCalibration>) -> Step {
+        let Laid { recorded, odometry, found } = laid;
+        let accepted = self.accepted(recorded, &recorded_sigma(recorded, self.params), found, true);
+        let Some((odometry, wheels)) = odometry.zip(wheels).filter(|_| laid.is_unsure()) else {
+            return accepted;
+        };
+        let (counted, sigma) = wheels.of(&odometry);
+        let seen = match found.explained_share < MIN_SHARE {
+            true => Matrix3::zeros(),
+            false => submap_alignment::information(found),
+        };
+        let counts = information(&sigma);
+        let Some(factors) = (seen + counts).cholesky() else { return accepted };
+        let away = Vector3::from(counted.step_from(&accepted.0));
+        let step = accepted.0.stepped(factors.solve(&(counts * away)).into());
+        (step, with_floor(&(seen + counts), &recorded_sigma(&step, self.params)))
     }
 
     /// A step that odometry and recorded poses contradict each other of: either may be wrong, and the scan
@@ -216,8 +223,6 @@ const BACK: [usize; 8] = [1, 2, 3, 5, 8, 12, 17, 23];
 const OF_A_STEP: Approach = Approach { capture_m: 0.2, max_iterations: 5 };
 /// The odometry's step has to explain so much more of the scan than the recorded one.
 const CLEARLY: f64 = 0.1;
-/// The recorded step has to explain so much more of a scan that leaves a direction open.
-const SLIGHTLY: f64 = 0.02;
 /// A scan of which less is explained by those before it says nothing.
 const MIN_SHARE: f64 = 0.5;
 /// A recorded step closer than this to where the scan lies among the last ones is taken as it is: the matcher
