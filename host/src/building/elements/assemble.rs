@@ -1,7 +1,8 @@
 //! Rooms and walls as they were found, put in order and named.
 
-use super::{Elements, KnownBy, Room, Storey, Use, Wall, WallOpening};
+use super::{Elements, KnownBy, Room, Storey, Use, Wall, WallCurve, WallOpening};
 use crate::building::spaces::evidence::Evidence;
+use crate::building::spaces::line::Line;
 use crate::building::spaces::outline::signed_area_m2;
 use crate::building::spaces::{Plan, Space};
 use crate::building::walls::OpenWall;
@@ -19,6 +20,8 @@ const MIN_SEEN: f64 = 0.3;
 const BESIDE_M: f64 = 0.3;
 /// Ends of walls this close to another wall meet it, meters.
 const MEETS_M: f64 = 0.12;
+/// Outlines of curved walls are nowhere further from them, meters.
+const OUTLINE_M: f64 = 0.002;
 /// Written coordinates are whole multiples of this, meters.
 const STEP_M: f64 = 1e-4;
 
@@ -70,7 +73,8 @@ pub(crate) fn elements(evidence: &Evidence<'_>, plan: &Plan, mut walls: Vec<Open
 /// Direction, offset and beginning of a wall, in whole steps, so that noise in the last digits changes no
 /// order.
 fn order(slab: &Slab) -> [f64; 3] {
-    let angle = slab.normal[1].portable_atan2(slab.normal[0]);
+    let normal = slab.normal();
+    let angle = normal[1].portable_atan2(normal[0]);
     [(angle * 100.0).round(), rounded(slab.middle_m()), rounded(slab.span[0])]
 }
 
@@ -128,7 +132,11 @@ fn wall(open: &OpenWall, id: String, names: &[String], floor_z_m: f64) -> Wall {
         storey: id.split('-').next().unwrap_or_default().to_owned(),
         id,
         axis_m: slab.span.map(|at| tidy_point(slab.point(at, slab.middle_m()))),
-        outline_m: outline(slab).map(tidy_point),
+        outline_m: outline(slab).into_iter().map(tidy_point).collect(),
+        curve: slab
+            .line
+            .curve()
+            .map(|curve| WallCurve { center_m: tidy_point(curve.center_m), radius_m: tidy(slab.middle_m()) }),
         thickness_m: slab.thickness_m().map(tidy),
         thickness_from,
         drawn_thickness_m: tidy(slab.faces_m[1] - slab.faces_m[0]),
@@ -141,11 +149,14 @@ fn wall(open: &OpenWall, id: String, names: &[String], floor_z_m: f64) -> Wall {
     }
 }
 
-/// The corners of a wall, counter-clockwise.
-fn outline(slab: &Slab) -> [[f64; 2]; 4] {
+/// The corners of a wall, counter-clockwise; of a curved one those of chords along its faces.
+fn outline(slab: &Slab) -> Vec<[f64; 2]> {
     let ([from, to], [low, high]) = (slab.span, slab.faces_m);
+    let count = slab.line.curve().map_or(1, |curve| curve.chords(to - from, OUTLINE_M));
+    let at = |step: usize| from + (to - from) * step as f64 / count as f64;
     // The way along a wall is to the left of its normal.
-    [slab.point(from, high), slab.point(to, high), slab.point(to, low), slab.point(from, low)]
+    let there = (0..=count).map(|step| slab.point(at(step), high));
+    there.chain((0..=count).rev().map(|step| slab.point(at(step), low))).collect()
 }
 
 fn opening(
@@ -205,7 +216,10 @@ fn join_corners(walls: &mut [OpenWall]) {
     for first in 0..walls.len() {
         for second in first + 1..walls.len() {
             let (a, b) = (walls[first].slab.clone(), walls[second].slab.clone());
-            if dot(a.normal, b.normal).abs() > 0.9 {
+            let (Line::Straight { normal }, Line::Straight { normal: other }) = (a.line, b.line) else {
+                continue;
+            };
+            if dot(normal, other).abs() > 0.9 {
                 continue;
             }
             let (Some((end, reach)), Some((other_end, other_near))) = (meets(&a, &b), meets(&b, &a)) else {
@@ -222,9 +236,9 @@ fn join_corners(walls: &mut [OpenWall]) {
 
 /// The end of a wall that lies at another wall, and where along it the faces of the other are.
 fn meets(wall: &Slab, other: &Slab) -> Option<(usize, [f64; 2])> {
-    let along = wall.along();
-    let rise = dot(along, other.normal);
-    let from = dot(wall.point(0.0, wall.middle_m()), other.normal);
+    let [nx, ny] = wall.normal();
+    let rise = dot([-ny, nx], other.normal());
+    let from = dot(wall.point(0.0, wall.middle_m()), other.normal());
     let at = other.faces_m.map(|face_m| (face_m - from) / rise);
     let (low, high) = (at[0].min(at[1]) - MEETS_M, at[0].max(at[1]) + MEETS_M);
     (0..2).find(|end| (low..=high).contains(&wall.span[*end])).map(|end| (end, at))

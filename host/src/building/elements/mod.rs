@@ -5,8 +5,13 @@
 
 pub(crate) mod assemble;
 
+use crate::building::spaces::line::{Curve, Line};
 use biplane_geometry::PortableMath;
 use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// Curved walls are drawn with chords that are nowhere further from them, meters.
+const CHORD_M: f64 = 0.002;
 
 /// A storey.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -60,7 +65,17 @@ pub(crate) enum KnownBy {
     Unknown,
 }
 
-/// A straight wall.
+/// The circle that a curved wall follows.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct WallCurve {
+    /// Its center.
+    pub center_m: [f64; 2],
+    /// Its radius in the middle of the wall.
+    pub radius_m: f64,
+}
+
+/// A wall, straight or curved.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Wall {
@@ -68,10 +83,13 @@ pub(crate) struct Wall {
     pub id: String,
     /// Its storey.
     pub storey: String,
-    /// The line in its middle.
+    /// The ends of the line in its middle.
     pub axis_m: [[f64; 2]; 2],
-    /// Its corners at the floor as it is drawn, counter-clockwise.
-    pub outline_m: [[f64; 2]; 4],
+    /// The circle on which that line runs counter-clockwise; none of a straight wall.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub curve: Option<WallCurve>,
+    /// Its corners at the floor as it is drawn, counter-clockwise; of a curved wall those of its chords.
+    pub outline_m: Vec<[f64; 2]>,
     /// Its thickness; `None` when only one side was seen.
     pub thickness_m: Option<f64>,
     /// What tells the thickness.
@@ -180,24 +198,99 @@ impl Elements {
 }
 
 impl Wall {
-    /// Unit vector along it, and its length.
-    pub(crate) fn along(&self) -> ([f64; 2], f64) {
-        let [a, b] = self.axis_m;
-        let (x, y) = (b[0] - a[0], b[1] - a[1]);
-        let length = x.portable_hypot(y).max(1e-9);
-        ([x / length, y / length], length)
+    /// The line of its middle, and where along it the wall begins and ends, meters.
+    fn line(&self) -> (Line, f64, [f64; 2]) {
+        let [from, to] = self.axis_m;
+        if let Some(WallCurve { center_m, radius_m }) = self.curve {
+            let angle_rad = |end: [f64; 2]| (end[1] - center_m[1]).portable_atan2(end[0] - center_m[0]);
+            let (from_rad, to_rad) = (angle_rad(from), angle_rad(to));
+            let half_rad = (to_rad - from_rad).rem_euclid(TAU) / 2.0;
+            let line = Line::Curved(Curve { center_m, radius_m, zero_rad: from_rad + half_rad });
+            return (line, radius_m, [-half_rad * radius_m, half_rad * radius_m]);
+        }
+        let ([x, y], length_m) = unit(from, to);
+        let line = Line::Straight { normal: [y, -x] };
+        let [across_m, from_m] = line.place(from);
+        (line, across_m, [from_m, from_m + length_m])
     }
 
-    /// Of its four sides, counter-clockwise from that to the right of its axis, the one that was seen when
-    /// only one was.
+    /// Whether it is straight.
+    pub(crate) fn is_straight(&self) -> bool {
+        self.curve.is_none()
+    }
+
+    /// Unit vector from its beginning to its end, and the distance between them: along a straight wall, and
+    /// its length.
+    pub(crate) fn along(&self) -> ([f64; 2], f64) {
+        unit(self.axis_m[0], self.axis_m[1])
+    }
+
+    /// Its length along its middle, meters.
+    pub(crate) fn length_m(&self) -> f64 {
+        let (_, _, [from, to]) = self.line();
+        to - from
+    }
+
+    /// Unit vector along it at a length from its beginning.
+    pub(crate) fn along_at(&self, at_m: f64) -> [f64; 2] {
+        if self.is_straight() {
+            return self.along().0;
+        }
+        let (line, _, [from, _]) = self.line();
+        let [x, y] = line.normal(from + at_m);
+        [-y, x]
+    }
+
+    /// The place at a length from its beginning, and so far to the left of its middle, meters.
+    pub(crate) fn point(&self, at_m: f64, left_m: f64) -> [f64; 2] {
+        if self.is_straight() {
+            let ([x, y], [a, b]) = (self.along().0, self.axis_m[0]);
+            return [a + at_m * x - left_m * y, b + at_m * y + left_m * x];
+        }
+        let (line, across_m, [from, _]) = self.line();
+        line.point(from + at_m, across_m - left_m)
+    }
+
+    /// How far its middle bends away from a straight piece of a length, meters.
+    pub(crate) fn rise_m(&self, length_m: f64) -> f64 {
+        self.curve.map_or(0.0, |curve| length_m * length_m / (8.0 * curve.radius_m))
+    }
+
+    /// Lengths between which a piece of it is as good as straight; the piece itself of a straight wall.
+    pub(crate) fn chords_m(&self, [from, to]: [f64; 2]) -> Vec<f64> {
+        let (line, _, _) = self.line();
+        let count = line.curve().map_or(1, |curve| curve.chords(to - from, CHORD_M));
+        (0..=count).map(|step| from + (to - from) * step as f64 / count as f64).collect()
+    }
+
+    /// Of the four sides of a straight wall, counter-clockwise from that to the right of its axis, the one
+    /// that was seen when only one was.
     pub(crate) fn seen_side(&self) -> usize {
         if self.seen_left { 2 } else { 0 }
     }
 
+    /// Where a place is: meters along it from its beginning, and to the left of its middle.
+    pub(crate) fn place_of(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        if self.is_straight() {
+            let ([along_x, along_y], [a, b]) = (self.along().0, self.axis_m[0]);
+            let (dx, dy) = (x - a, y - b);
+            return [dx * along_x + dy * along_y, dy * along_x - dx * along_y];
+        }
+        let (line, across_m, [from, _]) = self.line();
+        let [across, at] = line.place([x, y]);
+        [at - from, across_m - across]
+    }
+
     /// Where along it an opening's middle is, meters from its beginning.
     pub(crate) fn place_m(&self, opening: &WallOpening) -> f64 {
-        let ([x, y], _) = self.along();
-        let [cx, cy, _] = opening.center_m;
-        (cx - self.axis_m[0][0]) * x + (cy - self.axis_m[0][1]) * y
+        let [x, y, _] = opening.center_m;
+        self.place_of([x, y])[0]
     }
+}
+
+/// Unit vector from one place to another, and their distance.
+fn unit(a: [f64; 2], b: [f64; 2]) -> ([f64; 2], f64) {
+    let (x, y) = (b[0] - a[0], b[1] - a[1]);
+    let length = x.portable_hypot(y).max(1e-9);
+    ([x / length, y / length], length)
 }

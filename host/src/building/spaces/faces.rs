@@ -1,11 +1,13 @@
 //! Upright faces as lines of the plan, with where along them there is wall.
 
+use super::curved_faces;
 use super::directions::{Directions, Facing, unit};
 use super::evidence::Evidence;
 use super::levels::Overhead;
 use super::raster::CELL_M;
 use crate::building::elevation::{Elevation, Span};
 use crate::building::part::is_upright;
+use crate::building::spaces::line::{Curve, Line};
 use crate::model::PlanarPolygon;
 use biplane_geometry::PortableMath;
 use biplane_geometry::polygon_area::ring_area_m2;
@@ -14,13 +16,13 @@ use biplane_geometry::vec2::{distance, dot, minus};
 /// What is over this height is rarely furniture, meters.
 pub(crate) const UPPER_M: f64 = 1.75;
 /// The upper edge of walls keeps this from the ceiling, meters: noise of the ceiling.
-const UNDER_CEILING_M: f64 = 0.07;
+pub(super) const UNDER_CEILING_M: f64 = 0.07;
 /// Points higher over the floor belong to other storeys, meters.
-const MAX_HEIGHT_M: f64 = 6.0;
+pub(super) const MAX_HEIGHT_M: f64 = 6.0;
 /// Points lower over the floor are of things, meters.
-const MIN_HEIGHT_M: f64 = 0.3;
+pub(super) const MIN_HEIGHT_M: f64 = 0.3;
 /// Gaps up to this in the wall over the doors are gaps between scans, meters.
-const MAX_GAP_M: f64 = 0.3;
+pub(super) const MAX_GAP_M: f64 = 0.3;
 /// Gaps up to this that the robot drove through are doorways, meters; wider ones are open plan.
 const MAX_DOORWAY_M: f64 = 1.15;
 /// Poses further apart are not of one drive, meters.
@@ -43,10 +45,19 @@ pub(crate) struct Face {
     pub any_m: Vec<Span>,
     /// Area that was seen, square meters.
     pub area_m2: f64,
-    /// Its planes.
-    pub planes: Vec<usize>,
     /// Root mean square distance of its points, meters.
     pub rms_m: f64,
+    /// The circle that it is a chord of.
+    pub curve: Option<OnCurve>,
+}
+
+/// The circle of a face of a curved wall. Both faces of one wall have the same curve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct OnCurve {
+    /// The circle in the middle of the wall.
+    pub curve: Curve,
+    /// The radius of the face about its center, meters.
+    pub radius_m: f64,
 }
 
 impl Face {
@@ -64,6 +75,14 @@ impl Face {
     pub(crate) fn point(&self, at_m: f64) -> [f64; 2] {
         let along = self.along();
         [0, 1].map(|axis| self.offset_m * self.normal[axis] + at_m * along[axis])
+    }
+
+    /// The line that its wall is measured along, and the distance of the face across it, meters.
+    pub(crate) fn line(&self) -> (Line, f64) {
+        match self.curve {
+            None => (Line::Straight { normal: self.normal }, self.offset_m),
+            Some(on) => (Line::Curved(on.curve), on.radius_m),
+        }
     }
 
     /// Length of the wall over furniture, meters.
@@ -122,14 +141,15 @@ pub(crate) fn find(evidence: &Evidence<'_>, overhead: &Overhead, directions: &Di
             upper_m: Vec::new(),
             any_m: Vec::new(),
             area_m2: polygons[index].iter().map(|polygon| ring_area_m2(&polygon.outer_m)).sum(),
-            planes: vec![index],
             rms_m: plane.rms_m,
+            curve: None,
         };
         cover(&mut face, evidence, overhead, &elevation, &polygons[index]);
         if !face.any_m.is_empty() {
             faces.push(face);
         }
     }
+    faces.extend(curved_faces::find(evidence, overhead));
     faces.sort_by(|a, b| b.area_m2.total_cmp(&a.area_m2));
     let mut faces = merged(faces);
     faces.iter_mut().for_each(|face| close_doorways(face, evidence.path_m));
@@ -241,7 +261,8 @@ fn merged(faces: Vec<Face>) -> Vec<Face> {
     let mut out: Vec<Face> = Vec::new();
     for face in faces {
         let is_same = |other: &&mut Face| {
-            dot(other.normal, face.normal) > 1.0 - 1e-9
+            other.curve.map(|on| on.curve) == face.curve.map(|on| on.curve)
+                && dot(other.normal, face.normal) > 1.0 - 1e-9
                 && (other.offset_m - face.offset_m).abs() <= SAME_FACE_M
         };
         let Some(known) = out.iter_mut().find(is_same) else {
@@ -255,7 +276,6 @@ fn merged(faces: Vec<Face>) -> Vec<Face> {
         known.area_m2 += face.area_m2;
         known.upper_m = joined([&known.upper_m[..], &face.upper_m].concat(), MAX_GAP_M);
         known.any_m = joined([&known.any_m[..], &face.any_m].concat(), MAX_GAP_M);
-        known.planes.extend(face.planes);
     }
     out
 }

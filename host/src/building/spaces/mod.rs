@@ -5,11 +5,13 @@
 //! meters.
 
 pub(crate) mod arrangement;
+mod curved_faces;
 pub(crate) mod directions;
 pub(crate) mod evidence;
 pub(crate) mod faces;
 mod labels;
 pub(crate) mod levels;
+pub(crate) mod line;
 pub(crate) mod outline;
 pub(crate) mod raster;
 mod regions;

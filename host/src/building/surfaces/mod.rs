@@ -77,14 +77,14 @@ fn weld_changed(model: &Model, polygons: &mut [PlanarPolygon], changed: &BTreeSe
     weld::weld(&model.planes, polygons, &pairs, WELD_M);
 }
 
-/// Whether a plane is a face of a wall at a place in the wall's middle.
+/// Whether a plane is a face of a straight wall at a place in the wall's middle.
 fn is_face_at(evidence: &Evidence<'_>, plane: &Plane, wall: &Wall, place_m: [f64; 3]) -> bool {
     let beside_m = BESIDE_M.max(BESIDE_SIGMAS * evidence.sigma_m);
     let ([x, y], _) = wall.along();
     [[y, -x], [-y, x]].iter().any(|normal| {
         let same_way = plane.normal[0] * normal[0] + plane.normal[1] * normal[1];
         let off_m = -plane.distance_m(place_m) - wall.drawn_thickness_m / 2.0;
-        same_way > SAME_WAY && off_m.abs() <= beside_m
+        wall.is_straight() && same_way > SAME_WAY && off_m.abs() <= beside_m
     })
 }
 

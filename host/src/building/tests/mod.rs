@@ -1,5 +1,6 @@
 //! Rooms drawn by hand.
 
+mod curved;
 mod inferred;
 mod rooms;
 mod surfaces;

@@ -13,15 +13,15 @@ pub(super) const HEAD_M: f64 = 2.1;
 /// Window in the wall y = 4 of the first room, with a pane 15 cm behind it.
 pub(super) const WINDOW_M: [f64; 2] = [2.0, 3.2];
 pub(super) const WINDOW_Z_M: [f64; 2] = [0.9, 2.1];
-const HEIGHT_M: f64 = 2.6;
+pub(super) const HEIGHT_M: f64 = 2.6;
 /// Where the laser stands in each room.
-const LASERS_M: [[f64; 3]; 2] = [[2.5, 2.0, 0.45], [6.6, 2.0, 0.45]];
+pub(super) const LASERS_M: [[f64; 3]; 2] = [[2.5, 2.0, 0.45], [6.6, 2.0, 0.45]];
 
 #[derive(Default)]
 pub(super) struct Drive {
     pub(super) model: Model,
-    cloud: Cloud,
-    labels: Vec<i32>,
+    pub(super) cloud: Cloud,
+    pub(super) labels: Vec<i32>,
 }
 
 impl Drive {
@@ -34,7 +34,14 @@ impl Drive {
     }
 
     /// A rectangle with a hole, its corner and sides, seen from a room.
-    fn face(&mut self, room: u32, normal: [f64; 3], corner: [f64; 3], sides: [[f64; 3]; 2], hole: Hole) {
+    pub(super) fn face(
+        &mut self,
+        room: u32,
+        normal: [f64; 3],
+        corner: [f64; 3],
+        sides: [[f64; 3]; 2],
+        hole: Hole,
+    ) {
         let at = |u: f64, v: f64| [0, 1, 2].map(|k| corner[k] + u * sides[0][k] + v * sides[1][k]);
         let length = |side: [f64; 3]| side.iter().map(|value| value * value).sum::<f64>().sqrt();
         let [wide, high] = sides.map(length);
@@ -82,7 +89,7 @@ impl Drive {
     }
 }
 
-type Hole = Option<[[f64; 2]; 2]>;
+pub(super) type Hole = Option<[[f64; 2]; 2]>;
 
 /// The two rooms; what of the openings rays pass is for the caller to say.
 pub(super) fn house() -> Drive {
@@ -113,11 +120,21 @@ fn found(drive: &Drive, path_m: &[[f64; 2]]) -> Elements {
 
 /// What comes of all that a drive shows.
 pub(super) fn with_evidence<T>(drive: &Drive, path_m: &[[f64; 2]], of: impl FnOnce(&Evidence<'_>) -> T) -> T {
-    let grid = grid_around(&drive.model, path_m);
     let is_free = |[x, y]: [f64; 2]| {
         let is_room = y > 0.0 && y < 4.0 && (x > 0.0 && x < 5.0 || x > 5.1 && x < 8.1);
         is_room || (x > 4.9 && x < 5.2 && y > DOOR_M[0] && y < DOOR_M[1])
     };
+    with_free_floor(drive, path_m, is_free, of)
+}
+
+/// The same where the floor is free.
+pub(super) fn with_free_floor<T>(
+    drive: &Drive,
+    path_m: &[[f64; 2]],
+    is_free: impl Fn([f64; 2]) -> bool,
+    of: impl FnOnce(&Evidence<'_>) -> T,
+) -> T {
+    let grid = grid_around(&drive.model, path_m);
     let seen: Vec<Seen> = (0..grid.len())
         .map(|cell| if is_free(grid.center_m(cell)) { Seen::Free } else { Seen::Unknown })
         .collect();

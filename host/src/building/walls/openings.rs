@@ -9,7 +9,7 @@ use crate::building::elevation::Span;
 use crate::building::spaces::evidence::Seen;
 use crate::building::spaces::faces::joined;
 use crate::building::spaces::raster::CELL_M;
-use biplane_geometry::vec2::{distance, dot};
+use biplane_geometry::vec2::distance;
 
 /// Narrower openings are slits, meters.
 const MIN_WIDTH_M: f64 = 0.4;
@@ -159,8 +159,7 @@ impl WallView<'_> {
         let [low, high] = slab.faces_m;
         let candidates = self.overhead.soffits.iter().filter_map(|soffit| {
             let corners = model.polygons.get(soffit.polygon)?.outer_m.iter().map(|p| [p[0], p[1]]);
-            let places: Vec<[f64; 2]> =
-                corners.map(|p| [dot(slab.normal, p), dot(slab.along(), p)]).collect();
+            let places: Vec<[f64; 2]> = corners.map(|p| slab.line.place(p)).collect();
             let across = extent(places.iter().map(|p| p[0]));
             let middle = (across[0] + across[1]) / 2.0;
             // A soffit deeper than the wall belongs to something else of the same height.
@@ -184,14 +183,14 @@ impl WallView<'_> {
         let middle_m = slab.middle_m();
         let mut found = Vec::new();
         for pair in self.evidence.path_m.windows(2) {
-            let [a, b] = [pair[0], pair[1]].map(|p| dot(slab.normal, p) - middle_m);
+            let [a, b] = [pair[0], pair[1]].map(|p| slab.line.place(p)[0] - middle_m);
             // From the end of one recording to the beginning of the next nobody drove.
             if (a > 0.0) == (b > 0.0) || distance(pair[0], pair[1]) > MAX_STEP_M {
                 continue;
             }
             let share = a / (a - b);
             let place = [0, 1].map(|axis| pair[0][axis] + share * (pair[1][axis] - pair[0][axis]));
-            let at_m = dot(slab.along(), place);
+            let at_m = slab.line.place(place)[1];
             if at_m > slab.span[0] && at_m < slab.span[1] {
                 found.push(Candidate {
                     span: self.free_around(at_m),

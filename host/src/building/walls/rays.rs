@@ -2,7 +2,6 @@
 
 use super::slabs::Slab;
 use crate::building::spaces::evidence::Evidence;
-use biplane_geometry::vec2::dot;
 
 /// Side of a cell of an elevation, meters.
 pub(crate) const STEP_M: f64 = 0.05;
@@ -59,31 +58,36 @@ impl Elevation {
             inside_m: Vec::new(),
         };
         let pass_m = MIN_PASS_M.max(PASS_SIGMAS * evidence.sigma_m);
-        let sides: Vec<[f64; 2]> = evidence
-            .cloud
-            .origins_m
-            .iter()
-            .map(|o| in_wall(slab, [f64::from(o[0]), f64::from(o[1])]))
-            .collect();
+        let flat = |p: &[f32; 3]| [f64::from(p[0]), f64::from(p[1])];
+        let across: Vec<f64> =
+            evidence.cloud.origins_m.iter().map(|origin| slab.line.place(flat(origin))[0]).collect();
         for (point, scan) in evidence.cloud.points_m.iter().zip(&evidence.cloud.scan) {
-            let Some(from) = sides.get(*scan as usize) else { continue };
-            let origin_z = f64::from(evidence.cloud.origins_m[*scan as usize][2]);
-            let to = in_wall(slab, [f64::from(point[0]), f64::from(point[1])]);
-            out.add(slab, *from, origin_z, to, f64::from(point[2]), pass_m);
+            let Some(across_m) = across.get(*scan as usize) else { continue };
+            let origin = &evidence.cloud.origins_m[*scan as usize];
+            let heights_m = [origin[2], point[2]].map(f64::from);
+            out.add(slab, *across_m, [flat(origin), flat(point)], heights_m, pass_m);
         }
         out
     }
 
-    /// Counts one ray, its ends across and along the wall.
-    fn add(&mut self, slab: &Slab, from: [f64; 2], from_z: f64, to: [f64; 2], to_z: f64, pass_m: f64) {
+    /// Counts one ray between two places at their heights, of which the first is at a distance across.
+    fn add(
+        &mut self,
+        slab: &Slab,
+        across_m: f64,
+        ends: [[f64; 2]; 2],
+        [from_z, to_z]: [f64; 2],
+        pass_m: f64,
+    ) {
         let [low, high] = slab.faces_m;
-        let face_m = match from[0] {
+        let face_m = match across_m {
             across if across < low => low,
             across if across > high => high,
             _ => return,
         };
         let sign = if face_m == low { 1.0 } else { -1.0 };
         let is_seen = slab.is_seen[usize::from(face_m == high)];
+        let to = slab.line.place(ends[1]);
         let beyond_m = (to[0] - face_m) * sign;
         if !is_seen || beyond_m < -pass_m {
             return;
@@ -93,9 +97,12 @@ impl Elevation {
             self.count(place, None);
             return;
         }
-        let share = (face_m - from[0]) / (to[0] - from[0]);
-        let place = [from[1] + share * (to[1] - from[1]), from_z + share * (to_z - from_z)];
-        self.count(place, Some(beyond_m as f32));
+        let Some([share, at_m]) = slab.line.crossing(ends, face_m) else { return };
+        // What came into a circle elsewhere says nothing of the wall on it.
+        if slab.line.curve().is_some() && !self.is_near(at_m) {
+            return;
+        }
+        self.count([at_m, from_z + share * (to_z - from_z)], Some(beyond_m as f32));
         if beyond_m < high - low - 0.01 && self.is_near(to[1]) {
             self.inside_m.push([to[1] as f32, to_z as f32]);
         }
@@ -126,9 +133,4 @@ impl Elevation {
             _ => Shown::Wall,
         }
     }
-}
-
-/// A place across and along a wall, meters.
-fn in_wall(slab: &Slab, point: [f64; 2]) -> [f64; 2] {
-    [dot(slab.normal, point), dot(slab.along(), point)]
 }

@@ -4,29 +4,32 @@ use crate::building::elevation::Span;
 use crate::building::spaces::Plan;
 use crate::building::spaces::arrangement::length_m;
 use crate::building::spaces::faces::{Face, covered_m};
+use crate::building::spaces::line::Line;
 use crate::building::spaces::outline::ends;
 use biplane_geometry::vec2::{dot, minus};
 
 /// Edges with a smaller share of wall are where a room is open, or nobody looked.
 const MIN_WALLED: f64 = 0.2;
 
+/// Chords of one circle meet this closely, meters.
+const CHORD_GAP_M: f64 = 0.05;
 /// Faces this close to a side are on it, meters.
 const BESIDE_M: f64 = 0.1;
 /// Walls whose far side is all that was seen are no thicker, meters.
 const MAX_THICKNESS_M: f64 = 0.35;
 
-/// One straight side of a room.
+/// One side of a room, straight or curved.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Side {
     /// Index of the room.
     pub space: usize,
-    /// Across the side; the same for all sides of one direction.
-    pub normal: [f64; 2],
-    /// Its offset along the normal, meters.
+    /// What it is measured along; the same for all sides of one direction.
+    pub line: Line,
+    /// Its distance across that, meters.
     pub offset_m: f64,
-    /// 1 when the outside is where the normal points to, else -1.
+    /// 1 when the outside is where distances grow, else -1.
     pub outward: f64,
-    /// From where to where, along the normal turned left.
+    /// From where to where along it.
     pub span: Span,
 }
 
@@ -45,18 +48,45 @@ pub(crate) fn find(plan: &Plan) -> Vec<Side> {
             if length_m([a, b]) < 1e-6 || walled_share(&plan.faces, face, [a, b]) < MIN_WALLED {
                 continue;
             }
-            let normal = canonical(face.normal);
-            let along = [-normal[1], normal[0]];
-            let span = [dot(along, a), dot(along, b)];
+            let (line, offset_m) = match face.line() {
+                (Line::Straight { normal }, _) => {
+                    let normal = canonical(normal);
+                    (Line::Straight { normal }, dot(normal, a))
+                }
+                curved => curved,
+            };
+            let at = [a, b].map(|place| line.place(place)[1]);
+            let span = [at[0].min(at[1]), at[0].max(at[1])];
             // The room is to the left of its edges, the outside to the right.
             let [x, y] = minus(b, a);
-            let outward = dot(normal, [y, -x]).signum();
-            let offset_m = dot(normal, a);
-            let span = [span[0].min(span[1]), span[0].max(span[1])];
-            sides.push(Side { space, normal, offset_m, outward, span });
+            let outward = dot(line.normal((at[0] + at[1]) / 2.0), [y, -x]).signum();
+            sides.push(Side { space, line, offset_m, outward, span });
         }
     }
-    sides
+    joined_chords(sides)
+}
+
+/// Makes chords of one circle that follow each other one curved side.
+fn joined_chords(sides: Vec<Side>) -> Vec<Side> {
+    let mut out: Vec<Side> = Vec::new();
+    let (curved, straight): (Vec<Side>, Vec<Side>) =
+        sides.into_iter().partition(|side| side.line.curve().is_some());
+    let mut curved = curved;
+    curved.sort_by(|a, b| a.span[0].total_cmp(&b.span[0]));
+    for side in curved {
+        let goes_on = |known: &&mut Side| {
+            known.space == side.space
+                && known.line == side.line
+                && known.outward == side.outward
+                && (known.offset_m - side.offset_m).abs() < 1e-9
+                && side.span[0] - known.span[1] <= CHORD_GAP_M
+        };
+        match out.iter_mut().find(goes_on) {
+            Some(known) => known.span[1] = known.span[1].max(side.span[1]),
+            None => out.push(side),
+        }
+    }
+    [straight, out].concat()
 }
 
 /// Whether a face is on a room's side or, seen from the other room, a wall's thickness behind it.

@@ -4,6 +4,7 @@ use super::sides::Side;
 use crate::building::elevation::Span;
 use crate::building::spaces::evidence::{Evidence, Seen};
 use crate::building::spaces::faces::{Face, covered_m, joined};
+use crate::building::spaces::line::Line;
 use crate::building::spaces::raster::CELL_M;
 use biplane_geometry::vec2::dot;
 
@@ -28,6 +29,8 @@ const MAX_FREE_M: f64 = 2.0;
 const SAME_SHARE: f64 = 0.5;
 /// How far beside a wall the middle of another may be that lies in it, meters.
 const BESIDE_M: f64 = 0.03;
+/// What the cosine between the normals of two faces of one wall lacks to 1.
+const PARALLEL_FACES: f64 = 1e-4;
 /// Cosine between the normals of walls that may be one: 3 degrees.
 const NEARLY_PARALLEL: f64 = 0.9986;
 
@@ -42,16 +45,16 @@ pub(crate) enum ThicknessFrom {
     Unknown,
 }
 
-/// A straight wall.
+/// A wall, straight or curved.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Slab {
-    /// Across the wall.
-    pub normal: [f64; 2],
-    /// Offsets of its two faces along the normal, meters; of an unknown one the nominal place.
+    /// What it is measured along and across.
+    pub line: Line,
+    /// Distances of its two faces across the line, meters; of an unknown one the nominal place.
     pub faces_m: [f64; 2],
     /// Whether each face was seen.
     pub is_seen: [bool; 2],
-    /// From where to where, along the normal turned left, meters.
+    /// From where to where along it, meters.
     pub span: Span,
     /// What its thickness is known by.
     pub from: ThicknessFrom,
@@ -60,15 +63,14 @@ pub(crate) struct Slab {
 }
 
 impl Slab {
-    /// The direction along it.
-    pub(crate) fn along(&self) -> [f64; 2] {
-        [-self.normal[1], self.normal[0]]
+    /// A place: along it, and across.
+    pub(crate) fn point(&self, at_m: f64, across_m: f64) -> [f64; 2] {
+        self.line.point(at_m, across_m)
     }
 
-    /// A place: along it, and across from the origin.
-    pub(crate) fn point(&self, at_m: f64, across_m: f64) -> [f64; 2] {
-        let along = self.along();
-        [0, 1].map(|axis| at_m * along[axis] + across_m * self.normal[axis])
+    /// The direction across it in its middle.
+    pub(crate) fn normal(&self) -> [f64; 2] {
+        self.line.normal((self.span[0] + self.span[1]) / 2.0)
     }
 
     /// Middle between its faces, meters along the normal.
@@ -87,21 +89,22 @@ impl Slab {
     }
 
     fn is_parallel(&self, other: &Self) -> bool {
-        dot(self.normal, other.normal) > 1.0 - 1e-6
+        self.line.is_parallel(&other.line)
     }
 
     /// Whether another wall, also one that is a little off parallel, lies in this one for more than half of
-    /// its length.
+    /// its length. A curved wall may hold a straight one, but not the other way round.
     fn holds(&self, other: &Self) -> bool {
-        if dot(self.normal, other.normal).abs() < NEARLY_PARALLEL {
+        let middle = other.point((other.span[0] + other.span[1]) / 2.0, other.middle_m());
+        let [across, at] = self.line.place(middle);
+        if other.line.curve().is_some() && other.line != self.line
+            || dot(self.line.normal(at), other.normal()).abs() < NEARLY_PARALLEL
+        {
             return false;
         }
-        let ends = other.span.map(|at| other.point(at, other.middle_m()));
-        let along = ends.map(|end| dot(self.along(), end));
+        let along = other.span.map(|at| self.line.place(other.point(at, other.middle_m()))[1]);
         let (from, to) = (along[0].min(along[1]), along[0].max(along[1]));
         let shared_m = (self.span[1].min(to) - self.span[0].max(from)).max(0.0);
-        let middle = [0, 1].map(|axis| (ends[0][axis] + ends[1][axis]) / 2.0);
-        let across = dot(self.normal, middle);
         let [low, high] = self.faces_m;
         shared_m > SAME_SHARE * other.length_m() && across > low - BESIDE_M && across < high + BESIDE_M
     }
@@ -125,6 +128,29 @@ struct FarFace {
     spans: Vec<Span>,
 }
 
+/// The distance of a face across the line of a side that it looks away from, and where along that line it is;
+/// `None` when it runs or looks elsewhere.
+fn seen_along(face: &Face, side: &Side) -> Option<(f64, Vec<Span>)> {
+    let along = |ends: &Span| {
+        let [a, b] = ends.map(|at| side.line.place(face.point(at))[1]);
+        [a.min(b), a.max(b)]
+    };
+    let spans = || face.any_m.iter().map(along).collect();
+    match (side.line, face.curve) {
+        (Line::Straight { normal }, None) => {
+            let same_way = dot(face.normal, normal);
+            let offset_m = face.offset_m * same_way.signum();
+            (same_way * side.outward >= 1.0 - PARALLEL_FACES).then(|| (offset_m, spans()))
+        }
+        (Line::Curved(curve), Some(on)) if on.curve == curve => {
+            let middle = face.any_m.first().map(|[from, to]| face.point((from + to) / 2.0))?;
+            let outward = dot(face.normal, side.line.normal(side.line.place(middle)[1])) * side.outward;
+            (outward > 0.0).then(|| (on.radius_m, spans()))
+        }
+        _ => None,
+    }
+}
+
 /// Far faces of a side by their distance, nearest first.
 fn far_faces(side: &Side, sides: &[Side], faces: &[Face]) -> Vec<FarFace> {
     let is_near = |offset_m: f64| {
@@ -133,21 +159,14 @@ fn far_faces(side: &Side, sides: &[Side], faces: &[Face]) -> Vec<FarFace> {
     };
     let opposite = sides.iter().filter(|other| {
         other.outward == -side.outward
-            && dot(other.normal, side.normal) > 1.0 - 1e-6
+            && other.line.is_parallel(&side.line)
             && is_near(other.offset_m)
             && covered_m(&[other.span], side.span) > MIN_OVERLAP_M
     });
     let mut found: Vec<FarFace> =
         opposite.map(|other| FarFace { offset_m: other.offset_m, spans: vec![other.span] }).collect();
     for face in faces {
-        let facing = dot(face.normal, side.normal) * side.outward;
-        if facing < 1.0 - 1e-4 {
-            continue;
-        }
-        let sign = dot(face.normal, side.normal).signum();
-        let offset_m = face.offset_m * sign;
-        let spans: Vec<Span> =
-            face.any_m.iter().map(|[a, b]| if sign > 0.0 { [*a, *b] } else { [-b, -a] }).collect();
+        let Some((offset_m, spans)) = seen_along(face, side) else { continue };
         if is_near(offset_m) && covered_m(&spans, side.span) > MIN_OVERLAP_M {
             found.push(FarFace { offset_m, spans });
         }
@@ -178,7 +197,7 @@ fn slab(side: &Side, span: Span, far_m: Option<f64>) -> Slab {
     let faces_m = if is_low { [side.offset_m, other_m] } else { [other_m, side.offset_m] };
     let is_seen = [is_low || far_m.is_some(), !is_low || far_m.is_some()];
     let from = if far_m.is_some() { ThicknessFrom::Faces } else { ThicknessFrom::Unknown };
-    Slab { normal: side.normal, faces_m, is_seen, span, from, spaces: vec![side.space] }
+    Slab { line: side.line, faces_m, is_seen, span, from, spaces: vec![side.space] }
 }
 
 /// The pieces of a side: where it has a far face, and where it has none.

@@ -192,7 +192,7 @@ fn on_side<'a>(
     let mut found = Vec::new();
     for opening in elements.openings.iter().filter(|opening| opening.rooms.contains(&room.id)) {
         let Some(wall) = elements.wall(&opening.wall) else { continue };
-        let (along, _) = wall.along();
+        let along = wall.along_at(wall.place_m(opening));
         let [x, y] = [opening.center_m[0] - a[0], opening.center_m[1] - a[1]];
         let (at, off) = (x * way[0] + y * way[1], (x * way[1] - y * way[0]).abs());
         let is_parallel = (along[0] * way[0] + along[1] * way[1]).abs() > 0.999;

@@ -136,7 +136,7 @@ impl Drawing<'_> {
     /// The size of an opening in a wall with depth.
     fn sizes(&mut self, opening: &WallOpening, elements: Option<&Elements>) {
         let Some(wall) = elements.and_then(|elements| elements.wall(&opening.wall)) else { return };
-        let ([x, y], _) = wall.along();
+        let [x, y] = wall.along_at(wall.place_m(opening));
         let half = opening.width_m / 2.0;
         let [cx, cy, _] = opening.center_m;
         self.label(&Label {

@@ -71,7 +71,7 @@ impl RoomPlan<'_> {
     /// The wall's pieces between its openings. What of it nobody saw is dashed: the far side, if its
     /// thickness is not known.
     fn wall(&mut self, wall: &Wall, cut: &[&WallOpening]) {
-        let (_, length_m) = wall.along();
+        let length_m = wall.length_m();
         let mut from_m = 0.0;
         let ends = cut.iter().map(|opening| {
             let middle_m = wall.place_m(opening);
@@ -87,19 +87,20 @@ impl RoomPlan<'_> {
 
     fn piece(&mut self, wall: &Wall, [from_m, to_m]: [f64; 2]) {
         let half = wall.drawn_thickness_m / 2.0;
-        let corners = [
-            place(wall, from_m, -half),
-            place(wall, to_m, -half),
-            place(wall, to_m, half),
-            place(wall, from_m, half),
-        ];
+        let stations = wall.chords_m([from_m, to_m]);
+        let right = stations.iter().map(|at| wall.point(*at, -half));
+        let corners: Vec<[f64; 2]> =
+            right.chain(stations.iter().rev().map(|at| wall.point(*at, half))).collect();
         if wall.thickness_m.is_some() {
             let name = self.layer(Layer::HATCH);
             let ring: Vec<[f64; 3]> = corners.iter().map(|p| self.at(*p)).collect();
             self.document.filled(&name, &ring);
         }
+        let chords = stations.len() - 1;
         let sides = corners.iter().zip(corners.iter().cycle().skip(1));
-        for (side, (a, b)) in sides.enumerate() {
+        for (at, (a, b)) in sides.enumerate() {
+            // Right, end, left, beginning.
+            let side = at / (chords + 1) * 2 + usize::from(at % (chords + 1) == chords);
             let is_assumed = wall.thickness_m.is_none() && side != wall.seen_side();
             self.line(if is_assumed { Layer::ASSUMED } else { Layer::WALLS }, *a, *b);
         }
@@ -111,7 +112,7 @@ impl RoomPlan<'_> {
         let deep = wall.drawn_thickness_m / 2.0;
         let aside: &[f64] = if opening.kind == Use::Window { &[-1.0, 0.0, 1.0] } else { &[-1.0, 1.0] };
         for share in aside {
-            let ends = [middle_m - half, middle_m + half].map(|at| place(wall, at, share * deep));
+            let ends = [middle_m - half, middle_m + half].map(|at| wall.point(at, share * deep));
             self.line(Layer::OPENINGS, ends[0], ends[1]);
         }
     }
@@ -131,11 +132,4 @@ impl RoomPlan<'_> {
             self.document.text(&name, [x, y - 1.6 * TAG_M * number as f64, z], TAG_M, 0.0, text);
         }
     }
-}
-
-/// A place along a wall and beside its middle.
-fn place(wall: &Wall, at_m: f64, aside_m: f64) -> [f64; 2] {
-    let ([x, y], _) = wall.along();
-    let [a, b] = wall.axis_m[0];
-    [a + at_m * x - aside_m * y, b + at_m * y + aside_m * x]
 }

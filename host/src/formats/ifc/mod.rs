@@ -38,7 +38,7 @@ pub fn write(out: &mut impl Write, shapes: &Shapes<'_>, building: &Building) -> 
         .map(|elements| Architecture::new(&mut step, &project, &elements, shapes).add_all())
         .collect();
     Elements::new(&mut step, shapes, building, &project).add_all(architecture);
-    round::add_all(&mut step, shapes, &project);
+    round::add_all(&mut step, shapes, &project, &building.elements.walls);
     let (about, program) = (description(shapes), generator());
     writeln!(out, "ISO-10303-21;\nHEADER;")?;
     writeln!(out, "FILE_DESCRIPTION(('ViewDefinition [ReferenceView]',{}),'2;1');", Text(&about))?;

@@ -4,15 +4,21 @@ use std::fmt::Write as _;
 
 use super::project::Project;
 use super::step::{Id, Ids, Reals, Step, global_id};
+use crate::building::elements::Wall;
 use crate::formats::Shapes;
 use crate::formats::text::number::Number;
 use crate::model::cylinder::{Cylinder, CylinderKind};
 use crate::model::palette;
 use biplane_geometry::vec3::{plus, scaled};
 
-/// Adds the round things of a model to their storeys.
-pub(crate) fn add_all(step: &mut Step, shapes: &Shapes<'_>, project: &Project) {
-    let cylinders = &shapes.model.cylinders;
+/// A face is no further from where its wall has it, meters.
+const FACE_M: f64 = 0.05;
+
+/// Adds the round things of a model to their storeys, but for the faces of walls that have a body already.
+pub(crate) fn add_all(step: &mut Step, shapes: &Shapes<'_>, project: &Project, walls: &[Wall]) {
+    let cylinders = shapes.model.cylinders.iter().enumerate();
+    let cylinders: Vec<(usize, &Cylinder)> =
+        cylinders.filter(|(_, one)| !walls.iter().any(|wall| is_face_of(one, wall))).collect();
     if cylinders.is_empty() {
         return;
     }
@@ -21,7 +27,7 @@ pub(crate) fn add_all(step: &mut Step, shapes: &Shapes<'_>, project: &Project) {
     let shading = step.add(format_args!("IFCSURFACESTYLESHADING({color},$)"));
     let style = step.add(format_args!("IFCSURFACESTYLE($,.BOTH.,({shading}))"));
     let mut contained = vec![Vec::new(); project.storeys.len()];
-    for (index, one) in cylinders.iter().enumerate() {
+    for (index, one) in cylinders {
         let storey = storey_of(one, project);
         contained[storey].push(element(step, project, (index, one), (storey, style)));
     }
@@ -36,6 +42,17 @@ pub(crate) fn add_all(step: &mut Step, shapes: &Shapes<'_>, project: &Project) {
             ));
         }
     }
+}
+
+/// Whether a curved surface is a face of a curved wall.
+fn is_face_of(one: &Cylinder, wall: &Wall) -> bool {
+    let middle_rad = (one.seen_arc_deg[0] + one.seen_arc_deg[1]).to_radians() / 2.0;
+    let [x, y, _] = one.corner_m(middle_rad, 0);
+    let [at_m, left_m] = wall.place_of([x, y]);
+    one.kind == CylinderKind::Wall
+        && !wall.is_straight()
+        && (0.0..=wall.length_m()).contains(&at_m)
+        && left_m.abs() <= wall.drawn_thickness_m / 2.0 + FACE_M
 }
 
 /// The highest storey whose floor is below the middle.

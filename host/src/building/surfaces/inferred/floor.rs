@@ -88,7 +88,7 @@ fn is_crossed(evidence: &Evidence<'_>, opening: &WallOpening) -> bool {
 /// The floor in a door, counter-clockwise.
 fn threshold(elements: &Elements, door: &WallOpening) -> Option<[[f64; 2]; 4]> {
     let wall = elements.wall(&door.wall)?;
-    let ([x, y], _) = wall.along();
+    let [x, y] = wall.along_at(wall.place_m(door));
     let half = [door.width_m / 2.0, wall.drawn_thickness_m / 2.0 + OVERLAP_M];
     let at = |along: f64, aside: f64| {
         let (along, aside) = (along * half[0], aside * half[1]);

@@ -21,11 +21,9 @@ impl Architecture<'_> {
         let elements = self.elements;
         let Some(wall) = elements.wall(&opening.wall) else { return };
         let Some(wall_id) = self.added.get(&wall.id).copied() else { return };
-        let (along, _) = wall.along();
         let at_m = wall.place_m(opening);
-        let foot = [0, 1].map(|axis| wall.axis_m[0][axis] + at_m * along[axis]);
-        let place = self.place(foot, opening.sill_m, along);
-        let deep_m = wall.drawn_thickness_m + 2.0 * BEYOND_M;
+        let place = self.place(wall.point(at_m, 0.0), opening.sill_m, wall.along_at(at_m));
+        let deep_m = wall.drawn_thickness_m + 2.0 * (BEYOND_M + wall.rise_m(opening.width_m));
         let sides = [opening.width_m, deep_m];
         let solid = solids::cuboid(self.step, [0.0, 0.0], sides, [0.0, opening.height_m]);
         let context = self.project.body;

@@ -19,7 +19,7 @@ fn perimeter_m(ring: &[[f64; 2]]) -> f64 {
 }
 
 /// Area of a ring, square meters, positive in either direction.
-fn area_m2(ring: &[[f64; 2]]) -> f64 {
+pub(super) fn area_m2(ring: &[[f64; 2]]) -> f64 {
     let ends = ring.iter().zip(ring.iter().cycle().skip(1));
     (0.5 * ends.map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum::<f64>()).abs()
 }

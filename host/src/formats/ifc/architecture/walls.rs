@@ -1,6 +1,7 @@
 //! Walls: a rectangle along the axis, swept up from the floor.
 
 use super::evidence::Value;
+use super::spaces::area_m2;
 use super::{Architecture, solids};
 use crate::building::elements::{KnownBy, Use, Wall, WallOpening};
 use crate::formats::ifc::step::Id;
@@ -36,13 +37,12 @@ impl KnownBy {
 impl Architecture<'_> {
     /// Adds a wall.
     pub(super) fn wall(&mut self, wall: &Wall) {
-        let (along, length_m) = wall.along();
+        let (along, _) = wall.along();
+        let length_m = wall.length_m();
         let place = self.place(wall.axis_m[0], 0.0, along);
-        let axis = solids::polyline(self.step, &[[0.0, 0.0], [length_m, 0.0]], false);
+        let (axis, solid) = self.wall_solid(wall, along);
         let context = self.project.axis;
         let axis = self.step.add(format_args!("IFCSHAPEREPRESENTATION({context},'Axis','Curve2D',({axis}))"));
-        let sides = [length_m, wall.drawn_thickness_m];
-        let solid = solids::cuboid(self.step, [length_m / 2.0, 0.0], sides, [0.0, wall.height_m]);
         let color = match source(wall) {
             "measured" => MEASURED,
             "inferred" => INFERRED,
@@ -58,6 +58,25 @@ impl Architecture<'_> {
         self.contained.push(element);
         self.added.insert(name.clone(), element);
         self.wall_facts(wall, element, length_m);
+    }
+
+    /// The axis and the body of a wall in its own placement: a box, or what stands on chords of a circle.
+    fn wall_solid(&mut self, wall: &Wall, along: [f64; 2]) -> (Id, Id) {
+        let length_m = wall.length_m();
+        let heights_m = [0.0, wall.height_m];
+        if wall.is_straight() {
+            let axis = solids::polyline(self.step, &[[0.0, 0.0], [length_m, 0.0]], false);
+            let sides = [length_m, wall.drawn_thickness_m];
+            return (axis, solids::cuboid(self.step, [length_m / 2.0, 0.0], sides, heights_m));
+        }
+        let local = |[x, y]: [f64; 2]| {
+            let (x, y) = (x - wall.axis_m[0][0], y - wall.axis_m[0][1]);
+            [x * along[0] + y * along[1], y * along[0] - x * along[1]]
+        };
+        let middle = wall.chords_m([0.0, length_m]).into_iter().map(|at| local(wall.point(at, 0.0)));
+        let axis = solids::polyline(self.step, &middle.collect::<Vec<_>>(), false);
+        let outline: Vec<[f64; 2]> = wall.outline_m.iter().copied().map(local).collect();
+        (axis, solids::prism(self.step, &outline, &[], heights_m))
     }
 
     /// Quantities, layers and evidence of a wall.
@@ -79,8 +98,13 @@ impl Architecture<'_> {
         match wall.thickness_m {
             Some(thickness_m) => {
                 quantities.push(("LENGTH", "Width", thickness_m));
-                quantities.push(("VOLUME", "GrossVolume", gross_m2 * thickness_m));
-                quantities.push(("VOLUME", "NetVolume", (gross_m2 - openings_m2) * thickness_m));
+                let gross_m3 = if wall.is_straight() {
+                    gross_m2 * thickness_m
+                } else {
+                    area_m2(&wall.outline_m) * wall.height_m
+                };
+                quantities.push(("VOLUME", "GrossVolume", gross_m3));
+                quantities.push(("VOLUME", "NetVolume", gross_m3 - openings_m2 * thickness_m));
                 self.layers(&name, element, thickness_m);
             }
             None => evidence.push(("AssumedDepth", Value::Length(wall.drawn_thickness_m))),
@@ -154,11 +178,10 @@ impl Architecture<'_> {
 
 /// Where along a wall a place meets it, in IFC's words; `None` when it does not.
 fn meets(place: [f64; 2], wall: &Wall) -> Option<&'static str> {
-    let ([x, y], length_m) = wall.along();
-    let (dx, dy) = (place[0] - wall.axis_m[0][0], place[1] - wall.axis_m[0][1]);
-    let (at, off) = (dx * x + dy * y, (dx * y - dy * x).abs());
+    let length_m = wall.length_m();
+    let [at, off] = wall.place_of(place);
     let near = wall.drawn_thickness_m / 2.0 + MEETS_M;
-    if off > near || at < -near || at > length_m + near {
+    if off.abs() > near || at < -near || at > length_m + near {
         return None;
     }
     Some(match (at < near, at > length_m - near) {

@@ -96,7 +96,7 @@ fn way(ring: &[[f64; 2]]) -> String {
 
 /// The corners of an opening in its wall.
 fn foot(opening: &WallOpening, wall: &Wall) -> [[f64; 2]; 4] {
-    let ([x, y], _) = wall.along();
+    let [x, y] = wall.along_at(wall.place_m(opening));
     let (half, deep) = (opening.width_m / 2.0, wall.drawn_thickness_m / 2.0);
     let [cx, cy, _] = opening.center_m;
     let place = |along: f64, aside: f64| [cx + along * x - aside * y, cy + along * y + aside * x];
