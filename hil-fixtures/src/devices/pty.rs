@@ -11,12 +11,17 @@ use rustix::io::{Errno, FdFlags, fcntl_getfd, fcntl_setfd};
 use rustix::pty::{OpenptFlags, ioctl_tiocgptpeer};
 use rustix::termios::{QueueSelector, tcflush, tcgetattr};
 use serialport::{SerialPort, TTYPort};
+use std::collections::VecDeque;
 use std::fs;
 use std::os::fd::{FromRawFd, IntoRawFd, OwnedFd};
 use std::path::{Path, PathBuf};
 
 /// How often a port that no client has open is looked at.
 const UNOPENED_NS: i64 = 2_000_000;
+
+/// What Linux keeps of a serial line for a program that reads late. A pseudo-terminal has room for a sixth of
+/// it, and a mock that was held up itself writes more than that at once.
+const DRIVER_BYTES: usize = 65_536;
 
 const NS_PER_S: i64 = 1_000_000_000;
 
@@ -64,6 +69,8 @@ pub struct Pty {
     slave_path: PathBuf,
     link: Option<PathBuf>,
     has_client: bool,
+    /// Sent, and not yet taken by the terminal.
+    waiting: VecDeque<u8>,
     /// Bytes that nobody received: no client, or one that does not read.
     pub lost_bytes: u64,
 }
@@ -85,7 +92,8 @@ impl Pty {
     /// A new pseudo-terminal in raw mode, its speed set to `baud` until a client sets another.
     pub fn open(baud: u32) -> Result<Self, PtyError> {
         let (master, slave_path) = open_pair(baud)?;
-        Ok(Self { master, slave_path, link: None, has_client: false, lost_bytes: 0 })
+        let waiting = VecDeque::new();
+        Ok(Self { master, slave_path, link: None, has_client: false, waiting, lost_bytes: 0 })
     }
 
     /// Makes `link` point to the terminal; a link that is there already is replaced, anything else is left
@@ -130,11 +138,26 @@ impl Pty {
         rustix::io::read(&self.master, buffer).unwrap_or(0)
     }
 
-    /// Hands bytes to the client, as many as it has room for; the others are lost, and so are all without a
-    /// client.
+    /// Hands bytes to the client, as many as it has room for, and keeps what a driver would keep; the others
+    /// are lost, and so are all without a client.
     pub fn write(&mut self, bytes: &[u8]) {
-        let written = if self.has_client { rustix::io::write(&self.master, bytes).unwrap_or(0) } else { 0 };
-        self.lost_bytes += (bytes.len() - written) as u64;
+        let kept = if self.has_client { bytes.len() } else { 0 };
+        self.lost_bytes += (bytes.len() - kept) as u64;
+        self.waiting.extend(&bytes[..kept]);
+        self.flush();
+        let over = self.waiting.len().saturating_sub(DRIVER_BYTES);
+        self.waiting.truncate(DRIVER_BYTES);
+        self.lost_bytes += over as u64;
+    }
+
+    /// Hands on what the terminal has room for by now.
+    fn flush(&mut self) {
+        while !self.waiting.is_empty() {
+            match rustix::io::write(&self.master, self.waiting.as_slices().0) {
+                Ok(written) if written > 0 => drop(self.waiting.drain(..written)),
+                _ => break,
+            }
+        }
     }
 
     /// Waits until the client writes, or `timeout_ns` is over, or it is time to look for a client again.
@@ -145,6 +168,7 @@ impl Pty {
         }
         let timeout_ns = if self.has_client { timeout_ns } else { 0 };
         let timeout = Timespec { tv_sec: timeout_ns / NS_PER_S, tv_nsec: timeout_ns % NS_PER_S };
+        self.flush();
         let mut ports = [PollFd::new(&self.master, PollFlags::IN)];
         let open = match poll(&mut ports, Some(&timeout)) {
             Ok(_) => !ports[0].revents().contains(PollFlags::HUP),
@@ -160,6 +184,8 @@ impl Pty {
     /// and is not the superuser would lock everybody out of a terminal whose master stays open, so that one
     /// is replaced.
     fn client_left(&mut self) {
+        self.lost_bytes += self.waiting.len() as u64;
+        self.waiting.clear();
         let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
         match ioctl_tiocgptpeer(&self.master, flags) {
             Ok(slave) => {

@@ -15,7 +15,8 @@ use crate::rng::Rng;
 use crate::simulate::truth_folder::{TruthError, prepare};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// With `once`, the mock ends this long after the drive or capture: a client has noticed the silence by then.
+/// With `once`, the mock ends this long after the drive or capture, on the wall: a client has noticed the
+/// silence by then, and a port that other work held up has sent the last of it.
 const SILENCE_NS: i64 = 1_000_000_000;
 
 /// Rate of a terminal whose device takes any.
@@ -144,7 +145,8 @@ fn run_ports(
             let over = truth
                 .runs
                 .last()
-                .is_some_and(|run| clock.now_ns() > run.begun.start_ns + devices.length_ns + SILENCE_NS);
+                .map(|run| clock.wall_between_ns(run.begun.start_ns + devices.length_ns, clock.now_ns()))
+                .is_some_and(|silent_ns| silent_ns > SILENCE_NS);
             if options.once && over || truth.failed.is_some() {
                 break;
             }

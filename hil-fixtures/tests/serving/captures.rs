@@ -62,14 +62,21 @@ fn a_capture_is_played_to_its_last_scan_and_the_mock_ends() {
     let folder = folder("capture");
     let file = capture(&folder);
     let held = Capture::read(&file).expect("a capture");
-    let options = ServeOptions { speed: 10.0, ..options(&file, &folder) };
+    let options = ServeOptions { speed: 5.0, ..options(&file, &folder) };
     let mut received = [Vec::new(), Vec::new(), Vec::new()];
     serving(&options, |links| received = listen(links)).expect("served");
     let [horizontal, vertical, base] = received;
     for (bytes, track) in [(horizontal, held.horizontal), (vertical, held.vertical)] {
         let track = track.as_ref().and_then(CapturedLaser::lms).expect("both lasers");
         let expected: Vec<Vec<u16>> = track.scans.iter().map(|scan| scan.words.to_vec()).collect();
-        assert!(scans(&bytes) == expected, "{} scans of {}", scans(&bytes).len(), expected.len());
+        let found = scans(&bytes);
+        let first = found.iter().zip(&expected).take_while(|(a, b)| a == b).count();
+        assert!(
+            found == expected,
+            "{} scans of {}, the first {first} are right",
+            found.len(),
+            expected.len()
+        );
     }
     let track = held.base.expect("a base");
     let last = &track.packets.last().expect("packets").body;
