@@ -4,6 +4,9 @@ use super::add;
 use crate::building::elements::{Elements, KnownBy, Use};
 use crate::building::rooms;
 use crate::building::spaces::evidence::{Evidence, Seen, grid_around};
+use crate::building::spaces::line::Line;
+use crate::building::walls::sides::Side;
+use crate::building::walls::slabs::{self, Slab};
 use crate::model::{Cloud, Model};
 use biplane_geometry::vec3::cross;
 
@@ -220,4 +223,27 @@ fn names_and_sizes_do_not_depend_on_the_order_of_the_points() {
         walls.chain(rooms).collect()
     };
     assert_eq!(ids(&first), ids(&other));
+}
+
+#[test]
+fn two_faces_further_apart_than_they_are_long_are_no_wall() {
+    let thickness_m = |length_m: f64| {
+        let side = |space: usize, offset_m: f64, outward: f64| Side {
+            space,
+            line: Line::Straight { normal: [1.0, 0.0] },
+            offset_m,
+            outward,
+            span: [0.0, length_m],
+        };
+        let sides = [side(0, 5.0, 1.0), side(1, 5.6, -1.0)];
+        let walls = with_free_floor(
+            &house(),
+            &through_the_door(),
+            |_| false,
+            |evidence| slabs::find(evidence, &sides, &[]),
+        );
+        walls.iter().find_map(Slab::thickness_m)
+    };
+    assert_eq!(thickness_m(0.55), None, "a shaft");
+    assert!(thickness_m(0.65).is_some_and(|found| (found - 0.6).abs() < 1e-9));
 }

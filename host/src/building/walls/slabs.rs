@@ -88,6 +88,12 @@ impl Slab {
         (self.from != ThicknessFrom::Unknown).then(|| self.faces_m[1] - self.faces_m[0])
     }
 
+    /// Whether it is thicker than long: two faces around a shaft or a corner, of whose walls nobody saw the
+    /// other face.
+    fn is_shaft(&self) -> bool {
+        self.faces_m[1] - self.faces_m[0] > self.length_m()
+    }
+
     fn is_parallel(&self, other: &Self) -> bool {
         self.line.is_parallel(&other.line)
     }
@@ -212,7 +218,7 @@ fn pieces(evidence: &Evidence<'_>, side: &Side, sides: &[Side], faces: &[Face]) 
             let mut at = from;
             for span in shared {
                 let piece = slab(side, span, Some(far.offset_m));
-                if is_gap(evidence, &piece) {
+                if piece.is_shaft() || is_gap(evidence, &piece) {
                     continue;
                 }
                 rest.push([at, span[0]]);
