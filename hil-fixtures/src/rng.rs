@@ -92,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn neighbouring_numbers_of_a_stream_are_independent() {
+    fn neighboring_numbers_of_a_stream_are_independent() {
         let n = 10_000;
         let product: f64 =
             (0..n).map(|k| (Rng::new(5, 1, k).unit() - 0.5) * (Rng::new(5, 1, k + 1).unit() - 0.5)).sum();

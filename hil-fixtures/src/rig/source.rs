@@ -43,7 +43,7 @@ pub struct OdometrySample {
     pub right_mm_s: i16,
     /// Whether the motors turn.
     pub moving: bool,
-    /// Way driven since the start, micrometres, forward positive.
+    /// Way driven since the start, micrometers, forward positive.
     pub path_um: i64,
     /// Turned since the start, microradians, counter-clockwise, not wrapped.
     pub heading_urad: i64,

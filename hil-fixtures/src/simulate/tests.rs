@@ -132,7 +132,7 @@ fn the_base_reports_ten_times_a_second_and_ends_near_the_end_of_the_way() {
     assert_eq!(packets, report.odometry);
     assert!((report.duration_s / 0.1 - packets as f64).abs() <= 2.0, "{packets}");
     let x_mm = i32::from(last.expect("packets").x_raw);
-    assert!((x_mm - 1010).abs() < 40, "one metre, counted 1 % too long: {x_mm}");
+    assert!((x_mm - 1010).abs() < 40, "one meter, counted 1 % too long: {x_mm}");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 //! Faces belong to one surface when their planes agree (direction within 0.1 degrees, offset within 2 mm) and
 //! a chain of faces, each touching the next (within 1 cm), leads from one to the other: a wall made of
 //! several building elements is one surface, two closed doors in line are two. A surface smaller than 1
-//! square decimetre keeps [`NO_PLANE`]. Meters.
+//! square decimeter keeps [`NO_PLANE`]. Meters.
 
 use super::mesh::{LabeledMesh, NO_PLANE};
 use crate::world::raycast::normal;

@@ -175,7 +175,7 @@ impl Path {
                 return Err(PathError::BadNumber {
                     field: "waypoints_m",
                     value: *value,
-                    expected: "metres within 100 km",
+                    expected: "meters within 100 km",
                 });
             }
         }

@@ -240,7 +240,7 @@ fn build(nodes: &mut Vec<Node>, triangles: &mut [Triangle], first: usize, count:
     nodes[at] = Node { low, high, next: right, count: 0 };
 }
 
-/// The cheapest of a few splits by the surface area heuristic: axis and threshold on `centre`.
+/// The cheapest of a few splits by the surface area heuristic: axis and threshold on `center`.
 fn best_split(triangles: &[Triangle]) -> Option<(usize, f64)> {
     let mut best: Option<(f64, usize, f64)> = None;
     for axis in 0..3 {

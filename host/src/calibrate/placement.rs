@@ -72,7 +72,7 @@ impl Placement {
         jacobian
     }
 
-    /// The mount that says the same, in whole micrometres and millionths of a degree: of the two ways to say
+    /// The mount that says the same, in whole micrometers and millionths of a degree: of the two ways to say
     /// an orientation the one nearer to `before`.
     #[must_use]
     pub(super) fn mount(&self, before: &Mount) -> Mount {

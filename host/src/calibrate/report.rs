@@ -146,7 +146,7 @@ pub(super) fn of(
     match scales {
         Some(scales) => odometry(&mut out, &scales),
         None => {
-            out.missing.push("too little odometry while the robot moved: four metres are needed".to_owned());
+            out.missing.push("too little odometry while the robot moved: four meters are needed".to_owned());
         }
     }
     out

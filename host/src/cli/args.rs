@@ -34,7 +34,7 @@ pub(super) struct Cli {
 }
 
 const EXIT_CODES: &str = "Exit codes: 0 done; 1 failed; 2 wrong arguments; 3 done, but data of the input was lost.\n\
-    Lengths are metres, angles degrees; results go to stdout, everything else to stderr.";
+    Lengths are meters, angles degrees; results go to stdout, everything else to stderr.";
 
 /// The commands.
 #[derive(Debug, Subcommand)]

@@ -128,7 +128,7 @@ fn description(shapes: &Shapes<'_>) -> String {
         true => String::new(),
         false => format!(" turned by {:.6} degrees about z", turn.angle_rad.to_degrees()),
     };
-    format!("{}{source}: frame map (z up){turned}, metres", generator())
+    format!("{}{source}: frame map (z up){turned}, meters", generator())
 }
 
 /// Adds a mesh's vertices and triangles to lists that hold others already.

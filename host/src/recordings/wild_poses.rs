@@ -1,6 +1,6 @@
-//! Poses that no motion explains: a few kilometres off for a moment, by a flipped bit or a program's slip.
+//! Poses that no motion explains: a few kilometers off for a moment, by a flipped bit or a program's slip.
 //!
-//! A pose belongs to the way driven when its neighbours in time can be reached from it. So the poses fall
+//! A pose belongs to the way driven when its neighbors in time can be reached from it. So the poses fall
 //! into chains, each of which some vehicle could have driven; a chain of a few poses beside a long one is
 //! left out. Frame and units of the poses; stamps in nanoseconds.
 

@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn one_metre_ahead_of_a_pose_that_looks_along_y_lies_one_metre_up() {
+    fn one_meter_ahead_of_a_pose_that_looks_along_y_lies_one_meter_up() {
         let map_from_base = Pose2::new(2.0, 3.0, FRAC_PI_2);
         let product = map_from_base * Pose2::new(1.0, 0.5, 0.25);
         assert_near(product, Pose2::new(1.5, 4.0, FRAC_PI_2 + 0.25));

@@ -78,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn a_linear_quantile_lies_between_its_neighbours() {
+    fn a_linear_quantile_lies_between_its_neighbors() {
         for (share, expected) in
             [(0.0, 10.0), (0.25, 15.0), (0.3, 16.0), (0.5, 20.0), (0.9, 36.0), (1.0, 40.0)]
         {

@@ -42,7 +42,7 @@ mod tests {
     use super::UnionFind;
 
     #[test]
-    fn groups_are_those_that_colouring_the_pairs_gives() {
+    fn groups_are_those_that_coloring_the_pairs_gives() {
         let mut seed = 1_u32;
         let mut random = move |below: u32| {
             seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);

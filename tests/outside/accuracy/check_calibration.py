@@ -19,7 +19,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from lib.programs import RIGS, fresh_folder, output_of
 from lib.verdict import require
 
-# Place in metres, turns in degrees, milliseconds; seeds.
+# Place in meters, turns in degrees, milliseconds; seeds.
 CASES = [
     ({"x": 0.08, "y": -0.02, "z": 0.45, "roll": 1.0, "pitch": -88.5, "yaw": -3.0}, 30.0, 1),
     ({"x": 0.02, "y": 0.02, "z": 0.45, "roll": 0.0, "pitch": -91.5, "yaw": 2.0}, -40.0, 2),

@@ -10,8 +10,8 @@ less sends a matcher another way. So the log is run N times (8), the first time 
 another 1 % of its scans left out. The error is the mean over all relations (metric of Kuemmerle et al. 2009);
 one over 0.1 m is a blunder. Without a file of relations the bits of the map count (`evaluate map`): sharp
 maps of right poses have few. Odometry can be altered: `signs` (its sign is wrong when the robot drives
-backward), `scaled-0.8`, `scaled-1.2`, `stalled` (5 s a minute), `jumps` (a metre ahead or back each half a
-minute), `none`. Exit code 1 when a given limit, in metres or bits, is missed."""
+backward), `scaled-0.8`, `scaled-1.2`, `stalled` (5 s a minute), `jumps` (a meter ahead or back each half a
+minute), `none`. Exit code 1 when a given limit, in meters or bits, is missed."""
 
 import argparse
 import concurrent.futures
@@ -79,7 +79,7 @@ def log_of_run(path, number, change):
 
 
 class RelationsError:
-    """Judges a recording by its poses: the mean error of all relations, in metres and degrees."""
+    """Judges a recording by its poses: the mean error of all relations, in meters and degrees."""
 
     unit, decimals = "m", 4
 
@@ -93,13 +93,13 @@ class RelationsError:
         return score(read_numbers(track), self.relations, self.odometry)
 
     def summary(self, errors):
-        metres = [error[0] for error in errors]
+        meters = [error[0] for error in errors]
         return {
-            "median_m": statistics.median(metres),
-            "worst_m": max(metres),
+            "median_m": statistics.median(meters),
+            "worst_m": max(meters),
             "median_deg": statistics.median(error[1] for error in errors),
-            "blunders": sum(error > BLUNDER_M for error in metres) / len(metres),
-            "runs_m": metres,
+            "blunders": sum(error > BLUNDER_M for error in meters) / len(meters),
+            "runs_m": meters,
         }
 
 

@@ -4,7 +4,7 @@
     check_evaluate.py trajectory ESTIMATE.tum TRUTH.tum
     check_evaluate.py relations TOOL.py TRAJ.txt RELATIONS
 
-The first by evo: ATE with and without alignment, RPE over frames and metres. The second by a metricEvaluator
+The first by evo: ATE with and without alignment, RPE over frames and meters. The second by a metricEvaluator
 in Python, also with every 4th pose only: TOOL.py has functions `load_rel`, `load_traj`, `evaluate` and
 `stats`. Needs evo for the first, `biplane` on PATH for both."""
 

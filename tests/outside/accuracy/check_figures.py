@@ -25,7 +25,7 @@ def arguments():
     parser.add_argument("model", type=Path)
     parser.add_argument("compare", type=Path)
     parser.add_argument("--least-reduction", type=float, metavar="PERCENT", default=0.0)
-    parser.add_argument("--largest-rms-m", type=float, metavar="METRES", default=float("inf"))
+    parser.add_argument("--largest-rms-m", type=float, metavar="METERS", default=float("inf"))
     parser.add_argument(
         "--most-polygons-a-face",
         type=float,

@@ -6,10 +6,10 @@
 
 Needs `biplane` and `biplane-onboard` on PATH, and numpy. A corridor of 40 m by 2.6 m, driven through once.
 Two to seven people keep the robot company: ahead, behind and beside it, on two legs, nearly at its pace; one
-in three walks some other way. The odometry is 0.2 % long and drifts 0.3 degrees a metre, so what it misses by
-itself is a few centimetres. Printed for each structure and number of people: the mean distance of the
+in three walks some other way. The odometry is 0.2 % long and drifts 0.3 degrees a meter, so what it misses by
+itself is a few centimeters. Printed for each structure and number of people: the mean distance of the
 matched way from the true one as seen from the start, median and worst of the seeds (20). Exit code 1 when a
-given limit, in metres, is missed."""
+given limit, in meters, is missed."""
 
 import argparse
 import concurrent.futures
@@ -102,12 +102,12 @@ def drive(seed, structure, people, name):
     walls, walkers = corridor(random, structure), [Walker(random) for _ in range(people)]
     speed, gap_s = random.uniform(0.4, 0.8), random.choice([0.1, 0.2])
     longest_m = random.choice([30.0, 79.0])
-    truth, odometry, travelled_m, time_s = [], [0.0, 0.0, 0.0], 0.0, 0.0
+    truth, odometry, traveled_m, time_s = [], [0.0, 0.0, 0.0], 0.0, 0.0
     last = None
     with open(name, "w") as log:
-        while travelled_m < LENGTH_M:
-            heading = 0.05 * math.sin(travelled_m / 3)
-            pose = (travelled_m, 0.15 * (1 - math.cos(travelled_m / 3)), heading)
+        while traveled_m < LENGTH_M:
+            heading = 0.05 * math.sin(traveled_m / 3)
+            pose = (traveled_m, 0.15 * (1 - math.cos(traveled_m / 3)), heading)
             if last:
                 step = seen_from(last, pose)
                 ahead = step[0] * 1.002 * (1 + random.normal(0, 0.02))
@@ -123,7 +123,7 @@ def drive(seed, structure, people, name):
             counted = " ".join(f"{value:.6f}" for value in odometry)
             log.write(f"FLASER 181 {seen} {counted} {counted} {1e6 + time_s:.6f} sim {time_s:.6f}\n")
             truth.append((1e6 + time_s, *pose))
-            travelled_m += speed * gap_s * min(1.0, 0.2 + time_s / 2)
+            traveled_m += speed * gap_s * min(1.0, 0.2 + time_s / 2)
             time_s += gap_s
     return truth
 

@@ -4,7 +4,7 @@
     make_large_building.py NAME --seed N [--plan P] [--structure S] [--odometry O] [--people N]
                            [--glass SHARE] [--range M] [--hours H] [--irregular] [--part FROM TO] [--drive N]
 
-Writes NAME.log (CARMEN: 180 beams of 1.5 cm noise; odometry 1 % long, 2 % in turning and 0.3 degrees a metre
+Writes NAME.log (CARMEN: 180 beams of 1.5 cm noise; odometry 1 % long, 2 % in turning and 0.3 degrees a meter
 off), NAME.truth (lines "t x y theta") and NAME.relations (lines "t1 t2 x y z roll pitch yaw", pose 2 seen
 from pose 1: places 2.8 m apart on the way, and places passed again within 1.5 m). The building is 250 m by
 110 m: six corridors of 2.6 m with niches, pillars and rooms, driven through twice with other turns. For
@@ -15,7 +15,7 @@ plan       grid: as above. nested: 1.9 km, once around all (700 m) before anythi
 structure  varied: something every 2 to 7 m. bare: every 15 to 45 m. repeating: the same door every 4 m and
            pillar every 8 m everywhere, and a room every 30 to 60 m. twins: all long corridors alike, and all
            short ones.
-odometry   fair: as above. worn: 5 % long, 1 to 2 degrees a metre off, with slips of up to 15 degrees and
+odometry   fair: as above. worn: 5 % long, 1 to 2 degrees a meter off, with slips of up to 15 degrees and
            counters that stand still.
 """
 
@@ -369,7 +369,7 @@ def arguments():
     parser.add_argument(
         "--glass", type=float, default=0, help="share of the walls that lose 70 %% of their beams"
     )
-    parser.add_argument("--range", type=float, default=79, dest="longest_m", help="longest range in metres")
+    parser.add_argument("--range", type=float, default=79, dest="longest_m", help="longest range in meters")
     parser.add_argument(
         "--hours", type=float, default=0, help="how long it takes, with pauses; 0: a scan every 0.2 s"
     )

@@ -103,7 +103,7 @@ def building(work, title):
     _, replaying = timed(
         "biplane-onboard", "--quiet", "replay", name + ".mcap", "-o", name + ".run.mcap", "--force"
     )
-    told, optimising = timed(
+    told, optimizing = timed(
         "biplane",
         "--quiet",
         "optimize",
@@ -123,7 +123,7 @@ def building(work, title):
         f"{one:.{digits}f} -> {other:.{digits}f}" for one, other, digits in zip(before, after, (2, 3, 2))
     ]
     times, memory_mb = (
-        f"{importing:.1f} + {replaying:.1f} + {optimising:.1f}",
+        f"{importing:.1f} + {replaying:.1f} + {optimizing:.1f}",
         json.loads(told)["peak_memory_bytes"] / 1e6,
     )
     cells = [title, *errors, loops, false, times, f"{memory_mb:.0f}"]

@@ -33,7 +33,7 @@ BURST_S, FAR_M, AROUND_S = 0.010, 0.05, 0.6
 
 
 def error(found, relation):
-    """Metres and degrees between a relative pose and a relation."""
+    """Meters and degrees between a relative pose and a relation."""
     turn = math.remainder(found[2] - relation[7], 2 * math.pi)
     return math.hypot(found[0] - relation[2], found[1] - relation[3]), abs(math.degrees(turn))
 
@@ -87,7 +87,7 @@ class Poses:
 
 
 def triangles(relations):
-    """What is left when three relations between three stamps are put after each other: metres and degrees."""
+    """What is left when three relations between three stamps are put after each other: meters and degrees."""
     known = {}
     for relation in relations:
         step = (relation[2], relation[3], relation[7])

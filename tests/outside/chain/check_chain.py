@@ -66,14 +66,14 @@ class Chain:
         run_check("formats/check_cityjson.py", model / "model.city.json")
 
     def drive(self, world, rig):
-        """A drive as bytes, replayed, modelled; the recording opens elsewhere too."""
+        """A drive as bytes, replayed, modeled; the recording opens elsewhere too."""
         work = self.work
         capture, truth = work / f"{world}.capture.mcap", work / f"{world}.truth"
         simulate(world, capture, truth, RIGS / f"{rig}.toml", 7)
         run("biplane-onboard", "replay", capture, "-o", work / f"{world}.run.mcap")
         run_check("recording/check_recording.py", work / f"{world}.run.mcap")
         run("biplane", "build", work / f"{world}.run.mcap", "-o", work / f"{world}.model", "--formats", "all")
-        self.tally.ok(f"{world}: simulated, replayed, read by others, modelled")
+        self.tally.ok(f"{world}: simulated, replayed, read by others, modeled")
 
     def check_exports(self, model, least_doors, *words):
         model = self.work / model

@@ -30,7 +30,7 @@ DRIVING_M, DRIVING_DEG = 0.029, 0.46
 # chance: eight are between 0.0240 and 0.0248 m, and their median counts below.
 CLOSED_M, CLOSED_DEG = 0.0250, 0.42
 LEAST_LOOPS, MOST_MEMORY_BYTES = 300, 3e8
-# The map of optimised poses has not more bits than that of the poses while driving.
+# The map of optimized poses has not more bits than that of the poses while driving.
 MOST_ENTROPY = 1.003
 # Three runs of each log. Of six, ACES had 79,789 to 84,438 bits (median 82,374), MIT CSAIL 97,373 to 98,350.
 MAPS = {
@@ -167,7 +167,7 @@ class RealData:
         require(bits[1] < limit, f"{name}: a map of {bits[1]} bits, while driving {bits[0]}, allowed {limit}")
         log = self.data / f"carmen/{name}.log"
         run_check("accuracy/check_ensemble.py", log, "--runs", 3, "--optimize", *MAPS[name])
-        self.tally.ok(f"{name}: the map of the optimised poses has {bits[1]:.0f} bits; copies of the log")
+        self.tally.ok(f"{name}: the map of the optimized poses has {bits[1]:.0f} bits; copies of the log")
 
     def readme(self):
         given = (self.log, self.relations)
@@ -234,7 +234,7 @@ class RealData:
         )
         self.check_valid(model)
         run_check("accuracy/check_facing.py", model, "--most-away", 0.5)
-        self.tally.ok("institute.obj driven, recorded, modelled; its doors stay open")
+        self.tally.ok("institute.obj driven, recorded, modeled; its doors stay open")
         run("biplane", "compact", drawing, "-o", work / "institute.compact")
         self.check_valid(work / "institute.compact")
         self.tally.ok("institute.obj as a drawing: every polygon valid")

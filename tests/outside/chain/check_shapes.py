@@ -144,9 +144,9 @@ def plane_f(truth_of, labels):
             votes.setdefault(labels[number], {}).setdefault(truth, []).append(number)
     most = {plane: max(by.items(), key=lambda item: len(item[1])) for plane, by in votes.items()}
     good = sum(len(points) for truth, points in most.values() if truth is not None and truth >= 0)
-    labelled = sum(len(points) for by in votes.values() for points in by.values())
+    labeled = sum(len(points) for by in votes.values() for points in by.values())
     true = sum(truth is not None and truth >= 0 for truth in truth_of.values())
-    return 2 * good / max(1, labelled + true)
+    return 2 * good / max(1, labeled + true)
 
 
 def planes_of(truth_folder, model):

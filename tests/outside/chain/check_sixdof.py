@@ -69,7 +69,7 @@ def wrapped(off):
 
 
 def position_errors(found, truth):
-    """Distances on the floor plan after the best motion in the plane, metres."""
+    """Distances on the floor plan after the best motion in the plane, meters."""
     a, b = found[:, :2] - found[:, :2].mean(0), truth[:, :2] - truth[:, :2].mean(0)
     turn = np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum())
     sin, cos = np.sin(turn), np.cos(turn)

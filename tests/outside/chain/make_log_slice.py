@@ -25,7 +25,7 @@ def main(log, count, out):
     start = place(lines[0])
     first = next(i for i, line in enumerate(lines) if math.dist(place(line), start) > STANDS_WITHIN_M)
     chosen = lines[first : first + count]
-    require(len(chosen) == count, f"{log} holds only {len(chosen)} scans after its first metre")
+    require(len(chosen) == count, f"{log} holds only {len(chosen)} scans after its first meter")
     Path(out).write_text("".join(chosen))
 
 

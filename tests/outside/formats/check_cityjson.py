@@ -31,14 +31,14 @@ def check_by_cjio(path):
 
 
 def check_surface(name, rings, vertices):
-    """Judges one surface; returns how far it is from flat, in metres."""
+    """Judges one surface; returns how far it is from flat, in meters."""
     points = vertices[rings[0]]
-    centre = points.mean(axis=0)
-    _, _, axes = np.linalg.svd(points - centre)
-    flat = [[tuple((vertices[i] - centre) @ axes[:2].T) for i in ring] for ring in rings]
+    center = points.mean(axis=0)
+    _, _, axes = np.linalg.svd(points - center)
+    flat = [[tuple((vertices[i] - center) @ axes[:2].T) for i in ring] for ring in rings]
     polygon = Polygon(flat[0], flat[1:])
     require(polygon.is_valid, f"{name}: {is_valid_reason(polygon)}")
-    return max(abs(float((vertices[i] - centre) @ axes[2])) for ring in rings for i in ring)
+    return max(abs(float((vertices[i] - center) @ axes[2])) for ring in rings for i in ring)
 
 
 def surfaces_of(name, geometry, vertices):

@@ -23,7 +23,7 @@ def check_audit(drawing):
     audit = drawing.audit()
     found = [str(entry.message) for entry in [*audit.errors, *audit.fixes]]
     require(not found, f"ezdxf finds {found[:5]}")
-    require(drawing.header["$INSUNITS"] == 6, "the drawing is not in metres")
+    require(drawing.header["$INSUNITS"] == 6, "the drawing is not in meters")
 
 
 def check_faces(entities, summary):

@@ -75,7 +75,7 @@ def vertices_of(element):
 
 def check_areas(model):
     """Geometry can be made of every surface, and has the area that is written; returns the largest difference
-    in square metres."""
+    in square meters."""
     worst_m2 = 0.0
     for element in (element for kind in SURFACES for element in model.by_type(kind)):
         vertices, faces = vertices_of(element)

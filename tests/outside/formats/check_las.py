@@ -27,7 +27,7 @@ BUILDING = 6
 
 
 def check_points(name, las, points):
-    """Number, planes, places and classes; returns how far the places are off, in metres."""
+    """Number, planes, places and classes; returns how far the places are off, in meters."""
     require(len(las.points) == len(points), f"{name} has {len(las.points)} points, points.ply {len(points)}")
     require(np.array_equal(las["plane"], points["plane"]), f"{name} has other planes than points.ply")
     away_m = max(float(np.abs(np.asarray(las[axis]) - points[axis]).max()) for axis in "xyz")

@@ -269,12 +269,12 @@ async function switchesViews(page) {
     check((await pictures(page)).model.sum !== before, `${what} changes nothing`);
     await page.click(change);
   }
-  const colours = new Set();
+  const colors = new Set();
   for (const value of ['2', '1', '0']) {
     await page.selectOption('#coloring', value);
-    colours.add((await pictures(page)).model.sum);
+    colors.add((await pictures(page)).model.sum);
   }
-  check(colours.size === 3, 'colours change nothing');
+  check(colors.size === 3, 'colors change nothing');
 }
 
 async function picks(page) {

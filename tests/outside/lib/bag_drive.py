@@ -100,7 +100,7 @@ def write_all(work, rows):
     return [[work / name] for name in single] + [[work / "second.bag", work / "first.bag"]]
 
 
-def modelled(work, recording):
+def modeled(work, recording):
     """A recording's poses, and the account of the model made of it."""
     run("biplane", "traj", recording, "-o", work / "poses.tum", capture_output=True)
     run("biplane", "build", recording, "-o", work / "model", capture_output=True)
@@ -121,7 +121,7 @@ def check(work, tally):
     truth = work / "truth"
     simulate("corridor", capture, truth, capture_output=True)
     run("biplane-onboard", "replay", capture, "-o", direct / "run.mcap", capture_output=True)
-    poses, summary, _ = modelled(direct, direct / "run.mcap")
+    poses, summary, _ = modeled(direct, direct / "run.mcap")
     imported, models = {}, {}
     for given in write_all(work, rows_of(direct / "run.mcap")):
         folder = work / f"of_{given[0].stem}"
@@ -134,7 +134,7 @@ def check(work, tally):
                 require(wrong is None, f"{given[0].name}, {topic}: {wrong}")
         run("biplane-onboard", "replay", unposed, "-o", posed, capture_output=True)
         if not imported:
-            imported[posed] = modelled(folder, posed)
+            imported[posed] = modeled(folder, posed)
         models[given[0].name] = list(bags.messages(posed, "pose"))
     again, made, _ = next(iter(imported.values()))
     rows = np.searchsorted(np.round(poses[:, 0], 6), np.round(again[:, 0], 6) - 1e-6)

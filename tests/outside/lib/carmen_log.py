@@ -77,7 +77,7 @@ def stalled(scans):
 
 
 def jumps(scans):
-    """Each half a minute jumps a metre ahead, the next time back."""
+    """Each half a minute jumps a meter ahead, the next time back."""
     start, done = float(scans[0].stamp), 0
 
     def change(number, step):

@@ -1,4 +1,4 @@
-"""Poses in the plane, as (x, y, theta) in metres and radians, and the text files that hold them."""
+"""Poses in the plane, as (x, y, theta) in meters and radians, and the text files that hold them."""
 
 import math
 

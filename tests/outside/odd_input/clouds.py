@@ -96,8 +96,8 @@ def files_of_one_room(inside):
 
 def units(inside):
     """Other units: nothing is found, and why is said."""
-    planes(ply("millimetres.ply", 1000 * inside), inside, 0, 0, says="in another unit?")
-    planes(ply("kilometres.ply", inside / 1000), inside, 0, 0, says="in another unit?")
+    planes(ply("millimeters.ply", 1000 * inside), inside, 0, 0, says="in another unit?")
+    planes(ply("kilometers.ply", inside / 1000), inside, 0, 0, says="in another unit?")
     for power in (-30, -9, 9, 30):
         planes(ply("power.ply", inside * 10.0**power), inside, 0, 0, says="no planes")
     fails(ply("beyond.ply", inside * 1e300, "<f8"), "none of the", "finite")

@@ -1,4 +1,4 @@
-"""Points and triangles of simple shapes, noisy where they are asked to be. Metres."""
+"""Points and triangles of simple shapes, noisy where they are asked to be. Meters."""
 
 import numpy as np
 

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Holds dependencies against deny.toml, offline: licences, bans, sources; and the list of what is linked.
+"""Holds dependencies against deny.toml, offline: licenses, bans, sources; and the list of what is linked.
 
     check_dependencies.py              checks, and that firmware/onboard/packaging/third-party.md is current
     check_dependencies.py --write      writes that list anew
-    check_dependencies.py --texts OUT  writes the licence texts of all that is linked, each text once, with
+    check_dependencies.py --texts OUT  writes the license texts of all that is linked, each text once, with
                                        the crates that carry it
 
 Needs cargo and the crates as `cargo fetch --locked` leaves them; no other program, no network. Plain Python.
@@ -26,10 +26,10 @@ PROGRAMS = ["biplane", "biplane-onboard", "biplane-mock"]
 HEAD = """# Third-party crates in the programs
 
 Linked into `biplane`, `biplane-onboard` and `biplane-mock` on Linux, with default features.
-Their licence texts are in the package, in `third-party-licences.txt`.
+Their license texts are in the package, in `third-party-licenses.txt`.
 Written by `tests/outside/package/check_dependencies.py --write`; the gate checks that it is current.
 
-| crate | version | licence |
+| crate | version | license |
 |---|---|---|
 """
 
@@ -66,11 +66,11 @@ def linked():
 
 
 def satisfied(expression, allowed):
-    """Whether an SPDX expression can be met by allowed licences. A slash is how older crates write OR."""
+    """Whether an SPDX expression can be met by allowed licenses. A slash is how older crates write OR."""
     tokens = re.findall(r"\(|\)|[^\s()]+", expression.replace("/", " OR "))
     words = []
     for token in tokens:
-        # "X WITH Y" is one licence.
+        # "X WITH Y" is one license.
         if words and (token == "WITH" or words[-1].endswith(" WITH")):
             words[-1] += f" {token}"
         else:
@@ -82,13 +82,13 @@ def satisfied(expression, allowed):
 
 def wrong(package, rules):
     """What is against the rules in one package."""
-    name, licence = package["name"], package["license"]
+    name, license = package["name"], package["license"]
     allowed = set(rules["licenses"]["allow"])
     for exception in rules["licenses"]["exceptions"]:
         if exception["crate"] == name:
             allowed |= set(exception["allow"])
-    if not licence or not satisfied(licence, allowed):
-        yield f"{name} {package['version']}: licence {licence}; deny.toml allows {sorted(allowed)}"
+    if not license or not satisfied(license, allowed):
+        yield f"{name} {package['version']}: license {license}; deny.toml allows {sorted(allowed)}"
     if name in {ban["crate"] for ban in rules["bans"]["deny"]}:
         yield f"{name} {package['version']}: banned by deny.toml"
     if package["source"] not in {f"registry+{url}" for url in rules["sources"]["allow-registry"]}:
@@ -96,14 +96,14 @@ def wrong(package, rules):
 
 
 def table(all_packages):
-    licences = {(package["name"], package["version"]): package["license"] for package in all_packages}
+    licenses = {(package["name"], package["version"]): package["license"] for package in all_packages}
     return HEAD + "".join(
-        f"| {name} | {version} | {licences[name, version]} |\n" for name, version in linked()
+        f"| {name} | {version} | {licenses[name, version]} |\n" for name, version in linked()
     )
 
 
 def texts(all_packages):
-    """Each licence text once, below the crates that carry it."""
+    """Each license text once, below the crates that carry it."""
     folders = {(p["name"], p["version"]): Path(p["manifest_path"]).parent for p in all_packages}
     carriers, without = {}, []
     for name, version in linked():
@@ -119,7 +119,7 @@ def texts(all_packages):
             without.append(f"{name} {version}")
     parts = [f"{', '.join(dict.fromkeys(names))}\n\n{text}\n" for text, names in carriers.items()]
     parts.append(
-        "These carry no text of their own; their licences stand in third-party.md: "
+        "These carry no text of their own; their licenses stand in third-party.md: "
         + ", ".join(without)
         + "\n"
     )
@@ -143,7 +143,7 @@ def main(words):
     if problems:
         fail("\n".join(problems))
     count = current.count("\n") - HEAD.count("\n")
-    print(f"{len(all_packages)} crates: licences, bans and sources as deny.toml says; {count} linked")
+    print(f"{len(all_packages)} crates: licenses, bans and sources as deny.toml says; {count} linked")
 
 
 main(sys.argv[1:])

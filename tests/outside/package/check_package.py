@@ -37,7 +37,7 @@ FILES = [
     "usr/share/fish/vendor_completions.d/biplane-mock.fish",
     "usr/share/doc/biplane/copyright",
     "usr/share/doc/biplane/third-party.md",
-    "usr/share/doc/biplane/third-party-licences.txt",
+    "usr/share/doc/biplane/third-party-licenses.txt",
 ]
 # How much of the system the service could reach if it were taken over: `systemd-analyze security`, in tenths.
 LARGEST_EXPOSURE = 20

@@ -7,7 +7,7 @@ MODEL is a folder of `biplane build`, TRUTH.ply the true surfaces that `biplane-
 default truth/surfaces.ply beside MODEL, as check_buildings.py --work has it. On the inferred surfaces of
 model.json places are looked at every 5 cm: one is wrong that is farther than --within (0.05) from every true
 surface of its kind, level for floors and upright for walls. A line for each model, with areas in square
-metres and the share that is wrong, and the share of all models. Exit code 1 when
+meters and the share that is wrong, and the share of all models. Exit code 1 when
 that is larger than --wrong (0.02). Needs numpy, shapely."""
 
 import argparse

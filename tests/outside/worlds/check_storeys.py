@@ -23,7 +23,7 @@ import shapely
 from lib.programs import run, run_check
 from lib.verdict import Tally, require
 
-# Areas of rooms, shares of the smaller one; heights and widths, metres.
+# Areas of rooms, shares of the smaller one; heights and widths, meters.
 SAME_SHARE, SAME_M = 0.01, 0.03
 
 

@@ -29,7 +29,7 @@ NO_SURFACES = ("IfcSpace", "IfcOpeningElement", "IfcAnnotation", "IfcGrid", "Ifc
 
 
 class Bodies:
-    """Meshes of elements in metres, in the file's own frame."""
+    """Meshes of elements in meters, in the file's own frame."""
 
     def __init__(self):
         self.settings = ifcopenshell.geom.settings()

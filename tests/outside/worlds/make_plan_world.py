@@ -6,7 +6,7 @@
 Writes DIR/NAME/{world.obj,path.toml,truth.json} as make_ifc_world.py does, for the plans named, or all of a
 set.
 
-A plan (plans.toml; metres, floor at z = 0): `outer_m` are the inner faces of the outer wall, counter-
+A plan (plans.toml; meters, floor at z = 0): `outer_m` are the inner faces of the outer wall, counter-
 clockwise; `walls` are axes with thickness, x1 y1 x2 y2 t; `arcs` are curved walls, x y radius from to
 (degrees) t; `splits` part a room by use, with no wall; `heights_m` are ceilings of the rooms at a place, x y
 z. `openings` are kind, wall ("o0" an edge of `outer_m`, "w0" a wall, "a0" an arc), place of the middle along

@@ -13,7 +13,7 @@ BESIDE_WALL_M = 0.25
 
 @dataclass
 class World:
-    """Named meshes, and what they are: in the world's own frame, metres."""
+    """Named meshes, and what they are: in the world's own frame, meters."""
 
     objects: list  # (name, vertices, faces)
     floor_z_m: float

@@ -41,7 +41,7 @@ pub(super) fn bag(input: &[u8]) {
     assert_eq!(counts, [report.scans[0], report.scans[1], report.odometry, report.imu]);
 }
 
-/// Poses are written and read back: stamps to the nanosecond, places to the micrometre.
+/// Poses are written and read back: stamps to the nanosecond, places to the micrometer.
 pub(super) fn poses(input: &[u8]) {
     let Ok(poses) = read_poses(input) else { return };
     for format in [TrajectoryFormat::Tum, TrajectoryFormat::XyTheta] {

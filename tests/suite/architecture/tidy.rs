@@ -187,7 +187,7 @@ const DOCUMENTS_OF_RUNS: [&str; 14] = [
     "scans_horizontal.txt",
     "scans_vertical.txt",
     "thinned.txt",
-    "third-party-licences.txt",
+    "third-party-licenses.txt",
 ];
 /// Where the package puts documents of this tree.
 const INSTALLED: &str = "usr/share/doc/biplane/";

@@ -36,7 +36,7 @@ const DAMAGES: [(&str, Damage); 9] = [
         let at = index(rng, bytes.len());
         bytes[at] ^= 1 + (rng.bits() % 255) as u8;
     }),
-    ("two neighbouring bytes replaced", |bytes, rng| {
+    ("two neighboring bytes replaced", |bytes, rng| {
         let at = index(rng, bytes.len() - 1);
         bytes[at] ^= 1 + (rng.bits() % 255) as u8;
         bytes[at + 1] ^= 1 + (rng.bits() % 255) as u8;

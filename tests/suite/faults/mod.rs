@@ -267,7 +267,7 @@ fn another_device_on_the_bases_port() {
 }
 
 #[test]
-fn half_degrees_in_millimetres_with_index_bytes_on_a_bad_line() {
+fn half_degrees_in_millimeters_with_index_bytes_on_a_bad_line() {
     let mut rig = rig_at(38_400);
     for laser in [Some(&mut rig.horizontal), rig.vertical.as_mut()].into_iter().flatten() {
         *laser = Laser { resolution_deg: 0.5, units: Units::Mm, index_bytes: Some(true), ..laser.clone() };

@@ -124,7 +124,7 @@ fn found_in_other_states() -> Vec<Case> {
         Case::of("status byte 11h", 38_400, LmsParams { errors: vec![(1, 5)], ..at_rate() }),
         Case::of("other variant", 38_400, LmsParams { variant: Variant::of(100, 25), ..at_rate() }),
         Case::of(
-            "millimetres, other measuring mode",
+            "millimeters, other measuring mode",
             38_400,
             LmsParams { config: ConfigBlock::default().with_units(true, 6), ..at_rate() },
         ),

@@ -40,7 +40,7 @@ fn the_first_scan_begins_the_map_at_the_identity() {
 }
 
 #[test]
-fn the_map_method_stays_within_three_centimetres_over_two_rounds_of_a_room() {
+fn the_map_method_stays_within_three_centimeters_over_two_rounds_of_a_room() {
     for (truth, tracked) in drive(TrackerParams::default()).into_iter().skip(1) {
         let (meters, degrees) = error(&tracked.map_from_base, &truth);
         assert!(meters < 0.03 && degrees < 0.5, "{meters} m, {degrees} deg at {truth:?}");

@@ -79,7 +79,7 @@ fn odometry_that_counts_the_way_back_as_a_way_ahead_is_noticed() {
     assert!(middle_m < 0.8, "{middle_m} m");
 }
 
-/// A metre ahead and, six seconds later, back again.
+/// A meter ahead and, six seconds later, back again.
 fn jumping(i: i32, x_m: f64) -> f64 {
     x_m + f64::from(i / 30 % 2)
 }

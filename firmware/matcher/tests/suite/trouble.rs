@@ -174,7 +174,7 @@ fn a_scan_of_another_place_is_lost_and_teaches_the_map_nothing() {
 }
 
 #[test]
-fn a_base_carried_half_a_metre_is_found_again() {
+fn a_base_carried_half_a_meter_is_found_again() {
     let (world, mut noise) = (World::room(), Noise(5));
     let mut tracker = Tracker::new(TrackerParams::default());
     for i in 0..20 {

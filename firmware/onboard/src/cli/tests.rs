@@ -64,7 +64,7 @@ fn a_rig_is_checked_before_anything_is_opened() {
     let good = rig_file("good", PORTS);
     assert_eq!(exit_code(&["check-config", "--rig", &good]), 0);
     assert_eq!(exit_code(&["check-config", "--rig", &good, "--json"]), 0);
-    let unknown = rig_file("unknown", &PORTS.replace("[base]", "[base]\ncolour = 1"));
+    let unknown = rig_file("unknown", &PORTS.replace("[base]", "[base]\ncolor = 1"));
     assert_eq!(exit_code(&["check-config", "--rig", &unknown]), 1);
     let shared = rig_file("shared", &PORTS.replace("/nowhere/b", "/nowhere/a"));
     assert_eq!(exit_code(&["check-config", "--rig", &shared]), 1);

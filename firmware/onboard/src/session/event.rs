@@ -71,7 +71,7 @@ impl Step {
             Self::SetVariant => "setting field of view and resolution",
             Self::StartStream => "starting continuous output",
             Self::StopStream => "stopping continuous output",
-            Self::Synchronize => "synchronising",
+            Self::Synchronize => "synchronizing",
             Self::Open => "opening the session",
             Self::LogIn => "logging in",
             Self::Identify => "asking who it is",

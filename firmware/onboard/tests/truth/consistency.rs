@@ -92,7 +92,7 @@ fn office() -> Ride {
 }
 
 #[test]
-fn along_a_bare_corridor_the_normalised_error_lies_within_its_chi_square_band() {
+fn along_a_bare_corridor_the_normalized_error_lies_within_its_chi_square_band() {
     let (all, _) = nees(&bare(if seeds(4).count() < 50 { 10.0 } else { 30.0 }));
     let [low, high] = band(seeds(4).count() as f64, 3.0);
     println!("band {low:.2} to {high:.2}");
@@ -100,7 +100,7 @@ fn along_a_bare_corridor_the_normalised_error_lies_within_its_chi_square_band() 
 }
 
 #[test]
-fn in_furnished_worlds_the_normalised_error_lies_within_its_chi_square_band() {
+fn in_furnished_worlds_the_normalized_error_lies_within_its_chi_square_band() {
     let mut rides = vec![corridor()];
     if seeds(4).count() >= 50 {
         rides.push(office());

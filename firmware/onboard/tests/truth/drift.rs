@@ -97,7 +97,7 @@ fn somebody_who_walks_past_changes_little() {
 }
 
 #[test]
-fn a_quarter_of_the_beams_falling_short_leaves_the_pose_within_3_centimetres() {
+fn a_quarter_of_the_beams_falling_short_leaves_the_pose_within_3_centimeters() {
     let ride = corridor(2);
     let way = InTheWay { people: 0, short_share: 0.25 };
     let mean_squares: Vec<f64> = seeds(4)

@@ -90,7 +90,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_run_of_neighbours_is_dazzled_for_seconds_and_the_status_says_so() {
+    fn a_run_of_neighbors_is_dazzled_for_seconds_and_the_status_says_so() {
         let mut sun = Dazzle::new(DazzleParams::default(), Rng::new(4, 0, 0));
         let (mut scans, mut time_ranges, mut before) = (0, 0, false);
         for scan in 0..20_000_i64 {

@@ -13,12 +13,12 @@ pub(super) fn report_poses(posed: &Posed<'_>, console: &Console) {
     match (posed.from, posed.loops) {
         (PosesFrom::Optimized, Some(loops)) => {
             console.note(format!(
-                "{} closed, all poses optimised (not with --no-optimize)",
+                "{} closed, all poses optimized (not with --no-optimize)",
                 counted(loops, "loop")
             ));
         }
         (PosesFrom::OptimizedBefore, _) => {
-            console.note("the recording is optimised already: its poses stay");
+            console.note("the recording is optimized already: its poses stay");
         }
         (_, Some(_)) => console.note("no loop found: the poses stay as they were recorded"),
         _ => {}

@@ -69,7 +69,7 @@ pub(crate) struct Args {
 }
 
 fn height(text: &str) -> Result<f64, String> {
-    text.parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(|| "expected metres".to_owned())
+    text.parse::<f64>().ok().filter(|value| value.is_finite()).ok_or_else(|| "expected meters".to_owned())
 }
 
 /// Runs the command.

@@ -42,7 +42,7 @@ fn of_size(finite_m: &[[f32; 3]]) -> Option<String> {
     let size_m = size_m(finite_m);
     (!(SMALL_M..=LARGE_M).contains(&size_m)).then(|| {
         format!(
-            "coordinates are taken as metres, and these spread over {size_m:.3} m; are they in another unit?"
+            "coordinates are taken as meters, and these spread over {size_m:.3} m; are they in another unit?"
         )
     })
 }
@@ -76,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn millimetres_inches_and_sparse_points_are_suspected_and_a_cloud_with_planes_is_not() {
+    fn millimeters_inches_and_sparse_points_are_suspected_and_a_cloud_with_planes_is_not() {
         assert!(of_cloud(&grid(50.0), 0, 0.3).unwrap().contains("spread over 4"));
         assert!(of_cloud(&grid(0.00005), 0, 0.3).unwrap().contains("another unit"));
         let mut outliers = grid(1.0);
@@ -91,7 +91,7 @@ mod tests {
         assert_eq!(of_cloud(&grid(50.0), 5_000, 0.3), None);
         assert_eq!(of_cloud(&[[0.0; 3]; 10], 0, 0.3), None);
         assert!(
-            of_mesh(&grid(500.0), 0).unwrap().starts_with("no polygons: coordinates are taken as metres")
+            of_mesh(&grid(500.0), 0).unwrap().starts_with("no polygons: coordinates are taken as meters")
         );
         assert_eq!(of_mesh(&grid(500.0), 1), None);
         assert!(of_mesh(&[], 0).is_some());

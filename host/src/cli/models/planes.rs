@@ -269,9 +269,9 @@ fn print_result(args: &Args, report: &PlaneReport, console: &Console) -> anyhow:
         _ => String::new(),
     };
     let kind = match (report.organized, report.origins) {
-        (true, true) => "organised",
-        (true, false) => "organised, without origins",
-        _ => "unorganised",
+        (true, true) => "organized",
+        (true, false) => "organized, without origins",
+        _ => "unorganized",
     };
     console.note(format!(
         "{}: {} ({kind}), {} of them on {}{noise}; {:.3} s of processor time",

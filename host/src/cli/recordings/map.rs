@@ -30,7 +30,7 @@ pub(crate) struct Args {
     #[arg(long, short, value_name = "NAME")]
     output: PathBuf,
     /// Side of a cell in meters; smaller draws finer and larger maps
-    #[arg(long, value_name = "METRES", default_value_t = OccupancyParams::default().resolution_m, value_parser = resolution)]
+    #[arg(long, value_name = "METERS", default_value_t = OccupancyParams::default().resolution_m, value_parser = resolution)]
     resolution: f64,
     /// Replace the outputs if they exist
     #[arg(long)]

@@ -4,7 +4,7 @@
 pub(crate) fn length(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value > 0.0 && value <= 10.0 => Ok(value),
-        _ => Err("expected metres, more than 0 and at most 10".to_owned()),
+        _ => Err("expected meters, more than 0 and at most 10".to_owned()),
     }
 }
 
@@ -12,7 +12,7 @@ pub(crate) fn length(text: &str) -> Result<f64, String> {
 pub(crate) fn tile_size(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if (0.5..=10_000.0).contains(&value) => Ok(value),
-        _ => Err("expected metres between 0.5 and 10000".to_owned()),
+        _ => Err("expected meters between 0.5 and 10000".to_owned()),
     }
 }
 
@@ -32,7 +32,7 @@ pub(crate) fn memory(text: &str) -> Result<u64, String> {
 pub(crate) fn resolution(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if (0.001..=10.0).contains(&value) => Ok(value),
-        _ => Err("expected metres between 0.001 and 10".to_owned()),
+        _ => Err("expected meters between 0.001 and 10".to_owned()),
     }
 }
 

@@ -173,7 +173,7 @@ impl Drawing<'_> {
             return;
         }
         let floor_m = ((floor_m + self.placement.shift_m[2]) * 100.0).round() / 100.0 + 0.0;
-        let text = format!("floor {floor_m:+.2} m, cut {CUT_M:.2} m above it; metres");
+        let text = format!("floor {floor_m:+.2} m, cut {CUT_M:.2} m above it; meters");
         let name = self.layer(Layer::LABELS);
         let at = [corner_m[0], corner_m[1] - 4.0 * TEXT_M, self.at([0.0; 2])[2]];
         self.document.start_text(&name, at, TEXT_M, &text);

@@ -37,7 +37,7 @@ fn count(pairs: &[(u16, String)], kind: &str, layer: &str) -> usize {
 }
 
 #[test]
-fn a_room_has_its_lines_on_their_layers_in_metres() {
+fn a_room_has_its_lines_on_their_layers_in_meters() {
     let model = room();
     let pairs = pairs(&model, [0.0; 3], "a\u{e9}.mcap");
     assert_eq!(pairs.last(), Some(&(0, "EOF".to_owned())));
@@ -56,7 +56,7 @@ fn a_room_has_its_lines_on_their_layers_in_metres() {
         .collect();
     assert_eq!(
         texts,
-        ["0.90 x 2.00", "1.20 x 1.20", "sill 0.90", "floor +0.00 m, cut 1.20 m above it; metres"]
+        ["0.90 x 2.00", "1.20 x 1.20", "sill 0.90", "floor +0.00 m, cut 1.20 m above it; meters"]
     );
 }
 

@@ -61,7 +61,7 @@ mod tests {
             let triangles = Shapes::new(&coarse).triangles();
             assert!((level.from_m..=level.to_m).contains(&moved_m), "{moved_m}");
             assert_eq!(coarse.polygons.len(), 2);
-            assert!(!coarse.leftovers.triangles.is_empty(), "a sheet of 36 square metres is large");
+            assert!(!coarse.leftovers.triangles.is_empty(), "a sheet of 36 square meters is large");
             assert!(
                 triangles < before && triangles as f64 <= level.share * all as f64,
                 "{triangles} of {all}"

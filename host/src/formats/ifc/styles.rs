@@ -1,4 +1,4 @@
-//! Colours of surfaces: each is written once.
+//! Colors of surfaces: each is written once.
 
 use std::collections::BTreeMap;
 

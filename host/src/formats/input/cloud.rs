@@ -1,7 +1,7 @@
 //! Point clouds from files of other programs: PLY and LAS or LAZ, told apart by their first bytes.
 //!
 //! Coordinates are taken as meters; those far from zero are moved near it ([`crate::formats::input::shift`]).
-//! A PLY whose points say their scan and beam is taken as organized ([`organise`]). No length in a file
+//! A PLY whose points say their scan and beam is taken as organized ([`organize`]). No length in a file
 //! decides how much memory is taken.
 
 use crate::formats::input::cloud_file::CloudFile;

@@ -62,11 +62,11 @@ fn origins_come_from_an_element_by_scan_number_or_from_the_points() {
 }
 
 #[test]
-fn numbers_that_are_none_make_an_unorganised_cloud_and_a_note() {
+fn numbers_that_are_none_make_an_unorganized_cloud_and_a_note() {
     let file = from_ply(scans("", "1 0 0 5 9\n2 0 0 3 -4\n3 0 0 2 9\n").as_bytes()).unwrap();
     assert!(!file.is_organized());
     assert!(
-        file.notes[0].starts_with("taken as unorganised: point 1 is beam 3 of scan -4"),
+        file.notes[0].starts_with("taken as unorganized: point 1 is beam 3 of scan -4"),
         "{:?}",
         file.notes
     );
@@ -141,7 +141,7 @@ mod las {
     }
 
     #[test]
-    fn points_far_from_zero_keep_their_millimetres() {
+    fn points_far_from_zero_keep_their_millimeters() {
         for compressed in [false, true] {
             let file = Scratch::new(&format!("utm-{compressed}"), &written(compressed, 70_000));
             let found = read(&file.0).unwrap();

@@ -39,7 +39,7 @@ fn numbers(scans: &[f64], beams: &[f64]) -> Result<Vec<(u32, u16)>, Option<Strin
         None => Ok(scans.iter().zip(beams).map(|(scan, beam)| (*scan as u32, *beam as u16)).collect()),
         Some(_) if scans.iter().chain(beams).all(|v| *v == -1.0) => Err(None),
         Some(index) => Err(Some(format!(
-            "taken as unorganised: point {index} is beam {} of scan {}, expected whole numbers from 0 (beams below {})",
+            "taken as unorganized: point {index} is beam {} of scan {}, expected whole numbers from 0 (beams below {})",
             beams[index],
             scans[index],
             u16::MAX

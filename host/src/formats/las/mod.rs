@@ -105,7 +105,7 @@ fn extra_bytes(extras: &[(&str, u8, &str)]) -> Vlr {
 
 /// A text about the file, as the specification has it.
 fn text(source: &str) -> Vlr {
-    let data = format!("points of {source}; frame map (z up), metres\0").into_bytes();
+    let data = format!("points of {source}; frame map (z up), meters\0").into_bytes();
     Vlr { user_id: "LASF_Spec".to_owned(), record_id: 3, description: "source, frame, unit".to_owned(), data }
 }
 

@@ -247,7 +247,7 @@ mod tests {
         assert_eq!(ply.mesh.triangles, [[0, 1, 2], [0, 2, 3]]);
         assert_eq!(ply.vertex_column("scan"), Some(&[7.0, 7.0, 8.0, 8.0][..]));
         assert_eq!(ply.face_column("plane"), Some(&[5.0, 5.0][..]));
-        assert_eq!(ply.face_column("colour"), None);
+        assert_eq!(ply.face_column("color"), None);
     }
 
     #[test]
@@ -280,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn coordinates_far_from_zero_are_moved_and_keep_their_millimetres() {
+    fn coordinates_far_from_zero_are_moved_and_keep_their_millimeters() {
         let text = "ply\nformat ascii 1.0\nelement vertex 2\nproperty double x\nproperty double y\nproperty double z\nend_header\n\
             5432109.123 -654321.5 12.25\n5432109.125 -654321.5 12.25\n";
         let ply = read_wanted(text.as_bytes(), &Wanted { shift: Shift::Find, columns: None }).unwrap();

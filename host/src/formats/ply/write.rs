@@ -16,7 +16,7 @@ use crate::model::{Cloud, Mesh};
 fn header(out: &mut impl Write, comment: &str, elements: &[(&str, usize, &[&str])]) -> io::Result<()> {
     writeln!(out, "ply\nformat binary_little_endian 1.0")?;
     writeln!(out, "comment {}: {comment}", generator())?;
-    writeln!(out, "comment frame map (z up), metres")?;
+    writeln!(out, "comment frame map (z up), meters")?;
     for (element, count, properties) in elements {
         writeln!(out, "element {element} {count}")?;
         for property in *properties {

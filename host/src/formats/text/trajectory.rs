@@ -53,8 +53,8 @@ impl TrajectoryFormat {
 
     fn description(self) -> &'static str {
         match self {
-            Self::Tum => "\"t x y z qx qy qz qw\" (seconds, metres up to 1e6, unit quaternion)",
-            Self::XyTheta => "\"t x y theta\" (seconds, metres up to 1e6, radians)",
+            Self::Tum => "\"t x y z qx qy qz qw\" (seconds, meters up to 1e6, unit quaternion)",
+            Self::XyTheta => "\"t x y theta\" (seconds, meters up to 1e6, radians)",
         }
     }
 }

@@ -1,4 +1,4 @@
-//! The surfaces of walls, as ISPRS' benchmark of indoor modelling measures them (Khoshelham et al. 2017).
+//! The surfaces of walls, as ISPRS' benchmark of indoor modeling measures them (Khoshelham et al. 2017).
 //!
 //! A wall's surface here is what stands upright around a room: the room's border from its floor to its
 //! ceiling without openings, and without borders to rooms that are open to it. *Completeness* is the share of

@@ -38,7 +38,7 @@ pub enum RelationsError {
     Io(#[from] io::Error),
     /// A line does not hold a relation.
     #[error(
-        "line {line}: expected \"t1 t2 x y z roll pitch yaw\" (seconds, metres, radians), found \"{found}\""
+        "line {line}: expected \"t1 t2 x y z roll pitch yaw\" (seconds, meters, radians), found \"{found}\""
     )]
     Line {
         /// Line number from 1.

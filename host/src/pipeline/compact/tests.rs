@@ -86,7 +86,7 @@ fn wide(mut height: impl FnMut() -> f64) -> Mesh {
 }
 
 #[test]
-fn a_floor_scanned_with_a_metre_between_points_is_one_polygon() {
+fn a_floor_scanned_with_a_meter_between_points_is_one_polygon() {
     let mut random = Random::new(6);
     let built = compact(wide(|| 0.02 * random.normal()), &BuildParams::default(), &mut ());
     assert_eq!((built.model.polygons.len(), built.counts.leftover_triangles), (1, 0), "{:?}", built.counts);
@@ -94,7 +94,7 @@ fn a_floor_scanned_with_a_metre_between_points_is_one_polygon() {
 }
 
 #[test]
-fn rough_ground_with_a_metre_between_points_stays_as_it_is() {
+fn rough_ground_with_a_meter_between_points_stays_as_it_is() {
     let mut random = Random::new(7);
     let mesh = wide(|| 40.0 * random.unit());
     let all_m2 = area_m2(&mesh);

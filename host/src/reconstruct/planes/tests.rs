@@ -59,7 +59,7 @@ fn normals_point_towards_the_laser_and_planes_come_largest_first() {
 }
 
 #[test]
-fn a_notice_board_four_centimetres_off_the_wall_is_a_plane_of_its_own() {
+fn a_notice_board_four_centimeters_off_the_wall_is_a_plane_of_its_own() {
     let mut scene = corridor();
     let mut board = corridor().swap_remove(3);
     board.corner_m = [3.0, -0.96, 0.9];
@@ -111,7 +111,7 @@ fn every_parameter_does_something() {
 }
 
 #[test]
-fn a_door_frame_three_centimetres_off_the_wall_is_told_from_it() {
+fn a_door_frame_three_centimeters_off_the_wall_is_told_from_it() {
     // Wherever it lies among the cells.
     for from_m in [3.0, 3.02, 3.05, 3.07] {
         door_frame(from_m);

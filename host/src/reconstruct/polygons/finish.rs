@@ -62,7 +62,7 @@ pub(crate) fn finish(
 }
 
 /// Finished polygons with fewer corners: none at all for one that is too small, several for one that falls
-/// apart. `neighbours` are the planes that meet each plane.
+/// apart. `neighbors` are the planes that meet each plane.
 pub(crate) fn coarsen(
     limits: &Limits,
     planes: &[Plane],

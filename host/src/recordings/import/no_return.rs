@@ -12,7 +12,7 @@ const LMS_CODES_CM: std::ops::RangeInclusive<i64> = 8183..=8191;
 const MIN_COUNT: u64 = 20;
 /// The same for a whole multiple of ten meters, where people clip.
 const MIN_COUNT_ROUND: u64 = 3;
-/// A marker comes this many times as often as all ranges within [`NEIGHBOURHOOD`] below it together.
+/// A marker comes this many times as often as all ranges within [`NEIGHBORHOOD`] below it together.
 const MIN_RATIO: u64 = 2;
 /// Part of the value that counts as "just below it".
 const NEIGHBORHOOD: f64 = 0.05;

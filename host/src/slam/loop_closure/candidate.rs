@@ -110,7 +110,7 @@ const SAME_GUESS_SHARE: f64 = 0.5;
 /// See [`SAME_GUESS_SHARE`], radians.
 const SAME_GUESS_RAD: f64 = 0.1;
 /// A loop of more weight than this is believed: weights end at 0 or 1 but for few
-/// ([`graduated_non_convexity::optimise`]).
+/// ([`graduated_non_convexity::optimize`]).
 const INLIER_WEIGHT: f64 = 0.5;
 /// Pairs between two savings of what was found.
 const BATCH: usize = 256;

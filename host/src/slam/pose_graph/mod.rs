@@ -183,7 +183,7 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn exact_loops_take_a_drift_of_metres_out_of_a_square() {
+    fn exact_loops_take_a_drift_of_meters_out_of_a_square() {
         let (truth, chain) = square(0.01);
         let mut poses = chained(&chain);
         assert!(worst_m(&poses, &truth) > 3.0);

@@ -100,7 +100,7 @@ mod tests {
     use crate::view::plot::table::Table;
 
     #[test]
-    fn relations_lie_at_their_later_pose_in_centimetres_and_degrees() {
+    fn relations_lie_at_their_later_pose_in_centimeters_and_degrees() {
         let text = "stamp_a,stamp_b,translation_m,rotation_rad\n\
             160,40,0.03,0.1\n\
             40,10,0.01,0\n\

@@ -152,7 +152,7 @@ fn contents(page: &str) -> Value {
 }
 
 #[test]
-fn the_buffers_of_the_page_are_the_meshes_to_half_a_millimetre() {
+fn the_buffers_of_the_page_are_the_meshes_to_half_a_millimeter() {
     let (page, raw, simple) = page();
     let contents = contents(&page);
     for (name, mesh) in [("raw", raw), ("simple", simple)] {

@@ -95,5 +95,5 @@ fn a_plan_is_left_out_where_there_is_no_floor_and_drawn_where_one_is_given() {
     assert!(!plan("out").contains("WALLS") && plan("out").contains("3DFACE"));
     folder.expect("compact walls.obj -o given --formats dxf --floor 100", 0, &["2 polygons"]);
     assert!(plan("given").contains("floor +100.00 m") && plan("given").contains("WALLS"));
-    folder.expect("compact walls.obj -o x --floor nan", 2, &["expected metres"]);
+    folder.expect("compact walls.obj -o x --floor nan", 2, &["expected meters"]);
 }

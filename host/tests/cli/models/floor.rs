@@ -65,5 +65,5 @@ fn the_map_of_a_room_has_its_walls_where_they_are() {
     assert!(occupied_near(7.0, 0.51) && occupied_near(3.02, 1.99) && occupied_near(3.02, -2.0));
     assert_eq!((at(3.0, 0.0), at(5.0, 1.0)), (254, 254));
     folder.expect("map run.mcap -o room.pgm", 1, &["room.pgm exists already"]);
-    folder.expect("map run.mcap -o x --resolution 0", 2, &["expected metres between"]);
+    folder.expect("map run.mcap -o x --resolution 0", 2, &["expected meters between"]);
 }

@@ -41,7 +41,7 @@ fn report(folder: &Folder, of: &str) -> Value {
 fn a_floor_and_a_wall_are_two_planes_also_in_utm_coordinates() {
     let folder = Folder::new("planes");
     folder.write("cloud.ply", corner([0.0; 3]));
-    folder.expect("planes cloud.ply -o out", 0, &["9600 points (unorganised)", "on 2 planes", "estimated"]);
+    folder.expect("planes cloud.ply -o out", 0, &["9600 points (unorganized)", "on 2 planes", "estimated"]);
     assert_eq!(names(&folder.path("out")), ["labels.bin", "planes.json", "points.ply"]);
     let near = report(&folder, "out");
     assert_eq!(near["planes"].as_array().unwrap().len(), 2, "{near}");
@@ -76,7 +76,7 @@ fn the_points_of_a_build_give_its_planes_again_on_any_number_of_threads() {
     let folder = Folder::new("planes-again");
     room::record(&folder.path("run.mcap"), Content { poses: true, vertical: true });
     folder.expect("build run.mcap -o model", 0, &[]);
-    folder.expect("planes model/points.ply -o one --threads 1", 0, &["(organised)"]);
+    folder.expect("planes model/points.ply -o one --threads 1", 0, &["(organized)"]);
     folder.expect("planes model/points.ply -o two --threads 2", 0, &[]);
     // The header names what the file was made of, which is another; the rows after it are the same.
     let points = |of: &str| {

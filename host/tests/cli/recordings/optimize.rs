@@ -146,7 +146,7 @@ fn a_model_is_made_with_loops_closed_unless_its_recording_has_none_or_it_is_not_
     let trajectory =
         |model: &str| fs::read_to_string(folder.path(&format!("{model}/trajectory.tum"))).unwrap();
     let recorded = |run: &str| folder.expect(&format!("traj {run} -o -"), 0, &[]).stdout;
-    folder.expect("build run.mcap -o model", 0, &["loops closed, all poses optimised"]);
+    folder.expect("build run.mcap -o model", 0, &["loops closed, all poses optimized"]);
     let found = trajectory("model");
     let pose = |line: &str| {
         let values: Vec<f64> = line.split(' ').map(|value| value.parse().unwrap()).collect();
@@ -162,7 +162,7 @@ fn a_model_is_made_with_loops_closed_unless_its_recording_has_none_or_it_is_not_
     assert_eq!(poses_reported(&folder, "recorded"), (json!("recorded"), Value::Null));
 
     folder.expect("optimize run.mcap -o opt.mcap", 0, &[]);
-    folder.expect("build opt.mcap -o again", 0, &["the recording is optimised already: its poses stay"]);
+    folder.expect("build opt.mcap -o again", 0, &["the recording is optimized already: its poses stay"]);
     assert_eq!(trajectory("again"), found);
     assert_eq!(poses_reported(&folder, "again"), (json!("optimized_before"), Value::Null));
 

@@ -13,7 +13,7 @@ use crate::run::{Folder, Ran};
 const PATIENCE_MS: u32 = 60_000;
 
 /// Runs the command and sends it the signal when it is time.
-fn signalled(folder: &Folder, arguments: &str, signal: &str, is_time: impl Fn() -> bool) -> Ran {
+fn signaled(folder: &Folder, arguments: &str, signal: &str, is_time: impl Fn() -> bool) -> Ran {
     let run = Command::new(env!("CARGO_BIN_EXE_biplane"))
         .args(arguments.split_whitespace())
         .current_dir(folder.path("."))
@@ -50,7 +50,7 @@ fn an_interrupted_search_is_kept_and_the_same_command_goes_on() {
         ("build run.mcap -o out", "out.part", "out.part/.searches"),
         ("optimize run.mcap -o opt.mcap", "opt.mcap.loops", "opt.mcap.loops"),
     ] {
-        let ran = signalled(&folder, command, "-INT", || has_answers(&folder, checkpoint));
+        let ran = signaled(&folder, command, "-INT", || has_answers(&folder, checkpoint));
         assert_eq!(ran.code, 1, "{ran:?}");
         let words = format!("biplane: interrupted; the same command goes on with what is in {begun}\n");
         assert!(ran.stderr.ends_with(&words), "{ran:?}");
@@ -64,7 +64,7 @@ fn what_nobody_can_go_on_with_is_removed() {
     let folder = Folder::new("interrupted");
     room::record(&folder.path("run.mcap"), Content { poses: true, vertical: true });
     let is_begun = || folder.path("out.part").exists();
-    let ran = signalled(&folder, "build run.mcap -o out --no-optimize", "-TERM", is_begun);
+    let ran = signaled(&folder, "build run.mcap -o out --no-optimize", "-TERM", is_begun);
     assert_eq!(ran.code, 1, "{ran:?}");
     assert!(ran.stderr.ends_with("biplane: told to end (SIGTERM); nothing unfinished is kept\n"), "{ran:?}");
     assert_eq!(ran.stderr.matches("biplane:").count(), 1, "{ran:?}");
@@ -76,7 +76,7 @@ fn what_nobody_can_go_on_with_is_removed() {
 fn an_interrupted_demo_leaves_nothing() {
     let folder = Folder::new("interrupted-demo");
     for begun in ["demo/rig", "demo/run.mcap.active"] {
-        let ran = signalled(&folder, "demo -o demo", "-INT", || folder.path(begun).exists());
+        let ran = signaled(&folder, "demo -o demo", "-INT", || folder.path(begun).exists());
         assert_eq!(ran.code, 1, "{ran:?}");
         assert!(ran.stderr.ends_with("biplane: interrupted; nothing unfinished is kept\n"), "{ran:?}");
         assert_eq!(folder.names(), [] as [&str; 0]);

@@ -101,7 +101,7 @@ fn a_build_that_is_killed_is_done_again_with_the_same_result() {
 }
 
 #[test]
-fn an_optimisation_that_is_killed_goes_on_where_it_was() {
+fn an_optimization_that_is_killed_goes_on_where_it_was() {
     let folder = Folder::new("killed-optimize");
     record(&folder.path("run.mcap"), Drive::default());
     folder.expect("optimize run.mcap -o calm.mcap", 0, &[]);

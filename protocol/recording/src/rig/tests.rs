@@ -4,7 +4,7 @@ use super::{Base, BaseProtocol, InertialUnit, Laser, Mount, Rig, RigError, Units
 
 /// The text of the interface page, word for word.
 const TEMPLATE: &str = r#"
-[horizontal]                     # the laser that localises
+[horizontal]                     # the laser that localizes
 port = "/dev/lms-horizontal"
 baud = 38400                     # 9600, 19200, 38400, 500000: the rate to run at; found by itself at start
 fov_deg = 180                    # 100 or 180

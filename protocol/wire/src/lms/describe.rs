@@ -26,7 +26,7 @@ impl Display for MeasuringMode {
             MeasuringMode::FieldsAb => "fields A and B",
             MeasuringMode::Reflector2 => "reflector yes or no",
             MeasuringMode::FieldA => "field A",
-            MeasuringMode::NormalizedRemission => "normalised remission",
+            MeasuringMode::NormalizedRemission => "normalized remission",
             MeasuringMode::RawRemission => "raw remission",
             MeasuringMode::Immediate => "no flags",
             MeasuringMode::Energy => "energy instead of range",

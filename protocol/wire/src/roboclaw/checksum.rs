@@ -31,7 +31,7 @@ mod tests {
     }
 
     #[test]
-    fn is_the_manuals_loop_and_the_catalogues_check_value() {
+    fn is_the_manuals_loop_and_the_catalogs_check_value() {
         assert_eq!(checksum(&[b"123456789"]), 0x31C3);
         assert_eq!(checksum(&[&[0x80], &[78, 0, 1], &[2]]), by_bits(&[0x80, 78, 0, 1, 2]));
         assert_eq!(checksum(&[]), 0);

@@ -99,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn a_range_too_far_for_13_bits_of_millimetres_is_beyond_range() {
+    fn a_range_too_far_for_13_bits_of_millimeters_is_beyond_range() {
         assert_eq!(recode(818, CM_13, MM_13), 8180);
         assert_eq!(recode(819, CM_13, MM_13), 8183);
         assert_eq!(recode(3000, CM_13, MM_15), 30_000);

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 
 /// Writes a mesh.
 pub fn write_ply(out: &mut dyn Write, mesh: &LabeledMesh) -> io::Result<()> {
-    writeln!(out, "ply\nformat binary_little_endian 1.0\ncomment metres; plane -1: no plane")?;
+    writeln!(out, "ply\nformat binary_little_endian 1.0\ncomment meters; plane -1: no plane")?;
     writeln!(out, "element vertex {}", mesh.vertices_m.len())?;
     writeln!(out, "property float x\nproperty float y\nproperty float z")?;
     writeln!(out, "element face {}", mesh.faces.len())?;

@@ -83,7 +83,7 @@ pub(crate) struct Args {
 fn margin(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(meters) if meters >= 0.0 && meters.is_finite() => Ok(meters),
-        _ => Err("expected a length in metres, 0 or more".to_owned()),
+        _ => Err("expected a length in meters, 0 or more".to_owned()),
     }
 }
 

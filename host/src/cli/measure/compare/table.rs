@@ -8,7 +8,7 @@ use crate::cli::measure::compare::figures::Report;
 
 /// Prints it.
 pub(super) fn print(out: &mut impl Write, report: &Report) -> io::Result<()> {
-    writeln!(out, "distances to {}, in centimetres", report.reference)?;
+    writeln!(out, "distances to {}, in centimeters", report.reference)?;
     writeln!(
         out,
         "{:<8} {:>9} {:>10} {:>11}   {:>6} {:>6} {:>6} {:>7}   {:>6} {:>6} {:>6}   {:>6}   {:>9}",

@@ -23,7 +23,7 @@ pub(super) struct Args {
     #[arg(required = true, value_name = "RUN.mcap")]
     recordings: Vec<PathBuf>,
     /// Side of a cell in meters
-    #[arg(long, value_name = "METRES", default_value_t = OccupancyParams::default().resolution_m, value_parser = resolution)]
+    #[arg(long, value_name = "METERS", default_value_t = OccupancyParams::default().resolution_m, value_parser = resolution)]
     resolution: f64,
     /// Print JSON
     #[arg(long)]

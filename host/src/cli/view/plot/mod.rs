@@ -74,13 +74,13 @@ struct BasinArgs {
     #[command(flatten)]
     common: Common,
     /// Found: at most this far off, in meters
-    #[arg(long, value_name = "METRES", default_value_t = BasinParams::default().within_m)]
+    #[arg(long, value_name = "METERS", default_value_t = BasinParams::default().within_m)]
     within_m: f64,
     /// Found: at most this far turned, in degrees
     #[arg(long, value_name = "DEGREES", default_value_t = BasinParams::default().within_deg)]
     within_deg: f64,
     /// Grossly wrong: farther off than this, in meters
-    #[arg(long, value_name = "METRES", default_value_t = BasinParams::default().gross_m)]
+    #[arg(long, value_name = "METERS", default_value_t = BasinParams::default().gross_m)]
     gross_m: f64,
     /// Grossly wrong: turned farther than this, in degrees
     #[arg(long, value_name = "DEGREES", default_value_t = BasinParams::default().gross_deg)]

@@ -158,7 +158,7 @@ impl<'a> Labeling<'a> {
         self.sums = scatters(&self.points_m, &self.labels, self.sums.len());
     }
 
-    /// Labels points with a new label; `places` are as in [`Labelling::in_cells`].
+    /// Labels points with a new label; `places` are as in [`Labeling::in_cells`].
     pub(crate) fn put(&mut self, places: &[u32]) {
         let label = self.sums.len() as i32;
         self.sums.push(Scatter::default());

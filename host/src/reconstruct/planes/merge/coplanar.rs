@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn fifteen_millimetres_are_a_step_and_one_is_none() {
+    fn fifteen_millimeters_are_a_step_and_one_is_none() {
         for (y_m, into) in [(0.985, [0, 1]), (0.999, [0, 0])] {
             let pieces = [patch(0.0, 2.0, 1.0, 7), patch(3.0, 2.0, y_m, 8)];
             let mut fits = fits(&pieces);

@@ -89,7 +89,7 @@ mod tests {
     }
 
     #[test]
-    fn half_of_a_wall_s_noise_leans_on_the_wall_and_a_board_two_centimetres_off_does_not() {
+    fn half_of_a_wall_s_noise_leans_on_the_wall_and_a_board_two_centimeters_off_does_not() {
         let wall = patch((0.0, 5.0), (0.0, 0.0), 4000, 4);
         let board = patch((1.0, 1.5), (0.024, 0.0), 400, 5);
         let mut random = Random::new(6);

@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn neighbours_are_the_cells_that_touch_by_brute_force() {
+    fn neighbors_are_the_cells_that_touch_by_brute_force() {
         let mut random = Random::new(4);
         let points: Vec<[f32; 3]> =
             (0..300).map(|_| std::array::from_fn(|_| (random.unit() * 6.0 - 3.0) as f32)).collect();

@@ -35,7 +35,7 @@ pub(crate) struct Borders {
 }
 
 impl Borders {
-    /// The borders of plane `own`, which meets the planes `neighbours`.
+    /// The borders of plane `own`, which meets the planes `neighbors`.
     pub(crate) fn new(planes: &[Plane], own: usize, frame: &Frame, neighbors: &[usize]) -> Self {
         let plane = &planes[own];
         let near_m = frame.lift(FlatPoint::new(0, 0));

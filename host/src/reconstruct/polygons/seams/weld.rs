@@ -352,7 +352,7 @@ mod tests {
     }
 
     #[test]
-    fn neighbours_share_corners_and_three_planes_meet_in_one_point() {
+    fn neighbors_share_corners_and_three_planes_meet_in_one_point() {
         let mut model = room();
         let met = neighbors(&model.planes, &model.polygons);
         assert_eq!(met.iter().map(Vec::len).collect::<Vec<_>>(), [2, 2, 2]);

@@ -136,7 +136,7 @@ mod tests {
     fn a_patch_within_the_noise_of_the_wall_round_it_is_the_walls() {
         assert!(joined(10..16, 0.01));
         assert!(!joined(10..16, 0.03), "a board of 25 cm before the wall by twice the noise");
-        assert!(!joined(10..30, 0.01), "a metre square is no patch");
+        assert!(!joined(10..30, 0.01), "a meter square is no patch");
     }
 
     #[test]

@@ -62,7 +62,7 @@ fn opened() -> String {
 }
 
 #[test]
-fn a_fresh_base_is_synchronised_opened_and_pulsed() {
+fn a_fresh_base_is_synchronized_opened_and_pulsed() {
     let script = format!(
         "{}\n500 < {AT_32600}\n500 * -0.168 0.000 0.0000\n960 > {PULSE}\n1000 < {AT_32600}\n\
          1000 * -0.168 0.000 0.0000\n1760 > {PULSE}\n1800 stop\n1800 > {CLOSE}\n1800 ! left idle\n1900 end",
@@ -101,7 +101,7 @@ fn a_silent_base_is_asked_four_times_then_again_behind_zeros() {
 }
 
 #[test]
-fn a_base_that_falls_silent_is_synchronised_anew_within_a_second() {
+fn a_base_that_falls_silent_is_synchronized_anew_within_a_second() {
     let script = format!(
         "{}\n960 > {PULSE}\n1060 ! silent for 900 ms, starting again\n1060 > {SYNC0}\n1200 end",
         opened()

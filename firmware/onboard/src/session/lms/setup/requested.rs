@@ -151,7 +151,7 @@ mod tests {
                 LaserSettings { remission: true, ..mm },
                 false,
                 [0x04, 0x0D, 1],
-                "measuring mode 0Dh (13 bits of range, normalised remission) instead of 01h",
+                "measuring mode 0Dh (13 bits of range, normalized remission) instead of 01h",
             ),
             (LaserSettings { remission: true, ..mm }, true, [0x04, 0x01, 1], ""),
         ];

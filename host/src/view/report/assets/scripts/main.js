@@ -11,7 +11,7 @@ function onLattice(places, height_m, { origin_m, step_m }) {
   return positions;
 }
 
-/** A grid on the floor, of metres or, of a large building, of five: many recordings have no floor to stand on. */
+/** A grid on the floor, of meters or, of a large building, of five: many recordings have no floor to stand on. */
 function gridLines({ bounds_m: [low, high] }) {
   const side = Math.max(high[0] - low[0], high[1] - low[1]) > 60 ? 5 : 1;
   const lines = [];
@@ -23,7 +23,7 @@ function gridLines({ bounds_m: [low, high] }) {
   return lines;
 }
 
-/** Colours, plane normals and numbers of a model's surfaces, for each of its vertices. */
+/** Colors, plane normals and numbers of a model's surfaces, for each of its vertices. */
 function dress(mesh, normals, { polygons, planes, rounds, inferred }) {
   const count = mesh.positions.length / 4;
   mesh.colors = new Uint8Array(4 * count).fill(152);

@@ -1,4 +1,4 @@
-// Which way a noisy mesh faces: normals at its vertices, averaged a few times with their neighbours. Light comes from the triangles' own
+// Which way a noisy mesh faces: normals at its vertices, averaged a few times with their neighbors. Light comes from the triangles' own
 // normals, which the shader computes; these tell front from back, and a single triangle of noise must not.
 
 const ROUNDS = 4;

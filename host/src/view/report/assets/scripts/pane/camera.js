@@ -1,4 +1,4 @@
-// One camera for all panes. It turns round a point (outside, top) or stands where a person would (walk). Frame map, metres, radians.
+// One camera for all panes. It turns round a point (outside, top) or stands where a person would (walk). Frame map, meters, radians.
 
 const EYE_M = 1.7;
 const STEEPEST = 1.55;
@@ -102,8 +102,8 @@ class Camera {
     this.preset = '';
     const { right, up } = this.frame();
     if (this.walking) return this.walk(y * 0.02, -x * 0.02);
-    const metres = 2 * this.half()[1] * this.distance / height;
-    this.target = add(this.target, add(scale(right, -x * metres), scale(up, y * metres)));
+    const meters = 2 * this.half()[1] * this.distance / height;
+    this.target = add(this.target, add(scale(right, -x * meters), scale(up, y * meters)));
   }
 
   /** Nearer by a factor; a person steps ahead. */
@@ -113,7 +113,7 @@ class Camera {
     else this.distance = clamp(this.distance / factor, 0.2, 5000);
   }
 
-  /** Metres ahead and to the right, on the floor. */
+  /** Meters ahead and to the right, on the floor. */
   walk(ahead, right) {
     const [cos, sin] = [Math.cos(this.yaw), Math.sin(this.yaw)];
     this.eye = [this.eye[0] + cos * ahead + sin * right, this.eye[1] + sin * ahead - cos * right, this.eye[2]];

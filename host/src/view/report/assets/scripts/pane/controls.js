@@ -124,11 +124,11 @@ class Controls {
     if (seconds > 0) this.fresh.clear();
     const { camera } = this.viewer;
     const sign = (plus, minus) => this.held.has(plus) - this.held.has(minus);
-    const metres = WALK_M_S * seconds * (this.fast ? 3 : 1);
+    const meters = WALK_M_S * seconds * (this.fast ? 3 : 1);
     const turn = TURN_RAD_S * seconds;
     if (camera.walking) {
       const ahead = clamp(sign('KeyW', 'KeyS') + sign('ArrowUp', 'ArrowDown'), -1, 1);
-      camera.walk(ahead * metres, sign('KeyD', 'KeyA') * metres);
+      camera.walk(ahead * meters, sign('KeyD', 'KeyA') * meters);
       camera.turn((sign('KeyE', 'KeyQ') + sign('ArrowRight', 'ArrowLeft')) * turn, 0);
     } else {
       camera.turn((sign('KeyE', 'KeyQ') + sign('ArrowRight', 'ArrowLeft')) * turn, sign('ArrowUp', 'ArrowDown') * -turn);

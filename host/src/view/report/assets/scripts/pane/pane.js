@@ -4,7 +4,7 @@ const PIECE = 8192;
 const INK = { light: [0.2, 0.22, 0.26], dark: [0.08, 0.09, 0.11] };
 const WAY = [0.13, 0.46, 0.84, 1];
 const GRID = [0.5, 0.55, 0.62, 0.28];
-// Lines have their full strength where a metre is so many pixels; far away less, so that small detail does not turn black.
+// Lines have their full strength where a meter is so many pixels; far away less, so that small detail does not turn black.
 const FULL_PIXELS = 45;
 // A height above everything: no section.
 const FAR_M = 1e6;
@@ -86,7 +86,7 @@ class Pane {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     if (!this.mesh) return;
     const { frame, matrix } = camera.clip(canvas.width / canvas.height);
-    look.pixels_a_metre = camera.walking ? FULL_PIXELS : canvas.clientHeight / (2 * camera.half(canvas.width / canvas.height)[1] * camera.distance);
+    look.pixels_per_meter = camera.walking ? FULL_PIXELS : canvas.clientHeight / (2 * camera.half(canvas.width / canvas.height)[1] * camera.distance);
     gl.enable(gl.DEPTH_TEST);
     this.drawSurfaces(frame, matrix, look);
     if (this.borders && !look.wireframe) this.drawLines(this.borders, matrix, frame, look);
@@ -115,7 +115,7 @@ class Pane {
   drawLines({ buffer, count }, matrix, frame, look) {
     const { gl, line } = this;
     this.use(line, frame, matrix, look);
-    gl.uniform4fv(line.at('ink'), [...INK[look.theme], clamp(0.65 * look.pixels_a_metre / FULL_PIXELS, 0.1, 0.65)]);
+    gl.uniform4fv(line.at('ink'), [...INK[look.theme], clamp(0.65 * look.pixels_per_meter / FULL_PIXELS, 0.1, 0.65)]);
     gl.bindVertexArray(this.vertices);
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);
     gl.enable(gl.BLEND);
@@ -164,11 +164,11 @@ function program(gl, name) {
   return { program, at: (uniform) => places[uniform] ??= gl.getUniformLocation(program, uniform) };
 }
 
-function attribute(gl, location, data, size, type, normalised, stride) {
+function attribute(gl, location, data, size, type, normalized, stride) {
   gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer());
   gl.bufferData(gl.ARRAY_BUFFER, data, gl.STATIC_DRAW);
   gl.enableVertexAttribArray(location);
-  gl.vertexAttribPointer(location, size, type, normalised, stride, 0);
+  gl.vertexAttribPointer(location, size, type, normalized, stride, 0);
 }
 
 function indices(gl, data) {
@@ -178,7 +178,7 @@ function indices(gl, data) {
   return buffer;
 }
 
-/** Runs of triangles with the boxes around them; neighbours in a mesh of scans are neighbours in space. */
+/** Runs of triangles with the boxes around them; neighbors in a mesh of scans are neighbors in space. */
 async function pieces(positions, corners, { origin_m, step_m }) {
   const list = [];
   for (let first = 0; first < corners.length; first += 3 * PIECE) {
