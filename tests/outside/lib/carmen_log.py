@@ -1,6 +1,6 @@
 """Logs of CARMEN as text: read, altered, written; and how far a trajectory is from the relations of its log.
 
-A relation is `t1 t2 x y z roll pitch yaw` (metric of Kuemmerle et al. 2009). Metres, radians, seconds."""
+A relation is `t1 t2 x y z roll pitch yaw` (metric of Kuemmerle et al. 2009). Meters, radians, seconds."""
 
 import bisect
 import math

@@ -22,7 +22,7 @@ const SOURCES: [&str; 10] = [
     "hil-fixtures/src",
 ];
 
-fn root() -> PathBuf {
+pub(crate) fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
@@ -195,7 +195,7 @@ const INSTALLED: &str = "usr/share/doc/biplane/";
 const NAMELESS: &str = "fact sheet";
 
 /// Every file of the tree: its path below the root, as text.
-fn tree(folder: &Path, found: &mut Vec<String>) {
+pub(crate) fn tree(folder: &Path, found: &mut Vec<String>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         let name = path.file_name().unwrap().to_string_lossy().into_owned();

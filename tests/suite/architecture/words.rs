@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 use std::fs;
 
-use super::tidy::rust_files;
+use super::tidy::{root, rust_files, tree};
 
 /// Parts of identifiers that are not to come back, each with the word that is used instead.
 const BANNED: [(&str, &str); 75] = [
@@ -101,8 +101,7 @@ const BRITISH: [&str; 10] = [
 ];
 
 /// Names that are written to files or typed by people, who would lose what they have.
-const RECORDED: [&str; 14] = [
-    "Metres",
+const RECORDED: [&str; 13] = [
     "UNKNOWN_METRES_PER_TICK",
     "chapter_every_m",
     "glance_below_share",
@@ -116,6 +115,53 @@ const RECORDED: [&str; 14] = [
     "most_looks",
     "veil_angle_deg",
     "veil_length_m",
+];
+
+/// Parts of words that are British spelling, for all texts: documents, messages, comments, scripts.
+const BRITISH_TEXT: [&str; 23] = [
+    "behaviour",
+    "catalogue",
+    "centre",
+    "colour",
+    "favour",
+    "honour",
+    "kerb",
+    "labelled",
+    "labelling",
+    "licence",
+    "localis",
+    "metre",
+    "minimis",
+    "modelled",
+    "neighbour",
+    "normalis",
+    "optimis",
+    "organis",
+    "rasteris",
+    "recognis",
+    "signalled",
+    "synchronis",
+    "travelled",
+];
+
+/// Words that files and formats have, with the end of the name of the file that may say so; a rig's keys
+/// may stand everywhere.
+const WRITTEN: [(&str, &str); 13] = [
+    ("METRES_PER_", ""),
+    ("metres_per_", ""),
+    ("millimetre", "rig/named.rs"),
+    ("METRE", "ifc/project.rs"),
+    ("SQUARE_METRE", "ifc/project.rs"),
+    ("CUBIC_METRE", "ifc/project.rs"),
+    ("IFCCOLOURRGB", "ifc/round.rs"),
+    ("IFCCOLOURRGB", "ifc/styles.rs"),
+    // The unit's name in the International System, as models have it.
+    ("metre", "cityjson/mod.rs"),
+    ("metre", "gltf/mod.rs"),
+    ("metre", "model_json/mod.rs"),
+    // Keys of JSON.
+    ("metres", "evaluate/pose_error.rs"),
+    ("organised", "pipeline/plane_report.rs"),
 ];
 
 /// More parts than this make a sentence, such as a test's name: plain English, in which every word may stand.
@@ -228,6 +274,44 @@ fn no_source_uses_a_banned_word() {
         found.extend(faults(&text).iter().map(|fault| format!("{}: {fault}", path.display())));
     }
     assert!(found.is_empty(), "words that docs/glossary.md has better ones for:\n{}", found.join("\n"));
+}
+
+/// Words of a file that are British spelling.
+fn british_words<'a>(path: &str, text: &'a str) -> BTreeSet<&'a str> {
+    let words = text.split(|letter: char| !letter.is_alphanumeric() && letter != '_');
+    let is_british = |word: &&str| {
+        let small = word.to_lowercase();
+        BRITISH_TEXT.iter().any(|stem| small.contains(stem))
+    };
+    let is_written = |word: &&str| {
+        WRITTEN.iter().any(|(known, file)| match file.is_empty() {
+            true => word.contains(known),
+            false => word == known && path.ends_with(file),
+        })
+    };
+    words.filter(is_british).filter(|word| !is_written(word)).collect()
+}
+
+#[test]
+fn no_text_has_british_spelling() {
+    let mut files = Vec::new();
+    tree(&root(), &mut files);
+    let mut found = Vec::new();
+    // This file names the words, and a test has the key of a report.
+    let has_words = ["architecture/words.rs", "cli/measure/evaluate.rs"];
+    for path in files.iter().filter(|path| !has_words.iter().any(|name| path.ends_with(name))) {
+        let Ok(text) = fs::read_to_string(root().join(path)) else { continue };
+        found.extend(british_words(path, &text).iter().map(|word| format!("{path}: {word}")));
+    }
+    assert!(found.is_empty(), "docs/glossary.md: one spelling, American\n{}", found.join("\n"));
+}
+
+#[test]
+fn british_words_are_found_unless_a_format_has_them() {
+    let text = "Metres of the Centre: metres_per_tick, IFCCOLOURRGB, optimised, storey";
+    let found = |path: &str| british_words(path, text).into_iter().collect::<Vec<_>>();
+    assert_eq!(found("ifc/styles.rs"), ["Centre", "Metres", "optimised"]);
+    assert_eq!(found("docs/time.md"), ["Centre", "IFCCOLOURRGB", "Metres", "optimised"]);
 }
 
 #[test]

@@ -71,7 +71,7 @@ pub enum Step {
     Frames(usize),
     /// At least this long a way of the estimate.
     #[serde(rename = "metres")]
-    Metres(f64),
+    Meters(f64),
     /// At least this much time.
     #[serde(rename = "seconds")]
     Seconds(f64),
@@ -99,7 +99,7 @@ fn ends(pairs: &[PosePair], step: Step) -> Vec<usize> {
         time_s += b.stamp_ns.abs_diff(a.stamp_ns) as f64 / 1e9;
         let far_enough = match step {
             Step::Frames(count) => frames >= count,
-            Step::Metres(length_m) => path_m >= length_m,
+            Step::Meters(length_m) => path_m >= length_m,
             Step::Seconds(duration_s) => time_s >= duration_s,
         };
         if far_enough {
@@ -177,8 +177,8 @@ mod tests {
     fn steps_end_where_the_estimates_way_or_time_is_long_enough() {
         let pairs = drive(Pose2::IDENTITY);
         // The estimate's way: 1.044 m, 1 m, 1.044 m.
-        assert_eq!(ends(&pairs, Step::Metres(1.04)), [0, 1, 3]);
-        assert_eq!(ends(&pairs, Step::Metres(1.0)), [0, 1, 2, 3]);
+        assert_eq!(ends(&pairs, Step::Meters(1.04)), [0, 1, 3]);
+        assert_eq!(ends(&pairs, Step::Meters(1.0)), [0, 1, 2, 3]);
         assert_eq!(ends(&pairs, Step::Seconds(2.0)), [0, 2]);
         assert_eq!(ends(&pairs, Step::Frames(2)), [0, 2]);
     }

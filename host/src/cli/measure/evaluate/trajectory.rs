@@ -46,7 +46,7 @@ fn step(text: &str) -> Result<Step, String> {
     let value = number.parse::<f64>().ok().filter(|value| value.is_finite() && *value > 0.0);
     match (unit, value) {
         ("f", Some(frames)) if frames.fract() == 0.0 => Ok(Step::Frames(frames as usize)),
-        ("m", Some(length_m)) => Ok(Step::Metres(length_m)),
+        ("m", Some(length_m)) => Ok(Step::Meters(length_m)),
         ("s", Some(duration_s)) => Ok(Step::Seconds(duration_s)),
         _ => Err(wrong()),
     }
@@ -87,7 +87,7 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         )
     };
     let deltas = match &args.delta[..] {
-        [] => &[Step::Frames(1), Step::Metres(1.0), Step::Seconds(1.0)],
+        [] => &[Step::Frames(1), Step::Meters(1.0), Step::Seconds(1.0)],
         given => given,
     };
     let relative_of = |delta: &Step| Relative { delta: *delta, errors: relative(&pairs, *delta) };
@@ -117,7 +117,7 @@ fn print(report: &Report) -> io::Result<()> {
     for Relative { delta, errors } in &report.relative {
         let name = match delta {
             Step::Frames(count) => format!("over {} (RPE)", counted(*count, "frame")),
-            Step::Metres(length_m) => format!("over {length_m} m (RPE)"),
+            Step::Meters(length_m) => format!("over {length_m} m (RPE)"),
             Step::Seconds(duration_s) => format!("over {duration_s} s (RPE)"),
         };
         print_errors(&mut out, &name, errors.as_ref())?;

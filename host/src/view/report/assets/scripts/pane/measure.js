@@ -1,4 +1,4 @@
-// Distances and areas between places that were clicked on the model. Metres, frame map.
+// Distances and areas between places that were clicked on the model. Meters, frame map.
 
 class Measure {
   constructor(panes) {
