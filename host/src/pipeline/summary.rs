@@ -3,6 +3,7 @@
 //! The names of the top-level counts stay as they are, because scripts read them. Measured times and memory
 //! are the only figures that differ between two runs over the same input.
 
+use biplane_cli::counted;
 use serde::Serialize;
 
 use crate::model::inferred::{InferredKind, InferredSurface};
@@ -247,12 +248,12 @@ impl Summary {
     /// What the raw triangles became, in words.
     pub(crate) fn reduction(&self) -> String {
         format!(
-            "{} triangles -> {} polygons with {} holes on {} planes + {} triangles: {:.1} % fewer",
-            self.counts.raw_triangles,
-            self.counts.polygons,
-            self.counts.holes,
-            self.counts.planes,
-            self.counts.leftover_triangles,
+            "{} -> {} with {} on {} + {}: {:.1} % fewer",
+            counted(self.counts.raw_triangles, "triangle"),
+            counted(self.counts.polygons, "polygon"),
+            counted(self.counts.holes, "hole"),
+            counted(self.counts.planes, "plane"),
+            counted(self.counts.leftover_triangles, "triangle"),
             self.counts.reduction_percent
         )
     }
@@ -294,5 +295,18 @@ mod tests {
         assert!((value["reduction_percent"].as_f64().unwrap() - 84.165).abs() < 0.001);
         // sqrt((900 * 0.011^2 + 500 * 0.009^2) / 1400)
         assert!((value["errors"]["rms_m"].as_f64().unwrap() - 0.010330).abs() < 1e-6);
+    }
+    #[test]
+    fn one_is_no_plural() {
+        let counts = Counts {
+            raw_triangles: 2,
+            planes: 1,
+            polygons: 1,
+            holes: 1,
+            leftover_triangles: 1,
+            ..Counts::default()
+        };
+        let text = Summary::new(&counts, &sample::model(), 3).reduction();
+        assert_eq!(text, "2 triangles -> 1 polygon with 1 hole on 1 plane + 1 triangle: 0.0 % fewer");
     }
 }

@@ -39,7 +39,7 @@ def one_tile(work, world, least):
     words = ["--formats", "all", "--no-report"]
     run("biplane", "--quiet", "build", recording, "-o", whole, *words, cwd=work)
     count = output_of("biplane", "--quiet", "tiles", "plan", recording, "-o", tiles, cwd=work)
-    require(count == "1 tiles\n", count)
+    require(count.split() in (["1", "tile"], ["1", "tiles"]), count)
     run("biplane", "--quiet", "tiles", "run", tiles, "--index", 0, cwd=work)
     run("biplane", "--quiet", "tiles", "merge", tiles, "-o", merged, *words, cwd=work)
     compare(work / whole, work / merged)

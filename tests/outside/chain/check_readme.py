@@ -50,7 +50,8 @@ def check_bound(name, written, measured):
 def check_model_line(text, work):
     """The line that `build` ends with."""
     pattern = (
-        r"`(\d+) points, (\d+) triangles -> (\d+) polygons with \d+ holes on (\d+) planes \+ (\d+) triangles"
+        r"`(\d+) points?, (\d+) triangles? -> (\d+) polygons? with \d+ holes? on (\d+) planes? "
+        r"\+ (\d+) triangles?"
     )
     line = re.search(pattern, text)
     require(line, "README shows no last line of build")

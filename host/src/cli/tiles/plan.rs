@@ -23,7 +23,7 @@ use crate::cli::terminal::replace::{self, Known};
 use crate::cli::terminal::stages::Stages;
 use crate::cli::terminal::threads::Threads;
 use crate::cli::terminal::values::{memory, tile_size};
-use biplane_cli::Outcome;
+use biplane_cli::{Outcome, counted};
 
 /// Words of the command.
 #[derive(Clone, Debug, clap::Args)]
@@ -113,7 +113,7 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         anyhow::Ok((manifest, count))
     })?;
     folder.finish()?;
-    println!("{} tiles", manifest.tiles.len());
+    println!("{}", counted(manifest.tiles.len(), "tile"));
     Ok(Outcome::Done)
 }
 

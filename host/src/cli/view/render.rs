@@ -12,7 +12,7 @@ use crate::model::Mesh;
 use crate::reconstruct::simplify::fewer;
 use crate::recordings::deskew::StampedPose;
 use crate::view::render::scene::Scene;
-use crate::view::render::sheet::{Scope, SheetSize, Subject, compose, grouped, noisy_scene};
+use crate::view::render::sheet::{Scope, SheetSize, Subject, compose, grouped, grouped_count, noisy_scene};
 use crate::view::render::views::{Extent, View, camera, inside_at};
 use anyhow::{Context, bail};
 use clap::ValueEnum;
@@ -148,7 +148,8 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         bail!("{} holds no triangle to draw", args.folder.join("raw.ply").display())
     };
     let poses = poses_of(&args.folder)?;
-    let raw = Subject { caption: format!("raw mesh: {} triangles", grouped(raw.facets.len())), scene: raw };
+    let raw =
+        Subject { caption: format!("raw mesh: {}", grouped_count(raw.facets.len(), "triangle")), scene: raw };
     let model = Subject { caption: model_caption(args, &model), scene: model_scene(&model) };
     let simple = match args.what {
         What::All => Some(simple_subject(&args.folder, &raw_mesh)?),
@@ -179,7 +180,7 @@ fn simple_subject(folder: &Path, raw: &Mesh) -> anyhow::Result<Subject> {
     let (polygons, leftovers) =
         surfaces(folder).with_context(|| format!("{}: no figures in summary.json", folder.display()))?;
     let mesh = fewer::to_count(raw, polygons + leftovers);
-    let caption = format!("QSlim-like: {} triangles", grouped(mesh.triangles.len()));
+    let caption = format!("QSlim-like: {}", grouped_count(mesh.triangles.len(), "triangle"));
     Ok(Subject { caption, scene: noisy_scene(&mesh) })
 }
 
@@ -195,9 +196,11 @@ fn model_caption(args: &Args, model: &Ply) -> String {
     match surfaces(&args.folder) {
         Some((polygons, _)) if args.what == What::Planes => format!("flat surfaces: {}", grouped(polygons)),
         Some((polygons, leftovers)) => {
-            format!("model: {} polygons + {} triangles", grouped(polygons), grouped(leftovers))
+            let [polygons, leftovers] = [(polygons, "polygon"), (leftovers, "triangle")]
+                .map(|(count, noun)| grouped_count(count, noun));
+            format!("model: {polygons} + {leftovers}")
         }
-        None => format!("model: {} triangles", grouped(model.mesh.triangles.len())),
+        None => format!("model: {}", grouped_count(model.mesh.triangles.len(), "triangle")),
     }
 }
 

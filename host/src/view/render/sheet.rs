@@ -51,6 +51,11 @@ pub(crate) fn grouped(number: usize) -> String {
     text
 }
 
+/// A count with its noun, digits in groups of three: "1 polygon", "1,234 polygons".
+pub(crate) fn grouped_count(number: usize, noun: &str) -> String {
+    format!("{} {noun}{}", grouped(number), if number == 1 { "" } else { "s" })
+}
+
 /// What of a scene is looked at.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scope<'a> {
@@ -93,7 +98,7 @@ pub(crate) fn compose(
 
 #[cfg(test)]
 mod tests {
-    use super::{Scope, SheetSize, Subject, compose, grouped};
+    use super::{Scope, SheetSize, Subject, compose, grouped, grouped_count};
     use crate::model::palette;
     use crate::model::sample;
     use crate::view::render::scene::Scene;
@@ -105,6 +110,7 @@ mod tests {
             [0, 999, 1000, 163_336, 1_000_000].map(grouped),
             ["0", "999", "1,000", "163,336", "1,000,000"]
         );
+        assert_eq!([1, 1000].map(|count| grouped_count(count, "hole")), ["1 hole", "1,000 holes"]);
     }
 
     #[test]

@@ -9,7 +9,7 @@ use base64::engine::general_purpose::STANDARD;
 use crate::model::palette;
 use crate::view::render::camera::Camera;
 use crate::view::render::scene::Scene;
-use crate::view::render::sheet::{Scope, SheetSize, Subject, compose, grouped, noisy_scene};
+use crate::view::render::sheet::{Scope, SheetSize, Subject, compose, grouped_count, noisy_scene};
 use crate::view::render::vector::Vec3;
 use crate::view::render::views::{Extent, View, camera};
 use crate::view::report::data::contents;
@@ -74,7 +74,7 @@ fn bounds_m(extent: &Extent, sources: &Sources<'_>) -> [Vec3; 2] {
 }
 
 fn subject(name: &str, triangles: usize, scene: Scene) -> Subject {
-    Subject { caption: format!("{name}: {} triangles", grouped(triangles)), scene }
+    Subject { caption: format!("{name}: {}", grouped_count(triangles, "triangle")), scene }
 }
 
 fn model_subject(sources: &Sources<'_>) -> Subject {
@@ -88,9 +88,9 @@ fn model_subject(sources: &Sources<'_>) -> Subject {
     sources.shapes.rounds.iter().for_each(|mesh| scene.add_mesh(mesh, |_| palette::ROUND));
     scene.add_mesh(&model.leftovers, |_| palette::LEFTOVERS);
     let caption = format!(
-        "model: {} polygons + {} triangles",
-        grouped(model.polygons.len()),
-        grouped(model.leftovers.triangles.len())
+        "model: {} + {}",
+        grouped_count(model.polygons.len(), "polygon"),
+        grouped_count(model.leftovers.triangles.len(), "triangle")
     );
     Subject { caption, scene }
 }

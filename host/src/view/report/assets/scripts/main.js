@@ -81,13 +81,14 @@ async function loadMesh(viewer, note) {
 }
 
 function sizeOf({ name, triangles }, { polygons, rounds, inferred, raw_triangles }) {
-  const count = (number) => number.toLocaleString('en');
+  const grouped = (number) => number.toLocaleString('en');
+  const count = (number, noun) => `${grouped(number)} ${noun}${number === 1 ? '' : 's'}`;
   if (name === 'model') {
     const known = [...polygons, ...rounds, ...inferred].reduce((sum, surface) => sum + surface.triangles, 0);
-    const round = rounds.length > 0 ? ` + ${count(rounds.length)} round thing${rounds.length > 1 ? 's' : ''}` : '';
-    return `${count(polygons.length)} polygons${round} + ${count(triangles - known)} triangles${inferred.length > 0 ? `; ${count(inferred.length)} inferred` : ''}`;
+    const round = rounds.length > 0 ? ` + ${count(rounds.length, 'round thing')}` : '';
+    return `${count(polygons.length, 'polygon')}${round} + ${count(triangles - known, 'triangle')}${inferred.length > 0 ? `; ${grouped(inferred.length)} inferred` : ''}`;
   }
-  return name === 'raw' && triangles < raw_triangles ? `${count(triangles)} of ${count(raw_triangles)} triangles` : `${count(triangles)} triangles`;
+  return name === 'raw' && triangles < raw_triangles ? `${grouped(triangles)} of ${count(raw_triangles, 'triangle')}` : count(triangles, 'triangle');
 }
 
 async function start(section) {
