@@ -109,7 +109,9 @@ impl fmt::Display for FileKind {
             Self::Pcd => "a PCD cloud; `biplane planes` reads PLY, LAS and LAZ",
             Self::Obj => "a Wavefront OBJ file (`biplane compact` reads meshes)",
             Self::Glb => "a glTF model",
-            Self::Ifc => "an IFC building",
+            Self::Ifc => {
+                "an IFC building (`biplane compare --ifc` and `biplane-mock simulate --world` read it)"
+            }
             Self::Picture => "a picture",
             Self::Packed => "packed: unpack it first",
             Self::Rig => "a rig.toml (it goes with --rig)",

@@ -4,18 +4,20 @@ use std::collections::BTreeMap;
 
 use biplane_clock::iso_8601;
 use biplane_matcher::TrackerParams;
-use biplane_recording::mcap::read::RIG_ATTACHMENT;
+use biplane_recording::mcap::read::{RIG_ASSUMED, RIG_ATTACHMENT};
 use biplane_recording::{PartsWriter, Rig, WriteError};
 
 use crate::stamping::cycle_params::CycleClockParams;
 
-/// Writes attachments and metadata at the start of a recording. `start_ns` is UTC, nanoseconds.
+/// Writes attachments and metadata at the start of a recording. `start_ns` is UTC, nanoseconds; `assumed` says
+/// what of the rig is, where nobody wrote one down.
 ///
 /// # Errors
 /// As [`PartsWriter::attach`].
 pub(crate) fn write(
     writer: &mut PartsWriter,
     rig: &Rig,
+    assumed: Option<String>,
     matcher: &TrackerParams,
     program: &str,
     start_ns: i64,
@@ -29,7 +31,8 @@ pub(crate) fn write(
         ("start_time", iso_8601(start_ns)),
         ("start_time_ns", start_ns.to_string()),
     ];
-    let words: BTreeMap<_, _> = words.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
+    let words = words.into_iter().chain(assumed.map(|assumed| (RIG_ASSUMED, assumed)));
+    let words: BTreeMap<_, _> = words.map(|(key, value)| (key.to_owned(), value)).collect();
     writer.metadata("biplane", &words)
 }
 

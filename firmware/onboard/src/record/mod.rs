@@ -136,7 +136,7 @@ pub(crate) fn record_with(
     let clock = RunClock::start();
     let start_ns = clock.now_ns();
     let mut writer = PartsWriter::create(&options.output, &writer_options, options.rotation)?;
-    provenance::write(&mut writer, &options.rig, &options.matcher, "biplane-onboard record", start_ns)?;
+    provenance::write(&mut writer, &options.rig, None, &options.matcher, "biplane-onboard record", start_ns)?;
     let files_taken_away = Arc::new(AtomicU64::new(0));
     let status_printer = StatusPrinter {
         mode: options.status,

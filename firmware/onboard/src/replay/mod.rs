@@ -14,6 +14,7 @@ use std::str::FromStr;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use biplane_matcher::TrackerParams;
+use biplane_recording::mcap::read::RIG_ASSUMED;
 use biplane_recording::{PartsWriter, Recording, Rig, Rotation, WriterOptions};
 
 use crate::engine::Engine;
@@ -169,7 +170,13 @@ fn run_into(
     Input { recording, content, start_ns }: Input<'_>,
     stop: &AtomicBool,
 ) -> Result<RunReport, OnboardError> {
-    provenance::write(&mut writer, &rig, &options.matcher, "biplane-onboard replay", start_ns)?;
+    let assumed = match options.rig {
+        Some(_) => None,
+        None => {
+            recording.first().metadata()?.remove("biplane").and_then(|mut words| words.remove(RIG_ASSUMED))
+        }
+    };
+    provenance::write(&mut writer, &rig, assumed, &options.matcher, "biplane-onboard replay", start_ns)?;
     let (tap, view) = live::start(listener, &rig)?;
     let engine_options = EngineOptions { rig, matcher: options.matcher, feed: Feed::Recorded, raw: false };
     let journal = options.journal.as_deref().map(JournalFile::create).transpose()?;

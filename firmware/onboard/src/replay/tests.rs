@@ -78,7 +78,8 @@ fn a_capture_replayed_twice_gives_the_same_bytes_and_keeps_every_telegram() {
     assert!(fs::read(folder.file("first.mcap")).unwrap() == fs::read(folder.file("second.mcap")).unwrap());
     let reader = Reader::open(&folder.file("first.mcap")).unwrap();
     assert_eq!(reader.rig().unwrap(), Some(synthetic::rig()));
-    assert!(reader.metadata().unwrap()["biplane"].contains_key("start_time"));
+    let words = &reader.metadata().unwrap()["biplane"];
+    assert!(words.contains_key("start_time") && !words.contains_key("rig"), "{words:?}");
 }
 
 #[test]
@@ -247,6 +248,26 @@ fn vertical_data_without_a_vertical_laser_in_the_rig_is_left_out_and_counted() {
     let serial = run(&ReplayOptions { rig, ..options(capture, folder.file("b.mcap")) }).unwrap();
     assert_eq!((serial.losses.not_understood, serial.exit_code()), (0, 3));
     assert!(serial.losses.reads_without_laser > 0 && serial.losses.reads_without_laser == serial.losses.lost);
+}
+
+#[test]
+fn what_of_a_rig_is_assumed_is_kept_with_it_and_goes_where_another_is_given() {
+    let folder = Folder::new("assumed");
+    let path = folder.file("capture.mcap");
+    let mut writer = Writer::create(&path, &WriterOptions::default()).unwrap();
+    writer.attach("rig.toml", "application/toml", synthetic::rig().to_toml().as_bytes()).unwrap();
+    writer.metadata("biplane", &[("rig".to_owned(), "all assumed".to_owned())].into()).unwrap();
+    for read in synthetic::drive(1, 60) {
+        writer.write_serial(read.port, Direction::Rx, read.time_ns, &read.bytes).unwrap();
+    }
+    writer.finish().unwrap();
+    let assumed = |rig, name: &str| {
+        run(&ReplayOptions { rig, ..options(path.clone(), folder.file(name)) }).unwrap();
+        let mut metadata = Reader::open(&folder.file(name)).unwrap().metadata().unwrap();
+        metadata.get_mut("biplane").unwrap().remove("rig")
+    };
+    assert_eq!(assumed(None, "kept.mcap").as_deref(), Some("all assumed"));
+    assert_eq!(assumed(Some(synthetic::rig()), "given.mcap"), None);
 }
 
 #[test]

@@ -1,15 +1,16 @@
 //! `biplane info`: what a file or a model's folder holds, as a table or as JSON.
 
 use std::io::{self, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use super::model_info;
+use super::{health, model_info, poses};
 use crate::recordings::info;
 use crate::recordings::info::{FileInfo, TopicInfo};
 use crate::recordings::stamp_text::format_seconds;
 
-use biplane_cli::{Outcome, counted, paragraph};
+use biplane_cli::{Outcome, counted};
 use biplane_clock::iso_8601;
+use biplane_recording::mcap::read::RIG_ASSUMED;
 
 /// Words of the command.
 #[derive(Debug, clap::Args)]
@@ -35,6 +36,9 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<Outcome> {
         model_info::print(&mut out, folder, args.json)?;
         return Ok(Outcome::Done);
     }
+    if let [file] = &args.files[..] {
+        check_file(file)?;
+    }
     let info = info::read(&args.files)?;
     if args.json {
         serde_json::to_writer_pretty(&mut out, &info).map_err(io::Error::from)?;
@@ -43,6 +47,16 @@ pub(crate) fn run(args: &Args) -> anyhow::Result<Outcome> {
         print(&mut out, &info)?;
     }
     Ok(Outcome::Done)
+}
+
+/// Says of a file that is no recording what it is, and which command says more of it.
+fn check_file(file: &Path) -> anyhow::Result<()> {
+    let folder = file.parent().filter(|folder| folder.join(model_info::LIST).exists());
+    let expected = match folder {
+        Some(folder) => format!("`biplane info {}` lists the rooms of that model", folder.display()),
+        None => "expected a recording or capture (MCAP), or a folder that `biplane build` wrote".to_owned(),
+    };
+    poses::check_recording(file, &expected)
 }
 
 fn print(out: &mut impl Write, info: &FileInfo) -> io::Result<()> {
@@ -67,21 +81,22 @@ fn print(out: &mut impl Write, info: &FileInfo) -> io::Result<()> {
     writeln!(out, "  from {}", time(info.start_ns))?;
     writeln!(out, "    to {}", time(info.end_ns))?;
     print_topics(out, &info.topics)?;
-    for health in &info.health {
-        let values: Vec<String> = health.values.iter().map(|(key, value)| format!("{key} {value}")).collect();
-        writeln!(out, "  health of {}: {}", health.name, health.message)?;
-        out.write_all(paragraph(&values.join(", "), WIDTH, "    ").as_bytes())?;
-    }
+    health::print(out, &info.health)?;
     for (name, values) in &info.metadata {
         writeln!(out, "  metadata {name}")?;
-        values.iter().try_for_each(|(key, value)| writeln!(out, "    {key} = {value}"))?;
+        let others = values.iter().filter(|(key, _)| key.as_str() != RIG_ASSUMED);
+        others.into_iter().try_for_each(|(key, value)| writeln!(out, "    {key} = {value}"))?;
     }
     if !info.attachments.is_empty() {
         writeln!(out, "  attachments: {}", info.attachments.join(", "))?;
     }
     match &info.rig {
         Some(rig) => {
-            writeln!(out, "  rig:")?;
+            let assumed = info.metadata.get("biplane").and_then(|words| words.get(RIG_ASSUMED));
+            match assumed {
+                Some(assumed) => writeln!(out, "  rig ({assumed}):")?,
+                None => writeln!(out, "  rig:")?,
+            }
             rig.lines()
                 .filter(|line| !line.trim().is_empty())
                 .try_for_each(|line| writeln!(out, "    {line}"))
@@ -90,8 +105,6 @@ fn print(out: &mut impl Write, info: &FileInfo) -> io::Result<()> {
     }
 }
 
-/// Letters of a paragraph beside its indentation: the lines then fit into a terminal of 80 columns.
-const WIDTH: usize = 76;
 /// 1 January 1990. Earlier stamps count from the start of some clock, and are no dates.
 const FIRST_DATE_NS: i64 = 631_152_000_000_000_000;
 

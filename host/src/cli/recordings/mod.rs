@@ -1,6 +1,7 @@
 //! Commands that read recordings and write recordings, poses or maps.
 
 pub(crate) mod calibrate;
+mod health;
 pub(crate) mod import;
 pub(crate) mod info;
 pub(crate) mod map;

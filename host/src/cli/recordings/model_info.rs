@@ -3,13 +3,13 @@
 use std::io::{self, Write};
 use std::path::Path;
 
-use anyhow::{Context, anyhow};
+use anyhow::{Context, bail};
 use serde_json::Value;
 
 use crate::building::elements::{Room, Use, Wall, WallOpening};
 
 /// The file that lists them.
-const LIST: &str = "building.json";
+pub(super) const LIST: &str = "building.json";
 
 /// What is printed of a model.
 struct Lists {
@@ -24,18 +24,31 @@ struct Lists {
 /// When the folder has no list, or one that cannot be read.
 pub(super) fn print(out: &mut impl Write, folder: &Path, json: bool) -> anyhow::Result<()> {
     let path = folder.join(LIST);
-    let text = std::fs::read_to_string(&path).map_err(|why| {
-        let folder = folder.display();
-        anyhow!(
-            "{folder} is a folder without a {LIST} that can be read ({why}): `biplane build` of a drive with a vertical laser writes one"
-        )
-    })?;
+    if !path.exists() {
+        let shown = folder.display();
+        if is_truth(folder) {
+            bail!(
+                "{shown} is no model, and looks like the truth of a simulated drive: \
+                 `biplane compare MODEL --truth {shown}/surfaces.ply` and \
+                 `biplane evaluate trajectory {shown}/poses.tum RUN.mcap` take it"
+            );
+        }
+        bail!(
+            "{shown} is a folder without {LIST}, which `biplane build` writes of a drive with a vertical laser"
+        );
+    }
+    let text = std::fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
     let value: Value = serde_json::from_str(&text).with_context(|| path.display().to_string())?;
     if json {
         return Ok(writeln!(out, "{}", text.trim_end())?);
     }
     let lists = lists(value).with_context(|| format!("{}: not a list of this version", path.display()))?;
     Ok(print_lists(out, folder, &lists)?)
+}
+
+/// Whether a folder has the files of a simulator's truth.
+fn is_truth(folder: &Path) -> bool {
+    ["surfaces.ply", "poses.tum"].iter().all(|name| folder.join(name).exists())
 }
 
 fn lists(mut value: Value) -> serde_json::Result<Lists> {
@@ -53,21 +66,47 @@ fn print_lists(out: &mut impl Write, folder: &Path, lists: &Lists) -> io::Result
         "{}: report.html shows it, docs/exports.md says what opens the other files",
         folder.display()
     )?;
-    writeln!(out, "  rooms: {} (area in m2, height in m; open: not closed all around)", rooms.len())?;
-    for room in rooms {
-        let open = if room.closed { "" } else { "  open" };
-        let height_m = room.ceiling_z_m - room.floor_z_m;
-        writeln!(out, "    {:10} {:8.2} {height_m:6.2}{open}", room.id, room.area_m2)?;
+    if rooms.is_empty() && walls.is_empty() && openings.is_empty() {
+        return writeln!(out, "  no room, wall, door or window was found");
     }
+    writeln!(out, "  S1-R02 is room 2 of storey 1; R: room, W: wall, D: door, P: passage, N: window")?;
+    print_rooms(out, rooms)?;
     let thick = walls.iter().filter(|wall| wall.thickness_m.is_some()).count();
-    writeln!(out, "  walls: {}, of known thickness {thick}", walls.len())?;
+    writeln!(out, "  walls: {}, {thick} of them of known thickness", walls.len())?;
     for (kind, words) in [(Use::Door, "doors"), (Use::Passage, "passages"), (Use::Window, "windows")] {
         let all: Vec<_> = openings.iter().filter(|opening| opening.kind == kind).collect();
-        writeln!(out, "  {words}: {} (width, height, sill in m; wall; rooms)", all.len())?;
-        for one in all {
-            let (wide, high, sill, rooms) = (one.width_m, one.height_m, one.sill_m, one.rooms.join(", "));
-            writeln!(out, "    {:10} {wide:6.2} {high:6.2} {sill:6.2}  {}  {rooms}", one.id, one.wall)?;
-        }
+        print_openings(out, words, &all)?;
+    }
+    Ok(())
+}
+
+fn print_rooms(out: &mut impl Write, rooms: &[Room]) -> io::Result<()> {
+    if rooms.is_empty() {
+        return writeln!(out, "  rooms: none");
+    }
+    writeln!(out, "  rooms: {}", rooms.len())?;
+    writeln!(out, "    {:8} {:>8} {:>8}", "name", "area m2", "height m")?;
+    for room in rooms {
+        let open = if room.closed { "" } else { "  not closed all around" };
+        let height_m = room.ceiling_z_m - room.floor_z_m;
+        writeln!(out, "    {:8} {:8.2} {height_m:8.2}{open}", room.id, room.area_m2)?;
+    }
+    Ok(())
+}
+
+fn print_openings(out: &mut impl Write, words: &str, all: &[&WallOpening]) -> io::Result<()> {
+    if all.is_empty() {
+        return writeln!(out, "  {words}: none");
+    }
+    writeln!(out, "  {words}: {}", all.len())?;
+    writeln!(
+        out,
+        "    {:8} {:>8} {:>8} {:>8}  {:8} of rooms",
+        "name", "width m", "height m", "sill m", "in wall"
+    )?;
+    for one in all {
+        let (wide, high, sill, rooms) = (one.width_m, one.height_m, one.sill_m, one.rooms.join(", "));
+        writeln!(out, "    {:8} {wide:8.2} {high:8.2} {sill:8.2}  {:8} {rooms}", one.id, one.wall)?;
     }
     Ok(())
 }
@@ -90,12 +129,31 @@ mod tests {
             let mut out = Vec::new();
             print(&mut out, &folder, json).map(|()| String::from_utf8(out).unwrap())
         };
-        assert!(printed(false).unwrap_err().to_string().contains("without a building.json"));
+        let refused = || printed(false).unwrap_err().to_string();
+        assert!(refused().contains("without building.json, which `biplane build` writes"), "{}", refused());
+        let truth = ["surfaces.ply", "poses.tum"].map(|name| folder.join(name));
+        truth.iter().for_each(|path| std::fs::write(path, "").unwrap());
+        assert!(
+            refused().contains("the truth of a simulated drive: `biplane compare MODEL --truth /"),
+            "{}",
+            refused()
+        );
         std::fs::write(folder.join("building.json"), LIST).unwrap();
         let text = printed(false).unwrap();
-        assert!(text.contains("S1-R01        12.35   2.50  open"), "{text}");
-        assert!(text.contains("S1-N01       1.20   1.10   0.90  S1-W02  S1-R01"), "{text}");
-        assert!(text.contains("doors: 0 ") && text.contains("windows: 1 "), "{text}");
+        let lines: Vec<&str> = text.lines().skip(1).collect();
+        let expected = [
+            "  S1-R02 is room 2 of storey 1; R: room, W: wall, D: door, P: passage, N: window",
+            "  rooms: 1",
+            "    name      area m2 height m",
+            "    S1-R01      12.35     2.50  not closed all around",
+            "  walls: 0, 0 of them of known thickness",
+            "  doors: none",
+            "  passages: none",
+            "  windows: 1",
+            "    name      width m height m   sill m  in wall  of rooms",
+            "    S1-N01       1.20     1.10     0.90  S1-W02   S1-R01",
+        ];
+        assert_eq!(lines, expected);
         assert_eq!(printed(true).unwrap().trim_end(), LIST);
         std::fs::write(folder.join("building.json"), r#"{"rooms": 3}"#).unwrap();
         assert!(printed(false).unwrap_err().to_string().contains("not a list of this version"));

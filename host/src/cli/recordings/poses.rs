@@ -8,7 +8,7 @@ use crate::formats::text::trajectory::read_poses;
 use crate::recordings::deskew::StampedPose;
 use crate::recordings::run::Run;
 use anyhow::{Context, bail};
-use biplane_recording::file_kind::{FileKind, KIND_BYTES};
+use biplane_recording::file_kind::{FileKind, KIND_BYTES, describe};
 
 use crate::cli::terminal::console::Console;
 
@@ -37,13 +37,40 @@ pub(crate) fn read(path: &Path, console: &Console) -> anyhow::Result<Vec<Stamped
 fn check_kind(path: &Path) -> anyhow::Result<()> {
     let shown = path.display();
     if let Some(kind) = kind_of(path)? {
-        bail!("{shown} is {kind}; expected a posed recording or a trajectory as text");
+        let way_out = match kind {
+            FileKind::Carmen => {
+                "; `biplane import carmen` and then `biplane-onboard replay` make one of the log"
+            }
+            FileKind::RosBag | FileKind::Sqlite => {
+                "; `biplane import bag` and then `biplane-onboard replay` make one of the bag"
+            }
+            _ => "",
+        };
+        // A log's own words would name half of the way.
+        let name = if kind == FileKind::Carmen { "a CARMEN log".to_owned() } else { kind.to_string() };
+        bail!("{shown} is {name}; expected a posed recording or a trajectory as text{way_out}");
     }
     if rows_of(path).is_some_and(|rows| !rows.iter().any(Row::is_pose)) {
         bail!(
             "{shown} holds relations between poses and no trajectory: \
              `biplane evaluate relations RELATIONS TRAJECTORY` takes it as the first of its two files"
         );
+    }
+    Ok(())
+}
+
+/// Names what a file is that is no recording.
+///
+/// # Errors
+/// When there is such a file and it is something else; `expected` says what is wanted.
+pub(crate) fn check_recording(path: &Path, expected: &str) -> anyhow::Result<()> {
+    // A name that is no file may be that of a recording in parts; a folder has its own message.
+    if !path.is_file() {
+        return Ok(());
+    }
+    let start = start_of(path)?;
+    if !start.starts_with(&MCAP) {
+        bail!("{} {}; {expected}", path.display(), describe(&start));
     }
     Ok(())
 }
@@ -69,10 +96,15 @@ pub(crate) fn check_relations(path: &Path) -> anyhow::Result<()> {
 
 /// What a file is by its first bytes, where these tell.
 fn kind_of(path: &Path) -> anyhow::Result<Option<FileKind>> {
+    Ok(FileKind::of(&start_of(path)?))
+}
+
+/// The first bytes of a file, enough to know what it is.
+fn start_of(path: &Path) -> anyhow::Result<Vec<u8>> {
     let mut start = Vec::new();
     let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
     file.take(KIND_BYTES).read_to_end(&mut start)?;
-    Ok(FileKind::of(&start))
+    Ok(start)
 }
 
 /// Eight numbers of a line: of a pose as TUM, or of a relation.

@@ -10,6 +10,7 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use biplane_recording::file_kind::{KIND_BYTES, describe};
+use biplane_recording::mcap::read::RIG_ASSUMED;
 use biplane_recording::{Rig, Topic, WriteError, Writer, WriterOptions};
 
 use super::carmen_line::{LaserKind, LaserLine, Line, LineError, OdometryLine, parse_line};
@@ -190,6 +191,10 @@ impl Conversion {
             ("program", format!("biplane {}", env!("CARGO_PKG_VERSION"))),
             ("source", format!("CARMEN log {name}")),
             ("no_return", no_return),
+            (
+                RIG_ASSUMED,
+                "ports, mounts and the base are assumed: a CARMEN log does not say them".to_owned(),
+            ),
         ];
         self.writer.metadata("biplane", &values.map(|(key, value)| (key.to_owned(), value)).into())
     }

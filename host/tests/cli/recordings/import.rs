@@ -23,6 +23,7 @@ fn a_log_becomes_a_recording_that_info_tells_about() {
     assert_eq!(info["profile"], "ros2");
     let ran = folder.expect("info a.mcap", 0, &[]);
     assert!(ran.stdout.contains("/odom") && ran.stdout.contains("resolution_deg"), "{}", ran.stdout);
+    assert!(ran.stdout.contains("rig (ports, mounts and the base are assumed"), "{}", ran.stdout);
     let ran = folder.expect("--quiet import carmen a.log -o b.mcap", 0, &[]);
     assert_eq!((ran.stdout.as_str(), ran.stderr.as_str()), ("", ""));
     assert_eq!(fs::read(folder.path("a.mcap")).unwrap(), fs::read(folder.path("b.mcap")).unwrap());
@@ -60,6 +61,11 @@ fn bad_input_is_one_sentence_and_nothing_is_written_or_lost() {
         let ran = folder.expect(name, 1, &["a.log"]);
         assert_eq!(ran.stderr.lines().count(), 1, "{}", ran.stderr);
     }
+    let way_out = "`biplane import carmen` and then `biplane-onboard replay` make one of the log";
+    for name in ["plot trajectory a.log -o p.svg", "evaluate trajectory a.log a.log"] {
+        folder.expect(name, 1, &["a.log is a CARMEN log; expected a posed recording", way_out]);
+    }
+    folder.expect("plot trajectory a.log --map a.log -o p.svg", 1, &["; --map takes the posed recording"]);
     assert_eq!(fs::read(folder.path("kept.mcap")).unwrap(), b"somebody's");
     assert_eq!(folder.names(), ["a.log", "empty.log", "kept.mcap"]);
     folder.expect("import carmen a.log -o kept.mcap --force", 0, &[]);

@@ -114,6 +114,7 @@ impl<'a> Reference<'a> {
 
 /// The poses and the floor map of a recording.
 fn read_map(recording: &Path, console: &Console) -> anyhow::Result<(Vec<StampedPose>, Backdrop)> {
+    poses::check_recording(recording, "--map takes the posed recording itself, and draws the map of it")?;
     let run = Run::open(&[recording.to_owned()])?;
     let _spinner = console.spinner(format!("drawing {}", run.path().display()));
     let poses = run.poses()?;

@@ -22,6 +22,7 @@ pub use report::BagReport;
 
 use std::path::{Path, PathBuf};
 
+use biplane_recording::mcap::read::RIG_ASSUMED;
 use biplane_recording::rig::{InertialUnit, Laser, Mount};
 use biplane_recording::{Rig, Writer};
 
@@ -223,6 +224,10 @@ fn describe(
         ("horizontal", topic(&plan.horizontal)),
         ("vertical", plan.vertical.as_ref().map_or_else(|| "none".to_owned(), topic)),
         ("echo", options.echo.to_string()),
+        (
+            RIG_ASSUMED,
+            "mounts are from the bag or from flags; ports, rates and the base are assumed".to_owned(),
+        ),
     ];
     writer.metadata("biplane", &values.map(|(key, value)| (key.to_owned(), value)).into())?;
     Ok(())

@@ -38,6 +38,10 @@ use std::sync::Arc;
 /// The name of the attachment that holds the resolved `rig.toml`.
 pub const RIG_ATTACHMENT: &str = "rig.toml";
 
+/// The value of the metadata record `biplane` that says what of the rig is assumed, of recordings that others
+/// made.
+pub const RIG_ASSUMED: &str = "rig";
+
 /// An attachment's name stands within its first so many bytes.
 const ATTACHMENT_FRONT: u64 = 1 << 12;
 
