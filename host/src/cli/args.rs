@@ -1,7 +1,9 @@
 //! The command line as types. Each command's own words stand in its file.
 
+use std::fmt::Display;
 use std::path::PathBuf;
 
+use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 
 use crate::cli::build;
@@ -85,4 +87,9 @@ pub(super) enum Command {
     ///
     /// To read one: `biplane man pages`, then `man -l pages/biplane.1`.
     Man(biplane_cli::Man),
+}
+
+/// Ends the process as clap does where words of a command do not go with each other or with what they name.
+pub(super) fn refuse(command: &str, kind: ErrorKind, why: impl Display) -> ! {
+    biplane_cli::refusal::<Cli>(command, kind, why).exit()
 }

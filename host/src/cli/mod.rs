@@ -21,7 +21,7 @@ use biplane_cli::{BAD_ARGUMENTS, FAILED, Outcome};
 use clap::CommandFactory;
 use clap::error::ErrorKind;
 
-use crate::cli::args::{Cli, Command};
+use crate::cli::args::{Cli, Command, refuse};
 use crate::cli::terminal::console::{Console, say};
 use crate::formats::output::unfinished;
 
@@ -64,16 +64,16 @@ fn run(command: Command, console: &Console) -> anyhow::Result<Outcome> {
         Command::Map(args) => recordings::map::run(&args, console),
         Command::Build(args) => build::run(&args, console),
         Command::Tiles(args) => match args.conflict() {
-            Some(why) => Cli::command().error(ErrorKind::ValueValidation, why).exit(),
+            Some(why) => refuse("tiles", ErrorKind::ValueValidation, why),
             None => tiles::run(&args, console),
         },
         Command::Planes(args) => match args.conflict() {
-            Some(why) => Cli::command().error(ErrorKind::ArgumentConflict, why).exit(),
+            Some(why) => refuse("planes", ErrorKind::ArgumentConflict, why),
             None => models::planes::run(&args, console),
         },
         Command::Compact(args) => models::compact::run(&args, console),
         Command::Export(args) => match args.conflict() {
-            Some(why) => Cli::command().error(ErrorKind::ValueValidation, why).exit(),
+            Some(why) => refuse("export", ErrorKind::ValueValidation, why),
             None => models::export::run(&args, console),
         },
         Command::Compare(args) => measure::compare::run(&args, console),

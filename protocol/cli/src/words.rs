@@ -2,7 +2,12 @@
 
 use std::ffi::OsString;
 
+use clap::builder::StyledStr;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Command, Parser};
+
+/// So many commands are named that have a flag which another has not.
+const NAMED_COMMANDS: usize = 3;
 
 /// Reads the words of a command line; the first is the program's name.
 ///
@@ -13,13 +18,51 @@ use clap::{Command, Parser};
 /// When the words are no command, or when they ask for help or for the version.
 pub fn try_parse<P: Parser>(words: impl IntoIterator<Item = OsString>) -> Result<P, clap::Error> {
     let mut program = with_negative_numbers(P::command());
-    let mut matches = program.try_get_matches_from_mut(words)?;
+    let mut matches =
+        program.try_get_matches_from_mut(words).map_err(|error| with_command_of_flag(error, &program))?;
     P::from_arg_matches_mut(&mut matches).map_err(|error| error.format(&mut program))
 }
 
 /// As [`try_parse`]; ends the process with clap's message where the words are no command.
 pub fn parse<P: Parser>(words: impl IntoIterator<Item = OsString>) -> P {
     try_parse(words).unwrap_or_else(|error| error.exit())
+}
+
+/// Refuses what one of the program's commands was given, with the usage of that command.
+pub fn refusal<P: Parser>(command: &str, kind: ErrorKind, why: impl std::fmt::Display) -> clap::Error {
+    let mut program = P::command();
+    // Only now a command knows what it is called, program and all.
+    program.build();
+    let named = command.split(' ').try_fold(&mut program, |outer, name| outer.find_subcommand_mut(name));
+    match named {
+        Some(command) => command.error(kind, why),
+        None => P::command().error(kind, why),
+    }
+}
+
+/// A flag that a command does not have may be that of another, which is then named.
+fn with_command_of_flag(mut error: clap::Error, program: &Command) -> clap::Error {
+    let is_unknown = error.kind() == ErrorKind::UnknownArgument;
+    // A flag that is only misspelled has its own hint.
+    if !is_unknown || error.get(ContextKind::SuggestedArg).is_some() {
+        return error;
+    }
+    let Some(ContextValue::String(flag)) = error.get(ContextKind::InvalidArg) else { return error };
+    let Some(name) = flag.strip_prefix("--") else { return error };
+    let has_flag = |command: &&Command| {
+        command.get_arguments().any(|argument| !argument.is_hide_set() && argument.get_long() == Some(name))
+    };
+    let having: Vec<String> = program
+        .get_subcommands()
+        .filter(has_flag)
+        .take(NAMED_COMMANDS)
+        .map(|command| format!("`{} {}`", program.get_name(), command.get_name()))
+        .collect();
+    if !having.is_empty() {
+        let hint = StyledStr::from(format!("{flag} is a flag of {}", having.join(", ")));
+        error.insert(ContextKind::Suggested, ContextValue::StyledStrs(vec![hint]));
+    }
+    error
 }
 
 fn with_negative_numbers(program: Command) -> Command {
@@ -35,6 +78,7 @@ mod tests {
     use super::*;
 
     #[derive(Debug, Parser)]
+    #[command(name = "sample")]
     struct Sample {
         #[arg(long, value_parser = above_zero, global = true)]
         sigma: Option<f64>,
@@ -47,6 +91,10 @@ mod tests {
         Cut {
             #[arg(long)]
             height: f64,
+        },
+        Draw {
+            #[arg(long)]
+            align_walls: bool,
         },
     }
 
@@ -61,11 +109,26 @@ mod tests {
     #[test]
     fn a_number_below_0_is_a_value_and_a_refusal_names_the_reason() {
         let sample: Sample = try_parse(words("sample cut --height -1.5")).unwrap();
-        let Inner::Cut { height } = sample.command;
-        assert_eq!((height, sample.sigma), (-1.5, None));
+        assert!(matches!(sample.command, Inner::Cut { height: -1.5 }) && sample.sigma.is_none());
         let refused = try_parse::<Sample>(words("sample cut --height 1 --sigma -1")).unwrap_err().to_string();
         assert!(refused.contains("expected a number above 0"), "{refused}");
         let unknown = try_parse::<Sample>(words("sample cut --height 1 --depth -1")).unwrap_err().to_string();
         assert!(unknown.contains("unexpected argument '--depth'"), "{unknown}");
+    }
+    #[test]
+    fn a_flag_of_another_command_is_said_to_be_that_commands() {
+        let refused = |line| try_parse::<Sample>(words(line)).unwrap_err().to_string();
+        let other = refused("sample cut --height 1 --align-walls");
+        assert!(other.contains("tip: --align-walls is a flag of `sample draw`"), "{other}");
+        assert!(!other.contains("as a value"), "{other}");
+        let misspelled = refused("sample draw --align-wall");
+        assert!(misspelled.contains("a similar argument exists: '--align-walls'"), "{misspelled}");
+        assert!(!refused("sample draw --depth").contains("is a flag of"));
+    }
+
+    #[test]
+    fn a_refusal_shows_the_usage_of_its_command() {
+        let refused = refusal::<Sample>("cut", ErrorKind::ValueValidation, "too high").to_string();
+        assert!(refused.starts_with("error: too high") && refused.contains("Usage: sample cut"), "{refused}");
     }
 }

@@ -6,6 +6,7 @@ pub(super) mod posed;
 mod rooms;
 pub(super) mod storeys;
 
+use crate::cli::args::refuse;
 use crate::cli::models::model_args::{ModelArgs, report_noise};
 use crate::cli::models::viewer_file::write_viewer_file;
 use crate::cli::models::{files, formats};
@@ -36,6 +37,7 @@ use crate::view::floor_map::map_image::MapImage;
 use crate::view::report::Page;
 use anyhow::{anyhow, bail};
 use biplane_cli::Outcome;
+use clap::error::ErrorKind;
 pub(super) use drive_args::DriveArgs;
 use posed::Posed;
 use std::path::{Path, PathBuf};
@@ -167,7 +169,8 @@ pub(super) fn run_prepared(
 ) -> anyhow::Result<Outcome> {
     args.target.threads.take()?;
     let runs = optimize::open(&args.drive.recordings, console)?;
-    let (runs, floors_m) = storeys::sorted(runs, &args.floor_z)?;
+    let (runs, floors_m) = storeys::sorted(runs, &args.floor_z)
+        .unwrap_or_else(|why| refuse("build", ErrorKind::ValueValidation, why));
     if args.target.force {
         let read = runs.iter().flat_map(|run| run.recording().paths()).map(Path::to_owned);
         let inputs: Vec<PathBuf> = read.chain(args.drive.poses.clone()).collect();

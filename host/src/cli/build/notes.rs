@@ -41,8 +41,6 @@ pub(super) fn report_model(folder: &Path, summary: &Summary, has_vertical: bool,
             summary.reduction()
         ));
     } else {
-        console.note(format!(
-            "{folder}: the recording has no scan of a vertical laser, so there is a map and a trajectory, and no model"
-        ));
+        console.note(format!("{folder}: map and trajectory"));
     }
 }

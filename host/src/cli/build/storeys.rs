@@ -2,8 +2,6 @@
 
 use std::path::PathBuf;
 
-use anyhow::bail;
-
 use super::drive_args::DriveArgs;
 use super::notes;
 use super::posed::Posed;
@@ -41,19 +39,24 @@ pub(super) fn floor_of(text: &str) -> Result<FloorOf, String> {
 ///
 /// # Errors
 /// When a floor is that of no recording, or floors are too near to each other.
-pub(super) fn sorted(mut runs: Vec<Run>, floors: &[FloorOf]) -> anyhow::Result<(Vec<Run>, Vec<f64>)> {
+pub(super) fn sorted(mut runs: Vec<Run>, floors: &[FloorOf]) -> Result<(Vec<Run>, Vec<f64>), String> {
     let is_of = |run: &Run, floor: &FloorOf| {
         run.path() == floor.recording || run.recording().paths().any(|path| path == floor.recording)
     };
     if let Some(lost) = floors.iter().find(|floor| !runs.iter().any(|run| is_of(run, floor))) {
-        bail!("--floor-z names {}, which is none of the recordings", lost.recording.display());
+        let names: Vec<String> = runs.iter().map(|run| run.path().display().to_string()).collect();
+        return Err(format!(
+            "--floor-z names {}, which is none of the recordings: {}",
+            lost.recording.display(),
+            names.join(", ")
+        ));
     }
     let height_m = |run: &Run| floors.iter().rfind(|floor| is_of(run, floor)).map_or(0.0, |floor| floor.z_m);
     runs.sort_by(|a, b| height_m(a).total_cmp(&height_m(b)));
     let floors_m: Vec<f64> = runs.iter().map(height_m).collect();
     let near = floors_m.windows(2).find(|pair| pair[0] != pair[1] && pair[1] - pair[0] < MIN_APART_M);
     if let Some(pair) = near {
-        bail!("floors at {} m and {} m are less than {MIN_APART_M} m apart", pair[0], pair[1]);
+        return Err(format!("floors at {} m and {} m are less than {MIN_APART_M} m apart", pair[0], pair[1]));
     }
     Ok((runs, floors_m))
 }

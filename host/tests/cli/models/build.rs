@@ -168,7 +168,11 @@ fn any_number_of_threads_writes_the_same_bytes() {
 fn without_a_vertical_laser_there_are_map_and_trajectory_and_a_word_about_it() {
     let folder = Folder::new("flat");
     room::record(&folder.path("run.mcap"), Content { poses: true, vertical: false });
-    folder.expect("build run.mcap -o out", 0, &["no scan of a vertical laser"]);
+    let ran = folder.expect("build run.mcap -o out", 0, &["no scan of a vertical laser"]);
+    assert_eq!(ran.stderr.matches("no model").count(), 1, "{}", ran.stderr);
+    let what = "--floor-z names other.mcap, which is none of the recordings: run.mcap";
+    folder.expect("build run.mcap -o up --floor-z other.mcap=3.1", 2, &[what, "Usage: biplane build"]);
+    folder.expect("info out", 1, &["out is a folder without building.json"]);
     let expected = ["map.pgm", "map.png", "map.yaml", "report.html", "summary.json", "trajectory.tum"];
     assert_eq!(names(&folder.path("out")), expected);
     folder.expect("compare out", 1, &["out holds no model"]);

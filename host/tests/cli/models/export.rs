@@ -111,8 +111,9 @@ fn a_folder_that_holds_no_model_is_named_with_what_it_lacks() {
     folder.expect(
         "export out --formats ifc,glb --align-walls",
         2,
-        &["--align-walls goes with dxf and ifc alone"],
+        &["--align-walls goes with dxf and ifc alone", "Usage: biplane export"],
     );
+    folder.expect("build run.mcap -o out --align-walls", 2, &["is a flag of `biplane export`"]);
     folder.expect("export out --formats none", 2, &["writes no file"]);
     folder.expect("export out --formats dxf", 1, &["cannot read out: No such file"]);
     folder.expect("export run.mcap --formats dxf", 1, &["run.mcap is an MCAP file; expected a folder"]);

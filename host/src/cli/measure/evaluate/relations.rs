@@ -20,7 +20,8 @@ use biplane_cli::{Outcome, counted};
 
 /// Words of the command.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Example:\n  biplane evaluate relations intel.relations intel.opt.mcap")]
+#[command(after_help = "Example:\n  biplane evaluate relations intel.relations intel.opt.mcap\n\n\
+    The rows \"squared\" are the squares of the errors, averaged: the metric of Kümmerle et al. 2009.")]
 pub(super) struct Args {
     /// The relations, with "t1 t2 x y z roll pitch yaw" on each line: pose 2 seen from pose 1
     relations: PathBuf,
@@ -101,16 +102,16 @@ fn print(report: &RelationsReport) -> io::Result<()> {
         found.interpolated,
         found.outside
     )?;
-    writeln!(out, "{:<14} {:>10} {:>10} {:>10}", "", "mean", "std", "largest")?;
+    writeln!(out, "{:<19} {:>10} {:>10} {:>10}", "", "mean", "std", "largest")?;
     for (name, unit, figures) in [
         ("translation", "m", &report.translation_m),
-        ("its square", "m2", &report.translation_m2),
+        ("translation squared", "m2", &report.translation_m2),
         ("rotation", "deg", &report.rotation_deg),
-        ("its square", "deg2", &report.rotation_deg2),
+        ("rotation squared", "deg2", &report.rotation_deg2),
     ] {
         writeln!(
             out,
-            "{name:<14} {:>10.4} {:>10.4} {:>10.3} {unit}",
+            "{name:<19} {:>10.4} {:>10.4} {:>10.3} {unit}",
             figures.mean, figures.std, figures.max
         )?;
     }

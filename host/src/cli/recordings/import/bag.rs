@@ -5,10 +5,9 @@ use std::path::PathBuf;
 use biplane_recording::WriterOptions;
 use biplane_recording::mcap::write::active_path;
 use biplane_recording::rig::Mount;
-use clap::CommandFactory;
 use clap::error::ErrorKind;
 
-use crate::cli::args::Cli;
+use crate::cli::args::refuse;
 use crate::cli::terminal::console::{Console, say};
 use crate::formats::output::unfinished::Unfinished;
 use crate::formats::output::{check_free, check_not_input};
@@ -137,7 +136,7 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     drop(spinner);
     match imported {
         Ok(report) => Ok(print_result(&report, args, console)),
-        Err(BagError::Choice(why)) => Cli::command().error(ErrorKind::InvalidValue, why).exit(),
+        Err(BagError::Choice(why)) => refuse("import bag", ErrorKind::InvalidValue, why),
         Err(error) => Err(error.into()),
     }
 }
