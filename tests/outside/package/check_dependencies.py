@@ -82,13 +82,13 @@ def satisfied(expression, allowed):
 
 def wrong(package, rules):
     """What is against the rules in one package."""
-    name, license = package["name"], package["license"]
+    name, terms = package["name"], package["license"]
     allowed = set(rules["licenses"]["allow"])
     for exception in rules["licenses"]["exceptions"]:
         if exception["crate"] == name:
             allowed |= set(exception["allow"])
-    if not license or not satisfied(license, allowed):
-        yield f"{name} {package['version']}: license {license}; deny.toml allows {sorted(allowed)}"
+    if not terms or not satisfied(terms, allowed):
+        yield f"{name} {package['version']}: license {terms}; deny.toml allows {sorted(allowed)}"
     if name in {ban["crate"] for ban in rules["bans"]["deny"]}:
         yield f"{name} {package['version']}: banned by deny.toml"
     if package["source"] not in {f"registry+{url}" for url in rules["sources"]["allow-registry"]}:
