@@ -22,6 +22,7 @@ use clap::CommandFactory;
 use clap::error::ErrorKind;
 
 use crate::cli::args::{Cli, Command, refuse};
+use crate::cli::terminal::bad_argument::BadArgument;
 use crate::cli::terminal::console::{Console, say};
 use crate::formats::output::unfinished;
 
@@ -47,6 +48,9 @@ pub fn main() -> ExitCode {
         // Whoever read our output has seen enough of it.
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
+            if let Some(BadArgument { command, why }) = error.downcast_ref() {
+                refuse(command, ErrorKind::ValueValidation, why);
+            }
             say(&format!("biplane: {}", sentence(&error)));
             ExitCode::from(FAILED)
         }

@@ -9,8 +9,8 @@ use biplane_recording::{PartsWriter, Rig, WriteError};
 
 use crate::stamping::cycle_params::CycleClockParams;
 
-/// Writes attachments and metadata at the start of a recording. `start_ns` is UTC, nanoseconds; `assumed` says
-/// what of the rig is, where nobody wrote one down.
+/// Writes attachments and metadata at the start of a recording. `start_ns` is UTC, nanoseconds; `assumed`
+/// says what of the rig is, where nobody wrote one down.
 ///
 /// # Errors
 /// As [`PartsWriter::attach`].

@@ -6,11 +6,11 @@ pub(super) mod posed;
 mod rooms;
 pub(super) mod storeys;
 
-use crate::cli::args::refuse;
 use crate::cli::models::model_args::{ModelArgs, report_noise};
 use crate::cli::models::viewer_file::write_viewer_file;
 use crate::cli::models::{files, formats};
 use crate::cli::recordings::optimize;
+use crate::cli::terminal::bad_argument::BadArgument;
 use crate::cli::terminal::console::Console;
 use crate::cli::terminal::dry_run::Plan;
 use crate::cli::terminal::json::print_json;
@@ -37,7 +37,6 @@ use crate::view::floor_map::map_image::MapImage;
 use crate::view::report::Page;
 use anyhow::{anyhow, bail};
 use biplane_cli::Outcome;
-use clap::error::ErrorKind;
 pub(super) use drive_args::DriveArgs;
 use posed::Posed;
 use std::path::{Path, PathBuf};
@@ -169,8 +168,8 @@ pub(super) fn run_prepared(
 ) -> anyhow::Result<Outcome> {
     args.target.threads.take()?;
     let runs = optimize::open(&args.drive.recordings, console)?;
-    let (runs, floors_m) = storeys::sorted(runs, &args.floor_z)
-        .unwrap_or_else(|why| refuse("build", ErrorKind::ValueValidation, why));
+    let (runs, floors_m) =
+        storeys::sorted(runs, &args.floor_z).map_err(|why| BadArgument { command: "build", why })?;
     if args.target.force {
         let read = runs.iter().flat_map(|run| run.recording().paths()).map(Path::to_owned);
         let inputs: Vec<PathBuf> = read.chain(args.drive.poses.clone()).collect();

@@ -1,5 +1,6 @@
 //! What commands share at the terminal: progress, threads, dry runs, replacing old results.
 
+pub(crate) mod bad_argument;
 pub(crate) mod console;
 pub(crate) mod dry_run;
 pub(crate) mod heartbeat;

@@ -40,8 +40,8 @@ const MAX_PATH_VARIANCE_M2: f64 = 1.0;
 const SUBMAPS_ON_WAYS: usize = 50;
 /// A cycle closes when the squared Mahalanobis distance of what is left of it is below this, no unit: the
 /// chi-square quantile of three degrees of freedom (x, y and the turn) at 99 %. Stricter than what a loop
-/// must fulfill in the end ([`crate::slam::pose_graph::graduated_non_convexity`], 99.9 %), because a loop that
-/// agrees by chance makes a false one believed.
+/// must fulfill in the end ([`crate::slam::pose_graph::graduated_non_convexity`], 99.9 %), because a loop
+/// that agrees by chance makes a false one believed.
 const MAX_CYCLE_SQUARED: f64 = 11.3;
 /// What every loop is taken to know at least, 1/m^2 and 1/rad^2: without it, one that says nothing along a
 /// corridor has no covariance.
