@@ -118,7 +118,7 @@ const RECORDED: [&str; 13] = [
 ];
 
 /// Parts of words that are British spelling, for all texts: documents, messages, comments, scripts.
-const BRITISH_TEXT: [&str; 23] = [
+const BRITISH_TEXT: [&str; 24] = [
     "behaviour",
     "catalogue",
     "centre",
@@ -133,6 +133,7 @@ const BRITISH_TEXT: [&str; 23] = [
     "metre",
     "minimis",
     "modelled",
+    "modelling",
     "neighbour",
     "normalis",
     "optimis",

@@ -1,4 +1,4 @@
-//! The files of a build's folder (`docs/modelling.md`), written into its unfinished form.
+//! The files of a build's folder (`docs/modeling.md`), written into its unfinished form.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
