@@ -1,6 +1,5 @@
 //! Upright faces as lines of the plan, with where along them there is wall.
 
-use super::curved_faces;
 use super::directions::{Directions, Facing, unit};
 use super::evidence::Evidence;
 use super::levels::Overhead;
@@ -120,8 +119,13 @@ pub(crate) fn directions(evidence: &Evidence<'_>) -> Directions {
     Directions::of(&upright.collect::<Vec<_>>())
 }
 
-/// All faces, the largest first.
-pub(crate) fn find(evidence: &Evidence<'_>, overhead: &Overhead, directions: &Directions) -> Vec<Face> {
+/// All faces, those of curved walls with them, the largest first.
+pub(crate) fn find(
+    evidence: &Evidence<'_>,
+    overhead: &Overhead,
+    directions: &Directions,
+    curved: Vec<Face>,
+) -> Vec<Face> {
     let model = evidence.model;
     let mut polygons: Vec<Vec<&PlanarPolygon>> = vec![Vec::new(); model.planes.len()];
     for polygon in &model.polygons {
@@ -149,7 +153,7 @@ pub(crate) fn find(evidence: &Evidence<'_>, overhead: &Overhead, directions: &Di
             faces.push(face);
         }
     }
-    faces.extend(curved_faces::find(evidence, overhead));
+    faces.extend(curved);
     faces.sort_by(|a, b| b.area_m2.total_cmp(&a.area_m2));
     let mut faces = merged(faces);
     faces.iter_mut().for_each(|face| close_doorways(face, evidence.path_m));

@@ -53,7 +53,8 @@ impl Plan {
         let grid = evidence.grid;
         let overhead = Overhead::of(evidence);
         let directions = faces::directions(evidence);
-        let faces = faces::find(evidence, &overhead, &directions);
+        let curved = curved_faces::find(evidence, &overhead);
+        let faces = faces::find(evidence, &overhead, &directions, curved);
         let regions = Regions::find(evidence, &overhead, &faces);
         let ground = Ground { grid, regions: &regions, is_soffit: &overhead.is_soffit };
         let cells = arrangement::cells(grid, &faces, &directions);
