@@ -2,14 +2,18 @@
 """How well are height, roll and pitch of simulated drives found, and does a flat floor stay flat to the bit?
 
     check_sixdof.py DIR [--world WORLD]... [--path PATH] [--seeds N] [--rig RIG.toml] [--ate M] [--height M]
-                    [--tilt DEG] [--flat] [--planar] [--hold LEAST MOST] [--first SEED]
+                    [--tilt DEG] [--flat] [--planar] [--hold LEAST MOST] [--first SEED] [--each]
+                    [--rise M] [--sigmas N]
 
 Simulates each world with N seeds, replays the bytes, optimizes, and compares the optimized poses with the
 truth: RMS over the way after the best motion in the plane (x, y, heading); heights and tilts as they are.
 `within` is the share of heights, rolls and pitches whose error is below three stated standard deviations;
 `inside` the shares of x, y, z, roll, pitch and heading in their 95 % intervals, which `--hold` bounds.
+`rise` is the error of the height from the drive's start to its end (levels of decks), which `--rise` bounds,
+in meters and in stated standard deviations, which `--sigmas` bounds.
 Limits hold for the worst seed, or for the median with `--median`; `--flat` wants height, roll and pitch of
-all poses to be 0 to the bit. Needs `biplane`, `biplane-onboard`, `biplane-mock` on PATH, numpy, rosbags."""
+all poses to be 0 to the bit. `--each` prints every drive. Needs `biplane`, `biplane-onboard`, `biplane-mock`
+on PATH, numpy, rosbags."""
 
 import argparse
 import sys
@@ -25,7 +29,7 @@ from lib.verdict import require
 
 # Half of a 95 % interval, in standard deviations.
 INTERVAL_95 = 1.96
-PARTS = ("ate_m", "worst_m", "z_m", "worst_z_m", "roll_deg", "pitch_deg")
+PARTS = ("ate_m", "worst_m", "z_m", "worst_z_m", "roll_deg", "pitch_deg", "rise_m", "rise_sigmas")
 
 
 def angles(quaternions):
@@ -89,18 +93,22 @@ def measured(folder, world, seed, args):
     truth = true_poses(folder / "truth/trajectory.tum", stamps)
     flat, off = position_errors(found, truth), found - truth
     rms = [np.sqrt(np.mean(np.square(part))) for part in off.T]
+    sigmas = np.sqrt(np.maximum(np.einsum("nii->ni", covariances), 1e-18))
+    rise = abs(off[-1, 2] - off[0, 2])
     errors = dict(
         zip(
             PARTS,
             [np.sqrt(np.mean(flat**2)), flat.max(), rms[2], np.abs(off[:, 2]).max()]
-            + [np.degrees(rms[3]), np.degrees(rms[4])],
+            + [np.degrees(rms[3]), np.degrees(rms[4]), rise, rise / sigmas[-1, 2]],
             strict=True,
         )
     )
-    sigmas = np.sqrt(np.maximum(np.einsum("nii->ni", covariances), 1e-18))
     errors["within"] = np.mean(np.abs(off[:, 2:5]) < 3 * sigmas[:, 2:5])
     errors["inside"] = np.mean(np.abs(wrapped(off)) < INTERVAL_95 * sigmas, axis=0)
     errors["is_flat"] = not np.any(found[:, 2:5])
+    if args.each:
+        words = ", ".join(f"{part} {errors[part]:.4f}" for part in PARTS)
+        print(f"{world} {seed}: {words}, within {errors['within']:.2f}{', flat' * errors['is_flat']}")
     return errors
 
 
@@ -119,7 +127,9 @@ def judge(world, drives, args):
         held = np.all((inside >= low) & (inside <= high))
         require(held, f"{world}: 95 % intervals hold {inside}, {low} to {high} is wanted")
     tilt = {"tilt_deg": [max(drive["roll_deg"], drive["pitch_deg"]) for drive in drives]}
-    for name, limit in (("ate_m", args.ate), ("z_m", args.height), ("tilt_deg", args.tilt)):
+    limits = {"ate_m": args.ate, "z_m": args.height, "tilt_deg": args.tilt}
+    limits |= {"rise_m": args.rise, "rise_sigmas": args.sigmas}
+    for name, limit in limits.items():
         values = tilt.get(name) or [drive[name] for drive in drives]
         if limit is not None:
             require(over(values) <= limit, f"{world}: {name} {over(values):.4f}, at most {limit} is wanted")
@@ -141,7 +151,9 @@ def main():
     parser.add_argument("--tilt", type=float, metavar="DEG")
     parser.add_argument("--hold", type=float, nargs=2, metavar=("LEAST", "MOST"))
     parser.add_argument("--first", type=int, default=1, metavar="SEED")
-    for switch in ("flat", "planar", "median"):
+    parser.add_argument("--rise", type=float, metavar="M")
+    parser.add_argument("--sigmas", type=float, metavar="N")
+    for switch in ("flat", "planar", "median", "each"):
         parser.add_argument(f"--{switch}", action="store_true")
     args = parser.parse_args()
     for world in args.world or ["ramp-up"]:
