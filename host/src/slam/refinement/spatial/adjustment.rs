@@ -259,8 +259,9 @@ impl Problem<'_> {
         group.add(&row, residual, weight);
     }
 
-    /// How far the beams that were held out are from what explains them.
-    pub(crate) fn held_out(&self, knots: &Knots, round: &Round) -> HeldOut {
+    /// How far the beams that were held out are from what explains them, and which of them were sent from the
+    /// knots that `is_sloped` marks.
+    pub(crate) fn held_out(&self, knots: &Knots, round: &Round, is_sloped: &[bool]) -> HeldOut {
         let span = Span { first: 0, first_free: 0, end: knots.states.len() };
         let surfaces = self.surfaces(knots, span, round);
         let cost = |&number: &usize| {
@@ -272,15 +273,19 @@ impl Problem<'_> {
             Some((plane.distance_m(hit.placed(knots)) / sigma_m).powi(2).min(CAP))
         };
         let chosen = self.chosen(span, 1, true);
-        let costs_of = |laser: Laser| -> Vec<Option<f64>> {
-            let of_laser: Vec<usize> =
-                chosen.iter().copied().filter(|&number| self.hits[number].laser == laser).collect();
-            of_laser.par_iter().map(cost).collect()
+        let costs: Vec<Option<f64>> = chosen.par_iter().map(cost).collect();
+        let costs_of = |laser: Laser, only_sloped: bool| -> Vec<Option<f64>> {
+            let is_wanted = |number: usize| {
+                let hit = &self.hits[number];
+                hit.laser == laser && (is_sloped[hit.knot as usize] || !only_sloped)
+            };
+            let of = chosen.iter().zip(&costs).filter(|(number, _)| is_wanted(**number));
+            of.map(|(_, cost)| *cost).collect()
         };
         let ground = self.floor.held_out(self.hits, knots).map(|squared| Some(squared.min(CAP)));
         HeldOut {
-            horizontal: costs_of(Laser::Horizontal),
-            vertical: costs_of(Laser::Vertical),
+            of_lasers: [Laser::Horizontal, Laser::Vertical].map(|laser| costs_of(laser, false)),
+            sloped: [Laser::Horizontal, Laser::Vertical].map(|laser| costs_of(laser, true)),
             ground: ground.collect(),
         }
     }
@@ -290,22 +295,23 @@ impl Problem<'_> {
 /// most [`CAP`]; `None` where nothing explains a beam.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct HeldOut {
-    /// From planes of the other beams.
-    pub horizontal: Vec<Option<f64>>,
-    pub vertical: Vec<Option<f64>>,
+    /// From planes of the other beams: those of the horizontal laser, those of the vertical one.
+    pub of_lasers: [Vec<Option<f64>>; 2],
+    /// The same of beams from where the ground slopes.
+    pub sloped: [Vec<Option<f64>>; 2],
     /// From the ground that the robot drove over later.
     pub ground: Vec<Option<f64>>,
 }
 
 impl HeldOut {
-    /// All of them.
-    pub(crate) fn all(&self) -> Vec<Option<f64>> {
-        [&self.horizontal[..], &self.vertical, &self.ground].concat()
+    /// All that tell of slopes: what was seen from there, and ground ahead.
+    pub(crate) fn of_slopes(&self) -> Vec<Option<f64>> {
+        [&self.sloped[0][..], &self.sloped[1], &self.ground].concat()
     }
 }
 
 /// The most that one beam costs.
-pub(crate) const CAP: f64 = 9.0;
+const CAP: f64 = 9.0;
 
 /// Planes, and which hits lie on them.
 struct Prepared {

@@ -1,6 +1,8 @@
-//! Whether poses with height and tilt are taken: ground that was seen ahead has to be where the robot
-//! drove, and beams that took no part in finding the poses have to be explained better, those of either laser
-//! by its own planes not worse. Else the poses stay, and a flat floor is flat to the bit.
+//! Whether poses with height and tilt are taken: ground that was seen ahead has to be where the robot drove.
+//! Beams that took no part in finding the poses have to be explained better where they tell of slopes: ground
+//! ahead, and what was seen from where it slopes. The level rest of the way tells of none, so that a ramp
+//! counts the same however far the robot drives on the decks that it joins. And those of either laser may
+//! not be explained worse. Else the poses stay, and a flat floor is flat to the bit.
 //!
 //! The horizontal laser sees where the ground bends up, and next to nothing of where it bends down. A drive
 //! that ends on a slope up has therefore as well come down one before, unseen, and ended on the level: its
@@ -12,6 +14,7 @@ use crate::slam::refinement::spatial::knots::Knots;
 use crate::slam::refinement::spatial::motion::inertial::Inertial;
 use crate::slam::refinement::spatial::observability::{Certainty, Observed};
 use crate::slam::refinement::spatial::surfaces::Search;
+use biplane_geometry::PortableMath;
 
 /// Poses that were found.
 #[derive(Clone, Debug)]
@@ -49,11 +52,15 @@ impl Refined {
     }
 }
 
-/// Poses with height and tilt have to lower the cost of held-out beams by this share.
+/// Poses with height and tilt have to lower the cost of what tells of slopes by this share.
 const PAYS: f64 = 0.04;
+/// Ground slopes where the base leans by more than this, radians.
+const SLOPED_RAD: f64 = 0.0175;
 /// Beams of neither laser may cost more than this share of what they did: flat poses of a ramp are torn, and
 /// each piece fits its own beams well.
 const NOT_WORSE: f64 = 1.05;
+/// Nor more than this share where the ground slopes: there flat poses are bent most, to fit what they see.
+const NOT_WORSE_SLOPED: f64 = 1.2;
 /// And to put so many of the returns from ground ahead onto the ground: people who walk there are not on it.
 const ON_THE_GROUND: f64 = 0.6;
 /// The last so many seconds tell whether a drive ends level: within this, radians.
@@ -77,10 +84,14 @@ pub(crate) fn choose(problem: &Problem<'_>, start: &Knots) -> Option<Refined> {
     let grown = grow(problem, start)?;
     let mut knots = adjusted(problem, &grown)?;
     let judge = round(problem, JUDGE_GATE_M, 0);
-    let (now, before) = (problem.held_out(&knots, &judge), problem.held_out(start, &judge));
-    let by = ratio(&now.all(), &before.all());
-    let is_worse = ratio(&now.horizontal, &before.horizontal) > NOT_WORSE
-        || ratio(&now.vertical, &before.vertical) > NOT_WORSE;
+    let is_sloped: Vec<bool> =
+        knots.states.iter().map(|state| state[3].portable_hypot(state[4]) > SLOPED_RAD).collect();
+    let [now, before] = [&knots, start].map(|knots| problem.held_out(knots, &judge, &is_sloped));
+    let by = ratio(&now.of_slopes(), &before.of_slopes());
+    let is_worse = (0..2).any(|laser| {
+        ratio(&now.of_lasers[laser], &before.of_lasers[laser]) > NOT_WORSE
+            || ratio(&now.sloped[laser], &before.sloped[laser]) > NOT_WORSE_SLOPED
+    });
     // What an inertial unit says of a slope and its sign needs no more than not to be contradicted.
     let is_reported = problem.inertial.is_some_and(Inertial::reports_slope);
     let is_ground = problem.floor.share_on_ground(problem.hits, &knots) >= ON_THE_GROUND;
