@@ -247,3 +247,21 @@ fn two_faces_further_apart_than_they_are_long_are_no_wall() {
     assert_eq!(thickness_m(0.55), None, "a shaft");
     assert!(thickness_m(0.65).is_some_and(|found| (found - 0.6).abs() < 1e-9));
 }
+
+#[test]
+fn a_door_is_as_wide_as_its_reveals_are_apart_where_split_beams_end_beside_them() {
+    let mut drive = house();
+    let [from, to] = DOOR_M;
+    let split_m = 0.04;
+    drive.through(1, 5.0, 8.1, [[from + split_m, to - split_m], [0.45, HEAD_M]]);
+    let heights = || (0..80).map(|k| 0.46 + 0.02 * f64::from(k));
+    for (jamb_m, into) in [(from, 1.0), (to, -1.0)] {
+        for z in heights() {
+            (0..4).for_each(|k| drive.see(0, 2, [5.0, jamb_m + into * split_m * f64::from(k) / 4.0, z]));
+            drive.see(0, -1, [5.06, jamb_m, z]);
+        }
+    }
+    let found = found(&drive, &through_the_door());
+    let door = found.openings.iter().find(|opening| opening.kind == Use::Door).unwrap();
+    assert!((door.width_m - 0.9).abs() < 0.01, "{door:?}");
+}

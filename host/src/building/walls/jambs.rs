@@ -16,41 +16,60 @@ const MIN_POINTS: usize = 8;
 const SPREAD_M: f64 = 0.06;
 /// How far from where rays begin to end a reveal is looked for, meters.
 const REVEAL_NEAR_M: f64 = 0.1;
-/// A reveal may lie this far off the border of the rays, meters.
-const SLACK_M: f64 = 0.015;
+/// A reveal may lie this far off the border of the rays, meters: beams that an edge splits end on the wall, so
+/// that the rays have openings too narrow.
+const SLACK_M: f64 = 0.03;
+/// The same where one drove through: no frame stands in the way that could be taken for the reveal.
+const WALKED_SLACK_M: f64 = 0.05;
 /// Largest share of rays that contradict an edge.
 const MAX_WRONG: f64 = 0.25;
 /// Corners of openings are kept out of what is looked at, meters.
 const CORNER_M: f64 = 0.08;
 
-/// From jamb to jamb: `expected` is where rays pass, `under` the soffit over it.
-pub(crate) fn span(view: &WallView<'_>, expected: Span, under: Option<Span>, rows: Span) -> Span {
+/// From jamb to jamb: `expected` is where rays pass, `under` the soffit over it; `is_driven` where the robot
+/// drove through.
+pub(crate) fn span(
+    view: &WallView<'_>,
+    expected: Span,
+    under: Option<Span>,
+    rows: Span,
+    is_driven: bool,
+) -> Span {
+    let slack_m = if is_driven { WALKED_SLACK_M } else { SLACK_M };
     let rows = [rows[0] + CORNER_M, rows[1] - CORNER_M];
     let found = [0, 1].map(|end| {
         let sign = [-1.0, 1.0][end];
         let mut places = std::iter::once(expected[end]).chain(under.map(|span| span[end]));
-        places.find_map(|at_m| edge_m(view, 0, [at_m, sign], rows)).unwrap_or(expected[end])
+        places.find_map(|at_m| edge_m(view, 0, [at_m, sign], rows, slack_m)).unwrap_or(expected[end])
     });
     if found[0] < found[1] { found } else { expected }
 }
 
 /// The lower edge of the wall over an opening.
 pub(crate) fn head_m(view: &WallView<'_>, span: Span, expected_m: f64) -> f64 {
-    edge_m(view, 1, [expected_m, 1.0], [span[0] + CORNER_M, span[1] - CORNER_M]).unwrap_or(expected_m)
+    edge_m(view, 1, [expected_m, 1.0], [span[0] + CORNER_M, span[1] - CORNER_M], SLACK_M)
+        .unwrap_or(expected_m)
 }
 
 /// The upper edge of the wall under an opening.
 pub(crate) fn sill_m(view: &WallView<'_>, span: Span, expected_m: f64) -> f64 {
-    edge_m(view, 1, [expected_m, -1.0], [span[0] + CORNER_M, span[1] - CORNER_M]).unwrap_or(expected_m)
+    edge_m(view, 1, [expected_m, -1.0], [span[0] + CORNER_M, span[1] - CORNER_M], SLACK_M)
+        .unwrap_or(expected_m)
 }
 
 /// The place of an edge along an axis (0 along the wall, 1 up), `sign` pointing into the wall: between the
 /// last ray that passed and the first that ended, there where the reveal has its points if it has any.
-fn edge_m(view: &WallView<'_>, axis: usize, [at_m, sign]: [f64; 2], across: Span) -> Option<f64> {
+fn edge_m(
+    view: &WallView<'_>,
+    axis: usize,
+    [at_m, sign]: [f64; 2],
+    across: Span,
+    slack_m: f64,
+) -> Option<f64> {
     let between = border_m(view, axis, [at_m, sign], across);
     let reveal = reveal_m(view, axis, between.map_or(at_m, |[a, b]| (a + b) / 2.0), across);
     match (between, reveal) {
-        (Some([a, b]), Some(reveal)) if reveal > a.min(b) - SLACK_M && reveal < a.max(b) + SLACK_M => {
+        (Some([a, b]), Some(reveal)) if reveal > a.min(b) - slack_m && reveal < a.max(b) + slack_m => {
             Some(reveal)
         }
         (Some([a, b]), _) => Some((a + b) / 2.0),

@@ -286,7 +286,8 @@ impl WallView<'_> {
         }
         let bottom_m = if is_door { floor_m } else { jambs::sill_m(self, candidate.span, sill_m) };
         let rows = [bottom_m.max(floor_m + MIN_SEEN_M), top_m];
-        let span = jambs::span(self, candidate.span, candidate.head.map(|(_, span)| span), rows);
+        let under = candidate.head.map(|(_, span)| span);
+        let span = jambs::span(self, candidate.span, under, rows, candidate.is_driven);
         let shows = match (candidate.is_driven, candidate.seen) {
             (true, _) => Shows::DrivenThrough,
             (false, Some(_)) => Shows::SeenThrough,
