@@ -16,8 +16,8 @@ const MIN_POINTS: usize = 8;
 const SPREAD_M: f64 = 0.06;
 /// How far from where rays begin to end a reveal is looked for, meters.
 const REVEAL_NEAR_M: f64 = 0.1;
-/// A reveal may lie this far off the border of the rays, meters: beams that an edge splits end on the wall, so
-/// that the rays have openings too narrow.
+/// A reveal may lie this far off the border of the rays, meters: beams that an edge splits end on the wall,
+/// so that the rays have openings too narrow.
 const SLACK_M: f64 = 0.03;
 /// The same where one drove through: no frame stands in the way that could be taken for the reveal.
 const WALKED_SLACK_M: f64 = 0.05;

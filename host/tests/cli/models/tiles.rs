@@ -33,7 +33,7 @@ fn a_model_of_one_tile_is_the_model_without_tiles() {
     let folder = recorded("tiles-one");
     folder.expect("build run.mcap -o whole --formats all", 0, &[]);
     let planned = folder.expect("tiles plan run.mcap -o tiles", 0, &[]);
-    assert_eq!(planned.stdout, "1 tiles\n");
+    assert_eq!(planned.stdout, "1 tile\n");
     folder.expect("tiles run tiles --index 0", 0, &["tile 0: "]);
     folder.expect("tiles merge tiles -o merged --formats all", 0, &["% fewer"]);
     expect_same(&folder.path("whole"), &folder.path("merged"));
