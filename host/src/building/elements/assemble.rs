@@ -1,6 +1,6 @@
 //! Rooms and walls as they were found, put in order and named.
 
-use super::{Elements, KnownBy, Room, Storey, Use, Wall, WallCurve, WallOpening};
+use super::{Elements, KnownBy, Room, Storey, Use, Wall, WallCurve, WallOpening, stations_m};
 use crate::building::spaces::evidence::Evidence;
 use crate::building::spaces::line::Line;
 use crate::building::spaces::outline::signed_area_m2;
@@ -20,8 +20,6 @@ const MIN_SEEN: f64 = 0.3;
 const BESIDE_M: f64 = 0.3;
 /// Ends of walls this close to another wall meet it, meters.
 const MEETS_M: f64 = 0.12;
-/// Outlines of curved walls are nowhere further from them, meters.
-const OUTLINE_M: f64 = 0.002;
 /// Written coordinates are whole multiples of this, meters.
 const STEP_M: f64 = 1e-4;
 
@@ -151,12 +149,11 @@ fn wall(open: &OpenWall, id: String, names: &[String], floor_z_m: f64) -> Wall {
 
 /// The corners of a wall, counter-clockwise; of a curved one those of chords along its faces.
 fn outline(slab: &Slab) -> Vec<[f64; 2]> {
-    let ([from, to], [low, high]) = (slab.span, slab.faces_m);
-    let count = slab.line.curve().map_or(1, |curve| curve.chords(to - from, OUTLINE_M));
-    let at = |step: usize| from + (to - from) * step as f64 / count as f64;
+    let [low, high] = slab.faces_m;
+    let stations = stations_m(slab.span, slab.line.curve().map(|curve| curve.radius_m));
     // The way along a wall is to the left of its normal.
-    let there = (0..=count).map(|step| slab.point(at(step), high));
-    there.chain((0..=count).rev().map(|step| slab.point(at(step), low))).collect()
+    let there = stations.iter().map(|at| slab.point(*at, high));
+    there.chain(stations.iter().rev().map(|at| slab.point(*at, low))).collect()
 }
 
 fn opening(

@@ -5,7 +5,7 @@
 
 pub(crate) mod assemble;
 
-use crate::building::spaces::line::{Curve, Line};
+use crate::building::spaces::line::{Curve, Line, chords};
 use biplane_geometry::PortableMath;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -198,20 +198,13 @@ impl Elements {
 }
 
 impl Wall {
-    /// The line of its middle, and where along it the wall begins and ends, meters.
-    fn line(&self) -> (Line, f64, [f64; 2]) {
-        let [from, to] = self.axis_m;
-        if let Some(WallCurve { center_m, radius_m }) = self.curve {
-            let angle_rad = |end: [f64; 2]| (end[1] - center_m[1]).portable_atan2(end[0] - center_m[0]);
-            let (from_rad, to_rad) = (angle_rad(from), angle_rad(to));
-            let half_rad = (to_rad - from_rad).rem_euclid(TAU) / 2.0;
-            let line = Line::Curved(Curve { center_m, radius_m, zero_rad: from_rad + half_rad });
-            return (line, radius_m, [-half_rad * radius_m, half_rad * radius_m]);
-        }
-        let ([x, y], length_m) = unit(from, to);
-        let line = Line::Straight { normal: [y, -x] };
-        let [across_m, from_m] = line.place(from);
-        (line, across_m, [from_m, from_m + length_m])
+    /// The circle of a curved one, lengths counted from its middle, and half of its length, meters.
+    fn arc(&self) -> Option<(Curve, f64)> {
+        let WallCurve { center_m, radius_m } = self.curve?;
+        let angle_rad = |end: [f64; 2]| (end[1] - center_m[1]).portable_atan2(end[0] - center_m[0]);
+        let [from_rad, to_rad] = self.axis_m.map(angle_rad);
+        let half_rad = (to_rad - from_rad).rem_euclid(TAU) / 2.0;
+        Some((Curve { center_m, radius_m, zero_rad: from_rad + half_rad }, half_rad * radius_m))
     }
 
     /// Whether it is straight.
@@ -222,33 +215,31 @@ impl Wall {
     /// Unit vector from its beginning to its end, and the distance between them: along a straight wall, and
     /// its length.
     pub(crate) fn along(&self) -> ([f64; 2], f64) {
-        unit(self.axis_m[0], self.axis_m[1])
+        let [a, b] = self.axis_m;
+        let (x, y) = (b[0] - a[0], b[1] - a[1]);
+        let length = x.portable_hypot(y).max(1e-9);
+        ([x / length, y / length], length)
     }
 
     /// Its length along its middle, meters.
     pub(crate) fn length_m(&self) -> f64 {
-        let (_, _, [from, to]) = self.line();
-        to - from
+        self.arc().map_or_else(|| self.along().1, |(_, half_m)| 2.0 * half_m)
     }
 
     /// Unit vector along it at a length from its beginning.
     pub(crate) fn along_at(&self, at_m: f64) -> [f64; 2] {
-        if self.is_straight() {
-            return self.along().0;
-        }
-        let (line, _, [from, _]) = self.line();
-        let [x, y] = line.normal(from + at_m);
+        let Some((curve, half_m)) = self.arc() else { return self.along().0 };
+        let [x, y] = curve.normal(at_m - half_m);
         [-y, x]
     }
 
     /// The place at a length from its beginning, and so far to the left of its middle, meters.
     pub(crate) fn point(&self, at_m: f64, left_m: f64) -> [f64; 2] {
-        if self.is_straight() {
+        let Some((curve, half_m)) = self.arc() else {
             let ([x, y], [a, b]) = (self.along().0, self.axis_m[0]);
             return [a + at_m * x - left_m * y, b + at_m * y + left_m * x];
-        }
-        let (line, across_m, [from, _]) = self.line();
-        line.point(from + at_m, across_m - left_m)
+        };
+        Line::Curved(curve).point(at_m - half_m, curve.radius_m - left_m)
     }
 
     /// How far its middle bends away from a straight piece of a length, meters.
@@ -257,10 +248,8 @@ impl Wall {
     }
 
     /// Lengths between which a piece of it is as good as straight; the piece itself of a straight wall.
-    pub(crate) fn chords_m(&self, [from, to]: [f64; 2]) -> Vec<f64> {
-        let (line, _, _) = self.line();
-        let count = line.curve().map_or(1, |curve| curve.chords(to - from, CHORD_M));
-        (0..=count).map(|step| from + (to - from) * step as f64 / count as f64).collect()
+    pub(crate) fn chords_m(&self, span: [f64; 2]) -> Vec<f64> {
+        stations_m(span, self.curve.map(|curve| curve.radius_m))
     }
 
     /// Of the four sides of a straight wall, counter-clockwise from that to the right of its axis, the one
@@ -271,14 +260,13 @@ impl Wall {
 
     /// Where a place is: meters along it from its beginning, and to the left of its middle.
     pub(crate) fn place_of(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        if self.is_straight() {
+        let Some((curve, half_m)) = self.arc() else {
             let ([along_x, along_y], [a, b]) = (self.along().0, self.axis_m[0]);
             let (dx, dy) = (x - a, y - b);
             return [dx * along_x + dy * along_y, dy * along_x - dx * along_y];
-        }
-        let (line, across_m, [from, _]) = self.line();
-        let [across, at] = line.place([x, y]);
-        [at - from, across_m - across]
+        };
+        let [across, at] = Line::Curved(curve).place([x, y]);
+        [at + half_m, curve.radius_m - across]
     }
 
     /// Where along it an opening's middle is, meters from its beginning.
@@ -288,9 +276,9 @@ impl Wall {
     }
 }
 
-/// Unit vector from one place to another, and their distance.
-fn unit(a: [f64; 2], b: [f64; 2]) -> ([f64; 2], f64) {
-    let (x, y) = (b[0] - a[0], b[1] - a[1]);
-    let length = x.portable_hypot(y).max(1e-9);
-    ([x / length, y / length], length)
+/// Lengths from one to another between which a curve of a radius is as good as straight; only the two ends
+/// where there is no radius.
+fn stations_m([from, to]: [f64; 2], radius_m: Option<f64>) -> Vec<f64> {
+    let count = radius_m.map_or(1, |radius_m| chords(radius_m, to - from, CHORD_M));
+    (0..=count).map(|step| from + (to - from) * step as f64 / count as f64).collect()
 }

@@ -8,7 +8,7 @@ use super::faces::{
     Face, MAX_GAP_M, MAX_HEIGHT_M, MIN_HEIGHT_M, OnCurve, UNDER_CEILING_M, UPPER_M, joined, low_ceiling_m,
 };
 use super::levels::Overhead;
-use crate::building::spaces::line::{Curve, Line};
+use crate::building::spaces::line::{Curve, Line, chords};
 use crate::model::cylinder::{Cylinder, CylinderKind, SeenFrom};
 use biplane_geometry::PortableMath;
 use biplane_geometry::vec2::{distance, dot};
@@ -161,8 +161,7 @@ struct Chords {
 impl Chords {
     fn along([from, to]: [f64; 2], radius_m: f64) -> Self {
         // A chord rises by twice the distance that it may have.
-        let circle = Curve { center_m: [0.0; 2], radius_m, zero_rad: 0.0 };
-        let count = circle.chords((to - from) * radius_m, 2.0 * CHORD_M);
+        let count = chords(radius_m, (to - from) * radius_m, 2.0 * CHORD_M);
         let half_rad = (to - from) / count as f64 / 2.0;
         let columns = (2.0 * half_rad * radius_m / CELL_M[0]).ceil().max(1.0) as usize;
         Self { from_rad: from, half_rad, count, columns }

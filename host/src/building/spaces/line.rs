@@ -25,17 +25,17 @@ impl Curve {
         self.radius_m * ((angle_rad - self.zero_rad + PI).rem_euclid(TAU) - PI)
     }
 
-    /// How many chords are nowhere further from an arc of a length than a distance, meters.
-    pub(crate) fn chords(&self, length_m: f64, away_m: f64) -> usize {
-        let step = 2.0 * (1.0 - away_m / self.radius_m).max(-1.0).portable_acos();
-        (length_m / self.radius_m / step).ceil().max(1.0) as usize
-    }
-
     /// The direction from the center at a length.
     pub(crate) fn normal(&self, at_m: f64) -> [f64; 2] {
         let (sin, cos) = (self.zero_rad + at_m / self.radius_m).portable_sin_cos();
         [cos, sin]
     }
+}
+
+/// How many chords are nowhere further from an arc of a radius and a length than a distance, meters.
+pub(crate) fn chords(radius_m: f64, length_m: f64, away_m: f64) -> usize {
+    let step = 2.0 * (1.0 - away_m / radius_m).max(-1.0).portable_acos();
+    (length_m / radius_m / step).ceil().max(1.0) as usize
 }
 
 /// The line of a wall. Lengths along it run to the left of its normal: around a circle counter-clockwise.

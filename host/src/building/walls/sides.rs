@@ -69,9 +69,8 @@ pub(crate) fn find(plan: &Plan) -> Vec<Side> {
 /// Makes chords of one circle that follow each other one curved side.
 fn joined_chords(sides: Vec<Side>) -> Vec<Side> {
     let mut out: Vec<Side> = Vec::new();
-    let (curved, straight): (Vec<Side>, Vec<Side>) =
+    let (mut curved, straight): (Vec<Side>, Vec<Side>) =
         sides.into_iter().partition(|side| side.line.curve().is_some());
-    let mut curved = curved;
     curved.sort_by(|a, b| a.span[0].total_cmp(&b.span[0]));
     for side in curved {
         let goes_on = |known: &&mut Side| {
