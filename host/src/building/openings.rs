@@ -2,7 +2,8 @@
 //!
 //! A gap at the height of the cut whose sides are plumb and that has wall over all of its width is an
 //! opening: a door when nothing of the wall is under it, a window when there is. A shadow of furniture is
-//! rarely plumb; one that is cannot be told from an opening.
+//! rarely plumb; one that is cannot be told from an opening. Over the cut a rectangular hole is a window: those
+//! of the upper rows of a facade.
 
 use super::elevation::{Elevation, Span};
 use crate::building::part::CUT_M;
@@ -32,7 +33,8 @@ pub struct Opening {
     pub storey: usize,
     /// Index of the polygon over it.
     pub polygon: usize,
-    /// Its two ends on the wall at the height of the cut, x and y in `map`, meters.
+    /// Its two ends on the wall, x and y in `map`, meters: at the height of the cut, or in its middle when it
+    /// lies over the cut.
     pub ends_m: [[f64; 2]; 2],
     /// Its lower edge, meters; the floor for a door.
     pub bottom_m: f64,
@@ -51,6 +53,11 @@ impl Opening {
     pub fn height_m(&self) -> f64 {
         self.top_m - self.bottom_m
     }
+
+    /// Whether a plan of its storey, cut 1.2 m over this floor, shows it.
+    pub(crate) fn is_cut(&self, floor_m: f64) -> bool {
+        self.bottom_m <= floor_m + CUT_M
+    }
 }
 
 /// Narrower gaps are slits and borders of shadows, meters.
@@ -68,6 +75,8 @@ const SILL_M: f64 = 0.3;
 /// Sides may be off plumb by this, and lintels off level, meters: borders of noisy walls are straight within
 /// 3 to 10 cm.
 const SKEW_M: f64 = 0.15;
+/// Of a hole over the cut this much of the rectangle around it is open.
+const RECTANGLE: f64 = 0.9;
 /// Heights at which the sides are looked at.
 const LOOKS: usize = 6;
 /// Distance kept from upper and lower edge when looking, meters.
@@ -155,6 +164,43 @@ impl<'a> Wall<'a> {
             let gap = [pair[0][1], pair[1][0]];
             out.extend(self.opening(gap));
         }
+        out.extend(self.over_the_cut());
+    }
+
+    /// The rectangular holes over the height of the cut.
+    fn over_the_cut(&self) -> impl Iterator<Item = Opening> + '_ {
+        let walls = self.indices.iter().zip(&self.polygons);
+        let holes = walls.flat_map(|(index, polygon)| polygon.holes_m.iter().map(|hole| (*index, hole)));
+        holes.filter_map(|(index, hole)| self.high_window(index, hole))
+    }
+
+    /// The window that a hole of a polygon is, if it is one.
+    fn high_window(&self, polygon: usize, hole: &[[f64; 3]]) -> Option<Opening> {
+        let place = |p: &[f64; 3]| [self.elevation.u([p[0], p[1]]), p[2]];
+        let [[from, to], [bottom_m, top_m]] = [0, 1].map(|axis| {
+            let along = || hole.iter().map(|p| place(p)[axis]);
+            [along().fold(f64::INFINITY, f64::min), along().fold(f64::NEG_INFINITY, f64::max)]
+        });
+        let doubled_m2: f64 = hole
+            .iter()
+            .zip(hole.iter().cycle().skip(1))
+            .map(|(a, b)| [place(a), place(b)])
+            .map(|[a, b]| a[0] * b[1] - a[1] * b[0])
+            .sum();
+        let (width_m, height_m) = (to - from, top_m - bottom_m);
+        let is_window = (MIN_WIDTH_M..=WIDEST_M).contains(&width_m)
+            && height_m >= MIN_WIDTH_M
+            && bottom_m > self.floor_m + CUT_M
+            && top_m < self.ceiling_m
+            && doubled_m2.abs() / 2.0 >= RECTANGLE * width_m * height_m;
+        is_window.then(|| Opening {
+            kind: OpeningKind::Window,
+            storey: self.storey,
+            polygon,
+            ends_m: [from, to].map(|u| self.elevation.point(u, (bottom_m + top_m) / 2.0)),
+            bottom_m,
+            top_m,
+        })
     }
 
     /// The opening that a gap at the height of the cut belongs to, if it is one.

@@ -17,7 +17,8 @@ pub(super) fn rectangles(shapes: &[Shape]) -> Vec<[Span; 2]> {
     shapes.iter().flat_map(|shape| shape.iter().skip(1)).filter_map(rectangle).collect()
 }
 
-fn rectangle(hole: &Ring) -> Option<[Span; 2]> {
+/// The rectangle that one hole stands for.
+pub(super) fn rectangle(hole: &Ring) -> Option<[Span; 2]> {
     let around = [0, 1].map(|axis| extent(hole, axis));
     let area: f64 = around.iter().map(|[from, to]| to - from).product();
     if area_m2(hole) < FILLS * area {
@@ -29,7 +30,7 @@ fn rectangle(hole: &Ring) -> Option<[Span; 2]> {
 }
 
 /// From where to where a ring goes along an axis.
-fn extent(ring: &Ring, axis: usize) -> Span {
+pub(super) fn extent(ring: &Ring, axis: usize) -> Span {
     let along = |p: &FlatPoint| f64::from([p.x, p.y][axis]) * STEP_M;
     let all = || ring.iter().map(along);
     [all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max)]

@@ -4,6 +4,7 @@
 //! Each edge is put where the fewest rays contradict it; surface that rays contradict is neither added nor
 //! taken away. Frame `map`, meters.
 
+mod bays;
 mod border;
 mod holes;
 pub(crate) mod inferred;
@@ -14,6 +15,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
 
+use self::bays::Bay;
 use self::plane_rays::PlaneRays;
 use self::rectangle::Place;
 use super::elements::{Elements, Wall, WallOpening};
@@ -22,7 +24,7 @@ use super::part::CUT_M;
 use super::spaces::evidence::Evidence;
 use crate::model::{Model, PlanarPolygon, Plane};
 use crate::reconstruct::polygons::finish::without_spikes;
-use crate::reconstruct::polygons::outline::union::{Shape, area_m2};
+use crate::reconstruct::polygons::outline::union::{Ring, Shape, area_m2, union};
 use crate::reconstruct::polygons::plane_frame::{FlatPoint, Frame};
 use crate::reconstruct::polygons::seams::{clearance, weld};
 
@@ -119,22 +121,22 @@ fn of_plane(evidence: &Evidence<'_>, index: usize, places: &[Place]) -> Option<V
         evidence.model.polygons.iter().filter(|polygon| polygon.plane == index).collect();
     let frame = Frame::new(plane, *own.first()?.outer_m.first()?);
     let before: Vec<Shape> = own.iter().map(|polygon| flat(&frame, polygon)).collect::<Option<_>>()?;
-    let mut rectangles: Vec<[Span; 2]> = places.iter().map(|place| place.in_frame(&frame)).collect();
-    let mut has_sill: Vec<bool> = places.iter().map(|place| place.has_sill).collect();
+    let mut outlines: Vec<Outline> = places.iter().map(|place| Outline::known(place, &frame)).collect();
     if plane.normal[2].abs() < UPRIGHT {
-        let known = rectangles.len();
-        let is_new = |hole: &[Span; 2]| !rectangles[..known].iter().any(|place| overlap(hole, place));
-        let holes: Vec<[Span; 2]> = holes::rectangles(&before).into_iter().filter(is_new).collect();
-        rectangles.extend(holes);
-        has_sill.resize(rectangles.len(), true);
+        outlines.extend(unknown(&before, &outlines));
     }
-    if rectangles.is_empty() {
+    if outlines.is_empty() {
         return None;
     }
-    let rays = PlaneRays::of(evidence, plane, &frame, &rectangles);
+    let sides: Vec<[Span; 2]> = outlines.iter().map(|outline| outline.sides).collect();
+    let rays = PlaneRays::of(evidence, plane, &frame, &sides);
+    let (outlines, rims) = below_rims(outlines, rays);
     let mut shapes = before.clone();
-    for ((rectangle, has_sill), rays) in rectangles.into_iter().zip(has_sill).zip(&rays) {
-        shapes = rectangle::cut(shapes, rectangle, has_sill, rays, evidence.sigma_m);
+    if !rims.is_empty() {
+        shapes = union(before.iter().flatten().chain(&rims).map(Vec::as_slice));
+    }
+    for (outline, rays) in &outlines {
+        shapes = rectangle::cut(shapes, outline.sides, outline.has_sill, rays, evidence.sigma_m);
     }
     if shapes == before {
         return None;
@@ -142,6 +144,45 @@ fn of_plane(evidence: &Evidence<'_>, index: usize, places: &[Place]) -> Option<V
     let mut shapes = clearance::clear(without_spikes(shapes));
     shapes.retain(|shape| shape.first().is_some_and(|outer| area_m2(outer) >= MIN_PIECE_M2));
     Some(lifted(index, &frame, shapes, &own))
+}
+
+/// The outline of an opening in the coordinates of its plane.
+#[derive(Clone, Debug, PartialEq)]
+struct Outline {
+    sides: [Span; 2],
+    has_sill: bool,
+    /// The bay that it may be.
+    bay: Option<Bay>,
+}
+
+impl Outline {
+    fn known(place: &Place, frame: &Frame) -> Self {
+        Self { sides: place.in_frame(frame), has_sill: place.has_sill, bay: None }
+    }
+}
+
+/// The outlines of what no room knows of: rectangular holes and bays.
+fn unknown(shapes: &[Shape], known: &[Outline]) -> Vec<Outline> {
+    let hole = |sides: [Span; 2]| Outline { sides, has_sill: true, bay: None };
+    let bay = |bay: Bay| Outline { sides: bay.sides, has_sill: true, bay: Some(bay) };
+    let all = holes::rectangles(shapes).into_iter().map(hole).chain(bays::find(shapes).into_iter().map(bay));
+    all.filter(|new| !known.iter().any(|old| overlap(&new.sides, &old.sides))).collect()
+}
+
+/// The outlines with the rays near them, those of bays below their rims; and the rims. Bays without are left
+/// out.
+fn below_rims(outlines: Vec<Outline>, rays: Vec<PlaneRays>) -> (Vec<(Outline, PlaneRays)>, Vec<Ring>) {
+    let mut rims = Vec::new();
+    let mut found = Vec::new();
+    for (mut outline, rays) in outlines.into_iter().zip(rays) {
+        if let Some(bay) = outline.bay {
+            let Some((sides, rim)) = bay.opening(&rays) else { continue };
+            outline.sides = sides;
+            rims.push(rectangle::ring(rim));
+        }
+        found.push((outline, rays));
+    }
+    (found, rims)
 }
 
 /// Whether two rectangles have something in common.

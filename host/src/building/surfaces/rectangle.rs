@@ -170,7 +170,8 @@ fn holds(shapes: &[Shape], place: [f64; 2]) -> bool {
     covered(shapes, 0, place[1]).iter().any(|[from, to]| (*from..*to).contains(&place[0]))
 }
 
-fn ring([[u0, u1], [v0, v1]]: [Span; 2]) -> Ring {
+/// The ring around a rectangle, counter-clockwise.
+pub(super) fn ring([[u0, u1], [v0, v1]]: [Span; 2]) -> Ring {
     let step = |value: f64| (value / STEP_M).round() as i32;
     [[u0, v0], [u1, v0], [u1, v1], [u0, v1]].map(|[u, v]| FlatPoint::new(step(u), step(v))).to_vec()
 }

@@ -98,6 +98,32 @@ fn a_room_is_its_walls_with_a_gap_for_the_door_and_one_for_the_window() {
 }
 
 #[test]
+fn rectangular_holes_over_the_cut_are_windows_that_no_plan_shows() {
+    let mut model = Model::default();
+    let at = |[x, z]: [f64; 2]| [x, 0.0, z];
+    let facade = [[0.0, 0.0], [9.0, 0.0], [9.0, 6.0], [0.0, 6.0]].map(at);
+    let window = |x: f64, low: f64| [[x, low], [x, low + 1.6], [x + 1.2, low + 1.6], [x + 1.2, low]].map(at);
+    let gable = [[6.0, 4.3], [6.6, 5.9], [7.2, 4.3]].map(at);
+    add(
+        &mut model,
+        [0.0, -1.0, 0.0],
+        &[&facade, &window(1.0, 1.0), &window(1.0, 4.3), &window(3.0, 4.3), &gable],
+    );
+    let building = Building::read(&model, Some(0.0));
+    let bottoms_m: Vec<f64> = building.openings.iter().map(|window| window.bottom_m).collect();
+    assert_eq!(bottoms_m, [1.0, 4.3, 4.3]);
+    for window in &building.openings {
+        assert_eq!(window.kind, OpeningKind::Window);
+        assert!(
+            (window.width_m() - 1.2).abs() < 1e-9 && (window.height_m() - 1.6).abs() < 1e-9,
+            "{window:?}"
+        );
+    }
+    let shown: Vec<bool> = building.openings.iter().map(|window| window.is_cut(0.0)).collect();
+    assert_eq!(shown, [true, false, false]);
+}
+
+#[test]
 fn two_storeys_have_a_plan_each_and_keep_their_parts() {
     let mut model = room();
     add_room(&mut model, 3.0);

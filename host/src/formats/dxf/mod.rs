@@ -43,7 +43,8 @@ pub fn write(out: &mut impl Write, shapes: &Shapes<'_>, building: &Building) -> 
     let storeys = building.floors_m.len();
     for (storey, plan) in (0..storeys).filter_map(|at| Some((at, plan::draw(shapes.model, building, at)?))) {
         let prefix = if storeys > 1 { format!("S{}-", storey + 1) } else { String::new() };
-        let openings: Vec<&Opening> = building.openings.iter().filter(|o| o.storey == storey).collect();
+        let is_shown = |o: &&Opening| o.storey == storey && o.is_cut(plan.floor_m);
+        let openings: Vec<&Opening> = building.openings.iter().filter(is_shown).collect();
         let elements = building.elements_at(plan.floor_m);
         let placement = Placement::of(shapes);
         let corner_m = corner_m(&plan, placement);
