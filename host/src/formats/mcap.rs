@@ -74,7 +74,7 @@ fn surfaces(shapes: &Shapes<'_>) -> Vec<Marker> {
     for (surface, mesh) in shapes.model.inferred.iter().zip(&shapes.inferred) {
         let group = match surface.kind {
             InferredKind::Floor => "inferred floor",
-            InferredKind::WallBase => "inferred wall",
+            InferredKind::WallBase | InferredKind::OpeningSurround => "inferred wall",
         };
         add(group, mesh, palette::inferred_color(surface.kind));
     }

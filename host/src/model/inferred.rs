@@ -1,5 +1,5 @@
-//! Surface that no laser saw, and that is there by all that is known of the building: floors, and walls
-//! below the lowest beam.
+//! Surface that no laser saw, and that is there by all that is known of the building: floors, walls
+//! below the lowest beam, and walls around openings.
 
 use super::{PlanarPolygon, Plane};
 use biplane_geometry::vec3::{cross, dot};
@@ -13,6 +13,8 @@ pub enum InferredKind {
     Floor,
     /// The strip of a wall between the floor and the lowest that was seen of it.
     WallBase,
+    /// What of a wall is missing around a door or window.
+    OpeningSurround,
 }
 
 impl InferredKind {
@@ -21,6 +23,7 @@ impl InferredKind {
         match self {
             Self::Floor => "floor",
             Self::WallBase => "wall base",
+            Self::OpeningSurround => "opening surround",
         }
     }
 }

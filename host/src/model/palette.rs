@@ -73,7 +73,7 @@ impl Orientation {
 pub(crate) fn inferred_color(kind: InferredKind) -> Rgb {
     match kind {
         InferredKind::Floor => INFERRED_FLOOR,
-        InferredKind::WallBase => INFERRED_WALL,
+        InferredKind::WallBase | InferredKind::OpeningSurround => INFERRED_WALL,
     }
 }
 

@@ -126,6 +126,8 @@ pub(crate) struct InferredFigures {
     pub floor_m2: f64,
     /// Of the bases of walls, square meters.
     pub wall_base_m2: f64,
+    /// Of walls around openings, square meters.
+    pub opening_surround_m2: f64,
 }
 
 impl InferredFigures {
@@ -139,6 +141,7 @@ impl InferredFigures {
             surfaces: model.inferred.len(),
             floor_m2: area_m2(InferredKind::Floor),
             wall_base_m2: area_m2(InferredKind::WallBase),
+            opening_surround_m2: area_m2(InferredKind::OpeningSurround),
         }
     }
 }

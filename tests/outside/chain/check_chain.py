@@ -158,6 +158,10 @@ class Chain:
         self.borders(
             "building", "--spikes", 8, "--ratio", 1.02, "--small", 15, "--corners", 60, "--holes", 90
         )
+        truth = self.work / "building.truth/surfaces.ply"
+        shares = ("--least", 75, "--least-ifc", 80)
+        run_check("worlds/check_facade.py", self.work / "building.model", "--truth", truth, *shares)
+        self.tally.ok("building: windows of the facades are holes, and IfcWindows")
         run(
             "biplane",
             "build",

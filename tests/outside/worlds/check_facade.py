@@ -3,12 +3,12 @@
 
     check_facade.py MODEL... --truth SURFACES.ply [--beams N] [--least PERCENT] [--least-ifc PERCENT] [--json]
 
-MODEL is a folder of `biplane build` with model.json, points.ply and model.ifc; SURFACES.ply the true surfaces,
-in the frame `map` of its recording. A true window is an upright rectangle, half a meter to three meters wide
-and high, that lies 5 to 40 cm behind a larger surface which surrounds it. It counts when N beams (200) ended
-on it. It is found as *holes* when a hole of an upright polygon lies where it is, center and size within 15 cm,
-and as *ifc* when an IfcWindow does. *false* are IfcWindows of the model where no true one is, seen or not.
-Needs numpy and ifcopenshell. Exit code 1 when a share is lower than asked."""
+MODEL is a folder of `biplane build` with model.json, points.ply and model.ifc; SURFACES.ply the true
+surfaces, in the frame `map` of its recording. A true window is an upright rectangle, half a meter to three
+meters wide and high, that lies 5 to 40 cm behind a larger surface which surrounds it. It counts when N beams
+(200) ended on it. It is found as *holes* when a hole of an upright polygon lies where it is, center and size
+within 15 cm, and as *ifc* when an IfcWindow does. *false* are IfcWindows of the model where no true one is,
+seen or not. Needs numpy and ifcopenshell. Exit code 1 when a share is lower than asked."""
 
 import argparse
 import json

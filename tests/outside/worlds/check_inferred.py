@@ -26,6 +26,8 @@ from lib.verdict import fail, require
 STEP_M = 0.05
 # Normals closer to the vertical than this cosine are those of level surfaces.
 LEVEL_COSINE = 0.9
+# What may be inferred, and its column.
+KINDS = {"floor": "floor", "wall_base": "base", "opening_surround": "surround"}
 # Places at a time: a matrix of places by triangles.
 SLICE = 400
 
@@ -75,14 +77,14 @@ def distances(places, corners):
 
 
 def judge(model, truth, within_m):
-    """Areas of floors and wall bases of a model, and how much of each is wrong."""
+    """Areas of floors, wall bases and surrounds of openings of a model, and how much of each is wrong."""
     file = json.loads((model / "model.json").read_text())
     require(file["shift_m"] == [0, 0, 0], f"{model} is far from zero")
     true = ply.read(truth)
     corners = ply.xyz(true["vertex"])[true["face"]["vertex_indices"]]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     is_level = abs(normals[:, 2]) > LEVEL_COSINE * np.linalg.norm(normals, axis=1)
-    sums = {"floor": np.zeros(2), "wall_base": np.zeros(2)}
+    sums = {kind: np.zeros(2) for kind in KINDS}
     for surface in file["model"].get("inferred", []):
         places, area_m2 = places_on(surface)
         if len(places) == 0:
@@ -104,7 +106,7 @@ def main():
     parser.add_argument("--within", type=float, default=0.05)
     options = parser.parse_args()
     whole = {}
-    print(f"{'':<30}{'floor':>9}{'wrong':>9}{'base':>9}{'wrong':>9}")
+    print(f"{'':<30}" + "".join(f"{name:>9}{'wrong':>9}" for name in KINDS.values()))
     for pair in options.pairs:
         model, _, truth = pair.partition("=")
         model = Path(model)

@@ -25,6 +25,8 @@ SPEED_M_S, TURN_DEG_S, CORNER_M = 0.35, 40.0, 0.4
 SPREAD_M, MOST_STOPS = 1.9, 14
 # A sharper turn is driven as two, this far apart.
 SHARP_DEG, TURN_ROUND_M = 100.0, 0.22
+# Sharper turns no drive can have; so often they are turned anew.
+REFUSED_DEG, PASSES = 148.0, 2
 NEIGHBORS = [(1, 0), (0, 1), (1, 1), (1, -1), (2, 1), (1, 2), (2, -1), (1, -2)]
 
 
@@ -146,19 +148,35 @@ def straightened(floor, way, kept):
     return out
 
 
-def turned(points):
+def drivable(points):
+    """The same way with sharp turns driven as two. Beside a leg that is as short as the two are apart one of
+    them may be sharper still: those are turned once more, nearer to each other."""
+    points = turned(points, SHARP_DEG, TURN_ROUND_M)
+    apart_m = TURN_ROUND_M
+    for _ in range(PASSES):
+        corners = zip(points, points[1:], points[2:])
+        if not any(abs(turn_deg(b - a, c - b)) > REFUSED_DEG for a, b, c in corners):
+            break
+        apart_m /= 2
+        points = turned(points, REFUSED_DEG, apart_m)
+    return points
+
+
+def turn_deg(u, v):
+    return math.degrees(math.atan2(u[0] * v[1] - u[1] * v[0], u @ v))
+
+
+def turned(points, sharp_deg, apart_m):
     """The same way with sharp turns driven as two: a robot that turns round on the spot, nearly."""
     out = [points[0]]
     for a, b, c in zip(points, points[1:], points[2:]):
         u, v = b - a, c - b
-        turn = math.degrees(math.atan2(u[0] * v[1] - u[1] * v[0], u @ v))
-        if abs(turn) < SHARP_DEG:
+        turn = turn_deg(u, v)
+        if abs(turn) < sharp_deg:
             out.append(b)
             continue
         middle = u / np.linalg.norm(u) - v / np.linalg.norm(v)
-        across = (
-            np.array([-middle[1], middle[0]]) / np.linalg.norm(middle) * math.copysign(TURN_ROUND_M / 2, turn)
-        )
+        across = np.array([-middle[1], middle[0]]) / np.linalg.norm(middle) * math.copysign(apart_m / 2, turn)
         out += [b - across, b + across]
     return [*out, points[-1]]
 
@@ -168,7 +186,7 @@ def plan(rooms, passages, obstacles_m, seed):
     random = np.random.default_rng(seed)
     floor = Floor(rooms, passages, obstacles_m)
     way, entered, kept = visit(floor, rooms, random)
-    points = turned(straightened(floor, way, kept))
+    points = drivable(straightened(floor, way, kept))
     apart = [points[0]] + [b for a, b in zip(points, points[1:]) if math.dist(a, b) > 0.03]
     least = min(floor.least_clearance(a, b) for a, b in zip(apart, apart[1:]))
     return [[round(float(v), 3) for v in p] for p in apart], entered, least

@@ -21,6 +21,9 @@ const MAX_LEG: usize = 400;
 /// A sharper turn is driven as two, so far apart, degrees and meters.
 const SHARP_DEG: f64 = 100.0;
 const TURN_ROUND_M: f64 = 0.22;
+/// Sharper ones no drive can have, degrees; so often they are turned anew.
+const REFUSED_DEG: f64 = 148.0;
+const MAX_PASSES: usize = 2;
 /// Shorter legs are left away, meters.
 const MIN_LEG_M: f64 = 0.03;
 
@@ -49,7 +52,7 @@ impl Tour {
         let entered = (0..plan.rooms.len()).map(|room| stops.iter().any(|stop| stop.room == room)).collect();
         let first = (rng.unit() * stops.len() as f64) as usize;
         let (way, kept) = visit(floor, &stops, first)?;
-        let points = turned(&straightened(floor, &way, &kept));
+        let points = drivable(&straightened(floor, &way, &kept));
         let mut waypoints_m: Vec<Point> = Vec::new();
         for point in points {
             if waypoints_m.last().is_none_or(|last| distance(*last, point) > MIN_LEG_M) {
@@ -147,28 +150,75 @@ fn straightened(floor: &Floor, way: &[usize], kept: &[usize]) -> Vec<Point> {
     out
 }
 
+/// The same way with sharp turns driven as two. Beside a leg that is as short as the two are apart one of them
+/// may be sharper still: those are turned once more, nearer to each other.
+fn drivable(points: &[Point]) -> Vec<Point> {
+    let mut points = turned(points, SHARP_DEG, TURN_ROUND_M);
+    let mut apart_m = TURN_ROUND_M;
+    for _ in 0..MAX_PASSES {
+        let is_refused = |corner: &[Point]| turn_rad(corner).abs().to_degrees() > REFUSED_DEG;
+        if !points.windows(3).any(is_refused) {
+            break;
+        }
+        apart_m /= 2.0;
+        points = turned(&points, REFUSED_DEG, apart_m);
+    }
+    points
+}
+
+fn unit(a: Point, b: Point) -> Point {
+    let length = distance(a, b).max(1e-9);
+    [(b[0] - a[0]) / length, (b[1] - a[1]) / length]
+}
+
+/// How far one turns at the middle one of three places, radians.
+fn turn_rad(corner: &[Point]) -> f64 {
+    let (u, v) = (unit(corner[0], corner[1]), unit(corner[1], corner[2]));
+    (u[0] * v[1] - u[1] * v[0]).atan2(u[0] * v[0] + u[1] * v[1])
+}
+
 /// The same way with sharp turns driven as two: a robot that turns round on the spot, nearly.
-fn turned(points: &[Point]) -> Vec<Point> {
-    let unit = |a: Point, b: Point| {
-        let length = distance(a, b).max(1e-9);
-        [(b[0] - a[0]) / length, (b[1] - a[1]) / length]
-    };
+fn turned(points: &[Point], sharp_deg: f64, apart_m: f64) -> Vec<Point> {
     let mut out = vec![points[0]];
     for corner in points.windows(3) {
         let [a, b, c] = [corner[0], corner[1], corner[2]];
         let (u, v) = (unit(a, b), unit(b, c));
-        let turn = (u[0] * v[1] - u[1] * v[0]).atan2(u[0] * v[0] + u[1] * v[1]);
+        let turn = turn_rad(corner);
         let middle = [u[0] - v[0], u[1] - v[1]];
         let length = middle[0].hypot(middle[1]);
-        if turn.abs().to_degrees() < SHARP_DEG || length < 1e-9 {
+        if turn.abs().to_degrees() < sharp_deg || length < 1e-9 {
             out.push(b);
             continue;
         }
-        let half = 0.5 * TURN_ROUND_M / length * if turn < 0.0 { -1.0 } else { 1.0 };
+        let half = 0.5 * apart_m / length * if turn < 0.0 { -1.0 } else { 1.0 };
         let across = [-middle[1] * half, middle[0] * half];
         out.push([b[0] - across[0], b[1] - across[1]]);
         out.push([b[0] + across[0], b[1] + across[1]]);
     }
     out.extend(points.last());
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{REFUSED_DEG, drivable, turn_rad};
+    use crate::rng::Rng;
+
+    #[test]
+    fn no_turn_is_too_sharp_to_drive_also_beside_short_legs() {
+        let mut rng = Rng::new(1, 0, 0);
+        for _ in 0..500 {
+            let mut at = [0.0, 0.0];
+            let mut points = vec![at];
+            for _ in 0..6 {
+                let (length, way) = (rng.between(0.1, 2.0), rng.between(0.0, std::f64::consts::TAU));
+                at = [at[0] + length * way.cos(), at[1] + length * way.sin()];
+                points.push(at);
+            }
+            let driven = drivable(&points);
+            let sharpest =
+                driven.windows(3).map(|corner| turn_rad(corner).abs().to_degrees()).fold(0.0, f64::max);
+            assert!(sharpest <= REFUSED_DEG, "{sharpest} degrees: {points:?}");
+        }
+    }
 }

@@ -88,7 +88,7 @@ impl Edge {
     }
 
     /// Where the larger part of a border is straight, meters into the wall.
-    fn straight(&self, border: &Border) -> Option<f64> {
+    pub(super) fn straight(&self, border: &Border) -> Option<f64> {
         let mut begins: Vec<f64> = border.iter().filter_map(|into| *into).collect();
         begins.sort_by(f64::total_cmp);
         let (mut best, mut from) = ((0, 0), 0);

@@ -101,17 +101,22 @@ fn places(evidence: &Evidence<'_>, elements: &Elements, plane: usize) -> Vec<Pla
     let plane = &evidence.model.planes[plane];
     let of = |opening: &WallOpening| {
         let wall = elements.wall(&opening.wall)?;
-        let ([x, y], _) = wall.along();
-        is_face_at(evidence, plane, wall, opening.center_m).then(|| Place {
-            ends_m: [-0.5, 0.5].map(|share| {
-                let along = share * opening.width_m;
-                [opening.center_m[0] + along * x, opening.center_m[1] + along * y]
-            }),
-            heights_m: [-0.5, 0.5].map(|share| opening.center_m[2] + share * opening.height_m),
-            has_sill: opening.sill_m > 0.0,
-        })
+        is_face_at(evidence, plane, wall, opening.center_m).then(|| place_of(wall, opening))
     };
     elements.openings.iter().filter_map(of).collect()
+}
+
+/// Where an opening of a straight wall is.
+fn place_of(wall: &Wall, opening: &WallOpening) -> Place {
+    let ([x, y], _) = wall.along();
+    Place {
+        ends_m: [-0.5, 0.5].map(|share| {
+            let along = share * opening.width_m;
+            [opening.center_m[0] + along * x, opening.center_m[1] + along * y]
+        }),
+        heights_m: [-0.5, 0.5].map(|share| opening.center_m[2] + share * opening.height_m),
+        has_sill: opening.sill_m > 0.0,
+    }
 }
 
 /// The polygons of a plane with its openings; `None` when nothing changes.

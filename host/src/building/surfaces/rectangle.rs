@@ -110,7 +110,7 @@ fn reach_m(shapes: &[Shape], expected: [Span; 2], rays: &PlaneRays, sigma_m: f64
 }
 
 /// The edges of a rectangle: jambs, head, and sill where there is one.
-fn edges(rectangle: [Span; 2], has_sill: bool, reach_m: f64) -> Vec<Edge> {
+pub(super) fn edges(rectangle: [Span; 2], has_sill: bool, reach_m: f64) -> Vec<Edge> {
     let sides = [(0, 0), (0, 1), (1, 1), (1, 0)];
     let of = |(axis, end): (usize, usize)| Edge {
         axis,
@@ -166,7 +166,8 @@ fn blocked_by(sides: [Span; 2], shapes: &[Shape], blocked_m: &[[f64; 2]]) -> usi
     inside.filter(|place| !holds(shapes, **place)).count()
 }
 
-fn holds(shapes: &[Shape], place: [f64; 2]) -> bool {
+/// Whether a place is on one of these shapes.
+pub(super) fn holds(shapes: &[Shape], place: [f64; 2]) -> bool {
     covered(shapes, 0, place[1]).iter().any(|[from, to]| (*from..*to).contains(&place[0]))
 }
 

@@ -51,6 +51,7 @@ fn walls_reach_the_floor_and_the_floor_goes_through_the_door() {
     all_are_valid(&found);
     // Around both rooms, but for the door on either side.
     let around_m = 2.0 * (5.0 + 4.0) + 2.0 * (3.0 + 4.0) - 2.0 * 0.9;
+    assert_eq!(area_m2(&found, InferredKind::OpeningSurround), 0.0, "nothing is hidden");
     let base_m2 = area_m2(&found, InferredKind::WallBase);
     assert!((base_m2 - LOWEST_M * around_m).abs() < 0.1, "{base_m2} is not {}", LOWEST_M * around_m);
     let floor: Vec<&InferredSurface> =
@@ -63,6 +64,59 @@ fn walls_reach_the_floor_and_the_floor_goes_through_the_door() {
     let bases = found.iter().filter(|surface| surface.kind == InferredKind::WallBase);
     assert!(bases.clone().all(|base| base.outer_m.iter().any(|p| corners.contains(p))));
     assert!(bases.flat_map(|base| &base.outer_m).all(|p| p[2] <= LOWEST_M + 1e-9));
+}
+
+/// From where to where, and up to where, nobody saw the wall beside the window.
+const HIDDEN_M: [f64; 2] = [1.8, 2.0];
+const HIDDEN_TO_M: f64 = 1.5;
+
+/// The two rooms, with a piece of wall beside the lower half of the window that nobody saw.
+fn hidden_beside_the_window() -> Drive {
+    let mut drive = seen_from(LOWEST_M);
+    let is_hidden = |[x, y, z]: [f64; 3]| {
+        let is_wall = (y - 4.0).abs() < 0.01 && HIDDEN_M[0] < x && x < HIDDEN_M[1];
+        is_wall && WINDOW_Z_M[0] < z && z < HIDDEN_TO_M
+    };
+    let ([left, right], [low, high]) = (WINDOW_M, WINDOW_Z_M);
+    let [hidden, middle] = [HIDDEN_M[0], HIDDEN_TO_M];
+    let ring = [(left, middle), (left, high), (right, high), (right, low), (hidden, low), (hidden, middle)];
+    let holes = drive.model.polygons.iter_mut().flat_map(|polygon| &mut polygon.holes_m);
+    for hole in holes.filter(|hole| hole.iter().all(|p| p[1] == 4.0)) {
+        *hole = ring.map(|(x, z)| [x, 4.0, z]).to_vec();
+    }
+    let keep: Vec<bool> = drive.cloud.points_m.iter().map(|p| !is_hidden(p.map(f64::from))).collect();
+    let mut is_kept = keep.iter().cycle();
+    drive.cloud.points_m.retain(|_| is_kept.next() == Some(&true));
+    drive.cloud.scan.retain(|_| is_kept.next() == Some(&true));
+    drive.cloud.beam.retain(|_| is_kept.next() == Some(&true));
+    drive.labels.retain(|_| is_kept.next() == Some(&true));
+    drive
+}
+
+#[test]
+fn openings_are_whole_rectangles_where_something_hid_the_wall_beside_them() {
+    let found = inferred(&hidden_beside_the_window(), |_, seen| seen);
+    all_are_valid(&found);
+    let surrounds: Vec<&InferredSurface> =
+        found.iter().filter(|surface| surface.kind == InferredKind::OpeningSurround).collect();
+    let [surround] = surrounds[..] else { panic!("{surrounds:?}") };
+    let hidden_m2 = (HIDDEN_M[1] - HIDDEN_M[0]) * (HIDDEN_TO_M - WINDOW_Z_M[0]);
+    assert!((surround.area_m2() - hidden_m2).abs() < 0.01, "{surround:?}");
+    let is_beside = |p: &[f64; 3]| {
+        (HIDDEN_M[0] - 0.01..HIDDEN_M[1] + 0.02).contains(&p[0])
+            && (WINDOW_Z_M[0] - 0.02..HIDDEN_TO_M + 0.01).contains(&p[2])
+    };
+    assert!(surround.outer_m.iter().all(is_beside), "{surround:?}");
+}
+
+#[test]
+fn where_rays_pass_beside_an_opening_nothing_surrounds_it() {
+    let mut drive = hidden_beside_the_window();
+    // A slit, too narrow to be a part of the window.
+    let slit = [HIDDEN_M[0] + 0.05, HIDDEN_M[0] + 0.08];
+    drive.through(0, 4.0, 6.0, [slit, [WINDOW_Z_M[0], HIDDEN_TO_M]]);
+    let found = inferred(&drive, |_, seen| seen);
+    assert_eq!(area_m2(&found, InferredKind::OpeningSurround), 0.0);
 }
 
 #[test]

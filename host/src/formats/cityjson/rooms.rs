@@ -124,7 +124,7 @@ fn inferred_surfaces(own: &[&InferredSurface], vertices: &mut WeldedVertices) ->
         boundaries.push(rings);
         let kind = match surface.kind {
             InferredKind::Floor => "FloorSurface",
-            InferredKind::WallBase => "WallSurface",
+            InferredKind::WallBase | InferredKind::OpeningSurround => "WallSurface",
         };
         semantics.push(json!({ "type": kind, "inferred": true, "part_of": surface.part_of }));
     }

@@ -142,9 +142,10 @@ fn inferred(summary: &Summary) -> String {
         return String::new();
     }
     format!(
-        "<p class=\"note\">Beside what was measured the model has {:.1} m² of floor and {:.1} m² of wall under the lowest beam. They are \
-         inferred: no laser saw them, they are violet, and but for the triangles of the whole model no figure counts them.</p>",
-        found.floor_m2, found.wall_base_m2
+        "<p class=\"note\">Beside what was measured the model has {:.1} m² of floor and {:.1} m² of wall under the lowest beam and \
+         around openings. They are inferred: no laser saw them, they are violet, and but for the triangles of the whole model no figure counts them.</p>",
+        found.floor_m2,
+        found.wall_base_m2 + found.opening_surround_m2
     )
 }
 
