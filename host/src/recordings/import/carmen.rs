@@ -34,8 +34,8 @@ pub enum ImportError {
     },
     /// Nothing to import.
     #[error(
-        "{} holds no laser line (FLASER, ROBOTLASER1 or RAWLASER1) in {lines} lines{}: it {}",
-        path.display(), first_broken(.broken), describe(.start)
+        "{} holds no laser line (FLASER, ROBOTLASER1 or RAWLASER1) in {lines} line{}{}: it {}",
+        path.display(), if *.lines == 1 { "" } else { "s" }, first_broken(.broken), describe(.start)
     )]
     NoScans {
         /// The log.

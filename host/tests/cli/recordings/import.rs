@@ -47,10 +47,12 @@ fn a_broken_line_is_named_and_costs_exit_code_3() {
 fn bad_input_is_one_sentence_and_nothing_is_written_or_lost() {
     let folder = Folder::new("bad-input");
     folder.write("a.log", LOG);
-    folder.write("empty.log", "# nothing\n");
     folder.write("kept.mcap", "somebody's");
     folder.expect("import carmen none.log -o x.mcap", 1, &["cannot read none.log"]);
-    folder.expect("import carmen empty.log -o x.mcap", 1, &["empty.log holds no laser line", "1 lines"]);
+    for (lines, counted) in [("# nothing\n", "in 1 line: "), ("# nothing\n# at all\n", "in 2 lines: ")] {
+        folder.write("empty.log", lines);
+        folder.expect("import carmen empty.log -o x.mcap", 1, &["empty.log holds no laser line", counted]);
+    }
     folder.expect("import carmen a.log -o kept.mcap", 1, &["kept.mcap exists already"]);
     folder.expect("import carmen a.log", 2, &["--output"]);
     folder.expect("import toast a.log -o x.mcap", 2, &["toast"]);
