@@ -2,7 +2,8 @@
 
 use super::extract;
 use super::fit::axis::{Axis, Tube};
-use super::fit::judge::{Evidence, Rejected, judge};
+use super::fit::judge::judge;
+use super::fit::surface::{Evidence, Rejected};
 use super::params::ShapeParams;
 use crate::model::Cloud;
 use crate::model::cylinder::{Cylinder, CylinderKind, SeenFrom};

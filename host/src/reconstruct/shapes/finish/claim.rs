@@ -3,7 +3,8 @@
 use crate::model::Cloud;
 use crate::reconstruct::planes::labeled::Planes;
 use crate::reconstruct::planes::labels::refine::{POINTS_PER_PIECE, scatters};
-use crate::reconstruct::shapes::fit::judge::{Accepted, ON_DEVIATIONS};
+use crate::reconstruct::shapes::fit::judge::Accepted;
+use crate::reconstruct::shapes::fit::surface::ON_DEVIATIONS;
 use crate::reconstruct::shapes::params::ShapeParams;
 use crate::reconstruct::shapes::search::curved_walls::Curved;
 use crate::reconstruct::shapes::search::patches::Patches;

@@ -6,7 +6,8 @@
 
 use crate::model::Cloud;
 use crate::reconstruct::planes::fit::scatter::Scatter;
-use crate::reconstruct::shapes::fit::judge::{Accepted, WALL_RADIUS_M};
+use crate::reconstruct::shapes::fit::judge::Accepted;
+use crate::reconstruct::shapes::fit::surface::WALL_RADIUS_M;
 use crate::reconstruct::shapes::search::patches::{Patch, Patches, is_wide};
 use biplane_geometry::plane::distance_m;
 use biplane_geometry::vec3::{cross, dot, minus, plus, scaled};

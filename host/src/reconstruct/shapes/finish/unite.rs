@@ -1,7 +1,8 @@
 //! Cylinders that are parts of one become one. Meters.
 
 use crate::model::Cloud;
-use crate::reconstruct::shapes::fit::judge::{Accepted, Evidence};
+use crate::reconstruct::shapes::fit::judge::Accepted;
+use crate::reconstruct::shapes::fit::surface::Evidence;
 use crate::reconstruct::shapes::params::ShapeParams;
 use crate::reconstruct::shapes::search::guesses::fitted;
 use biplane_geometry::PortableMath;

@@ -86,13 +86,27 @@ pub(crate) fn fit(
 pub(crate) fn fit_upright(start: Tube, points: Sample<'_>, limits: (f64, f64)) -> Option<Tube> {
     let straight = fit(start, points, limits, true)?;
     let Some(tilted) = fit(straight, points, limits, false) else { return Some(straight) };
-    let (sigma_m, limit_m) = limits;
-    let length_m = spread_m(&straight, points.points_m, limit_m);
+    Some(if is_clear(&straight, &tilted, points, limits) { tilted } else { straight })
+}
+
+/// Whether points say clearly that an axis runs otherwise.
+pub(crate) fn leans(straight: &Tube, points: Sample<'_>, limits: (f64, f64)) -> bool {
+    fit(*straight, points, limits, false).is_some_and(|tilted| is_clear(straight, &tilted, points, limits))
+}
+
+/// Whether the tilt between two fits is more than the noise makes of none.
+fn is_clear(
+    straight: &Tube,
+    tilted: &Tube,
+    points: Sample<'_>,
+    (sigma_m, limit_m): (f64, f64),
+) -> bool {
+    let length_m = spread_m(straight, points.points_m, limit_m);
     let count = points.points_m.iter().filter(|p| straight.off_m(**p).abs() <= limit_m).count().max(1) as f64;
     let deviation = sigma_m * (1.0 / count + COMMON_SHARE * COMMON_SHARE / 16.0).sqrt() / length_m.max(1e-3);
     let cosine: f64 = straight.axis.direction().iter().zip(tilted.axis.direction()).map(|(a, b)| a * b).sum();
     let tilt = (1.0 - cosine * cosine).max(0.0).sqrt();
-    Some(if tilt > TILT_DEVIATIONS * deviation { tilted } else { straight })
+    tilt > TILT_DEVIATIONS * deviation
 }
 
 /// Deviation of the points along the axis.

@@ -7,7 +7,8 @@ use super::patches::{Patch, Patches, width_m};
 use crate::model::Cloud;
 use crate::reconstruct::shapes::fit::axis::{Axis, Tube};
 use crate::reconstruct::shapes::fit::gauss_newton::{Sample, fit};
-use crate::reconstruct::shapes::fit::judge::{Accepted, Evidence, ON_DEVIATIONS, Rejected};
+use crate::reconstruct::shapes::fit::judge::Accepted;
+use crate::reconstruct::shapes::fit::surface::{Evidence, ON_DEVIATIONS, Rejected};
 use crate::reconstruct::shapes::params::ShapeParams;
 use biplane_geometry::vec3::{cross, dot, norm, unit};
 

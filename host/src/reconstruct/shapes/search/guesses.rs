@@ -6,9 +6,8 @@ use super::section::Section;
 use crate::reconstruct::planes::paper::random::Random;
 use crate::reconstruct::shapes::fit::axis::{Axis, Tube};
 use crate::reconstruct::shapes::fit::gauss_newton::{self, Sample};
-use crate::reconstruct::shapes::fit::judge::{
-    Accepted, BESIDE_DEVIATIONS, Evidence, MIN_LENGTH_M, Rejected, judge, longest_run, may_become,
-};
+use crate::reconstruct::shapes::fit::judge::{Accepted, BESIDE_DEVIATIONS, judge, may_become};
+use crate::reconstruct::shapes::fit::surface::{Evidence, MIN_LENGTH_M, Rejected, longest_run};
 use crate::reconstruct::shapes::params::ShapeParams;
 use biplane_geometry::PortableMath;
 
@@ -198,28 +197,61 @@ fn about(params: &ShapeParams, start: Tube, seen: &Evidence<'_>) -> Result<Accep
 /// A cylinder fitted to the points on it, which are those without a long gap along the axis, and judged.
 pub(crate) fn fitted(params: &ShapeParams, start: Tube, seen: &Evidence<'_>) -> Result<Accepted, Rejected> {
     let limits = (seen.sigma_m, FIT_DEVIATIONS * seen.sigma_m);
-    let mut tube = start;
-    for is_last in [false, true] {
-        let near = |p: &&[f64; 3]| tube.off_m(**p).abs() <= 2.0 * limits.1;
+    let rough = roughly_fitted(params, start, seen, limits)?;
+    let part = Part::of(&rough, seen, limits, MAX_FIT_POINTS)?;
+    let tube = gauss_newton::fit_upright(rough, part.sample(), limits).ok_or(Rejected::Points)?;
+    judge(params, &tube, seen)
+}
+
+/// A cylinder fitted to some of its points without turning its axis: here most guesses end.
+fn roughly_fitted(
+    params: &ShapeParams,
+    start: Tube,
+    seen: &Evidence<'_>,
+    limits: (f64, f64),
+) -> Result<Tube, Rejected> {
+    let part = Part::of(&start, seen, limits, MAX_FIT_POINTS / 4)?;
+    if part.length_m < MIN_LENGTH_M {
+        return Err(Rejected::Length);
+    }
+    let tube = gauss_newton::fit(start, part.sample(), limits, true).ok_or(Rejected::Points)?;
+    let some = Evidence { points_m: &part.points_m, origins_m: &part.origins_m, ..*seen };
+    match may_become(params, &tube, &some, part.step) {
+        Ok(()) => Ok(tube),
+        // What leans is seen smeared along an axis that does not.
+        Err(why) if why.may_be_a_lean() && gauss_newton::leans(&tube, part.sample(), limits) => Ok(tube),
+        Err(why) => Err(why),
+    }
+}
+
+/// Some of the points about a tube: those without a long gap along its axis.
+struct Part {
+    points_m: Vec<[f64; 3]>,
+    origins_m: Vec<[f64; 3]>,
+    length_m: f64,
+    /// One in so many points was asked.
+    step: usize,
+}
+
+impl Part {
+    fn of(
+        tube: &Tube,
+        seen: &Evidence<'_>,
+        (_, limit_m): (f64, f64),
+        max_points: usize,
+    ) -> Result<Self, Rejected> {
+        let near = |p: &&[f64; 3]| tube.off_m(**p).abs() <= 2.0 * limit_m;
         let along = seen.points_m.iter().filter(near).map(|p| tube.axis.local(*p)[2]);
         let [from, to] = longest_run(along).ok_or(Rejected::Points)?;
         let inside = |i: &usize| (from..=to).contains(&tube.axis.local(seen.points_m[*i])[2]);
-        let max_points = if is_last { MAX_FIT_POINTS } else { MAX_FIT_POINTS / 4 };
         let step = seen.points_m.len().div_ceil(max_points).max(1);
         let part: Vec<usize> = (0..seen.points_m.len()).step_by(step).filter(inside).collect();
-        let points_m: Vec<[f64; 3]> = part.iter().map(|i| seen.points_m[*i]).collect();
-        let origins_m: Vec<[f64; 3]> = part.iter().filter_map(|i| seen.origins_m.get(*i).copied()).collect();
-        let part = Sample { points_m: &points_m, origins_m: &origins_m };
-        let fitted = if is_last {
-            gauss_newton::fit_upright(tube, part, limits)
-        } else {
-            gauss_newton::fit(tube, part, limits, true)
-        };
-        tube = fitted.ok_or(Rejected::Points)?;
-        if !is_last {
-            // Most guesses end here, before the fit to all points.
-            may_become(params, &tube, &Evidence { points_m: &points_m, origins_m: &origins_m, ..*seen })?;
-        }
+        let points_m = part.iter().map(|i| seen.points_m[*i]).collect();
+        let origins_m = part.iter().filter_map(|i| seen.origins_m.get(*i).copied()).collect();
+        Ok(Self { points_m, origins_m, length_m: to - from, step })
     }
-    judge(params, &tube, seen)
+
+    fn sample(&self) -> Sample<'_> {
+        Sample { points_m: &self.points_m, origins_m: &self.origins_m }
+    }
 }
