@@ -31,6 +31,8 @@ pub(crate) struct Sample<'a> {
 struct Near {
     /// In the tube's own coordinates.
     local: [f64; 3],
+    /// Distance from the axis.
+    distance_m: f64,
     /// Cosine between the beam and the surface there, positive from outside; 1 where nobody knows.
     cosine: f64,
 }
@@ -41,23 +43,28 @@ impl<'a> Sample<'a> {
         Self { points_m, origins_m: &[] }
     }
 
-    /// The points within a distance of a tube's surface.
-    fn near(&self, tube: &Tube, reach_m: f64) -> Vec<Near> {
-        let of = |(index, p): (usize, &[f64; 3])| {
+    /// How long each beam is.
+    fn lengths_m(&self) -> Vec<f64> {
+        self.points_m.iter().zip(self.origins_m).map(|(p, origin)| norm(minus(*p, *origin))).collect()
+    }
+
+    /// Finds the points within a distance of a tube's surface.
+    fn near(&self, lengths_m: &[f64], tube: &Tube, reach_m: f64, near: &mut Vec<Near>) {
+        let [zero, quarter, _] = tube.axis.frame;
+        near.clear();
+        for (index, p) in self.points_m.iter().enumerate() {
             let local = tube.axis.local(*p);
             let [x, y, _] = local;
             let distance_m = x.portable_hypot(y);
             if (distance_m - tube.radius_m).abs() > reach_m {
-                return None;
+                continue;
             }
-            let cosine = self.origins_m.get(index).map_or(1.0, |origin| {
-                let beam = minus(*p, *origin);
-                let [zero, quarter, _] = tube.axis.frame;
-                -(x * dot(zero, beam) + y * dot(quarter, beam)) / (distance_m * norm(beam)).max(1e-9)
+            let cosine = lengths_m.get(index).map_or(1.0, |length_m| {
+                let beam = minus(*p, self.origins_m[index]);
+                -(x * dot(zero, beam) + y * dot(quarter, beam)) / (distance_m * length_m).max(1e-9)
             });
-            Some(Near { local, cosine })
-        };
-        self.points_m.iter().enumerate().filter_map(of).collect()
+            near.push(Near { local, distance_m, cosine });
+        }
     }
 }
 
@@ -70,10 +77,13 @@ pub(crate) fn fit(
     fixed: bool,
 ) -> Option<Tube> {
     let mut tube = start;
+    let lengths_m = points.lengths_m();
+    let mut near = Vec::with_capacity(points.points_m.len());
     for step in 0..STEPS {
         // Farther off at first: a start through three points is no better than their noise.
         let reach_m = if step < 3 { 1.5 * limit_m } else { limit_m };
-        let (moved, size_m) = advance(tube, points, (sigma_m, reach_m), fixed)?;
+        points.near(&lengths_m, &tube, reach_m, &mut near);
+        let (moved, size_m) = advance(tube, &near, (sigma_m, reach_m), fixed)?;
         tube = moved;
         if step >= 3 && size_m < SETTLED {
             break;
@@ -121,49 +131,27 @@ fn spread_m(tube: &Tube, points: &[[f64; 3]], limit_m: f64) -> f64 {
     if n < 2.0 { 0.0 } else { (squares / n - (sum / n) * (sum / n)).max(0.0).sqrt() }
 }
 
+/// The parameters that a fit with a fixed direction moves, and those of any other.
+const PLACE_AND_RADIUS: [usize; 3] = [0, 1, 4];
+const ALL: [usize; 5] = [0, 1, 2, 3, 4];
+
 /// One step, and how far it went.
-fn advance(
-    tube: Tube,
-    points: Sample<'_>,
-    (sigma_m, reach_m): (f64, f64),
-    fixed: bool,
-) -> Option<(Tube, f64)> {
-    // Lengths along the axis count from the points' middle, so that place and tilt do not mix.
-    let near = points.near(&tube, reach_m);
+fn advance(tube: Tube, near: &[Near], (sigma_m, reach_m): (f64, f64), fixed: bool) -> Option<(Tube, f64)> {
     if near.len() < 6 {
         return None;
     }
+    // Lengths along the axis count from the points' middle, so that place and tilt do not mix.
     let middle = near.iter().map(|point| point.local[2]).sum::<f64>() / near.len() as f64;
-    let side = near.iter().map(|point| point.cosine).sum::<f64>().signum();
-    let (mut normal, mut right) = ([[0.0; 5]; 5], [0.0; 5]);
-    for Near { local: [x, y, along], cosine } in near {
-        let distance = x.portable_hypot(y).max(1e-9);
-        let residual = distance - tube.radius_m;
-        let share = residual / reach_m;
-        // What seems to be seen from the other side is a smear beyond an edge.
-        let square = (side * cosine).max(0.0);
-        let weight = (1.0 - share * share).powi(2) * square * square;
-        let (x, y, w) = (x / distance, y / distance, along - middle);
-        let row: Five = [-x, -y, -w * x, -w * y, -1.0];
-        for i in 0..5 {
-            for j in 0..5 {
-                normal[i][j] += weight * row[i] * row[j];
-            }
-            right[i] -= weight * row[i] * residual;
-        }
-    }
-    if fixed {
-        for tilt in [2, 3] {
-            normal[tilt] = [0.0; 5];
-            normal.iter_mut().for_each(|row| row[tilt] = 0.0);
-            (normal[tilt][tilt], right[tilt]) = (1.0, 0.0);
-        }
+    let step = if fixed {
+        let (mut normal, right) = equations(&tube, near, reach_m, middle, PLACE_AND_RADIUS);
+        [2, 3].into_iter().for_each(|tilt| normal[tilt][tilt] = 1.0);
+        solve(normal, right)?
     } else {
+        let (mut normal, right) = equations(&tube, near, reach_m, middle, ALL);
         // A weak hold on the direction, as of one point a meter away.
-        normal[2][2] += 1.0;
-        normal[3][3] += 1.0;
-    }
-    let step = solve(normal, right)?;
+        [2, 3].into_iter().for_each(|tilt| normal[tilt][tilt] += 1.0);
+        solve(normal, right)?
+    };
     let [zero, quarter, along] = tube.axis.frame;
     let center = plus(tube.axis.point_m, scaled(along, middle));
     let center = plus(center, plus(scaled(zero, step[0]), scaled(quarter, step[1])));
@@ -172,6 +160,41 @@ fn advance(
     let sane = step.iter().all(|v| v.is_finite()) && radius_m > 0.2 * sigma_m && radius_m < 100.0;
     let size_m = step.iter().map(|v| v.abs()).fold(0.0, f64::max);
     sane.then(|| (Tube { axis: Axis::new(center, direction), radius_m }, size_m))
+}
+
+/// The normal equations of some of the parameters; the others' are zero.
+fn equations<const N: usize>(
+    tube: &Tube,
+    near: &[Near],
+    reach_m: f64,
+    middle: f64,
+    parameters: [usize; N],
+) -> ([Five; 5], Five) {
+    let side = near.iter().map(|point| point.cosine).sum::<f64>().signum();
+    let (mut normal, mut right) = ([[0.0; N]; N], [0.0; N]);
+    for Near { local: [x, y, along], distance_m, cosine } in near {
+        let distance = distance_m.max(1e-9);
+        let residual = distance - tube.radius_m;
+        let share = residual / reach_m;
+        // What seems to be seen from the other side is a smear beyond an edge.
+        let square = (side * cosine).max(0.0);
+        let weight = (1.0 - share * share).powi(2) * square * square;
+        let (x, y, w) = (x / distance, y / distance, along - middle);
+        let all: Five = [-x, -y, -w * x, -w * y, -1.0];
+        let row = parameters.map(|parameter| all[parameter]);
+        for i in 0..N {
+            for j in 0..N {
+                normal[i][j] += weight * row[i] * row[j];
+            }
+            right[i] -= weight * row[i] * residual;
+        }
+    }
+    let (mut of_all, mut right_of_all) = ([[0.0; 5]; 5], [0.0; 5]);
+    for (i, own) in parameters.into_iter().enumerate() {
+        right_of_all[own] = right[i];
+        parameters.into_iter().enumerate().for_each(|(j, other)| of_all[own][other] = normal[i][j]);
+    }
+    (of_all, right_of_all)
 }
 
 /// Solves five equations by elimination with pivots.
