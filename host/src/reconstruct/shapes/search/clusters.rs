@@ -1,6 +1,6 @@
 //! Candidates that hang together: what stands or hangs by itself is one cluster. Meters.
 
-use super::patches::{cell_of, cells_after, key_of};
+use super::cells::{key_at, pairs};
 use crate::model::Cloud;
 use crate::reconstruct::voxels::Voxels;
 use biplane_geometry::UnionFind;
@@ -10,24 +10,22 @@ const CELL_M: f64 = 0.12;
 
 /// The clusters of at least `min_points` points, in the order of their first points.
 pub(crate) fn of(cloud: &Cloud, points: &[u32], min_points: usize) -> Vec<Vec<u32>> {
-    let mut cells: Vec<[i32; 3]> = Vec::new();
+    let mut cells: Vec<(u64, u32)> = Vec::new();
     let mut by_key: Voxels<u32> = Voxels::default();
     let mut cell_at: Vec<u32> = Vec::with_capacity(points.len());
+    let mut last = (None, u32::MAX);
     for point in points {
-        let cell = cell_of(cloud.points_m[*point as usize], CELL_M);
-        let found = cell.and_then(|cell| Some((cell, key_of(cell)?)));
-        cell_at.push(found.map_or(u32::MAX, |(cell, key)| {
-            *by_key.entry(key).or_insert_with(|| {
-                cells.push(cell);
-                cells.len() as u32 - 1
-            })
-        }));
+        let key = key_at(cloud.points_m[*point as usize], CELL_M);
+        if key != last.0 {
+            let next = cells.len() as u32;
+            let cell = key.map(|key| *by_key.entry(key).or_insert(next));
+            cells.extend(key.filter(|_| cell == Some(next)).map(|key| (key, next)));
+            last = (key, cell.unwrap_or(u32::MAX));
+        }
+        cell_at.push(last.1);
     }
     let mut sets = UnionFind::new(cells.len());
-    for (index, cell) in (0..).zip(&cells) {
-        let after = cells_after(*cell).filter_map(key_of);
-        after.filter_map(|key| by_key.get(&key)).for_each(|other| sets.join(index, *other));
-    }
+    pairs(&mut cells, |a, b| sets.join(a, b));
     let mut number = vec![u32::MAX; cells.len()];
     let mut clusters: Vec<Vec<u32>> = Vec::new();
     for (point, cell) in points.iter().zip(cell_at) {

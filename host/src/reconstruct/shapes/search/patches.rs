@@ -3,10 +3,11 @@
 //!
 //! A row of columns has its foremost strips in one plane, which is as wide as the row; its pieces are narrow.
 
+use super::cells::{key_at, pairs};
 use crate::model::Cloud;
 use crate::reconstruct::planes::fit::scatter::{Fit, Scatter};
 use crate::reconstruct::planes::labeled::Planes;
-use crate::reconstruct::voxels::{Voxels, key};
+use crate::reconstruct::voxels::Voxels;
 use biplane_geometry::UnionFind;
 
 /// Edge of the cells over which pieces hang together.
@@ -95,8 +96,10 @@ pub(crate) fn divide(cloud: &Cloud, found: &Planes) -> Patches {
 
 /// A cell and a plane in it.
 struct Slot {
-    cell: [i32; 3],
+    key: u64,
     plane: i32,
+    /// The slot of another plane in the same cell, or [`NONE`].
+    other: u32,
     sum: Scatter,
 }
 
@@ -105,24 +108,8 @@ struct Slots {
     slots: Vec<Slot>,
     /// The slot of each point; [`NONE`] for those on no plane.
     slot_of: Vec<u32>,
-    /// The slots of each cell.
-    by_cell: Voxels<Vec<u32>>,
-}
-
-/// The cell of a point; `None` for one that is nowhere.
-pub(crate) fn cell_of(p: [f32; 3], cell_m: f64) -> Option<[i32; 3]> {
-    let scaled = p.map(|v| f64::from(v) / cell_m);
-    scaled.iter().all(|v| v.abs() < 1e6).then(|| scaled.map(|v| v.floor() as i32))
-}
-
-/// The key of a cell.
-pub(crate) fn key_of(cell: [i32; 3]) -> Option<u64> {
-    key(cell.map(|v| f64::from(v) + 0.5), 1.0)
-}
-
-/// The thirteen neighbors of a cell that come after it.
-pub(crate) fn cells_after(cell: [i32; 3]) -> impl Iterator<Item = [i32; 3]> {
-    (14..27).map(move |k| [cell[0] + k / 9 - 1, cell[1] + k / 3 % 3 - 1, cell[2] + k % 3 - 1])
+    /// The slot of each cell that the others of it are told by.
+    by_cell: Voxels<u32>,
 }
 
 impl Slots {
@@ -131,22 +118,13 @@ impl Slots {
             Self { slots: Vec::new(), slot_of: vec![NONE; cloud.len()], by_cell: Voxels::default() };
         let mut last = NONE;
         for (point, (p, label)) in cloud.points_m.iter().zip(&found.labels).enumerate() {
-            let Some(cell) = cell_of(*p, CELL_M).filter(|_| *label >= 0) else { continue };
-            let same = |slot: u32| {
-                this.slots.get(slot as usize).is_some_and(|slot| slot.cell == cell && slot.plane == *label)
-            };
-            if !same(last) {
-                let Some(key) = key_of(cell) else { continue };
-                let here = this.by_cell.entry(key).or_default();
-                let slots = &mut this.slots;
-                last =
-                    here.iter().copied().find(|slot| slots[*slot as usize].plane == *label).unwrap_or_else(
-                        || {
-                            slots.push(Slot { cell, plane: *label, sum: Scatter::default() });
-                            here.push(slots.len() as u32 - 1);
-                            slots.len() as u32 - 1
-                        },
-                    );
+            if *label < 0 {
+                continue;
+            }
+            let Some(key) = key_at(*p, CELL_M) else { continue };
+            let is_same = |slot: &Slot| slot.key == key && slot.plane == *label;
+            if !this.slots.get(last as usize).is_some_and(is_same) {
+                last = this.slot(key, *label);
             }
             this.slots[last as usize].sum.add(p.map(f64::from));
             this.slot_of[point] = last;
@@ -154,23 +132,35 @@ impl Slots {
         this
     }
 
+    /// The slot of a plane in a cell, a new one when there is none.
+    fn slot(&mut self, key: u64, plane: i32) -> u32 {
+        let first = self.by_cell.entry(key).or_insert(NONE);
+        let mut slot = *first;
+        while let Some(here) = self.slots.get(slot as usize) {
+            if here.plane == plane {
+                return slot;
+            }
+            slot = here.other;
+        }
+        let new = self.slots.len() as u32;
+        self.slots.push(Slot { key, plane, other: *first, sum: Scatter::default() });
+        *first = new;
+        new
+    }
+
     /// The number of each slot's piece, counted in the order of the slots, and the slots of different planes
     /// that are in the same cell or in neighbors.
     fn pieces(&self) -> (Vec<u32>, Vec<(u32, u32)>) {
         let mut sets = UnionFind::new(self.slots.len());
         let mut touching = Vec::new();
-        for (index, slot) in (0..).zip(&self.slots) {
-            let own = key_of(slot.cell).and_then(|key| self.by_cell.get(&key)).into_iter().flatten();
-            let after = cells_after(slot.cell).filter_map(key_of);
-            let others = after.filter_map(|key| self.by_cell.get(&key)).flatten();
-            for other in own.filter(|other| **other > index).chain(others).copied() {
-                if self.slots[other as usize].plane == slot.plane {
-                    sets.join(index, other);
-                } else {
-                    touching.push((index, other));
-                }
+        let mut entries: Vec<(u64, u32)> = self.slots.iter().zip(0..).map(|(slot, index)| (slot.key, index)).collect();
+        pairs(&mut entries, |a, b| {
+            if self.slots[a as usize].plane == self.slots[b as usize].plane {
+                sets.join(a, b);
+            } else {
+                touching.push((a, b));
             }
-        }
+        });
         let mut number = vec![NONE; self.slots.len()];
         let mut count = 0;
         let mut pieces = Vec::with_capacity(self.slots.len());
@@ -189,10 +179,11 @@ impl Slots {
     fn candidates(&self, cloud: &Cloud, found: &Planes, is_wide: impl Fn(u32) -> bool) -> Vec<u32> {
         let limit_m = NOISE_DEVIATIONS * found.sigma_m;
         let is_noise = |p: [f32; 3]| {
-            let here = cell_of(p, CELL_M).and_then(key_of).and_then(|key| self.by_cell.get(&key));
-            here.into_iter().flatten().any(|slot| {
-                let plane = &found.planes[self.slots[*slot as usize].plane as usize];
-                is_wide(*slot) && plane.distance_m(p.map(f64::from)).abs() < limit_m
+            let first = key_at(p, CELL_M).and_then(|key| self.by_cell.get(&key)).copied();
+            let next = |slot: &u32| Some(self.slots[*slot as usize].other).filter(|slot| *slot != NONE);
+            std::iter::successors(first, next).any(|slot| {
+                let plane = &found.planes[self.slots[slot as usize].plane as usize];
+                is_wide(slot) && plane.distance_m(p.map(f64::from)).abs() < limit_m
             })
         };
         let is_candidate = |point: &u32| {
