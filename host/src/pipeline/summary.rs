@@ -135,7 +135,8 @@ impl InferredFigures {
         let area_m2 = |kind: InferredKind| {
             let of_kind = model.inferred.iter().filter(|surface| surface.kind == kind);
             let area_m2: f64 = of_kind.map(InferredSurface::area_m2).sum();
-            (area_m2 * 1e4).round() / 1e4
+            // No areas add up to a negative zero.
+            (area_m2 * 1e4).round() / 1e4 + 0.0
         };
         Self {
             surfaces: model.inferred.len(),
