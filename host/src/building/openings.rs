@@ -2,8 +2,8 @@
 //!
 //! A gap at the height of the cut whose sides are plumb and that has wall over all of its width is an
 //! opening: a door when nothing of the wall is under it, a window when there is. A shadow of furniture is
-//! rarely plumb; one that is cannot be told from an opening. Over the cut a rectangular hole is a window: those
-//! of the upper rows of a facade.
+//! rarely plumb; one that is cannot be told from an opening. Over the cut a rectangular hole is a window:
+//! those of the upper rows of a facade.
 
 use super::elevation::{Elevation, Span};
 use crate::building::part::CUT_M;

@@ -150,8 +150,8 @@ fn straightened(floor: &Floor, way: &[usize], kept: &[usize]) -> Vec<Point> {
     out
 }
 
-/// The same way with sharp turns driven as two. Beside a leg that is as short as the two are apart one of them
-/// may be sharper still: those are turned once more, nearer to each other.
+/// The same way with sharp turns driven as two. Beside a leg that is as short as the two are apart one of
+/// them may be sharper still: those are turned once more, nearer to each other.
 fn drivable(points: &[Point]) -> Vec<Point> {
     let mut points = turned(points, SHARP_DEG, TURN_ROUND_M);
     let mut apart_m = TURN_ROUND_M;

@@ -28,7 +28,7 @@ const PASS_WEIGHT: i64 = 2;
 /// Fewer rays that pass tell of no opening.
 const MIN_PASSES: usize = 20;
 /// One ray in so many may pass the rim, by noise.
-const STRAY: usize = 10;
+const OUTLIER_ONE_IN: usize = 10;
 
 /// A bay, in the coordinates of its plane, meters.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,7 +54,7 @@ impl Bay {
         for at in &hits {
             is_hit[(((at - from) / (to - from) * pieces as f64) as usize).min(pieces - 1)] = true;
         }
-        let is_wall = is_hit.iter().all(|is_hit| *is_hit) && STRAY * blocked <= hits.len();
+        let is_wall = is_hit.iter().all(|is_hit| *is_hit) && OUTLIER_ONE_IN * blocked <= hits.len();
         is_wall.then_some(([self.sides[0], [self.sides[1][0], head_m]], rim))
     }
 
@@ -75,8 +75,8 @@ impl Bay {
         let mut all: Vec<(f64, i64)> = hits.iter().map(|at| (*at, 1)).collect();
         all.extend(passes.iter().map(|at| (*at, -PASS_WEIGHT)));
         all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        // Over the head passes are wrong, below it hits are: from the sill upward the balance changes by one ray
-        // after the other.
+        // Over the head passes are wrong, below it hits are: from the sill upward the balance changes by one
+        // ray after the other.
         let (mut balance, mut best) = (0, (0, sill_m));
         for (place, (_, weight)) in all.iter().enumerate() {
             balance += weight;

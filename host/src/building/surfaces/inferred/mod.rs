@@ -14,8 +14,8 @@ use crate::building::spaces::evidence::Evidence;
 use crate::model::PlanarPolygon;
 use crate::model::inferred::InferredSurface;
 
-/// The floor of each storey, then the bases of its walls, plane by plane, and what surrounds openings. `polygons` are the surfaces that
-/// were seen.
+/// The floor of each storey, then the bases of its walls, plane by plane, and what surrounds openings.
+/// `polygons` are the surfaces that were seen.
 pub(crate) fn surfaces(
     evidence: &Evidence<'_>,
     elements: &Elements,

@@ -37,7 +37,7 @@ const SOFFIT_M: f64 = 0.03;
 const MIN_BEHIND_M: f64 = 0.05;
 const BEHIND_SIGMAS: f64 = 3.5;
 /// One ray in so many that end on a piece may pass it, by noise.
-const STRAY: usize = 10;
+const OUTLIER_ONE_IN: usize = 10;
 /// The lower laser tells of pieces that begin lower than this over the floor, meters.
 const LOW_M: f64 = 0.75;
 
@@ -65,7 +65,8 @@ pub(super) fn surfaces(
     found
 }
 
-/// What was seen of one side of a wall around an opening, in the coordinates of the plane that has most of it.
+/// What was seen of one side of a wall around an opening, in the coordinates of the plane that has the
+/// larger part of it.
 struct Face<'a> {
     evidence: &'a Evidence<'a>,
     plane: &'a Plane,
@@ -216,7 +217,7 @@ impl<'a> Face<'a> {
         let shape = std::slice::from_ref(piece);
         let count = |places: &[[f64; 2]]| places.iter().filter(|place| holds(shape, **place)).count();
         let (hits, blocked) = (count(&rays.hits_m), count(&rays.blocked_m));
-        STRAY * blocked <= hits && !self.is_free_behind(piece)
+        OUTLIER_ONE_IN * blocked <= hits && !self.is_free_behind(piece)
     }
 
     /// Whether the lower laser looked through the wall where a piece begins low.

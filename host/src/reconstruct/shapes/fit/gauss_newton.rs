@@ -105,12 +105,7 @@ pub(crate) fn leans(straight: &Tube, points: Sample<'_>, limits: (f64, f64)) -> 
 }
 
 /// Whether the tilt between two fits is more than the noise makes of none.
-fn is_clear(
-    straight: &Tube,
-    tilted: &Tube,
-    points: Sample<'_>,
-    (sigma_m, limit_m): (f64, f64),
-) -> bool {
+fn is_clear(straight: &Tube, tilted: &Tube, points: Sample<'_>, (sigma_m, limit_m): (f64, f64)) -> bool {
     let length_m = spread_m(straight, points.points_m, limit_m);
     let count = points.points_m.iter().filter(|p| straight.off_m(**p).abs() <= limit_m).count().max(1) as f64;
     let deviation = sigma_m * (1.0 / count + COMMON_SHARE * COMMON_SHARE / 16.0).sqrt() / length_m.max(1e-3);

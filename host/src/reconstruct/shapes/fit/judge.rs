@@ -15,7 +15,8 @@ struct Limits {
     points: f64,
     /// Largest share of points beside it, among those on it and beside it: foliage has more.
     beside: f64,
-    /// Largest deviation of the points on it, in those of a range. Points that fill the space evenly have 1.7.
+    /// Largest deviation of the points on it, in those of a range. Points that fill the space evenly have
+    /// 1.7.
     spread: f64,
     /// Smallest share of the surface between its ends on which there are points.
     covered: f64,

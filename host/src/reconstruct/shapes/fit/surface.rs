@@ -1,5 +1,5 @@
-//! The part of a cylinder that was seen: its points with the places in which their beams meet it, from where to
-//! where along the axis and round it, and what they say together. Meters, radians.
+//! The part of a cylinder that was seen: its points with the places in which their beams meet it, from where
+//! to where along the axis and round it, and what they say together. Meters, radians.
 
 use super::axis::Tube;
 use super::prism::Mean;

@@ -6,8 +6,8 @@ const HALF: i64 = 1 << (BITS - 1);
 /// Cells further out have no key: neighbors of all others have one.
 const MAX_COORDINATE: f64 = 1e6;
 
-/// The key of the cell that a point is in; `None` for one that is nowhere. Keys are in the order of x, then y,
-/// then z.
+/// The key of the cell that a point is in; `None` for one that is nowhere. Keys are in the order of x, then
+/// y, then z.
 pub(crate) fn key_at(p: [f32; 3], cell_m: f64) -> Option<u64> {
     let mut key = 0;
     for value in p {

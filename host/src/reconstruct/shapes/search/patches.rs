@@ -153,7 +153,8 @@ impl Slots {
     fn pieces(&self) -> (Vec<u32>, Vec<(u32, u32)>) {
         let mut sets = UnionFind::new(self.slots.len());
         let mut touching = Vec::new();
-        let mut entries: Vec<(u64, u32)> = self.slots.iter().zip(0..).map(|(slot, index)| (slot.key, index)).collect();
+        let mut entries: Vec<(u64, u32)> =
+            self.slots.iter().zip(0..).map(|(slot, index)| (slot.key, index)).collect();
         pairs(&mut entries, |a, b| {
             if self.slots[a as usize].plane == self.slots[b as usize].plane {
                 sets.join(a, b);
