@@ -63,6 +63,15 @@ impl Default for Path {
     }
 }
 
+/// The sharpest turn at a waypoint, degrees.
+pub(crate) const MAX_TURN_DEG: f64 = 150.0;
+
+/// How far one turns at the middle one of three places, radians.
+pub(crate) fn turn_rad(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
+    let (u, v) = ([b[0] - a[0], b[1] - a[1]], [c[0] - b[0], c[1] - b[1]]);
+    (u[0] * v[1] - u[1] * v[0]).atan2(u[0] * v[0] + u[1] * v[1])
+}
+
 /// Why a path cannot be driven.
 #[derive(Debug, thiserror::Error)]
 pub enum PathError {

@@ -6,6 +6,11 @@ use biplane_geometry::PortableMath;
 /// From where to where, meters.
 pub(crate) type Span = [f64; 2];
 
+/// From the lowest to the highest of some values.
+pub(crate) fn extent(values: impl Iterator<Item = f64>) -> Span {
+    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)])
+}
+
 /// Planes with a smaller level part of their normal have no side: 3 degrees from level.
 const MIN_LEVEL: f64 = 0.05;
 

@@ -5,13 +5,14 @@
 //! rarely plumb; one that is cannot be told from an opening. Over the cut a rectangular hole is a window:
 //! those of the upper rows of a facade.
 
-use super::elevation::{Elevation, Span};
+use super::elevation::{Elevation, Span, extent};
 use crate::building::part::CUT_M;
 use crate::building::part::Kind;
 use crate::building::part::Part;
 use crate::building::part::heights_m;
 use crate::model::{Model, PlanarPolygon};
 use biplane_geometry::PortableMath;
+use biplane_geometry::polygon_area::ring_area_m2;
 
 /// What an opening is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -176,23 +177,14 @@ impl<'a> Wall<'a> {
 
     /// The window that a hole of a polygon is, if it is one.
     fn high_window(&self, polygon: usize, hole: &[[f64; 3]]) -> Option<Opening> {
-        let place = |p: &[f64; 3]| [self.elevation.u([p[0], p[1]]), p[2]];
-        let [[from, to], [bottom_m, top_m]] = [0, 1].map(|axis| {
-            let along = || hole.iter().map(|p| place(p)[axis]);
-            [along().fold(f64::INFINITY, f64::min), along().fold(f64::NEG_INFINITY, f64::max)]
-        });
-        let doubled_m2: f64 = hole
-            .iter()
-            .zip(hole.iter().cycle().skip(1))
-            .map(|(a, b)| [place(a), place(b)])
-            .map(|[a, b]| a[0] * b[1] - a[1] * b[0])
-            .sum();
+        let flat: Vec<[f64; 3]> = hole.iter().map(|p| [self.elevation.u([p[0], p[1]]), p[2], 0.0]).collect();
+        let [[from, to], [bottom_m, top_m]] = [0, 1].map(|axis| extent(flat.iter().map(|p| p[axis])));
         let (width_m, height_m) = (to - from, top_m - bottom_m);
         let is_window = (MIN_WIDTH_M..=WIDEST_M).contains(&width_m)
             && height_m >= MIN_WIDTH_M
             && bottom_m > self.floor_m + CUT_M
             && top_m < self.ceiling_m
-            && doubled_m2.abs() / 2.0 >= RECTANGLE * width_m * height_m;
+            && ring_area_m2(&flat) >= RECTANGLE * width_m * height_m;
         is_window.then(|| Opening {
             kind: OpeningKind::Window,
             storey: self.storey,
@@ -272,8 +264,7 @@ impl<'a> Wall<'a> {
     fn spans(&self, polygon: usize, gap: Span) -> bool {
         let own = self.indices.iter().zip(&self.polygons).filter(|(index, _)| **index == polygon);
         let along = own.flat_map(|(_, own)| own.outer_m.iter().map(|p| self.elevation.u([p[0], p[1]])));
-        let (low, high) =
-            along.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), u| (low.min(u), high.max(u)));
+        let [low, high] = extent(along);
         low <= gap[0] + SKEW_M && gap[1] - SKEW_M <= high
     }
 

@@ -57,6 +57,12 @@ def xyz(rows):
     return np.stack([rows[axis].astype(float) for axis in "xyz"], axis=1)
 
 
+def triangles(path):
+    """The corners of every triangle of a mesh: triangle, corner, axis."""
+    mesh = read(path)
+    return xyz(mesh["vertex"])[mesh["face"]["vertex_indices"]]
+
+
 def write_points(path, points):
     """Writes an array whose fields are x, y, z (32-bit numbers) and whole numbers."""
     with open(path, "wb") as file:

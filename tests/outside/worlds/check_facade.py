@@ -103,10 +103,7 @@ def pieces(triangles):
 
 def true_windows(path):
     """The windows of the true surfaces."""
-    read = ply.read(path)
-    faces = read["face"]
-    field = next(name for name in faces.dtype.names if faces[name].ndim == 2)
-    corners = ply.xyz(read["vertex"])[faces[field]]
+    corners = ply.triangles(path)
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     areas = np.linalg.norm(normals, axis=1)
     keep = areas > 1e-9

@@ -80,8 +80,7 @@ def judge(model, truth, within_m):
     """Areas of floors, wall bases and surrounds of openings of a model, and how much of each is wrong."""
     file = json.loads((model / "model.json").read_text())
     require(file["shift_m"] == [0, 0, 0], f"{model} is far from zero")
-    true = ply.read(truth)
-    corners = ply.xyz(true["vertex"])[true["face"]["vertex_indices"]]
+    corners = ply.triangles(truth)
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     is_level = abs(normals[:, 2]) > LEVEL_COSINE * np.linalg.norm(normals, axis=1)
     sums = {kind: np.zeros(2) for kind in KINDS}

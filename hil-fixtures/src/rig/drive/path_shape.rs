@@ -1,12 +1,10 @@
 //! The shape of a drive on the floor: waypoints with rounded corners, as points 5 mm apart. Meters, the
 //! world's own frame.
 
-use crate::world::path::{Path, PathError};
+use crate::world::path::{MAX_TURN_DEG, Path, PathError, turn_rad};
 
 /// The longest way, meters.
 const MAX_M: f64 = 10_000.0;
-/// The sharpest turn at a waypoint, degrees.
-const MAX_TURN_DEG: f64 = 150.0;
 /// Distance between points of the way, meters.
 const KNOT_M: f64 = 0.005;
 /// Over which length a weave comes and goes at the ends, meters.
@@ -65,11 +63,6 @@ pub(crate) fn round_corners(path: &Path) -> Result<Vec<Point>, PathError> {
     }
     line_to(&mut way, corners[corners.len() - 1]);
     Ok(way)
-}
-
-fn turn_rad(a: Point, b: Point, c: Point) -> f64 {
-    let (u, v) = ([b[0] - a[0], b[1] - a[1]], [c[0] - b[0], c[1] - b[1]]);
-    (u[0] * v[1] - u[1] * v[0]).atan2(u[0] * v[0] + u[1] * v[1])
 }
 
 fn line_to(way: &mut Vec<Point>, to: Point) {

@@ -2,6 +2,7 @@
 
 use super::floor::{Floor, Point, distance, is_in};
 use crate::rng::Rng;
+use crate::world::path::{MAX_TURN_DEG, turn_rad};
 use biplane_ifc::{Plan, Room};
 
 /// A room of which less can be reached was not entered, cells: 0.2 square meters.
@@ -21,8 +22,9 @@ const MAX_LEG: usize = 400;
 /// A sharper turn is driven as two, so far apart, degrees and meters.
 const SHARP_DEG: f64 = 100.0;
 const TURN_ROUND_M: f64 = 0.22;
-/// Sharper ones no drive can have, degrees; so often they are turned anew.
-const REFUSED_DEG: f64 = 148.0;
+/// Sharper ones no drive can have, with a reserve for rounded coordinates, degrees; so often they are turned
+/// anew.
+const REFUSED_DEG: f64 = MAX_TURN_DEG - 2.0;
 const MAX_PASSES: usize = 2;
 /// Shorter legs are left away, meters.
 const MIN_LEG_M: f64 = 0.03;
@@ -156,8 +158,7 @@ fn drivable(points: &[Point]) -> Vec<Point> {
     let mut points = turned(points, SHARP_DEG, TURN_ROUND_M);
     let mut apart_m = TURN_ROUND_M;
     for _ in 0..MAX_PASSES {
-        let is_refused = |corner: &[Point]| turn_rad(corner).abs().to_degrees() > REFUSED_DEG;
-        if !points.windows(3).any(is_refused) {
+        if sharpest_deg(&points) <= REFUSED_DEG {
             break;
         }
         apart_m /= 2.0;
@@ -166,24 +167,23 @@ fn drivable(points: &[Point]) -> Vec<Point> {
     points
 }
 
-fn unit(a: Point, b: Point) -> Point {
-    let length = distance(a, b).max(1e-9);
-    [(b[0] - a[0]) / length, (b[1] - a[1]) / length]
-}
-
-/// How far one turns at the middle one of three places, radians.
-fn turn_rad(corner: &[Point]) -> f64 {
-    let (u, v) = (unit(corner[0], corner[1]), unit(corner[1], corner[2]));
-    (u[0] * v[1] - u[1] * v[0]).atan2(u[0] * v[0] + u[1] * v[1])
+/// The sharpest turn of a way, degrees.
+fn sharpest_deg(points: &[Point]) -> f64 {
+    let turns = points.windows(3).map(|corner| turn_rad(corner[0], corner[1], corner[2]));
+    turns.fold(0.0, |sharpest: f64, turn| sharpest.max(turn.abs().to_degrees()))
 }
 
 /// The same way with sharp turns driven as two: a robot that turns round on the spot, nearly.
 fn turned(points: &[Point], sharp_deg: f64, apart_m: f64) -> Vec<Point> {
+    let unit = |a: Point, b: Point| {
+        let length = distance(a, b).max(1e-9);
+        [(b[0] - a[0]) / length, (b[1] - a[1]) / length]
+    };
     let mut out = vec![points[0]];
     for corner in points.windows(3) {
         let [a, b, c] = [corner[0], corner[1], corner[2]];
         let (u, v) = (unit(a, b), unit(b, c));
-        let turn = turn_rad(corner);
+        let turn = turn_rad(a, b, c);
         let middle = [u[0] - v[0], u[1] - v[1]];
         let length = middle[0].hypot(middle[1]);
         if turn.abs().to_degrees() < sharp_deg || length < 1e-9 {
@@ -201,7 +201,7 @@ fn turned(points: &[Point], sharp_deg: f64, apart_m: f64) -> Vec<Point> {
 
 #[cfg(test)]
 mod tests {
-    use super::{REFUSED_DEG, drivable, turn_rad};
+    use super::{REFUSED_DEG, drivable, sharpest_deg};
     use crate::rng::Rng;
 
     #[test]
@@ -215,9 +215,7 @@ mod tests {
                 at = [at[0] + length * way.cos(), at[1] + length * way.sin()];
                 points.push(at);
             }
-            let driven = drivable(&points);
-            let sharpest =
-                driven.windows(3).map(|corner| turn_rad(corner).abs().to_degrees()).fold(0.0, f64::max);
+            let sharpest = sharpest_deg(&drivable(&points));
             assert!(sharpest <= REFUSED_DEG, "{sharpest} degrees: {points:?}");
         }
     }

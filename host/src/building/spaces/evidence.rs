@@ -45,7 +45,17 @@ pub(crate) struct Evidence<'a> {
     pub storey: usize,
 }
 
+/// Smallest distance behind a surface at which a ray has passed it, meters; larger with more noise.
+const MIN_PASS_M: f64 = 0.05;
+/// How many standard deviations of the noise a passed ray ends behind it.
+const PASS_SIGMAS: f64 = 3.5;
+
 impl Evidence<'_> {
+    /// The distance behind a surface, meters, from which on a ray has passed it. What ends nearer lies on it.
+    pub(crate) fn pass_m(&self) -> f64 {
+        MIN_PASS_M.max(PASS_SIGMAS * self.sigma_m)
+    }
+
     /// Mean height from which points were seen. Scans of other storeys have none.
     pub(crate) fn laser_m(&self) -> f64 {
         let Cloud { scan, origins_m, .. } = self.cloud;

@@ -4,10 +4,10 @@
 //! A lid from shoulder to shoulder makes a hole of a bay. How much of it is wall, and how much is open, tell
 //! the rays: those that end on the wall over the head, and those that pass below it.
 
-use super::border::{LINE_M, covered};
+use super::border::{LINE_M, PASS_WEIGHT, covered};
 use super::holes;
 use super::plane_rays::PlaneRays;
-use crate::building::elevation::Span;
+use crate::building::elevation::{Span, extent};
 use crate::reconstruct::polygons::outline::union::{Ring, Shape, union};
 use crate::reconstruct::polygons::plane_frame::STEP_M;
 
@@ -23,12 +23,8 @@ const LID_M: f64 = 0.01;
 const MIN_RIM_M: f64 = 0.05;
 /// The rim is wall where every piece of it of this length was hit, meters.
 const HIT_EVERY_M: f64 = 0.3;
-/// A ray that passes weighs as much as so many that end on the wall: as for edges.
-const PASS_WEIGHT: i64 = 2;
 /// Fewer rays that pass tell of no opening.
 const MIN_PASSES: usize = 20;
-/// One ray in so many may pass the rim, by noise.
-const OUTLIER_ONE_IN: usize = 10;
 
 /// A bay, in the coordinates of its plane, meters.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,16 +41,14 @@ impl Bay {
     pub(super) fn opening(&self, rays: &PlaneRays) -> Option<([Span; 2], [Span; 2])> {
         let head_m = self.head_m(rays)?;
         let rim = [self.across_m, [head_m, self.lid_m]];
-        let is_in_rim = |place: &&[f64; 2]| (0..2).all(|k| rim[k][0] < place[k] && place[k] < rim[k][1]);
-        let hits: Vec<f64> = rays.hits_m.iter().filter(is_in_rim).map(|place| place[0]).collect();
-        let blocked = rays.blocked_m.iter().filter(is_in_rim).count();
+        let is_in_rim = |place: &[f64; 2]| (0..2).all(|k| rim[k][0] < place[k] && place[k] < rim[k][1]);
         let [from, to] = self.across_m;
         let pieces = ((to - from) / HIT_EVERY_M).ceil().max(1.0) as usize;
         let mut is_hit = vec![false; pieces];
-        for at in &hits {
+        for [at, _] in rays.hits_m.iter().filter(|place| is_in_rim(place)) {
             is_hit[(((at - from) / (to - from) * pieces as f64) as usize).min(pieces - 1)] = true;
         }
-        let is_wall = is_hit.iter().all(|is_hit| *is_hit) && OUTLIER_ONE_IN * blocked <= hits.len();
+        let is_wall = is_hit.iter().all(|is_hit| *is_hit) && rays.allow(is_in_rim);
         is_wall.then_some(([self.sides[0], [self.sides[1][0], head_m]], rim))
     }
 
@@ -72,12 +66,12 @@ impl Bay {
         if passes.len() < MIN_PASSES {
             return None;
         }
-        let mut all: Vec<(f64, i64)> = hits.iter().map(|at| (*at, 1)).collect();
+        let mut all: Vec<(f64, f64)> = hits.iter().map(|at| (*at, 1.0)).collect();
         all.extend(passes.iter().map(|at| (*at, -PASS_WEIGHT)));
-        all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
         // Over the head passes are wrong, below it hits are: from the sill upward the balance changes by one
         // ray after the other.
-        let (mut balance, mut best) = (0, (0, sill_m));
+        let (mut balance, mut best) = (0.0, (0.0, sill_m));
         for (place, (_, weight)) in all.iter().enumerate() {
             balance += weight;
             if balance < best.0 {
@@ -111,9 +105,7 @@ pub(super) fn find(shapes: &[Shape]) -> Vec<Bay> {
 
 /// Lids from shoulder to shoulder, where the upper border is lower than on both sides.
 fn lids(shapes: &[Shape]) -> Vec<[Span; 2]> {
-    let corners = || shapes.iter().flatten().flatten().map(|p| f64::from(p.x) * STEP_M);
-    let from_m = corners().fold(f64::INFINITY, f64::min);
-    let to_m = corners().fold(f64::NEG_INFINITY, f64::max);
+    let [from_m, to_m] = extent(shapes.iter().flatten().flatten().map(|p| f64::from(p.x) * STEP_M));
     let lines = ((to_m - from_m) / LINE_M).floor().max(0.0) as usize;
     let top_m = |line: usize| {
         let spans = covered(shapes, 1, from_m + (line as f64 + 0.5) * LINE_M);

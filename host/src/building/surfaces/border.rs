@@ -12,7 +12,7 @@ const TRY_M: f64 = 0.005;
 const STRAIGHT_M: f64 = 0.012;
 /// A ray that surface would block weighs as much as so many points outside of it: what is missing is honest,
 /// what blocks a ray is wrong.
-const PASS_WEIGHT: f64 = 2.0;
+pub(super) const PASS_WEIGHT: f64 = 2.0;
 /// Weight of moving an edge by a meter from where the building has it: decides where rays do not.
 const MOVE_WEIGHT: f64 = 40.0;
 

@@ -2,9 +2,9 @@
 //! was seen from outside, where no room knows of them.
 
 use super::border::{LINE_M, covered};
-use crate::building::elevation::Span;
+use crate::building::elevation::{self, Span};
 use crate::reconstruct::polygons::outline::union::{Ring, Shape, area_m2};
-use crate::reconstruct::polygons::plane_frame::{FlatPoint, STEP_M};
+use crate::reconstruct::polygons::plane_frame::STEP_M;
 use biplane_geometry::quantile::upper_median;
 
 /// A hole that fills less of the rectangle around it is of another shape.
@@ -31,9 +31,7 @@ pub(super) fn rectangle(hole: &Ring) -> Option<[Span; 2]> {
 
 /// From where to where a ring goes along an axis.
 pub(super) fn extent(ring: &Ring, axis: usize) -> Span {
-    let along = |p: &FlatPoint| f64::from([p.x, p.y][axis]) * STEP_M;
-    let all = || ring.iter().map(along);
-    [all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max)]
+    elevation::extent(ring.iter().map(|p| f64::from([p.x, p.y][axis]) * STEP_M))
 }
 
 /// From where to where it goes along an axis on half of the lines across `others`.

@@ -5,15 +5,13 @@ use crate::model::Plane;
 use crate::reconstruct::polygons::plane_frame::{Frame, STEP_M};
 use biplane_geometry::vec3::distance;
 
-/// Smallest distance behind a plane at which a ray has passed it, meters; larger with more noise.
-const MIN_PASS_M: f64 = 0.05;
-/// How many standard deviations of the noise a passed ray ends behind it.
-const PASS_SIGMAS: f64 = 3.5;
 /// A ray that goes on for more than this behind surface, meters, is blocked by it, as where models are
 /// judged.
 const BLOCKED_M: f64 = 0.10;
 /// And for so many more standard deviations of the noise.
 const BLOCKED_SIGMAS: f64 = 3.0;
+/// Of rays that surface was added for, one in so many may be one that it blocks, by noise.
+const OUTLIER_ONE_IN: usize = 10;
 /// How far around a rectangle rays count, meters.
 pub(super) const AROUND_M: f64 = 0.3;
 
@@ -37,7 +35,7 @@ impl PlaneRays {
         rectangles: &[[[f64; 2]; 2]],
     ) -> Vec<Self> {
         let mut found = vec![Self::default(); rectangles.len()];
-        let pass_m = MIN_PASS_M.max(PASS_SIGMAS * evidence.sigma_m);
+        let pass_m = evidence.pass_m();
         let blocked_m = BLOCKED_M + BLOCKED_SIGMAS * evidence.sigma_m;
         let cloud = evidence.cloud;
         let origins: Vec<([f64; 3], f64)> = cloud
@@ -66,5 +64,11 @@ impl PlaneRays {
             }
         }
         found
+    }
+
+    /// Whether surface may be where `is_there` says: where rays end, and no rays but outliers are blocked.
+    pub(super) fn allow(&self, is_there: impl Fn(&[f64; 2]) -> bool) -> bool {
+        let count = |places: &[[f64; 2]]| places.iter().filter(|place| is_there(place)).count();
+        OUTLIER_ONE_IN * count(&self.blocked_m) <= count(&self.hits_m)
     }
 }

@@ -3,7 +3,7 @@
 use super::border::{Border, Edge, LINE_M, covered};
 use super::plane_rays::{AROUND_M, PlaneRays};
 use crate::building::elevation::Span;
-use crate::reconstruct::polygons::outline::union::{Ring, Shape, area_m2, intersection, union};
+use crate::reconstruct::polygons::outline::union::{Ring, Shape, area_m2, difference, intersection};
 use crate::reconstruct::polygons::plane_frame::{FlatPoint, Frame, STEP_M};
 
 /// An edge and the border of what was seen are never further apart than this, meters.
@@ -82,10 +82,8 @@ pub(super) fn cut(
     if fills.is_empty() && taken.is_empty() {
         return shapes;
     }
-    // What a shape goes around once and a reversed one too is neither's.
-    let reversed = taken.iter().flatten().map(|ring| ring.iter().rev().copied().collect::<Ring>());
-    let rings: Vec<Ring> = shapes.iter().flatten().cloned().chain(fills).chain(reversed).collect();
-    union(rings.iter().map(Vec::as_slice))
+    let rings = shapes.iter().flatten().chain(&fills).map(Vec::as_slice);
+    difference(rings, taken.iter().flatten().map(Vec::as_slice))
 }
 
 /// Strips that block no more rays than are freed by what is taken away; those that block none always.

@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use super::jambs;
 use super::rays::{STEP_M, Shown};
 use super::view::WallView;
-use crate::building::elevation::Span;
+use crate::building::elevation::{Span, extent};
 use crate::building::spaces::evidence::Seen;
 use crate::building::spaces::faces::joined;
 use crate::building::spaces::raster::CELL_M;
@@ -329,10 +329,6 @@ impl WallView<'_> {
         let (wall, open) = self.middle(hole.span, [hole.bottom_m + 0.1, hole.top_m - 0.1]);
         wall <= open || (hole.shows == Shows::DrivenThrough && wall < 2 * open + 10)
     }
-}
-
-fn extent(values: impl Iterator<Item = f64>) -> Span {
-    values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| [low.min(value), high.max(value)])
 }
 
 /// The ends that most lines of a piece have: median of the first and last cells of its longer lines.

@@ -5,10 +5,6 @@ use crate::building::spaces::evidence::Evidence;
 
 /// Side of a cell of an elevation, meters.
 pub(crate) const STEP_M: f64 = 0.05;
-/// Smallest distance beyond a face at which a ray has passed it, meters; larger with more noise.
-const MIN_PASS_M: f64 = 0.05;
-/// How many standard deviations of the noise a passed ray ends beyond a face.
-const PASS_SIGMAS: f64 = 3.5;
 /// Rays that end further before a wall say nothing of it.
 const MAX_Z_M: f64 = 6.0;
 
@@ -57,7 +53,7 @@ impl Elevation {
             rays: Vec::new(),
             inside_m: Vec::new(),
         };
-        let pass_m = MIN_PASS_M.max(PASS_SIGMAS * evidence.sigma_m);
+        let pass_m = evidence.pass_m();
         let flat = |p: &[f32; 3]| [f64::from(p[0]), f64::from(p[1])];
         let across: Vec<f64> =
             evidence.cloud.origins_m.iter().map(|origin| slab.line.place(flat(origin))[0]).collect();

@@ -6,7 +6,7 @@ use crate::building::elements::{Elements, Room, Use, WallOpening};
 use crate::building::spaces::evidence::{Evidence, Seen};
 use crate::building::spaces::raster::{CELL_M, Grid};
 use crate::model::inferred::{InferredKind, InferredSurface};
-use crate::reconstruct::polygons::outline::union::{Ring, Shape, area_m2, doubled_area, union};
+use crate::reconstruct::polygons::outline::union::{Ring, Shape, area_m2, difference, doubled_area, union};
 use crate::reconstruct::polygons::plane_frame::{FlatPoint, STEP_M};
 use crate::reconstruct::polygons::seams::clearance;
 
@@ -60,13 +60,9 @@ fn shapes(evidence: &Evidence<'_>, elements: &Elements, rooms: &[&Room]) -> Vec<
     let doors = elements.openings.iter().filter(|opening| is_crossed(evidence, opening));
     rings.extend(doors.filter_map(|door| threshold(elements, door)).map(|ring| flat(grid, &ring)));
     let whole = union(rings.iter().map(Vec::as_slice));
-    // What rings go around once and reversed ones too is neither's.
-    let left_out = not_free(evidence, rooms).into_iter().map(|mut ring| {
-        ring.reverse();
-        ring
-    });
-    let rings: Vec<Ring> = whole.into_iter().flatten().chain(left_out).collect();
-    let mut shapes = clearance::clear(union(rings.iter().map(Vec::as_slice)));
+    let left_out = not_free(evidence, rooms);
+    let free = difference(whole.iter().flatten().map(Vec::as_slice), left_out.iter().map(Vec::as_slice));
+    let mut shapes = clearance::clear(free);
     shapes.retain(|shape| shape.first().is_some_and(|outer| area_m2(outer) >= MIN_PIECE_M2));
     shapes
 }

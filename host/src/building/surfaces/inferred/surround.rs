@@ -8,13 +8,14 @@ use std::cmp::Reverse;
 use super::super::plane_rays::PlaneRays;
 use super::super::rectangle::{self, Place, holds, ring};
 use super::super::{BESIDE_M, flat, is_face_at, lifted_rings, place_of};
+use super::{is_free_behind, of_wall};
 use crate::building::elements::{Elements, Room, Wall, WallOpening};
-use crate::building::elevation::Span;
-use crate::building::spaces::evidence::{Evidence, Seen};
+use crate::building::elevation::{Span, extent};
+use crate::building::spaces::evidence::Evidence;
 use crate::building::spaces::raster::CELL_M;
 use crate::model::inferred::{InferredKind, InferredSurface};
 use crate::model::{PlanarPolygon, Plane};
-use crate::reconstruct::polygons::outline::union::{Ring, Shape, area_m2, intersection, union};
+use crate::reconstruct::polygons::outline::union::{Ring, Shape, area_m2, difference, intersection};
 use crate::reconstruct::polygons::plane_frame::{FlatPoint, Frame, STEP_M};
 use crate::reconstruct::polygons::seams::clearance;
 
@@ -33,11 +34,6 @@ const MIN_EDGES: usize = 2;
 /// A soffit has so many points, so near to the head, meters.
 const MIN_POINTS: usize = 8;
 const SOFFIT_M: f64 = 0.03;
-/// Points of the face itself are no deeper than this, meters, or so many standard deviations of the noise.
-const MIN_BEHIND_M: f64 = 0.05;
-const BEHIND_SIGMAS: f64 = 3.5;
-/// One ray in so many that end on a piece may pass it, by noise.
-const OUTLIER_ONE_IN: usize = 10;
 /// The lower laser tells of pieces that begin lower than this over the floor, meters.
 const LOW_M: f64 = 0.75;
 
@@ -52,10 +48,10 @@ pub(super) fn surfaces(
     for opening in &elements.openings {
         let Some(wall) = elements.wall(&opening.wall) else { continue };
         for side in [1.0, -1.0] {
-            let face = Face::new(evidence, elements, polygons, (wall, opening), side);
-            let Some(mut face) = face else { continue };
-            let edges = face.is_seen.as_flattened().iter().filter(|is_seen| **is_seen).count();
-            if edges >= MIN_EDGES && !face.is_seen[1][1] {
+            let Some(mut face) = Face::new(evidence, elements, polygons, (wall, opening), side) else {
+                continue;
+            };
+            if count(face.is_seen) >= MIN_EDGES && !face.is_seen[1][1] {
                 face.look_for_soffit();
             }
             let pieces = face.pieces(elements, known.iter().chain(&found));
@@ -112,7 +108,7 @@ impl<'a> Face<'a> {
             let frame = frame(*index)?;
             let shapes: Vec<Shape> = on(*index).filter_map(|polygon| flat(&frame, polygon)).collect();
             let (_, is_seen) = settled(&place, &frame, &shapes);
-            Some((is_seen.as_flattened().iter().filter(|is_seen| **is_seen).count(), Reverse(*index)))
+            Some((count(is_seen), Reverse(*index)))
         };
         let (_, Reverse(index)) = planes.iter().filter_map(edges).max()?;
         let (plane, frame) = (&evidence.model.planes[index], frame(index)?);
@@ -156,11 +152,8 @@ impl<'a> Face<'a> {
         }
         let rays = PlaneRays::of(self.evidence, self.plane, &self.frame, &[self.sides]);
         let surface = |shape: Shape| {
-            let mut rings = lifted_rings(&self.frame, shape, &self.own);
-            let (outer_m, holes_m) = (rings.next()?, rings.collect());
-            let (kind, part_of) = (InferredKind::OpeningSurround, self.wall.id.clone());
-            let Plane { normal, offset_m, .. } = *self.plane;
-            Some(InferredSurface { kind, part_of, normal, offset_m, outer_m, holes_m })
+            let rings = lifted_rings(&self.frame, shape, &self.own);
+            of_wall(InferredKind::OpeningSurround, self.wall, self.plane, rings)
         };
         pieces.into_iter().filter(|piece| self.may_be_wall(piece, &rays[0])).filter_map(surface).collect()
     }
@@ -168,8 +161,7 @@ impl<'a> Face<'a> {
     /// Counts the head as seen where its soffit was. Points on a jamb's reveal may as well be furniture that
     /// stands in the opening.
     fn look_for_soffit(&mut self) {
-        let beyond_m = MIN_BEHIND_M.max(BEHIND_SIGMAS * self.evidence.sigma_m);
-        let depth_m = beyond_m..self.wall.drawn_thickness_m;
+        let depth_m = self.evidence.pass_m()..self.wall.drawn_thickness_m;
         let [[left, right], [_, head_m]] = self.sides;
         let is_soffit = |point: &&[f32; 3]| {
             let point = point.map(f64::from);
@@ -197,27 +189,21 @@ impl<'a> Face<'a> {
         if around.iter().any(|[from, to]| to - from < MIN_WIDTH_M) {
             return Vec::new();
         }
-        let around = ring(around);
-        let frame = [vec![around.clone()]];
-        let reversed = |ring: &Ring| ring.iter().rev().copied().collect::<Ring>();
-        let seen = intersection(&self.shapes, &frame);
-        let known = intersection(taken, &frame);
+        let around = [vec![ring(around)]];
+        let seen = intersection(&self.shapes, &around);
+        let known = intersection(taken, &around);
         let others = elements.openings.iter().filter(|opening| opening.wall == self.wall.id);
         let others = others.map(|opening| place_of(self.wall, opening).in_frame(&self.frame));
-        let open = others.chain([self.sides]).map(ring);
-        let less = seen.iter().chain(&known).flatten().cloned().chain(open).map(|ring| reversed(&ring));
-        let rings: Vec<Ring> = std::iter::once(around).chain(less).collect();
-        let mut pieces = clearance::clear(union(rings.iter().map(Vec::as_slice)));
+        let open: Vec<Ring> = others.chain([self.sides]).map(ring).collect();
+        let less = seen.iter().chain(&known).flatten().chain(&open).map(Vec::as_slice);
+        let mut pieces = clearance::clear(difference(around.iter().flatten().map(Vec::as_slice), less));
         pieces.retain(is_wide);
         pieces
     }
 
     /// Whether no ray passed a piece, but for noise.
     fn may_be_wall(&self, piece: &Shape, rays: &PlaneRays) -> bool {
-        let shape = std::slice::from_ref(piece);
-        let count = |places: &[[f64; 2]]| places.iter().filter(|place| holds(shape, **place)).count();
-        let (hits, blocked) = (count(&rays.hits_m), count(&rays.blocked_m));
-        OUTLIER_ONE_IN * blocked <= hits && !self.is_free_behind(piece)
+        rays.allow(|place| holds(std::slice::from_ref(piece), *place)) && !self.is_free_behind(piece)
     }
 
     /// Whether the lower laser looked through the wall where a piece begins low.
@@ -227,14 +213,11 @@ impl<'a> Face<'a> {
         if lift(0.0, low)[2] > self.evidence.floor_m + LOW_M {
             return false;
         }
-        let along = || piece.iter().flatten().map(|p| f64::from(p.x));
-        let [from, to] = [along().fold(f64::INFINITY, f64::min), along().fold(f64::NEG_INFINITY, f64::max)];
+        let [from, to] = extent(piece.iter().flatten().map(|p| f64::from(p.x)));
         let steps = ((to - from) * STEP_M / CELL_M).ceil().max(1.0) as usize;
         (0..steps).any(|step| {
-            let [x, y, _] = lift(from + (to - from) * (step as f64 + 0.5) / steps as f64, low);
-            let [nx, ny, _] = self.plane.normal;
-            let cell = self.evidence.grid.cell([x - CELL_M * nx, y - CELL_M * ny]);
-            cell.is_some_and(|cell| self.evidence.seen[cell] == Seen::Free)
+            let place = lift(from + (to - from) * (step as f64 + 0.5) / steps as f64, low);
+            is_free_behind(self.evidence, self.plane, place, CELL_M)
         })
     }
 }
@@ -255,6 +238,10 @@ fn settled(place: &Place, frame: &Frame, shapes: &[Shape]) -> ([Span; 2], [[bool
         }
     }
     (sides, is_seen)
+}
+
+fn count(is_seen: [[bool; 2]; 2]) -> usize {
+    is_seen.as_flattened().iter().filter(|is_seen| **is_seen).count()
 }
 
 /// From where to where a room has its border in a plane, at a place along it.

@@ -2,9 +2,10 @@
 
 use super::super::border::covered;
 use super::super::{flat, is_face_of, lifted_rings};
+use super::{is_free_behind, of_wall};
 use crate::building::elements::{Elements, Use, Wall};
 use crate::building::elevation::Span;
-use crate::building::spaces::evidence::{Evidence, Seen};
+use crate::building::spaces::evidence::Evidence;
 use crate::building::spaces::raster::CELL_M;
 use crate::model::inferred::{InferredKind, InferredSurface};
 use crate::model::{PlanarPolygon, Plane};
@@ -66,13 +67,7 @@ pub(super) fn surfaces(
             let face = WallFace { max_height_m, taken: &taken, ..face };
             let (bases, own_taken) = face.bases();
             let rings = bases.into_iter().map(|shape| lifted_rings(&face.frame, shape, &own));
-            found.extend(rings.filter_map(|mut rings| {
-                let outer_m = rings.next()?;
-                let holes_m = rings.collect();
-                let (kind, part_of) = (InferredKind::WallBase, wall.id.clone());
-                let Plane { normal, offset_m, .. } = *plane;
-                Some(InferredSurface { kind, part_of, normal, offset_m, outer_m, holes_m })
-            }));
+            found.extend(rings.filter_map(|rings| of_wall(InferredKind::WallBase, wall, plane, rings)));
             taken.extend(own_taken);
         }
     }
@@ -187,11 +182,7 @@ impl<'a> WallFace<'a> {
     /// Whether the lower laser looked through the wall here.
     fn is_free_behind(&self, at_m: f64) -> bool {
         let flat = FlatPoint::new((at_m / STEP_M).round() as i32, (self.floor_v_m / STEP_M).round() as i32);
-        let [x, y, _] = self.frame.lift(flat);
-        let [nx, ny, _] = self.plane.normal;
-        let place = [x - self.behind_m * nx, y - self.behind_m * ny];
-        let cell = self.evidence.grid.cell(place);
-        cell.is_some_and(|cell| self.evidence.seen[cell] == Seen::Free)
+        is_free_behind(self.evidence, self.plane, self.frame.lift(flat), self.behind_m)
     }
 
     /// A run as a ring: along the floor, and back along the lower border of what was seen.

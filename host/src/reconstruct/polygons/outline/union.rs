@@ -28,6 +28,18 @@ pub(crate) fn union<'a>(rings: impl Iterator<Item = &'a [FlatPoint]>) -> Vec<Sha
     shapes
 }
 
+/// What some rings go around and others do not: what a ring goes around once and a reversed one too is
+/// neither's.
+pub(crate) fn difference<'a>(
+    rings: impl Iterator<Item = &'a [FlatPoint]>,
+    less: impl Iterator<Item = &'a [FlatPoint]>,
+) -> Vec<Shape> {
+    let reversed: Vec<Ring> = less.map(|ring| ring.iter().rev().copied().collect()).collect();
+    let mut all: Vec<&[FlatPoint]> = rings.collect();
+    all.extend(reversed.iter().map(Vec::as_slice));
+    union(all.into_iter())
+}
+
 /// What two sets of shapes have in common.
 pub(crate) fn intersection(shapes: &[Shape], others: &[Shape]) -> Vec<Shape> {
     let options = IntOverlayOptions { ogc: true, preserve_output_collinear: true, ..Default::default() };
