@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Reads a model's IFC with ifcopenshell: its validator finds nothing, every element has geometry, and counts
-are the model's.
+"""Reads a model's IFC with ifcopenshell: its validator finds nothing, every element has geometry, doors and
+windows have closed bodies in openings of their size, and counts are the model's.
 
     check_ifc.py MODEL_FOLDER [--least-doors N]
 
@@ -20,6 +20,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+from formats.check_building import is_closed, kernel
 from lib.verdict import require
 
 SURFACES = ["IfcWall", "IfcSlab", "IfcCovering", "IfcBuildingElementProxy"]
@@ -91,8 +92,9 @@ def check_areas(model):
     return worst_m2
 
 
-def check_doors(model):
-    """Doors and windows fill openings of their own size."""
+def check_fillings(model):
+    """Doors and windows fill openings of their own size, and have a body in them. A leaf is the surface that
+    was seen; frames are closed."""
     for element in model.by_type("IfcDoor") + model.by_type("IfcWindow"):
         require(element.FillsVoids, f"{element} fills nothing")
         opening = element.FillsVoids[0].RelatingOpeningElement
@@ -100,6 +102,11 @@ def check_doors(model):
         size = ifcopenshell.util.element.get_pset(opening, QUANTITIES)
         own = (element.OverallWidth, element.OverallHeight)
         require((size["Width"], size["Height"]) == own, f"{element} fills an opening of {size}")
+        body, triangles = kernel(element)
+        if element.Representation.Representations[0].RepresentationType == "SweptSolid":
+            require(is_closed(body, triangles), f"{element} is open")
+            wide, _, high = np.ptp(body, axis=0)
+            require(np.allclose([wide, high], own, atol=1e-3), f"{element} has a body of {wide} x {high} m")
 
 
 def check_openings(model):
@@ -108,8 +115,9 @@ def check_openings(model):
     for opening in model.by_type("IfcOpeningElement"):
         at = ifcopenshell.util.placement.get_local_placement(opening.ObjectPlacement)
         size = ifcopenshell.util.element.get_pset(opening, QUANTITIES)
+        sides = (-size["Width"] / 2, size["Width"] / 2)
         wall, _ = vertices_of(opening.VoidsElements[0].RelatingBuildingElement)
-        corners = np.array([(at @ [x, 0, z, 1])[:3] for x in (0, size["Width"]) for z in (0, size["Height"])])
+        corners = np.array([(at @ [x, 0, z, 1])[:3] for x in sides for z in (0, size["Height"])])
         beside = np.maximum(wall.min(axis=0) - corners, corners - wall.max(axis=0))
         lies_in = (beside[:, :2] < LEAF_M).all() and (beside[1::2, 2] < 0).all()
         require(lies_in, f"{opening} with corners {corners} is not in its wall")
@@ -131,7 +139,7 @@ def main():
         kind: len(model.by_type(kind)) for kind in [*SURFACES, "IfcDoor", "IfcWindow", "IfcBuildingStorey"]
     }
     require(counts["IfcDoor"] >= args.least_doors, f"wanted {args.least_doors} doors: {counts}")
-    check_doors(model)
+    check_fillings(model)
     check_openings(model)
     print(
         f"{path}: valid, geometry of every element (areas within {worst_m2:.4f} m2), "

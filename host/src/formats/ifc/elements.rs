@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::project::Project;
-use super::step::{Id, Ids, Maybe, Reals, Step, global_id};
+use super::step::{Id, Ids, Reals, Step, global_id};
 use super::styles::Styles;
+use super::{frame, solids};
 use crate::building::Building;
 use crate::building::Opening;
 use crate::building::OpeningKind;
@@ -229,9 +230,8 @@ impl<'a> Elements<'a> {
 
     /// An opening, and the door or window that fills it.
     fn opening(&mut self, index: usize, opening: &Opening, wall: Id) {
-        let corners = corners(opening);
-        let place = self.foot(opening, corners[0]);
-        let owner = self.project.owner;
+        let corners = (opening.ends_m, opening.bottom_m, opening.top_m);
+        let (place, owner) = (self.foot(opening), self.project.owner);
         let [id, voids, fills, own] = ["opening", "voids", "fills", "filling"]
             .map(|word| global_id(format_args!("{word} {index} {corners:?}")));
         let hole = self.step.add(format_args!(
@@ -244,8 +244,10 @@ impl<'a> Elements<'a> {
             OpeningKind::Window => ("IFCWINDOW", "window", "WINDOW"),
             OpeningKind::Passage => return,
         };
-        let shape = self.filling(index, opening, &corners);
-        let place = self.place(opening.storey);
+        let (place, shape) = match self.leaf(index, opening) {
+            Some(shape) => (self.place(opening.storey), shape),
+            None => (place, self.frame(opening)),
+        };
         let (height, width) = (Number(opening.height_m()), Number(opening.width_m()));
         let filling = self.step.add(format_args!(
             "{entity}('{own}',{owner},'{word} {index}',$,$,{place},{shape},'{index}',{height},{width},.{class}.,.NOTDEFINED.,$)"
@@ -254,19 +256,17 @@ impl<'a> Elements<'a> {
         self.contained[opening.storey].push(filling);
     }
 
-    /// Where an opening is: its lower corner, x along its width, z up.
-    fn foot(&mut self, opening: &Opening, [x, y, z]: [f64; 3]) -> Id {
+    /// Where an opening is: the middle of its lower edge, x along its width, z up.
+    fn foot(&mut self, opening: &Opening) -> Id {
         let storey = &self.project.storeys[opening.storey];
         let ([a, b], width_m) = (opening.ends_m, opening.width_m());
-        let along = [(b[0] - a[0]) / width_m, (b[1] - a[1]) / width_m, 0.0];
-        let corner = self.step.add(format_args!("IFCCARTESIANPOINT({})", Reals(&[x, y, z - storey.floor_m])));
-        let [up, along] =
-            [[0.0, 0.0, 1.0], along].map(|to| self.step.add(format_args!("IFCDIRECTION({})", Reals(&to))));
-        let axes = self.step.add(format_args!("IFCAXIS2PLACEMENT3D({corner},{up},{along})"));
+        let along = [(b[0] - a[0]) / width_m, (b[1] - a[1]) / width_m];
+        let [x, y] = [0, 1].map(|axis| (a[axis] + b[axis]) / 2.0);
+        let axes = solids::axes(self.step, [x, y, opening.bottom_m - storey.floor_m], along);
         self.step.add(format_args!("IFCLOCALPLACEMENT({},{axes})", storey.place))
     }
 
-    /// The size of an opening, which has no shape that would tell it.
+    /// The size of an opening. It has no shape: readers would cut it out of a surface that has the hole already.
     fn quantities(&mut self, hole: Id, id: &str, opening: &Opening) {
         let (width_m, height_m) = (opening.width_m(), opening.height_m());
         let quantities = [
@@ -286,26 +286,25 @@ impl<'a> Elements<'a> {
         self.step.add(format_args!("IFCRELDEFINESBYPROPERTIES('{has}',{owner},$,$,({hole}),{set})"));
     }
 
-    /// The leaf of a closed door; the outline of everything else.
-    fn filling(&mut self, index: usize, opening: &Opening, corners: &[[f64; 3]; 4]) -> Maybe {
+    /// The leaf of a closed door, where one was seen.
+    fn leaf(&mut self, index: usize, opening: &Opening) -> Option<Id> {
         let leaves = self.building.leaves.iter().filter(|(_, of)| *of == index);
         let polygons: Vec<usize> = leaves.map(|(polygon, _)| *polygon).collect();
         let mut items = Vec::new();
         for polygon in polygons {
             items.extend(self.polygon(polygon, opening.storey));
         }
-        if !items.is_empty() {
-            return Maybe(Some(self.shape(self.project.body, "Body", "Tessellation", &items)));
+        (!items.is_empty()).then(|| self.shape(self.project.body, "Body", "Tessellation", &items))
+    }
+
+    /// A frame in the opening, with a pane in a window.
+    fn frame(&mut self, opening: &Opening) -> Id {
+        let is_window = opening.kind == OpeningKind::Window;
+        let items = frame::frame(self.step, [opening.width_m(), opening.height_m()], is_window);
+        for item in &items {
+            self.styles.paint(self.step, *item, frame::color(is_window));
         }
-        let floor_m = self.project.storeys[opening.storey].floor_m;
-        let closed = corners.iter().chain(&corners[..1]);
-        let points: Vec<Id> = closed
-            .map(|[x, y, z]| {
-                self.step.add(format_args!("IFCCARTESIANPOINT({})", Reals(&[*x, *y, z - floor_m])))
-            })
-            .collect();
-        let outline = self.step.add(format_args!("IFCPOLYLINE({})", Ids(&points)));
-        Maybe(Some(self.shape(self.project.profile, "Profile", "Curve3D", &[outline])))
+        self.shape(self.project.body, "Body", "SweptSolid", &items)
     }
 
     /// Fine structure as one proxy of the lowest storey.
@@ -325,13 +324,6 @@ impl<'a> Elements<'a> {
         ));
         self.contained[0].push(element);
     }
-}
-
-/// The corners of an opening, meters.
-fn corners(opening: &Opening) -> [[f64; 3]; 4] {
-    let [a, b] = opening.ends_m;
-    let (low, high) = (opening.bottom_m, opening.top_m);
-    [[a[0], a[1], low], [b[0], b[1], low], [b[0], b[1], high], [a[0], a[1], high]]
 }
 
 /// Numbers of vertices from 1, as a tuple.

@@ -11,8 +11,10 @@
 
 mod architecture;
 mod elements;
+mod frame;
 mod project;
 mod round;
+mod solids;
 mod step;
 mod styles;
 

@@ -1,6 +1,6 @@
 //! What every IFC file has: owner, units, contexts, and the tree of project, site, building and storeys.
 
-use super::step::{Id, Ids, Maybe, Reals, Step, Text, global_id};
+use super::step::{Id, Ids, Reals, Step, Text, global_id};
 use crate::building::Building;
 use crate::formats::text::number::Number;
 use crate::formats::{Shapes, description, generator};
@@ -13,8 +13,6 @@ pub(crate) struct Project {
     pub(crate) owner: Id,
     /// Context of surfaces.
     pub(crate) body: Id,
-    /// Context of outlines of doors and windows.
-    pub(crate) profile: Id,
     /// Context of the lines in the middle of walls.
     pub(crate) axis: Id,
     /// Context of outlines of rooms.
@@ -47,7 +45,7 @@ impl Project {
                 "IFCGEOMETRICREPRESENTATIONSUBCONTEXT('{name}','Model',*,*,*,*,{context},$,.MODEL_VIEW.,$)"
             ))
         };
-        let [body, profile] = ["Body", "Profile"].map(&mut part);
+        let body = part("Body");
         let [axis, footprint] =
             if building.elements.is_empty() { [body, body] } else { ["Axis", "FootPrint"].map(&mut part) };
         let units = units(step);
@@ -73,7 +71,7 @@ impl Project {
             let id = global_id(format_args!("parts of {whole} {about}"));
             step.add(format_args!("IFCRELAGGREGATES('{id}',{owner},$,$,{whole},{})", Ids(&parts)));
         }
-        Self { owner, body, profile, axis, footprint, axes: origin, storeys }
+        Self { owner, body, axis, footprint, axes: origin, storeys }
     }
 }
 
@@ -142,9 +140,8 @@ fn storeys(step: &mut Step, building: &Building, owner: Id, place: Id) -> Vec<St
         let elevation = floor_m.map_or("$".to_owned(), |floor_m| Number(floor_m).to_string());
         let name =
             if floor_m.is_some() { format!("storey {}", number + 1) } else { "no floor seen".to_owned() };
-        let none = Maybe(None);
         let id = step.add(format_args!(
-            "IFCBUILDINGSTOREY('{id}',{owner},{},{none},{none},{place},{none},{none},.ELEMENT.,{elevation})",
+            "IFCBUILDINGSTOREY('{id}',{owner},{},$,$,{place},$,$,.ELEMENT.,{elevation})",
             Text(&name)
         ));
         storeys.push(Storey { id, place, floor_m: floor_m.unwrap_or(0.0) });

@@ -27,18 +27,6 @@ impl fmt::Display for Ids<'_> {
     }
 }
 
-/// An entity that may not be there.
-pub(crate) struct Maybe(pub(crate) Option<Id>);
-
-impl fmt::Display for Maybe {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.0 {
-            Some(id) => id.fmt(f),
-            None => f.write_str("$"),
-        }
-    }
-}
-
 /// A text: what is not ASCII as UTF-16 in hexadecimal digits.
 pub(crate) struct Text<'a>(pub(crate) &'a str);
 

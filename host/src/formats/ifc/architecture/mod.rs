@@ -6,13 +6,13 @@
 
 mod evidence;
 mod openings;
-mod solids;
 mod spaces;
 mod walls;
 
 use std::collections::BTreeMap;
 
 use super::project::Project;
+use super::solids;
 use super::step::{Id, Ids, Step, global_id};
 use super::styles::Styles;
 use crate::building::elements::Elements;

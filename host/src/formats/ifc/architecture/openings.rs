@@ -1,19 +1,14 @@
 //! Openings with a body that is cut from their wall, and doors and windows that fill them.
 
+use super::Architecture;
 use super::evidence::Value;
-use super::{Architecture, solids};
 use crate::building::elements::{Use, WallOpening};
 use crate::formats::ifc::step::Id;
+use crate::formats::ifc::{frame, solids};
 use crate::formats::text::number::Number;
 
 /// Openings reach beyond their wall by this on either side, meters, so that no skin of it stays.
 const BEYOND_M: f64 = 0.01;
-/// Frames are assumed to be so wide and so deep, meters: no laser measures them.
-const FRAME_M: [f64; 2] = [0.05, 0.08];
-/// Panes are assumed to be so thick, meters.
-const PANE_M: f64 = 0.01;
-const FRAME_COLOR: [u8; 3] = [150, 120, 90];
-const WINDOW_COLOR: [u8; 3] = [150, 180, 205];
 
 impl Architecture<'_> {
     /// Adds an opening and what fills it.
@@ -62,20 +57,9 @@ impl Architecture<'_> {
 
     /// A door or window: a frame, and a pane in a window.
     fn filling(&mut self, opening: &WallOpening, hole: Id, place: Id) {
-        let ([width, height], [thick, deep]) = ([opening.width_m, opening.height_m], FRAME_M);
-        let is_window = opening.kind == Use::Window;
-        let side = (width - thick) / 2.0;
-        let mut items = vec![
-            solids::cuboid(self.step, [-side, 0.0], [thick, deep], [0.0, height]),
-            solids::cuboid(self.step, [side, 0.0], [thick, deep], [0.0, height]),
-        ];
-        let inner = width - 2.0 * thick;
-        items.push(solids::cuboid(self.step, [0.0, 0.0], [inner, deep], [height - thick, height]));
-        if is_window {
-            items.push(solids::cuboid(self.step, [0.0, 0.0], [inner, deep], [0.0, thick]));
-            items.push(solids::cuboid(self.step, [0.0, 0.0], [inner, PANE_M], [thick, height - thick]));
-        }
-        let body = self.body(&items, if is_window { WINDOW_COLOR } else { FRAME_COLOR });
+        let ([width, height], is_window) = ([opening.width_m, opening.height_m], opening.kind == Use::Window);
+        let items = frame::frame(self.step, [width, height], is_window);
+        let body = self.body(&items, frame::color(is_window));
         let shape = self.shape(&[body]);
         let (owner, name) = (self.project.owner, &opening.id);
         let [id, fills] = ["", " fills"].map(|word| self.id(format_args!("{name}{word}")));

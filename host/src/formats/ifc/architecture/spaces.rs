@@ -1,8 +1,9 @@
 //! Rooms as spaces with what bounds them, their floors and their ceilings.
 
+use super::Architecture;
 use super::evidence::Value;
-use super::{Architecture, solids};
 use crate::building::elements::Room;
+use crate::formats::ifc::solids;
 use crate::formats::ifc::step::{Id, Ids};
 use crate::model::inferred::{InferredKind, InferredSurface};
 use biplane_geometry::PortableMath;

@@ -1,9 +1,10 @@
 //! Walls: a rectangle along the axis, swept up from the floor.
 
+use super::Architecture;
 use super::evidence::Value;
 use super::spaces::area_m2;
-use super::{Architecture, solids};
 use crate::building::elements::{KnownBy, Use, Wall, WallOpening};
+use crate::formats::ifc::solids;
 use crate::formats::ifc::step::Id;
 use crate::formats::text::number::Number;
 

@@ -1,6 +1,6 @@
 //! Placements, profiles and what is swept from them.
 
-use crate::formats::ifc::step::{Id, Ids, Reals, Step};
+use super::step::{Id, Ids, Reals, Step};
 use crate::formats::text::number::Number;
 
 /// Axes at a place, x along a level direction, z up.
