@@ -22,8 +22,9 @@ pub(crate) struct Elevation {
     /// Where each ray came to the wall: along and height, and how far behind the face it ended when it did
     /// not end there, meters.
     pub rays: Vec<([f32; 2], Option<f32>)>,
-    /// Points between the two faces, and a little behind one that has no other: along, height.
-    pub inside_m: Vec<[f32; 2]>,
+    /// Points between the two faces, and a little behind one that has no other: along, height, and how far
+    /// behind the face from which they were seen.
+    pub inside_m: Vec<[f32; 3]>,
 }
 
 /// What a cell shows.
@@ -100,7 +101,7 @@ impl Elevation {
         }
         self.count([at_m, from_z + share * (to_z - from_z)], Some(beyond_m as f32));
         if beyond_m < high - low - 0.01 && self.is_near(to[1]) {
-            self.inside_m.push([to[1] as f32, to_z as f32]);
+            self.inside_m.push([to[1], to_z, beyond_m].map(|value| value as f32));
         }
     }
 
