@@ -1,11 +1,12 @@
 //! The model's surfaces where the building knows better: doors and windows become rectangles in the faces of
-//! their walls, and so do holes of other upright surfaces that nearly are.
+//! their walls, and so do holes of other upright surfaces that nearly are. Roofs end in level lines.
 //!
 //! Each edge is put where the fewest rays contradict it; surface that rays contradict is neither added nor
 //! taken away. Frame `map`, meters.
 
 mod bays;
 mod border;
+mod combs;
 mod holes;
 pub(crate) mod inferred;
 mod plane_rays;
@@ -16,6 +17,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use rayon::prelude::*;
 
 use self::bays::Bay;
+use self::combs::Level;
 use self::plane_rays::PlaneRays;
 use self::rectangle::Place;
 use super::elements::{Elements, Wall, WallOpening};
@@ -36,6 +38,8 @@ const BESIDE_SIGMAS: f64 = 3.0;
 const SAME_WAY: f64 = 0.9986;
 /// A plane is upright when its normal rises by less than this (sine of the angle; 6 degrees).
 const UPRIGHT: f64 = 0.1;
+/// It is a roof's when its normal rises by this: 75 to 15 degrees off the vertical.
+const ROOF: std::ops::Range<f64> = 0.26..0.966;
 /// Pieces that only a straight edge cut off are dropped when they are smaller, square meters: as in outlines.
 const MIN_PIECE_M2: f64 = 0.05;
 /// Corners of neighbors this near to each other along their common line become one, meters. Outlines were
@@ -130,11 +134,13 @@ fn of_plane(evidence: &Evidence<'_>, index: usize, places: &[Place]) -> Option<V
     if plane.normal[2].abs() < UPRIGHT {
         outlines.extend(unknown(&before, &outlines));
     }
-    if outlines.is_empty() {
+    let levels = if ROOF.contains(&plane.normal[2].abs()) { combs::find(&before) } else { Vec::new() };
+    if outlines.is_empty() && levels.is_empty() {
         return None;
     }
-    let sides: Vec<[Span; 2]> = outlines.iter().map(|outline| outline.sides).collect();
-    let rays = PlaneRays::of(evidence, plane, &frame, &sides);
+    let sides = outlines.iter().map(|outline| outline.sides).chain(levels.iter().map(Level::sides));
+    let mut rays = PlaneRays::of(evidence, plane, &frame, &sides.collect::<Vec<_>>());
+    let rays_of_levels = rays.split_off(outlines.len());
     let (outlines, rims) = below_rims(outlines, rays);
     let mut shapes = before.clone();
     if !rims.is_empty() {
@@ -142,6 +148,9 @@ fn of_plane(evidence: &Evidence<'_>, index: usize, places: &[Place]) -> Option<V
     }
     for (outline, rays) in &outlines {
         shapes = rectangle::cut(shapes, outline.sides, outline.has_sill, rays, evidence.sigma_m);
+    }
+    for (level, rays) in levels.iter().zip(&rays_of_levels) {
+        shapes = level.drawn(&shapes, rays);
     }
     if shapes == before {
         return None;
