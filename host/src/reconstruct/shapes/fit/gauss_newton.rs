@@ -12,6 +12,8 @@ const STEPS: usize = 8;
 const SETTLED: f64 = 1e-5;
 /// A tilt of the axis counts when it is so many of its own deviations: short things do not tell theirs.
 const TILT_DEVIATIONS: f64 = 4.0;
+/// A tilt may come to count when its first step is so many.
+const MAY_TILT_DEVIATIONS: f64 = 2.0;
 /// Share of a deviation of a range that is common to many points: poses.
 const COMMON_SHARE: f64 = 0.35;
 
@@ -96,22 +98,27 @@ pub(crate) fn fit(
 pub(crate) fn fit_upright(start: Tube, points: Sample<'_>, limits: (f64, f64)) -> Option<Tube> {
     let straight = fit(start, points, limits, true)?;
     let Some(tilted) = fit(straight, points, limits, false) else { return Some(straight) };
-    Some(if is_clear(&straight, &tilted, points, limits) { tilted } else { straight })
+    let is_clear = tilt_deviations(&straight, &tilted, points, limits) > TILT_DEVIATIONS;
+    Some(if is_clear { tilted } else { straight })
 }
 
-/// Whether points say clearly that an axis runs otherwise.
-pub(crate) fn leans(straight: &Tube, points: Sample<'_>, limits: (f64, f64)) -> bool {
-    fit(*straight, points, limits, false).is_some_and(|tilted| is_clear(straight, &tilted, points, limits))
+/// Whether points may say that the axis of a fit without tilt runs otherwise: the first step tells most.
+pub(crate) fn may_lean(straight: &Tube, points: Sample<'_>, limits: (f64, f64)) -> bool {
+    let (sigma_m, limit_m) = limits;
+    let mut near = Vec::with_capacity(points.points_m.len());
+    points.near(&points.lengths_m(), straight, limit_m, &mut near);
+    let first = advance(*straight, &near, (sigma_m, limit_m), false);
+    first.is_some_and(|(tilted, _)| tilt_deviations(straight, &tilted, points, limits) > MAY_TILT_DEVIATIONS)
 }
 
-/// Whether the tilt between two fits is more than the noise makes of none.
-fn is_clear(straight: &Tube, tilted: &Tube, points: Sample<'_>, (sigma_m, limit_m): (f64, f64)) -> bool {
+/// The tilt between two fits, in the deviations that the noise makes of none.
+fn tilt_deviations(straight: &Tube, tilted: &Tube, points: Sample<'_>, (sigma_m, limit_m): (f64, f64)) -> f64 {
     let length_m = spread_m(straight, points.points_m, limit_m);
     let count = points.points_m.iter().filter(|p| straight.off_m(**p).abs() <= limit_m).count().max(1) as f64;
     let deviation = sigma_m * (1.0 / count + COMMON_SHARE * COMMON_SHARE / 16.0).sqrt() / length_m.max(1e-3);
     let cosine: f64 = straight.axis.direction().iter().zip(tilted.axis.direction()).map(|(a, b)| a * b).sum();
     let tilt = (1.0 - cosine * cosine).max(0.0).sqrt();
-    tilt > TILT_DEVIATIONS * deviation
+    tilt / deviation
 }
 
 /// Deviation of the points along the axis.

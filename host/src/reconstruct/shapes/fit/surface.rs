@@ -57,6 +57,8 @@ pub(crate) enum Rejected {
     Covered,
     /// Flat faces explain it better.
     Flat,
+    /// The same was tried.
+    Repeated,
 }
 
 impl Rejected {

@@ -2,7 +2,7 @@
 //! axes, are guesses; the best are fitted and judged. Meters.
 
 use super::circle::{Circle, algebraic, through};
-use super::section::Section;
+use super::section::{Score, Section};
 use crate::reconstruct::planes::paper::random::Random;
 use crate::reconstruct::shapes::fit::axis::{Axis, Tube};
 use crate::reconstruct::shapes::fit::gauss_newton::{self, Sample};
@@ -17,7 +17,9 @@ const GUESSES: [usize; 2] = [60, 240];
 /// Points among which circles are guessed; of a larger cluster so many.
 const MAX_GUESS_POINTS: usize = 2500;
 /// A guess needs points on it, in those that a cylinder has.
-const MIN_SCORE: f64 = 0.3;
+const MIN_SCORE: f64 = 0.5;
+/// A guess has this share of the score that it had with all points within and near it on it.
+const MIN_SCORE_SHARE: f64 = 0.15;
 /// What lies about a guess, in radii and deviations.
 const ABOUT_RADII: f64 = 1.5;
 const ABOUT_DEVIATIONS: f64 = 12.0;
@@ -37,6 +39,8 @@ const KEPT: usize = 4;
 const GUESS_DEVIATIONS: f64 = 2.5;
 /// Points within so many deviations are fitted.
 const FIT_DEVIATIONS: f64 = 3.0;
+/// Rough fits that are no more deviations apart are one.
+const SAME_DEVIATIONS: f64 = 0.25;
 /// Points that a cylinder may share with a larger one that was found with it.
 const MAX_SHARED: f64 = 0.1;
 /// A cylinder with so many of a cluster's points is what the cluster is.
@@ -105,9 +109,10 @@ fn along(params: &ShapeParams, seen: &Evidence<'_>, direction: [f64; 3]) -> Vec<
     if to - from < MIN_LENGTH_M {
         return Vec::new();
     }
+    let mut tried = Vec::new();
     let accepted = |circle: Circle| {
         let start = Tube { axis: axis.through(circle.center_m), radius_m: circle.radius_m };
-        refined(params, start, seen).ok()
+        refined(params, start, seen, &mut tried).ok()
     };
     guesses(params, &section, (seen.sigma_m, step as f64)).into_iter().filter_map(accepted).collect()
 }
@@ -118,68 +123,67 @@ fn guesses(params: &ShapeParams, section: &Section, (sigma_m, share): (f64, f64)
     let limit_m = GUESS_DEVIATIONS * sigma_m;
     let tries = (count / POINTS_PER_GUESS).clamp(GUESSES[0], GUESSES[1]);
     let mut random = Random::new(count as u64);
-    let mut scored: Vec<(f64, Circle)> = Vec::new();
+    let mut scored: Vec<(Score, Circle)> = Vec::new();
+    let mut near_m = Vec::new();
     for number in 0..tries {
-        let seed = random.below(count) as u32;
+        let seed = random.below(count);
         let reach_m = REACHES_M[number % REACHES_M.len()];
-        let near = near(section, seed, reach_m, &mut random);
+        section.near(section.at_m(seed), reach_m, MAX_FITTED, &mut random, &mut near_m);
         let circle = if (number / REACHES_M.len()).is_multiple_of(2) {
-            algebraic(near.iter().map(|p| section.at_m(*p)))
+            algebraic(near_m.iter().copied())
         } else {
-            three(section, &near, &mut random)
+            three(&near_m, &mut random)
         };
         let usual = params.min_radius_m * 0.5..=MAX_GUESSED_M.min(params.max_radius_m);
         let Some(circle) = circle.filter(|circle| usual.contains(&circle.radius_m)) else { continue };
         scored.push((section.score(&circle, limit_m, MAX_ASKED), circle));
     }
-    scored.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let mut best: Vec<Circle> = Vec::new();
+    scored.sort_by(|a, b| b.0.points.total_cmp(&a.0.points));
+    let mut best: Vec<(Score, Circle)> = Vec::new();
     for (score, circle) in scored {
-        let is_new = best.iter().all(|other| {
+        let is_new = best.iter().all(|(_, other)| {
             let [x, y] = [0, 1].map(|k| circle.center_m[k] - other.center_m[k]);
             x.portable_hypot(y).max((circle.radius_m - other.radius_m).abs()) > 0.3 * other.radius_m
         });
-        if is_new && score * share >= MIN_SCORE * params.min_points as f64 {
-            best.push(circle);
+        if is_new && score.points * share >= MIN_SCORE * params.min_points as f64 {
+            best.push((score, circle));
         }
         if best.len() == KEPT {
             break;
         }
     }
-    best
-}
-
-/// Some of the points about one.
-fn near(section: &Section, seed: u32, reach_m: f64, random: &mut Random) -> Vec<u32> {
-    let at_m = section.at_m(seed);
-    let close = |point: &u32| {
-        let [x, y] = section.at_m(*point);
-        (x - at_m[0]).portable_hypot(y - at_m[1]) <= reach_m
-    };
-    let count = section.within(at_m, reach_m).count();
-    let step = count.div_ceil(MAX_FITTED).max(1);
-    section.within(at_m, reach_m).skip(random.below(step)).step_by(step).filter(close).collect()
+    best.into_iter().filter(|(score, _)| score.share >= MIN_SCORE_SHARE).map(|(_, circle)| circle).collect()
 }
 
 /// The circle through three of some points.
-fn three(section: &Section, near: &[u32], random: &mut Random) -> Option<Circle> {
-    let mut pick = || near.get(random.below(near.len())).map(|point| section.at_m(*point));
+fn three(near_m: &[[f64; 2]], random: &mut Random) -> Option<Circle> {
+    let mut pick = || near_m.get(random.below(near_m.len())).copied();
     through([pick()?, pick()?, pick()?])
 }
 
 /// A guess fitted to the points about it, and judged. One that has grown far beyond the guess is fitted once
 /// more, to all that is about it now: an apse shows through its ends what a column would not reach.
-fn refined(params: &ShapeParams, start: Tube, seen: &Evidence<'_>) -> Result<Accepted, Rejected> {
-    let mut best = about(params, start, seen)?;
+fn refined(
+    params: &ShapeParams,
+    start: Tube,
+    seen: &Evidence<'_>,
+    tried: &mut Vec<Tube>,
+) -> Result<Accepted, Rejected> {
+    let mut best = about(params, start, seen, tried)?;
     if best.tube.radius_m > GROWN * start.radius_m {
-        let again = about(params, best.tube, seen).ok();
+        let again = about(params, best.tube, seen, &mut Vec::new()).ok();
         best = again.filter(|again| again.on.len() > best.on.len()).unwrap_or(best);
     }
     Ok(best)
 }
 
-/// A tube fitted to the points about it, and judged.
-fn about(params: &ShapeParams, start: Tube, seen: &Evidence<'_>) -> Result<Accepted, Rejected> {
+/// A tube fitted to the points about it, and judged, unless one was tried that came out as the same.
+fn about(
+    params: &ShapeParams,
+    start: Tube,
+    seen: &Evidence<'_>,
+    tried: &mut Vec<Tube>,
+) -> Result<Accepted, Rejected> {
     let reach_m = ABOUT_RADII * start.radius_m + ABOUT_DEVIATIONS * seen.sigma_m;
     let is_about = |i: &usize| {
         let [x, y, _] = start.axis.local(seen.points_m[*i]);
@@ -189,27 +193,42 @@ fn about(params: &ShapeParams, start: Tube, seen: &Evidence<'_>) -> Result<Accep
     let pick = |from: &[[f64; 3]]| about.iter().filter_map(|i| from.get(*i).copied()).collect::<Vec<_>>();
     let (points_m, origins_m) = (pick(seen.points_m), pick(seen.origins_m));
     let own = Evidence { points_m: &points_m, origins_m: &origins_m, ..*seen };
-    let mut accepted = fitted(params, start, &own)?;
+    let rough = roughly_fitted(params, start, &own)?;
+    let [x, y, _] = start.axis.local(rough.axis.point_m);
+    if tried.iter().any(|other| is_same(other, &rough, seen.sigma_m)) {
+        return Err(Rejected::Repeated);
+    }
+    // One that has not all of its surface about its start may come out better from another.
+    if x.portable_hypot(y) + rough.radius_m + FIT_DEVIATIONS * seen.sigma_m <= reach_m {
+        tried.push(rough);
+    }
+    let mut accepted = finally_fitted(params, rough, &own)?;
     accepted.on.iter_mut().for_each(|i| *i = about[*i]);
     Ok(accepted)
 }
 
+/// Whether two tubes of the same direction are one for every purpose.
+fn is_same(a: &Tube, b: &Tube, sigma_m: f64) -> bool {
+    let [x, y, _] = a.axis.local(b.axis.point_m);
+    x.portable_hypot(y).max((a.radius_m - b.radius_m).abs()) <= SAME_DEVIATIONS * sigma_m
+}
+
 /// A cylinder fitted to the points on it, which are those without a long gap along the axis, and judged.
 pub(crate) fn fitted(params: &ShapeParams, start: Tube, seen: &Evidence<'_>) -> Result<Accepted, Rejected> {
+    finally_fitted(params, roughly_fitted(params, start, seen)?, seen)
+}
+
+/// A rough fit fitted to all of its points, and judged.
+fn finally_fitted(params: &ShapeParams, rough: Tube, seen: &Evidence<'_>) -> Result<Accepted, Rejected> {
     let limits = (seen.sigma_m, FIT_DEVIATIONS * seen.sigma_m);
-    let rough = roughly_fitted(params, start, seen, limits)?;
     let part = Part::of(&rough, seen, limits, MAX_FIT_POINTS)?;
     let tube = gauss_newton::fit_upright(rough, part.sample(), limits).ok_or(Rejected::Points)?;
     judge(params, &tube, seen)
 }
 
 /// A cylinder fitted to some of its points without turning its axis: here most guesses end.
-fn roughly_fitted(
-    params: &ShapeParams,
-    start: Tube,
-    seen: &Evidence<'_>,
-    limits: (f64, f64),
-) -> Result<Tube, Rejected> {
+fn roughly_fitted(params: &ShapeParams, start: Tube, seen: &Evidence<'_>) -> Result<Tube, Rejected> {
+    let limits = (seen.sigma_m, FIT_DEVIATIONS * seen.sigma_m);
     let part = Part::of(&start, seen, limits, MAX_FIT_POINTS / 4)?;
     if part.length_m < MIN_LENGTH_M {
         return Err(Rejected::Length);
@@ -219,7 +238,7 @@ fn roughly_fitted(
     match may_become(params, &tube, &some, part.step) {
         Ok(()) => Ok(tube),
         // What leans is seen smeared along an axis that does not.
-        Err(why) if why.may_be_a_lean() && gauss_newton::leans(&tube, part.sample(), limits) => Ok(tube),
+        Err(why) if why.may_be_a_lean() && gauss_newton::may_lean(&tube, part.sample(), limits) => Ok(tube),
         Err(why) => Err(why),
     }
 }

@@ -2,7 +2,9 @@
 //! asking all. Meters.
 
 use super::circle::Circle;
+use crate::reconstruct::planes::paper::random::Random;
 use crate::reconstruct::shapes::fit::axis::Axis;
+use biplane_geometry::PortableMath;
 
 /// Edge of a cell.
 const CELL_M: f64 = 0.2;
@@ -16,9 +18,10 @@ pub(crate) struct Section {
     low_m: [f64; 2],
     cell_m: f64,
     size: [usize; 2],
-    /// Where the points of each cell begin in `order`.
+    /// Where the points of each cell begin in `sorted_m`.
     starts: Vec<u32>,
-    order: Vec<u32>,
+    /// The points across the axis, in the order of the cells.
+    sorted_m: Vec<[f64; 2]>,
 }
 
 impl Section {
@@ -36,16 +39,16 @@ impl Section {
             .max(extent_m[0].max(extent_m[1]) / MAX_CELLS);
         let size = extent_m.map(|extent_m| (extent_m / cell_m) as usize + 1);
         let mut this =
-            Self { points_m, low_m, cell_m, size, starts: vec![0; size[0] * size[1] + 1], order: Vec::new() };
+            Self { points_m, low_m, cell_m, size, starts: vec![0; size[0] * size[1] + 1], sorted_m: Vec::new() };
         let cells: Vec<usize> = this.points_m.iter().map(|p| this.cell_of([p[0], p[1]])).collect();
         cells.iter().for_each(|cell| this.starts[cell + 1] += 1);
         for cell in 1..this.starts.len() {
             this.starts[cell] += this.starts[cell - 1];
         }
         let mut next = this.starts.clone();
-        this.order = vec![0; this.points_m.len()];
-        for (point, cell) in (0..).zip(cells) {
-            this.order[next[cell] as usize] = point;
+        this.sorted_m = vec![[0.0; 2]; this.points_m.len()];
+        for (point, cell) in this.points_m.iter().zip(cells) {
+            this.sorted_m[next[cell] as usize] = [point[0], point[1]];
             next[cell] += 1;
         }
         this
@@ -59,32 +62,71 @@ impl Section {
         self.column(0, x) * self.size[1] + self.column(1, y)
     }
 
-    /// The points of all cells that a square about a point meets.
-    pub(crate) fn within(&self, [x, y]: [f64; 2], half_m: f64) -> impl Iterator<Item = u32> + '_ {
+    /// The points of all cells that a square about a point meets, by column.
+    fn within(&self, [x, y]: [f64; 2], half_m: f64) -> impl Iterator<Item = &[[f64; 2]]> + Clone {
         let columns = self.column(0, x - half_m)..=self.column(0, x + half_m);
         let (from, to) = (self.column(1, y - half_m), self.column(1, y + half_m));
-        columns.flat_map(move |column| {
+        columns.map(move |column| {
             let first = column * self.size[1];
-            let range = self.starts[first + from] as usize..self.starts[first + to + 1] as usize;
-            self.order[range].iter().copied()
+            &self.sorted_m[self.starts[first + from] as usize..self.starts[first + to + 1] as usize]
         })
     }
 
+    /// Calls for one in `step` of the points of all cells that a square meets, after having skipped some.
+    fn some_within(
+        &self,
+        middle_m: [f64; 2],
+        half_m: f64,
+        [skipped, step]: [usize; 2],
+        mut call: impl FnMut([f64; 2]),
+    ) {
+        let mut next = skipped;
+        for column in self.within(middle_m, half_m) {
+            while let Some(point) = column.get(next) {
+                call(*point);
+                next += step;
+            }
+            next -= column.len();
+        }
+    }
+
+    fn count_within(&self, middle_m: [f64; 2], half_m: f64) -> usize {
+        self.within(middle_m, half_m).map(<[_]>::len).sum()
+    }
+
     /// A point across the axis.
-    pub(crate) fn at_m(&self, point: u32) -> [f64; 2] {
-        let [x, y, _] = self.points_m[point as usize];
+    pub(crate) fn at_m(&self, point: usize) -> [f64; 2] {
+        let [x, y, _] = self.points_m[point];
         [x, y]
+    }
+
+    /// Some of the points about one, across the axis.
+    pub(crate) fn near(
+        &self,
+        at_m: [f64; 2],
+        reach_m: f64,
+        max_asked: usize,
+        random: &mut Random,
+        near_m: &mut Vec<[f64; 2]>,
+    ) {
+        let step = self.count_within(at_m, reach_m).div_ceil(max_asked).max(1);
+        near_m.clear();
+        self.some_within(at_m, reach_m, [random.below(step), step], |[x, y]| {
+            if (x - at_m[0]).portable_hypot(y - at_m[1]) <= reach_m {
+                near_m.push([x, y]);
+            }
+        });
     }
 
     /// How well a circle explains the points about it: more for points on it, less for points within. At most
     /// so many points are asked.
-    pub(crate) fn score(&self, circle: &Circle, limit_m: f64, max_asked: usize) -> f64 {
+    pub(crate) fn score(&self, circle: &Circle, limit_m: f64, max_asked: usize) -> Score {
         let half_m = circle.radius_m + limit_m;
-        let count = self.within(circle.center_m, half_m).count();
+        let count = self.count_within(circle.center_m, half_m);
         let step = count.div_ceil(max_asked).max(1);
         let mut score = 0.0;
-        for point in self.within(circle.center_m, half_m).step_by(step) {
-            let share = circle.off_m(self.at_m(point)) / limit_m;
+        self.some_within(circle.center_m, half_m, [0, step], |point| {
+            let share = circle.off_m(point) / limit_m;
             score += if share.abs() < 1.0 {
                 1.0 - share * share
             } else if share < 0.0 {
@@ -92,9 +134,18 @@ impl Section {
             } else {
                 0.0
             };
-        }
-        score * step as f64
+        });
+        Score { points: score * step as f64, share: score * step as f64 / count.max(1) as f64 }
     }
+}
+
+/// How well a circle explains points.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Score {
+    /// In points on it.
+    pub points: f64,
+    /// The same as a share of all points about it.
+    pub share: f64,
 }
 
 /// What a point within a circle costs: a column has none.
