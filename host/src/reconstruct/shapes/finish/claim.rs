@@ -9,7 +9,7 @@ use crate::reconstruct::shapes::params::ShapeParams;
 use crate::reconstruct::shapes::search::curved_walls::Curved;
 use crate::reconstruct::shapes::search::patches::Patches;
 use biplane_geometry::PortableMath;
-use biplane_geometry::vec3::dot;
+use biplane_geometry::vec3::{dot, plus, scaled};
 use rayon::prelude::*;
 
 /// A piece of a plane is gone when so many of its points are on cylinders.
@@ -44,13 +44,16 @@ pub(crate) fn claim(
         .flat_map(|patch| &divided.patches[*patch as usize].points)
         .for_each(|point| may[*point as usize] = true);
     let limit_m = ON_DEVIATIONS * found.sigma_m;
+    let boxes: Vec<_> = accepted.iter().map(|one| box_of(one, limit_m)).collect();
     let label_of = |point: usize| -> i32 {
         if !may[point] {
             return -1;
         }
         let p = cloud.points_m[point].map(f64::from);
-        let off = |one: &Accepted| off_m(one, p, limit_m);
-        let near = accepted.iter().zip(0..).filter_map(|(one, index)| Some((off(one)?, index)));
+        let of = |(one, (low, high)): (&Accepted, &([f64; 3], [f64; 3]))| {
+            (0..3).all(|k| low[k] <= p[k] && p[k] <= high[k]).then(|| off_m(one, p, limit_m))?
+        };
+        let near = accepted.iter().zip(&boxes).zip(0..).filter_map(|(one, index)| Some((of(one)?, index)));
         near.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(-1, |(_, index)| index)
     };
     let labels: Vec<i32> =
@@ -58,6 +61,15 @@ pub(crate) fn claim(
     dissolve(found, divided, &labels);
     drop_rests(params, cloud, found);
     Claimed { accepted, labels }
+}
+
+/// A box with all that is on a cylinder: most points are in none.
+fn box_of(one: &Accepted, limit_m: f64) -> ([f64; 3], [f64; 3]) {
+    let margin_m = one.tube.radius_m + limit_m + 2.0 * MARGIN_M;
+    let end = |along_m: f64| plus(one.tube.axis.point_m, scaled(one.tube.axis.direction(), along_m));
+    let [from, to] = one.along_m.map(end);
+    let side = |pick: fn(f64, f64) -> f64, margin_m: f64| [0, 1, 2].map(|k| pick(from[k], to[k]) + margin_m);
+    (side(f64::min, -margin_m), side(f64::max, margin_m))
 }
 
 /// How far a point is off the surface of a cylinder; `None` for one that is not on it.

@@ -4,4 +4,5 @@ pub(crate) mod axis;
 pub(crate) mod gauss_newton;
 pub(crate) mod judge;
 pub(crate) mod prism;
+pub(crate) mod runs;
 pub(crate) mod surface;

@@ -3,6 +3,7 @@
 
 use super::axis::Tube;
 use super::prism::Mean;
+use super::runs::longest_run;
 use crate::reconstruct::shapes::params::ShapeParams;
 use biplane_geometry::PortableMath;
 use biplane_geometry::vec3::{dot, minus, norm};
@@ -11,8 +12,6 @@ use biplane_geometry::vec3::{dot, minus, norm};
 const DIRECTIONS: usize = 72;
 /// Points within so many deviations of the surface are on it.
 pub(crate) const ON_DEVIATIONS: f64 = 3.0;
-/// A gap along the axis that is longer ends the surface.
-const MAX_GAP_M: f64 = 0.45;
 /// Lengths along the axis are told apart by so much.
 const STEP_M: f64 = 0.1;
 /// Shortest length, and in radii: a disk is no column.
@@ -133,32 +132,22 @@ impl On {
     fn new(tube: &Tube, seen: &Evidence<'_>, index: usize, local: [f64; 3]) -> Self {
         let [x, y, along_m] = local;
         let off_m = x.portable_hypot(y) - tube.radius_m;
-        let own = Self {
-            index,
-            along_m,
-            angle_rad: y.portable_atan2(x),
-            direction: direction_of(local),
-            off_m,
-            cosine: None,
+        let at = |[x, y]: [f64; 2], off_m: f64, cosine: Option<f64>| {
+            let angle_rad = y.portable_atan2(x);
+            Self { index, along_m, angle_rad, direction: direction_at(angle_rad), off_m, cosine }
         };
-        let Some(origin) = seen.origins_m.get(index) else { return own };
+        let Some(origin) = seen.origins_m.get(index) else { return at([x, y], off_m, None) };
         let beam = minus(seen.points_m[index], *origin);
         let length_m = norm(beam).max(1e-9);
         let [zero, quarter, _] = tube.axis.frame;
         let step = [dot(zero, beam) / length_m, dot(quarter, beam) / length_m];
         let facing = |[x, y]: [f64; 2]| -(x * step[0] + y * step[1]) / x.portable_hypot(y).max(1e-9);
         let Some(shift_m) = to_surface([x, y], step, tube.radius_m) else {
-            return Self { cosine: Some(facing([x, y]).clamp(-MISSED_COSINE, MISSED_COSINE)), ..own };
+            return at([x, y], off_m, Some(facing([x, y]).clamp(-MISSED_COSINE, MISSED_COSINE)));
         };
         let met = [x + shift_m * step[0], y + shift_m * step[1]];
         let cosine = facing(met);
-        Self {
-            angle_rad: met[1].portable_atan2(met[0]),
-            direction: direction_of([met[0], met[1], 0.0]),
-            off_m: shift_m * cosine,
-            cosine: Some(cosine),
-            ..own
-        }
+        at(met, shift_m * cosine, Some(cosine))
     }
 }
 
@@ -179,23 +168,13 @@ fn to_surface([x, y]: [f64; 2], step: [f64; 2], radius_m: f64) -> Option<f64> {
 
 /// Which of the [`DIRECTIONS`] a point lies in.
 pub(crate) fn direction_of([x, y, _]: [f64; 3]) -> usize {
-    let turn = y.portable_atan2(x).rem_euclid(std::f64::consts::TAU) / std::f64::consts::TAU;
-    ((turn * DIRECTIONS as f64) as usize).min(DIRECTIONS - 1)
+    direction_at(y.portable_atan2(x))
 }
 
-/// The part of the axis along which there are points without a long gap, with the greatest number of them.
-pub(crate) fn longest_run(along_m: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
-    let mut sorted: Vec<f64> = along_m.collect();
-    sorted.sort_unstable_by(f64::total_cmp);
-    let mut best: &[f64] = &[];
-    for run in sorted.chunk_by(|a, b| b - a <= MAX_GAP_M) {
-        if run.len() > best.len() {
-            best = run;
-        }
-    }
-    // The outermost hundredth are outliers.
-    let cut = best.len() / 200;
-    Some([*best.get(cut)?, *best.get(best.len().checked_sub(1 + cut)?)?])
+/// Which of the [`DIRECTIONS`] an angle lies in.
+fn direction_at(angle_rad: f64) -> usize {
+    let turn = angle_rad.rem_euclid(std::f64::consts::TAU) / std::f64::consts::TAU;
+    ((turn * DIRECTIONS as f64) as usize).min(DIRECTIONS - 1)
 }
 
 /// Whether the surface was seen from inside; `None` when from both sides. What nobody knows is outside. What

@@ -49,7 +49,8 @@ pub(crate) fn find(params: &ShapeParams, cloud: &Cloud, divided: &Patches, sigma
     pairs.sort_by_key(|pair| (std::cmp::Reverse(size(pair)), *pair));
     let mut used = vec![false; patches.len()];
     let mut found = Vec::new();
-    let work = Work { params, cloud, patches, neighbors: &neighbors, sigma_m };
+    let samples_m = patches.iter().map(|patch| sample(cloud, patch)).collect();
+    let work = Work { params, cloud, patches, neighbors: &neighbors, samples_m, sigma_m };
     for (a, b) in pairs {
         if used[a as usize] || used[b as usize] {
             continue;
@@ -79,11 +80,19 @@ fn is_pair(patches: &[Patch], (a, b): (u32, u32)) -> bool {
     (MIN_SINE..=MAX_SINE).contains(&sine) && [a, b].iter().all(|patch| width_m(&patch.fit) <= MAX_WIDTH_M)
 }
 
+/// Some of the points of a piece.
+fn sample(cloud: &Cloud, patch: &Patch) -> Vec<[f64; 3]> {
+    let step = patch.points.len().div_ceil(MAX_FITTED).max(1);
+    patch.points.iter().step_by(step).map(|point| cloud.points_m[*point as usize].map(f64::from)).collect()
+}
+
 struct Work<'a> {
     params: &'a ShapeParams,
     cloud: &'a Cloud,
     patches: &'a [Patch],
     neighbors: &'a [Vec<u32>],
+    /// Some of the points of each piece.
+    samples_m: Vec<Vec<[f64; 3]>>,
     sigma_m: f64,
 }
 
@@ -92,11 +101,9 @@ impl Work<'_> {
         self.cloud.points_m[point as usize].map(f64::from)
     }
 
-    /// Some of the points of a piece.
-    fn sample(&self, patch: u32) -> Vec<[f64; 3]> {
-        let points = &self.patches[patch as usize].points;
-        let step = points.len().div_ceil(MAX_FITTED).max(1);
-        points.iter().step_by(step).map(|point| self.point_m(*point)).collect()
+    /// Some of the points of pieces.
+    fn some_m(&self, patches: &[u32]) -> Vec<[f64; 3]> {
+        patches.iter().flat_map(|patch| &self.samples_m[*patch as usize]).copied().collect()
     }
 
     /// The cylinder through two strips.
@@ -106,7 +113,7 @@ impl Work<'_> {
         let flat = (direction[0] * direction[0] + direction[1] * direction[1]).sqrt();
         let direction = if flat < UPRIGHT_SINE { [0.0, 0.0, 1.0] } else { direction };
         let axis = Axis::new(first.center_m, direction);
-        let points: Vec<[f64; 3]> = [a, b].into_iter().flat_map(|patch| self.sample(patch)).collect();
+        let points = self.some_m(&[a, b]);
         let circle = algebraic(points.iter().map(|p| axis.local(*p)).map(|[x, y, _]| [x, y]))?;
         let tube = Tube { axis: axis.through(circle.center_m), radius_m: circle.radius_m };
         fit(tube, Sample::blind(&points), (self.sigma_m, 2.0 * ON_DEVIATIONS * self.sigma_m), true)
@@ -119,7 +126,7 @@ impl Work<'_> {
         let mut size = 0;
         for _ in 0..ROUNDS {
             members = self.on(&tube, pair, used);
-            let points: Vec<[f64; 3]> = members.iter().flat_map(|member| self.sample(*member)).collect();
+            let points = self.some_m(&members);
             let limits = (self.sigma_m, ON_DEVIATIONS * self.sigma_m);
             tube = fit(tube, Sample::blind(&points), limits, true).unwrap_or(tube);
             if members.len() == size {
@@ -151,7 +158,7 @@ impl Work<'_> {
         if dot(fit.normal, tube.axis.direction()).abs() > 0.3 || width_m(fit) > MAX_WIDTH_M {
             return false;
         }
-        let points = self.sample(patch);
+        let points = &self.samples_m[patch as usize];
         let on = points.iter().filter(|p| tube.off_m(**p).abs() <= ON_DEVIATIONS * self.sigma_m).count();
         on as f64 >= MIN_SHARE * points.len() as f64
     }

@@ -7,7 +7,8 @@ use crate::reconstruct::planes::paper::random::Random;
 use crate::reconstruct::shapes::fit::axis::{Axis, Tube};
 use crate::reconstruct::shapes::fit::gauss_newton::{self, Sample};
 use crate::reconstruct::shapes::fit::judge::{Accepted, BESIDE_DEVIATIONS, judge, may_become};
-use crate::reconstruct::shapes::fit::surface::{Evidence, MIN_LENGTH_M, Rejected, longest_run};
+use crate::reconstruct::shapes::fit::runs::longest_run;
+use crate::reconstruct::shapes::fit::surface::{Evidence, MIN_LENGTH_M, Rejected};
 use crate::reconstruct::shapes::params::ShapeParams;
 use biplane_geometry::PortableMath;
 
