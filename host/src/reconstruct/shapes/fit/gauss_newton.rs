@@ -112,7 +112,12 @@ pub(crate) fn may_lean(straight: &Tube, points: Sample<'_>, limits: (f64, f64)) 
 }
 
 /// The tilt between two fits, in the deviations that the noise makes of none.
-fn tilt_deviations(straight: &Tube, tilted: &Tube, points: Sample<'_>, (sigma_m, limit_m): (f64, f64)) -> f64 {
+fn tilt_deviations(
+    straight: &Tube,
+    tilted: &Tube,
+    points: Sample<'_>,
+    (sigma_m, limit_m): (f64, f64),
+) -> f64 {
     let length_m = spread_m(straight, points.points_m, limit_m);
     let count = points.points_m.iter().filter(|p| straight.off_m(**p).abs() <= limit_m).count().max(1) as f64;
     let deviation = sigma_m * (1.0 / count + COMMON_SHARE * COMMON_SHARE / 16.0).sqrt() / length_m.max(1e-3);

@@ -107,7 +107,8 @@ impl Surface {
         let Some(along_m) = run else { return Err(Rejected::Points) };
         let within = |p: &[f64; 3]| (along_m[0]..=along_m[1]).contains(&p[2]);
         let points = all.iter().enumerate().filter(|(_, p)| within(p) && is_on(p));
-        let on: Vec<On> = points.map(|(index, local)| On::new(tube, seen, index, *local)).collect();
+        let mut on = Vec::with_capacity(all.len());
+        on.extend(points.map(|(index, local)| On::new(tube, seen, index, *local)));
         if on.len() < params.min_points {
             return Err(Rejected::Points);
         }

@@ -58,8 +58,7 @@ pub(crate) fn all(params: &ShapeParams, seen: &Evidence<'_>, directions: &[[f64;
     let mut left: Vec<usize> = (0..seen.points_m.len()).collect();
     let mut found: Vec<Accepted> = Vec::new();
     while left.len() >= params.min_points && found.len() < MAX_FOUND {
-        let pick = |from: &[[f64; 3]]| left.iter().filter_map(|i| from.get(*i).copied()).collect::<Vec<_>>();
-        let (points_m, origins_m) = (pick(seen.points_m), pick(seen.origins_m));
+        let (points_m, origins_m) = (picked(seen.points_m, &left), picked(seen.origins_m, &left));
         let own = Evidence { points_m: &points_m, origins_m: &origins_m, ..*seen };
         let mut all: Vec<Accepted> = Vec::new();
         for direction in directions {
@@ -87,6 +86,13 @@ pub(crate) fn all(params: &ShapeParams, seen: &Evidence<'_>, directions: &[[f64;
         left.retain(|_| !gone.next().unwrap_or(false));
     }
     found
+}
+
+/// Those of some indices, as many as there are.
+fn picked(from_m: &[[f64; 3]], indices: &[usize]) -> Vec<[f64; 3]> {
+    let mut picked = Vec::with_capacity(indices.len().min(from_m.len()));
+    picked.extend(indices.iter().filter_map(|i| from_m.get(*i).copied()));
+    picked
 }
 
 /// Takes a cylinder's points, and those beside it, which are its noise and the mixed pixels of its edges.
@@ -191,8 +197,7 @@ fn about(
         x * x + y * y <= reach_m * reach_m
     };
     let about: Vec<usize> = (0..seen.points_m.len()).filter(is_about).collect();
-    let pick = |from: &[[f64; 3]]| about.iter().filter_map(|i| from.get(*i).copied()).collect::<Vec<_>>();
-    let (points_m, origins_m) = (pick(seen.points_m), pick(seen.origins_m));
+    let (points_m, origins_m) = (picked(seen.points_m, &about), picked(seen.origins_m, &about));
     let own = Evidence { points_m: &points_m, origins_m: &origins_m, ..*seen };
     let rough = roughly_fitted(params, start, &own)?;
     let [x, y, _] = start.axis.local(rough.axis.point_m);
@@ -266,8 +271,7 @@ impl Part {
         let inside = |i: &usize| (from..=to).contains(&tube.axis.local(seen.points_m[*i])[2]);
         let step = seen.points_m.len().div_ceil(max_points).max(1);
         let part: Vec<usize> = (0..seen.points_m.len()).step_by(step).filter(inside).collect();
-        let points_m = part.iter().map(|i| seen.points_m[*i]).collect();
-        let origins_m = part.iter().filter_map(|i| seen.origins_m.get(*i).copied()).collect();
+        let (points_m, origins_m) = (picked(seen.points_m, &part), picked(seen.origins_m, &part));
         Ok(Self { points_m, origins_m, length_m: to - from, step })
     }
 

@@ -38,8 +38,14 @@ impl Section {
             .max((extent_m[0] * extent_m[1] / MAX_CELLS).sqrt())
             .max(extent_m[0].max(extent_m[1]) / MAX_CELLS);
         let size = extent_m.map(|extent_m| (extent_m / cell_m) as usize + 1);
-        let mut this =
-            Self { points_m, low_m, cell_m, size, starts: vec![0; size[0] * size[1] + 1], sorted_m: Vec::new() };
+        let mut this = Self {
+            points_m,
+            low_m,
+            cell_m,
+            size,
+            starts: vec![0; size[0] * size[1] + 1],
+            sorted_m: Vec::new(),
+        };
         let cells: Vec<usize> = this.points_m.iter().map(|p| this.cell_of([p[0], p[1]])).collect();
         cells.iter().for_each(|cell| this.starts[cell + 1] += 1);
         for cell in 1..this.starts.len() {
