@@ -6,9 +6,9 @@
 
 Each seed is another plan of the world and another noise. shapes.json of the build is held against truth.json
 of the simulator. A cylinder is found when its axis runs within 10 cm of the true one and its radius differs
-by no more than a quarter; the figures are of those. `pillars` has nothing round, `corridor` and `office` two and
-six things of which drives see little: there nothing of more than 100 points may be false, and what is found is
-counted. With --flat, polygons are counted against the true flat faces.
+by no more than a quarter; the figures are of those. `pillars` has nothing round, `corridor` and `office` have
+two and six things of which drives see little: there nothing of more than 100 points may be false, and what is
+found is counted. With --flat, polygons are counted against the true flat faces.
 With --planes, F of the planes with and without round things, of points whose true surface is known, and the
 time that round things take. At the end a table. Only the standard library."""
 
@@ -297,7 +297,8 @@ def main():
             if world in FEW_ROUND:
                 require(false == 0, f"{world} with the {rig} rig: {false} false cylinders")
                 found, true = (sum(f[key] for f in all_figures) for key in ("pairs", "true"))
-                tally.ok(f"{world}, {rig} rig: {found} of {true} found in {len(all_figures)} drives, none false")
+                drives = f"{found} of {true} found in {len(all_figures)} drives"
+                tally.ok(f"{world}, {rig} rig: {drives}, none false")
                 continue
             table.append(row_of(world, rig, all_figures))
             require(worst >= args.min_f1, f"{world}, {rig} rig: F1 {worst:.3f} below {args.min_f1}")

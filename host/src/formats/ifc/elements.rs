@@ -266,7 +266,8 @@ impl<'a> Elements<'a> {
         self.step.add(format_args!("IFCLOCALPLACEMENT({},{axes})", storey.place))
     }
 
-    /// The size of an opening. It has no shape: readers would cut it out of a surface that has the hole already.
+    /// The size of an opening. It has no shape: readers would cut it out of a surface that has the hole
+    /// already.
     fn quantities(&mut self, hole: Id, id: &str, opening: &Opening) {
         let (width_m, height_m) = (opening.width_m(), opening.height_m());
         let quantities = [
