@@ -7,10 +7,11 @@ Needs the three programs on PATH, and ifcopenshell, shapely, numpy, scipy. Each 
 driven through by `biplane-mock simulate`. `biplane build --no-optimize --floor-z UPPER=M` of both recordings
 has to find in each storey what a build of its recording alone finds: the same rooms, walls and openings, M
 higher; and inferred floors at both heights. model.ifc has two storeys at their heights, each with its own
-spaces and walls."""
+spaces and walls. `compare --model-storey` takes each by itself."""
 
 import argparse
 import json
+import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -20,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 import ifcopenshell
 import shapely
 
-from lib.programs import run, run_check
+from lib.programs import json_of, run, run_check
 from lib.verdict import Tally, require
 
 # Areas of rooms, shares of the smaller one; heights and widths, meters.
@@ -79,6 +80,16 @@ def check_storey(tally, alone, joint, storey, up_m):
     tally.ok(f"{storey}: {len(rooms)} rooms at {up_m} m, as in a build of its own recording")
 
 
+def check_compared(tally, folder, alone, storey, rooms):
+    """`compare` of a storey with what its recording alone gives; a model of two storeys is asked which."""
+    words = ["biplane", "compare", folder, "--building", alone]
+    found = json_of(*words, "--model-storey", storey, "--json")["rooms"]["as_drawn"]
+    require(found["true"] == found["model"] == found["matched"] == rooms, f"{storey}: {found}")
+    asked = subprocess.run(words, capture_output=True, text=True, check=False)
+    require(asked.returncode == 1 and "S1, S2" in asked.stderr, f"not asked for the storey: {asked}")
+    tally.ok(f"{storey}: compared by itself, {rooms} of {rooms} rooms are the same")
+
+
 def check_ifc(tally, path, floors_m, joint):
     model = ifcopenshell.open(path)
     storeys = sorted(model.by_type("IfcBuildingStorey"), key=lambda storey: storey.Elevation)
@@ -119,6 +130,9 @@ def main():
     require([storey["floor_z_m"] for storey in joint["storeys"]] == floors_m, f"storeys: {joint['storeys']}")
     for number, floor_m in enumerate(floors_m):
         check_storey(tally, alone[number], joint, f"S{number + 1}", floor_m)
+        rooms = len(alone[number][0]["rooms"])
+        path = work / f"alone-{number}/building.json"
+        check_compared(tally, work / "joint", path, f"S{number + 1}", rooms)
     floors = {surface["offset_m"] for surface in inferred if surface["kind"] == "floor"}
     require(floors == set(floors_m), f"inferred floors at {floors}")
     bases = [surface for surface in inferred if surface["kind"] == "wall_base"]

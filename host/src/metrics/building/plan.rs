@@ -1,5 +1,5 @@
-//! A storey's plan as `building.json` states it: rooms, walls, openings. Meters; heights in the frame of the
-//! file.
+//! The plan of a building as `building.json` states it: rooms, walls, openings. Meters; heights in the frame
+//! of the file.
 
 use biplane_geometry::PortableMath;
 use biplane_geometry::Pose2;
@@ -12,6 +12,8 @@ use super::region::{Point, Region};
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(default)]
 pub(crate) struct Plan {
+    /// Storeys; none stated where there is one.
+    pub storeys: Vec<Storey>,
     /// Rooms.
     pub rooms: Vec<Room>,
     /// Walls.
@@ -20,6 +22,16 @@ pub(crate) struct Plan {
     pub openings: Vec<Opening>,
     /// Columns.
     pub columns: Vec<Column>,
+}
+
+/// A storey.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(default)]
+pub(crate) struct Storey {
+    /// Its name in the file.
+    pub id: String,
+    /// Height of its floor.
+    pub floor_z_m: f64,
 }
 
 /// A room: what its walls leave free.
@@ -174,6 +186,27 @@ impl Frame {
 }
 
 impl Plan {
+    /// One storey by its name: its rooms, its walls and the openings in these.
+    pub(crate) fn storey(&self, name: &str) -> Option<Self> {
+        let storey = self.storeys.iter().find(|storey| storey.id == name)?.clone();
+        let mut plan = self.clone();
+        plan.storeys = vec![storey];
+        plan.rooms.retain(|room| room.storey == name);
+        plan.walls.retain(|wall| wall.storey == name);
+        let walls = &plan.walls;
+        plan.openings.retain(|opening| walls.iter().any(|wall| wall.id == opening.wall));
+        Some(plan)
+    }
+
+    /// Whether a height is of the only storey of a plan, out of all these: nearest to its floor.
+    pub(crate) fn is_at(&self, z_m: f64, all: &[Storey]) -> bool {
+        let nearest = all.iter().min_by(|a, b| {
+            let [a, b] = [a, b].map(|storey| (storey.floor_z_m - z_m).abs());
+            a.total_cmp(&b)
+        });
+        nearest.is_none_or(|nearest| self.storeys.iter().any(|own| own.id == nearest.id))
+    }
+
     /// The same plan in another frame.
     pub(crate) fn moved(&self, a_from_b: &Pose2) -> Self {
         let mut plan = self.clone();
@@ -209,3 +242,23 @@ impl Plan {
 
 /// With fewer poses in it a room was not entered: a trajectory that runs along a wall strays.
 const MIN_POSES: usize = 5;
+
+#[cfg(test)]
+mod tests {
+    use super::Plan;
+
+    #[test]
+    fn a_storey_has_its_own_rooms_walls_and_openings() {
+        let text = r#"{"storeys": [{"id": "S1", "floor_z_m": 0.0}, {"id": "S2", "floor_z_m": 3.0}],
+            "rooms": [{"id": "S1-R01", "storey": "S1"}, {"id": "S2-R01", "storey": "S2"}],
+            "walls": [{"id": "S1-W01", "storey": "S1"}, {"id": "S2-W01", "storey": "S2"}],
+            "openings": [{"id": "S1-D01", "wall": "S1-W01"}, {"id": "S2-D01", "wall": "S2-W01"}]}"#;
+        let all: Plan = serde_json::from_str(text).unwrap();
+        let upper = all.storey("S2").unwrap();
+        let names = [&upper.rooms[0].id, &upper.walls[0].id, &upper.openings[0].id];
+        assert_eq!(names, ["S2-R01", "S2-W01", "S2-D01"]);
+        assert_eq!([upper.rooms.len(), upper.walls.len(), upper.openings.len()], [1, 1, 1]);
+        assert!(upper.is_at(2.9, &all.storeys) && !upper.is_at(0.1, &all.storeys));
+        assert!(all.storey("S3").is_none());
+    }
+}

@@ -16,22 +16,45 @@ use crate::metrics::building::{BuildingFigures, Errors, Found, Frames, measure};
 /// What a build says of the building.
 const NAME: &str = "building.json";
 
-/// Compares the building of a folder with the truth.
-pub(super) fn figures(folder: &Path, truth: &Plan, frames: Frames) -> anyhow::Result<BuildingFigures> {
+/// Compares the building of a folder, or one storey of it, with the truth.
+pub(super) fn figures(
+    folder: &Path,
+    truth: &Plan,
+    storey: Option<&str>,
+    frames: Frames,
+) -> anyhow::Result<BuildingFigures> {
     check_folder(folder)?;
     let path = folder.join(NAME);
     if !path.exists() {
         bail!("{} does not exist: is {} a folder of `biplane build`?", path.display(), folder.display());
     }
-    let model = read(&path)?;
+    let all = read(&path)?;
+    let model = of_storey(&all, storey).with_context(|| format!("cannot compare {}", path.display()))?;
     if model.rooms.is_empty() {
         bail!("{} has no rooms to compare", path.display());
     }
-    let way = way(folder)?;
+    // A truth of one storey is that one, whatever its name.
+    let truth = if truth.storeys.len() > 1 { &of_storey(truth, storey).context("the truth")? } else { truth };
+    let way: Vec<[f64; 2]> =
+        way(folder)?.iter().filter(|p| model.is_at(p[2], &all.storeys)).map(|p| [p[0], p[1]]).collect();
     let Some(found) = measure(truth, &model, &way, frames) else {
         bail!("nowhere do the rooms of {} agree with those of the truth", path.display());
     };
     Ok(found)
+}
+
+/// The storey of a plan that is asked for; all of it where there is one.
+fn of_storey(plan: &Plan, name: Option<&str>) -> anyhow::Result<Plan> {
+    let names = || plan.storeys.iter().map(|storey| storey.id.as_str()).collect::<Vec<_>>().join(", ");
+    match name {
+        Some(name) => {
+            plan.storey(name).with_context(|| format!("there is no storey {name}, but {}", names()))
+        }
+        None if plan.storeys.len() > 1 => {
+            bail!("it has the storeys {}: say which one with --model-storey", names())
+        }
+        None => Ok(plan.clone()),
+    }
 }
 
 /// Reads a file in the schema of `building.json`.
@@ -64,7 +87,7 @@ pub(super) fn read_ifc(path: &Path, storey: usize) -> anyhow::Result<Plan> {
 }
 
 /// Where the robot was; nothing where the folder does not say.
-fn way(folder: &Path) -> anyhow::Result<Vec<[f64; 2]>> {
+fn way(folder: &Path) -> anyhow::Result<Vec<[f64; 3]>> {
     let path = folder.join("trajectory.tum");
     if !path.exists() {
         return Ok(Vec::new());
@@ -72,7 +95,7 @@ fn way(folder: &Path) -> anyhow::Result<Vec<[f64; 2]>> {
     let file = File::open(&path).with_context(|| format!("cannot read {}", path.display()))?;
     let poses =
         read_poses(BufReader::new(file)).with_context(|| format!("cannot read {}", path.display()))?;
-    Ok(poses.iter().map(|pose| [pose.pose().x_m, pose.pose().y_m]).collect())
+    Ok(poses.iter().map(|pose| [pose.x_m, pose.y_m, pose.z_m]).collect())
 }
 
 /// Prints the figures.

@@ -32,7 +32,7 @@ pub(crate) use self::page::write_compared;
 /// Words of the command.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  biplane compare model\n  biplane compare model --truth truth/surfaces.ply\n  biplane compare model --building truth.json --json\n  biplane compare model --ifc house.ifc --storey 0\n  \
+    after_help = "Examples:\n  biplane compare model\n  biplane compare model --truth truth/surfaces.ply\n  biplane compare model --building truth.json --json\n  biplane compare model --ifc house.ifc --storey 0\n  biplane compare model --ifc house.ifc --storey 1 --model-storey S2\n  \
     biplane compare model --truth truth/surfaces.ply --equal triangles,bytes,rms\n\n\
     qslim: the raw mesh simplified by quadric errors (Garland and Heckbert 1997) to as many triangles as the model has polygons and \
     leftover triangles.\nblocked: rays of the laser that a surface stops more than the margin before what they really hit."
@@ -46,15 +46,18 @@ pub(crate) struct Args {
     truth: Option<PathBuf>,
     /// The true rooms, walls and openings, in the schema of building.json and in the frame `map` of the
     /// recording: prints how well the building was found, and nothing about surfaces
-    #[arg(long, value_name = "TRUTH.json", conflicts_with_all = ["truth", "margin", "pictures", "view", "report", "force"])]
+    #[arg(long, value_name = "TRUTH.json", group = "true_building", conflicts_with_all = ["truth", "margin", "pictures", "view", "report", "force"])]
     building: Option<PathBuf>,
     /// The same against a storey of an IFC file, which may lie anywhere: the place where the rooms agree is
     /// searched for
-    #[arg(long, value_name = "TRUTH.ifc", conflicts_with_all = ["building", "truth", "margin", "pictures", "view", "report", "force"])]
+    #[arg(long, value_name = "TRUTH.ifc", group = "true_building", conflicts_with_all = ["building", "truth", "margin", "pictures", "view", "report", "force"])]
     ifc: Option<PathBuf>,
     /// The storey of the IFC file, counted from 0 at the lowest
     #[arg(long, value_name = "N", requires = "ifc", default_value_t = 0)]
     storey: usize,
+    /// The storey of the model, by its name in building.json: needed where it has several
+    #[arg(long, value_name = "S1", requires = "true_building")]
+    model_storey: Option<String>,
     /// Also simplify the raw mesh until it equals the model in this, and measure it: several are separated by
     /// commas
     #[arg(long, value_enum, value_delimiter = ',', value_name = "WHAT")]
@@ -121,7 +124,7 @@ fn compare_building(args: &Args) -> anyhow::Result<Outcome> {
         (None, Some(path)) => (building::read_ifc(path, args.storey)?, path, Frames::Unknown),
         (None, None) => bail!("no true building was given"),
     };
-    let mut figures = building::figures(&args.folder, &truth, frames)?;
+    let mut figures = building::figures(&args.folder, &truth, args.model_storey.as_deref(), frames)?;
     figures.reference = path.display().to_string();
     let mut out = io::stdout().lock();
     if args.json {
