@@ -10,12 +10,39 @@ use nalgebra::{Cholesky, Const, Matrix3, Vector3};
 
 use crate::registration::covariance::weakest_direction;
 
+/// A motion is a turn when turning moves end points by more than this of what it moves the base, squared:
+/// about a center within two arms of it. Along a corridor it is what noise leaves.
+const TURNS: f64 = 0.25;
+
 /// What is to be believed of an information matrix.
 #[derive(Clone, Debug)]
 pub(crate) struct Degeneracy {
     share: Share,
-    /// The direction of the plane of which nothing is believed.
-    weak: Option<Vector3<f64>>,
+    /// The motion of which nothing is believed.
+    weak: Option<Weak>,
+}
+
+/// A motion that a scan hardly sees: along a direction of the plane, with the turn that goes with it. Along a
+/// corridor that is next to none, in a round room the turn about its center.
+#[derive(Clone, Debug)]
+struct Weak {
+    /// The motion.
+    motion: Vector3<f64>,
+    /// What a gradient loses for what it says of the motion, so that it says nothing.
+    lost: Vector3<f64>,
+}
+
+impl Weak {
+    /// The motion of an information that begins with a direction of the plane; turns count by the end points'
+    /// mean squared distance.
+    fn new(information: &Matrix3<f64>, [x, y]: [f64; 2], arm_m2: f64) -> Self {
+        let turn = -(information[(0, 2)] * x + information[(1, 2)] * y) / information[(2, 2)];
+        let is_turn = turn * turn * arm_m2 > TURNS;
+        let motion = Vector3::new(x, y, if is_turn { turn } else { 0.0 });
+        let lost = motion.component_mul(&Vector3::new(1.0, 1.0, arm_m2));
+        let length = motion.dot(&lost);
+        Self { motion, lost: lost / length }
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -49,8 +76,12 @@ impl Degeneracy {
     /// carry the pose away from the odometry.
     pub(crate) fn new(across: &Matrix3<f64>, along: &Matrix3<f64>, nu_rad: f64, minimum: f64) -> Self {
         let share = Share::new(across, along, nu_rad);
-        let weak = weakest_direction(&share.information()).filter(|(known, _)| *known < minimum);
-        Self { share, weak: weak.map(|(_, [x, y])| Vector3::new(x, y, 0.0)) }
+        let information = share.information();
+        let weak = weakest_direction(&information).filter(|(known, _)| *known < minimum);
+        // Both sums together have a row and its normal for each end point: its arm in turns, squared.
+        let arm_m2 =
+            (across[(2, 2)] + along[(2, 2)]) / (across[(0, 0)] + across[(1, 1)]).max(f64::MIN_POSITIVE);
+        Self { share, weak: weak.map(|(_, direction)| Weak::new(&information, direction, arm_m2)) }
     }
 
     /// The information that is believed.
@@ -68,12 +99,18 @@ impl Degeneracy {
     /// The part of a gradient that is believed.
     pub(crate) fn gradient(&self, gradient: &Vector3<f64>) -> Vector3<f64> {
         let trusted = self.share.gradient(gradient);
-        self.weak.map_or(trusted, |weak| trusted - weak * weak.dot(&trusted))
+        match &self.weak {
+            Some(weak) => trusted - weak.lost * weak.motion.dot(&trusted),
+            None => trusted,
+        }
     }
 
-    /// Without the direction of which nothing is believed.
+    /// Without the motion of which nothing is believed.
     fn sure(&self, matrix: &Matrix3<f64>) -> Matrix3<f64> {
-        self.weak.map_or(*matrix, |weak| matrix - weak * (weak.transpose() * matrix))
+        match &self.weak {
+            Some(weak) => matrix - weak.lost * (weak.motion.transpose() * matrix),
+            None => *matrix,
+        }
     }
 }
 
@@ -182,6 +219,29 @@ mod tests {
         assert!((sure.trusted(&across) - kept).norm() < 1e-9 * across.norm());
         let gradient = sure.gradient(&Vector3::new(3.0, 2.0, 1.0));
         assert!((gradient - Vector3::new(0.0, 2.0, 1.0)).norm() < 1e-9, "{gradient}");
+    }
+
+    #[test]
+    fn in_a_round_room_the_turn_about_its_center_is_left_to_others() {
+        let (mut across, mut along) = (Matrix3::zeros(), Matrix3::zeros());
+        for i in -80..=80 {
+            let (y, x) = f64::from(i).to_radians().sin_cos();
+            let arm = [2.0 + 3.0 * x, 3.0 * y];
+            let tilt = if i % 2 == 0 { 0.05 } else { -0.05 };
+            let n = [x - tilt * y, y + tilt * x];
+            let row = Vector3::new(n[0], n[1], arm[0] * n[1] - arm[1] * n[0]);
+            across += row * row.transpose();
+            let row = Vector3::new(-n[1], n[0], arm[0] * n[0] + arm[1] * n[1]);
+            along += row * row.transpose();
+        }
+        let about_center = Vector3::new(0.0, -2.0, 1.0);
+        let known = Degeneracy::new(&across, &along, 0.05, 10.0);
+        let kept = known.information();
+        assert!((kept * about_center).norm() < 1e-3 * across.norm(), "{kept}");
+        // How far the wall is stays known.
+        assert!(kept[(0, 0)] > 0.9 * across[(0, 0)], "{kept}");
+        let gradient = known.gradient(&Vector3::new(0.0, 1.0, 3.0));
+        assert!(gradient.dot(&about_center).abs() < 0.01, "{gradient}");
     }
 
     #[test]
