@@ -80,8 +80,8 @@ impl Degeneracy {
         let weak = weakest_direction(&information).filter(|(known, _)| *known < minimum);
         // Both sums together have a row and its normal for each end point: its arm in turns, squared.
         let arm_m2 =
-            (across[(2, 2)] + along[(2, 2)]) / (across[(0, 0)] + across[(1, 1)]).max(f64::MIN_POSITIVE);
-        Self { share, weak: weak.map(|(_, direction)| Weak::new(&information, direction, arm_m2)) }
+            || (across[(2, 2)] + along[(2, 2)]) / (across[(0, 0)] + across[(1, 1)]).max(f64::MIN_POSITIVE);
+        Self { share, weak: weak.map(|(_, direction)| Weak::new(&information, direction, arm_m2())) }
     }
 
     /// The information that is believed.

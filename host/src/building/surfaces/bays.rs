@@ -4,12 +4,11 @@
 //! A lid from shoulder to shoulder makes a hole of a bay. How much of it is wall, and how much is open, tell
 //! the rays: those that end on the wall over the head, and those that pass below it.
 
-use super::border::{LINE_M, PASS_WEIGHT, covered};
+use super::border::{LINE_M, PASS_WEIGHT, tops};
 use super::holes;
 use super::plane_rays::PlaneRays;
-use crate::building::elevation::{Span, extent};
+use crate::building::elevation::Span;
 use crate::reconstruct::polygons::outline::union::{Ring, Shape, union};
-use crate::reconstruct::polygons::plane_frame::STEP_M;
 
 /// Lower bays are ragged borders, meters.
 const MIN_DEPTH_M: f64 = 0.3;
@@ -105,13 +104,8 @@ pub(super) fn find(shapes: &[Shape]) -> Vec<Bay> {
 
 /// Lids from shoulder to shoulder, where the upper border is lower than on both sides.
 fn lids(shapes: &[Shape]) -> Vec<[Span; 2]> {
-    let [from_m, to_m] = extent(shapes.iter().flatten().flatten().map(|p| f64::from(p.x) * STEP_M));
-    let lines = ((to_m - from_m) / LINE_M).floor().max(0.0) as usize;
-    let top_m = |line: usize| {
-        let spans = covered(shapes, 1, from_m + (line as f64 + 0.5) * LINE_M);
-        spans.last().map_or(f64::NEG_INFINITY, |span| span[1])
-    };
-    let tops: Vec<f64> = (0..lines).map(top_m).collect();
+    let (from_m, tops) = tops(shapes, LINE_M);
+    let lines = tops.len();
     let is_deep = deep(&tops);
     let mut found = Vec::new();
     let mut line = 0;

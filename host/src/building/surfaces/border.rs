@@ -1,6 +1,6 @@
 //! The border of a surface along one edge of a rectangle, line by line, and where the edge belongs.
 
-use crate::building::elevation::Span;
+use crate::building::elevation::{Span, extent};
 use crate::reconstruct::polygons::outline::union::Shape;
 use crate::reconstruct::polygons::plane_frame::{FlatPoint, STEP_M};
 
@@ -52,6 +52,17 @@ pub(super) fn covered(shapes: &[Shape], axis: usize, other_m: f64) -> Vec<Span> 
     }
     crossed.sort_by(f64::total_cmp);
     crossed.as_chunks().0.to_vec()
+}
+
+/// The upper border of shapes: where its first column begins, and how high each one goes, meters.
+pub(super) fn tops(shapes: &[Shape], column_m: f64) -> (f64, Vec<f64>) {
+    let [from_m, to_m] = extent(shapes.iter().flatten().flatten().map(|p| f64::from(p.x) * STEP_M));
+    let columns = ((to_m - from_m) / column_m).floor().max(0.0) as usize;
+    let top_m = |column: usize| {
+        let spans = covered(shapes, 1, from_m + (column as f64 + 0.5) * column_m);
+        spans.last().map_or(f64::NEG_INFINITY, |span| span[1])
+    };
+    (from_m, (0..columns).map(top_m).collect())
 }
 
 impl Edge {

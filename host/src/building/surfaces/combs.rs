@@ -4,12 +4,12 @@
 //! Notches between scans are filled where no rays pass, and teeth are cut off, each about as much as the
 //! other.
 
-use super::border::covered;
+use super::border::{covered, tops};
 use super::plane_rays::PlaneRays;
 use super::rectangle;
 use crate::building::elevation::{Span, extent};
 use crate::reconstruct::polygons::outline::union::{Ring, Shape, difference, union};
-use crate::reconstruct::polygons::plane_frame::{FlatPoint, STEP_M};
+use crate::reconstruct::polygons::plane_frame::FlatPoint;
 
 /// Width of the columns in which the border is read, meters.
 const COLUMN_M: f64 = 0.05;
@@ -46,10 +46,10 @@ impl Level {
 
     /// The shapes with this border, less the notches that rays pass.
     pub(super) fn drawn(&self, shapes: &[Shape], rays: &PlaneRays) -> Vec<Shape> {
-        let fill = difference(
-            std::iter::once(rectangle::ring(self.sides()).as_slice()),
-            turned(shapes, |hole| !self.is_notch(hole)).iter().map(Vec::as_slice),
-        );
+        // Holes go around clockwise: what they leave free of a rectangle is its union with them.
+        let holes = shapes.iter().flat_map(|shape| shape.iter().skip(1));
+        let kept = holes.filter(|hole| !self.is_notch(hole)).map(Vec::as_slice);
+        let fill = union(std::iter::once(rectangle::ring(self.sides()).as_slice()).chain(kept));
         let mut new = difference(rings(&fill), rings(shapes));
         new.retain(|shape| !rays.blocked_m.iter().any(|place| holds(shape, *place)));
         let over = rectangle::ring([self.across_m, [self.top_m, self.end_m + COLUMN_M]]);
@@ -69,12 +69,6 @@ fn rings(shapes: &[Shape]) -> impl Iterator<Item = &[FlatPoint]> {
     shapes.iter().flatten().map(Vec::as_slice)
 }
 
-/// Some holes of shapes, counter-clockwise.
-fn turned(shapes: &[Shape], is_wanted: impl Fn(&Ring) -> bool) -> Vec<Ring> {
-    let holes = shapes.iter().flat_map(|shape| shape.iter().skip(1));
-    holes.filter(|hole| is_wanted(hole)).map(|hole| hole.iter().rev().copied().collect()).collect()
-}
-
 /// Whether a place lies in a shape.
 fn holds(shape: &Shape, [at_m, up_m]: [f64; 2]) -> bool {
     covered(std::slice::from_ref(shape), 1, at_m).iter().any(|span| span[0] <= up_m && up_m <= span[1])
@@ -87,14 +81,8 @@ pub(super) fn find(shapes: &[Shape]) -> Vec<Level> {
 
 fn of_shape(shape: &Shape) -> Vec<Level> {
     let Some(outer) = shape.first() else { return Vec::new() };
-    let [from_m, to_m] = extent(outer.iter().map(|p| f64::from(p.x) * STEP_M));
-    let columns = ((to_m - from_m) / COLUMN_M).floor().max(0.0) as usize;
-    let outer = [vec![outer.clone()]];
-    let top_m = |column: usize| {
-        let spans = covered(&outer, 1, from_m + (column as f64 + 0.5) * COLUMN_M);
-        spans.last().map_or(f64::NEG_INFINITY, |span| span[1])
-    };
-    let tops: Vec<f64> = (0..columns).map(top_m).collect();
+    let (from_m, tops) = tops(&[vec![outer.clone()]], COLUMN_M);
+    let columns = tops.len();
     let (notch, tooth) = ((NOTCH_M / 2.0 / COLUMN_M) as usize, (TOOTH_M / 2.0 / COLUMN_M) as usize);
     let closed = lowest(&highest(&tops, notch), notch);
     let smooth = highest(&lowest(&closed, tooth), tooth);
