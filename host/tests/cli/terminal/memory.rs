@@ -5,12 +5,12 @@ use std::process::{Command, Output};
 use crate::room::{self, Content};
 use crate::run::Folder;
 
-/// Address space, kB: from less than the program's own image takes to what is enough for all.
-const LIMITS_KB: [u32; 10] =
-    [16_000, 20_000, 26_000, 34_000, 45_000, 60_000, 90_000, 150_000, 300_000, 2_000_000];
+/// Address space, kB, beyond what the program needs to begin: from next to nothing to what is enough for all.
+/// The first is more than that need varies from run to run.
+const BEYOND_KB: [u32; 9] = [700, 2_000, 8_000, 19_000, 34_000, 64_000, 124_000, 274_000, 1_974_000];
 
-/// Below this, kB, the system may be unable to load a test build at all: its image alone is 17,000.
-const LOADS_KB: u32 = 26_000;
+/// Step in which the need to begin is looked for, kB.
+const STEP_KB: u32 = 500;
 
 /// What the program does with this address space.
 fn run(limit_kb: u32, arguments: &str, folder: &Folder) -> Output {
@@ -19,10 +19,16 @@ fn run(limit_kb: u32, arguments: &str, folder: &Folder) -> Output {
     Command::new("sh").args(["-c", &command]).current_dir(folder.path("")).output().unwrap()
 }
 
-/// Whether the program can begin. Where it cannot, the system's loader says so with code 127, or the
-/// system ends it with a signal before it has begun.
-fn loads(limit_kb: u32, folder: &Folder) -> bool {
-    limit_kb >= LOADS_KB || matches!(run(limit_kb, "--version", folder).status.code(), Some(0 | 1))
+/// What the program needs to begin, kB: most of it is its own image, which is larger in a test build. With
+/// less the system's loader says so with code 127, or the system ends it with a signal before it has begun.
+fn begins_kb(folder: &Folder) -> u32 {
+    let begins = |limit_kb: &u32| {
+        let output = run(*limit_kb, "--version", folder);
+        let reported = String::from_utf8_lossy(&output.stderr);
+        assert!(!reported.contains("panicked"), "{limit_kb} kB: {reported}");
+        output.status.success()
+    };
+    (1..200).map(|steps| steps * STEP_KB).find(begins).unwrap()
 }
 
 #[test]
@@ -30,7 +36,8 @@ fn too_little_memory_is_a_sentence_and_leaves_nothing() {
     let folder = Folder::new("memory");
     room::record(&folder.path("run.mcap"), Content { poses: true, vertical: true });
     let mut exhausted = 0;
-    for limit_kb in LIMITS_KB.into_iter().filter(|&limit_kb| loads(limit_kb, &folder)) {
+    let begins_kb = begins_kb(&folder);
+    for limit_kb in BEYOND_KB.map(|beyond_kb| begins_kb + beyond_kb) {
         for arguments in [
             "info run.mcap",
             "map run.mcap -o floor",
