@@ -194,13 +194,17 @@ const INSTALLED: &str = "usr/share/doc/biplane/";
 /// How a text may refer to a document without naming it.
 const NAMELESS: &str = "fact sheet";
 
+/// Folders that are not the project's: what is built, fetched or drawn at random, and what README's first
+/// command writes.
+const NOT_OURS: [&str; 5] = ["target", ".git", "corpus", "node_modules", "biplane-demo"];
+
 /// Every file of the tree: its path below the root, as text.
 pub(crate) fn tree(folder: &Path, found: &mut Vec<String>) {
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
         if path.is_dir() {
-            if !["target", ".git", "corpus", "node_modules"].contains(&name.as_str()) {
+            if !NOT_OURS.contains(&name.as_str()) {
                 tree(&path, found);
             }
         } else {
