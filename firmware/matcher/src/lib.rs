@@ -23,6 +23,7 @@ pub use map::point_map::PointMap;
 pub use map::surfel::Surfel;
 pub use map::{LocalMap, MapParams, MapSize};
 pub use motion::odometry::Odometry;
+pub use motion::odometry_scale::{Estimate, OdometryScale};
 pub use motion::params::MotionParams;
 pub use parameter_group::Parameter;
 pub use params::{Method, ParameterError, TrackerParams, UnknownMethod};

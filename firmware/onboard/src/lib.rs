@@ -35,7 +35,7 @@ pub use crate::types::error::OnboardError;
 pub use crate::types::foreign_protocol::ForeignProtocol;
 pub use crate::types::live_address::LiveAddress;
 pub use crate::types::run_report::{
-    ArrivalCounts, LossCounts, MapReport, MountingReport, RecordedCounts, RunEnd, RunReport,
+    ArrivalCounts, LossCounts, MapReport, MountingReport, OdometryReport, RecordedCounts, RunEnd, RunReport,
 };
 pub use crate::types::web_origin::WebOrigin;
 

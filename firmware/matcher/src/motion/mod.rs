@@ -9,6 +9,7 @@ pub(crate) mod innovation_gate;
 pub(crate) mod leap_record;
 pub(crate) mod leaps;
 pub(crate) mod odometry;
+pub(crate) mod odometry_scale;
 pub(crate) mod params;
 pub(crate) mod propagation;
 pub(crate) mod steadiness;
@@ -18,6 +19,7 @@ use crate::motion::consistency::{Consistency, Reading};
 use crate::motion::leap_record::LeapRecord;
 use crate::motion::leaps::LeapWatch;
 use crate::motion::odometry::{Odometry, StallWatch};
+use crate::motion::odometry_scale::{OdometryScale, ScaleWatch};
 use crate::motion::params::MotionParams;
 use crate::motion::steadiness::Steadiness;
 use biplane_geometry::Pose2;
@@ -97,6 +99,8 @@ pub(crate) struct MotionModel {
     leap_record: LeapRecord,
     /// What scans have shown of the odometry.
     consistency: Consistency,
+    /// What a meter and a radian of it truly are.
+    scale: ScaleWatch,
     /// How long no scan has been matched, seconds.
     unmatched_s: f64,
 }
@@ -114,6 +118,7 @@ impl MotionModel {
             leaps: LeapWatch::default(),
             leap_record: LeapRecord::default(),
             consistency: Consistency::default(),
+            scale: ScaleWatch::default(),
             unmatched_s: 0.0,
         }
     }
@@ -174,7 +179,17 @@ impl MotionModel {
             (theta_rad * heading).min(theta_rad.max(max_rad)),
         ];
         let odometry = if reading == Reading::Reversed { Odometry::Reversed } else { Odometry::Used };
-        Ok(Step { last_from_base: reading.of(&step), sigma, odometry })
+        Ok(Step { last_from_base: self.read(&step), sigma, odometry })
+    }
+
+    /// The odometry's step in true meters and radians, with the right sign.
+    fn read(&self, step: &Pose2) -> Pose2 {
+        self.consistency.reading().of(&self.scale.scale().of(step))
+    }
+
+    /// What scans have shown of the odometry's scales.
+    pub(crate) fn odometry_scale(&self) -> OdometryScale {
+        self.scale.scale()
     }
 
     /// The odometry's step when a base can have made it in this time, seconds.
@@ -231,9 +246,11 @@ impl MotionModel {
         if let (Some(step), Found::Surely, true) = (odometry_step, found, self.weighs_odometry) {
             let sigma = self.odometry_sigma(&step);
             let matched = map_from_last.between(map_from_base);
-            self.consistency.compare(&step, sigma, &matched);
+            self.consistency.compare(&self.scale.scale().of(&step), sigma, &matched);
+            self.learn_scale(&step, &matched, odom_from_base);
         } else {
             self.consistency.fade();
+            self.scale.interrupt();
         }
         self.last_odom_from_base = odom_from_base.filter(Pose2::is_finite);
         match self.last_odom_from_base {
@@ -248,6 +265,17 @@ impl MotionModel {
         self.last_step = Pose2::new(worth * x_m, worth * y_m, worth * theta_rad);
     }
 
+    /// Compares a step of the odometry with the matched one, unless it is known to be wrong.
+    fn learn_scale(&mut self, step: &Pose2, matched: &Pose2, odom_from_base: Option<Pose2>) {
+        let is_stalled = odom_from_base.is_some_and(|odom| self.stall.holds(&odom));
+        match self.consistency.reading() {
+            Reading::AsIs | Reading::Reversed if !is_stalled => {
+                self.scale.compare(&self.consistency.reading().of(step), matched);
+            }
+            _ => self.scale.interrupt(),
+        }
+    }
+
     /// Takes note of a leap of the odometry, of its size, squared, and of whether a scan has shown that the
     /// base made it.
     pub(crate) fn note_leap(&mut self, squared: f64, was_made: bool) {
@@ -255,7 +283,7 @@ impl MotionModel {
     }
 
     fn watch_for_leaps(&mut self, stamp_ns: i64, odometry_step: Option<&Pose2>) {
-        let Some(step) = odometry_step.map(|step| self.consistency.reading().of(step)) else {
+        let Some(step) = odometry_step.map(|step| self.read(step)) else {
             self.leaps.missed();
             return;
         };

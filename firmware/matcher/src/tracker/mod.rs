@@ -13,6 +13,7 @@ use nalgebra::Matrix3;
 use crate::map::MapSize;
 use crate::motion::innovation_gate::{Expected, InnovationGate};
 use crate::motion::odometry::Odometry;
+use crate::motion::odometry_scale::OdometryScale;
 use crate::motion::propagation::propagate;
 use crate::motion::steadiness::Steadiness;
 use crate::motion::{Found, MotionModel, Prediction, Step};
@@ -125,6 +126,12 @@ impl Tracker {
     #[must_use]
     pub fn map_size(&self) -> MapSize {
         self.engine.map_size()
+    }
+
+    /// What scans have shown so far of the odometry's scales; the method `gradient` learns nothing of them.
+    #[must_use]
+    pub fn odometry_scale(&self) -> OdometryScale {
+        self.motion.odometry_scale()
     }
 
     /// Keeps from here on the iterations of each scan, so many at most.

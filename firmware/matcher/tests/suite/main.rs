@@ -7,6 +7,7 @@ mod drive;
 mod journal;
 mod knobs;
 mod odometry_faults;
+mod odometry_scale;
 mod pair;
 mod trouble;
 mod world;

@@ -1,7 +1,7 @@
 //! The state of a run as `diagnostic_msgs/msg/DiagnosticArray`: one status a device, one for the matcher, one
 //! for the recorder.
 
-use biplane_matcher::{Odometry, Outcome};
+use biplane_matcher::{Estimate, Odometry, OdometryScale, Outcome};
 use biplane_recording::messages::{DiagnosticArray, DiagnosticStatus, KeyValue};
 
 use crate::engine::out::health::Health;
@@ -142,6 +142,11 @@ fn of_matcher(matcher: &MatcherHealth) -> DiagnosticStatus {
         level = level.max(DiagnosticStatus::WARN);
         message = format!("{message}; {words}");
     }
+    if let Some(words) = of_scale(&matcher.odometry_scale) {
+        level = level.max(DiagnosticStatus::WARN);
+        message = format!("{message}; {words}");
+    }
+    let OdometryScale { way, turn, drift_rad_per_m } = matcher.odometry_scale;
     let [missing, jumped, stalled, contradicted, reversed] = &matcher.distrusted;
     let values = vec![
         value("poses", &matcher.poses),
@@ -153,6 +158,9 @@ fn of_matcher(matcher: &MatcherHealth) -> DiagnosticStatus {
         value("odometry_stalled", stalled),
         value("odometry_contradicted", contradicted),
         value("odometry_reversed", reversed),
+        value("odometry_way_scale", &estimate(way)),
+        value("odometry_turn_scale", &estimate(turn)),
+        value("odometry_drift_rad_per_m", &estimate(drift_rad_per_m)),
         value("latency_ms", &format_args!("{:.2}", matcher.latency_s * 1e3)),
         value("waiting", &matcher.waiting),
         value("waiting_vertical", &matcher.waiting_vertical),
@@ -184,6 +192,20 @@ fn of_odometry(matcher: &MatcherHealth) -> Option<&'static str> {
         (Odometry::Contradicted, _) => Some("odometry contradicted by scans, not believed"),
         (Odometry::Reversed, _) => Some("odometry counts the way back as a way ahead"),
     }
+}
+
+/// What a meter and a turn of the odometry truly are, where that is clearly something else.
+fn of_scale(scale: &OdometryScale) -> Option<String> {
+    let wrong = |estimate: Option<Estimate>| estimate.filter(Estimate::is_wrong_scale);
+    let way = wrong(scale.way).map(|way| format!("a meter of the odometry is {:.2} m", way.value));
+    let turn =
+        || wrong(scale.turn).map(|turn| format!("90 degrees of the odometry are {:.0}", 90.0 * turn.value));
+    way.or_else(turn)
+}
+
+/// A number that was learned and its standard deviation; `-` while it is not known.
+fn estimate(estimate: Option<Estimate>) -> String {
+    estimate.map_or_else(|| "-".to_owned(), |Estimate { value, sigma }| format!("{value:.4} +-{sigma:.4}"))
 }
 
 /// A map that is nearly full is said before anything is forgotten.
@@ -234,6 +256,29 @@ mod tests {
         assert_eq!(of(180, 0), (DiagnosticStatus::WARN, nearly.to_owned()));
         let full = "first scan; the map's memory is full, 7 tiles forgotten (--map-memory)";
         assert_eq!(of(200, 7), (DiagnosticStatus::WARN, full.to_owned()));
+    }
+
+    #[test]
+    fn odometry_that_counts_clearly_wrong_is_said_and_a_scale_that_is_not_known_is_not() {
+        let of = |way: Option<[f64; 2]>| {
+            let way = way.map(|[value, sigma]| Estimate { value, sigma });
+            let odometry_scale = OdometryScale { way, ..OdometryScale::default() };
+            let matcher = MatcherHealth {
+                last_outcome: Some(Outcome::Matched),
+                last_odometry: Odometry::Used,
+                odometry_scale,
+                ..MatcherHealth::default()
+            };
+            let status = of_matcher(&matcher);
+            let way = status.values.into_iter().find(|value| value.key == "odometry_way_scale").unwrap();
+            (status.message, way.value)
+        };
+        let said = |message: &str, way: &str| (message.to_owned(), way.to_owned());
+        assert_eq!(of(None), said("matched", "-"));
+        assert_eq!(of(Some([0.96, 0.004])), said("matched", "0.9600 +-0.0040"));
+        assert_eq!(of(Some([0.945, 0.019])), said("matched", "0.9450 +-0.0190"), "three standard deviations");
+        let wrong = "matched; a meter of the odometry is 0.80 m";
+        assert_eq!(of(Some([0.8, 0.004])), said(wrong, "0.8000 +-0.0040"));
     }
 
     #[test]

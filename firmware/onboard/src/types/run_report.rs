@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use biplane_matcher::{Estimate, OdometryScale};
 use biplane_recording::PartsReport;
 use serde::Serialize;
 
@@ -130,6 +131,29 @@ pub struct MapReport {
     pub map_forgotten_tiles: u64,
 }
 
+/// What scans showed of the odometry, as far as they told.
+#[derive(Clone, PartialEq, Debug, Default, Serialize)]
+pub struct OdometryReport {
+    /// True way over counted way, and its standard deviation.
+    pub odometry_way_scale: Option<[f64; 2]>,
+    /// True turn over counted turn, and its standard deviation.
+    pub odometry_turn_scale: Option<[f64; 2]>,
+    /// What the base truly turned beside that for each meter counted, radians, and its standard deviation.
+    pub odometry_drift_rad_per_m: Option<[f64; 2]>,
+}
+
+impl OdometryReport {
+    /// Of what the matcher has learned.
+    pub(crate) fn new(scale: &OdometryScale) -> Self {
+        let pair = |estimate: Option<Estimate>| estimate.map(|Estimate { value, sigma }| [value, sigma]);
+        Self {
+            odometry_way_scale: pair(scale.way),
+            odometry_turn_scale: pair(scale.turn),
+            odometry_drift_rad_per_m: pair(scale.drift_rad_per_m),
+        }
+    }
+}
+
 /// The account of one `record` or `replay`. Written as JSON it is one flat object.
 #[derive(Clone, PartialEq, Debug, Default, Serialize)]
 pub struct RunReport {
@@ -158,6 +182,9 @@ pub struct RunReport {
     /// How full the map was at the end.
     #[serde(flatten)]
     pub map: MapReport,
+    /// What scans showed of the odometry, as far as they told.
+    #[serde(flatten)]
+    pub odometry: OdometryReport,
     /// What a live view has done, where there was one.
     pub live: Option<LiveReport>,
     /// How long poses took into the file; nothing in a replay.

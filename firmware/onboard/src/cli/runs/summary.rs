@@ -1,7 +1,8 @@
 //! The account of a run in words or as JSON.
 
-use crate::types::run_report::{RunEnd, RunReport};
+use crate::types::run_report::{OdometryReport, RunEnd, RunReport};
 use biplane_cli::counted;
+use biplane_matcher::Estimate;
 
 /// JSON on stdout, or a few lines on stderr.
 pub(crate) fn print(report: &RunReport, json: bool) {
@@ -76,6 +77,23 @@ fn remarks(report: &RunReport) -> [(u64, &'static str, &'static str); 16] {
     ]
 }
 
+/// What scans showed of odometry that counts clearly too much or too little: a line each.
+fn odometry_scales(odometry: &OdometryReport) -> String {
+    let scales = [
+        ("a meter", odometry.odometry_way_scale, 1.0, "m"),
+        ("90 degrees", odometry.odometry_turn_scale, 90.0, "degrees"),
+    ];
+    let wrong = scales.into_iter().filter_map(|(counted, scale, unit, name)| {
+        let [value, sigma] = scale?;
+        let (is, sigma_is) = (unit * value, unit * sigma);
+        let line = format!(
+            "\n  odometry: {counted} of it is {is:.3} {name} (standard deviation {sigma_is:.3}), by the scans"
+        );
+        Estimate { value, sigma }.is_wrong_scale().then_some(line)
+    });
+    wrong.collect()
+}
+
 fn text(report: &RunReport) -> String {
     let output = match &report.parts[..] {
         [first, .., last] => format!("{} to {}", first.display(), last.display()),
@@ -101,6 +119,7 @@ fn text(report: &RunReport) -> String {
         let percent = report.map.map_filled_percent;
         text += &format!("\n  {percent} % of the map's memory are in use: --map-memory gives it more");
     }
+    text += &odometry_scales(&report.odometry);
     let lasers = [
         ("horizontal laser", report.mounting.odd_interval_ms_horizontal),
         ("vertical laser", report.mounting.odd_interval_ms_vertical),

@@ -144,7 +144,8 @@ impl Localizer {
     pub(crate) fn health(&mut self) -> MatcherHealth {
         let latency_s = std::mem::take(&mut self.latency_ns) as f64 * 1e-9;
         let (waiting, map) = (self.waiting.len(), self.tracker.map_size());
-        MatcherHealth { latency_s, waiting, map, ..self.health }
+        let odometry_scale = self.tracker.odometry_scale();
+        MatcherHealth { latency_s, waiting, map, odometry_scale, ..self.health }
     }
 }
 

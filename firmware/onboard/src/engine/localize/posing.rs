@@ -12,7 +12,7 @@ use crate::engine::out::health::MatcherHealth;
 use crate::engine::out::publisher::Publisher;
 use crate::engine::out::sink::Sink;
 use crate::engine::scan_data::ScanData;
-use crate::types::run_report::RunReport;
+use crate::types::run_report::{OdometryReport, RunReport};
 
 /// Poses scans, as soon as what they need is there.
 #[derive(Debug)]
@@ -108,6 +108,7 @@ impl Posing {
         report.recorded.unmatched = matcher.unmatched;
         report.map.map_filled_percent = matcher.map_filled_percent();
         report.map.map_forgotten_tiles = matcher.map.forgotten;
+        report.odometry = OdometryReport::new(&matcher.odometry_scale);
         report.recorded.poses_vertical = self.poses_vertical;
         report.mounting.mounting_horizontal = self.mounting.mounting(Port::Horizontal).words();
         report.mounting.mounting_vertical =

@@ -1,6 +1,6 @@
 //! The state of a run as plain numbers, taken once a second: what flows, what is damaged, what is late.
 
-use biplane_matcher::{MapSize, Odometry, Outcome};
+use biplane_matcher::{MapSize, Odometry, OdometryScale, Outcome};
 use biplane_wire::Counts;
 
 use crate::session::inertial::health::InertialHealth;
@@ -83,6 +83,8 @@ pub struct MatcherHealth {
     pub waiting_vertical: usize,
     /// What the map uses of its memory.
     pub map: MapSize,
+    /// What a meter and a radian of the odometry truly are.
+    pub odometry_scale: OdometryScale,
 }
 
 impl MatcherHealth {
