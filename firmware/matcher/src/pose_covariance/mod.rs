@@ -74,6 +74,11 @@ const WALL_M: f64 = 0.001;
 /// The same of a face that ends at edges on both sides within half a meter: a door frame, the side of a
 /// cupboard. It changes covariances, no pose.
 const FACE_M: f64 = 0.011;
+/// Standard deviation of the share by which all that the laser measures is too long or too short. The map is
+/// off by that share of the distance from where it begins, straight away from there, whatever was seen how
+/// often. Measured: of nine simulated drives 80 % of the positions lie in their ellipse of 95 % without it, 90 %
+/// with half of it, 91 % with it. It changes covariances, no pose.
+const LENGTHS_SHARE: f64 = 0.001;
 /// A new submap begins when the base has moved this far, meters, or three times that in radians. Smaller:
 /// more submaps, of which there is room for 62; when they are used up, every two become one. It changes
 /// covariances, no pose.
@@ -127,7 +132,8 @@ impl PoseCovariance {
         let shares = self.pending.shares * block(ODOMETRY, ODOMETRY) * self.pending.shares.transpose();
         let moved = block(POSE, POSE) + crossed + crossed.transpose() + shares + self.pending.noise;
         let covariance = here * moved * here.transpose();
-        covariance + Matrix3::identity() * 1e-10
+        let longer = Vector3::new(map_from_base.x_m, map_from_base.y_m, 0.0) * LENGTHS_SHARE;
+        covariance + longer * longer.transpose() + Matrix3::identity() * 1e-10
     }
 
     /// The base has made a step.
