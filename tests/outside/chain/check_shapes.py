@@ -6,7 +6,8 @@
 
 Each seed is another plan of the world and another noise. shapes.json of the build is held against truth.json
 of the simulator. A cylinder is found when its axis runs within 10 cm of the true one and its radius differs
-by no more than a quarter; the figures are of those. `pillars` has nothing round, `corridor` and `office` have
+by no more than a quarter; the figures are of those. First the map is laid upon the truth by the poses of the
+drive, as `biplane evaluate trajectory` does: where a whole map lies is not what this asks. `pillars` has nothing round, `corridor` and `office` have
 two and six things of which drives see little: there nothing of more than 100 points may be false, and what is
 found is counted. With --flat, polygons are counted against the true flat faces.
 With --planes, F of the planes with and without round things, of points whose true surface is known, and the
@@ -14,6 +15,7 @@ time that round things take. At the end a table. Only the standard library."""
 
 import argparse
 import array
+import bisect
 import json
 import math
 import statistics
@@ -26,6 +28,8 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from lib.programs import RIGS, json_of, run, simulate
 from lib.verdict import Tally, require
 
+# A pose is compared with the true one that is nearest in time, within so many seconds.
+MAX_APART_S = 0.01
 NEAR_M, RADIUS_SHARE, FALSE_POINTS = 0.10, 0.25, 100
 FEW_ROUND = ("pillars", "corridor", "office")
 # A point is on the true surface that is nearest, when that is no further away; so many points are asked.
@@ -51,15 +55,49 @@ def off_axis(point, start, direction):
     return length(minus(off, [along * x for x in direction])), along
 
 
-class Found:
-    """A cylinder of shapes.json."""
+def places_of(path):
+    """Time, x and y of each pose of a trajectory."""
+    return [[float(word) for word in line.split()[:3]] for line in path.read_text().splitlines()]
 
-    def __init__(self, figures):
+
+class Laid:
+    """The turn and the shift that lay a map upon the truth, by least squares over the poses."""
+
+    def __init__(self, truth_folder, model):
+        truth = places_of(truth_folder / "poses.tum")
+        times = [time for time, *_ in truth]
+        pairs = []
+        for time, *place in places_of(model / "trajectory.tum"):
+            after = bisect.bisect(times, time)
+            near = min(truth[max(0, after - 1) : after + 1], key=lambda pose: abs(pose[0] - time))
+            if abs(near[0] - time) <= MAX_APART_S:
+                pairs.append((complex(*place), complex(*near[1:])))
+        require(len(pairs) > 1, f"{model}: no poses at the times of the truth")
+        found, true = (sum(side) / len(pairs) for side in zip(*pairs))
+        turn = sum((b - true) * (a - found).conjugate() for a, b in pairs)
+        self.turn = turn / abs(turn)
+        self.shift = true - self.turn * found
+
+    def direction(self, v):
+        """A direction of the map, in the truth."""
+        turned = self.turn * complex(v[0], v[1])
+        return [turned.real, turned.imag, v[2]]
+
+    def point(self, p):
+        """A point of the map, in the truth."""
+        x, y, z = self.direction(p)
+        return [x + self.shift.real, y + self.shift.imag, z]
+
+
+class Found:
+    """A cylinder of shapes.json, laid upon the truth."""
+
+    def __init__(self, figures, laid):
         self.figures = figures
         self.radius = figures["radius_m"]
-        self.direction = figures["axis_direction"]
+        self.direction = laid.direction(figures["axis_direction"])
         self.ends = [
-            [p + figures[end] * d for p, d in zip(figures["axis_point_m"], self.direction)]
+            [p + figures[end] * d for p, d in zip(laid.point(figures["axis_point_m"]), self.direction)]
             for end in ("seen_from_m", "seen_to_m")
         ]
 
@@ -191,7 +229,8 @@ def judge(folder, world, rig, seed, with_planes):
     """The figures of one drive."""
     truth_folder, model = drive(folder, world, rig, seed)
     truth = json.loads((truth_folder / "truth.json").read_text()).get("cylinders", [])
-    found = [Found(one) for one in json.loads((model / "shapes.json").read_text())["cylinders"]]
+    laid = Laid(truth_folder, model)
+    found = [Found(one, laid) for one in json.loads((model / "shapes.json").read_text())["cylinders"]]
     pairs, missed, false = score(found, truth)
     polygons = json.loads((model / "summary.json").read_text())["polygons"]
     fine = [p for p in pairs if p[2][2] <= max(0.01, 0.05 * p[1]["radius_m"])]
