@@ -6,8 +6,9 @@
 
 Each seed is another plan of the world and another noise. shapes.json of the build is held against truth.json
 of the simulator. A cylinder is found when its axis runs within 10 cm of the true one and its radius differs
-by no more than a quarter; the figures are of those. First the map is laid upon the truth by the poses of the
-drive, as `biplane evaluate trajectory` does: where a whole map lies is not what this asks. `pillars` has nothing round, `corridor` and `office` have
+by no more than a quarter; the figures are of those. First the map is laid upon the truth by the poses of
+the drive, as `biplane evaluate trajectory` does: where a whole map lies is not what this asks.
+`pillars` has nothing round, `corridor` and `office` have
 two and six things of which drives see little: there nothing of more than 100 points may be false, and what is
 found is counted. With --flat, polygons are counted against the true flat faces.
 With --planes, F of the planes with and without round things, of points whose true surface is known, and the
