@@ -1,6 +1,7 @@
 //! Cylinders through points: fitted, and judged.
 
 pub(crate) mod axis;
+pub(crate) mod circle_fit;
 pub(crate) mod gauss_newton;
 pub(crate) mod judge;
 pub(crate) mod prism;

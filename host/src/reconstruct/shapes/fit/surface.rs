@@ -112,8 +112,7 @@ impl Surface {
         if on.len() < params.min_points {
             return Err(Rejected::Points);
         }
-        let radii_m = if tube.radius_m < WALL_RADIUS_M { MIN_LENGTH_RADII * tube.radius_m } else { 0.0 };
-        if along_m[1] - along_m[0] < radii_m.max(MIN_LENGTH_M) {
+        if along_m[1] - along_m[0] < min_length_m(tube.radius_m) {
             return Err(Rejected::Length);
         }
         let arc = Arc::of(&on);
@@ -122,6 +121,12 @@ impl Surface {
         }
         Ok(Self { all, on, along_m, arc })
     }
+}
+
+/// The length that a thing of a radius has at least.
+pub(crate) fn min_length_m(radius_m: f64) -> f64 {
+    let radii_m = if radius_m < WALL_RADIUS_M { MIN_LENGTH_RADII * radius_m } else { 0.0 };
+    radii_m.max(MIN_LENGTH_M)
 }
 
 /// How far a point in the axis's coordinates lies outside the surface.

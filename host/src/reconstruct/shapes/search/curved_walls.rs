@@ -6,7 +6,8 @@ use super::guesses::fitted;
 use super::patches::{Patch, Patches, width_m};
 use crate::model::Cloud;
 use crate::reconstruct::shapes::fit::axis::{Axis, Tube};
-use crate::reconstruct::shapes::fit::gauss_newton::{Sample, fit};
+use crate::reconstruct::shapes::fit::circle_fit::fit;
+use crate::reconstruct::shapes::fit::gauss_newton::Sample;
 use crate::reconstruct::shapes::fit::judge::Accepted;
 use crate::reconstruct::shapes::fit::surface::{Evidence, ON_DEVIATIONS, Rejected};
 use crate::reconstruct::shapes::params::ShapeParams;
@@ -116,7 +117,7 @@ impl Work<'_> {
         let points = self.some_m(&[a, b]);
         let circle = algebraic(points.iter().map(|p| axis.local(*p)).map(|[x, y, _]| [x, y]))?;
         let tube = Tube { axis: axis.through(circle.center_m), radius_m: circle.radius_m };
-        fit(tube, Sample::blind(&points), (self.sigma_m, 2.0 * ON_DEVIATIONS * self.sigma_m), true)
+        fit(tube, Sample::blind(&points), (self.sigma_m, 2.0 * ON_DEVIATIONS * self.sigma_m))
     }
 
     /// A cylinder with all strips that lie on it and hang together, fitted to them.
@@ -128,7 +129,7 @@ impl Work<'_> {
             members = self.on(&tube, pair, used);
             let points = self.some_m(&members);
             let limits = (self.sigma_m, ON_DEVIATIONS * self.sigma_m);
-            tube = fit(tube, Sample::blind(&points), limits, true).unwrap_or(tube);
+            tube = fit(tube, Sample::blind(&points), limits).unwrap_or(tube);
             if members.len() == size {
                 break;
             }

@@ -86,6 +86,10 @@ impl Section {
         [skipped, step]: [usize; 2],
         mut call: impl FnMut([f64; 2]),
     ) {
+        if step == 1 {
+            self.within(middle_m, half_m).flatten().skip(skipped).for_each(|point| call(*point));
+            return;
+        }
         let mut next = skipped;
         for column in self.within(middle_m, half_m) {
             while let Some(point) = column.get(next) {
@@ -130,16 +134,11 @@ impl Section {
         let half_m = circle.radius_m + limit_m;
         let count = self.count_within(circle.center_m, half_m);
         let step = count.div_ceil(max_asked).max(1);
-        let mut score = 0.0;
+        let (mut score, per_limit) = (0.0, 1.0 / limit_m);
         self.some_within(circle.center_m, half_m, [0, step], |point| {
-            let share = circle.off_m(point) / limit_m;
-            score += if share.abs() < 1.0 {
-                1.0 - share * share
-            } else if share < 0.0 {
-                -WITHIN_PRICE
-            } else {
-                0.0
-            };
+            let share = circle.off_m(point) * per_limit;
+            let (on, off) = (1.0 - share * share, if share < 0.0 { -WITHIN_PRICE } else { 0.0 });
+            score += if on > 0.0 { on } else { off };
         });
         Score { points: score * step as f64, share: score * step as f64 / count.max(1) as f64 }
     }
