@@ -4,6 +4,7 @@
 
 use super::axis::{Axis, Tube};
 use super::gauss_newton::{STEPS, Sample, WIDE_STEPS, solve};
+use super::surface::WALL_RADIUS_M;
 use biplane_geometry::vec3::{dot, minus, norm};
 
 /// A step of so little, meters, is the last.
@@ -36,14 +37,28 @@ struct Sums {
     right: [f64; 3],
 }
 
-/// Fits a cylinder to points, those within `limit_m` of it; `None` when they do not fix one, or the fit does
-/// not settle.
-pub(crate) fn fit(start: Tube, points: Sample<'_>, (sigma_m, limit_m): (f64, f64)) -> Option<Tube> {
+/// Fits a cylinder to points, those within `limit_m` of it; `None` when they do not fix one.
+pub(crate) fn fit(start: Tube, points: Sample<'_>, limits: (f64, f64)) -> Option<Tube> {
+    fit_within(start, points, limits, f64::INFINITY)
+}
+
+/// The same for a guess at a column, a pipe or a pole; `None` when it does not settle too. Strips of a wall
+/// hardly tell its radius: guesses at walls may go far.
+pub(crate) fn fit_settling(start: Tube, points: Sample<'_>, limits: (f64, f64)) -> Option<Tube> {
+    fit_within(start, points, limits, FIRST_DEVIATIONS)
+}
+
+/// The same, with how far the first step may go, in deviations.
+fn fit_within(
+    start: Tube,
+    points: Sample<'_>,
+    (sigma_m, limit_m): (f64, f64),
+    mut may_move: f64,
+) -> Option<Tube> {
     let across = across(&start.axis, points);
     let (mut center_m, mut radius_m) = ([0.0; 2], start.radius_m);
     // The side from which most was seen in the step before; at first that from which all is.
     let mut side = Sums::of(&across, center_m, radius_m, 1.5 * limit_m, 1.0).facing.signum();
-    let mut may_move = FIRST_DEVIATIONS;
     for step in 0..STEPS {
         // Farther off at first: a start through three points is no better than their noise.
         let reach_m = if step < WIDE_STEPS { 1.5 * limit_m } else { limit_m };
@@ -55,7 +70,9 @@ pub(crate) fn fit(start: Tube, points: Sample<'_>, (sigma_m, limit_m): (f64, f64
         let moved_m = moved.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
         // The first step may go anywhere: a guess is no more than that.
         let is_sane = moved.iter().all(|v| v.is_finite()) && radius_m > 0.2 * sigma_m && radius_m < 100.0;
-        if !is_sane || (step > 0 && moved_m > may_move.max(LAST_DEVIATIONS) * sigma_m) {
+        // What has grown to a wall may go on: an apse is found from a corner of it.
+        let is_bound = step > 0 && radius_m < WALL_RADIUS_M;
+        if !is_sane || (is_bound && moved_m > may_move.max(LAST_DEVIATIONS) * sigma_m) {
             return None;
         }
         if step >= WIDE_STEPS && moved_m < SETTLED_M {
@@ -126,7 +143,7 @@ impl Sums {
 
 #[cfg(test)]
 mod tests {
-    use super::fit;
+    use super::{fit, fit_settling};
     use crate::reconstruct::planes::paper::random::Random;
     use crate::reconstruct::shapes::fit::axis::{Axis, Tube};
     use crate::reconstruct::shapes::fit::gauss_newton::Sample;
@@ -169,7 +186,7 @@ mod tests {
                 [x + 0.015 * random.normal(), y + 0.015 * random.normal(), 2.0 * random.unit()]
             };
             let points_m: Vec<[f64; 3]> = (0..500).map(point).collect();
-            fit(start, Sample::blind(&points_m), limits)
+            fit_settling(start, Sample::blind(&points_m), limits)
         };
         let column = fitted(&|share| {
             let angle = std::f64::consts::PI * share;

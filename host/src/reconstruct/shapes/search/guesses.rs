@@ -21,10 +21,12 @@ const GUESSES: [usize; 2] = [60, 240];
 const MAX_GUESS_POINTS: usize = 2500;
 /// A guess needs points on it, in those that a cylinder has: so much these score with the noise of a range.
 const MIN_SCORE: f64 = 0.8;
-/// A guess has this share of the score that it had with all points within and near it on it.
-///
-/// Of 325 guesses that became cylinders one had less, of 37 357 others one in seven (29 clouds).
+/// A guess has this share of the score that it had with all points within and near it on it. Of 325 guesses
+/// that became cylinders one had less, of 37 357 others one in seven (29 clouds).
 const MIN_SCORE_SHARE: f64 = 0.3;
+/// The same from such a radius on: a corner of an apse is a guess too, and much lies about that.
+const MIN_WIDE_SHARE: f64 = 0.15;
+const WIDE_M: f64 = 0.5;
 /// What lies about a guess, in radii and deviations.
 const ABOUT_RADII: f64 = 1.5;
 const ABOUT_DEVIATIONS: f64 = 12.0;
@@ -174,7 +176,10 @@ fn guesses(
             break;
         }
     }
-    best.into_iter().filter(|(score, _)| score.share >= MIN_SCORE_SHARE).map(|(_, circle)| circle).collect()
+    let has_share = |(score, circle): &(Score, Circle)| {
+        score.share >= if circle.radius_m < WIDE_M { MIN_SCORE_SHARE } else { MIN_WIDE_SHARE }
+    };
+    best.into_iter().filter(has_share).map(|(_, circle)| circle).collect()
 }
 
 /// The circle through three of some points.
@@ -254,7 +259,7 @@ fn roughly_fitted(params: &ShapeParams, start: Tube, seen: &Evidence<'_>) -> Res
     if part.length_m < MIN_LENGTH_M {
         return Err(Rejected::Length);
     }
-    let tube = circle_fit::fit(start, part.sample(), limits).ok_or(Rejected::Points)?;
+    let tube = circle_fit::fit_settling(start, part.sample(), limits).ok_or(Rejected::Points)?;
     let some = Evidence { points_m: &part.points_m, origins_m: &part.origins_m, ..*seen };
     match may_become(params, &tube, &some, part.step) {
         Ok(()) => Ok(tube),
