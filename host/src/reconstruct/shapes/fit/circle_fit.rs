@@ -3,7 +3,8 @@
 //! far off are left out; where beams are known, each point counts by how squarely it was seen. Meters.
 
 use super::axis::{Axis, Tube};
-use super::gauss_newton::{STEPS, Sample, WIDE_STEPS, solve};
+use super::sample::Sample;
+use super::steps::{STEPS, WIDE_STEPS, solve};
 use super::surface::WALL_RADIUS_M;
 use biplane_geometry::vec3::{dot, minus, norm};
 
@@ -67,7 +68,7 @@ fn fit_within(
         side = sums.facing.signum();
         center_m = [center_m[0] + moved[0], center_m[1] + moved[1]];
         radius_m += moved[2];
-        let moved_m = moved.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+        let moved_m = moved.iter().fold(0.0, |max: f64, v| max.max(v.abs()));
         // The first step may go anywhere: a guess is no more than that.
         let is_sane = moved.iter().all(|v| v.is_finite()) && radius_m > 0.2 * sigma_m && radius_m < 100.0;
         // What has grown to a wall may go on: an apse is found from a corner of it.
@@ -146,7 +147,7 @@ mod tests {
     use super::{fit, fit_settling};
     use crate::reconstruct::planes::paper::random::Random;
     use crate::reconstruct::shapes::fit::axis::{Axis, Tube};
-    use crate::reconstruct::shapes::fit::gauss_newton::Sample;
+    use crate::reconstruct::shapes::fit::sample::Sample;
 
     #[test]
     fn smears_beyond_the_edges_of_a_pipe_leave_its_radius_alone() {

@@ -4,13 +4,11 @@
 
 use super::axis::{Axis, Tube};
 use super::circle_fit;
+use super::sample::Sample;
+use super::steps::{STEPS, WIDE_STEPS, solve};
 use biplane_geometry::PortableMath;
 use biplane_geometry::vec3::{dot, minus, norm, plus, scaled};
 
-/// Steps; each halves what is wrong at the very least, most do far better.
-pub(crate) const STEPS: usize = 8;
-/// The first so many steps ask points farther off.
-pub(crate) const WIDE_STEPS: usize = 3;
 /// A step of so little, meters and radians, is the last.
 const SETTLED: f64 = 1e-5;
 /// A tilt of the axis counts when it is so many of its own deviations: short things do not tell theirs.
@@ -23,15 +21,6 @@ const COMMON_SHARE: f64 = 0.35;
 /// The parameters: two places across the axis, two tilts, the radius.
 type Five = [f64; 5];
 
-/// Points, and from where each was seen; the latter empty when nobody knows.
-#[derive(Clone, Copy)]
-pub(crate) struct Sample<'a> {
-    /// The points.
-    pub points_m: &'a [[f64; 3]],
-    /// The places from which they were seen.
-    pub origins_m: &'a [[f64; 3]],
-}
-
 /// A point near a tube.
 struct Near {
     /// In the tube's own coordinates.
@@ -42,12 +31,7 @@ struct Near {
     cosine: f64,
 }
 
-impl<'a> Sample<'a> {
-    /// Points that nobody knows the beams of.
-    pub(crate) fn blind(points_m: &'a [[f64; 3]]) -> Self {
-        Self { points_m, origins_m: &[] }
-    }
-
+impl Sample<'_> {
     /// How long each beam is.
     fn lengths_m(&self) -> Vec<f64> {
         self.points_m.iter().zip(self.origins_m).map(|(p, origin)| norm(minus(*p, *origin))).collect()
@@ -181,34 +165,12 @@ fn equations(tube: &Tube, near: &[Near], reach_m: f64, middle: f64) -> ([Five; 5
     (normal, right)
 }
 
-/// Solves equations by elimination with pivots.
-pub(crate) fn solve<const N: usize>(mut m: [[f64; N]; N], mut b: [f64; N]) -> Option<[f64; N]> {
-    for column in 0..N {
-        let pivot = (column..N).max_by(|i, j| m[*i][column].abs().total_cmp(&m[*j][column].abs()))?;
-        if m[pivot][column].abs() < 1e-9 {
-            return None;
-        }
-        m.swap(column, pivot);
-        b.swap(column, pivot);
-        for row in column + 1..N {
-            let share = m[row][column] / m[column][column];
-            let above = m[column];
-            m[row].iter_mut().zip(above).for_each(|(v, a)| *v -= share * a);
-            b[row] -= share * b[column];
-        }
-    }
-    for row in (0..N).rev() {
-        let known: f64 = (row + 1..N).map(|k| m[row][k] * b[k]).sum();
-        b[row] = (b[row] - known) / m[row][row];
-    }
-    Some(b)
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{Sample, fit};
+    use super::fit;
     use crate::reconstruct::planes::paper::random::Random;
     use crate::reconstruct::shapes::fit::axis::{Axis, Tube};
+    use crate::reconstruct::shapes::fit::sample::Sample;
     use biplane_geometry::vec3::{dot, plus, scaled};
 
     #[test]
