@@ -6,7 +6,9 @@ use crate::slam::refinement::spatial::floor_hits::FloorHits;
 use crate::slam::refinement::spatial::knots::{Attitude, Knots, State};
 use crate::slam::refinement::spatial::motion::inertial::{Biases, Inertial};
 use crate::slam::refinement::spatial::motion::wheels::Wheels;
-use crate::slam::refinement::spatial::normal_equations::{Assembly, Group, Layout, Row, by_state, robust};
+use crate::slam::refinement::spatial::normal_equations::{
+    Assembly, Group, Layout, Row, by_state, let_share_errors, robust,
+};
 use crate::slam::refinement::spatial::params::SpatialParams;
 use crate::slam::refinement::spatial::surfaces::{Search, Surface, Surfaces};
 use biplane_geometry::PortableMath;
@@ -233,7 +235,9 @@ impl Problem<'_> {
             groups
         };
         let all: Vec<Vec<Group>> = (span.first..span.end - 1).into_par_iter().map(of_knot).collect();
-        all.into_iter().flatten().collect()
+        let mut groups: Vec<Group> = all.into_iter().flatten().collect();
+        let_share_errors(&mut groups, planes.len());
+        groups
     }
 
     fn look(&self, hit: &BeamHit, plane: &Surface, knots: &Knots, kernel_m: f64, group: &mut Group) {
