@@ -259,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn odometry_that_counts_clearly_wrong_is_said_and_a_scale_that_is_not_known_is_not() {
+    fn odometry_that_counts_clearly_wrong_is_reported_and_a_scale_that_is_not_known_is_not() {
         let of = |way: Option<[f64; 2]>| {
             let way = way.map(|[value, sigma]| Estimate { value, sigma });
             let odometry_scale = OdometryScale { way, ..OdometryScale::default() };
@@ -273,12 +273,16 @@ mod tests {
             let way = status.values.into_iter().find(|value| value.key == "odometry_way_scale").unwrap();
             (status.message, way.value)
         };
-        let said = |message: &str, way: &str| (message.to_owned(), way.to_owned());
-        assert_eq!(of(None), said("matched", "-"));
-        assert_eq!(of(Some([0.96, 0.004])), said("matched", "0.9600 +-0.0040"));
-        assert_eq!(of(Some([0.945, 0.019])), said("matched", "0.9450 +-0.0190"), "three standard deviations");
+        let reported = |message: &str, way: &str| (message.to_owned(), way.to_owned());
+        assert_eq!(of(None), reported("matched", "-"));
+        assert_eq!(of(Some([0.96, 0.004])), reported("matched", "0.9600 +-0.0040"));
+        assert_eq!(
+            of(Some([0.945, 0.019])),
+            reported("matched", "0.9450 +-0.0190"),
+            "three standard deviations"
+        );
         let wrong = "matched; a meter of the odometry is 0.80 m";
-        assert_eq!(of(Some([0.8, 0.004])), said(wrong, "0.8000 +-0.0040"));
+        assert_eq!(of(Some([0.8, 0.004])), reported(wrong, "0.8000 +-0.0040"));
     }
 
     #[test]
