@@ -30,6 +30,10 @@ const IN_A_SCAN: usize = 3;
 const SCANS: usize = 8;
 /// And so many by poses that the ramp has torn.
 const SCANS_OF_TORN_POSES: usize = 4;
+/// Poses are dragged along by what is in front where they go less far than the wheels counted by this, meters
+/// and a share of the way. Wheels slip and are off by a few percent.
+const DRAGGED_M: f64 = 0.2;
+const DRAGGED_SHARE: f64 = 0.15;
 /// Ground that bends up is a line across the way, without gaps wider than this, meters. Door frames, cabinets
 /// and walls beside the way leave the way itself free.
 const GAP_M: f64 = 0.3;
@@ -225,6 +229,22 @@ impl FloorHits {
         self.scans >= SCANS_OF_TORN_POSES
     }
 
+    /// Whether poses were dragged along by most of them: from where ground was seen to where the robot stood
+    /// on it they go less far than the wheels' track does. A ramp ahead is a line that keeps its distance, and
+    /// poses that it drags for meters know nothing of ground that was driven over.
+    pub(crate) fn have_dragged(&self, hits: &[BeamHit], poses: &Knots, wheels: &Knots) -> bool {
+        let far_m = |knots: &Knots, from: usize, to: usize| {
+            let (from, to) = (&knots.states[from], &knots.states[to]);
+            (to[0] - from[0]).portable_hypot(to[1] - from[1])
+        };
+        let is_dragged = |floor: &&FloorHit| {
+            let seen = hits[floor.hit].knot as usize;
+            let counted_m = far_m(wheels, seen, floor.knot);
+            far_m(poses, seen, floor.knot) < (1.0 - DRAGGED_SHARE) * counted_m - DRAGGED_M
+        };
+        2 * self.list.iter().filter(is_dragged).count() > self.list.len()
+    }
+
     /// How far the hits that were held out are off the ground, squared, in standard deviations.
     pub(crate) fn held_out(&self, hits: &[BeamHit], knots: &Knots) -> impl Iterator<Item = f64> {
         self.list.iter().filter(|floor| hits[floor.hit].is_held_out).map(|floor| {
@@ -293,20 +313,23 @@ mod tests {
     use crate::slam::refinement::spatial::beams::{BeamHit, Laser};
     use crate::slam::refinement::spatial::knots::Knots;
 
+    /// A drive straight ahead, so far from knot to knot.
+    fn straight(step_m: f64) -> Knots {
+        let states = (0..100).map(|knot| [step_m * f64::from(knot), 0.0, 0.0, 0.0, 0.0, 0.0]).collect();
+        Knots { start_ns: 0, step_ns: 100_000_000, states }
+    }
+
+    /// What is seen of a place from a knot of a drive with 10 cm from knot to knot.
+    fn hit(knot: u32, [x, y]: [f64; 2]) -> BeamHit {
+        let at_m = [(x - 0.1 * f64::from(knot)) as f32, y as f32, 0.2];
+        let (along, laser) = ([1.0, 0.0, 0.0], Laser::Horizontal);
+        BeamHit { at_m, along, knot, share: 0.0, scan: knot, laser, is_held_out: false }
+    }
+
     /// A drive straight ahead, 10 cm from knot to knot, that sees places (x, y) from each of ten knots.
     fn found(places_m: &[[f64; 2]]) -> FloorHits {
-        let states = (0..100).map(|knot| [0.1 * f64::from(knot), 0.0, 0.0, 0.0, 0.0, 0.0]).collect();
-        let track = Knots { start_ns: 0, step_ns: 100_000_000, states };
+        let track = straight(0.1);
         let way_m: Vec<f64> = (0..100).map(|knot| 0.1 * f64::from(knot)).collect();
-        let hit = |knot: u32, [x, y]: [f64; 2]| BeamHit {
-            at_m: [(x - 0.1 * f64::from(knot)) as f32, y as f32, 0.2],
-            along: [1.0, 0.0, 0.0],
-            knot,
-            share: 0.0,
-            scan: knot,
-            laser: Laser::Horizontal,
-            is_held_out: false,
-        };
         let hits: Vec<BeamHit> =
             (0..10).flat_map(|knot| places_m.iter().map(move |&at| hit(knot, at))).collect();
         let found = FloorHits::find(&hits, &track, &way_m);
@@ -351,6 +374,14 @@ mod tests {
         let passing = Passing::new(&track, &way_m);
         let max = (0..9).map(|x| passing.later([x, 0], 0.0).len()).max();
         assert!(max.is_some_and(|max| max > 10 && max < 300), "{max:?}");
+    }
+
+    #[test]
+    fn poses_that_stay_back_by_meters_were_dragged_and_odometry_that_counts_too_much_drags_none() {
+        let floor = FloorHits { list: vec![super::FloorHit { hit: 0, knot: 50 }], ..FloorHits::default() };
+        let is_dragged =
+            |step_m| floor.have_dragged(&[hit(0, [5.0, 0.0])], &straight(step_m), &straight(0.1));
+        assert_eq!([0.0, 0.05, 0.085, 0.1, 0.15].map(is_dragged), [true, true, false, false, false]);
     }
 
     #[test]

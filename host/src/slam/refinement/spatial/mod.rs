@@ -66,9 +66,12 @@ pub(crate) fn refine(input: &SpatialInput<'_>, params: &SpatialParams) -> Option
     }
     let wheels = Wheels::new(input.odometry, &start)?;
     let way_m = wheels.way_m();
-    // Odometry that drifts puts walls over the way, and a ramp drags matched poses along: both have to tell.
-    let mut floor = FloorHits::find(&hits, &wheels.dead_reckoned(&start), &way_m);
-    let sees_ground = floor.are_many() && FloorHits::find(&hits, &start, &way_m).agree();
+    // Odometry that drifts puts walls over the way, and a ramp drags matched poses along: both have to tell,
+    // or the poses of all that lies ahead were dragged.
+    let track = wheels.dead_reckoned(&start);
+    let mut floor = FloorHits::find(&hits, &track, &way_m);
+    let sees_ground = floor.are_many()
+        && (floor.have_dragged(&hits, &start, &track) || FloorHits::find(&hits, &start, &way_m).agree());
     let inertial = Inertial::of(input.inertial, &start, &wheels);
     if !sees_ground && !inertial.as_ref().is_some_and(Inertial::reports_slope) {
         return None;
