@@ -230,8 +230,8 @@ impl FloorHits {
     }
 
     /// Whether poses were dragged along by most of them: from where ground was seen to where the robot stood
-    /// on it they go less far than the wheels' track does. A ramp ahead is a line that keeps its distance, and
-    /// poses that it drags for meters know nothing of ground that was driven over.
+    /// on it they go less far than the wheels' track does. A ramp ahead is a line that keeps its distance.
+    /// Poses that it drags for meters know nothing of ground that was driven over.
     pub(crate) fn have_dragged(&self, hits: &[BeamHit], poses: &Knots, wheels: &Knots) -> bool {
         let far_m = |knots: &Knots, from: usize, to: usize| {
             let (from, to) = (&knots.states[from], &knots.states[to]);
