@@ -6,6 +6,12 @@ use anyhow::Context;
 
 static STARTED: Once = Once::new();
 
+/// Stack of a thread.
+const STACK_BYTES: usize = 2 << 20;
+/// What the system and the standard library put beside it. A thread that finds no room for that panics, which
+/// nobody can tell in time.
+const BESIDE_BYTES: usize = 512 << 10;
+
 /// Words that commands share.
 #[derive(Clone, Debug, Default, clap::Args)]
 pub(crate) struct Threads {
@@ -20,11 +26,22 @@ impl Threads {
     pub(crate) fn take(&self) -> anyhow::Result<()> {
         let mut started = Ok(());
         STARTED.call_once(|| {
-            let threads = usize::from(self.threads.unwrap_or(0));
-            started = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
+            let all = || std::thread::available_parallelism().map_or(1, usize::from);
+            let threads = self.threads.map_or_else(all, usize::from);
+            started = start(threads);
         });
         started.with_context(|| {
             format!("cannot start threads: {}; --threads 1 needs the least", biplane_cli::memory::advice())
         })
     }
+}
+
+/// Starts so many, where there is room for all.
+fn start(threads: usize) -> anyhow::Result<()> {
+    let mut room: Vec<u8> = Vec::new();
+    room.try_reserve_exact(threads * (STACK_BYTES + BESIDE_BYTES))?;
+    // Else the compiler leaves out what nobody uses.
+    drop(std::hint::black_box(room));
+    rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK_BYTES).build_global()?;
+    Ok(())
 }
