@@ -39,7 +39,7 @@ const MAX_SQUARED: f64 = 25.0;
 const KNOWN_BELOW: f64 = 0.02;
 /// The same of the turn that comes with the way, radians a meter.
 const KNOWN_BELOW_RAD_PER_M: f64 = 0.005;
-/// A scale that is off by more is worth a word.
+/// A scale that is off by more is reported, and steps are read by it.
 const WRONG_FROM: f64 = 0.05;
 
 /// A number that was learned.
@@ -77,12 +77,13 @@ pub struct OdometryScale {
 }
 
 impl OdometryScale {
-    /// The odometry's step as it truly is.
+    /// The odometry's step as it truly is, where its scales are clearly wrong. Smaller errors change nothing
+    /// that scans tell, and each change of a step sends a long drive another way.
     pub(crate) fn of(&self, step: &Pose2) -> Pose2 {
-        let value = |estimate: Option<Estimate>, or: f64| estimate.map_or(or, |estimate| estimate.value);
-        let way = value(self.way, 1.0);
-        let turn_rad = value(self.turn, 1.0) * step.theta_rad + value(self.drift_rad_per_m, 0.0) * step.x_m;
-        Pose2::new(way * step.x_m, way * step.y_m, turn_rad)
+        let wrong = |scale: Option<Estimate>| scale.filter(Estimate::is_wrong_scale).map(|scale| scale.value);
+        let way = wrong(self.way).unwrap_or(1.0);
+        let turn = wrong(self.turn).unwrap_or(1.0);
+        Pose2::new(way * step.x_m, way * step.y_m, turn * step.theta_rad)
     }
 }
 
