@@ -268,11 +268,11 @@ impl MotionModel {
     /// Compares a step of the odometry with the matched one, unless it is known to be wrong.
     fn learn_scale(&mut self, step: &Pose2, matched: &Pose2, odom_from_base: Option<Pose2>) {
         let is_stalled = odom_from_base.is_some_and(|odom| self.stall.holds(&odom));
-        match self.consistency.reading() {
-            Reading::AsIs | Reading::Reversed if !is_stalled => {
-                self.scale.compare(&self.consistency.reading().of(step), matched);
-            }
-            _ => self.scale.interrupt(),
+        let reading = self.consistency.reading();
+        if is_stalled || reading == Reading::Contradicted {
+            self.scale.interrupt();
+        } else {
+            self.scale.compare(&reading.of(step), matched);
         }
     }
 

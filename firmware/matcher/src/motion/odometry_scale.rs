@@ -35,7 +35,7 @@ const FREEDOM: f64 = 4.0;
 const RATE: f64 = 0.05;
 /// The most that one segment says of it, variances: a slip is no noise.
 const MAX_SQUARED: f64 = 25.0;
-/// A scale is taken into account from this standard deviation on.
+/// A scale is known from this standard deviation on.
 const KNOWN_BELOW: f64 = 0.02;
 /// The same of the turn that comes with the way, radians a meter.
 const KNOWN_BELOW_RAD_PER_M: f64 = 0.005;
@@ -52,11 +52,11 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// Whether it is the estimate of a scale that is off by more than 5 % and three standard deviations.
+    /// Whether it is the estimate of a known scale that is off by more than 5 % and three standard deviations.
     #[must_use]
     pub fn is_wrong_scale(&self) -> bool {
         let off = (self.value - 1.0).abs();
-        self.sigma < KNOWN_BELOW && off > WRONG_FROM && off > 3.0 * self.sigma
+        off > WRONG_FROM && off > 3.0 * self.sigma
     }
 
     /// The estimate when it is known this well.

@@ -26,9 +26,7 @@ impl Threads {
     pub(crate) fn take(&self) -> anyhow::Result<()> {
         let mut started = Ok(());
         STARTED.call_once(|| {
-            let all = || std::thread::available_parallelism().map_or(1, usize::from);
-            let threads = self.threads.map_or_else(all, usize::from);
-            started = start(threads);
+            started = start(usize::from(self.threads.unwrap_or(0)));
         });
         started.with_context(|| {
             format!("cannot start threads: {}; --threads 1 needs the least", biplane_cli::memory::advice())
@@ -36,10 +34,12 @@ impl Threads {
     }
 }
 
-/// Starts so many, where there is room for all.
+/// Starts so many, or with 0 as many as there are processors, where there is room for all.
 fn start(threads: usize) -> anyhow::Result<()> {
+    let processors = || std::thread::available_parallelism().map_or(1, usize::from);
+    let count = if threads > 0 { threads } else { processors() };
     let mut room: Vec<u8> = Vec::new();
-    room.try_reserve_exact(threads * (STACK_BYTES + BESIDE_BYTES))?;
+    room.try_reserve_exact(count * (STACK_BYTES + BESIDE_BYTES))?;
     // Else the compiler leaves out what nobody uses.
     drop(std::hint::black_box(room));
     rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(STACK_BYTES).build_global()?;
