@@ -76,7 +76,7 @@ const WALL_M: f64 = 0.001;
 const FACE_M: f64 = 0.011;
 /// Standard deviation of the share by which all that the laser measures is too long or too short. The map is
 /// off by that share of the distance from where it begins, straight away from there, whatever was seen how
-/// often. Of nine simulated drives 80 % of the positions lie in their ellipse of 95 % without it, and 91 %
+/// often. Of 18 simulated drives 78 % of the positions lie in their ellipse of 95 % without it, and 87 %
 /// with it. It changes covariances, no pose.
 const LENGTHS_SHARE: f64 = 0.001;
 /// A new submap begins when the base has moved this far, meters, or three times that in radians. Smaller:
