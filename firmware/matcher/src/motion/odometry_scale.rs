@@ -52,7 +52,7 @@ pub struct Estimate {
 }
 
 impl Estimate {
-    /// Whether it is the estimate of a known scale that is off by more than 5 % and three standard deviations.
+    /// Whether this is a known scale that is off by more than 5 % and three standard deviations.
     #[must_use]
     pub fn is_wrong_scale(&self) -> bool {
         let off = (self.value - 1.0).abs();
