@@ -34,6 +34,8 @@ WINDOW_M, UPRIGHT = 0.5, 0.1
 # A face is one of a wall when it lies this near to its side and looks away from its middle. What is open is
 # looked for this far around an opening.
 BESIDE_M, ALONG, AROUND_M, FILLED = 0.04, 0.99, 0.25, 0.97
+# What is left open between two faces that touch is narrower than this.
+HAIR_M = 0.002
 # The lower border of what was seen of a wall is this ragged.
 UNSEEN_M = 0.10
 # A face of which less than this share lies around an opening says nothing of it.
@@ -96,6 +98,7 @@ def left_open(opening, wall, faces, inferred, side):
         [covered, *(face.shape.intersection(around) for face in inferred if is_of_wall(face))]
     )
     left = around.difference(covered)
+    left = left.buffer(-HAIR_M / 2, join_style="mitre").buffer(HAIR_M / 2, join_style="mitre")
     pieces = [piece for piece in getattr(left, "geoms", [left]) if piece.contains(Point(x, z))]
     return pieces[0] if pieces else Polygon()
 

@@ -126,7 +126,7 @@ class Chain:
             0.5,
         )
         self.borders(
-            "corridor", "--spikes", 4, "--ratio", 1.02, "--small", 5, "--corners", 4, "--openings", 80
+            "corridor", "--spikes", 4, "--ratio", 1.02, "--small", 5, "--corners", 2, "--openings", 80
         )
         self.drive("office", "paper")
         self.check_exports("office.model", 12)
@@ -142,7 +142,7 @@ class Chain:
             "--most-blocked",
             0.5,
         )
-        self.borders("office", "--spikes", 4, "--ratio", 1.02, "--small", 5, "--corners", 4)
+        self.borders("office", "--spikes", 4, "--ratio", 1.02, "--small", 5, "--corners", 2)
         self.drive("building", "outdoor")
         self.check_exports("building.model", 0)
         self.judge(
@@ -156,7 +156,7 @@ class Chain:
             1,
         )
         self.borders(
-            "building", "--spikes", 8, "--ratio", 1.02, "--small", 15, "--corners", 60, "--holes", 90
+            "building", "--spikes", 8, "--ratio", 1.02, "--small", 15, "--corners", 50, "--holes", 90
         )
         truth = self.work / "building.truth/surfaces.ply"
         shares = ("--least", 75, "--least-ifc", 80)

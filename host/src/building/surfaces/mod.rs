@@ -1,5 +1,6 @@
 //! The model's surfaces where the building knows better: doors and windows become rectangles in the faces of
-//! their walls, and so do holes of other upright surfaces that nearly are. Roofs end in level lines.
+//! their walls, and so do holes of other upright surfaces that nearly are. Roofs end in level lines. Narrow
+//! notches in borders are filled.
 //!
 //! Each edge is put where the fewest rays contradict it; surface that rays contradict is neither added nor
 //! taken away. Frame `map`, meters.
@@ -9,10 +10,11 @@ mod border;
 mod combs;
 mod holes;
 pub(crate) mod inferred;
+mod notches;
 mod plane_rays;
 mod rectangle;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
@@ -26,9 +28,11 @@ use super::part::CUT_M;
 use super::spaces::evidence::Evidence;
 use crate::model::{Model, PlanarPolygon, Plane};
 use crate::reconstruct::polygons::finish::without_spikes;
+use crate::reconstruct::polygons::flat_polygon::{flat, lifted};
 use crate::reconstruct::polygons::outline::union::{Ring, Shape, area_m2, union};
-use crate::reconstruct::polygons::plane_frame::{FlatPoint, Frame};
-use crate::reconstruct::polygons::seams::{clearance, weld};
+use crate::reconstruct::polygons::plane_frame::Frame;
+use crate::reconstruct::polygons::seams::met_edges::MetEdges;
+use crate::reconstruct::polygons::seams::{clearance, jogs, weld};
 
 /// A plane is a wall's face when it lies this near to its side, meters; more with more noise.
 const BESIDE_M: f64 = 0.04;
@@ -46,15 +50,20 @@ const MIN_PIECE_M2: f64 = 0.05;
 /// welded before: a corner that moves by a centimeter now tilts a jamb, and blocks rays. What is further
 /// apart becomes a corner of both.
 const WELD_M: f64 = 0.001;
+/// Steps between an edge that was put where it belongs and the border beside it are evened out up to this
+/// depth, meters: outlines are as exact at best.
+const JOG_M: f64 = 0.01;
 
 /// The polygons of the model with rectangles for the openings that are known.
 pub(crate) fn with_rectangles(evidence: &Evidence<'_>, elements: &Elements) -> Vec<PlanarPolygon> {
     let model = evidence.model;
+    let neighbors = weld::neighbors(&model.planes, &model.polygons);
+    let met = MetEdges::new(&model.planes, &model.polygons, &neighbors);
     let changed: Vec<Option<Vec<PlanarPolygon>>> = (0..model.planes.len())
         .into_par_iter()
         .map(|plane| {
             let places = places(evidence, elements, plane);
-            of_plane(evidence, plane, &places)
+            of_plane(evidence, plane, &places, &met)
         })
         .collect();
     let mut written = BTreeSet::new();
@@ -70,14 +79,16 @@ pub(crate) fn with_rectangles(evidence: &Evidence<'_>, elements: &Elements) -> V
     polygons
 }
 
-/// Lets the planes that changed share corners with their neighbors again.
+/// Lets the planes that changed share corners with their neighbors again, without small steps.
 fn weld_changed(model: &Model, polygons: &mut [PlanarPolygon], changed: &BTreeSet<usize>) {
     let neighbors = weld::neighbors(&model.planes, polygons);
+    let evened = jogs::even_out(&model.planes, polygons, &neighbors, JOG_M);
+    let has_changed = |plane: &usize| changed.contains(plane) || evened.contains(plane);
     let pairs: BTreeSet<(usize, usize)> = neighbors
         .iter()
         .enumerate()
         .flat_map(|(own, others)| others.iter().map(move |other| (own.min(*other), own.max(*other))))
-        .filter(|(a, b)| changed.contains(a) || changed.contains(b))
+        .filter(|(a, b)| has_changed(a) || has_changed(b))
         .collect();
     let pairs: Vec<(usize, usize)> = pairs.into_iter().collect();
     weld::weld(&model.planes, polygons, &pairs, WELD_M);
@@ -123,28 +134,51 @@ fn place_of(wall: &Wall, opening: &WallOpening) -> Place {
     }
 }
 
-/// The polygons of a plane with its openings; `None` when nothing changes.
-fn of_plane(evidence: &Evidence<'_>, index: usize, places: &[Place]) -> Option<Vec<PlanarPolygon>> {
+/// The polygons of a plane with its openings and without notches; `None` when nothing changes.
+fn of_plane(
+    evidence: &Evidence<'_>,
+    index: usize,
+    places: &[Place],
+    met: &MetEdges<'_>,
+) -> Option<Vec<PlanarPolygon>> {
     let plane = &evidence.model.planes[index];
     let own: Vec<&PlanarPolygon> =
         evidence.model.polygons.iter().filter(|polygon| polygon.plane == index).collect();
     let frame = Frame::new(plane, *own.first()?.outer_m.first()?);
     let before: Vec<Shape> = own.iter().map(|polygon| flat(&frame, polygon)).collect::<Option<_>>()?;
-    let mut outlines: Vec<Outline> = places.iter().map(|place| Outline::known(place, &frame)).collect();
+    let drawn = with_outlines(evidence, plane, &frame, before.clone(), places);
+    let notches = notches::find(&drawn, &met.of_plane(index, &frame));
+    let sides: Vec<[Span; 2]> = notches.iter().map(notches::sides).collect();
+    let rays = PlaneRays::of(evidence, plane, &frame, &sides);
+    let shapes = notches::filled(drawn, &notches, &rays);
+    if shapes == before {
+        return None;
+    }
+    let mut shapes = clearance::clear(without_spikes(shapes));
+    shapes.retain(|shape| shape.first().is_some_and(|outer| area_m2(outer) >= MIN_PIECE_M2));
+    Some(lifted(index, &frame, shapes, &own))
+}
+
+/// The shapes of a plane with rectangles for openings, and level roofs.
+fn with_outlines(
+    evidence: &Evidence<'_>,
+    plane: &Plane,
+    frame: &Frame,
+    before: Vec<Shape>,
+    places: &[Place],
+) -> Vec<Shape> {
+    let mut outlines: Vec<Outline> = places.iter().map(|place| Outline::known(place, frame)).collect();
     if plane.normal[2].abs() < UPRIGHT {
         outlines.extend(unknown(&before, &outlines));
     }
     let levels = if ROOF.contains(&plane.normal[2].abs()) { combs::find(&before) } else { Vec::new() };
-    if outlines.is_empty() && levels.is_empty() {
-        return None;
-    }
     let sides = outlines.iter().map(|outline| outline.sides).chain(levels.iter().map(Level::sides));
-    let mut rays = PlaneRays::of(evidence, plane, &frame, &sides.collect::<Vec<_>>());
+    let mut rays = PlaneRays::of(evidence, plane, frame, &sides.collect::<Vec<_>>());
     let rays_of_levels = rays.split_off(outlines.len());
     let (outlines, rims) = below_rims(outlines, rays);
-    let mut shapes = before.clone();
+    let mut shapes = before;
     if !rims.is_empty() {
-        shapes = union(before.iter().flatten().chain(&rims).map(Vec::as_slice));
+        shapes = union(shapes.iter().flatten().chain(&rims).map(Vec::as_slice));
     }
     for (outline, rays) in &outlines {
         shapes = rectangle::cut(shapes, outline.sides, outline.has_sill, rays, evidence.sigma_m);
@@ -152,12 +186,7 @@ fn of_plane(evidence: &Evidence<'_>, index: usize, places: &[Place]) -> Option<V
     for (level, rays) in levels.iter().zip(&rays_of_levels) {
         shapes = level.drawn(&shapes, rays);
     }
-    if shapes == before {
-        return None;
-    }
-    let mut shapes = clearance::clear(without_spikes(shapes));
-    shapes.retain(|shape| shape.first().is_some_and(|outer| area_m2(outer) >= MIN_PIECE_M2));
-    Some(lifted(index, &frame, shapes, &own))
+    shapes
 }
 
 /// The outline of an opening in the coordinates of its plane.
@@ -202,32 +231,4 @@ fn below_rims(outlines: Vec<Outline>, rays: Vec<PlaneRays>) -> (Vec<(Outline, Pl
 /// Whether two rectangles have something in common.
 fn overlap(one: &[Span; 2], other: &[Span; 2]) -> bool {
     (0..2).all(|axis| one[axis][0] < other[axis][1] && other[axis][0] < one[axis][1])
-}
-
-fn flat(frame: &Frame, polygon: &PlanarPolygon) -> Option<Shape> {
-    let rings = std::iter::once(&polygon.outer_m).chain(&polygon.holes_m);
-    rings.map(|ring| ring.iter().map(|p| frame.flat(*p)).collect()).collect()
-}
-
-/// Shapes as polygons.
-fn lifted(index: usize, frame: &Frame, shapes: Vec<Shape>, before: &[&PlanarPolygon]) -> Vec<PlanarPolygon> {
-    let polygon = |shape: Shape| {
-        let mut rings = lifted_rings(frame, shape, before);
-        Some(PlanarPolygon { plane: index, outer_m: rings.next()?, holes_m: rings.collect() })
-    };
-    shapes.into_iter().filter_map(polygon).collect()
-}
-
-/// The rings of a shape. Corners that were there before are the same points, bit for bit: neighbors share
-/// them.
-fn lifted_rings<'a>(
-    frame: &'a Frame,
-    shape: Shape,
-    before: &[&PlanarPolygon],
-) -> impl Iterator<Item = Vec<[f64; 3]>> + use<'a> {
-    let corners = before.iter().flat_map(|polygon| std::iter::once(&polygon.outer_m).chain(&polygon.holes_m));
-    let known: BTreeMap<(i32, i32), [f64; 3]> =
-        corners.flatten().filter_map(|p| frame.flat(*p).map(|at| ((at.x, at.y), *p))).collect();
-    let lift = move |p: &FlatPoint| known.get(&(p.x, p.y)).copied().unwrap_or_else(|| frame.lift(*p));
-    shape.into_iter().map(move |ring| ring.iter().map(&lift).collect())
 }

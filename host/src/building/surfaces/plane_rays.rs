@@ -35,6 +35,9 @@ impl PlaneRays {
         rectangles: &[[[f64; 2]; 2]],
     ) -> Vec<Self> {
         let mut found = vec![Self::default(); rectangles.len()];
+        if rectangles.is_empty() {
+            return found;
+        }
         let pass_m = evidence.pass_m();
         let blocked_m = BLOCKED_M + BLOCKED_SIGMAS * evidence.sigma_m;
         let cloud = evidence.cloud;

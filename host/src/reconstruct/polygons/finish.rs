@@ -4,6 +4,7 @@
 //! The same steps with a larger tolerance make a coarser polygon of a finished one. Frame `map`, meters.
 
 use crate::model::{PlanarPolygon, Plane};
+use crate::reconstruct::polygons::flat_polygon::flat;
 use crate::reconstruct::polygons::outline::border;
 use crate::reconstruct::polygons::outline::border::Rules;
 use crate::reconstruct::polygons::outline::border_context::Borders;
@@ -72,10 +73,7 @@ pub(crate) fn coarsen(
     let of = |polygon: &PlanarPolygon| {
         let plane = planes.get(polygon.plane)?;
         let frame = Frame::new(plane, *polygon.outer_m.first()?);
-        let flat =
-            |ring: &Vec<[f64; 3]>| ring.iter().map(|p| frame.flat(*p)).collect::<Option<Vec<FlatPoint>>>();
-        let rings = std::iter::once(&polygon.outer_m).chain(&polygon.holes_m);
-        let shape = rings.map(flat).collect::<Option<Shape>>()?;
+        let shape = flat(&frame, polygon)?;
         let borders = Borders::new(planes, polygon.plane, &frame, &neighbors[polygon.plane]);
         Some(finish(limits, polygon.plane, &frame, vec![shape], &borders))
     };

@@ -4,6 +4,7 @@
 //! once: one wall, one polygon, its doors and windows holes of it. Frame `map`, meters.
 
 pub(crate) mod finish;
+pub(crate) mod flat_polygon;
 pub(crate) mod outline;
 pub(crate) mod paper;
 pub(crate) mod params;
@@ -58,6 +59,14 @@ pub(crate) fn merge(params: &PolygonParams, cloud: &Cloud, mesh: &Mesh, planes: 
         .collect();
     let mut polygons: Vec<PlanarPolygon> = polygons.into_iter().flatten().collect();
     let pairs: Vec<(usize, usize)> = pieces.seams.iter().copied().collect();
+    if params.slit_m > 0.0 {
+        let mut neighbors = vec![Vec::new(); planes.planes.len()];
+        for (a, b) in &pairs {
+            neighbors[*a].push(*b);
+            neighbors[*b].push(*a);
+        }
+        seams::jogs::even_out(&planes.planes, &mut polygons, &neighbors, params.border_tolerance_m);
+    }
     seams::weld::weld(&planes.planes, &mut polygons, &pairs, params.border_tolerance_m);
     if params.merging == Merging::Paper {
         polygons = paper::without_holes(&planes.planes, polygons);

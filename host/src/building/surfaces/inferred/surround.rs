@@ -7,7 +7,7 @@ use std::cmp::Reverse;
 
 use super::super::plane_rays::PlaneRays;
 use super::super::rectangle::{self, Place, holds, ring};
-use super::super::{BESIDE_M, flat, is_face_at, lifted_rings, place_of};
+use super::super::{BESIDE_M, is_face_at, place_of};
 use super::{is_free_behind, of_wall};
 use crate::building::elements::{Elements, Room, Wall, WallOpening};
 use crate::building::elevation::{Span, extent};
@@ -15,6 +15,7 @@ use crate::building::spaces::evidence::Evidence;
 use crate::building::spaces::raster::CELL_M;
 use crate::model::inferred::{InferredKind, InferredSurface};
 use crate::model::{PlanarPolygon, Plane};
+use crate::reconstruct::polygons::flat_polygon::{flat, lifted_rings};
 use crate::reconstruct::polygons::outline::union::{Ring, Shape, area_m2, difference, intersection};
 use crate::reconstruct::polygons::plane_frame::{FlatPoint, Frame, STEP_M};
 use crate::reconstruct::polygons::seams::clearance;

@@ -1,7 +1,7 @@
 //! The base of a wall: from the lowest that was seen of its face down to the floor.
 
 use super::super::border::covered;
-use super::super::{flat, is_face_of, lifted_rings};
+use super::super::is_face_of;
 use super::{is_free_behind, of_wall};
 use crate::building::elements::{Elements, Use, Wall};
 use crate::building::elevation::Span;
@@ -9,6 +9,7 @@ use crate::building::spaces::evidence::Evidence;
 use crate::building::spaces::raster::CELL_M;
 use crate::model::inferred::{InferredKind, InferredSurface};
 use crate::model::{PlanarPolygon, Plane};
+use crate::reconstruct::polygons::flat_polygon::{flat, lifted_rings};
 use crate::reconstruct::polygons::outline::union::{Ring, Shape, area_m2, repair};
 use crate::reconstruct::polygons::plane_frame::{FlatPoint, Frame, STEP_M};
 use crate::reconstruct::polygons::seams::clearance;

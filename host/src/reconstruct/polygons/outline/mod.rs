@@ -5,6 +5,7 @@ pub(crate) mod border_context;
 #[cfg(test)]
 mod border_tests;
 pub(crate) mod directed_edges;
+pub(crate) mod jogs;
 pub(crate) mod line;
 pub(crate) mod slits;
 pub(crate) mod spikes;

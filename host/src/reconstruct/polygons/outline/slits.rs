@@ -21,8 +21,12 @@ const SHARP_DEG: f64 = 50.0;
 /// Shapes without gaps narrower than `slit_m`, meters, and without slivers; those that were only apart by
 /// such a gap are one.
 pub(crate) fn without_slits(shapes: &[Shape], slit_m: f64) -> Vec<Shape> {
-    let closed = offset(&offset(shapes, slit_m / 2.0), -slit_m / 2.0);
-    repair(&offset(&offset(&closed, -SLIVER_M / 2.0), SLIVER_M / 2.0))
+    repair(&offset(&offset(&closed(shapes, slit_m), -SLIVER_M / 2.0), SLIVER_M / 2.0))
+}
+
+/// Shapes without gaps narrower than `width_m`, meters.
+pub(crate) fn closed(shapes: &[Shape], width_m: f64) -> Vec<Shape> {
+    offset(&offset(shapes, width_m / 2.0), -width_m / 2.0)
 }
 
 /// Shapes whose borders are moved outwards by a distance, meters, or inwards.

@@ -8,14 +8,15 @@
 
 use super::clearance::{CLEARANCE_STEPS, has_room};
 use crate::model::{PlanarPolygon, Plane};
+use crate::reconstruct::polygons::flat_polygon::{flat, rings};
 use crate::reconstruct::polygons::outline::union::{Shape, doubled_area, repair};
-use crate::reconstruct::polygons::plane_frame::{FlatPoint, Frame, STEP_M};
+use crate::reconstruct::polygons::plane_frame::{Frame, STEP_M};
 use crate::reconstruct::polygons::seams::plane_intersection::{corner, foot_on_seam};
 use biplane_geometry::vec3::distance as distance_m;
 use std::collections::BTreeMap;
 
 /// Corners that are nearer to a plane than this lie in it: what rounding to plane coordinates moves them.
-const ON_PLANE_M: f64 = 3.0 * STEP_M;
+pub(crate) const ON_PLANE_M: f64 = 3.0 * STEP_M;
 /// Points of a seam nearer than this are one in any case.
 const SAME_M: f64 = 2.0 * CLEARANCE_STEPS * STEP_M;
 
@@ -70,10 +71,6 @@ pub(crate) fn weld(planes: &[Plane], polygons: &mut [PlanarPolygon], pairs: &[(u
             *polygon = old;
         }
     }
-}
-
-fn rings(polygon: &PlanarPolygon) -> impl Iterator<Item = &Vec<[f64; 3]>> {
-    std::iter::once(&polygon.outer_m).chain(&polygon.holes_m)
 }
 
 fn ring_mut(polygon: &mut PlanarPolygon, ring: usize) -> &mut Vec<[f64; 3]> {
@@ -256,8 +253,7 @@ fn is_whole(plane: &Plane, polygon: &PlanarPolygon) -> bool {
         return false;
     }
     let frame = Frame::new(plane, polygon.outer_m[0]);
-    let flat = |ring: &Vec<[f64; 3]>| ring.iter().map(|p| frame.flat(*p)).collect::<Option<Vec<FlatPoint>>>();
-    let Some(shape) = rings(polygon).map(flat).collect::<Option<Shape>>() else { return false };
+    let Some(shape) = flat(&frame, polygon) else { return false };
     let areas = |shape: &Shape| {
         let mut areas: Vec<i64> = shape.iter().map(|ring| doubled_area(ring)).collect();
         areas.sort_unstable();
