@@ -49,6 +49,7 @@ SHORT = (
     "odometry's distances x 0.9",
     "stamps sorted",
     "map.cell_m x 2",
+    "align.range_noise_m x 2",
 )
 
 

@@ -7,6 +7,7 @@
 use crate::map::LocalMap;
 use crate::params::TrackerParams;
 use crate::registration::gauss_newton::fit::fit;
+use crate::registration::gauss_newton::params::AlignParams;
 use crate::registration::gauss_newton::prior::Prior;
 use crate::registration::gauss_newton::{Alignment, align};
 use crate::registration::journal::Journal;
@@ -14,6 +15,7 @@ use crate::registration::search::correlative::Search;
 use crate::registration::search::{Candidate, Window};
 use crate::registration::verdict::{Verdict, is_informative};
 use crate::scan::end_points::EndPoints;
+use crate::tracker::range_noise::RangeNoise;
 use biplane_geometry::PortableMath;
 use biplane_geometry::{Pose2, wrap_angle};
 
@@ -50,6 +52,8 @@ const LEARN_EVERY_RAD: f64 = 0.05;
 #[derive(Clone, Debug)]
 pub(crate) struct MapMatcher {
     params: TrackerParams,
+    stated_noise_m: f64,
+    range_noise: RangeNoise,
     map: LocalMap,
     search: Search,
     learned_at: Option<Pose2>,
@@ -63,6 +67,8 @@ impl MapMatcher {
     pub(crate) fn new(params: &TrackerParams) -> Self {
         Self {
             params: *params,
+            stated_noise_m: params.align.range_noise_m,
+            range_noise: RangeNoise::default(),
             map: LocalMap::new(params.map),
             search: Search::new(params.search, params.map.cell_m),
             learned_at: None,
@@ -86,6 +92,21 @@ impl MapMatcher {
     /// The map.
     pub(crate) fn map(&self) -> &LocalMap {
         &self.map
+    }
+
+    /// Takes over how well a match fits that is believed. Where the base stands the same beams err in the
+    /// same way, and the map has learned that.
+    pub(crate) fn accept(&mut self, found: &Alignment) {
+        if !self.has_moved(&found.pose) {
+            return;
+        }
+        self.range_noise.note(found.fit.squares_m2, found.fit.on_lines);
+        self.params.align.range_noise_m = self.range_noise.bounded(self.stated_noise_m);
+    }
+
+    /// What alignments take for granted by now.
+    pub(crate) fn align_params(&self) -> &AlignParams {
+        &self.params.align
     }
 
     /// Finds the scan's pose. `others` are further guesses worth a try when the prior's fails.
@@ -206,16 +227,21 @@ impl MapMatcher {
         if verdict == Verdict::Unconfirmed {
             return false;
         }
-        let moved_enough = self.learned_at.is_none_or(|last| {
-            let away_m = (map_from_base.x_m - last.x_m).portable_hypot(map_from_base.y_m - last.y_m);
-            let turned_rad = wrap_angle(map_from_base.theta_rad - last.theta_rad).abs();
-            away_m >= LEARN_EVERY_M || turned_rad >= LEARN_EVERY_RAD
-        });
+        let moved_enough = self.has_moved(map_from_base);
         if moved_enough {
             self.map.learn(map_from_base, points);
             self.learned_at = Some(*map_from_base);
         }
         moved_enough
+    }
+
+    /// Whether the base has moved since the map last learned from a scan.
+    fn has_moved(&self, map_from_base: &Pose2) -> bool {
+        self.learned_at.is_none_or(|last| {
+            let away_m = (map_from_base.x_m - last.x_m).portable_hypot(map_from_base.y_m - last.y_m);
+            let turned_rad = wrap_angle(map_from_base.theta_rad - last.theta_rad).abs();
+            away_m >= LEARN_EVERY_M || turned_rad >= LEARN_EVERY_RAD
+        })
     }
 }
 

@@ -10,7 +10,7 @@ use crate::pose_covariance::Evidence;
 use crate::registration::degeneracy::Degeneracy;
 use crate::registration::field_gradient::GradientMatcher;
 use crate::registration::gauss_newton::Alignment;
-use crate::registration::gauss_newton::params::{AlignParams, BEAMS_PER_INDEPENDENT_ONE};
+use crate::registration::gauss_newton::params::BEAMS_PER_INDEPENDENT_ONE;
 use crate::registration::gauss_newton::prior::Prior;
 use crate::registration::journal::Journal;
 use crate::registration::search::Window;
@@ -62,6 +62,13 @@ impl Engine {
         match self {
             Self::Map(matcher) => matcher.locate(points, prior, others, heading_window, window),
             Self::Gradient(matcher) => matcher.locate(points, prior),
+        }
+    }
+
+    /// Takes over how well a match fits that is believed.
+    pub(crate) fn accept(&mut self, found: &Alignment) {
+        if let Self::Map(matcher) = self {
+            matcher.accept(found);
         }
     }
 
@@ -125,10 +132,10 @@ impl Engine {
         points: &EndPoints,
         found: &Alignment,
         prior: &Prior,
-        align: &AlignParams,
     ) -> (Evidence, Degeneracy) {
         match self {
             Self::Map(matcher) => {
+                let align = matcher.align_params();
                 let evidence = Evidence::gather(matcher.map(), points, &found.pose, align);
                 let (nu_rad, minimum) = (align.direction_noise_rad, prior.min_information());
                 (evidence, Degeneracy::new(&evidence.across(), &evidence.along, nu_rad, minimum))

@@ -6,6 +6,7 @@
 pub(crate) mod map_matcher;
 pub(crate) mod method;
 pub(crate) mod pair;
+pub(crate) mod range_noise;
 pub(crate) mod step_choice;
 
 use nalgebra::Matrix3;
@@ -309,6 +310,7 @@ impl Tracker {
 
     fn accept(&mut self, alignment: &Alignment, prior: &Prior, step: &Step) -> Outcome {
         self.map_from_base = alignment.pose;
+        self.engine.accept(alignment);
         if let Some(covariance) = inverse(&(prior.information_at(&alignment.pose) + alignment.information)) {
             self.covariance = covariance;
         }
@@ -328,7 +330,7 @@ impl Tracker {
 
     /// Works out what the match says of the pose's error.
     fn weigh(&mut self, alignment: &Alignment, prior: &Prior) {
-        let (evidence, degeneracy) = self.engine.evidence(&self.points, alignment, prior, &self.params.align);
+        let (evidence, degeneracy) = self.engine.evidence(&self.points, alignment, prior);
         self.pose_covariance.matched((&evidence, &degeneracy), prior, &alignment.pose);
     }
 

@@ -136,7 +136,7 @@ mod tests {
         let alignment = Alignment {
             pose: Pose2::new(x_m, 0.0, 0.0),
             information: Matrix3::from_diagonal(&Vector3::new(along, 1e4, 1e6)),
-            fit: Fit { explained, informative: 360.0, total: 360.0 },
+            fit: Fit { explained, informative: 360.0, total: 360.0, ..Fit::default() },
             iterations: 1,
             at_rest: true,
         };
@@ -188,7 +188,8 @@ mod tests {
         let information = Matrix3::from_diagonal(&Vector3::new(0.02_f64.powi(-2), 0.02_f64.powi(-2), 1e4));
         let prior = Prior { mean: Pose2::IDENTITY, information, measured: true, gives_way: true };
         let worth = |x_m: f64, end_points: f64, unmoved: f64| {
-            let fit = Fit { explained: end_points, informative: end_points, total: end_points };
+            let fit =
+                Fit { explained: end_points, informative: end_points, total: end_points, ..Fit::default() };
             let pose = Pose2::new(x_m, 0.0, 0.0);
             let alignment = Alignment { pose, information, fit, iterations: 1, at_rest: true };
             is_worth_its_contradiction(&alignment, &prior, || unmoved)

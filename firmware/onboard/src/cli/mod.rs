@@ -25,7 +25,7 @@ use tracing_subscriber::prelude::*;
 
 use crate::types::error::OnboardError;
 
-/// Acquisition on the robot: two SICK LMS 2xx lasers and a base, matched in real time, recorded to MCAP.
+/// Acquisition on the robot: two laser scanners and a base, matched in real time, recorded to MCAP.
 #[derive(Debug, Parser)]
 #[command(name = "biplane-onboard", version, after_help = EXIT_CODES)]
 struct Cli {

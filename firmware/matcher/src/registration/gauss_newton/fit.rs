@@ -17,6 +17,10 @@ pub(crate) struct Fit {
     pub informative: f64,
     /// Weight of all end points.
     pub total: f64,
+    /// Weight of the explained ones on lines.
+    pub on_lines: f64,
+    /// Sum of their squared distances from these, as if the map were exact, square meters.
+    pub squares_m2: f64,
 }
 
 impl Fit {
@@ -37,8 +41,14 @@ pub(crate) fn fit<M: SurfaceMap>(map: &M, points: &[EndPoint], pose: &Pose2, par
         match Correspondence::find(map, point, &placement, reach_m) {
             Ok(met) => {
                 fit.informative += weight;
-                if !met.is_other_face && met.squared_m2() < near_m * near_m {
+                let squared_m2 = met.squared_m2();
+                if !met.is_other_face && squared_m2 < near_m * near_m {
                     fit.explained += weight;
+                    if met.is_line {
+                        let hits = met.surfel.hits;
+                        fit.on_lines += weight;
+                        fit.squares_m2 += weight * f64::from(squared_m2 * hits / (1.0 + hits));
+                    }
                 }
             }
             Err(at_m) if map.seen_through(at_m) => fit.informative += weight,

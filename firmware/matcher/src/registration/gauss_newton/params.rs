@@ -12,7 +12,7 @@ pub struct AlignParams {
     /// Smaller: less harm from these; larger: less harm from a map that is off itself.
     pub outlier_m: f64 [0.0001, 100.0],
     /// Standard deviation of an end point across its wall, meters. Smaller: the scan counts more against the
-    /// odometry.
+    /// odometry. What the residuals of the last scans show bounds it.
     pub range_noise_m: f64 [0.0001, 10.0],
     not by name:
     /// Iterations at most; at the cap the last pose counts. Fewer: cheaper; poses from far away are not
