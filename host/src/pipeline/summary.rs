@@ -252,15 +252,22 @@ impl Summary {
     /// What the raw triangles became, in words.
     pub(crate) fn reduction(&self) -> String {
         format!(
-            "{} -> {} with {} on {} + {}: {:.1} % fewer",
+            "{} -> {} with {} on {} + {}: {} % fewer",
             counted(self.counts.raw_triangles, "triangle"),
             counted(self.counts.polygons, "polygon"),
             counted(self.counts.holes, "hole"),
             counted(self.counts.planes, "plane"),
             counted(self.counts.leftover_triangles, "triangle"),
-            self.counts.reduction_percent
+            one_decimal_below_100(self.counts.reduction_percent)
         )
     }
+}
+
+/// A share with one decimal, with as many more as it takes to be less than 100.
+fn one_decimal_below_100(percent: f64) -> String {
+    let rounded = (1..=4).map(|decimals| format!("{percent:.decimals$}"));
+    let is_whole = |text: &String| text.starts_with("100");
+    rounded.clone().find(|text| percent >= 100.0 || !is_whole(text)).or(rounded.last()).unwrap_or_default()
 }
 
 #[cfg(test)]
@@ -300,6 +307,13 @@ mod tests {
         // sqrt((900 * 0.011^2 + 500 * 0.009^2) / 1400)
         assert!((value["errors"]["rms_m"].as_f64().unwrap() - 0.010330).abs() < 1e-6);
     }
+    #[test]
+    fn what_is_left_is_never_rounded_away() {
+        for (percent, text) in [(84.165, "84.2"), (99.94, "99.9"), (99.976, "99.98"), (100.0, "100.0")] {
+            assert_eq!(super::one_decimal_below_100(percent), text);
+        }
+    }
+
     #[test]
     fn one_is_no_plural() {
         let counts = Counts {

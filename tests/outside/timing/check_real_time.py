@@ -181,6 +181,8 @@ def check(rate, account, cpu_s, memory_mb, machine_ms):
 
 def meets(options, rate):
     """Measures one rate once and says what is missed: were all targets met?"""
+    if options.dir:
+        Path(options.dir).mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=options.dir) as folder, Sleeper() as sleeper:
         measured = record(Path(folder), rate, options.seconds)
     missed = check(rate, *measured, sleeper.p99_9_ms())

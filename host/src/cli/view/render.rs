@@ -164,6 +164,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     if args.at.is_some() && at_percent.is_none() {
         bail!("{} has no trajectory to stand on", args.folder.display());
     }
+    let extent = extent.with_surfaces(view, &model.scene);
     let camera =
         |shape: f64| at_percent.unwrap_or_else(|| camera(view, &model.scene, &extent, shape, &poses));
     let size =

@@ -14,6 +14,10 @@ const UP: Vec3 = [0.0, 0.0, 1.0];
 const OUTLIERS: f64 = 0.02;
 /// Points beside the others by no more than this part of their span are shown all the same.
 const BESIDE: f64 = 0.1;
+/// So far beside the scene surfaces are in the picture, as a share of its size.
+const SURFACES_BESIDE: f64 = 0.5;
+/// A surface is seen when it faces us, or edge-on: cosine of the angle.
+const EDGE_ON: f64 = 0.1;
 /// Part of the picture that stays free around the scene.
 const MARGIN: f64 = 0.03;
 /// Width of a picture from outside at a distance of one: a long lens, as buildings are photographed.
@@ -70,6 +74,29 @@ impl Extent {
         let seen = Self::of_bulk(scene.facets.iter().filter(faces_us).flat_map(corners).collect());
         // The direction was chosen for all of it and must not turn.
         seen.filter(|seen| outside_direction(seen) == outside_direction(&all)).or(Some(all))
+    }
+
+    /// The same with the flat surfaces of a model whole that the preset sees: few points tell of a room that
+    /// was seen through its door. What lies farther off than half of the scene's size stays outside.
+    pub(crate) fn with_surfaces(mut self, view: View, model: &Scene) -> Self {
+        let direction = match view {
+            View::Outside => outside_direction(&self),
+            View::Top => [0.0, 0.0, -1.0],
+            View::Inside => return self,
+        };
+        let beside = scaled(self.size(), SURFACES_BESIDE);
+        let (low, high) = (minus(self.min, beside), plus(self.max, beside));
+        let is_near = |p: &Vec3| (0..3).all(|axis| (low[axis]..=high[axis]).contains(&p[axis]));
+        for (ends_m, normal) in model.lines_m.iter().zip(&model.line_normals) {
+            if dot(*normal, direction) < EDGE_ON && ends_m.iter().all(is_near) {
+                for point in ends_m {
+                    self.min = [0, 1, 2].map(|axis| self.min[axis].min(point[axis]));
+                    self.max = [0, 1, 2].map(|axis| self.max[axis].max(point[axis]));
+                }
+                self.points_m.extend(ends_m);
+            }
+        }
+        self
     }
 
     fn of_bulk(mut points_m: Vec<Vec3>) -> Option<Self> {
@@ -304,6 +331,20 @@ mod tests {
         let top = [4.0, 6.0, 99.0];
         let scene = Scene { facets: vec![facet([a, b, top])], ..Scene::default() };
         assert!(camera(View::Inside, &scene, &corridor(), 0.6, &poses).forward()[1] > 0.8);
+    }
+
+    #[test]
+    fn surfaces_of_the_model_are_in_the_picture_whole_unless_they_lie_far_off() {
+        let wall = |from: f64, to: f64| ([[from, 1.5, 0.0], [to, 1.5, 0.0]], [0.0, -1.0, 0.0]);
+        let (lines_m, line_normals) = [wall(-4.0, 0.0), wall(90.0, 95.0)].into_iter().unzip();
+        let model = Scene { lines_m, line_normals, ..Scene::default() };
+        let extent = corridor().with_surfaces(View::Top, &model);
+        assert_eq!((extent.min[0], extent.max[0]), (-4.0, 11.0));
+        let camera = camera(View::Top, &model, &extent, 0.5, &[]);
+        assert!(camera.see([-4.0, 1.5, 0.0]).x.abs() <= 0.5);
+        // A ceiling turns its back.
+        let ceiling = Scene { line_normals: vec![[0.0, 0.0, -1.0]; 2], ..model };
+        assert_eq!(corridor().with_surfaces(View::Top, &ceiling), corridor());
     }
 
     #[test]

@@ -12,6 +12,8 @@ use crate::view::report::text::{duration, grouped};
 
 /// Poses farther apart than this in time belong to two drives, nanoseconds.
 const LONGEST_PAUSE_NS: i64 = 60_000_000_000;
+/// Shorter steps are summed up first, meters: the errors of 37 poses a second add up to meters.
+const COUNTED_STEP_M: f64 = 0.1;
 
 /// How long and how far the robot drove.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -26,12 +28,20 @@ impl PathFigures {
     /// Of poses, those of several drives one after the other.
     pub(crate) fn of(poses: &[StampedPose]) -> Self {
         let mut way = Self::default();
+        let Some(mut counted) = poses.first() else { return way };
         for pair in poses.windows(2) {
             let pause_ns = pair[1].stamp_ns.saturating_sub(pair[0].stamp_ns);
-            let step_m = pair[0].step_m(&pair[1]);
-            if (0..=LONGEST_PAUSE_NS).contains(&pause_ns) && step_m <= StampedPose::LONGEST_STEP_M {
-                way.duration_s += pause_ns as f64 * 1e-9;
+            let is_one_drive = (0..=LONGEST_PAUSE_NS).contains(&pause_ns)
+                && pair[0].step_m(&pair[1]) <= StampedPose::LONGEST_STEP_M;
+            if !is_one_drive {
+                counted = &pair[1];
+                continue;
+            }
+            way.duration_s += pause_ns as f64 * 1e-9;
+            let step_m = counted.step_m(&pair[1]);
+            if step_m >= COUNTED_STEP_M {
                 way.length_m += step_m;
+                counted = &pair[1];
             }
         }
         way
@@ -208,5 +218,16 @@ mod tests {
             [pose(0, 0.0), pose(10, 3.0), pose(1000, 3.5), pose(1010, 4.5), pose(5, 50.0), pose(6, 50.0)];
         let way = PathFigures::of(&poses);
         assert_eq!((way.duration_s, way.length_m), (21.0, 4.0));
+    }
+
+    #[test]
+    fn errors_of_poses_are_no_driving() {
+        let standing = |t: i64| StampedPose {
+            stamp_ns: t * 10_000_000,
+            x_m: if t % 2 == 0 { 0.0 } else { 0.004 },
+            ..StampedPose::default()
+        };
+        let poses: Vec<StampedPose> = (0..1000).map(standing).collect();
+        assert_eq!(PathFigures::of(&poses).length_m, 0.0);
     }
 }

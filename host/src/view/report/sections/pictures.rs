@@ -29,6 +29,7 @@ pub(crate) fn draw(sources: &Sources<'_>) -> io::Result<Drawn> {
         Drawn { pictures: Vec::new(), bounds_m: [[0.0; 3]; 2], inside: [[0.0; 3], [1.0, 0.0, 0.0]] };
     for (view, words) in [(View::Outside, "from outside"), (View::Inside, "from inside")] {
         let Some(extent) = Extent::of(view, &raw_subject.scene) else { continue };
+        let extent = extent.with_surfaces(view, &model.scene);
         if view == View::Outside {
             drawn.bounds_m = bounds_m(&extent, sources);
         }
