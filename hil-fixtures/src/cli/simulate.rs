@@ -150,6 +150,15 @@ impl Simulate {
             counted(report.odometry, "odometry packet"),
             counted(report.serial_bytes, "serial byte")
         );
+        if let Some([entered, all]) = report.rooms {
+            let doors_are_shut = entered < all && self.drive.doors == Doors::Closed;
+            let hint = if doors_are_shut { "; --doors open takes the doors out" } else { "" };
+            eprintln!(
+                "{}: the drive enters {entered} of {}{hint}",
+                self.output.display(),
+                counted(all, "room")
+            );
+        }
         Ok(())
     }
 }

@@ -106,6 +106,8 @@ pub struct SimulateReport {
     pub driven_m: f64,
     /// Bytes on all lines.
     pub serial_bytes: u64,
+    /// Of a world with a plan: rooms that the drive enters, and all of them.
+    pub rooms: Option<[usize; 2]>,
 }
 
 /// Why nothing, or not everything, was simulated.

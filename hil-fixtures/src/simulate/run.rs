@@ -40,6 +40,7 @@ pub fn run(options: &SimulateOptions) -> Result<SimulateReport, SimulateError> {
     let mut report = SimulateReport {
         duration_s: times.end_ns as f64 * 1e-9,
         driven_m: simulated.drive().length_m(),
+        rooms: plan.as_ref().and_then(rooms_entered),
         ..SimulateReport::default()
     };
 
@@ -110,6 +111,12 @@ fn refuse_inputs(options: &SimulateOptions) -> Result<(), SameFile> {
     let files =
         [Some(options.world.as_ref()), options.path.as_deref().map(Path::new), options.rig.as_deref()];
     files.into_iter().flatten().try_for_each(|input| refuse_same_file(input, &options.output))
+}
+
+/// How many rooms of a plan the drive enters, and of how many, where that is known.
+fn rooms_entered(plan: &Plan) -> Option<[usize; 2]> {
+    let entered: Vec<bool> = plan.rooms.iter().filter_map(|room| room.entered).collect();
+    (!entered.is_empty()).then(|| [entered.iter().filter(|entered| **entered).count(), entered.len()])
 }
 
 /// The path, and the true plan of the world where it is known, with the rooms that the path enters.

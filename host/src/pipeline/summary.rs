@@ -265,9 +265,9 @@ impl Summary {
 
 /// A share with one decimal, with as many more as it takes to be less than 100.
 fn one_decimal_below_100(percent: f64) -> String {
-    let rounded = (1..=4).map(|decimals| format!("{percent:.decimals$}"));
-    let is_whole = |text: &String| text.starts_with("100");
-    rounded.clone().find(|text| percent >= 100.0 || !is_whole(text)).or(rounded.last()).unwrap_or_default()
+    let mut rounded = (1..=4).map(|decimals| format!("{percent:.decimals$}"));
+    let is_true = |text: &String| percent >= 100.0 || !text.starts_with("100");
+    rounded.find(is_true).unwrap_or_else(|| percent.to_string())
 }
 
 #[cfg(test)]

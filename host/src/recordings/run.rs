@@ -270,6 +270,13 @@ impl Run {
         Ok(ranges)
     }
 
+    /// Whether there is a scan of the horizontal laser.
+    pub(crate) fn has_horizontal_scans(&self) -> Result<bool, RunError> {
+        let mut scans = 0_u64;
+        self.for_each_scan(Topic::ScanHorizontal, |_| scans += 1)?;
+        Ok(scans > 0)
+    }
+
     /// Reads the scans of the vertical laser; `None` when there is none.
     ///
     /// # Errors

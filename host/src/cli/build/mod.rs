@@ -255,7 +255,10 @@ pub(super) fn report_needs(runs: &[Run], console: &Console) -> anyhow::Result<Ne
     let ranges = runs.iter().map(Run::vertical_ranges).sum::<Result<u64, _>>()?;
     let needs = Needs::of(ranges);
     biplane_cli::memory::expect_need_between(needs.min_bytes, needs.max_bytes).map_err(|why| anyhow!(why))?;
-    if ranges == 0 {
+    // Without any scan there is no map either, which is said where the poses are read.
+    if ranges == 0
+        && runs.iter().map(Run::has_horizontal_scans).collect::<Result<Vec<_>, _>>()?.contains(&true)
+    {
         let names: Vec<String> = runs.iter().map(|run| run.path().display().to_string()).collect();
         console.warn(format!(
             "biplane: {}: no scan of a vertical laser: there will be a map and a trajectory, and no model",

@@ -123,14 +123,13 @@ pub(super) fn print(out: &mut impl Write, figures: &BuildingFigures) -> io::Resu
     let walls = &figures.walls;
     writeln!(
         out,
-        "walls: {} of {} found by their footprint, {} of {} between rooms; {} traced; {} in the model, {:.2} times the true number",
-        walls.found,
-        walls.truth,
-        walls.found_inner,
-        walls.true_inner,
-        walls.traced,
-        walls.model,
-        walls.model_per_true
+        "walls over 1 m: {} of {} found by their footprint ({} of {} between rooms), {} of {} by a face",
+        walls.found, walls.truth, walls.found_inner, walls.true_inner, walls.traced, walls.truth
+    )?;
+    writeln!(
+        out,
+        "walls of any length: {} in the model, {:.2} for each true one",
+        walls.model, walls.model_per_true
     )?;
     writeln!(
         out,
