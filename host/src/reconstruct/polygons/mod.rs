@@ -53,18 +53,19 @@ pub(crate) fn merge(params: &PolygonParams, cloud: &Cloud, mesh: &Mesh, planes: 
     let laid_m = triangles::project_to_plane::onto_planes(cloud, &labels, &planes.planes);
     let assigner = Assigner { params, cloud, planes: &planes.planes, labels: &labels, laid_m };
     let pieces = assigner.assign(mesh);
-    let polygons: Vec<Vec<PlanarPolygon>> = (0..planes.planes.len())
-        .into_par_iter()
-        .map(|index| polygons_of(params, index, &planes.planes, &pieces, &assigner.laid_m))
+    let pairs: Vec<(usize, usize)> = pieces.seams.iter().copied().collect();
+    let mut neighbors = vec![Vec::new(); planes.planes.len()];
+    for (a, b) in &pairs {
+        neighbors[*a].push(*b);
+        neighbors[*b].push(*a);
+    }
+    let polygons: Vec<Vec<PlanarPolygon>> = neighbors
+        .par_iter()
+        .enumerate()
+        .map(|(index, near)| polygons_of(params, (index, near), &planes.planes, &pieces, &assigner.laid_m))
         .collect();
     let mut polygons: Vec<PlanarPolygon> = polygons.into_iter().flatten().collect();
-    let pairs: Vec<(usize, usize)> = pieces.seams.iter().copied().collect();
     if params.slit_m > 0.0 {
-        let mut neighbors = vec![Vec::new(); planes.planes.len()];
-        for (a, b) in &pairs {
-            neighbors[*a].push(*b);
-            neighbors[*b].push(*a);
-        }
         seams::jogs::even_out(&planes.planes, &mut polygons, &neighbors, params.border_tolerance_m);
     }
     seams::weld::weld(&planes.planes, &mut polygons, &pairs, params.border_tolerance_m);
@@ -74,10 +75,11 @@ pub(crate) fn merge(params: &PolygonParams, cloud: &Cloud, mesh: &Mesh, planes: 
     Merged { polygons, rest: pieces.rest, jump_edges: pieces.jump_edges }
 }
 
-/// The polygons of the pieces of plane `index`; `laid_m` are the corners of its triangles.
+/// The polygons of the pieces of a plane that meets its `neighbors`; `laid_m` are the corners of its
+/// triangles.
 fn polygons_of(
     params: &PolygonParams,
-    index: usize,
+    (index, neighbors): (usize, &[usize]),
     planes: &[Plane],
     all: &Pieces,
     laid_m: &[[f64; 3]],
@@ -97,13 +99,7 @@ fn polygons_of(
         min_polygon_m2: params.min_polygon_m2,
         slit_m: params.slit_m,
     };
-    let other = |(a, b): &(usize, usize)| match index {
-        _ if index == *a => Some(*b),
-        _ if index == *b => Some(*a),
-        _ => None,
-    };
-    let neighbors: Vec<usize> = all.seams.iter().filter_map(other).collect();
-    let mut borders = Borders::new(planes, index, &frame, &neighbors).with_corners(&shapes);
+    let mut borders = Borders::new(planes, index, &frame, neighbors).with_corners(&shapes);
     triangles.iter().for_each(|triangle| borders.note_spacing(&frame, &corners_of(triangle)));
     rings.iter().for_each(|ring| borders.note_spacing(&frame, ring));
     finish::finish(&limits, index, &frame, shapes, &borders)

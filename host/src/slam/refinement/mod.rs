@@ -96,13 +96,7 @@ mod tests {
             points.push(wall([4.0, along - 3.0], [-1.0, 0.0]));
             points.push(wall([-4.0, along - 3.0], [1.0, 0.0]));
         }
-        Node {
-            scan: 0,
-            recorded: truth,
-            odometry: None,
-            leaps: false,
-            keyframe_scan: KeyframeScan { points, laser_m: [0.0; 2] },
-        }
+        node_with(truth, points)
     }
 
     fn drive() -> (Vec<Pose2>, Vec<Node>) {
@@ -158,6 +152,16 @@ mod tests {
         assert_eq!(rounds, JointParams::default().rounds());
     }
 
+    fn node_with(truth: Pose2, points: Vec<EndPoint>) -> Node {
+        Node {
+            scan: 0,
+            recorded: truth,
+            odometry: None,
+            leaps: false,
+            keyframe_scan: KeyframeScan { points, laser_m: [0.0; 2] },
+        }
+    }
+
     /// Poles 3 cm thick on both sides of a straight way, as a node on it sees them: the side that is turned
     /// to it.
     fn among_poles(truth: Pose2) -> Node {
@@ -171,13 +175,7 @@ mod tests {
                 points.push(EndPoint { at_m, kind: Kind::Point, weight: 1.0, ..EndPoint::default() });
             }
         }
-        Node {
-            scan: 0,
-            recorded: truth,
-            odometry: None,
-            leaps: false,
-            keyframe_scan: KeyframeScan { points, laser_m: [0.0; 2] },
-        }
+        node_with(truth, points)
     }
 
     #[test]

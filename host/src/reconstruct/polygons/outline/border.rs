@@ -32,9 +32,9 @@ pub(crate) struct Rules<'a> {
 /// A corner of the new border is at most so many tolerances from the old corner that it stands for.
 pub(crate) const CORNER_REACH: f64 = 2.5;
 /// An edge is on a seam when both ends are this near to it, steps: what rounding and the union move a point.
-const ON_SEAM_STEPS: f64 = 2.5;
+pub(crate) const ON_SEAM_STEPS: f64 = 2.5;
 /// Lines at less than this (sine of the angle) have no useful corner.
-const MIN_SINE: f64 = 0.15;
+pub(crate) const MIN_SINE: f64 = 0.15;
 /// A ring whose width is less than this many tolerances is no surface and no opening: its border could be
 /// anywhere.
 const THIN: f64 = 0.5;
@@ -317,7 +317,8 @@ fn is_near(corner: [f64; 2], old: [f64; 2], tolerance: &Tolerance) -> bool {
     far <= (CORNER_REACH * tolerance.around).max(tolerance.along(direction, SPACING_SHARE))
 }
 
-fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+/// Distance of two places, steps.
+pub(crate) fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - b[0]).portable_hypot(a[1] - b[1])
 }
 

@@ -5,10 +5,10 @@
 //! before. The shorter of both edges moves onto the line of the longer one. Edges that another surface meets
 //! stay. Plane coordinates in whole steps ([`crate::reconstruct::polygons::plane_frame`]).
 
+use super::border::{MIN_SINE, distance};
 use super::line::Line;
 use super::union::Ring;
 use crate::reconstruct::polygons::plane_frame::FlatPoint;
-use biplane_geometry::PortableMath;
 
 /// Both edges run the same way: cosine of 25 degrees. A short edge is a few millimeters long, and turned.
 const SAME_COSINE: f64 = 0.9;
@@ -16,8 +16,6 @@ const SAME_COSINE: f64 = 0.9;
 const MET_STEPS: f64 = 20.0;
 /// Edges that are shorter are none, and those that are so near to one line are one, steps: rounding.
 const SAME_STEPS: f64 = 1.0;
-/// Edges that meet at less than this (sine of the angle) have no useful corner.
-const MIN_SINE: f64 = 0.15;
 
 /// Whether another surface meets an edge, given its ends in steps.
 pub(crate) type IsMet<'a> = &'a dyn Fn([[f64; 2]; 2]) -> bool;
@@ -37,7 +35,7 @@ impl Edge {
     }
 
     fn length(&self) -> f64 {
-        (self.to[0] - self.from[0]).portable_hypot(self.to[1] - self.from[1])
+        distance(self.from, self.to)
     }
 }
 
@@ -74,14 +72,15 @@ fn jog(edges: &[Edge], at: usize, is_met: IsMet<'_>, limit: f64) -> Option<Jog> 
     {
         return None;
     }
-    let (kept, moves) = if before.length() < after.length() { (after, before) } else { (before, after) };
+    // The shorter one moves, together with its far end.
+    let is_before = before.length() < after.length();
+    let (kept, moves) = if is_before { (after, before) } else { (before, after) };
     if is_met([moves.from, moves.to]) {
         return None;
     }
     let line = kept.line();
     let off = line.off(moves.from).abs().max(line.off(moves.to).abs());
     let moved = kept.moved.max(moves.moved + off);
-    let is_before = before.length() < after.length();
     let (far, beyond) = if is_before { (before.from, two_before) } else { (after.to, two_after) };
     let end = line.crossing(&beyond.line(), MIN_SINE)?;
     // Where another surface meets the edge beyond, some of it has to stay.
@@ -96,7 +95,7 @@ fn jog(edges: &[Edge], at: usize, is_met: IsMet<'_>, limit: f64) -> Option<Jog> 
     } else {
         Edge { from: before.from, to: end, moved }
     };
-    let is_near = moved <= limit && Line::through(far, end).along(end) <= limit;
+    let is_near = moved <= limit && distance(far, end) <= limit;
     is_near.then_some(Jog { at, edge, area: off * moves.length() })
 }
 

@@ -5,12 +5,11 @@ use super::plane_intersection;
 use super::weld::ON_PLANE_M;
 use crate::model::{PlanarPolygon, Plane};
 use crate::reconstruct::polygons::flat_polygon::rings;
+use crate::reconstruct::polygons::outline::border::ON_SEAM_STEPS;
 use crate::reconstruct::polygons::outline::line::Line;
 use crate::reconstruct::polygons::plane_frame::{FlatPoint, Frame};
 use std::collections::BTreeMap;
 
-/// An edge is on a seam when both ends are this near to it, steps: what rounding and the union move a point.
-const ON_SEAM_STEPS: f64 = 2.5;
 /// Edges that have less than this in common only meet in their ends, steps.
 const COMMON_STEPS: f64 = 20.0;
 
