@@ -40,6 +40,11 @@ impl Corrected {
                 StampedPose::planar(recorded.stamp_ns, pose)
             }));
         }
+        Self::of(keyframes, scans)
+    }
+
+    /// With these poses of the scans.
+    pub(crate) fn of(keyframes: &Keyframes, scans: Vec<Option<StampedPose>>) -> Self {
         let mut by_stamp: BTreeMap<i64, Vec<usize>> = BTreeMap::new();
         for (number, pose) in scans.iter().enumerate().filter_map(|(number, pose)| Some((number, (*pose)?))) {
             by_stamp.entry(pose.stamp_ns).or_default().push(number);

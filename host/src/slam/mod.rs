@@ -5,8 +5,9 @@
 //! place ([`loop_closure::candidate`]; of several recordings [`join_recordings`]) -> the place: the matcher's
 //! search and alignment, with what differs from the tracker in [`submap_alignment`], and the questions of
 //! [`loop_closure::verification`] and [`loop_closure::pairwise_consistency`] -> which loops are inliers
-//! ([`pose_graph::graduated_non_convexity`]) -> every scan among all scans around it ([`refinement`]) -> the
-//! recording again ([`rewrite_recording`]).
+//! ([`pose_graph::graduated_non_convexity`]) -> kept scans among all kept scans around
+//! them ([`refinement`]) -> every scan among these ([`refinement::every_scan`]) -> the recording again
+//! ([`rewrite_recording`]).
 //!
 //! Frame `map`, meters, radians. Results do not depend on the number of threads.
 
@@ -29,6 +30,8 @@ use nalgebra::Matrix3;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::recordings::run::{Run, RunError};
+use crate::slam::corrected_poses::Corrected;
 use crate::slam::keyframes::submap::{Submap, SubmapParams, submap_ranges};
 use crate::slam::keyframes::{KeyframeParams, Keyframes, Node};
 use crate::slam::loop_closure::candidate::{Loop, LoopCloser};
@@ -37,7 +40,9 @@ use crate::slam::loop_closure::params::CandidateParams;
 use crate::slam::loop_closure::verification::RefineParams;
 use crate::slam::pose_graph::Edge;
 use crate::slam::pose_graph::odometry_edges::{self, ChainParams};
-use crate::slam::pose_graph::wheel_calibration::OdometryScale;
+use crate::slam::pose_graph::wheel_calibration::{OdometryScale, WheelCalibration};
+use crate::slam::refinement::every_scan::Drive;
+use crate::slam::refinement::every_scan::fixed_map::FixedMap;
 use crate::slam::refinement::params::JointParams;
 
 /// All parameters.
@@ -78,8 +83,14 @@ pub struct Optimized {
     pub covariances: Vec<Vec<Option<Matrix3<f64>>>>,
     /// For each recording the first one that it is joined to; itself when it is alone.
     pub groups: Vec<usize>,
+    /// Whether the poses of each recording are others than the recorded ones.
+    pub is_closed: Vec<bool>,
     /// What each drive teaches of its odometry; none where scans do not tell enough.
     pub odometry: Vec<Option<OdometryScale>>,
+    /// The steps between nodes, by recording.
+    pub(crate) chain: Vec<Vec<Edge>>,
+    /// The same, to read steps with.
+    pub(crate) wheels: Vec<Option<WheelCalibration>>,
     /// The loops found, between nodes counted over all recordings.
     pub loops: Vec<LoopFound>,
     /// The figures.
@@ -134,7 +145,8 @@ pub fn optimize(
     progress(Progress::Submaps(nodes.len()));
     let of_run = |run: &Range<usize>| odometry_edges::edges(&nodes[run.clone()], run.start, &params.chain);
     let (chain, wheels): (Vec<Vec<Edge>>, Vec<_>) = runs.iter().map(of_run).unzip();
-    let chain = chain.concat();
+    let by_run = chain;
+    let chain = by_run.concat();
     let mut poses = chained(&nodes, &chain);
     let (submaps, recording_of) = cut(&nodes, &poses, &runs, params);
     let coarse = coarse_chain(&submaps, &recording_of, &chain);
@@ -184,10 +196,57 @@ pub fn optimize(
         poses: runs.iter().zip(&is_closed).map(of_run).collect(),
         covariances: runs.iter().map(|run| covariances[run.clone()].to_vec()).collect(),
         groups,
-        odometry: wheels.into_iter().map(|wheels| Some(wheels?.scale())).collect(),
+        is_closed,
+        odometry: wheels.iter().map(|wheels| Some(wheels.as_ref()?.scale())).collect(),
+        wheels,
+        chain: by_run,
         loops: loops_found(&loop_closer, &submaps),
         counts,
     }
+}
+
+/// The poses of all scans of each recording, with the covariances of the nodes: each scan at its own place
+/// among what the nodes saw. Recorded poses that are kept stay as they are.
+///
+/// # Errors
+/// When a recording is damaged.
+pub(crate) fn poses_of_scans(
+    runs: &[Run],
+    all_keyframes: &[Keyframes],
+    optimized: &Optimized,
+    params: &LoopParams,
+) -> Result<Vec<Corrected>, RunError> {
+    let moved = |(keyframes, poses): (&Keyframes, &Vec<Pose2>)| Corrected::new(keyframes, poses);
+    let mut corrected: Vec<Corrected> = all_keyframes.iter().zip(&optimized.poses).map(moved).collect();
+    for group in 0..runs.len() {
+        let is_member = |run: &usize| optimized.groups[*run] == group && optimized.is_closed[*run];
+        let members: Vec<usize> = (0..runs.len()).filter(is_member).collect();
+        if members.is_empty() {
+            continue;
+        }
+        let nodes: Vec<&Node> = members.iter().flat_map(|&run| &all_keyframes[run].nodes).collect();
+        let poses: Vec<Pose2> = members.iter().flat_map(|&run| optimized.poses[run].clone()).collect();
+        let map = FixedMap::new(&nodes, &poses, &params.joint);
+        let mut first_node = 0;
+        for run in members {
+            let drive = Drive {
+                run: &runs[run],
+                keyframes: &all_keyframes[run],
+                chain: &optimized.chain[run],
+                wheels: optimized.wheels[run].as_ref(),
+                map: &map,
+                first_node,
+                params: &params.chain,
+                longest_m: params.keyframes.longest_m,
+            };
+            corrected[run] = Corrected::of(drive.keyframes, drive.placed(&corrected[run].scans)?);
+            first_node += drive.keyframes.nodes.len();
+        }
+    }
+    let with = |(corrected, (keyframes, of)): (Corrected, (&Keyframes, &Vec<_>))| {
+        corrected.with_covariances(keyframes, of)
+    };
+    Ok(corrected.into_iter().zip(all_keyframes.iter().zip(&optimized.covariances)).map(with).collect())
 }
 
 /// The nodes of each group of recordings that lie in one frame and have loops.

@@ -15,12 +15,11 @@ use crate::recordings::run::{Run, RunPoses, VerticalScans};
 use crate::recordings::scan_geometry::RangeScan;
 use crate::recordings::stamp_text::format_seconds;
 use crate::recordings::wild_poses::remove_wild;
-use crate::slam::corrected_poses::Corrected;
 use crate::slam::occupancy::OccupancyGrid;
 use crate::slam::refinement::spatial;
 use crate::slam::refinement::spatial::choice::Refined;
 use crate::slam::refinement::spatial::observability::Observed;
-use crate::slam::{LoopParams, rewrite_recording};
+use crate::slam::{self, LoopParams, rewrite_recording};
 use crate::view::floor_map;
 use crate::view::floor_map::{FloorMapParams, PosedDrive};
 use anyhow::{Context, bail};
@@ -143,8 +142,11 @@ impl<'a> Posed<'a> {
             // What is to be told of them was told when they were read, or searched.
             return Ok(Self { loops: is_better.then_some(0), ..Self::untouched(runs, |_, _| ())? });
         }
+        let spinner = console.spinner("every scan");
+        let corrected = slam::poses_of_scans(runs, &all_keyframes, &optimized, &params)?;
+        drop(spinner);
         let (mut drives, mut wild_poses) = (Vec::new(), 0);
-        for (number, run) in runs.iter().enumerate() {
+        for (number, (run, corrected)) in runs.iter().zip(corrected).enumerate() {
             if optimized.groups[number] != 0 {
                 console.warn(format!(
                     "biplane: {} saw no place that the others saw; it is left out",
@@ -152,7 +154,6 @@ impl<'a> Posed<'a> {
                 ));
                 continue;
             }
-            let corrected = Corrected::new(&all_keyframes[number], &optimized.poses[number]);
             let recorded = run.poses()?;
             let trajectory = corrected.trajectory(&recorded.vertical_poses);
             drives.push(Drive::new(run, trajectory, corrected.scans));

@@ -66,6 +66,8 @@ pub struct Keyframes {
     pub nodes: Vec<Node>,
     /// The recorded pose of each horizontal scan, in file order.
     pub scans: Vec<Option<StampedPose>>,
+    /// The odometry's pose at each of them.
+    pub odometry: Vec<Option<StampedPose>>,
 }
 
 impl Keyframes {
@@ -75,7 +77,7 @@ impl Keyframes {
     /// When the recording is damaged or says nothing of the robot.
     pub fn read(run: &Run, poses: &RunPoses, params: &KeyframeParams) -> Result<Self, RunError> {
         let laser = run.rig()?.horizontal;
-        let mut keyframes = Self { nodes: Vec::new(), scans: poses.at_scans() };
+        let mut keyframes = Self { nodes: Vec::new(), scans: poses.at_scans(), odometry: Vec::new() };
         let odometry = poses.odometry_at_scans();
         let trajectory = poses.trajectory();
         let mut geometry: Option<ScanGeometry> = None;
@@ -109,6 +111,7 @@ impl Keyframes {
                 keyframe_scan,
             });
         })?;
+        keyframes.odometry = odometry;
         Ok(keyframes)
     }
 }
@@ -130,7 +133,12 @@ fn is_news(last: &Pose2, pose: &Pose2, params: &KeyframeParams) -> bool {
 }
 
 /// How the base moved while its mirror turned; zeros where beams have no times of their own.
-fn twist(scan: &LaserScan, geometry: &ScanGeometry, pose: &StampedPose, trajectory: &Trajectory) -> [f64; 3] {
+pub(crate) fn twist(
+    scan: &LaserScan,
+    geometry: &ScanGeometry,
+    pose: &StampedPose,
+    trajectory: &Trajectory,
+) -> [f64; 3] {
     let delay_ns = geometry.beams.iter().map(|beam| beam.delay_ns).max().unwrap_or(0);
     if delay_ns <= 0 {
         return [0.0; 3];

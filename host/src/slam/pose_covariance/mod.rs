@@ -34,7 +34,7 @@ const MIN_VARIANCE: f64 = 1e-10;
 /// that all beams have in common which meet a wall from one place. Measured with simulated drives of 55 to
 /// 293 m in two worlds with three rigs, whose residuals come to 0.06 on average: with 0.14 besides, 94 to
 /// 98 % of the positions lie within their ellipses of 95 %; with nothing besides, 80 % in the office.
-const COMMON_NOISE_SHARE: f64 = 0.14;
+const COMMON_NOISE_SHARE: f64 = 0.09;
 /// The variance of a step counts so many times: what steps are off by along a corridor that nobody saw, such
 /// as wheels larger than thought, is the same in all of them and adds up. With 9 a corridor of 10 to 30 m is
 /// known as well as odometry that is 1 % off tells it.
@@ -42,7 +42,7 @@ const STEPS_ALIKE: f64 = 9.0;
 /// What lengths are off by, as a share: normals of walls are noisy, and scans seem to know more of where
 /// along a wall they are than they do. Without it 57 % of the positions on a way of 293 m along facades lie
 /// within their ellipses; with it 97 %.
-const LENGTH_SHARE: f64 = 5e-4;
+const LENGTH_SHARE: f64 = 3e-4;
 
 /// Covariances of the poses of some of all nodes that lie in one frame, by their ascending numbers. `chain`
 /// has the steps between nodes. `None` when the poses are held by nothing.

@@ -244,14 +244,14 @@ fn odometry_sigma(step: &Pose2) -> [f64; 3] {
     [position, position, 0.01 + ODOMETRY[1] * way + ODOMETRY[3] * turn]
 }
 
-fn recorded_sigma(step: &Pose2, params: &ChainParams) -> [f64; 3] {
+pub(crate) fn recorded_sigma(step: &Pose2, params: &ChainParams) -> [f64; 3] {
     let (way, turn) = (step.distance_m(), step.theta_rad.abs());
     let position = params.floor_m + params.position_m_per_m * way + 0.005 * turn;
     let heading = params.floor_rad + params.heading_rad_per_root_m * way.sqrt() + 0.005 * turn;
     [position, position, heading]
 }
 
-fn information(sigma: &[f64; 3]) -> Matrix3<f64> {
+pub(crate) fn information(sigma: &[f64; 3]) -> Matrix3<f64> {
     Matrix3::from_diagonal(&Vector3::from(sigma.map(|sigma| 1.0 / (sigma * sigma))))
 }
 

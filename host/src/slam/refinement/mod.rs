@@ -11,6 +11,8 @@
 //! That is planar. What both lasers saw together, and poses with height, roll and pitch: [`spatial`].
 
 pub(crate) mod conjugate_gradient;
+pub(crate) mod every_scan;
+pub(crate) mod node_map;
 pub(crate) mod observations;
 pub(crate) mod params;
 pub(crate) mod spatial;

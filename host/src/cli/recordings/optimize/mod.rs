@@ -134,11 +134,10 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         let _ = std::fs::remove_file(&kept);
         error
     };
-    let mut corrected: Vec<Corrected> = all_keyframes
-        .iter()
-        .zip(optimized.poses.iter().zip(&optimized.covariances))
-        .map(|(keyframes, (poses, of))| Corrected::new(keyframes, poses).with_covariances(keyframes, of))
-        .collect();
+    let spinner = console.spinner("every scan");
+    let mut corrected = slam::poses_of_scans(&runs, &all_keyframes, &optimized, &params)
+        .map_err(|error| given_up(error.into()))?;
+    drop(spinner);
     if let ([run], [corrected], false) = (&runs[..], &mut corrected[..], args.planar) {
         let _spinner = console.spinner("six directions");
         let poses = run.poses().map_err(|error| given_up(error.into()))?;

@@ -1,0 +1,220 @@
+//! What a scan says of its pose, laid upon what the nodes saw; and the poses that many of them come to.
+//!
+//! A scan that is a node itself is laid upon what the others saw.
+
+use biplane_matcher::Pose2;
+use nalgebra::{Matrix3, Vector3};
+
+use crate::slam::keyframes::Node;
+use crate::slam::keyframes::keyframe_scan::KeyframeScan;
+use crate::slam::pose_graph::solver::{Structure, System};
+use crate::slam::pose_graph::{self, ANCHOR, DAMPING, Edge};
+use crate::slam::refinement::node_map::{NodeMap, Observation, ROWS};
+use crate::slam::refinement::observations::{Estimate, Known, Observations};
+use crate::slam::refinement::params::JointParams;
+
+/// What a scan says of its pose: to second order about where it is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ScanCost {
+    hessian: Matrix3<f64>,
+    gradient: Vector3<f64>,
+}
+
+/// What all nodes of a frame tell of the surfaces about them.
+pub(crate) struct FixedMap<'a> {
+    map: NodeMap<'a>,
+    directions: Vec<[f64; 2]>,
+    observations: Observations,
+    known: Known,
+}
+
+impl<'a> FixedMap<'a> {
+    /// Of nodes in one frame, at these poses.
+    pub(crate) fn new(nodes: &[&Node], poses: &[Pose2], params: &'a JointParams) -> Self {
+        let [.., finest] = &params.levels;
+        let map = NodeMap::new(nodes, poses, finest, params);
+        let observations = Observations::of(&map, nodes, poses);
+        let known = observations.known();
+        Self { directions: map.directions(), map, observations, known }
+    }
+
+    /// What a scan at a pose says; of one that is a node, its number.
+    pub(crate) fn of(&self, scan: &KeyframeScan, pose: &Pose2, node: Option<usize>) -> ScanCost {
+        let mut cost = ScanCost { hessian: Matrix3::zeros(), gradient: Vector3::zeros() };
+        let seen = self.map.seen(scan, pose);
+        for of_surface in seen.chunk_by(|a, b| a.row as usize / ROWS == b.row as usize / ROWS) {
+            self.add(of_surface, node, &mut cost);
+        }
+        cost
+    }
+
+    /// Adds what was seen of one surface: its own place and depth are known as well as the nodes tell them.
+    fn add(&self, seen: &[Observation], node: Option<usize>, cost: &mut ScanCost) {
+        let surface = seen[0].row as usize / ROWS;
+        let depth = &self.known.depths[surface];
+        let (mut pull, mut off_depth, mut sum) = (Vector3::zeros(), 0.0, depth.weight);
+        for seen in seen {
+            let row = seen.row as usize;
+            let Some(place) = self.place(seen.row, node) else { continue };
+            let [x, y] = self.directions[row];
+            let step = Vector3::new(x, y, seen.lever_m);
+            let weight = seen.weight * place.weight / (seen.weight + place.weight);
+            let towards = seen.towards - self.known.towards[row];
+            let off = seen.offset_m - place.value - towards * depth.value;
+            cost.hessian += step * (step.transpose() * weight);
+            cost.gradient += step * (weight * off);
+            pull += step * (weight * towards);
+            off_depth += weight * towards * off;
+            sum += weight * towards * towards;
+        }
+        if sum > 0.0 {
+            cost.hessian -= pull * (pull.transpose() / sum);
+            cost.gradient -= pull * (off_depth / sum);
+        }
+    }
+
+    /// Where a row lies as all nodes tell but one.
+    fn place(&self, row: u32, node: Option<usize>) -> Option<Estimate> {
+        let all = self.known.places[row as usize];
+        let own = node.and_then(|node| self.observations.of_row(node, row));
+        let Some(own) = own else { return (all.weight > 0.0).then_some(all) };
+        let weight = all.weight - own.weight;
+        if weight <= 1e-6 * all.weight {
+            return None;
+        }
+        Some(Estimate { value: (all.value * all.weight - own.offset_m * own.weight) / weight, weight })
+    }
+}
+
+/// Moves the poses of scans, in their order, by what each says and by the steps between them. The first one
+/// stays where that is asked for.
+pub(crate) fn smooth(poses: &mut [Pose2], costs: &[ScanCost], steps: &[Edge], is_anchored: bool) {
+    let structure = Structure::new(poses.len(), steps.iter().map(|step| (step.from, step.to)));
+    let mut system = System::new(&structure);
+    for (number, cost) in costs.iter().enumerate() {
+        system.add(number, &pose_graph::block(&cost.hessian), (-cost.gradient).into());
+    }
+    for step in steps {
+        pose_graph::add_parts(&mut system, step, &pose_graph::parts(step, poses), 1.0);
+    }
+    system.damp(DAMPING);
+    if is_anchored {
+        system.add(0, &pose_graph::block(&(Matrix3::identity() * ANCHOR)), [0.0; 3]);
+    }
+    let Ok(by) = system.solve() else { return };
+    for (pose, by) in poses.iter_mut().zip(by) {
+        *pose = pose.stepped(by);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use biplane_matcher::{EndPoint, Kind, Pose2};
+    use nalgebra::{Matrix3, Vector3};
+
+    use super::{FixedMap, ScanCost, smooth};
+    use crate::slam::keyframes::Node;
+    use crate::slam::keyframes::keyframe_scan::KeyframeScan;
+    use crate::slam::pose_graph::Edge;
+    use crate::slam::refinement::JointParams;
+
+    /// The walls of a room 8 m by 6 m, as they are seen from this pose.
+    fn scan(truth: &Pose2, phase_m: f64) -> KeyframeScan {
+        let (back, turn) = (truth.inverse(), Pose2::new(0.0, 0.0, -truth.theta_rad));
+        let wall = |at: [f64; 2], normal: [f64; 2]| EndPoint {
+            at_m: back.transform(at).map(|value| value as f32),
+            normal: turn.transform(normal).map(|value| value as f32),
+            kind: Kind::Line,
+            weight: 1.0,
+            ..EndPoint::default()
+        };
+        let of_step = |step: i32| {
+            let along = f64::from(step) * 0.1 + phase_m - 3.0;
+            [
+                wall([along, 3.0], [0.0, -1.0]),
+                wall([along, -3.0], [0.0, 1.0]),
+                wall([4.0, along], [-1.0, 0.0]),
+                wall([-4.0, along], [1.0, 0.0]),
+            ]
+        };
+        KeyframeScan { points: (0..60).flat_map(of_step).collect(), laser_m: [0.0; 2] }
+    }
+
+    fn node(truth: &Pose2, keyframe_scan: KeyframeScan) -> Node {
+        Node { scan: 0, recorded: *truth, odometry: None, leaps: false, keyframe_scan }
+    }
+
+    fn way(count: usize, step_m: f64) -> Vec<Pose2> {
+        let at = |at: usize| step_m * at as f64;
+        (0..count)
+            .map(|number| Pose2::new(at(number) - 1.5, 0.3 * at(number).sin(), 0.2 * at(number)))
+            .collect()
+    }
+
+    fn steps(poses: &[Pose2], sigma: f64) -> Vec<Edge> {
+        let information = Matrix3::identity() / (sigma * sigma);
+        let step =
+            |to: usize| Edge { from: to - 1, to, measured: poses[to - 1].between(&poses[to]), information };
+        (1..poses.len()).map(step).collect()
+    }
+
+    fn worst(poses: &[Pose2], truth: &[Pose2]) -> [f64; 2] {
+        let off = poses.iter().zip(truth).map(|(pose, truth)| truth.between(pose));
+        off.fold([0.0, 0.0], |[m, rad], off| [m.max(off.distance_m()), rad.max(off.theta_rad.abs())])
+    }
+
+    #[test]
+    fn scans_between_nodes_come_to_lie_where_they_were_seen_from() {
+        let truth = way(40, 0.05);
+        let nodes: Vec<Node> = truth.iter().step_by(6).map(|pose| node(pose, scan(pose, 0.0))).collect();
+        let places: Vec<Pose2> = nodes.iter().map(|node| node.recorded).collect();
+        let params = JointParams::default();
+        let map = FixedMap::new(&nodes.iter().collect::<Vec<_>>(), &places, &params);
+        // The matcher leaped by 4 cm in the middle of a gap between two nodes.
+        let leapt = |(at, pose): (usize, &Pose2)| match at % 6 {
+            0 => *pose,
+            1..4 => Pose2::new(pose.x_m + 0.04, pose.y_m - 0.02, pose.theta_rad + 0.005),
+            _ => Pose2::new(pose.x_m - 0.04, pose.y_m + 0.02, pose.theta_rad - 0.005),
+        };
+        let mut poses: Vec<Pose2> = truth.iter().enumerate().map(leapt).collect();
+        let steps = steps(&truth, 1.0);
+        for _ in 0..3 {
+            let costs: Vec<ScanCost> = poses
+                .iter()
+                .enumerate()
+                .map(|(at, pose)| map.of(&scan(&truth[at], 0.03), pose, (at % 6 == 0).then_some(at / 6)))
+                .collect();
+            smooth(&mut poses, &costs, &steps, true);
+        }
+        let [m, rad] = worst(&poses, &truth);
+        assert!(m < 2e-3 && rad < 5e-4, "{m} m, {rad} rad");
+    }
+
+    #[test]
+    fn what_a_node_alone_has_seen_does_not_hold_it() {
+        let truth = Pose2::IDENTITY;
+        let (alone, params) = (node(&truth, scan(&truth, 0.0)), JointParams::default());
+        let map = FixedMap::new(&[&alone], &[truth], &params);
+        let held = |node: Option<usize>| map.of(&alone.keyframe_scan, &truth, node).hessian.trace();
+        assert_eq!(held(Some(0)), 0.0);
+        assert!(held(None) > 1e3);
+    }
+
+    #[test]
+    fn scans_that_say_nothing_lie_by_the_steps_between_those_that_do() {
+        let truth = way(9, 0.1);
+        let mut poses: Vec<Pose2> = truth.clone();
+        for pose in &mut poses[1..8] {
+            pose.x_m += 0.05;
+        }
+        let sure = ScanCost { hessian: Matrix3::identity() * 1e6, gradient: Vector3::zeros() };
+        let silent = ScanCost { hessian: Matrix3::zeros(), gradient: Vector3::zeros() };
+        let costs: Vec<ScanCost> = (0..9).map(|at| if at % 8 == 0 { sure } else { silent }).collect();
+        for _ in 0..3 {
+            let steps = steps(&truth, 0.01);
+            smooth(&mut poses, &costs, &steps, false);
+        }
+        let [m, _] = worst(&poses, &truth);
+        assert!(m < 1e-6, "{m} m");
+    }
+}
