@@ -8,7 +8,7 @@ use biplane_recording::{Port, Rig};
 
 use crate::io::line::OpenLine;
 use crate::types::device_name::device_name;
-use crate::types::error::OnboardError;
+use crate::types::error::{OnboardError, SharedPort};
 
 /// A port or an address that a rig needs.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
@@ -66,16 +66,33 @@ impl NeededPort<'_> {
 /// Checks what the rig's own reader cannot: that no two devices share a port.
 ///
 /// # Errors
-/// The first thing found.
+/// All devices that share one.
 pub(crate) fn check(rig: &Rig) -> Result<(), OnboardError> {
     let ports = of_rig(rig);
+    let mut shared = Vec::new();
     for (index, port) in ports.iter().enumerate() {
         if let Some(other) = ports.iter().take(index).find(|other| other.path == port.path) {
-            return Err(OnboardError::SharedPort {
-                port: port.path.to_owned(),
-                devices: [device_name(other.device), device_name(port.device)],
-            });
+            let devices = [device_name(other.device), device_name(port.device)];
+            shared.push(SharedPort { port: port.path.to_owned(), devices });
         }
     }
-    Ok(())
+    if shared.is_empty() { Ok(()) } else { Err(OnboardError::SharedPorts { shared }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::check;
+    use biplane_recording::Rig;
+
+    #[test]
+    fn all_devices_that_share_a_port_are_named_at_once() {
+        let mut rig = Rig::default();
+        assert!(check(&rig).is_ok());
+        rig.horizontal.port = rig.base.port.clone();
+        rig.vertical.as_mut().unwrap().port = rig.base.port.clone();
+        let error = check(&rig).unwrap_err().to_string();
+        let expected = "/dev/base is the port of horizontal laser and of vertical laser: each device needs its own; \
+            /dev/base is the port of horizontal laser and of base: each device needs its own";
+        assert_eq!(error, expected);
+    }
 }

@@ -5,6 +5,16 @@ use std::path::PathBuf;
 use crate::types::live_address::LiveAddress;
 use biplane_recording::{ReadError, RigError, WriteError};
 
+/// Two devices on one port.
+#[derive(Debug, thiserror::Error)]
+#[error("{port} is the port of {} and of {}: each device needs its own", devices[0], devices[1])]
+pub struct SharedPort {
+    /// Its path.
+    pub port: String,
+    /// The devices.
+    pub devices: [&'static str; 2],
+}
+
 /// Why a run could not be made.
 #[derive(Debug, thiserror::Error)]
 pub enum OnboardError {
@@ -115,13 +125,11 @@ pub enum OnboardError {
         "this program was built without the live view (feature `live` of biplane-onboard): leave out --live"
     )]
     NoLiveView,
-    /// Two devices on one port.
-    #[error("{port} is the port of {} and of {}: each device needs its own", devices[0], devices[1])]
-    SharedPort {
-        /// Its path.
-        port: String,
-        /// The devices.
-        devices: [&'static str; 2],
+    /// Devices that share ports.
+    #[error("{}", shared.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
+    SharedPorts {
+        /// Each device with one before it on the same port.
+        shared: Vec<SharedPort>,
     },
     /// A recording of a base whose answers only mean something with their questions, without the questions.
     #[error(

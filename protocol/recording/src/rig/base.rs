@@ -1,6 +1,5 @@
 //! The mobile base in `rig.toml`: its line, what it speaks, and what its counts are worth.
 
-use super::RigError;
 use super::table::Table;
 
 /// Rates that a base may run at, in Bd.
@@ -202,72 +201,78 @@ impl Base {
         self.protocol != BaseProtocol::None
     }
 
-    pub(crate) fn parse(table: &Table) -> Result<Self, RigError> {
+    pub(crate) fn parse(table: &Table) -> Self {
         let template = Self::default();
         let words = ["p2os", "roboclaw", "rflex", "none"];
-        let protocol = match table.word("protocol", template.protocol.name(), &words)? {
-            "roboclaw" => roboclaw(table)?,
-            "rflex" => rflex(table)?,
-            "none" => return none(table),
-            _ => p2os(table)?,
+        let protocol = match table.word("protocol", template.protocol.name(), &words) {
+            Some("roboclaw") => roboclaw(table),
+            Some("rflex") => rflex(table),
+            Some("none") => return none(table),
+            Some(_) => p2os(table),
+            // Which other keys it has depends on what it speaks.
+            None => return template,
         };
-        Ok(Self {
+        Self {
             protocol,
-            port: table.text("port")?,
-            baud: table.one_of("baud", f64::from(protocol.default_baud()), &BAUDS)? as u32,
-        })
+            port: table.text("port"),
+            baud: table.one_of("baud", f64::from(protocol.default_baud()), &BAUDS) as u32,
+        }
     }
 }
 
 /// Without a base there is no port.
-fn none(table: &Table) -> Result<Base, RigError> {
-    table.only(&["protocol"])?;
-    Ok(Base::none())
+fn none(table: &Table) -> Base {
+    table.only(&["protocol"]);
+    Base::none()
 }
 
-fn p2os(table: &Table) -> Result<BaseProtocol, RigError> {
-    table.only(&P2OS_KEYS)?;
-    let metres_per_tick = match table.has("metres_per_tick") {
-        true => Some(table.number("metres_per_tick", 0.001, TICK_M)?),
-        false => None,
-    };
-    Ok(BaseProtocol::P2os { metres_per_tick })
+fn p2os(table: &Table) -> BaseProtocol {
+    table.only(&P2OS_KEYS);
+    let key = "metres_per_tick";
+    BaseProtocol::P2os { metres_per_tick: table.has(key).then(|| table.number(key, 0.001, TICK_M)) }
 }
 
-fn roboclaw(table: &Table) -> Result<BaseProtocol, RigError> {
-    table.only(&ROBOCLAW_KEYS)?;
+fn roboclaw(table: &Table) -> BaseProtocol {
+    table.only(&ROBOCLAW_KEYS);
     let addresses = [128.0, 129.0, 130.0, 131.0, 132.0, 133.0, 134.0, 135.0];
-    let metres_per_count = |key| match table.number(key, DEFAULT_COUNT_M, COUNT_M)? {
-        0.0 => Err(table.refuse(key, "a number that is not 0, negative when the wheel counts backwards")),
-        meters => Ok(meters),
+    let metres_per_count = |key| {
+        let meters = table.number(key, DEFAULT_COUNT_M, COUNT_M);
+        if meters == 0.0 {
+            table.refuse(key, "a number that is not 0, negative when the wheel counts backwards");
+        }
+        meters
     };
-    Ok(BaseProtocol::RoboClaw {
-        address: table.one_of("address", 128.0, &addresses)? as u8,
-        wheel_base_m: table.number("wheel_base_m", DEFAULT_WHEEL_BASE_M, WHEEL_BASE_M)?,
-        metres_per_count_left: metres_per_count("metres_per_count_left")?,
-        metres_per_count_right: metres_per_count("metres_per_count_right")?,
-    })
+    BaseProtocol::RoboClaw {
+        address: table.one_of("address", 128.0, &addresses) as u8,
+        wheel_base_m: table.number("wheel_base_m", DEFAULT_WHEEL_BASE_M, WHEEL_BASE_M),
+        metres_per_count_left: metres_per_count("metres_per_count_left"),
+        metres_per_count_right: metres_per_count("metres_per_count_right"),
+    }
 }
 
 /// The model's counts, each replaced by the robot's own where it is given. Without a model, one alone says
 /// too little.
-fn rflex(table: &Table) -> Result<BaseProtocol, RigError> {
-    table.only(&RFLEX_KEYS)?;
+fn rflex(table: &Table) -> BaseProtocol {
+    table.only(&RFLEX_KEYS);
     let (own_m, own_rad) = (table.has("counts_per_m"), table.has("counts_per_rad"));
     if !table.has("model") && own_m != own_rad {
         let key = if own_m { "counts_per_rad" } else { "counts_per_m" };
-        return Err(table.refuse(key, "the other of counts_per_m and counts_per_rad, or a model"));
+        table.refuse(key, "the other of counts_per_m and counts_per_rad, or a model");
     }
     let words = RflexModel::ALL.map(RflexModel::name);
-    let word = table.word("model", RflexModel::B21r.name(), &words)?;
-    let model = RflexModel::ALL.into_iter().find(|model| model.name() == word).unwrap_or(RflexModel::B21r);
-    let counts = |key, default| match table.number(key, default, COUNTS)? {
-        few if few.abs() < 1.0 => Err(table.refuse(key, "1 or more, negative when it counts the other way")),
-        counts => Ok(counts),
+    let word = table.word("model", RflexModel::B21r.name(), &words);
+    let model =
+        RflexModel::ALL.into_iter().find(|model| Some(model.name()) == word).unwrap_or(RflexModel::B21r);
+    let counts = |key, default| {
+        let counts = table.number(key, default, COUNTS);
+        if counts.abs() < 1.0 {
+            table.refuse(key, "1 or more, negative when it counts the other way");
+        }
+        counts
     };
     let (per_m, per_rad) = model.counts();
-    Ok(BaseProtocol::Rflex {
-        counts_per_m: counts("counts_per_m", per_m)?,
-        counts_per_rad: counts("counts_per_rad", per_rad)?,
-    })
+    BaseProtocol::Rflex {
+        counts_per_m: counts("counts_per_m", per_m),
+        counts_per_rad: counts("counts_per_rad", per_rad),
+    }
 }

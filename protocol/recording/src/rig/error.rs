@@ -1,4 +1,4 @@
-//! What is wrong with a `rig.toml`, by line and key.
+//! What is wrong with a `rig.toml`, by line and key: all of it at once.
 
 use std::path::PathBuf;
 
@@ -40,8 +40,10 @@ pub enum RigError {
         known: String,
     },
     /// A key that must be there.
-    #[error("missing key `{key}`: it has no default")]
+    #[error("{}missing key `{key}`: it has no default", line.map_or_else(String::new, |line| format!("line {line}: ")))]
     MissingKey {
+        /// Where its section begins, counted from 1; `None` when the section is missing too.
+        line: Option<usize>,
         /// The key with its table, for example `horizontal.port`.
         key: String,
     },
@@ -63,4 +65,52 @@ pub enum RigError {
         /// What could.
         allowed: String,
     },
+    /// More than one thing is wrong; what has a line comes in the order of the text.
+    #[error("{} faults{}:{}", faults.len() + more, first(*more), faults.iter().map(|fault| format!("\n  {fault}")).collect::<String>())]
+    Several {
+        /// What is wrong, each by itself.
+        faults: Vec<RigError>,
+        /// So many more were found.
+        more: usize,
+    },
+}
+
+fn first(more: usize) -> &'static str {
+    if more > 0 { ", the first of them" } else { "" }
+}
+
+impl RigError {
+    /// All faults of a text as one, with so many more that are not named; `None` when there is none.
+    pub(crate) fn of(mut faults: Vec<Self>, more: usize) -> Option<Self> {
+        faults.sort_by_key(|fault| fault.line().unwrap_or(usize::MAX));
+        if faults.len() + more < 2 {
+            return faults.pop();
+        }
+        Some(Self::Several { faults, more })
+    }
+
+    /// Where in the text it is, counted from 1.
+    fn line(&self) -> Option<usize> {
+        match self {
+            Self::Syntax { line, .. } | Self::UnknownKey { line, .. } | Self::Value { line, .. } => {
+                Some(*line)
+            }
+            Self::MissingKey { line, .. } => *line,
+            Self::File { .. } | Self::In { .. } | Self::NoBase | Self::Several { .. } => None,
+        }
+    }
+
+    /// The key that it is about, with its tables.
+    pub(crate) fn key(&self) -> Option<&str> {
+        match self {
+            Self::UnknownKey { key, .. } | Self::MissingKey { key, .. } | Self::Value { key, .. } => {
+                Some(key)
+            }
+            Self::File { .. }
+            | Self::In { .. }
+            | Self::Syntax { .. }
+            | Self::NoBase
+            | Self::Several { .. } => None,
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! The inertial unit in `rig.toml`: where it sits, and how its samples come.
 
+use super::Mount;
 use super::table::Table;
-use super::{Mount, RigError};
 
 /// Rates that an Xsens unit may run at, in Bd.
 const BAUDS: [f64; 9] =
@@ -71,41 +71,36 @@ impl InertialUnit {
         self.protocol != InertialProtocol::None
     }
 
-    pub(crate) fn parse(
-        table: &Table,
-        mount_of: impl Fn(&Table, Mount) -> Result<Mount, RigError>,
-    ) -> Result<Self, RigError> {
-        if table.word("protocol", "none", &["none", "xsens"])? == "xsens" {
-            return xsens(table, mount_of);
+    pub(crate) fn parse(table: &Table, mount_of: impl Fn(&Table, Mount) -> Mount) -> Self {
+        let placed = Self { mount: mount_of(table, Mount::default()), ..Self::default() };
+        match table.word("protocol", "none", &["none", "xsens"]) {
+            Some("xsens") => return xsens(table, placed.mount),
+            Some(_) => table.only(&["protocol", "mount"]),
+            // Which other keys it has depends on what it speaks.
+            None => {}
         }
-        table.only(&["protocol", "mount"])?;
-        Ok(Self { mount: mount_of(table, Mount::default())?, ..Self::default() })
+        placed
     }
 }
 
-fn xsens(
-    table: &Table,
-    mount_of: impl Fn(&Table, Mount) -> Result<Mount, RigError>,
-) -> Result<InertialUnit, RigError> {
-    table.only(&["protocol", "port", "baud", "rate_hz", "mount"])?;
+fn xsens(table: &Table, mount: Mount) -> InertialUnit {
+    table.only(&["protocol", "port", "baud", "rate_hz", "mount"]);
     let unit = InertialUnit {
-        baud: table.one_of("baud", f64::from(DEFAULT_BAUD), &BAUDS)? as u32,
-        rate_hz: table.one_of("rate_hz", f64::from(DEFAULT_RATE_HZ), &RATES_HZ)? as u16,
-        mount: mount_of(table, Mount::default())?,
-        ..InertialUnit::xsens(&table.text("port")?)
+        baud: table.one_of("baud", f64::from(DEFAULT_BAUD), &BAUDS) as u32,
+        rate_hz: table.one_of("rate_hz", f64::from(DEFAULT_RATE_HZ), &RATES_HZ) as u16,
+        mount,
+        ..InertialUnit::xsens(&table.text("port"))
     };
-    if u32::from(unit.rate_hz) * SAMPLE_BYTES * BYTE_BITS > unit.baud {
-        let bits = SAMPLE_BYTES * BYTE_BITS;
-        return Err(match table.has("rate_hz") {
+    let bits = SAMPLE_BYTES * BYTE_BITS;
+    if u32::from(unit.rate_hz) * bits > unit.baud && table.are_sound(&["baud", "rate_hz"]) {
+        match table.has("rate_hz") {
             true => {
-                let max_hz = unit.baud / bits;
-                table.refuse(
-                    "rate_hz",
-                    &format!("{max_hz} or less at {} Bd: a sample has {bits} bits", unit.baud),
-                )
+                let allowed =
+                    format!("{} or less at {} Bd: a sample has {bits} bits", unit.baud / bits, unit.baud);
+                table.refuse("rate_hz", &allowed);
             }
             false => table.refuse("baud", &format!("{} or more for 100 samples a second", 100 * bits)),
-        });
+        }
     }
-    Ok(unit)
+    unit
 }

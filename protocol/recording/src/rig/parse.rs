@@ -1,7 +1,8 @@
-//! From text to rig: every key known, every value allowed, every default filled in.
+//! From text to rig: every key known, every value allowed, every default filled in. All faults are found in
+//! one reading; what depends on a refused value is not judged.
 
 use super::laser::{cola, scip};
-use super::table::{Table, line_at};
+use super::table::{Faults, Table, line_at};
 use super::{Base, InertialUnit, Laser, LaserProtocol, Mount, RigError, Units};
 use toml::de::DeTable;
 
@@ -11,6 +12,9 @@ const LASER_BAUDS: [f64; 4] = [9600.0, 19200.0, 38400.0, 500_000.0];
 const REACH_M: (f64, f64) = (-100.0, 100.0);
 const TURN_DEG: (f64, f64) = (-360.0, 360.0);
 const DELAY_MS: (f64, f64) = (-1000.0, 1000.0);
+
+/// So many places that are not TOML are named.
+const MAX_SYNTAX_FAULTS: usize = 8;
 
 const LASER_KEYS: [&str; 12] = [
     "protocol",
@@ -37,128 +41,162 @@ pub(crate) struct Devices {
 
 /// Reads the text of a `rig.toml`.
 pub(crate) fn parse(text: &str) -> Result<Devices, RigError> {
-    let parsed = DeTable::parse(text).map_err(|error| RigError::Syntax {
-        line: line_at(text, error.span().map_or(0, |span| span.start)),
+    let (parsed, errors) = DeTable::parse_recoverable(text);
+    // What a text that is not TOML says is not known: its values are judged when it is.
+    not_toml(text, &errors).map_or(Ok(()), Err)?;
+    let faults = Faults::default();
+    let devices = devices(&Table::whole(text, parsed.get_ref(), &faults), &faults);
+    RigError::of(faults.into_vec(), 0).map_or(Ok(devices), Err)
+}
+
+/// The first of what the TOML reader found wrong: a text of another kind is wrong in every line.
+fn not_toml(text: &str, errors: &[toml::de::Error]) -> Option<RigError> {
+    let start = |error: &toml::de::Error| error.span().map_or(0, |span| span.start);
+    let mut errors: Vec<_> = errors.iter().collect();
+    errors.sort_by_key(|error| start(error));
+    let more = errors.len().saturating_sub(MAX_SYNTAX_FAULTS);
+    let named = errors.iter().take(MAX_SYNTAX_FAULTS).map(|error| RigError::Syntax {
+        line: line_at(text, start(error)),
         what: error.message().to_owned(),
-    })?;
-    let whole = Table::whole(text, parsed.get_ref());
-    whole.only(&["horizontal", "vertical", "base", "imu"])?;
-    let missing = || RigError::MissingKey { key: "horizontal.port".to_owned() };
-    let horizontal = whole.table("horizontal")?.ok_or_else(missing)?;
-    let base = whole.table("base")?.ok_or(RigError::NoBase)?;
-    let vertical = whole.table("vertical")?;
-    let imu = whole.table("imu")?;
-    Ok(Devices {
-        horizontal: laser(&horizontal, &Laser::horizontal())?,
-        vertical: vertical.map(|table| laser(&table, &Laser::vertical())).transpose()?,
-        base: Base::parse(&base)?,
-        imu: imu.map(|table| InertialUnit::parse(&table, mount_of)).transpose()?,
-    })
+    });
+    RigError::of(named.collect(), more)
 }
 
-fn laser(table: &Table, template: &Laser) -> Result<Laser, RigError> {
-    match table.word("protocol", "lms2xx", &["lms2xx", "cola", "scip"])? {
-        "cola" => network_laser(table, template),
-        "scip" => hokuyo_laser(table, template),
-        _ => serial_laser(table, template),
+fn devices(whole: &Table, faults: &Faults) -> Devices {
+    whole.only(&["horizontal", "vertical", "base", "imu"]);
+    if !whole.has("horizontal") {
+        faults.note(RigError::MissingKey { line: None, key: "horizontal.port".to_owned() });
+    }
+    if !whole.has("base") {
+        faults.note(RigError::NoBase);
+    }
+    let horizontal = whole.table("horizontal").map(|table| laser(&table, &Laser::horizontal()));
+    Devices {
+        horizontal: horizontal.unwrap_or_else(Laser::horizontal),
+        vertical: whole.table("vertical").map(|table| laser(&table, &Laser::vertical())),
+        base: whole.table("base").map(|table| Base::parse(&table)).unwrap_or_default(),
+        imu: whole.table("imu").map(|table| InertialUnit::parse(&table, mount_of)),
     }
 }
 
-fn network_laser(table: &Table, template: &Laser) -> Result<Laser, RigError> {
-    table.only(&[&cola::KEYS[..], &["delay_ms"]].concat())?;
-    Ok(Laser {
-        protocol: LaserProtocol::Cola(cola::parse(table)?),
-        port: String::new(),
-        mount: mount_of(table, template.mount)?,
-        delay_ms: table.number("delay_ms", template.delay_ms, DELAY_MS)?,
+fn laser(table: &Table, template: &Laser) -> Laser {
+    let placed = Laser {
+        mount: mount_of(table, template.mount),
+        delay_ms: table.number("delay_ms", template.delay_ms, DELAY_MS),
         ..template.clone()
-    })
+    };
+    match table.word("protocol", "lms2xx", &["lms2xx", "cola", "scip"]) {
+        Some("cola") => network_laser(table, &placed),
+        Some("scip") => hokuyo_laser(table, &placed),
+        Some(_) => serial_laser(table, &placed),
+        // Which other keys it has depends on what it speaks.
+        None => placed,
+    }
 }
 
-fn hokuyo_laser(table: &Table, template: &Laser) -> Result<Laser, RigError> {
-    table.only(&[&scip::KEYS[..], &["delay_ms"]].concat())?;
-    let scip = scip::parse(table)?;
+fn network_laser(table: &Table, placed: &Laser) -> Laser {
+    table.only(&[&cola::KEYS[..], &["delay_ms"]].concat());
+    Laser { protocol: LaserProtocol::Cola(cola::parse(table)), port: String::new(), ..placed.clone() }
+}
+
+fn hokuyo_laser(table: &Table, placed: &Laser) -> Laser {
+    table.only(&[&scip::KEYS[..], &["delay_ms"]].concat());
+    let scip = scip::parse(table);
     let is_serial = scip.address.is_none();
-    Ok(Laser {
-        port: if is_serial { table.text("port")? } else { String::new() },
-        baud: if is_serial { scip::baud(table)? } else { template.baud },
+    Laser {
+        port: if is_serial { table.text("port") } else { String::new() },
+        baud: if is_serial { scip::baud(table) } else { placed.baud },
         protocol: LaserProtocol::Scip(scip),
-        mount: mount_of(table, template.mount)?,
-        delay_ms: table.number("delay_ms", template.delay_ms, DELAY_MS)?,
-        ..template.clone()
-    })
-}
-
-fn mount_of(table: &Table, template: Mount) -> Result<Mount, RigError> {
-    match table.table("mount")? {
-        Some(inner) => mount(&inner, template),
-        None => Ok(template),
+        ..placed.clone()
     }
 }
 
-fn serial_laser(table: &Table, template: &Laser) -> Result<Laser, RigError> {
-    table.only(&LASER_KEYS)?;
-    let fov_deg = table.one_of("fov_deg", f64::from(template.fov_deg), &[90.0, 100.0, 180.0])? as u16;
-    let units = match table.word("units", template.units.name(), &["cm", "mm"])? {
-        "mm" => Units::Mm,
+fn mount_of(table: &Table, template: Mount) -> Mount {
+    table.table("mount").map_or(template, |inner| mount(&inner, template))
+}
+
+fn serial_laser(table: &Table, placed: &Laser) -> Laser {
+    table.only(&LASER_KEYS);
+    let fov_deg = table.one_of("fov_deg", f64::from(placed.fov_deg), &[90.0, 100.0, 180.0]) as u16;
+    let units = match table.word("units", placed.units.name(), &["cm", "mm"]) {
+        Some("mm") => Units::Mm,
         _ => Units::Cm,
     };
-    let remission = table.flag("remission")?.unwrap_or(template.remission);
-    Ok(Laser {
+    let remission = table.flag("remission").unwrap_or(placed.remission);
+    Laser {
         protocol: LaserProtocol::Lms2xx,
-        port: table.text("port")?,
-        baud: table.one_of("baud", f64::from(template.baud), &LASER_BAUDS)? as u32,
+        port: table.text("port"),
+        baud: table.one_of("baud", f64::from(placed.baud), &LASER_BAUDS) as u32,
         fov_deg,
-        resolution_deg: resolution(table, fov_deg, template.resolution_deg)?,
+        resolution_deg: resolution(table, fov_deg, placed.resolution_deg),
         units,
-        range_max_m: range_max(table, units, remission && fov_deg != 90)?,
-        index_bytes: table.flag("index_bytes")?,
+        range_max_m: range_max(table, units, remission && fov_deg != 90),
+        index_bytes: table.flag("index_bytes"),
         remission,
-        dazzle_tolerant: table.flag("dazzle_tolerant")?,
-        mount: mount_of(table, template.mount)?,
-        delay_ms: table.number("delay_ms", template.delay_ms, DELAY_MS)?,
-    })
+        dazzle_tolerant: table.flag("dazzle_tolerant"),
+        ..placed.clone()
+    }
 }
 
 /// The step that goes with the field of view; an S14 has but one.
-fn resolution(table: &Table, fov_deg: u16, template_deg: f64) -> Result<f64, RigError> {
+fn resolution(table: &Table, fov_deg: u16, template_deg: f64) -> f64 {
     let template_deg = if fov_deg == 90 { 0.5 } else { template_deg };
-    let resolution_deg = table.one_of("resolution_deg", template_deg, &[0.25, 0.5, 1.0])?;
+    let resolution_deg = table.one_of("resolution_deg", template_deg, &[0.25, 0.5, 1.0]);
+    if !table.are_sound(&["fov_deg", "resolution_deg"]) {
+        return resolution_deg;
+    }
     if fov_deg == 90 && resolution_deg != 0.5 {
-        return Err(table.refuse("resolution_deg", "0.5 with fov_deg = 90 (an LMS S14 has no other)"));
+        table.refuse("resolution_deg", "0.5 with fov_deg = 90 (an LMS S14 has no other)");
     }
     if fov_deg == 180 && resolution_deg < 0.5 {
-        return Err(table.refuse("resolution_deg", "0.5, 1 (0.25 with fov_deg = 100 only)"));
+        table.refuse("resolution_deg", "0.5, 1 (0.25 with fov_deg = 100 only)");
     }
-    Ok(resolution_deg)
+    resolution_deg
 }
 
 /// The range that 13, 14 or 15 bits can say in the unit; remission leaves 13.
-fn range_max(table: &Table, units: Units, remission: bool) -> Result<Option<u16>, RigError> {
+fn range_max(table: &Table, units: Units, remission: bool) -> Option<u16> {
     if !table.has("range_max_m") {
-        return Ok(None);
+        return None;
     }
-    let range_max_m = table.one_of("range_max_m", 0.0, &[8.0, 16.0, 32.0, 80.0, 160.0, 320.0])?;
-    match (units, range_max_m > 32.0) {
-        (Units::Mm, true) => return Err(table.refuse("range_max_m", "8, 16, 32 with units = \"mm\"")),
-        (Units::Cm, false) => return Err(table.refuse("range_max_m", "80, 160, 320 with units = \"cm\"")),
-        _ => {}
+    let range_max_m = table.one_of("range_max_m", 80.0, &[8.0, 16.0, 32.0, 80.0, 160.0, 320.0]);
+    if table.are_sound(&["range_max_m", "units", "remission", "fov_deg"]) {
+        let remission_leaves =
+            "8 with units = \"mm\", 80 with units = \"cm\" (remission = true leaves no more)";
+        match (units, range_max_m > 32.0) {
+            (Units::Mm, true) => table.refuse("range_max_m", "8, 16, 32 with units = \"mm\""),
+            (Units::Cm, false) => table.refuse("range_max_m", "80, 160, 320 with units = \"cm\""),
+            _ if remission && !matches!(range_max_m, 8.0 | 80.0) => {
+                table.refuse("range_max_m", remission_leaves);
+            }
+            _ => {}
+        }
     }
-    if remission && !matches!(range_max_m, 8.0 | 80.0) {
-        let allowed = "8 with units = \"mm\", 80 with units = \"cm\" (remission = true leaves no more)";
-        return Err(table.refuse("range_max_m", allowed));
-    }
-    Ok(Some(range_max_m as u16))
+    Some(range_max_m as u16)
 }
 
-fn mount(table: &Table, template: Mount) -> Result<Mount, RigError> {
-    table.only(&["x", "y", "z", "roll", "pitch", "yaw"])?;
-    Ok(Mount {
-        x: table.number("x", template.x, REACH_M)?,
-        y: table.number("y", template.y, REACH_M)?,
-        z: table.number("z", template.z, REACH_M)?,
-        roll: table.number("roll", template.roll, TURN_DEG)?,
-        pitch: table.number("pitch", template.pitch, TURN_DEG)?,
-        yaw: table.number("yaw", template.yaw, TURN_DEG)?,
-    })
+fn mount(table: &Table, template: Mount) -> Mount {
+    table.only(&["x", "y", "z", "roll", "pitch", "yaw"]);
+    Mount {
+        x: table.number("x", template.x, REACH_M),
+        y: table.number("y", template.y, REACH_M),
+        z: table.number("z", template.z, REACH_M),
+        roll: table.number("roll", template.roll, TURN_DEG),
+        pitch: table.number("pitch", template.pitch, TURN_DEG),
+        yaw: table.number("yaw", template.yaw, TURN_DEG),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{MAX_SYNTAX_FAULTS, parse};
+
+    #[test]
+    fn a_text_of_another_kind_is_not_named_line_by_line() {
+        let log = "FLASER 180 81.83\n".repeat(50);
+        let Err(error) = parse(&log) else { panic!("a log is no rig") };
+        let error = error.to_string();
+        assert!(error.starts_with("50 faults, the first of them:\n  line 1: not TOML: "), "{error}");
+        assert_eq!(error.lines().count(), 1 + MAX_SYNTAX_FAULTS, "{error}");
+    }
 }

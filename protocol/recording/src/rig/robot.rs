@@ -25,7 +25,7 @@ impl Rig {
     /// must be given.
     ///
     /// # Errors
-    /// The first thing that is wrong, with line, key, what was found and what is allowed.
+    /// All that is wrong, each with line, key, what was found and what is allowed.
     pub fn parse(text: &str) -> Result<Self, RigError> {
         let Devices { horizontal, vertical, base, imu } = parse::parse(text)?;
         Ok(Self { horizontal, vertical, base, imu })

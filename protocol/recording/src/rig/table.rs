@@ -1,16 +1,35 @@
-//! Values taken out of a TOML table, each with its key and line for the case that it is wrong.
+//! Values taken out of a TOML table. What is wrong is noted with its key and line, and reading goes on with
+//! the default, so that a person is told of all faults at once.
 
 use super::RigError;
+use std::cell::RefCell;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 type Value<'a> = Spanned<DeValue<'a>>;
 
-/// A table of the text: its name with a dot behind it (empty for the whole text), its keys.
+/// What was found wrong so far.
+#[derive(Default)]
+pub(crate) struct Faults(RefCell<Vec<RigError>>);
+
+impl Faults {
+    pub(crate) fn note(&self, fault: RigError) {
+        self.0.borrow_mut().push(fault);
+    }
+
+    /// All that was noted.
+    pub(crate) fn into_vec(self) -> Vec<RigError> {
+        self.0.into_inner()
+    }
+}
+
+/// A table of the text: its name with a dot behind it (empty for the whole text), where it begins, its keys.
 pub(crate) struct Table<'a> {
     text: &'a str,
     prefix: String,
+    line: Option<usize>,
     keys: &'a DeTable<'a>,
+    faults: &'a Faults,
 }
 
 /// The line of a byte, counted from 1.
@@ -41,63 +60,82 @@ fn as_number(value: &DeValue) -> Option<f64> {
 }
 
 impl<'a> Table<'a> {
-    pub(crate) fn whole(text: &'a str, keys: &'a DeTable<'a>) -> Self {
-        Self { text, prefix: String::new(), keys }
+    pub(crate) fn whole(text: &'a str, keys: &'a DeTable<'a>, faults: &'a Faults) -> Self {
+        Self { text, prefix: String::new(), line: None, keys, faults }
     }
 
     fn get(&self, key: &str) -> Option<&'a Value<'a>> {
         self.keys.iter().find(|(name, _)| name.get_ref() == key).map(|(_, value)| value)
     }
 
-    /// The error that a key's value is not allowed.
-    pub(crate) fn refuse(&self, key: &str, allowed: &str) -> RigError {
-        let key_path = format!("{}{key}", self.prefix);
-        match self.get(key) {
+    fn path(&self, key: &str) -> String {
+        format!("{}{key}", self.prefix)
+    }
+
+    /// Notes that a key's value is not allowed, or that it is missing.
+    pub(crate) fn refuse(&self, key: &str, allowed: &str) {
+        self.faults.note(match self.get(key) {
             Some(value) => RigError::Value {
                 line: line_at(self.text, value.span().start),
-                key: key_path,
+                key: self.path(key),
                 found: describe(value.get_ref()),
                 allowed: allowed.to_owned(),
             },
-            None => RigError::MissingKey { key: key_path },
-        }
+            None => RigError::MissingKey { line: self.line, key: self.path(key) },
+        });
+    }
+
+    /// Whether nothing was noted about these keys: what depends on them can be judged.
+    pub(crate) fn are_sound(&self, keys: &[&str]) -> bool {
+        let paths: Vec<String> = keys.iter().map(|key| self.path(key)).collect();
+        !self
+            .faults
+            .0
+            .borrow()
+            .iter()
+            .any(|fault| fault.key().is_some_and(|refused| paths.iter().any(|path| path.as_str() == refused)))
     }
 
     /// Refuses every key that is not among `known`.
-    pub(crate) fn only(&self, known: &[&str]) -> Result<(), RigError> {
-        for (key, _) in self.keys {
-            if !known.contains(&key.get_ref().as_ref()) {
-                return Err(RigError::UnknownKey {
-                    line: line_at(self.text, key.span().start),
-                    key: format!("{}{}", self.prefix, key.get_ref()),
-                    known: known.join(", "),
-                });
-            }
+    pub(crate) fn only(&self, known: &[&str]) {
+        for (key, _) in self.keys.iter().filter(|(key, _)| !known.contains(&key.get_ref().as_ref())) {
+            self.faults.note(RigError::UnknownKey {
+                line: line_at(self.text, key.span().start),
+                key: self.path(key.get_ref()),
+                known: known.join(", "),
+            });
         }
-        Ok(())
     }
 
     /// The table inside under a key; `None` when the key is not there.
-    pub(crate) fn table(&self, key: &str) -> Result<Option<Table<'a>>, RigError> {
-        let Some(value) = self.get(key) else { return Ok(None) };
-        let keys = value.get_ref().as_table().ok_or_else(|| self.refuse(key, "a table"))?;
-        Ok(Some(Table { text: self.text, prefix: format!("{}{key}.", self.prefix), keys }))
+    pub(crate) fn table(&self, key: &str) -> Option<Table<'a>> {
+        let value = self.get(key)?;
+        let Some(keys) = value.get_ref().as_table() else {
+            self.refuse(key, "a table");
+            return None;
+        };
+        let line = Some(line_at(self.text, value.span().start));
+        let prefix = format!("{}.", self.path(key));
+        Some(Table { text: self.text, prefix, line, keys, faults: self.faults })
     }
 
     /// A number within bounds, inclusive; integers are numbers.
-    pub(crate) fn number(&self, key: &str, default: f64, (low, high): (f64, f64)) -> Result<f64, RigError> {
-        let Some(value) = self.get(key) else { return Ok(default) };
-        as_number(value.get_ref())
-            .filter(|number| *number >= low && *number <= high)
-            .ok_or_else(|| self.refuse(key, &format!("a number from {low} to {high}")))
+    pub(crate) fn number(&self, key: &str, default: f64, (low, high): (f64, f64)) -> f64 {
+        let Some(value) = self.get(key) else { return default };
+        let number = as_number(value.get_ref()).filter(|number| *number >= low && *number <= high);
+        number.unwrap_or_else(|| {
+            self.refuse(key, &format!("a number from {low} to {high}"));
+            default
+        })
     }
 
     /// One of a few numbers.
-    pub(crate) fn one_of(&self, key: &str, default: f64, allowed: &[f64]) -> Result<f64, RigError> {
-        let Some(value) = self.get(key) else { return Ok(default) };
-        as_number(value.get_ref()).filter(|number| allowed.contains(number)).ok_or_else(|| {
+    pub(crate) fn one_of(&self, key: &str, default: f64, allowed: &[f64]) -> f64 {
+        let Some(value) = self.get(key) else { return default };
+        as_number(value.get_ref()).filter(|number| allowed.contains(number)).unwrap_or_else(|| {
             let words: Vec<String> = allowed.iter().map(f64::to_string).collect();
-            self.refuse(key, &words.join(", "))
+            self.refuse(key, &words.join(", "));
+            default
         })
     }
 
@@ -107,29 +145,37 @@ impl<'a> Table<'a> {
     }
 
     /// Yes or no; `None` when the key is not there.
-    pub(crate) fn flag(&self, key: &str) -> Result<Option<bool>, RigError> {
-        let Some(value) = self.get(key) else { return Ok(None) };
-        value.get_ref().as_bool().map(Some).ok_or_else(|| self.refuse(key, "true, false"))
+    pub(crate) fn flag(&self, key: &str) -> Option<bool> {
+        let value = self.get(key)?.get_ref().as_bool();
+        if value.is_none() {
+            self.refuse(key, "true, false");
+        }
+        value
     }
 
-    /// One of a few words.
+    /// One of a few words; `None` when it is another one.
     pub(crate) fn word(
         &self,
         key: &str,
         default: &'static str,
         allowed: &[&'static str],
-    ) -> Result<&'static str, RigError> {
-        let Some(value) = self.get(key) else { return Ok(default) };
+    ) -> Option<&'static str> {
+        let Some(value) = self.get(key) else { return Some(default) };
         let text = value.get_ref().as_str();
-        allowed.iter().copied().find(|word| Some(*word) == text).ok_or_else(|| {
+        let word = allowed.iter().copied().find(|word| Some(*word) == text);
+        if word.is_none() {
             let words: Vec<String> = allowed.iter().map(|word| format!("{word:?}")).collect();
-            self.refuse(key, &words.join(", "))
-        })
+            self.refuse(key, &words.join(", "));
+        }
+        word
     }
 
-    /// A text that must be there and is not empty.
-    pub(crate) fn text(&self, key: &str) -> Result<String, RigError> {
-        let text = self.get(key).and_then(|value| value.get_ref().as_str()).filter(|text| !text.is_empty());
-        text.map(str::to_owned).ok_or_else(|| self.refuse(key, "a text, for example \"/dev/ttyUSB0\""))
+    /// A text that must be there and is not empty; empty when it is refused.
+    pub(crate) fn text(&self, key: &str) -> String {
+        let text = self.get(key).and_then(|value| value.get_ref().as_str()).unwrap_or_default();
+        if text.is_empty() {
+            self.refuse(key, "a text, for example \"/dev/ttyUSB0\"");
+        }
+        text.to_owned()
     }
 }

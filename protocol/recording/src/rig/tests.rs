@@ -237,7 +237,7 @@ const MISTAKES: &[(&str, &str, &str)] = &[
     (
         "base",
         "protocol = \"rflex\"\ncounts_per_m = 100000",
-        "missing key `base.counts_per_rad`: it has no default",
+        "line 5: missing key `base.counts_per_rad`: it has no default",
     ),
     (
         "base",
@@ -270,9 +270,9 @@ const NO_BASE: &str = "missing section [base] with its `port`; a rig whose base 
 #[test]
 fn what_is_missing_or_is_no_toml_is_named() {
     let table = [
-        ("", "missing key `horizontal.port`: it has no default"),
-        ("[horizontal]\n[base]\nport = \"b\"", "missing key `horizontal.port`: it has no default"),
-        ("[horizontal]\nport = \"a\"\n[base]", "missing key `base.port`: it has no default"),
+        ("[base]\nport = \"b\"", "missing key `horizontal.port`: it has no default"),
+        ("[horizontal]\n[base]\nport = \"b\"", "line 1: missing key `horizontal.port`: it has no default"),
+        ("[horizontal]\nport = \"a\"\n[base]", "line 3: missing key `base.port`: it has no default"),
         ("[horizontal]\nport = \"a\"", NO_BASE),
         (
             "[horizontal]\nport = \"\"\n[base]\nport = \"b\"",
@@ -282,12 +282,15 @@ fn what_is_missing_or_is_no_toml_is_named() {
             "[horizontal]\nport = 1\n[base]\nport = \"b\"",
             "line 2: `horizontal.port` is 1; allowed: a text, for example \"/dev/ttyUSB0\"",
         ),
-        ("horizontal = 3", "line 1: `horizontal` is 3; allowed: a table"),
-        ("[lidar]\n", "line 1: unknown key `lidar`; known here: horizontal, vertical, base, imu"),
+        ("horizontal = 3\n[base]\nport = \"b\"", "line 1: `horizontal` is 3; allowed: a table"),
     ];
     for (text, message) in table {
         assert_eq!(Rig::parse(text).expect_err(text).to_string(), message, "{text}");
     }
+    assert_eq!(
+        Rig::parse("").expect_err("").to_string(),
+        format!("2 faults:\n  missing key `horizontal.port`: it has no default\n  {NO_BASE}")
+    );
     for (text, line) in
         [("[horizontal]\nport = \"a\nbaud = 1", 2), ("[base]\nport = \"b\"\nport = \"c\"", 3), ("x", 1)]
     {
@@ -296,6 +299,38 @@ fn what_is_missing_or_is_no_toml_is_named() {
             other => panic!("{text}: {other:?}"),
         }
     }
+}
+
+#[test]
+fn all_mistakes_are_named_at_once_in_the_order_of_the_text() {
+    let text = "[horizontal]\nbuad = 9600\nfov_deg = 270\nresolution_deg = 0.25\nmount = { x = 500, tilt = 3 }\n\
+                [vertical]\nprotocol = \"cola\"\naddress = \"laser\"\nsave = true\n\
+                [base]\nport = \"b\"\nprotocol = \"p3os\"\nmetres_per_tick = 0\n[lidar]\n";
+    let error = Rig::parse(text).expect_err(text).to_string();
+    let places: Vec<&str> = error.lines().map(|line| line.split("`; ").next().unwrap()).collect();
+    let starts = [
+        "9 faults:",
+        "  line 1: missing key `horizontal.port`",
+        "  line 2: unknown key `horizontal.buad",
+        "  line 3: `horizontal.fov_deg` is 270",
+        // Not line 4: whether 0.25 is allowed depends on the field of view.
+        "  line 5: unknown key `horizontal.mount.tilt",
+        "  line 5: `horizontal.mount.x` is 500",
+        "  line 8: `vertical.address` is \"laser\"",
+        "  line 9: `vertical.save` is true",
+        // Not line 13: which keys a base has depends on its protocol.
+        "  line 12: `base.protocol` is \"p3os\"",
+        "  line 14: unknown key `lidar",
+    ];
+    assert_eq!(places.len(), starts.len(), "{error}");
+    for (place, start) in places.iter().zip(starts) {
+        assert!(place.starts_with(start), "{place:?} does not start with {start:?}\n{error}");
+    }
+    let no_toml = Rig::parse("[horizontal]\nport = \"a\nbaud = = 1\n").unwrap_err().to_string();
+    assert!(
+        no_toml.contains("\n  line 2: not TOML") && no_toml.contains("\n  line 3: not TOML"),
+        "{no_toml}"
+    );
 }
 
 #[test]
@@ -329,7 +364,7 @@ fn an_inertial_unit_on_a_line_has_its_port_and_rates_and_one_without_has_none() 
     let fast = parse("protocol = \"xsens\"\nport = \"i\"\nbaud = 230400\nrate_hz = 400").unwrap();
     assert_eq!(Rig::parse(&fast.to_toml()).unwrap(), fast);
     for (keys, message) in [
-        ("protocol = \"xsens\"", "missing key `imu.port`: it has no default"),
+        ("protocol = \"xsens\"", "line 7: missing key `imu.port`: it has no default"),
         ("protocol = \"um7\"", "line 8: `imu.protocol` is \"um7\"; allowed: \"none\", \"xsens\""),
         ("protocol = \"none\"\nport = \"i\"", "line 9: unknown key `imu.port`; known here: protocol, mount"),
         (

@@ -260,7 +260,7 @@ fn a_rig_or_message_that_is_none_is_named() {
     writer.finish().unwrap();
     let reader = Reader::open(&path).unwrap();
     let error = reader.rig().unwrap_err().to_string();
-    assert!(error.contains("run.mcap: line 2: unknown key `horizontal.prot`"), "{error}");
+    assert!(error.contains("run.mcap: 3 faults:\n  line 1: missing key `horizontal.port`"), "{error}");
     let entry = reader.messages().next().unwrap().unwrap();
     let error = entry.decode().unwrap_err().to_string();
     assert!(

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::cli::rig;
 use crate::types::error::OnboardError;
 
-/// Reads a rig.toml, checks it, and prints it with all defaults filled in.
+/// Reads a rig.toml, names all its faults with their lines, or prints it with all defaults filled in.
 #[derive(Debug, clap::Args)]
 #[command(after_help = "Example:\n  biplane-onboard check-config rig.toml")]
 pub(crate) struct Args {

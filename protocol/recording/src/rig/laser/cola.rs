@@ -3,7 +3,6 @@
 //!
 //! What the rig does not ask for stays as the device is set. Nothing is written to a device without `login`.
 
-use crate::rig::RigError;
 use crate::rig::table::Table;
 use std::fmt::Write;
 
@@ -37,36 +36,33 @@ pub struct ColaLaser {
 }
 
 /// Reads the table of such a laser.
-pub(crate) fn parse(table: &Table) -> Result<ColaLaser, RigError> {
-    let some = |key, value: Result<f64, RigError>| value.map(|value| table.has(key).then_some(value));
+pub(crate) fn parse(table: &Table) -> ColaLaser {
+    let some = |key, value: f64| table.has(key).then_some(value);
     let laser = ColaLaser {
-        address: address(table, "192.168.0.1:2112")?,
-        fov_deg: some("fov_deg", table.number("fov_deg", FOV_DEG.1, FOV_DEG))?,
-        resolution_deg: some("resolution_deg", table.one_of("resolution_deg", 1.0, &STEPS_DEG))?,
-        scan_hz: some("scan_hz", table.one_of("scan_hz", 25.0, &RATES_HZ))?,
-        remission: table.flag("remission")?,
-        login: table.flag("login")?.unwrap_or(false),
-        save: table.flag("save")?.unwrap_or(false),
+        address: address(table, "192.168.0.1:2112"),
+        fov_deg: some("fov_deg", table.number("fov_deg", FOV_DEG.1, FOV_DEG)),
+        resolution_deg: some("resolution_deg", table.one_of("resolution_deg", 1.0, &STEPS_DEG)),
+        scan_hz: some("scan_hz", table.one_of("scan_hz", 25.0, &RATES_HZ)),
+        remission: table.flag("remission"),
+        login: table.flag("login").unwrap_or(false),
+        save: table.flag("save").unwrap_or(false),
     };
-    if laser.save && !laser.login {
-        return Err(table.refuse("save", "false without login = true: who does not log in writes nothing"));
+    if laser.save && !laser.login && table.are_sound(&["login"]) {
+        table.refuse("save", "false without login = true: who does not log in writes nothing");
     }
-    Ok(laser)
+    laser
 }
 
 /// Host and port: a port is a number, so that a typing error is not looked up on the network.
-pub(crate) fn address(table: &Table, example: &str) -> Result<String, RigError> {
-    let allowed = &format!("host and port, for example {example:?}");
-    if !table.has("address") {
-        return Err(table.refuse("address", allowed));
+pub(crate) fn address(table: &Table, example: &str) -> String {
+    let address = table.text("address");
+    let is_address = address
+        .rsplit_once(':')
+        .is_some_and(|(host, port)| !host.is_empty() && port.parse::<u16>().is_ok_and(|port| port > 0));
+    if !is_address && table.are_sound(&["address"]) {
+        table.refuse("address", &format!("host and port, for example {example:?}"));
     }
-    let address = table.text("address")?;
-    match address.rsplit_once(':') {
-        Some((host, port)) if !host.is_empty() && port.parse::<u16>().is_ok_and(|port| port > 0) => {
-            Ok(address)
-        }
-        _ => Err(table.refuse("address", allowed)),
-    }
+    address
 }
 
 /// Writes what the rig asks of such a laser.

@@ -4,7 +4,6 @@
 
 use super::Laser;
 use super::cola::address;
-use crate::rig::RigError;
 use crate::rig::table::Table;
 use std::fmt::Write;
 
@@ -36,32 +35,26 @@ pub struct ScipLaser {
 }
 
 /// Reads the table of such a laser; its port and rate are the caller's.
-pub(crate) fn parse(table: &Table) -> Result<ScipLaser, RigError> {
-    let some = |key, bounds: (f64, f64)| {
-        table.number(key, bounds.1, bounds).map(|value| table.has(key).then_some(value))
-    };
+pub(crate) fn parse(table: &Table) -> ScipLaser {
+    let some = |key, bounds: (f64, f64)| table.has(key).then(|| table.number(key, bounds.1, bounds));
     let has_address = table.has("address");
     for key in ["port", "baud"] {
         if has_address && table.has(key) {
-            return Err(table.refuse(key, "nothing beside `address`: a laser is on one line"));
+            table.refuse(key, "nothing beside `address`: a laser is on one line");
         }
     }
-    if !has_address && !table.has("port") {
-        return Err(table.refuse("port", ""));
+    ScipLaser {
+        address: has_address.then(|| address(table, "192.168.0.10:10940")),
+        fov_deg: some("fov_deg", FOV_DEG),
+        resolution_deg: some("resolution_deg", RESOLUTION_DEG),
+        scan_hz: some("scan_hz", RATE_HZ),
+        remission: table.flag("remission"),
     }
-    let address = has_address.then(|| address(table, "192.168.0.10:10940")).transpose()?;
-    Ok(ScipLaser {
-        address,
-        fov_deg: some("fov_deg", FOV_DEG)?,
-        resolution_deg: some("resolution_deg", RESOLUTION_DEG)?,
-        scan_hz: some("scan_hz", RATE_HZ)?,
-        remission: table.flag("remission")?,
-    })
 }
 
 /// The rate of the serial line, in Bd.
-pub(crate) fn baud(table: &Table) -> Result<u32, RigError> {
-    table.one_of("baud", DEFAULT_BAUD, &BAUDS).map(|baud| baud as u32)
+pub(crate) fn baud(table: &Table) -> u32 {
+    table.one_of("baud", DEFAULT_BAUD, &BAUDS) as u32
 }
 
 /// Writes what the rig asks of such a laser.

@@ -82,7 +82,7 @@ fn a_hokuyo_laser_is_on_one_line_and_knows_its_rates() {
     assert!(with("address = \"a:1\"").contains("a laser is on one line"), "{}", with("address = \"a:1\""));
     assert!(with("login = true").contains("unknown key `horizontal.login`"), "{}", with("login = true"));
     let nowhere = Rig::parse(&HOKUYO.replace("port = \"/dev/ttyACM0\"\n", "")).unwrap_err().to_string();
-    assert_eq!(nowhere, "missing key `horizontal.port`: it has no default");
+    assert_eq!(nowhere, "line 1: missing key `horizontal.port`: it has no default");
     let odd = Rig::parse(&HOKUYO.replace(":10940", "")).unwrap_err().to_string();
     assert!(odd.contains("for example \"192.168.0.10:10940\""), "{odd}");
 }
