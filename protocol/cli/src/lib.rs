@@ -18,5 +18,5 @@ pub use crate::examples::faulty_examples;
 pub use crate::interrupt::end_on_signals;
 pub use crate::manual::{Completions, Man};
 pub use crate::outcome::{BAD_ARGUMENTS, FAILED, Outcome};
-pub use crate::output::{paragraph, print_result, say};
+pub use crate::output::{list, paragraph, print_result, say};
 pub use crate::words::{parse, refusal, try_parse};

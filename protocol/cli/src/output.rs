@@ -22,9 +22,25 @@ pub fn paragraph(text: &str, width: usize, prefix: &str) -> String {
     textwrap::wrap(text, at_blanks).iter().map(|line| format!("{prefix}{line}\n")).collect()
 }
 
+/// Breaks a list of `name value` or `name = value` into lines as [`paragraph`] does, but never between a name
+/// and its value.
+#[must_use]
+pub fn list(text: &str, width: usize, prefix: &str) -> String {
+    /// A blank at which no line is broken.
+    const NO_BREAK: &str = "\u{a0}";
+    let joined: Vec<String> = text.split(", ").map(|item| item.replace(' ', NO_BREAK)).collect();
+    paragraph(&joined.join(", "), width, prefix).replace(NO_BREAK, " ")
+}
+
 #[cfg(test)]
 mod tests {
-    use super::paragraph;
+    use super::{list, paragraph};
+
+    #[test]
+    fn a_list_breaks_between_its_items_only() {
+        assert_eq!(list("a 1, bb = 2, c 3", 10, "  "), "  a 1,\n  bb = 2,\n  c 3\n");
+        assert_eq!(paragraph("a 1, bb = 2, c 3", 10, "  "), "  a 1, bb =\n  2, c 3\n");
+    }
 
     #[test]
     fn lines_break_at_blanks_and_never_in_a_flag() {

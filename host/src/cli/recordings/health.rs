@@ -3,7 +3,7 @@
 
 use std::io::{self, Write};
 
-use biplane_cli::paragraph;
+use biplane_cli::{list, paragraph};
 
 use crate::recordings::info::Health;
 
@@ -38,7 +38,7 @@ pub(super) fn print(out: &mut impl Write, health: &[Health]) -> io::Result<()> {
     for one in health {
         let values: Vec<String> = one.values.iter().map(|(key, value)| format!("{key} {value}")).collect();
         writeln!(out, "  health of {}: {}", one.name, one.message)?;
-        out.write_all(paragraph(&values.join(", "), WIDTH, "    ").as_bytes())?;
+        out.write_all(list(&values.join(", "), WIDTH, "    ").as_bytes())?;
     }
     let is_there =
         |name: &str| health.iter().flat_map(|one| one.values.keys()).any(|key| key.starts_with(name));

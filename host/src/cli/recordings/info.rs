@@ -3,14 +3,17 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use super::{health, model_info, poses};
+use super::{health, model_info, poses, rig_text};
 use crate::recordings::info;
 use crate::recordings::info::{FileInfo, TopicInfo};
 use crate::recordings::stamp_text::format_seconds;
 
-use biplane_cli::{Outcome, counted};
+use biplane_cli::{Outcome, counted, paragraph};
 use biplane_clock::iso_8601;
 use biplane_recording::mcap::read::RIG_ASSUMED;
+
+/// Letters of a line beside its indentation: it then fits into a terminal of 80 columns.
+const WIDTH: usize = 78;
 
 /// Words of the command.
 #[derive(Debug, clap::Args)]
@@ -94,12 +97,13 @@ fn print(out: &mut impl Write, info: &FileInfo) -> io::Result<()> {
         Some(rig) => {
             let assumed = info.metadata.get("biplane").and_then(|words| words.get(RIG_ASSUMED));
             match assumed {
-                Some(assumed) => writeln!(out, "  rig ({assumed}):")?,
+                Some(assumed) => {
+                    let heading = paragraph(&format!("rig ({assumed}):"), WIDTH, "  ");
+                    out.write_all(heading.as_bytes())?;
+                }
                 None => writeln!(out, "  rig:")?,
             }
-            rig.lines()
-                .filter(|line| !line.trim().is_empty())
-                .try_for_each(|line| writeln!(out, "    {line}"))
+            rig_text::print(out, rig)
         }
         None => writeln!(out, "  no rig"),
     }

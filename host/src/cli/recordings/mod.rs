@@ -9,4 +9,5 @@ pub(crate) mod model_info;
 pub(crate) mod optimize;
 pub(crate) mod poses;
 pub(crate) mod recover;
+mod rig_text;
 pub(crate) mod traj;
