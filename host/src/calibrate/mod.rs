@@ -22,9 +22,9 @@ mod walls;
 pub use report::{Calibration, Fit, Row};
 
 use biplane_recording::rig::Laser;
-use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
 use crate::calibrate::observations::{Patches, posed};
+use crate::recordings::mounts::base_from_mount;
 use crate::recordings::run::{Run, RunError};
 use agreement::agreements;
 use placement::Placement;
@@ -50,10 +50,7 @@ pub fn calibrate(run: &Run) -> Result<Calibration, RunError> {
 }
 
 fn placed(laser: &Laser) -> Placement {
-    let [x, y, z] = laser.mount.translation_m();
-    let [qx, qy, qz, qw] = laser.mount.rotation_xyzw();
-    let rotation = UnitQuaternion::from_quaternion(Quaternion::new(qw, qx, qy, qz));
-    Placement { base_from_laser: Isometry3::from_parts(Translation3::new(x, y, z), rotation), late_s: 0.0 }
+    Placement { base_from_laser: base_from_mount(&laser.mount), late_s: 0.0 }
 }
 
 /// Where the vertical laser sits; `None` when either laser saw nothing while the robot moved.

@@ -9,6 +9,7 @@ use biplane_recording::rig::Mount;
 use nalgebra::{Isometry3, Matrix3, SMatrix, SVector, Translation3, UnitQuaternion, Vector3};
 
 use crate::recordings::deskew::StampedPose;
+use crate::recordings::mounts::mount_of;
 
 /// How many parameters.
 pub(super) const PARAMETERS: usize = 7;
@@ -72,12 +73,11 @@ impl Placement {
         jacobian
     }
 
-    /// The mount that says the same, in whole micrometers and millionths of a degree: of the two ways to say
-    /// an orientation the one nearer to `before`.
+    /// The mount that says the same: of the two ways to say an orientation the one nearer to `before`.
     #[must_use]
     pub(super) fn mount(&self, before: &Mount) -> Mount {
-        let (roll, pitch, yaw) = self.base_from_laser.rotation.euler_angles();
-        let one = [roll, pitch, yaw].map(f64::to_degrees);
+        let mount = mount_of(&self.base_from_laser);
+        let one = [mount.roll, mount.pitch, mount.yaw];
         let other = [one[0] + 180.0, 180.0 - one[1], one[2] + 180.0];
         let was = [before.roll, before.pitch, before.yaw];
         let near = |angles: [f64; 3]| -> [f64; 3] {
@@ -85,13 +85,7 @@ impl Placement {
         };
         let off = |angles: &[f64; 3]| (0..3).map(|i| (angles[i] - was[i]).abs()).sum::<f64>();
         let (one, other) = (near(one), near(other));
-        let [roll, pitch, yaw] = if off(&other) < off(&one) { other } else { one }.map(rounded);
-        let [x, y, z] = <[f64; 3]>::from(self.base_from_laser.translation.vector).map(rounded);
-        Mount { x, y, z, roll, pitch, yaw }
+        let [roll, pitch, yaw] = if off(&other) < off(&one) { other } else { one };
+        Mount { roll, pitch, yaw, ..mount }
     }
-}
-
-/// Six decimals, and no minus before a zero.
-pub(super) fn rounded(value: f64) -> f64 {
-    (value * 1e6).round() / 1e6 + 0.0
 }

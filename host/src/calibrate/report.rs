@@ -186,7 +186,7 @@ fn place(out: &mut Calibration, start: &Placement, at: &Placement, solution: &So
             },
         });
     }
-    corrected::with_placement(&mut out.corrected, start, &kept);
+    corrected::with_placement(&mut out.corrected, start, &kept, &std::array::from_fn(sigma));
     let of = ["walls of the horizontal laser", "surfaces seen again", "ceilings seen again", "floor"];
     out.fits = std::array::from_fn::<Fit, 4, _>(|i| Fit {
         of: of[i],
@@ -256,7 +256,8 @@ fn odometry(out: &mut Calibration, scales: &Scales) {
         row("turn_scale", "", 1.0, scales.turn, MIN_SCALE, OBSERVED_SCALE),
         row("turn_per_m", "rad/m", 0.0, scales.drift_rad_per_m, 0.0, OBSERVED_DRIFT_RAD_PER_M),
     ];
-    let observed = Observed { way: rows[0].observed, turn: rows[1].observed, drift: rows[2].observed };
+    let sigma = |row: &Row| row.sigma.filter(|_| row.observed);
+    let observed = Observed { way: sigma(&rows[0]), turn: sigma(&rows[1]), drift: sigma(&rows[2]) };
     let takes = corrected::with_scales(&mut out.corrected, scales, observed);
     for (row, takes) in rows.iter_mut().zip(takes) {
         row.written = row.observed && takes;

@@ -3,6 +3,7 @@
 pub(crate) mod deskew;
 pub(crate) mod import;
 pub(crate) mod info;
+pub(crate) mod mounts;
 pub(crate) mod run;
 pub(crate) mod scan_geometry;
 pub(crate) mod stamp_text;

@@ -4,18 +4,14 @@ use biplane_geometry::PortableMath;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use biplane_recording::messages::TransformStamped;
-use biplane_recording::rig::Mount;
-use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Vector3};
+
+use crate::recordings::mounts::isometry;
 
 /// A transform on `/tf` that moves by less than this, in m and in parts of a quaternion, stands still.
 const STILL: f64 = 1e-6;
 /// More frames than any robot has; those beyond are refused.
 const MAX_FRAMES: usize = 10_000;
-/// Below this cosine of the pitch, roll and yaw turn about one axis.
-const UPRIGHT: f64 = 1e-9;
-/// Numbers of a mount are written to so many parts of a degree or a meter: finer than anybody measures.
-const PARTS: f64 = 1e9;
-
 /// What a bag says of one frame: its parent and where it sits in it.
 #[derive(Clone, Debug, PartialEq)]
 struct Edge {
@@ -38,14 +34,6 @@ pub(crate) struct Frames {
 /// A frame's name as it is compared: older bags write `/laser` here and `laser` there.
 pub(crate) fn bare(frame: &str) -> &str {
     frame.strip_prefix('/').unwrap_or(frame)
-}
-
-/// A transform with a rotation of length 1; `None` where it is none.
-pub(crate) fn isometry(translation_m: [f64; 3], [x, y, z, w]: [f64; 4]) -> Option<Isometry3<f64>> {
-    let rotation = UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 1e-6)?;
-    let is_finite = translation_m.iter().chain(rotation.coords.iter()).all(|value| value.is_finite());
-    let [x, y, z] = translation_m;
-    is_finite.then(|| Isometry3::from_parts(Translation3::new(x, y, z), rotation))
 }
 
 impl Frames {
@@ -134,34 +122,10 @@ pub(crate) fn tilt_deg(base_from_laser: &Isometry3<f64>) -> f64 {
     up.z.abs().clamp(0.0, 1.0).portable_acos().to_degrees()
 }
 
-/// A transform as a mount: yaw, then pitch, then roll.
-pub(crate) fn mount_of(base_from_laser: &Isometry3<f64>) -> Mount {
-    let m = base_from_laser.rotation.to_rotation_matrix();
-    let cos_pitch = m[(0, 0)].portable_hypot(m[(1, 0)]);
-    let pitch = (-m[(2, 0)]).portable_atan2(cos_pitch);
-    let yaw = if cos_pitch < UPRIGHT {
-        (-m[(0, 1)]).portable_atan2(m[(1, 1)])
-    } else {
-        m[(1, 0)].portable_atan2(m[(0, 0)])
-    };
-    // What is left of the rotation behind yaw and pitch: exact also where these two are not.
-    let (sin, cos) = yaw.portable_sin_cos();
-    let roll = (sin * m[(0, 2)] - cos * m[(1, 2)]).portable_atan2(cos * m[(1, 1)] - sin * m[(0, 1)]);
-    // Plus nothing: no -0.
-    let rounded = |value: f64| (value * PARTS).round() / PARTS + 0.0;
-    let degrees = |angle: f64| rounded(angle.to_degrees());
-    let [x, y, z] = <[f64; 3]>::from(base_from_laser.translation.vector).map(rounded);
-    Mount { x, y, z, roll: degrees(roll), pitch: degrees(pitch), yaw: degrees(yaw) }
-}
-
-/// A mount as a transform.
-pub(crate) fn base_from_mount(mount: &Mount) -> Isometry3<f64> {
-    isometry(mount.translation_m(), mount.rotation_xyzw()).unwrap_or_else(Isometry3::identity)
-}
-
 #[cfg(test)]
 mod tests {
-    use super::{Frames, base_from_mount, mount_of, tilt_deg};
+    use super::{Frames, tilt_deg};
+    use crate::recordings::mounts::{base_from_mount, mount_of};
     use biplane_recording::messages::TransformStamped;
     use biplane_recording::rig::Mount;
 
@@ -172,25 +136,6 @@ mod tests {
             translation_m: [x_m, 0.0, 0.0],
             ..TransformStamped::default()
         }
-    }
-
-    #[test]
-    fn a_mount_gives_back_its_own_rotation_also_where_roll_and_yaw_are_one() {
-        for (roll, pitch, yaw) in [
-            (0.0, 0.0, 0.0),
-            (180.0, 0.0, 12.0),
-            (0.0, -90.0, 0.0),
-            (0.0, -90.0, 180.0),
-            (30.0, 90.0, -50.0),
-            (1.0, -89.999_999, 2.0),
-            (-170.0, 40.0, 100.0),
-        ] {
-            let mount = Mount { x: 0.1, y: -0.2, z: 0.3, roll, pitch, yaw };
-            let transform = base_from_mount(&mount);
-            let again = base_from_mount(&mount_of(&transform));
-            assert!(transform.rotation.angle_to(&again.rotation) < 1e-7, "{mount:?}");
-        }
-        assert_eq!(mount_of(&base_from_mount(&Mount { pitch: -90.0, ..Mount::default() })).pitch, -90.0);
     }
 
     #[test]

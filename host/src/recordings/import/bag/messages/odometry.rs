@@ -5,7 +5,7 @@ use biplane_recording::messages::{Odometry, TransformStamped};
 use biplane_recording::topics::{FRAME_BASE, FRAME_ODOM};
 use nalgebra::{Isometry3, Vector3};
 
-use crate::recordings::import::bag::frames::isometry;
+use crate::recordings::mounts::isometry;
 
 /// A speed is told between two poses that are nearer than this, in ns.
 const LONGEST_STEP_NS: i64 = 1_000_000_000;

@@ -3,9 +3,10 @@
 use super::placed::{Fan, Placed};
 use super::{listing, preset};
 use crate::recordings::import::bag::error::BagError;
-use crate::recordings::import::bag::frames::{bare, mount_of};
+use crate::recordings::import::bag::frames::bare;
 use crate::recordings::import::bag::options::{BagOptions, TopicChoice};
 use crate::recordings::import::bag::survey::{LaserSeen, Survey};
+use crate::recordings::mounts::mount_of;
 
 /// The lasers that are taken.
 #[derive(Clone, Debug)]

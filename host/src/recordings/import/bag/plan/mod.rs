@@ -11,10 +11,11 @@ use biplane_recording::rig::Mount;
 use nalgebra::Isometry3;
 
 use super::error::BagError;
-use super::frames::{bare, mount_of};
+use super::frames::bare;
 use super::messages::scans::BeamTimes;
 use super::options::{BagOptions, TopicChoice};
 use super::survey::Survey;
+use crate::recordings::mounts::mount_of;
 
 /// Clocks of laser and odometry that are farther apart are not the same, ns.
 const SAME_CLOCK_NS: i64 = 1_000_000_000;

@@ -2,8 +2,9 @@
 
 use biplane_recording::rig::Mount;
 
-use crate::recordings::import::bag::frames::{bare, base_from_mount, tilt_deg};
+use crate::recordings::import::bag::frames::{bare, tilt_deg};
 use crate::recordings::import::bag::survey::LaserSeen;
+use crate::recordings::mounts::base_from_mount;
 
 /// A fan that is tilted by less lies flat, in degrees.
 const FLAT_DEG: f64 = 15.0;
