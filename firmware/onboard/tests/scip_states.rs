@@ -205,3 +205,33 @@ fn codes_are_no_ranges_and_an_old_laser_is_asked_for_nothing_that_hangs_it() {
     let first_deg = f64::from(scan.angle_min_rad).to_degrees();
     assert!((first_deg + 340.0 * 360.0 / 1024.0).abs() < 1e-4, "{first_deg}");
 }
+
+#[test]
+fn a_scan_that_our_stop_or_start_cuts_is_no_damage() {
+    let links = [
+        ("UST-20LX", ScipLink::Network, 0),
+        ("UTM-30LX", ScipLink::Usb, 0),
+        ("URG-04LX", ScipLink::Serial(115_200), 115_200),
+    ];
+    let states = [ScipState::Idle, ScipState::Streaming];
+    let mut cut = [0; 3];
+    for (at, (name, link, baud)) in links.into_iter().enumerate() {
+        for (state, phase_ms) in states.into_iter().flat_map(|state| (0..12).map(move |ms| (state, 2 * ms))) {
+            let params = ScipParams { link, state, phase_ns: phase_ms * MS, ..named(name) };
+            let mut bench = bench(params, &ScipLaser::default(), baud);
+            bench.run(4 * S);
+            assert!(bench.scans().len() > 5, "{name}: {:?}", bench.events);
+            bench.engine.stop(bench.now_ns);
+            let end_ns = bench.now_ns + S;
+            bench.run(end_ns);
+            assert!(bench.engine.is_stopped(), "{name}: {:?}", bench.events);
+            let (report, _) = bench.engine.finish(end_ns);
+            let arrival = report.arrival;
+            let case = format!("{name} {state:?} {phase_ms} ms: {arrival:?}");
+            assert_eq!((arrival.damaged, arrival.skipped_bytes), (0, 0), "{case}");
+            cut[at] += arrival.cut_by_us;
+        }
+    }
+    // A line of 115200 Bd is never without a scan; the faster ones are busy for a millisecond of 25.
+    assert!(cut[2] > 12, "{cut:?}");
+}

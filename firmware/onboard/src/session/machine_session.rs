@@ -6,6 +6,7 @@ use biplane_wire::{Counts, Item};
 
 use crate::session::device_session::{Input, Output, Session};
 use crate::session::lms::health::LaserHealth;
+use crate::session::lms::streaming::self_truncated::{SelfTruncation, TruncationCounts};
 use crate::session::queues::{Intake, Outputs};
 
 /// What a session is for.
@@ -94,6 +95,8 @@ pub(crate) struct MachineSession<M: LaserMachine, F, const N: usize> {
     deframer: Deframer<F, N>,
     machine: M,
     scan: M::Scan,
+    self_truncation: SelfTruncation,
+    now_ns: i64,
 }
 
 impl<M: LaserMachine, F: Framing, const N: usize> MachineSession<M, F, N> {
@@ -101,6 +104,7 @@ impl<M: LaserMachine, F: Framing, const N: usize> MachineSession<M, F, N> {
     #[must_use]
     pub(crate) fn streaming(settings: M::Settings, now_ns: i64) -> Self {
         let mut session = Self::new(settings, Goal::Stream, now_ns);
+        session.host_sent(now_ns);
         session.machine.begin();
         session
     }
@@ -125,6 +129,8 @@ impl<M: LaserMachine, F: Framing, const N: usize> MachineSession<M, F, N> {
             deframer: Deframer::new(),
             machine: M::new(settings, goal, now_ns),
             scan: M::Scan::default(),
+            self_truncation: SelfTruncation::default(),
+            now_ns,
         }
     }
 
@@ -144,6 +150,27 @@ impl<M: LaserMachine, F: Framing, const N: usize> MachineSession<M, F, N> {
     #[must_use]
     pub(crate) fn scan(&self) -> &M::Scan {
         &self.scan
+    }
+
+    /// Telegrams that were cut because we stopped the laser.
+    #[must_use]
+    pub(crate) fn truncated(&self) -> TruncationCounts {
+        self.self_truncation.truncated(self.deframer.counts())
+    }
+
+    /// Something was sent to the laser at this time, now or in a recording.
+    pub(crate) fn host_sent(&mut self, now_ns: i64) {
+        self.self_truncation.asked(now_ns, self.deframer.counts());
+    }
+
+    /// A scan has come.
+    fn note_flow(&mut self) {
+        let counts = self.deframer.counts();
+        match self.machine.phase() {
+            Phase::Streaming => self.self_truncation.measured(counts),
+            Phase::Listening => self.self_truncation.recorded(self.now_ns, counts),
+            Phase::Asking | Phase::Done => {}
+        }
     }
 
     /// Whether scans flow.
@@ -177,6 +204,7 @@ impl<M: LaserMachine, F: Framing, const N: usize> MachineSession<M, F, N> {
 
 impl<M: LaserMachine, F: Framing, const N: usize> Session for MachineSession<M, F, N> {
     fn handle(&mut self, now_ns: i64, input: Input<'_>) {
+        self.now_ns = now_ns;
         self.machine.set_now(now_ns);
         match input {
             Input::Bytes(bytes) => {
@@ -187,7 +215,10 @@ impl<M: LaserMachine, F: Framing, const N: usize> Session for MachineSession<M, 
             Input::Time => {}
             Input::RateRefused(baud) => self.machine.rate_refused(baud),
             Input::PortBack => self.port_back(),
-            Input::Stop => self.machine.stop(),
+            Input::Stop => {
+                self.host_sent(now_ns);
+                self.machine.stop();
+            }
         }
         self.machine.time();
     }
@@ -196,6 +227,9 @@ impl<M: LaserMachine, F: Framing, const N: usize> Session for MachineSession<M, 
     fn poll(&mut self) -> Output {
         loop {
             if let Some(output) = self.machine.outputs_mut().pop() {
+                if matches!(output, Output::TimedScan) {
+                    self.note_flow();
+                }
                 return output;
             }
             if self.read_on() {

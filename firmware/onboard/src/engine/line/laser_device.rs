@@ -74,7 +74,8 @@ impl LaserDevice {
     pub(crate) fn truncated(&self) -> TruncationCounts {
         match self {
             Self::Lms(session) => session.truncated(),
-            Self::Cola(_) | Self::Scip(_) => TruncationCounts::default(),
+            Self::Cola(session) => session.truncated(),
+            Self::Scip(session) => session.truncated(),
         }
     }
 
@@ -99,7 +100,8 @@ impl LaserDevice {
     pub(crate) fn host_sent(&mut self, now_ns: i64) {
         match self {
             Self::Lms(session) => session.host_sent(now_ns),
-            Self::Cola(_) | Self::Scip(_) => {}
+            Self::Cola(session) => session.host_sent(now_ns),
+            Self::Scip(session) => session.host_sent(now_ns),
         }
     }
 
