@@ -252,22 +252,22 @@ impl Summary {
     /// What the raw triangles became, in words.
     pub(crate) fn reduction(&self) -> String {
         format!(
-            "{} -> {} with {} on {} + {}: {} % fewer",
+            "{} -> {} with {} on {} + {}: {} fewer",
             counted(self.counts.raw_triangles, "triangle"),
             counted(self.counts.polygons, "polygon"),
             counted(self.counts.holes, "hole"),
             counted(self.counts.planes, "plane"),
             counted(self.counts.leftover_triangles, "triangle"),
-            one_decimal_below_100(self.counts.reduction_percent)
+            percent_text(self.counts.reduction_percent)
         )
     }
 }
 
-/// A share with one decimal, with as many more as it takes to be less than 100.
-fn one_decimal_below_100(percent: f64) -> String {
+/// A share in percent with one decimal, with as many more as it takes that almost all is not all.
+pub(crate) fn percent_text(percent: f64) -> String {
     let mut rounded = (1..=4).map(|decimals| format!("{percent:.decimals$}"));
     let is_true = |text: &String| percent >= 100.0 || !text.starts_with("100");
-    rounded.find(is_true).unwrap_or_else(|| percent.to_string())
+    rounded.find(is_true).unwrap_or_else(|| percent.to_string()) + " %"
 }
 
 #[cfg(test)]
@@ -309,8 +309,14 @@ mod tests {
     }
     #[test]
     fn what_is_left_is_never_rounded_away() {
-        for (percent, text) in [(84.165, "84.2"), (99.94, "99.9"), (99.976, "99.98"), (100.0, "100.0")] {
-            assert_eq!(super::one_decimal_below_100(percent), text);
+        for (percent, text) in [
+            (84.165, "84.2 %"),
+            (99.94, "99.9 %"),
+            (99.976, "99.98 %"),
+            (99.996, "99.996 %"),
+            (100.0, "100.0 %"),
+        ] {
+            assert_eq!(super::percent_text(percent), text);
         }
     }
 

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::io;
 
 use super::paper::{EXPERIMENTS, Experiment};
-use crate::pipeline::summary::Summary;
+use crate::pipeline::summary::{Summary, percent_text};
 use crate::reconstruct::planes::labeled::SigmaSource;
 use crate::recordings::deskew::StampedPose;
 use crate::view::markup::escaped;
@@ -58,7 +58,7 @@ pub(crate) fn lead(summary: &Summary, way: &PathFigures) -> String {
         tile(&grouped(summary.counts.raw_triangles), "raw triangles");
         tile(&grouped(summary.counts.polygons), "flat polygons");
         tile(&grouped(summary.counts.leftover_triangles), "triangles left over");
-        tile(&percent(summary.counts.reduction_percent), "fewer surfaces");
+        tile(&percent_text(summary.counts.reduction_percent), "fewer surfaces");
         tile(&format!("{:.1} cm", 100.0 * summary.errors.rms_m), "RMS off planes");
     }
     if way.length_m > 0.0 {
@@ -66,11 +66,6 @@ pub(crate) fn lead(summary: &Summary, way: &PathFigures) -> String {
     }
     tile(&duration(summary.cost.wall_s), "computed in");
     format!("<dl class=\"tiles\">{tiles}</dl>")
-}
-
-/// With so many digits that almost all is not all.
-fn percent(value: f64) -> String {
-    if value > 99.9 && value < 100.0 { format!("{value:.2} %") } else { format!("{value:.1} %") }
 }
 
 /// The table beside the paper's experiments, and how exact the planes are.
@@ -97,7 +92,7 @@ fn beside_paper(summary: &Summary) -> String {
             grouped(summary.counts.polygons + summary.counts.leftover_triangles),
             &|e| grouped(e.surfaces),
         ),
-        ("fewer", percent(summary.counts.reduction_percent), &|e| format!("{} %", e.reduction_percent)),
+        ("fewer", percent_text(summary.counts.reduction_percent), &|e| format!("{} %", e.reduction_percent)),
         ("time", duration(summary.cost.wall_s), &|e| e.time.to_owned()),
     ];
     let mut body = String::new();
@@ -207,8 +202,21 @@ fn pairs(rows: &[(String, String)]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::PathFigures;
+    use super::{PathFigures, beside_paper, lead};
+    use crate::model::sample;
+    use crate::pipeline::Counts;
+    use crate::pipeline::summary::Summary;
     use crate::recordings::deskew::StampedPose;
+
+    #[test]
+    fn almost_all_is_never_rounded_to_all() {
+        let counts =
+            Counts { raw_triangles: 1_000_000, polygons: 30, leftover_triangles: 10, ..Counts::default() };
+        let summary = Summary::new(&counts, &sample::model(), 100);
+        for html in [lead(&summary, &PathFigures::default()), beside_paper(&summary)] {
+            assert!(html.contains("99.996 %") && !html.contains("100.0"), "{html}");
+        }
+    }
 
     #[test]
     fn pauses_between_drives_are_no_driving() {
