@@ -26,6 +26,8 @@ pub(crate) struct Built {
     origins_m: Vec<[f64; 3]>,
     pub polygons: usize,
     leftover_triangles: usize,
+    /// Triangles of all passes of the drive; `raw` has those of first views.
+    pub raw_triangles: usize,
     /// Range noise, meters.
     pub sigma_m: f64,
 }
@@ -51,6 +53,7 @@ impl Built {
             origins_m: points.scan_origins_m,
             polygons: count("polygons")?,
             leftover_triangles: count("leftover_triangles")?,
+            raw_triangles: count("raw_triangles")?,
             sigma_m: summary["errors"]["sigma_m"].as_f64().unwrap_or(0.0),
         })
     }

@@ -58,8 +58,10 @@ pub(crate) struct Report {
     pub reference: String,
     /// Faces of the truth that the laser hit, when the truth tells its faces apart (property `plane`).
     pub true_faces_seen: Option<usize>,
-    /// The raw mesh.
+    /// The raw mesh, of first views where places were seen again.
     pub raw: Figures,
+    /// Triangles of all passes of the drive, as `build` counts them.
+    pub raw_triangles_of_all_passes: usize,
     /// The raw mesh simplified to the model's number of surfaces.
     pub qslim: Figures,
     /// The raw mesh simplified until it equals the model in what was asked for.

@@ -183,6 +183,7 @@ pub(crate) fn report(
         reference: truth.map_or_else(|| "raw points".to_owned(), |path| path.display().to_string()),
         true_faces_seen,
         raw: figures(&built.raw, &raw_surface, None, built.bytes("raw.ply")?),
+        raw_triangles_of_all_passes: built.raw_triangles,
         qslim: measured(&qslim),
         equal,
         planes: of(&built.planes, Some(built.polygons), built.bytes("planes.ply")?),

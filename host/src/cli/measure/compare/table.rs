@@ -2,6 +2,8 @@
 
 use std::io::{self, Write};
 
+use biplane_cli::counted;
+
 use crate::cli::measure::compare::figures::Equal;
 use crate::cli::measure::compare::figures::Figures;
 use crate::cli::measure::compare::figures::Report;
@@ -43,6 +45,18 @@ pub(super) fn print(out: &mut impl Write, report: &Report) -> io::Result<()> {
         };
         row(out, name, &found.figures)?;
     }
+    meanings(out, report)
+}
+
+/// What rows and columns are.
+fn meanings(out: &mut impl Write, report: &Report) -> io::Result<()> {
+    if let Some(note) = first_views(report.raw.triangles, report.raw_triangles_of_all_passes) {
+        writeln!(out, "{note}")?;
+    }
+    writeln!(
+        out,
+        "qslim: the raw mesh simplified to as many triangles as the model has polygons and triangles on no plane"
+    )?;
     if report.equal.iter().any(|found| !found.is_reached) {
         writeln!(
             out,
@@ -75,6 +89,14 @@ pub(super) fn print(out: &mut impl Write, report: &Report) -> io::Result<()> {
     Ok(())
 }
 
+/// Why the raw mesh has fewer triangles than `build` counted, when it has.
+fn first_views(triangles: usize, of_all_passes: usize) -> Option<String> {
+    (of_all_passes > triangles).then(|| {
+        let counted = counted(of_all_passes, "triangle");
+        format!("raw: raw.ply, which holds first views; `build` counted {counted} of all passes of the drive")
+    })
+}
+
 fn row(out: &mut impl Write, name: &str, figures: &Figures) -> io::Result<()> {
     let polygons = figures.polygons.map_or_else(|| "-".to_owned(), |count| count.to_string());
     let blocked = figures.rays.map_or_else(|| "-".to_owned(), |rays| format!("{:.3} %", rays.percent));
@@ -93,4 +115,16 @@ fn row(out: &mut impl Write, name: &str, figures: &Figures) -> io::Result<()> {
         100.0 * from.p95_m,
         100.0 * figures.symmetric_mean_m
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::first_views;
+
+    #[test]
+    fn a_raw_mesh_of_first_views_is_explained() {
+        assert_eq!(first_views(159_110, 159_110), None);
+        let expected = "raw: raw.ply, which holds first views; `build` counted 300000 triangles of all passes of the drive";
+        assert_eq!(first_views(159_110, 300_000).as_deref(), Some(expected));
+    }
 }
