@@ -51,7 +51,7 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     };
     let drive = Drive::new(&folder, args.fast.then_some(FAST_S))?;
     say(format!(
-        "a mock rig in {}: two SICK LMS and a Pioneer base, each on a pseudo-terminal, in a corridor",
+        "a mock rig in {}: two SICK LMS 291 and a Pioneer base, each on a pseudo-terminal, in a corridor",
         folder.display()
     ));
     say(format!("recording from them as `biplane-onboard record` does; {}", drive.describe()));
@@ -107,14 +107,15 @@ fn make_folder(asked: Option<&Path>) -> anyhow::Result<PathBuf> {
 /// What came out and where to look: the command's result, so it goes to stdout.
 fn print_results(folder: &Path, report: &RunReport, comparison: &compare::Report) {
     let (raw, model) = (&comparison.raw, &comparison.model);
+    let polygons = model.polygons.unwrap_or_default();
     let at = |name: &str| folder.join(name).display().to_string();
     println!();
     println!(
-        "{} raw triangles ({:.2} cm RMS off the true surfaces) became {} polygons and {} triangles in all ({:.2} cm).",
+        "{} raw triangles ({:.2} cm RMS off the true surfaces) became {} and {} on no plane ({:.2} cm).",
         raw.triangles,
         100.0 * raw.to_truth.rms_m,
-        model.polygons.unwrap_or_default(),
-        model.triangles,
+        counted(polygons, "polygon"),
+        counted(model.surfaces.saturating_sub(polygons), "triangle"),
         100.0 * model.to_truth.rms_m
     );
     let rows = [

@@ -19,7 +19,14 @@ fn the_demo_drives_records_and_models_a_corridor() {
     let json = |name: &str| -> Value {
         serde_json::from_slice(&fs::read(folder.path("biplane-demo").join(name)).unwrap()).unwrap()
     };
-    assert!(json("model/summary.json")["reduction_percent"].as_f64().unwrap() > 84.0);
+    let summary = json("model/summary.json");
+    assert!(summary["reduction_percent"].as_f64().unwrap() > 84.0);
+    // The same counts as in the line of `build` above it.
+    let counts = format!(
+        " became {} polygons and {} triangles on no plane (",
+        summary["polygons"], summary["leftover_triangles"]
+    );
+    assert!(ran.stdout.contains(&counts), "{counts} in {}", ran.stdout);
     let compared = json("compare.json");
     assert!(compared["model"]["to_truth"]["rms_m"].as_f64().unwrap() < 0.02, "{compared}");
 }
