@@ -38,6 +38,11 @@ const WALLS: [Rgb; 12] = [
     [218, 196, 170],
 ];
 
+/// The name of a plane, the same in every file and picture.
+pub(crate) fn plane_name(index: usize, plane: &Plane) -> String {
+    format!("plane {index} ({})", Orientation::of(plane).name())
+}
+
 /// What a plane is in a building, as far as its normal tells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Orientation {

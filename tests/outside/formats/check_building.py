@@ -137,6 +137,11 @@ def check_names(model, building):
         named = sorted(thing["id"] for thing in building[key])
         found = sorted(element.Name for kind in entities for element in model.by_type(kind))
         require(named == found, f"{key}: building.json has {named}, model.ifc {found}")
+    storeys = {storey.Name for storey in model.by_type("IfcBuildingStorey")}
+    own = {storey["id"] for storey in building["storeys"]}
+    require(own <= storeys, f"storeys: building.json has {own}, model.ifc {storeys}")
+    for space in [*model.by_type("IfcSpace"), *model.by_type("IfcBuildingStorey")]:
+        require(space.LongName, f"{space.Name} has no LongName")
 
 
 def check_honesty(model):

@@ -54,7 +54,7 @@ def check_counts(model, summary):
     fine = {
         item
         for element in model.by_type("IfcBuildingElementProxy")
-        if element.Name == "fine structure"
+        if element.Name == "leftovers"
         for item in element.Representation.Representations[0].Items
     }
     ragged = set(model.by_type("IfcTriangulatedFaceSet")) - fine

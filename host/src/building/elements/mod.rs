@@ -53,6 +53,14 @@ pub(crate) struct Room {
     pub inferred: bool,
 }
 
+impl Room {
+    /// What its name stands for: `room 2` of `S1-R02`.
+    pub(crate) fn long_name(&self) -> String {
+        let number = self.id.rsplit_once("-R").and_then(|(_, number)| number.parse::<u32>().ok());
+        number.map_or_else(|| self.id.clone(), |number| format!("room {number}"))
+    }
+}
+
 /// What tells how thick a wall is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

@@ -231,7 +231,7 @@ pub fn write(out: &mut impl Write, shapes: &Shapes<'_>) -> io::Result<()> {
         let plane = &shapes.model.planes[index];
         let mesh = plane_mesh(shapes, polygons);
         let extras = plane_extras(shapes, index, plane, polygons, &mesh);
-        let name = format!("plane {index} ({})", Orientation::of(plane).name());
+        let name = palette::plane_name(index, plane);
         let normal = plane.normal.map(|v| v as f32);
         builder.add(&name, &mesh, &[normal], palette::plane_color(index, plane), &extras);
     }

@@ -116,8 +116,9 @@ impl<'a> Elements<'a> {
     fn surface(&mut self, index: usize, kind: Kind, storey: usize) -> Option<Id> {
         let polygon = &self.shapes.model.polygons[index];
         let item = self.polygon(index, storey)?;
-        let color = palette::plane_color(polygon.plane, self.shapes.model.planes.get(polygon.plane)?);
-        self.styles.paint(self.step, item, color);
+        let plane = self.shapes.model.planes.get(polygon.plane)?;
+        self.styles.paint(self.step, item, palette::plane_color(polygon.plane, plane));
+        let part_of = palette::plane_name(polygon.plane, plane);
         let (entity, word, class) = match kind {
             Kind::Wall => ("IFCWALL", "wall", "NOTDEFINED"),
             Kind::Floor => ("IFCSLAB", "floor", "FLOOR"),
@@ -129,7 +130,7 @@ impl<'a> Elements<'a> {
         let (owner, id) =
             (self.project.owner, global_id(format_args!("{word} {index} {:?}", polygon.outer_m)));
         let element = self.step.add(format_args!(
-            "{entity}('{id}',{owner},'surface {index}',$,$,{place},{shape},'{index}',.{class}.)"
+            "{entity}('{id}',{owner},'surface {index}','part of {part_of}',$,{place},{shape},'{index}',.{class}.)"
         ));
         self.contained[storey].push(element);
         self.properties(element, &id, polygon);
@@ -321,7 +322,7 @@ impl<'a> Elements<'a> {
         let owner = self.project.owner;
         let id = global_id(format_args!("leftovers {}", self.shapes.source));
         let element = self.step.add(format_args!(
-            "IFCBUILDINGELEMENTPROXY('{id}',{owner},'fine structure',$,$,{place},{shape},$,.NOTDEFINED.)"
+            "IFCBUILDINGELEMENTPROXY('{id}',{owner},'leftovers','fine structure that is on no plane',$,{place},{shape},$,.NOTDEFINED.)"
         ));
         self.contained[0].push(element);
     }

@@ -103,6 +103,9 @@ mod tests {
         openings.for_each(|line| {
             assert_eq!(line.split(',').nth(6), Some("$"), "a shape would be cut again: {line}");
         });
+        // Without rooms a storey has no other name. A surface says the plane that it has in other files.
+        assert!(text.contains(",'storey 2',$,$,") && text.contains(",'storey 2',.ELEMENT.,3.0000)"));
+        assert!(text.contains("'surface 0','part of plane "), "{text}");
         // Corners are counted from their storey's floor.
         assert!(!text.contains("5.6000"));
     }

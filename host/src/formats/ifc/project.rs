@@ -2,6 +2,7 @@
 
 use super::step::{Id, Ids, Reals, Step, Text, global_id};
 use crate::building::Building;
+use crate::building::elements::Storey as BuildingStorey;
 use crate::formats::text::number::Number;
 use crate::formats::{Shapes, description, generator};
 use crate::model::turn::Turn;
@@ -129,6 +130,24 @@ fn units(step: &mut Step) -> Id {
     step.add(format_args!("IFCUNITASSIGNMENT({})", Ids(&ids)))
 }
 
+/// The index of the floor that is nearest to a height; 0 when there is none.
+pub(super) fn nearest(floors_m: impl Iterator<Item = f64>, floor_m: f64) -> usize {
+    let away_m = floors_m.map(|other_m| (other_m - floor_m).abs()).enumerate();
+    away_m.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(index, _)| index)
+}
+
+/// The name and the long name of a storey: those of `building.json` where rooms were found on it.
+fn storey_names(building: &Building, number: usize) -> [String; 2] {
+    let is_this =
+        |storey: &&BuildingStorey| nearest(building.floors_m.iter().copied(), storey.floor_z_m) == number;
+    let known = building.elements.storeys.iter().find(is_this);
+    let long_name = match building.floors_m.is_empty() {
+        true => "no floor seen".to_owned(),
+        false => format!("storey {}", number + 1),
+    };
+    [known.map_or_else(|| long_name.clone(), |storey| storey.id.clone()), long_name]
+}
+
 fn storeys(step: &mut Step, building: &Building, owner: Id, place: Id) -> Vec<Storey> {
     let known = building.floors_m.iter().copied().map(Some);
     let unknown = building.floors_m.is_empty().then_some(None);
@@ -138,11 +157,10 @@ fn storeys(step: &mut Step, building: &Building, owner: Id, place: Id) -> Vec<St
         let place = step.add(format_args!("IFCLOCALPLACEMENT({place},{at})"));
         let id = global_id(format_args!("storey {number} {floor_m:?}"));
         let elevation = floor_m.map_or("$".to_owned(), |floor_m| Number(floor_m).to_string());
-        let name =
-            if floor_m.is_some() { format!("storey {}", number + 1) } else { "no floor seen".to_owned() };
+        let [name, long_name] = storey_names(building, number);
+        let (name, long_name) = (Text(&name), Text(&long_name));
         let id = step.add(format_args!(
-            "IFCBUILDINGSTOREY('{id}',{owner},{},$,$,{place},$,$,.ELEMENT.,{elevation})",
-            Text(&name)
+            "IFCBUILDINGSTOREY('{id}',{owner},{name},$,$,{place},$,{long_name},.ELEMENT.,{elevation})"
         ));
         storeys.push(Storey { id, place, floor_m: floor_m.unwrap_or(0.0) });
     }

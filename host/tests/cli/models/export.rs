@@ -88,6 +88,10 @@ fn files_that_exist_are_kept_unless_force_is_said() {
     assert!(turned["turned_deg"].as_f64().is_some_and(|deg| deg.abs() < 1.0), "{turned}");
     let ifc = fs::read_to_string(folder.path("out/model.ifc")).unwrap();
     assert!(ifc.contains("IFCMAPCONVERSION(") && ifc.contains("turned by "), "the turn is said");
+    for names in [",'S1-R01',$,$,", ",'room 1',.ELEMENT.,.INTERNAL.,", ",'S1',$,$,", ",'storey 1',.ELEMENT.,"]
+    {
+        assert!(ifc.contains(names), "{names}");
+    }
     fs::remove_file(folder.path("out/model.ifc")).unwrap();
     let ran = folder.expect("export out --formats dxf,obj,obj --force --json", 0, &[]);
     let written: Value = serde_json::from_str(&ran.stdout).unwrap();

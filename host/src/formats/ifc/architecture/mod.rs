@@ -11,7 +11,7 @@ mod walls;
 
 use std::collections::BTreeMap;
 
-use super::project::Project;
+use super::project::{self, Project};
 use super::solids;
 use super::step::{Id, Ids, Step, global_id};
 use super::styles::Styles;
@@ -51,20 +51,9 @@ impl<'a> Architecture<'a> {
     ) -> Self {
         let (inferred, source) = (shapes.model.inferred.as_slice(), shapes.source.as_str());
         let floor_m = elements.storeys.first().map_or(0.0, |storey| storey.floor_z_m);
-        let away_m = |at: &usize| (project.storeys[*at].floor_m - floor_m).abs();
-        let nearest = (0..project.storeys.len()).min_by(|a, b| away_m(a).total_cmp(&away_m(b)));
+        let storey = project::nearest(project.storeys.iter().map(|storey| storey.floor_m), floor_m);
         let (added, contained, styles) = (BTreeMap::new(), Vec::new(), Styles::default());
-        Self {
-            step,
-            project,
-            elements,
-            inferred,
-            source,
-            storey: nearest.unwrap_or(0),
-            added,
-            contained,
-            styles,
-        }
+        Self { step, project, elements, inferred, source, storey, added, contained, styles }
     }
 
     /// Adds everything; returns the storey that all of it is on, and what that holds.

@@ -56,10 +56,10 @@ impl Architecture<'_> {
             .step
             .add(format_args!("IFCSHAPEREPRESENTATION({context},'FootPrint','Curve2D',{})", Ids(&curves)));
         let shape = self.shape(&[foot, body]);
-        let (owner, name) = (self.project.owner, &room.id);
+        let (owner, name, long_name) = (self.project.owner, &room.id, room.long_name());
         let id = self.id(format_args!("{name}"));
         let space = self.step.add(format_args!(
-            "IFCSPACE('{id}',{owner},'{name}',$,$,{place},{shape},$,.ELEMENT.,.INTERNAL.,$)"
+            "IFCSPACE('{id}',{owner},'{name}',$,$,{place},{shape},'{long_name}',.ELEMENT.,.INTERNAL.,$)"
         ));
         let area = area_m2(&room.outline_m) - room.holes_m.iter().map(|hole| area_m2(hole)).sum::<f64>();
         let around = perimeter_m(&room.outline_m) + room.holes_m.iter().map(|h| perimeter_m(h)).sum::<f64>();
