@@ -30,6 +30,14 @@ pub struct DeviceCounts {
     pub power_cycles: u64,
 }
 
+impl DeviceCounts {
+    /// Bytes have come that the device cannot read.
+    pub(crate) fn receive_noise(&mut self, count: usize) {
+        self.bytes_received += count as u64;
+        self.noise_bytes += count as u64;
+    }
+}
+
 /// A device at the far end of a serial line.
 pub trait Device: Send {
     /// Bytes arrive at `now_ns`, sent at the device's rate.

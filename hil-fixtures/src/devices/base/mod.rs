@@ -269,8 +269,7 @@ impl Device for BaseDevice {
     }
 
     fn handle_noise(&mut self, _now_ns: i64, count: usize) {
-        self.counts.bytes_received += count as u64;
-        self.counts.noise_bytes += count as u64;
+        self.counts.receive_noise(count);
         self.parser.forget();
     }
 

@@ -240,8 +240,8 @@ impl Device for RflexDevice {
     }
 
     fn handle_noise(&mut self, _now_ns: i64, count: usize) {
-        self.counts.bytes_received += count as u64;
-        self.counts.noise_bytes += (count + self.received.len()) as u64;
+        self.counts.receive_noise(count);
+        self.counts.noise_bytes += self.received.len() as u64;
         self.received.clear();
     }
 

@@ -173,8 +173,8 @@ impl Device for RoboClawDevice {
     }
 
     fn handle_noise(&mut self, now_ns: i64, count: usize) {
-        self.counts.bytes_received += count as u64;
-        self.counts.noise_bytes += (count + self.request.len()) as u64;
+        self.counts.receive_noise(count);
+        self.counts.noise_bytes += self.request.len() as u64;
         self.received_ns = now_ns;
         self.request.clear();
     }

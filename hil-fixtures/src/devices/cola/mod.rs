@@ -140,7 +140,7 @@ impl Device for ColaDevice {
     }
 
     fn handle_noise(&mut self, _: i64, count: usize) {
-        self.counts.noise_bytes += count as u64;
+        self.counts.receive_noise(count);
     }
 
     fn poll(&mut self, now_ns: i64, out: &mut Vec<u8>) -> i64 {

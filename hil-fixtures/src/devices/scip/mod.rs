@@ -198,7 +198,7 @@ impl Device for ScipDevice {
     }
 
     fn handle_noise(&mut self, _: i64, count: usize) {
-        self.counts.noise_bytes += count as u64;
+        self.counts.receive_noise(count);
         self.lines.clear();
     }
 
