@@ -30,6 +30,16 @@ pub(crate) fn model() -> Model {
     }
 }
 
+/// A plane of three points.
+pub(crate) fn plane(normal: [f64; 3], offset_m: f64) -> Plane {
+    Plane { normal, offset_m, points: 3, rms_m: 0.0 }
+}
+
+/// A polygon without holes.
+pub(crate) fn polygon(plane: usize, outer_m: &[[f64; 3]]) -> PlanarPolygon {
+    PlanarPolygon { plane, outer_m: outer_m.to_vec(), holes_m: Vec::new() }
+}
+
 /// The base of a wall in the plane x = 5 seen from x < 5, 2 m by 0.5 m.
 pub(crate) fn inferred() -> InferredSurface {
     InferredSurface {

@@ -77,12 +77,8 @@ pub(crate) fn foot(plane: &Plane, p_m: [f64; 3]) -> [f64; 3] {
 #[cfg(test)]
 mod tests {
     use super::{Frame, cross};
-    use crate::model::Plane;
+    use crate::model::sample::plane;
     use biplane_geometry::vec3::dot;
-
-    fn plane(normal: [f64; 3], offset_m: f64) -> Plane {
-        Plane { normal, offset_m, points: 3, rms_m: 0.0 }
-    }
 
     #[test]
     fn lifted_points_lie_on_the_plane_and_come_back_the_same() {

@@ -128,12 +128,8 @@ fn edges_of(frame: &Frame, ring: &[[f64; 3]]) -> Vec<[f64; 2]> {
 #[cfg(test)]
 mod tests {
     use super::{Borders, Frame, MAX_TOLERANCE_M, STEP_M};
-    use crate::model::Plane;
+    use crate::model::sample::plane;
     use crate::reconstruct::polygons::plane_frame::FlatPoint;
-
-    fn plane(normal: [f64; 3], offset_m: f64) -> Plane {
-        Plane { normal, offset_m, points: 3, rms_m: 0.0 }
-    }
 
     #[test]
     fn a_wall_knows_where_the_ceiling_meets_it_and_which_directions_are_level_and_plumb() {

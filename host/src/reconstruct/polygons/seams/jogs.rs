@@ -47,15 +47,8 @@ fn evened(frame: &Frame, polygon: &PlanarPolygon, seams: &PlaneSeams, limit_m: f
 #[cfg(test)]
 mod tests {
     use super::even_out;
+    use crate::model::sample::{plane, polygon};
     use crate::model::{PlanarPolygon, Plane};
-
-    fn plane(normal: [f64; 3], offset_m: f64) -> Plane {
-        Plane { normal, offset_m, points: 3, rms_m: 0.0 }
-    }
-
-    fn polygon(plane: usize, outer_m: &[[f64; 3]]) -> PlanarPolygon {
-        PlanarPolygon { plane, outer_m: outer_m.to_vec(), holes_m: Vec::new() }
-    }
 
     /// A wall under a ceiling at 2.5 m; from 1 to 2 m along it ends in the plane of a lamp, 2 cm lower.
     fn room() -> (Vec<Plane>, Vec<PlanarPolygon>) {

@@ -47,11 +47,7 @@ mod tests {
     use biplane_geometry::vec3::{cross, distance as distance_m};
 
     use super::{corner, foot_on_seam};
-    use crate::model::Plane;
-
-    fn plane(normal: [f64; 3], offset_m: f64) -> Plane {
-        Plane { normal, offset_m, points: 3, rms_m: 0.0 }
-    }
+    use crate::model::sample::plane;
 
     #[test]
     fn the_foot_is_on_both_planes_and_no_point_of_the_line_is_nearer() {

@@ -319,18 +319,11 @@ fn within(
 #[cfg(test)]
 mod tests {
     use super::{neighbors, weld};
-    use crate::model::{Model, PlanarPolygon, Plane};
+    use crate::model::Model;
+    use crate::model::sample::{plane, polygon};
     use crate::reconstruct::polygons::seams::t_junctions;
     use crate::reconstruct::polygons::seams::t_junctions::TJunctions;
     use crate::reconstruct::polygons::validate;
-
-    fn plane(normal: [f64; 3], offset_m: f64) -> Plane {
-        Plane { normal, offset_m, points: 3, rms_m: 0.0 }
-    }
-
-    fn polygon(plane: usize, outer_m: &[[f64; 3]]) -> PlanarPolygon {
-        PlanarPolygon { plane, outer_m: outer_m.to_vec(), holes_m: Vec::new() }
-    }
 
     /// A floor, a wall behind it in two parts with a door between, a wall at its side. Corners are off by
     /// less than a millimeter where all three meet, by 2 cm at the door's left and by 20 cm at the wall's
