@@ -42,7 +42,7 @@ pub enum FileKind {
 
 /// How files begin.
 const STARTS: [(&[u8], FileKind); 22] = [
-    (b"\x89MCAP0\r\n", FileKind::Mcap),
+    (b"\x89MCAP", FileKind::Mcap),
     (b"#ROSBAG V", FileKind::RosBag),
     (b"SQLite format 3\0", FileKind::Sqlite),
     (b"ply\n", FileKind::Ply),

@@ -1,7 +1,7 @@
 //! Where a trajectory to be judged comes from: a recording, or a text file of either form.
 
 use std::fs::File;
-use std::io::{self, BufRead as _, BufReader, Read};
+use std::io::{BufRead as _, BufReader, Read};
 use std::path::Path;
 
 use crate::formats::text::trajectory::read_poses;
@@ -12,8 +12,6 @@ use biplane_recording::file_kind::{FileKind, KIND_BYTES, describe};
 
 use crate::cli::terminal::console::Console;
 
-/// How every MCAP file begins.
-const MCAP: [u8; 5] = *b"\x89MCAP";
 /// So many lines of a text are looked at.
 const LOOKED_AT: usize = 50;
 /// How far the length of a unit quaternion may be from one, in its square.
@@ -23,7 +21,7 @@ const UNIT_TOLERANCE: f64 = 1e-3;
 /// qy qz qw`.
 pub(crate) fn read(path: &Path, console: &Console) -> anyhow::Result<Vec<StampedPose>> {
     // A name that is no file may be that of a recording in parts.
-    if path.exists() && !is_recording(path).with_context(|| format!("cannot read {}", path.display()))? {
+    if path.exists() && !is_recording(path)? {
         let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
         check_kind(path)?;
         return read_poses(BufReader::new(file)).with_context(|| format!("cannot read {}", path.display()));
@@ -50,7 +48,7 @@ fn check_kind(path: &Path) -> anyhow::Result<()> {
         let name = if kind == FileKind::Carmen { "a CARMEN log".to_owned() } else { kind.to_string() };
         bail!("{shown} is {name}; expected a posed recording or a trajectory as text{way_out}");
     }
-    if rows_of(path).is_some_and(|rows| !rows.iter().any(Row::is_pose)) {
+    if holds_relations(path) {
         bail!(
             "{shown} holds relations between poses and no trajectory: \
              `biplane evaluate relations RELATIONS TRAJECTORY` takes it as the first of its two files"
@@ -69,7 +67,7 @@ pub(crate) fn check_recording(path: &Path, expected: &str) -> anyhow::Result<()>
         return Ok(());
     }
     let start = start_of(path)?;
-    if !start.starts_with(&MCAP) {
+    if FileKind::of(&start) != Some(FileKind::Mcap) {
         bail!("{} {}; {expected}", path.display(), describe(&start));
     }
     Ok(())
@@ -102,8 +100,9 @@ fn kind_of(path: &Path) -> anyhow::Result<Option<FileKind>> {
 /// The first bytes of a file, enough to know what it is.
 fn start_of(path: &Path) -> anyhow::Result<Vec<u8>> {
     let mut start = Vec::new();
-    let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
-    file.take(KIND_BYTES).read_to_end(&mut start)?;
+    File::open(path)
+        .and_then(|file| file.take(KIND_BYTES).read_to_end(&mut start))
+        .with_context(|| format!("cannot read {}", path.display()))?;
     Ok(start)
 }
 
@@ -134,8 +133,14 @@ fn rows_of(path: &Path) -> Option<Vec<Row>> {
 }
 
 /// Whether a file begins as a recording does.
-pub(crate) fn is_recording(path: &Path) -> io::Result<bool> {
-    let mut start = Vec::new();
-    File::open(path)?.take(MCAP.len() as u64).read_to_end(&mut start)?;
-    Ok(start == MCAP)
+///
+/// # Errors
+/// When it cannot be read.
+pub(crate) fn is_recording(path: &Path) -> anyhow::Result<bool> {
+    Ok(kind_of(path)? == Some(FileKind::Mcap))
+}
+
+/// Whether a text has lines of eight numbers that are no poses: the last four are no unit quaternions.
+pub(crate) fn holds_relations(path: &Path) -> bool {
+    rows_of(path).is_some_and(|rows| !rows.iter().any(Row::is_pose))
 }
