@@ -7,7 +7,7 @@ use biplane_geometry::PortableMath;
 use biplane_geometry::Pose2;
 
 /// A pose as sine, cosine and translation.
-#[derive(Copy, Clone, Debug)]
+#[derive(Copy, Clone, PartialEq, Debug)]
 pub struct Placement {
     /// Sine of the heading.
     pub sin: f32,

@@ -12,11 +12,11 @@ pub(crate) const TILE: i32 = 32;
 const TILE_BITS: i32 = 5;
 const TILE_CELLS: usize = (TILE * TILE) as usize;
 /// Places for tiles along the directory's side: 819 m each way at 5 cm.
-const DIRECTORY: i32 = 1024;
+pub(super) const DIRECTORY: i32 = 1024;
 /// Cells along a block's side; a block knows whether a beam has passed through it.
 pub(crate) const BLOCK: i32 = 4;
 const BLOCK_BITS: i32 = 2;
-const BLOCKS_PER_SIDE: i32 = TILE / BLOCK;
+pub(super) const BLOCKS_PER_SIDE: i32 = TILE / BLOCK;
 const TILE_BLOCKS: usize = (BLOCKS_PER_SIDE * BLOCKS_PER_SIDE) as usize;
 
 /// What a cell knows: the nearest surface and how far its cell is. Zero is "nothing near".
@@ -66,16 +66,7 @@ impl Blocks {
 /// Where in the pool a tile lies, until a tile is claimed or released.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
 pub(crate) struct TileSlot {
-    tile: [i32; 2],
     slot: usize,
-}
-
-impl TileSlot {
-    /// Whether it is the tile of this block (block coordinates).
-    #[inline]
-    pub(crate) fn holds(&self, [x, y]: [i32; 2]) -> bool {
-        self.tile == [x >> (TILE_BITS - BLOCK_BITS), y >> (TILE_BITS - BLOCK_BITS)]
-    }
 }
 
 /// A block's place among those of its tile, as in the bits of [`Grid::quiet`] (block coordinates).
@@ -95,6 +86,23 @@ pub(crate) fn cell_of(point_m: [f32; 2], cells_per_m: f32) -> [i32; 2] {
 fn floor(value: f32) -> i32 {
     let towards_zero = value as i32;
     towards_zero.saturating_sub(i32::from(value < towards_zero as f32))
+}
+
+/// A number this large has no fraction: adding it rounds.
+const ROUND: f32 = 12_582_912.0;
+
+/// The largest integer not above, for many values side by side. What lies farther than four million cells
+/// becomes another cell that lies farther than any map reaches.
+#[inline(always)]
+pub(crate) fn floor_in_lanes(value: f32) -> f32 {
+    let rounded = (value + ROUND) - ROUND;
+    rounded - if rounded > value { 1.0 } else { 0.0 }
+}
+
+/// What [`floor_in_lanes`] found, as an integer.
+#[inline(always)]
+pub(crate) fn whole(floor: f32) -> i32 {
+    (floor + ROUND).to_bits().wrapping_sub(ROUND.to_bits()) as i32
 }
 
 /// The tiled plane.
@@ -239,7 +247,13 @@ impl Grid {
     #[inline]
     pub(crate) fn tile_slot(&self, [x, y]: [i32; 2]) -> Option<TileSlot> {
         let tile = [x >> (TILE_BITS - BLOCK_BITS), y >> (TILE_BITS - BLOCK_BITS)];
-        self.slot(tile[0], tile[1]).map(|slot| TileSlot { tile, slot })
+        self.slot(tile[0], tile[1]).map(|slot| TileSlot { slot })
+    }
+
+    /// The cell at these coordinates, which lies in this tile.
+    #[inline]
+    pub(crate) fn cell_in(&self, tile: TileSlot, x: i32, y: i32) -> Cell {
+        self.cells[tile.slot * TILE_CELLS + within_tile(x, y)]
     }
 
     /// The blocks of a tile in which a beam finds nothing to do: seen through before, and without surfaces; a
@@ -355,6 +369,22 @@ fn block_of(x: i32, y: i32) -> [i32; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn cells_of_many_points_are_those_of_each() {
+        for i in -2000..2000 {
+            let value = i as f32 * 0.37;
+            assert_eq!(whole(floor_in_lanes(value)), floor(value), "{value}");
+        }
+        for value in [0.0, -0.0, 1e-30, -1e-30, 16_383.99, -16_384.0, -16_384.01, 4e6, -4e6] {
+            assert_eq!(whole(floor_in_lanes(value)), floor(value), "{value}");
+        }
+        for value in [1e7, -1e7, -1.2582912e7, 1e12, -1e12, 3e38, f32::INFINITY, f32::NEG_INFINITY, f32::NAN]
+        {
+            let cell = whole(floor_in_lanes(value));
+            assert!(!(-Grid::HALF_SIDE..Grid::HALF_SIDE).contains(&cell), "{value}: {cell}");
+        }
+    }
 
     #[test]
     fn floor_rounds_down_on_both_sides_of_zero() {

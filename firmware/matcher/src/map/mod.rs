@@ -5,6 +5,7 @@
 //! when the surfaces are, new ones are not taken until some are freed.
 
 mod ages;
+mod block_key;
 pub(crate) mod grid;
 mod params;
 pub(crate) mod point_map;
@@ -13,6 +14,7 @@ pub(crate) mod rasterize;
 pub(crate) mod raycast_free;
 mod size;
 pub(crate) mod surfel;
+mod trace;
 
 pub use params::MapParams;
 pub use size::MapSize;
@@ -22,6 +24,7 @@ use crate::map::pools::Pools;
 use crate::map::rasterize::Stamp;
 use crate::map::raycast_free::Carving;
 use crate::map::surfel::Surfel;
+use crate::map::trace::Trace;
 use crate::placement::Placement;
 use crate::scan::end_points::{EndPoint, EndPoints, Kind, Mobility};
 use biplane_geometry::PortableMath;
@@ -39,6 +42,7 @@ pub struct LocalMap {
     params: MapParams,
     pools: Pools,
     stamp: Stamp,
+    trace: Trace,
     cells_per_m: f32,
     /// The submap that new surfaces belong to, and how many have come since it began.
     submap: u8,
@@ -54,6 +58,7 @@ impl LocalMap {
         Self {
             pools: Pools::new(params.tiles, params.surfaces, reach),
             stamp: Stamp::new(reach),
+            trace: Trace::with_memory(),
             cells_per_m: (1.0 / params.cell_m) as f32,
             submap: 0,
             born: 0,
@@ -113,7 +118,12 @@ impl LocalMap {
     /// The same surface's number among `Self::surfaces`.
     #[inline]
     pub fn nearest_index(&self, point_m: [f32; 2]) -> Option<u32> {
-        let [x, y] = self.cell_of(point_m);
+        self.index_in(self.cell_of(point_m))
+    }
+
+    /// The number of the surface nearest to a cell, within reach.
+    #[inline]
+    pub(crate) fn index_in(&self, [x, y]: [i32; 2]) -> Option<u32> {
         self.pools.grid.cell(x, y).surfel()
     }
 
@@ -149,8 +159,8 @@ impl LocalMap {
         }
         self.pools.grid.advance();
         let cell_m = self.params.cell_m as f32;
-        Carving { pools: &mut self.pools, stamp: &mut self.stamp, cell_m }
-            .look_through(map_from_base, points);
+        let Self { pools, stamp, trace, .. } = self;
+        Carving { pools, stamp, trace, cell_m }.look_through(map_from_base, points);
         self.hit_all(map_from_base, points.as_slice(), Mobility::Static);
     }
 

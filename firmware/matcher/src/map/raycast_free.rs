@@ -1,12 +1,14 @@
 //! What the beams of a scan passed through: free space becomes known, surfaces that are no longer there lose
 //! evidence.
 //!
-//! Frame: map. Units: meters. Each beam walks from block to block (Amanatides and Woo 1987); only blocks that
-//! hold surfaces are looked into.
+//! Frame: map. Units: meters. Each beam walks from block to block; only blocks that hold surfaces are looked
+//! into.
 
-use crate::map::grid::{BLOCK, TileSlot, block_bit};
+use crate::map::block_key::BlockKey;
+use crate::map::grid::{BLOCK, TileSlot};
 use crate::map::pools::Pools;
 use crate::map::rasterize::Stamp;
+use crate::map::trace::{BEAMS, Beams, Trace};
 use crate::placement::Placement;
 use crate::scan::end_points::EndPoints;
 use biplane_geometry::Pose2;
@@ -33,6 +35,8 @@ pub(crate) struct Carving<'a> {
     pub pools: &'a mut Pools,
     /// Who takes surfaces out of it.
     pub stamp: &'a mut Stamp,
+    /// Who follows beams.
+    pub trace: &'a mut Trace,
     /// Side of a cell, meters.
     pub cell_m: f32,
 }
@@ -42,51 +46,53 @@ impl Carving<'_> {
     pub(crate) fn look_through(&mut self, map_from_base: &Pose2, points: &EndPoints) {
         let placement = Placement::new(map_from_base);
         let from_m = placement.place(points.laser_in_base_m());
+        let mut beams = Beams::default();
         for point in points.as_slice().iter().step_by(CARVE_EVERY_BEAMS) {
             let offset = minus(placement.place(point.at_m), from_m);
             let range_m = dot(offset, offset).sqrt();
             let clear_m = range_m - CARVE_MARGIN_M;
             if clear_m > 0.0 {
                 let direction = offset.map(|meters| meters / range_m);
-                self.walk(&Ray { from_m, direction, clear_m });
+                [beams.direction[0][beams.len], beams.direction[1][beams.len]] = direction;
+                beams.clear_m[beams.len] = clear_m;
+                beams.len += 1;
+            }
+            if beams.len == BEAMS {
+                self.walk_all(&beams, from_m);
+                beams.len = 0;
             }
         }
+        self.walk_all(&beams, from_m);
     }
 
-    fn walk(&mut self, ray: &Ray) {
-        let block_m = self.cell_m * BLOCK as f32;
-        let mut block = ray.from_m.map(|meters| (meters / block_m).floor() as i32);
-        let mut step = [0_i32; 2];
-        let mut next_m = [f32::INFINITY; 2];
-        let mut per_block_m = [f32::INFINITY; 2];
-        for axis in 0..2 {
-            let direction = ray.direction[axis];
-            if direction != 0.0 {
-                step[axis] = if direction > 0.0 { 1 } else { -1 };
-                let border = (block[axis] + i32::from(direction > 0.0)) as f32 * block_m;
-                next_m[axis] = (border - ray.from_m[axis]) / direction;
-                per_block_m[axis] = block_m / direction.abs();
-            }
+    /// Follows beams, one after the other.
+    fn walk_all(&mut self, beams: &Beams, from_m: [f32; 2]) {
+        if beams.len == 0 {
+            return;
         }
-        let (mut tile, mut quiet) = (None, 0);
-        loop {
-            if !tile.is_some_and(|tile: TileSlot| tile.holds(block)) {
-                tile = self.pools.grid.tile_slot(block);
+        let mut trace = std::mem::take(self.trace);
+        trace.follow(beams, from_m, self.cell_m);
+        for beam in 0..beams.len {
+            let direction = [beams.direction[0][beam], beams.direction[1][beam]];
+            let ray = Ray { from_m, direction, clear_m: beams.clear_m[beam] };
+            self.walk(&ray, trace.of(beam));
+        }
+        *self.trace = trace;
+    }
+
+    fn walk(&mut self, ray: &Ray, blocks: impl Iterator<Item = BlockKey>) {
+        let (mut tile, mut of, mut quiet) = (None, None, 0);
+        for key in blocks {
+            if of != Some(key.tile()) {
+                tile = self.pools.grid.tile_slot(key.block());
                 quiet = tile.map_or(0, |tile| self.pools.grid.quiet(tile));
+                of = tile.map(|_| key.tile());
             }
-            if quiet >> block_bit(block) & 1 == 0 {
-                tile = self.pass(block, ray, tile);
+            if quiet >> key.bit() & 1 == 0 {
+                tile = self.pass(key.block(), ray, tile);
                 quiet = tile.map_or(0, |tile| self.pools.grid.quiet(tile));
+                of = tile.map(|_| key.tile());
             }
-            let across_x = next_m[0] <= next_m[1];
-            if next_m[usize::from(!across_x)] >= ray.clear_m {
-                return;
-            }
-            // Both axes, without a branch: which one is next cannot be foreseen.
-            block[0] += if across_x { step[0] } else { 0 };
-            block[1] += if across_x { 0 } else { step[1] };
-            next_m[0] += if across_x { per_block_m[0] } else { 0.0 };
-            next_m[1] += if across_x { 0.0 } else { per_block_m[1] };
         }
     }
 
@@ -102,15 +108,17 @@ impl Carving<'_> {
             self.pools.grid.see_through(tile?, block);
         }
         // A copy: a surface that goes changes cells, but whose own cells the others are stays.
-        let mut own = self.pools.grid.own_cells_in(tile?, block);
+        let tile = tile?;
+        let mut own = self.pools.grid.own_cells_in(tile, block);
         while own != 0 {
             let cell = own.trailing_zeros() as i32;
             own &= own - 1;
-            if let Some(index) = self.pools.grid.cell(left + cell % BLOCK, low + cell / BLOCK).own() {
+            if let Some(index) = self.pools.grid.cell_in(tile, left + cell % BLOCK, low + cell / BLOCK).own()
+            {
                 self.pass_surfel(index, ray);
             }
         }
-        tile
+        Some(tile)
     }
 
     /// A surface that a beam went straight through loses evidence, and goes when it has none left.

@@ -12,7 +12,7 @@ mod segments;
 use biplane_geometry::Pose2;
 use biplane_geometry::vec2::{distance, minus, norm};
 
-use crate::moving::segments::{Segment, find_short};
+use crate::moving::segments::{Seen, Segment, find_short};
 use crate::placement::Placement;
 use crate::scan::end_points::{EndPoints, Mobility};
 
@@ -116,6 +116,7 @@ impl Track {
 /// Follows what stands free; everything is allocated by [`MovingObjects::new`].
 #[derive(Clone, Debug)]
 pub(crate) struct MovingObjects {
+    seen: Seen,
     segments: Vec<Segment>,
     /// The track of each segment that stands free.
     track_of: Vec<Option<usize>>,
@@ -130,9 +131,10 @@ pub(crate) struct MovingObjects {
 }
 
 impl MovingObjects {
-    /// Nothing is followed yet.
-    pub(crate) fn new() -> Self {
+    /// Nothing is followed yet; memory for scans of so many end points.
+    pub(crate) fn new(points: usize) -> Self {
         Self {
+            seen: Seen::with_capacity(points),
             segments: Vec::with_capacity(SEGMENTS),
             track_of: Vec::with_capacity(SEGMENTS),
             mobility: Vec::with_capacity(SEGMENTS),
@@ -166,7 +168,7 @@ impl MovingObjects {
             return;
         }
         self.expected = *expected;
-        find_short(points, &mut self.segments);
+        find_short(points, &mut self.seen, &mut self.segments);
         self.associate(&Placement::new(expected));
         self.judge();
         let unsure: usize = self.unsure().map(|(segment, _)| segment.count()).sum();
@@ -273,7 +275,7 @@ mod tests {
     /// What the middle beam lies on after so many steps of 10 cm, when a pole stands or walks ahead of the
     /// base, before a wall 6 m away. `pole_m` gives its way from the base's start.
     fn after(steps: u32, pole_m: impl Fn(f64) -> f64) -> Mobility {
-        let mut moving = MovingObjects::new();
+        let mut moving = MovingObjects::new(181);
         let mut points = EndPoints::new(PointParams::default());
         for step in 0..=steps {
             let x_m = 0.1 * f64::from(step);
@@ -319,7 +321,7 @@ mod tests {
 
     #[test]
     fn when_the_base_is_found_elsewhere_than_expected_all_is_looked_at_anew() {
-        let mut moving = MovingObjects { short_steps: SHORT_STEPS, ..MovingObjects::new() };
+        let mut moving = MovingObjects { short_steps: SHORT_STEPS, ..MovingObjects::new(181) };
         moving.segments.push(Segment {
             first: 0,
             last: 3,

@@ -4,7 +4,7 @@
 //! Units: meters.
 
 use crate::scan::end_points::{EndPoint, EndPoints};
-use biplane_geometry::vec2::{distance, dot, minus};
+use biplane_geometry::vec2::distance;
 
 /// Neighboring ranges that differ by more than this belong to different things, meters. Larger: somebody
 /// before a wall is part of the wall; smaller: a wall struck flatly falls apart.
@@ -41,23 +41,58 @@ impl Segment {
     }
 }
 
-/// An end point as the laser sees it.
-#[derive(Copy, Clone)]
-struct Seen {
-    offset_m: [f32; 2],
-    range_m: f32,
+/// End points as the laser sees them, a column a quantity.
+#[derive(Clone, Debug)]
+pub(crate) struct Seen {
+    offset_m: [Vec<f32>; 2],
+    range_m: Vec<f32>,
+    /// About the sine of the angle between the beams of an end point and of the next one.
+    apart: Vec<f32>,
 }
 
 impl Seen {
-    fn of(point: &EndPoint, laser_m: [f32; 2]) -> Self {
-        let offset_m = minus(point.at_m, laser_m);
-        Self { offset_m, range_m: dot(offset_m, offset_m).sqrt() }
+    /// Memory for so many end points.
+    pub(crate) fn with_capacity(points: usize) -> Self {
+        let column = || Vec::with_capacity(points);
+        Self { offset_m: [column(), column()], range_m: column(), apart: column() }
     }
 
-    /// About the sine of the angle between two beams.
-    fn apart(&self, next: &Self) -> f32 {
-        let across = self.offset_m[0] * next.offset_m[1] - self.offset_m[1] * next.offset_m[0];
-        (across / (self.range_m * next.range_m).max(1e-6)).abs()
+    fn fill(&mut self, points: &EndPoints) {
+        let laser_m = points.laser_in_base_m();
+        let Self { offset_m: [x_m, y_m], range_m, apart } = self;
+        for (axis, column) in [&mut *x_m, &mut *y_m].into_iter().enumerate() {
+            column.clear();
+            column.extend(points.as_slice().iter().map(|point| point.at_m[axis] - laser_m[axis]));
+        }
+        range_m.clear();
+        range_m.extend(x_m.iter().zip(&*y_m).map(|(x, y)| (x * x + y * y).sqrt()));
+        apart.clear();
+        let next = |column: &[f32], index: usize| (column[index], column[index + 1]);
+        apart.extend((0..range_m.len().saturating_sub(1)).map(|index| {
+            let ((x, next_x), (y, next_y)) = (next(x_m, index), next(y_m, index));
+            let (range, next_range) = next(range_m, index);
+            ((x * next_y - y * next_x) / (range * next_range).max(1e-6)).abs()
+        }));
+    }
+
+    /// The angle between the beams that are closest to each other.
+    fn closest(&self) -> f32 {
+        self.apart.iter().filter(|apart| **apart > 1e-4).fold(f32::INFINITY, |a, b| a.min(*b))
+    }
+
+    /// What lies between an end point and the next one.
+    fn border(&self, index: usize, closest: f32) -> Border {
+        if self.apart[index] > OPEN * closest {
+            return Border::Open;
+        }
+        let jump_m = self.range_m[index + 1] - self.range_m[index];
+        if jump_m > JUMP_M {
+            Border::Farther
+        } else if jump_m < -JUMP_M {
+            Border::Nearer
+        } else {
+            Border::None
+        }
     }
 }
 
@@ -75,16 +110,15 @@ enum Border {
 }
 
 /// Finds what is short, in the order of the beams; no more than fits into `segments` without allocating.
-pub(crate) fn find_short(points: &EndPoints, segments: &mut Vec<Segment>) {
+pub(crate) fn find_short(points: &EndPoints, seen: &mut Seen, segments: &mut Vec<Segment>) {
     segments.clear();
-    let (all, laser_m) = (points.as_slice(), points.laser_in_base_m());
-    let closest = closest_beams(all, laser_m);
+    let all = points.as_slice();
+    seen.fill(points);
+    let closest = seen.closest();
     let (mut first, mut opened) = (0, Border::Open);
     for index in 0..all.len() {
-        let border = match all.get(index + 1) {
-            None => Border::Open,
-            Some(next) => border(&all[index], next, laser_m, closest),
-        };
+        let is_last = index + 1 == all.len();
+        let border = if is_last { Border::Open } else { seen.border(index, closest) };
         if border == Border::None {
             continue;
         }
@@ -94,27 +128,6 @@ pub(crate) fn find_short(points: &EndPoints, segments: &mut Vec<Segment>) {
             segments.push(Segment { is_hidden, ..segment(all, first, index) });
         }
         (first, opened) = (index + 1, border);
-    }
-}
-
-/// The angle between the beams that are closest to each other.
-fn closest_beams(all: &[EndPoint], laser_m: [f32; 2]) -> f32 {
-    let pairs = all.windows(2).map(|pair| Seen::of(&pair[0], laser_m).apart(&Seen::of(&pair[1], laser_m)));
-    pairs.filter(|apart| *apart > 1e-4).fold(f32::INFINITY, f32::min)
-}
-
-fn border(here: &EndPoint, next: &EndPoint, laser_m: [f32; 2], closest: f32) -> Border {
-    let (here, next) = (Seen::of(here, laser_m), Seen::of(next, laser_m));
-    if here.apart(&next) > OPEN * closest {
-        return Border::Open;
-    }
-    let jump_m = next.range_m - here.range_m;
-    if jump_m > JUMP_M {
-        Border::Farther
-    } else if jump_m < -JUMP_M {
-        Border::Nearer
-    } else {
-        Border::None
     }
 }
 
@@ -145,7 +158,7 @@ mod tests {
         let mut points = EndPoints::new(PointParams::default());
         points.fill(&Scan { stamp_ns: 0, laser_in_base_m: [0.0; 2], beams: &beams, twist_in_base: [0.0; 3] });
         let mut segments = Vec::with_capacity(16);
-        find_short(&points, &mut segments);
+        find_short(&points, &mut Seen::with_capacity(181), &mut segments);
         let free = segments.iter().filter(|segment| segment.stands_free());
         free.map(|segment| (segment.first, segment.last)).collect()
     }
@@ -185,7 +198,7 @@ mod tests {
             .collect();
         let mut points = EndPoints::new(PointParams::default());
         points.fill(&Scan { stamp_ns: 0, laser_in_base_m: [0.0; 2], beams: &comb, twist_in_base: [0.0; 3] });
-        find_short(&points, &mut segments);
+        find_short(&points, &mut Seen::with_capacity(181), &mut segments);
         assert_eq!((segments.len(), segments.capacity()), (2, 2));
     }
 }

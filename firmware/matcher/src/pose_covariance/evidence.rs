@@ -6,12 +6,12 @@
 use nalgebra::Matrix3;
 
 use crate::map::LocalMap;
-use crate::map::surfel::Surfel;
 use crate::placement::Placement;
 use crate::registration::gauss_newton::cauchy;
+use crate::registration::gauss_newton::correspondences::{Column, Correspondences, Met, Part, Placed};
 use crate::registration::gauss_newton::params::AlignParams;
-use crate::registration::surface_map::Correspondence;
-use crate::scan::end_points::{EndPoints, Kind};
+use crate::registration::normal_equations::BATCH;
+use crate::scan::end_points::Kind;
 use biplane_geometry::Pose2;
 use biplane_geometry::vec2::{dot, minus};
 
@@ -51,37 +51,25 @@ impl Evidence {
     }
 
     /// Gathers what a scan knows at a pose.
-    pub(crate) fn gather(map: &LocalMap, points: &EndPoints, pose: &Pose2, params: &AlignParams) -> Self {
+    pub(crate) fn gather(
+        map: &LocalMap,
+        correspondences: &mut Correspondences,
+        pose: &Pose2,
+        params: &AlignParams,
+    ) -> Self {
         let mut sums = Sums::default();
-        let placement = Placement::new(pose);
-        let scale_m = params.outlier_m as f32;
-        let [per_point, per_line] =
-            [params.point_noise_m, params.range_noise_m].map(|noise_m| (1.0 / (noise_m * noise_m)) as f32);
-        for point in points.as_slice() {
-            let Ok(met) = Correspondence::find(map, point, &placement, f32::INFINITY) else { continue };
-            let Correspondence { arm, offset, surfel, .. } = met;
-            let sureness = surfel.hits / (1.0 + surfel.hits);
-            if !met.is_line {
-                if point.kind == Kind::Point {
-                    let weight = point.weight * cauchy(met.squared_m2(), scale_m) * per_point;
-                    sums.add(surfel.submap, [1.0, 0.0, -arm[1]], offset[0], weight, sureness);
-                    sums.add(surfel.submap, [0.0, 1.0, arm[0]], offset[1], weight, sureness);
+        let mut rows = Rows::default();
+        correspondences.at(map, &Placement::new(pose), |part, placed, _| {
+            rows.fill(part, placed, params);
+            for index in 0..part.len {
+                match part.met[index] {
+                    Met::Nothing => {}
+                    Met::Spot => sums.spot((part, placed), index, params),
+                    Met::Line if placed.is_other_face[index] != 0 => {}
+                    Met::Line => sums.line(part, &rows, index),
                 }
-                continue;
             }
-            if met.is_other_face {
-                continue;
-            }
-            let unit = 1.0 / met.strength.sqrt();
-            let normal = surfel.normal.map(|part| part * unit);
-            let residual = dot(offset, normal);
-            let weight = point.weight * cauchy(residual * residual, scale_m) * per_line;
-            let row = [normal[0], normal[1], arm[0] * normal[1] - arm[1] * normal[0]];
-            sums.add(surfel.submap, row, residual, weight, sureness);
-            sums.piece_of_wall(&surfel, row, weight * sureness);
-            sums.along
-                .add([-normal[1], normal[0], dot(arm, normal)].map(f64::from), f64::from(weight * sureness));
-        }
+        });
         sums.finish()
     }
 
@@ -103,6 +91,8 @@ impl Evidence {
 struct Sums {
     parts: [(u8, Upper); PARTS],
     count: usize,
+    /// The part that was added to last.
+    last: usize,
     along: Upper,
     common: [Upper; 2],
     pulls: Pulls,
@@ -110,14 +100,59 @@ struct Sums {
 }
 
 impl Sums {
+    /// An end point that lies on a surface which is no line.
+    fn spot(&mut self, (part, placed): (&Part, &Placed), index: usize, params: &AlignParams) {
+        if part.kind[index] != Kind::Point {
+            return;
+        }
+        let ([arm_x, arm_y], [offset_x, offset_y]) = (&placed.arm, &placed.offset);
+        let (arm, offset) = ([arm_x[index], arm_y[index]], [offset_x[index], offset_y[index]]);
+        let per_point = (1.0 / (params.point_noise_m * params.point_noise_m)) as f32;
+        let weight = part.weight[index] * cauchy(dot(offset, offset), params.outlier_m as f32) * per_point;
+        let sureness = part.hits[index] / (1.0 + part.hits[index]);
+        for (row, residual) in [([1.0, 0.0, -arm[1]], offset[0]), ([0.0, 1.0, arm[0]], offset[1])] {
+            let pull = sureness * sureness.sqrt() * weight * residual;
+            self.pulls.add(row.map(|part| f64::from(part * pull)));
+            self.part(part.submap[index]).add(row.map(f64::from), f64::from(sureness * weight));
+        }
+    }
+
+    /// An end point that lies on a line.
+    #[inline]
+    fn line(&mut self, part: &Part, rows: &Rows, index: usize) {
+        let row = [rows.normal[0][index], rows.normal[1][index], rows.turn[index]];
+        let (pull, weight) = (rows.pull[index], rows.weight[index]);
+        self.pulls.add(row.map(|part| f64::from(part * pull)));
+        self.part(part.submap[index]).add(row.map(f64::from), f64::from(weight));
+        self.piece_of_wall([part.mean[0][index], part.mean[1][index]], row, weight);
+        self.along.add([-row[1], row[0], rows.along[index]].map(f64::from), f64::from(weight));
+    }
+
+    /// The sums of a submap.
+    #[inline]
+    fn part(&mut self, submap: u8) -> &mut Upper {
+        if self.parts[self.last].0 != submap || self.count == 0 {
+            let known = self.parts[..self.count].iter().position(|(other, _)| *other == submap);
+            self.last = known.unwrap_or_else(|| {
+                if self.count < PARTS {
+                    self.parts[self.count].0 = submap;
+                    self.count += 1;
+                }
+                self.count - 1
+            });
+        }
+        &mut self.parts[self.last].1
+    }
+
     /// A beam meets a piece of wall: the last one, or another.
-    fn piece_of_wall(&mut self, surfel: &Surfel, row: [f32; 3], weight: f32) {
-        let away = minus(surfel.at_m, self.piece.at_m);
+    #[inline]
+    fn piece_of_wall(&mut self, at_m: [f32; 2], row: [f32; 3], weight: f32) {
+        let away = minus(at_m, self.piece.at_m);
         let normal = [row[0], row[1]];
         let edge = dot(normal, self.piece.normal) < 0.9 || dot(away, normal).abs() > EDGE_M;
         if edge || dot(away, away) > PIECE_M * PIECE_M {
             self.end_piece(edge);
-            self.piece = Piece { at_m: surfel.at_m, normal, pull: [0.0; 3], edge };
+            self.piece = Piece { at_m, normal, pull: [0.0; 3], edge };
         }
         for (pull, part) in self.piece.pull.iter_mut().zip(row) {
             *pull += f64::from(weight * part);
@@ -128,20 +163,6 @@ impl Sums {
         self.common[usize::from(self.piece.edge && edge)].add(self.piece.pull, 1.0);
     }
 
-    fn add(&mut self, submap: u8, row: [f32; 3], residual: f32, weight: f32, sureness: f32) {
-        let pull = sureness * sureness.sqrt() * weight * residual;
-        self.pulls.add(row.map(|part| f64::from(part * pull)));
-        let known = self.parts[..self.count].iter().position(|(other, _)| *other == submap);
-        let part = known.unwrap_or_else(|| {
-            if self.count < PARTS {
-                self.parts[self.count].0 = submap;
-                self.count += 1;
-            }
-            self.count - 1
-        });
-        self.parts[part].1.add(row.map(f64::from), f64::from(sureness * weight));
-    }
-
     fn finish(mut self) -> Evidence {
         self.end_piece(true);
         Evidence {
@@ -150,6 +171,48 @@ impl Sums {
             along: self.along.matrix(),
             noise: self.pulls.finish(),
             common: self.common.map(|sum| sum.matrix()),
+        }
+    }
+}
+
+/// What the residuals of end points on lines say: a column a quantity. Those that are on none have numbers of
+/// no meaning.
+struct Rows {
+    /// The residual by the base's place and turn.
+    normal: [Column; 2],
+    turn: Column,
+    /// The same along the wall by the turn.
+    along: Column,
+    weight: Column,
+    /// What the residual pulls by.
+    pull: Column,
+}
+
+impl Default for Rows {
+    fn default() -> Self {
+        let zeros = [0.0; BATCH];
+        Self { normal: [zeros; 2], turn: zeros, along: zeros, weight: zeros, pull: zeros }
+    }
+}
+
+impl Rows {
+    #[inline]
+    fn fill(&mut self, part: &Part, placed: &Placed, params: &AlignParams) {
+        let scale_m = params.outlier_m as f32;
+        let per_line = (1.0 / (params.range_noise_m * params.range_noise_m)) as f32;
+        let ([arm_x, arm_y], [offset_x, offset_y]) = (&placed.arm, &placed.offset);
+        let [normal_x, normal_y] = &mut self.normal;
+        for i in 0..BATCH {
+            let unit = 1.0 / placed.strength[i].sqrt();
+            let normal = [part.normal[0][i] * unit, part.normal[1][i] * unit];
+            let residual = offset_x[i] * normal[0] + offset_y[i] * normal[1];
+            let weight = part.weight[i] * cauchy(residual * residual, scale_m) * per_line;
+            let sureness = part.hits[i] / (1.0 + part.hits[i]);
+            self.turn[i] = arm_x[i] * normal[1] - arm_y[i] * normal[0];
+            self.along[i] = arm_x[i] * normal[0] + arm_y[i] * normal[1];
+            self.pull[i] = sureness * sureness.sqrt() * weight * residual;
+            self.weight[i] = weight * sureness;
+            [normal_x[i], normal_y[i]] = normal;
         }
     }
 }

@@ -42,6 +42,22 @@ impl Normal {
         self.t += weight * turn * residual;
     }
 
+    /// Both coordinates of an end point's offset from a place, of equal weight.
+    #[inline]
+    pub(crate) fn add_both(&mut self, arm: [f32; 2], offset: [f32; 2], weight: f32) {
+        let turns = [-arm[1], arm[0]];
+        self.xx += weight;
+        self.yy += weight;
+        self.xt += weight * turns[0];
+        self.yt += weight * turns[1];
+        self.x += weight * offset[0];
+        self.y += weight * offset[1];
+        for axis in 0..2 {
+            self.tt += weight * turns[axis] * turns[axis];
+            self.t += weight * turns[axis] * offset[axis];
+        }
+    }
+
     /// The sums of both.
     pub(crate) fn plus(&self, other: &Self) -> Self {
         Self {
@@ -123,35 +139,41 @@ impl LineSums {
         batch.weight[batch.len..used].fill(0.0);
         let inverse = 1.0 / (scale_m * scale_m);
         let ([ax, ay], [ox, oy], [nx, ny]) = (&batch.arm, &batch.offset, &batch.normal);
-        let [mut residual, mut turn, mut along] = [[0.0; BATCH]; 3];
-        let [mut wx, mut wy, mut wt, mut wa] = [[0.0; BATCH]; 4];
-        for i in 0..used {
-            residual[i] = ox[i] * nx[i] + oy[i] * ny[i];
-            turn[i] = ax[i] * ny[i] - ay[i] * nx[i];
-            along[i] = ax[i] * nx[i] + ay[i] * ny[i];
-            // With normals as they are, each product is `strength` too large: the weight takes it off.
-            let strength = nx[i] * nx[i] + ny[i] * ny[i];
-            let weight = batch.weight[i] / (strength + residual[i] * residual[i] * inverse);
-            [wx[i], wy[i], wt[i], wa[i]] =
-                [weight * nx[i], weight * ny[i], weight * turn[i], weight * along[i]];
+        let mut sums = self.lanes;
+        for first in (0..used).step_by(LANES) {
+            let some = |column: &[f32; BATCH]| -> [f32; LANES] {
+                std::array::from_fn(|lane| column[(first + lane) % BATCH])
+            };
+            let [ax, ay, ox, oy, nx, ny, weight] =
+                [some(ax), some(ay), some(ox), some(oy), some(nx), some(ny), some(&batch.weight)];
+            let zeros = [0.0; LANES];
+            let [mut residual, mut turn, mut along] = [zeros; 3];
+            let [mut wx, mut wy, mut wt, mut wa] = [zeros; 4];
+            for i in 0..LANES {
+                residual[i] = ox[i] * nx[i] + oy[i] * ny[i];
+                turn[i] = ax[i] * ny[i] - ay[i] * nx[i];
+                along[i] = ax[i] * nx[i] + ay[i] * ny[i];
+                // With normals as they are, each product is `strength` too large: the weight takes it off.
+                let strength = nx[i] * nx[i] + ny[i] * ny[i];
+                let weight = weight[i] / (strength + residual[i] * residual[i] * inverse);
+                [wx[i], wy[i], wt[i], wa[i]] =
+                    [weight * nx[i], weight * ny[i], weight * turn[i], weight * along[i]];
+            }
+            let [xx, xy, xt, yy, yt, tt, x, y, t, ya, xa, aa] = &mut sums;
+            add_products(xx, &wx, &nx);
+            add_products(xy, &wx, &ny);
+            add_products(xt, &wx, &turn);
+            add_products(yy, &wy, &ny);
+            add_products(yt, &wy, &turn);
+            add_products(tt, &wt, &turn);
+            add_products(x, &wx, &residual);
+            add_products(y, &wy, &residual);
+            add_products(t, &wt, &residual);
+            add_products(ya, &wy, &along);
+            add_products(xa, &wx, &along);
+            add_products(aa, &wa, &along);
         }
-        let terms = [
-            (&wx, nx),
-            (&wx, ny),
-            (&wx, &turn),
-            (&wy, ny),
-            (&wy, &turn),
-            (&wt, &turn),
-            (&wx, &residual),
-            (&wy, &residual),
-            (&wt, &residual),
-            (&wy, &along),
-            (&wx, &along),
-            (&wa, &along),
-        ];
-        for (sum, (a, b)) in self.lanes.iter_mut().zip(terms) {
-            add_products(sum, &a[..used], &b[..used]);
-        }
+        self.lanes = sums;
         batch.len = 0;
     }
 
@@ -165,13 +187,11 @@ impl LineSums {
     }
 }
 
-/// Adds the products of two columns, lane by lane.
-#[inline]
-fn add_products(sum: &mut [f32; LANES], a: &[f32], b: &[f32]) {
-    for (a, b) in a.as_chunks::<LANES>().0.iter().zip(b.as_chunks::<LANES>().0) {
-        for lane in 0..LANES {
-            sum[lane] += a[lane] * b[lane];
-        }
+/// Adds products lane by lane.
+#[inline(always)]
+fn add_products(sum: &mut [f32; LANES], a: &[f32; LANES], b: &[f32; LANES]) {
+    for lane in 0..LANES {
+        sum[lane] += a[lane] * b[lane];
     }
 }
 

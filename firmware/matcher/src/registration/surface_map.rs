@@ -109,7 +109,7 @@ pub(crate) struct Correspondence {
 }
 
 /// An end point whose direction is more than 60 degrees off a line's belongs to another face: the cosine.
-const OTHER_FACE_COSINE: f32 = 0.5;
+pub(crate) const OTHER_FACE_COSINE: f32 = 0.5;
 
 impl Correspondence {
     /// What an end point meets; `Err` holds where it lies when it meets nothing.

@@ -9,8 +9,10 @@ use std::ops::RangeInclusive;
 use crate::parameter_group::parameter_group;
 use crate::placement::Placement;
 use crate::scan::Scan;
-use crate::scan::line_fit::{Fitted, Lines, RunningSums};
-use biplane_geometry::vec2::{distance, dot, minus, norm, squared_distance};
+use crate::scan::line_fit::{LineLimits, Lines, RunningSums, Shape};
+use crate::scan::neighbors::{LANES, Neighbors};
+use crate::scan::{Beam, deskew};
+use biplane_geometry::vec2::{distance, norm, squared_distance};
 
 parameter_group! { "points";
 /// Which beams become end points, and what the scan itself says about the surfaces they lie on.
@@ -121,20 +123,38 @@ pub struct EndPoints {
     points: Vec<EndPoint>,
     /// Sums over the points before each one, so that any run of neighbors costs the same.
     sums: Vec<RunningSums>,
+    /// From the point before to each one, and one more to nobody after the last; infinite before the first.
+    gaps_m: Vec<f32>,
+    neighbors: Neighbors,
+    /// Of points whose neighbors on both sides form no line together, those on one side that may.
+    sides: Vec<Side>,
     capacity: usize,
     laser_in_base_m: [f32; 2],
     params: PointParams,
 }
 
-/// The longest reach on either side for the neighbors of a normal, beams.
-const NEIGHBORS: usize = 32;
+/// The neighbors of a point on one side.
+#[derive(Copy, Clone, Debug)]
+struct Side {
+    index: usize,
+    /// The first and the last of them.
+    ends: [usize; 2],
+}
 
 impl EndPoints {
     /// An empty buffer with all the memory it will ever have.
     pub fn new(params: PointParams) -> Self {
         let capacity = params.max_beams.max(1);
-        let (points, sums) = (Vec::with_capacity(capacity), Vec::with_capacity(capacity + 1));
-        Self { points, sums, capacity, laser_in_base_m: [0.0; 2], params }
+        Self {
+            points: Vec::with_capacity(capacity),
+            sums: Vec::with_capacity(capacity + 1),
+            gaps_m: Vec::with_capacity(capacity + 1),
+            neighbors: Neighbors::with_capacity(capacity),
+            sides: Vec::with_capacity(2 * capacity),
+            capacity,
+            laser_in_base_m: [0.0; 2],
+            params,
+        }
     }
 
     /// The points, in the order of their beams.
@@ -169,34 +189,38 @@ impl EndPoints {
 
     /// Takes over the usable beams of a scan and gives them normals and weights.
     pub fn fill(&mut self, scan: &Scan) {
+        self.take_ends(scan);
+        self.measure_gaps();
+        self.mark_isolated();
+        self.sum_up();
+        self.fit_lines();
+        self.fit_corners();
+    }
+
+    fn take_ends(&mut self, scan: &Scan) {
         self.points.clear();
         self.laser_in_base_m = scan.laser_in_base_m.map(|meters| meters as f32);
         let stride = scan.beams.len().div_ceil(self.capacity).max(1);
         let in_reach = self.params.range_min_m..=self.params.range_max_m;
-        for beam in scan.beams.iter().step_by(stride) {
-            let range_m = f64::from(beam.range_m);
-            if !in_reach.contains(&range_m) {
-                continue; // also NaN and +inf
-            }
-            let at_m = scan.end_in_base_m(beam, range_m).map(|meters| meters as f32);
-            if at_m[0].is_finite() && at_m[1].is_finite() {
-                self.points.push(EndPoint { at_m, ..EndPoint::default() });
+        for some in scan.beams.chunks(stride * deskew::MANY) {
+            let beams = || some.iter().step_by(stride);
+            let [x_m, y_m] = deskew::ends_in_base_m(scan, beams().copied());
+            for ((Beam { range_m, .. }, x_m), y_m) in beams().zip(x_m).zip(y_m) {
+                // Neither NaN nor +inf is in reach.
+                if in_reach.contains(&f64::from(*range_m)) && x_m.is_finite() && y_m.is_finite() {
+                    self.points.push(EndPoint { at_m: [x_m, y_m], ..EndPoint::default() });
+                }
             }
         }
-        self.mark_isolated();
-        self.sum_up();
-        let mut before_m = f32::INFINITY;
-        let mut lines = Lines::default();
-        for index in 0..self.points.len() {
-            if index % Lines::MANY == 0 {
-                self.fit_some(index, &mut lines);
-            }
-            let (kind, normal) = self.surface_at(index, &lines);
-            let next = self.points.get(index + 1);
-            let after_m = next.map_or(f32::INFINITY, |next| distance(next.at_m, self.points[index].at_m));
-            let weight = self.weight(before_m, after_m);
-            self.points[index] = EndPoint { normal, kind, weight, ..self.points[index] };
-            before_m = after_m;
+    }
+
+    fn measure_gaps(&mut self) {
+        self.gaps_m.clear();
+        self.gaps_m.push(f32::INFINITY);
+        self.gaps_m.extend(self.points.windows(2).map(|pair| distance(pair[0].at_m, pair[1].at_m)));
+        self.gaps_m.push(f32::INFINITY);
+        for (point, gaps_m) in self.points.iter_mut().zip(self.gaps_m.windows(2)) {
+            point.weight = weight(&self.params, gaps_m[0], gaps_m[1]);
         }
     }
 
@@ -205,23 +229,19 @@ impl EndPoints {
     /// they should have met.
     fn mark_isolated(&mut self) {
         let many = self.points.len() as f32 * MANY;
-        if self.count_alone(NORMAL_REACH_M) as f32 <= many {
-            self.count_alone(APART_M);
+        let mut count = 0;
+        for index in 1..self.points.len().saturating_sub(1) {
+            let is_apart = self.gaps_m[index] > NORMAL_REACH_M && self.gaps_m[index + 1] > NORMAL_REACH_M;
+            if is_apart && self.stands_alone(index) {
+                self.points[index].alone = true;
+                count += 1;
+            }
         }
-    }
-
-    /// Finds the points that stand alone, farther than this from the ones before and after them.
-    fn count_alone(&mut self, apart_m: f32) -> usize {
-        let (mut count, mut after_m) = (0, f32::INFINITY);
-        for index in (0..self.points.len()).rev() {
-            let here = self.points[index].at_m;
-            let before_m =
-                index.checked_sub(1).map_or(0.0, |before| distance(self.points[before].at_m, here));
-            self.points[index].alone = before_m > apart_m && after_m > apart_m && self.stands_alone(index);
-            count += usize::from(self.points[index].alone);
-            after_m = before_m;
+        if count as f32 <= many {
+            for (point, gaps_m) in self.points.iter_mut().zip(self.gaps_m.windows(2)) {
+                point.alone &= gaps_m[0] > APART_M && gaps_m[1] > APART_M;
+            }
         }
-        count
     }
 
     /// Whether two neighbors, one on either side, are far closer to each other than by way of this point.
@@ -249,93 +269,93 @@ impl EndPoints {
         }
     }
 
-    /// Beams that lie closer together than `spacing_m` share the weight of one; so far to the beams before
-    /// and after.
-    fn weight(&self, before_m: f32, after_m: f32) -> f32 {
-        let spacing_m = self.params.spacing_m as f32;
-        (before_m.min(spacing_m) + after_m.min(spacing_m)) / (2.0 * spacing_m).max(1e-6)
-    }
-
-    /// Fits lines through the neighbors on both sides of the points from this one on.
-    fn fit_some(&self, from: usize, lines: &mut Lines) {
-        lines.clear();
-        for index in from..self.points.len().min(from + Lines::MANY) {
-            let (before, rest) = self.points.split_at(index);
-            let first = index - self.reach(index, before.iter().rev());
-            let last = index + self.reach(index, rest[1..].iter());
-            lines.push((first, last), &self.sums[last + 1].minus(&self.sums[first]));
-        }
-        lines.fit();
-    }
-
-    /// What a point lies on: a line with the neighbors on both sides, or at a corner with those on one side.
-    fn surface_at(&self, index: usize, lines: &Lines) -> (Kind, [f32; 2]) {
-        if self.points[index].alone {
-            return (Kind::Point, [0.0; 2]);
-        }
-        let ((first, last), fit) = lines.get(index % Lines::MANY);
-        let mut kind = match self.line_through(index, (first, last), || fit) {
-            (Kind::Line, normal) => return (Kind::Line, normal),
-            (kind, _) => kind,
-        };
-        for (from, to) in [(first, index), (index, last)] {
-            match self.line_through(index, (from, to), || self.sums[to + 1].minus(&self.sums[from]).fit()) {
-                (Kind::Line, normal) => return (Kind::Line, normal),
-                (Kind::Point, _) => kind = Kind::Point,
-                (Kind::Unsure, _) => {}
+    /// Gives the points normals by the lines through their neighbors on both sides.
+    fn fit_lines(&mut self) {
+        let alone_or_not = |point: &EndPoint| (!point.alone).then_some(point.at_m);
+        self.neighbors.fill(self.points.iter().map(alone_or_not));
+        self.sides.clear();
+        let (limits, mut lines) = (self.limits(), Lines::default());
+        for from in (0..self.points.len()).step_by(Lines::MANY) {
+            let until = self.points.len().min(from + Lines::MANY);
+            let mut ends = [[0; 2]; Lines::MANY];
+            lines.clear();
+            for some in (from..until).step_by(LANES) {
+                let [before, after] = self.neighbors.reaches(some, NORMAL_REACH_M);
+                for ((index, before), after) in (some..until).zip(before).zip(after) {
+                    let [first, last] = [index - before, index + after];
+                    ends[index - from] = [first, last];
+                    self.push(&mut lines, [first, last], index);
+                }
+            }
+            lines.fit(&limits);
+            for (index, ends) in (from..until).zip(ends) {
+                let point = &mut self.points[index];
+                let (shape, normal) = lines.get(index - from);
+                if point.alone {
+                    point.kind = Kind::Point;
+                } else if shape == Shape::Line {
+                    (point.kind, point.normal) = (Kind::Line, normal);
+                } else {
+                    point.kind = if shape == Shape::Scattered { Kind::Point } else { Kind::Unsure };
+                    let [first, last] = ends;
+                    for ends in [[first, index], [index, last]] {
+                        if self.may_be_line(ends) {
+                            self.sides.push(Side { index, ends });
+                        }
+                    }
+                }
             }
         }
-        (kind, [0.0; 2])
     }
 
-    /// How far the last neighbor is that is needed in one direction, the first one out of reach included.
-    fn reach<'a>(&self, index: usize, neighbors: impl Iterator<Item = &'a EndPoint>) -> usize {
-        let here = self.points[index].at_m;
-        let reach_m = NORMAL_REACH_M;
-        let mut last = 0;
-        for (before, other) in neighbors.take(NEIGHBORS).enumerate() {
-            if other.alone {
-                continue;
-            }
-            last = before + 1;
-            if squared_distance(other.at_m, here) > reach_m * reach_m {
-                break;
+    /// Whether there is enough of a run of points for a line.
+    fn may_be_line(&self, [first, last]: [usize; 2]) -> bool {
+        let length_squared = squared_distance(self.points[first].at_m, self.points[last].at_m);
+        let is_short = length_squared < LINE_LENGTH_M * LINE_LENGTH_M;
+        self.sums[last + 1].count() - self.sums[first].count() >= 3.0 && !is_short
+    }
+
+    /// What lies at a corner has the normal of the neighbors on one side.
+    fn fit_corners(&mut self) {
+        let (limits, mut lines) = (self.limits(), Lines::default());
+        for some in self.sides.chunks(Lines::MANY) {
+            lines.clear();
+            some.iter().for_each(|Side { index, ends }| self.push(&mut lines, *ends, *index));
+            lines.fit(&limits);
+            for (place, Side { index, .. }) in some.iter().enumerate() {
+                let point = &mut self.points[*index];
+                match lines.get(place) {
+                    _ if point.kind == Kind::Line => {}
+                    (Shape::Line, normal) => (point.kind, point.normal) = (Kind::Line, normal),
+                    (Shape::Scattered, _) => point.kind = Kind::Point,
+                    (Shape::Unsure, _) => {}
+                }
             }
         }
-        last
     }
 
-    /// The normal of the line `fit` through the points `first` to `last`, if they form one.
+    /// Adds the run of points between two, for a point of it.
     #[inline]
-    fn line_through(
-        &self,
-        index: usize,
-        (first, last): (usize, usize),
-        fit: impl FnOnce() -> Option<Fitted>,
-    ) -> (Kind, [f32; 2]) {
-        const UNSURE: (Kind, [f32; 2]) = (Kind::Unsure, [0.0; 2]);
-        let here = self.points[index].at_m;
-        let length_m = LINE_LENGTH_M;
-        let ends_m = [self.points[first].at_m, self.points[last].at_m];
-        if self.sums[last + 1].count() - self.sums[first].count() < 3.0
-            || squared_distance(ends_m[0], ends_m[1]) < length_m * length_m
-        {
-            return UNSURE;
-        }
-        let Some(Fitted { spread_squared, mut normal }) = fit() else { return UNSURE };
-        if spread_squared > self.params.line_tolerance_m * self.params.line_tolerance_m {
-            return (Kind::Point, [0.0; 2]);
-        }
-        let to_laser = minus(self.laser_in_base_m, here);
-        let (facing, sine) = (dot(normal, to_laser), GRAZING_SINE);
-        if facing * facing < sine * sine * dot(to_laser, to_laser) {
-            return UNSURE;
-        }
-        if facing < 0.0 {
-            normal = [-normal[0], -normal[1]];
-        }
-        (Kind::Line, normal)
+    fn push(&self, lines: &mut Lines, [first, last]: [usize; 2], index: usize) {
+        let ends_m = [first, last, index].map(|end| self.points[end].at_m);
+        lines.push(&self.sums[last + 1].minus(&self.sums[first]), ends_m);
     }
+
+    fn limits(&self) -> LineLimits {
+        LineLimits {
+            length_squared: LINE_LENGTH_M * LINE_LENGTH_M,
+            spread_squared: self.params.line_tolerance_m * self.params.line_tolerance_m,
+            sine_squared: GRAZING_SINE * GRAZING_SINE,
+            laser_m: self.laser_in_base_m,
+        }
+    }
+}
+
+/// Beams that lie closer together than `spacing_m` share the weight of one; so far to the beams before and
+/// after.
+fn weight(params: &PointParams, before_m: f32, after_m: f32) -> f32 {
+    let spacing_m = params.spacing_m as f32;
+    (before_m.min(spacing_m) + after_m.min(spacing_m)) / (2.0 * spacing_m).max(1e-6)
 }
 
 #[cfg(test)]

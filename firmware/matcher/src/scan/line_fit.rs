@@ -14,15 +14,6 @@ pub(crate) struct RunningSums {
     yy: f64,
 }
 
-/// A line.
-#[derive(Copy, Clone, PartialEq, Debug, Default)]
-pub(crate) struct Fitted {
-    /// Mean squared distance of the points from it, square meters.
-    pub spread_squared: f64,
-    /// Its unit normal.
-    pub normal: [f32; 2],
-}
-
 impl RunningSums {
     /// Points that were added.
     pub(crate) fn count(&self) -> f64 {
@@ -52,12 +43,6 @@ impl RunningSums {
         }
     }
 
-    /// The best line; `None` when all points coincide.
-    pub(crate) fn fit(&self) -> Option<Fitted> {
-        let [squared, spread_squared, x, y] = self.solve();
-        (squared > COINCIDE).then_some(Fitted { spread_squared, normal: [x as f32, y as f32] })
-    }
-
     /// Squared length of the direction before it is made a unit vector, mean squared distance, unit normal.
     #[inline(always)]
     fn solve(&self) -> [f64; 4] {
@@ -82,23 +67,53 @@ impl RunningSums {
 /// Points whose direction is shorter than this, squared, coincide.
 const COINCIDE: f64 = 1e-18;
 
-/// Runs of points, and the lines through them.
+/// Runs of points, and the lines through them: a column a quantity.
 #[derive(Clone, Debug)]
 pub(crate) struct Lines {
-    ends: [(usize, usize); Self::MANY],
-    /// Running sums, a row a sum.
+    /// Running sums.
     sums: [[f64; Self::MANY]; 6],
-    /// As [`RunningSums::solve`] gives them, a row a number.
-    fits: [[f64; Self::MANY]; 4],
+    /// Where the run begins and ends, and the end point that it is for, meters.
+    ends: [[f32; Self::MANY]; 4],
+    here: [[f32; Self::MANY]; 2],
+    /// What the end point lies on.
+    shapes: [Shape; Self::MANY],
+    normals: [[f32; Self::MANY]; 2],
     len: usize,
+}
+
+/// What decides whether a run of points is a line.
+#[derive(Copy, Clone, Debug)]
+pub(crate) struct LineLimits {
+    /// The run is at least this long, squared, square meters.
+    pub length_squared: f32,
+    /// The points are no farther than this from the line in the mean, squared, square meters.
+    pub spread_squared: f64,
+    /// The beam strikes the line no flatter than this: the sine of the angle, squared.
+    pub sine_squared: f32,
+    /// The laser, meters.
+    pub laser_m: [f32; 2],
+}
+
+/// What a run of points is.
+#[derive(Copy, Clone, PartialEq, Eq, Debug)]
+#[repr(u8)]
+pub(crate) enum Shape {
+    /// A line.
+    Line,
+    /// Too far from one line.
+    Scattered,
+    /// Too few points, too short, or struck too flatly.
+    Unsure,
 }
 
 impl Default for Lines {
     fn default() -> Self {
         Self {
-            ends: [(0, 0); Self::MANY],
             sums: [[1.0; Self::MANY]; 6],
-            fits: [[0.0; Self::MANY]; 4],
+            ends: [[0.0; Self::MANY]; 4],
+            here: [[0.0; Self::MANY]; 2],
+            shapes: [Shape::Unsure; Self::MANY],
+            normals: [[0.0; Self::MANY]; 2],
             len: 0,
         }
     }
@@ -113,34 +128,63 @@ impl Lines {
         self.len = 0;
     }
 
-    /// Takes one more run, its first and last point and the sums over it; at most [`Lines::MANY`].
+    /// Takes one more run, the sums over it, its first and last point and the point that it is for; at most
+    /// [`Lines::MANY`].
     #[inline]
-    pub(crate) fn push(&mut self, ends: (usize, usize), run: &RunningSums) {
-        let place = self.len;
+    pub(crate) fn push(&mut self, run: &RunningSums, [first_m, last_m, here_m]: [[f32; 2]; 3]) {
+        let place = self.len % Self::MANY;
         let RunningSums { n, x, y, xx, xy, yy } = *run;
-        self.ends[place] = ends;
         for (row, value) in self.sums.iter_mut().zip([n, x, y, xx, xy, yy]) {
             row[place] = value;
         }
+        for (row, value) in self.ends.iter_mut().zip([first_m[0], first_m[1], last_m[0], last_m[1]]) {
+            row[place] = value;
+        }
+        [self.here[0][place], self.here[1][place]] = here_m;
         self.len += 1;
     }
 
-    /// Fits a line through each.
-    pub(crate) fn fit(&mut self) {
+    /// Fits a line through each and judges it.
+    pub(crate) fn fit(&mut self, limits: &LineLimits) {
         let [ns, xs, ys, xxs, xys, yys] = &self.sums;
-        let [squared, spread, normal_x, normal_y] = &mut self.fits;
+        let zeros = [0.0; Self::MANY];
+        let [mut squared, mut spread, mut normal_x, mut normal_y] = [zeros; 4];
         for i in 0..Self::MANY {
             let sums = RunningSums { n: ns[i], x: xs[i], y: ys[i], xx: xxs[i], xy: xys[i], yy: yys[i] };
             [squared[i], spread[i], normal_x[i], normal_y[i]] = sums.solve();
         }
+        let ([first_x, first_y, last_x, last_y], [here_x, here_y]) = (&self.ends, &self.here);
+        let [laser_x, laser_y] = limits.laser_m;
+        for i in 0..Self::MANY {
+            let (along_x, along_y) = (first_x[i] - last_x[i], first_y[i] - last_y[i]);
+            let length_squared = along_x * along_x + along_y * along_y;
+            let is_long = (length_squared >= limits.length_squared) | length_squared.is_nan();
+            let is_run = (ns[i] >= 3.0) & is_long & (squared[i] > COINCIDE);
+            let is_wide = spread[i] > limits.spread_squared;
+            let normal = [normal_x[i] as f32, normal_y[i] as f32];
+            let (to_x, to_y) = (laser_x - here_x[i], laser_y - here_y[i]);
+            let facing = normal[0] * to_x + normal[1] * to_y;
+            let is_flat = facing * facing < limits.sine_squared * (to_x * to_x + to_y * to_y);
+            let away = facing < 0.0;
+            self.normals[0][i] = if away { -normal[0] } else { normal[0] };
+            self.normals[1][i] = if away { -normal[1] } else { normal[1] };
+            self.shapes[i] = if !is_run {
+                Shape::Unsure
+            } else if is_wide {
+                Shape::Scattered
+            } else if is_flat {
+                Shape::Unsure
+            } else {
+                Shape::Line
+            };
+        }
     }
 
-    /// A run's first and last point, and the line through it; `None` when its points coincide.
+    /// What a run is, and the normal towards the laser if it is a line.
     #[inline]
-    pub(crate) fn get(&self, place: usize) -> ((usize, usize), Option<Fitted>) {
-        let [squared, spread_squared, x, y] = [0, 1, 2, 3].map(|row: usize| self.fits[row][place]);
-        let normal = [x as f32, y as f32];
-        (self.ends[place], (squared > COINCIDE).then_some(Fitted { spread_squared, normal }))
+    pub(crate) fn get(&self, place: usize) -> (Shape, [f32; 2]) {
+        let place = place % Self::MANY;
+        (self.shapes[place], [self.normals[0][place], self.normals[1][place]])
     }
 }
 
@@ -163,29 +207,69 @@ mod tests {
                 [5.0 + along * cos - across * sin, -3.0 + along * sin + across * cos]
             };
             let run = sums(&[place(0.0, 0.1), place(0.0, -0.1), place(1.0, 0.1), place(1.0, -0.1)]);
-            let Fitted { spread_squared, normal } = run.fit().unwrap();
+            let [squared, spread_squared, normal_x, normal_y] = run.solve();
+            assert!(squared > COINCIDE);
             assert!((spread_squared - 0.01).abs() < 1e-9, "{angle}: {spread_squared}");
-            let along = f64::from(normal[0]) * cos + f64::from(normal[1]) * sin;
-            assert!(along.abs() < 1e-6 && (normal[0].hypot(normal[1]) - 1.0).abs() < 1e-6, "{angle}");
+            let along = normal_x * cos + normal_y * sin;
+            assert!(along.abs() < 1e-6 && (normal_x.hypot(normal_y) - 1.0).abs() < 1e-6, "{angle}");
         }
-        assert_eq!(sums(&[[2.0, 3.0]; 5]).fit(), None);
+        assert!(sums(&[[2.0, 3.0]; 5]).solve()[0] <= COINCIDE);
+    }
+
+    /// What a run is, from the definition.
+    fn by_definition(run: &RunningSums, [first, last, here]: [[f32; 2]; 3], limits: &LineLimits) -> Shape {
+        let [squared, spread, x, y] = run.solve();
+        let length_squared = (first[0] - last[0]).powi(2) + (first[1] - last[1]).powi(2);
+        if run.count() < 3.0 || length_squared < limits.length_squared || squared <= COINCIDE {
+            return Shape::Unsure;
+        }
+        if spread > limits.spread_squared {
+            return Shape::Scattered;
+        }
+        let to_laser = [limits.laser_m[0] - here[0], limits.laser_m[1] - here[1]];
+        let facing = x as f32 * to_laser[0] + y as f32 * to_laser[1];
+        let is_flat = facing.powi(2) < limits.sine_squared * (to_laser[0].powi(2) + to_laser[1].powi(2));
+        if is_flat { Shape::Unsure } else { Shape::Line }
     }
 
     #[test]
-    fn many_lines_at_a_time_are_the_same_as_one_by_one() {
-        let mut lines = Lines::default();
-        let runs: Vec<RunningSums> = (0..Lines::MANY)
-            .map(|i| {
-                let at =
-                    |k: usize| ((i * 7919 + k * 104_729) % 1009) as f64 * if i == 5 { 0.0 } else { 0.01 };
-                sums(&[[at(1), at(2)], [at(3), at(4)], [at(5), at(6)]])
-            })
-            .collect();
-        runs.iter().enumerate().for_each(|(i, run)| lines.push((i, i + 2), run));
-        lines.fit();
-        for (i, run) in runs.iter().enumerate() {
-            assert_eq!(lines.get(i), ((i, i + 2), run.fit()));
+    fn many_runs_at_a_time_are_what_each_is_and_lines_face_the_laser() {
+        let limits = LineLimits {
+            length_squared: 0.0036,
+            spread_squared: 4e-4,
+            sine_squared: 0.01,
+            laser_m: [0.2, -0.1],
+        };
+        let (mut lines, mut expected) = (Lines::default(), Vec::new());
+        for i in 0..Lines::MANY {
+            // About a line through a place off the laser, with noise from none to 5 cm; some of two points or
+            // of one place.
+            let noise = |k: usize| ((i * 7919 + k * 104_729) % 1009) as f64 / 504.5 - 1.0;
+            let (angle, spread) = (3.0 * noise(1), 0.05 * noise(2).max(0.0));
+            let count = if i % 7 == 3 { 2 } else { 6 };
+            let step = if i % 11 == 5 { 0.0 } else { 0.1 };
+            let points: Vec<[f64; 2]> = (0..count)
+                .map(|k| {
+                    let (along, across) = (step * k as f64, spread * noise(3 + k));
+                    let (sin, cos) = angle.sin_cos();
+                    [2.0 * noise(20) + along * cos - across * sin, 1.5 + along * sin + across * cos]
+                })
+                .collect();
+            let ends = [0, points.len() - 1, 1].map(|k| points[k].map(|value| value as f32));
+            let run = sums(&points);
+            lines.push(&run, ends);
+            expected.push((by_definition(&run, ends, &limits), ends[2]));
         }
-        assert_eq!(lines.get(5).1, None);
+        lines.fit(&limits);
+        for (i, (shape, here)) in expected.iter().enumerate() {
+            let (found, normal) = lines.get(i);
+            assert_eq!(found, *shape, "{i}");
+            let facing =
+                normal[0] * (limits.laser_m[0] - here[0]) + normal[1] * (limits.laser_m[1] - here[1]);
+            assert!(*shape != Shape::Line || facing > 0.0, "{i}");
+        }
+        for shape in [Shape::Line, Shape::Scattered, Shape::Unsure] {
+            assert!(expected.iter().any(|(other, _)| *other == shape), "{shape:?}");
+        }
     }
 }

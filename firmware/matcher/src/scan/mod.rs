@@ -4,8 +4,10 @@
 //! stamp is nanoseconds. The mount of the laser is already applied, so that a laser on its back or turned
 //! round needs no special case here.
 
+mod deskew;
 pub(crate) mod end_points;
 pub(crate) mod line_fit;
+mod neighbors;
 
 use biplane_geometry::PortableMath;
 use biplane_geometry::Pose2;
@@ -60,12 +62,17 @@ impl Scan<'_> {
     }
 }
 
-/// Sine and cosine; of the small angles that a base turns during a scan by their series, to 1e-10: there is
-/// one a beam.
+/// Sine and cosine of up to so large angles come from their series.
+const SERIES_UP_TO_RAD: f64 = 0.1;
+
+/// Sine and cosine; of the small angles that a base turns during a scan by their series: there is one a beam.
 fn sin_cos(angle_rad: f64) -> (f64, f64) {
-    if angle_rad.abs() > 0.1 {
-        return angle_rad.portable_sin_cos();
-    }
+    if angle_rad.abs() > SERIES_UP_TO_RAD { angle_rad.portable_sin_cos() } else { series(angle_rad) }
+}
+
+/// Sine and cosine of a small angle, to 1e-10.
+#[inline(always)]
+fn series(angle_rad: f64) -> (f64, f64) {
     let squared = angle_rad * angle_rad;
     let sin = angle_rad * (1.0 - squared / 6.0 * (1.0 - squared / 20.0));
     let cos = 1.0 - 0.5 * squared * (1.0 - squared / 12.0 * (1.0 - squared / 30.0));

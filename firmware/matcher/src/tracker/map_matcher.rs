@@ -6,10 +6,12 @@
 
 use crate::map::LocalMap;
 use crate::params::TrackerParams;
-use crate::registration::gauss_newton::fit::fit;
+use crate::pose_covariance::Evidence;
+use crate::registration::gauss_newton::correspondences::Correspondences;
+use crate::registration::gauss_newton::on_map::OnMap;
 use crate::registration::gauss_newton::params::AlignParams;
 use crate::registration::gauss_newton::prior::Prior;
-use crate::registration::gauss_newton::{Alignment, align};
+use crate::registration::gauss_newton::{Alignment, Laid, align};
 use crate::registration::journal::Journal;
 use crate::registration::search::correlative::Search;
 use crate::registration::search::{Candidate, Window};
@@ -56,6 +58,7 @@ pub(crate) struct MapMatcher {
     range_noise: RangeNoise,
     map: LocalMap,
     search: Search,
+    correspondences: Correspondences,
     learned_at: Option<Pose2>,
     lost_in_a_row: u32,
     /// The iterations of the last scan.
@@ -71,6 +74,7 @@ impl MapMatcher {
             range_noise: RangeNoise::default(),
             map: LocalMap::new(params.map),
             search: Search::new(params.search, params.map.cell_m),
+            correspondences: Correspondences::with_capacity(params.points.max_beams),
             learned_at: None,
             lost_in_a_row: 0,
             journal: Journal::default(),
@@ -109,6 +113,11 @@ impl MapMatcher {
         &self.params.align
     }
 
+    /// What the scan that was located last knows of its pose.
+    pub(crate) fn evidence(&mut self, pose: &Pose2) -> Evidence {
+        Evidence::gather(&self.map, &mut self.correspondences, pose, &self.params.align)
+    }
+
     /// Finds the scan's pose. `others` are further guesses worth a try when the prior's fails.
     pub(crate) fn locate(
         &mut self,
@@ -118,6 +127,7 @@ impl MapMatcher {
         heading_window: Window,
         window: Window,
     ) -> (Alignment, Verdict) {
+        self.correspondences.begin(points.as_slice());
         let mut best = if heading_window.half_m > 0.0 {
             self.coarse_search(points, prior, heading_window)
         } else {
@@ -165,20 +175,26 @@ impl MapMatcher {
 
     /// Finds the scan's pose from the prior alone, with no search around.
     pub(crate) fn locate_near(&mut self, points: &EndPoints, prior: &Prior) -> (Alignment, Verdict) {
-        let found =
-            align(&self.map, points.as_slice(), prior.mean, prior, &self.params.align, &mut self.journal);
+        self.correspondences.begin(points.as_slice());
+        let found = self.align(points, prior.mean, prior);
         (found, Verdict::of(&found.fit))
     }
 
     /// How much of a scan a pose explains, 0 to 1.
-    pub(crate) fn score_at(&self, points: &EndPoints, pose: &Pose2) -> f64 {
-        fit(&self.map, points.as_slice(), pose, &self.params.align).score()
+    pub(crate) fn score_at(&mut self, points: &EndPoints, pose: &Pose2) -> f64 {
+        let Self { map, correspondences, params, .. } = self;
+        OnMap { map, points: points.as_slice(), correspondences }.fit(pose, &params.align).score()
+    }
+
+    fn align(&mut self, points: &EndPoints, start: Pose2, prior: &Prior) -> Alignment {
+        let Self { map, correspondences, params, journal, .. } = self;
+        let mut laid = OnMap { map, points: points.as_slice(), correspondences };
+        align(&mut laid, start, prior, &params.align, journal)
     }
 
     /// From where the odometry says; the headings around are looked at when that does not fit.
     fn near_prior(&mut self, points: &EndPoints, prior: &Prior, heading_window: Window) -> Alignment {
-        let mut best =
-            align(&self.map, points.as_slice(), prior.mean, prior, &self.params.align, &mut self.journal);
+        let mut best = self.align(points, prior.mean, prior);
         if best.fit.explained < HEADING_SEARCH_BELOW_SHARE * best.fit.total {
             let seen = self.search.first(&self.map, points, &prior.mean, heading_window);
             if seen.score > 0.0 && !self.search.neighbors(&seen.pose, &best.pose) {
@@ -194,8 +210,7 @@ impl MapMatcher {
         let [first, rivals @ ..] =
             self.search.run::<CANDIDATES>(&self.map, points, &prior.mean, heading_window);
         let start = if first.score > 0.0 { first.pose } else { prior.mean };
-        let mut best =
-            align(&self.map, points.as_slice(), start, prior, &self.params.align, &mut self.journal);
+        let mut best = self.align(points, start, prior);
         for rival in rivals.iter().filter(|rival| rival.score > 0.0) {
             if !best.at_rest || rival.score > RIVAL_SHARE * first.score {
                 self.try_from(points, rival.pose, prior, &mut best);
@@ -206,7 +221,7 @@ impl MapMatcher {
 
     /// Aligns from another start and keeps the result when it is the likelier one.
     fn try_from(&mut self, points: &EndPoints, start: Pose2, prior: &Prior, best: &mut Alignment) {
-        let found = align(&self.map, points.as_slice(), start, prior, &self.params.align, &mut self.journal);
+        let found = self.align(points, start, prior);
         let iterations = best.iterations + found.iterations;
         if found.likelihood(prior) > best.likelihood(prior) {
             *best = found;

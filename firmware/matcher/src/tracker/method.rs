@@ -81,7 +81,7 @@ impl Engine {
     }
 
     /// How much of a scan a pose explains, 0 to 1.
-    pub(crate) fn score_at(&self, points: &EndPoints, pose: &Pose2) -> f64 {
+    pub(crate) fn score_at(&mut self, points: &EndPoints, pose: &Pose2) -> f64 {
         match self {
             Self::Map(matcher) => matcher.score_at(points, pose),
             Self::Gradient(matcher) => matcher.score_at(points, pose),
@@ -126,17 +126,12 @@ impl Engine {
         }
     }
 
-    /// What a match knows of the pose, and how much of it is believed.
-    pub(crate) fn evidence(
-        &self,
-        points: &EndPoints,
-        found: &Alignment,
-        prior: &Prior,
-    ) -> (Evidence, Degeneracy) {
+    /// What the match of the last scan knows of the pose, and how much of it is believed.
+    pub(crate) fn evidence(&mut self, found: &Alignment, prior: &Prior) -> (Evidence, Degeneracy) {
         match self {
             Self::Map(matcher) => {
+                let evidence = matcher.evidence(&found.pose);
                 let align = matcher.align_params();
-                let evidence = Evidence::gather(matcher.map(), points, &found.pose, align);
                 let (nu_rad, minimum) = (align.direction_noise_rad, prior.min_information());
                 (evidence, Degeneracy::new(&evidence.across(), &evidence.along, nu_rad, minimum))
             }

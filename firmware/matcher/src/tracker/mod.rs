@@ -101,7 +101,7 @@ impl Tracker {
         Self {
             points: EndPoints::new(params.points),
             before: EndPoints::new(params.points),
-            moving: MovingObjects::new(),
+            moving: MovingObjects::new(params.points.max_beams),
             motion: match params.method {
                 Method::Map => MotionModel::new(params.motion),
                 Method::Gradient => MotionModel::taking_odometry_as_it_is(params.motion),
@@ -330,7 +330,7 @@ impl Tracker {
 
     /// Works out what the match says of the pose's error.
     fn weigh(&mut self, alignment: &Alignment, prior: &Prior) {
-        let (evidence, degeneracy) = self.engine.evidence(&self.points, alignment, prior);
+        let (evidence, degeneracy) = self.engine.evidence(alignment, prior);
         self.pose_covariance.matched((&evidence, &degeneracy), prior, &alignment.pose);
     }
 

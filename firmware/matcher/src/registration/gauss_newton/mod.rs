@@ -7,7 +7,9 @@
 //! each iteration, so that the first steps come from far away and the last ones see only what truly fits.
 //! Units: meters, radians; map's axes.
 
+pub(crate) mod correspondences;
 pub(crate) mod fit;
+pub(crate) mod on_map;
 pub(crate) mod params;
 pub(crate) mod point_alignment;
 pub(crate) mod prior;
@@ -56,11 +58,24 @@ impl Alignment {
     }
 }
 
+/// End points on a map, whatever is kept of what they meet there.
+pub(crate) trait Laid {
+    /// Sums over all end points at a pose under Cauchy weights of this scale: the residuals' normal
+    /// equations, and J^T W J over the walls' tangents.
+    fn sums(&mut self, pose: &Pose2, scale_m: f32, params: &AlignParams) -> (Normal, Matrix3<f64>);
+
+    /// How well a pose explains the end points.
+    fn fit(&mut self, pose: &Pose2, params: &AlignParams) -> Fit;
+
+    /// What an alignment makes small, but for the prior, and how many end points have a say: what
+    /// [`Laid::sums`] differentiates.
+    fn cost(&self, pose: &Pose2, scale_m: f32, params: &AlignParams) -> (f64, u32);
+}
+
 /// Aligns end points with a map, starting at `start` and held by the prior; each iteration goes to the
 /// journal.
-pub(crate) fn align<M: SurfaceMap>(
-    map: &M,
-    points: &[EndPoint],
+pub(crate) fn align(
+    laid: &mut impl Laid,
     start: Pose2,
     prior: &Prior,
     params: &AlignParams,
@@ -72,7 +87,7 @@ pub(crate) fn align<M: SurfaceMap>(
     let mut known = None;
     while iterations < params.max_iterations {
         iterations += 1;
-        let (normal, tangent) = accumulate(map, points, &pose, scale_m as f32, params);
+        let (normal, tangent) = laid.sums(&pose, scale_m as f32, params);
         let degeneracy =
             Degeneracy::new(&normal.matrix(), &tangent, params.direction_noise_rad, prior.min_information());
         let (information, gradient) = (degeneracy.information(), degeneracy.gradient(&normal.vector()));
@@ -83,7 +98,7 @@ pub(crate) fn align<M: SurfaceMap>(
         let from = pose;
         pose = pose.stepped(step.into());
         if journal.is_kept() {
-            let (cost, used) = cost(map, points, &from, scale_m as f32, params);
+            let (cost, used) = laid.cost(&from, scale_m as f32, params);
             journal.push(iterations - 1, [&from, &pose], (cost + prior.neg_log_likelihood(&from), used));
         }
         let at_rest = step[0].portable_hypot(step[1]) < params.rest_m && step[2].abs() < params.rest_rad;
@@ -95,12 +110,34 @@ pub(crate) fn align<M: SurfaceMap>(
     }
     let at_rest = known.is_some();
     let information = known.unwrap_or_else(|| {
-        let (normal, tangent) = accumulate(map, points, &pose, params.outlier_m as f32, params);
+        let (normal, tangent) = laid.sums(&pose, params.outlier_m as f32, params);
         Degeneracy::new(&normal.matrix(), &tangent, params.direction_noise_rad, prior.min_information())
             .information()
     });
     let information = information / BEAMS_PER_INDEPENDENT_ONE;
-    Alignment { pose, information, fit: fit(map, points, &pose, params), iterations, at_rest }
+    Alignment { pose, information, fit: laid.fit(&pose, params), iterations, at_rest }
+}
+
+/// End points on a map that is asked for each of them at each pose.
+pub(crate) struct Asking<'a, M> {
+    /// The map.
+    pub map: &'a M,
+    /// The end points.
+    pub points: &'a [EndPoint],
+}
+
+impl<M: SurfaceMap> Laid for Asking<'_, M> {
+    fn sums(&mut self, pose: &Pose2, scale_m: f32, params: &AlignParams) -> (Normal, Matrix3<f64>) {
+        accumulate(self.map, self.points, pose, scale_m, params)
+    }
+
+    fn fit(&mut self, pose: &Pose2, params: &AlignParams) -> Fit {
+        fit(self.map, self.points, pose, params)
+    }
+
+    fn cost(&self, pose: &Pose2, scale_m: f32, params: &AlignParams) -> (f64, u32) {
+        cost(self.map, self.points, pose, scale_m, params)
+    }
 }
 
 /// Sums over all end points: the residuals' normal equations, and J^T W J over the walls' tangents.
@@ -157,16 +194,14 @@ fn gather<M: SurfaceMap>(
     (batch, spots): (&mut Batch, &mut Normal),
 ) {
     let Correspondence { arm, offset, surfel, .. } = *met;
-    // The mean of n end points is off by 1 / n of an end point's variance: the residual has 1 + 1 / n of it.
-    let sureness = point.weight * surfel.hits / (1.0 + surfel.hits);
     if !met.is_line {
         if lies_on_spot::<M>(point) {
-            let weight = sureness * cauchy(met.squared_m2(), scale_m) / square(params.point_noise_m);
-            spots.add([1.0, 0.0], -arm[1], offset[0], weight);
-            spots.add([0.0, 1.0], arm[0], offset[1], weight);
+            add_spot(met, point, scale_m, params, spots);
         }
         return;
     }
+    // The mean of n end points is off by 1 / n of an end point's variance: the residual has 1 + 1 / n of it.
+    let sureness = point.weight * surfel.hits / (1.0 + surfel.hits);
     let entry = batch.len;
     for axis in 0..2 {
         batch.arm[axis][entry] = arm[axis];
@@ -175,6 +210,15 @@ fn gather<M: SurfaceMap>(
     }
     batch.weight[entry] = if met.is_other_face { 0.0 } else { sureness };
     batch.len += 1;
+}
+
+/// Adds an end point that is laid on a surface which is no line.
+fn add_spot(met: &Correspondence, point: &EndPoint, scale_m: f32, params: &AlignParams, spots: &mut Normal) {
+    let Correspondence { arm, offset, surfel, .. } = *met;
+    let sureness = point.weight * surfel.hits / (1.0 + surfel.hits);
+    let weight = sureness * cauchy(met.squared_m2(), scale_m) / square(params.point_noise_m);
+    spots.add([1.0, 0.0], -arm[1], offset[0], weight);
+    spots.add([0.0, 1.0], arm[0], offset[1], weight);
 }
 
 /// Whether an end point is laid on a surface that is no line.
@@ -215,7 +259,7 @@ pub(crate) fn cauchy(squared: f32, scale: f32) -> f32 {
 }
 
 #[inline]
-fn square(value: f64) -> f32 {
+pub(crate) fn square(value: f64) -> f32 {
     (value * value) as f32
 }
 

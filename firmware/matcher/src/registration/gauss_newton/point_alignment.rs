@@ -6,9 +6,9 @@ use nalgebra::Matrix3;
 
 use crate::map::point_map::PointMap;
 use crate::registration::covariance::rows;
-use crate::registration::gauss_newton::align;
 use crate::registration::gauss_newton::params::{AlignParams, BEAMS_PER_INDEPENDENT_ONE};
 use crate::registration::gauss_newton::prior::Prior;
+use crate::registration::gauss_newton::{Asking, align};
 use crate::registration::journal::Journal;
 use crate::scan::end_points::EndPoint;
 use biplane_geometry::Pose2;
@@ -45,7 +45,8 @@ impl PointMap {
             measured: false,
             gives_way: false,
         };
-        let found = align(self, points, prior.mean, &prior, params, &mut Journal::default());
+        let found =
+            align(&mut Asking { map: self, points }, prior.mean, &prior, params, &mut Journal::default());
         let total = found.fit.total;
         PointAlignment {
             map_from_points: found.pose,

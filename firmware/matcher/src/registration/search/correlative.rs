@@ -4,9 +4,10 @@
 //! Frame: map. Units: meters, radians. The cost is bounded by the lattice's size, which the caller limits.
 
 use crate::map::LocalMap;
+use crate::map::grid::{floor_in_lanes, whole};
 use crate::parameter_group::parameter_group;
 use crate::placement::Placement;
-use crate::registration::search::{Candidate, Window, cells_at, likelihood};
+use crate::registration::search::{Candidate, Window, likelihood};
 use crate::scan::end_points::EndPoints;
 use biplane_geometry::{Pose2, wrap_angle};
 
@@ -58,16 +59,22 @@ const BLUR_M: f64 = 0.1;
 /// halved, 95.6 % doubled.
 const FREE_SPACE_COST: f32 = 0.3;
 
+/// Where in the likelihoods that of the unknown stands.
+const UNKNOWN: usize = 256;
+
 /// The search's memory.
 #[derive(Clone, Debug)]
 pub(crate) struct Search {
     params: SearchParams,
-    /// Likelihood of an end point by the squared cell distance of the nearest surface.
-    likelihood: [f32; 256],
+    /// Likelihood of an end point by the squared cell distance of the nearest surface, then without one: in
+    /// the unknown and in free space.
+    likelihood: [f32; UNKNOWN + 2],
     /// The lattice's step in cells.
     step_cells: i32,
     step_m: f64,
     placed: Vec<[i32; 2]>,
+    /// The end points that are tried, meters.
+    tried_m: [[f32; BEAMS]; 2],
 }
 
 /// So many end points tell a pose at the least.
@@ -79,14 +86,18 @@ impl Search {
     /// Memory for scans of this many end points over cells of this size. The lattice's step becomes a whole
     /// number of cells.
     pub(crate) fn new(params: SearchParams, cell_m: f64) -> Self {
-        let likelihood =
-            std::array::from_fn(|squared| likelihood(squared as f64 * cell_m * cell_m, BLUR_M) as f32);
+        let likelihood = std::array::from_fn(|index| match index {
+            ..UNKNOWN => likelihood(index as f64 * cell_m * cell_m, BLUR_M) as f32,
+            UNKNOWN => 0.0,
+            _ => -FREE_SPACE_COST,
+        });
         let step_cells = (STEP_M / cell_m).round().max(1.0) as i32;
         Self {
             likelihood,
             step_cells,
             step_m: f64::from(step_cells) * cell_m,
             placed: Vec::with_capacity(BEAMS),
+            tried_m: [[0.0; BEAMS]; 2],
             params,
         }
     }
@@ -115,12 +126,15 @@ impl Search {
         let mut best = [Candidate::default(); KEPT];
         let (turns, shifts, beams) = self.lattice(window);
         let stride = points.as_slice().len().div_ceil(beams).max(1);
+        let mut count = 0;
+        for (point, place) in points.as_slice().iter().step_by(stride).zip(0..BEAMS) {
+            [self.tried_m[0][place], self.tried_m[1][place]] = point.at_m;
+            count = place + 1;
+        }
         for turn in -turns..=turns {
             let theta_rad = wrap_angle(guess.theta_rad + f64::from(turn) * STEP_RAD);
             let placement = Placement::new(&Pose2 { theta_rad, ..*guess });
-            let points = points.as_slice().iter().step_by(stride);
-            self.placed.clear();
-            self.placed.extend(cells_at(points, placement, map.cells_per_m()));
+            self.place(&placement, map.cells_per_m(), count);
             for y in -shifts..=shifts {
                 for x in -shifts..=shifts {
                     let shift = [x * self.step_cells, y * self.step_cells];
@@ -132,6 +146,17 @@ impl Search {
             }
         }
         best
+    }
+
+    /// The cells in which the end points that are tried lie.
+    fn place(&mut self, placement: &Placement, cells_per_m: f32, count: usize) {
+        let ([x, y], mut cells) = (&self.tried_m, [[0; 2]; BEAMS]);
+        for i in 0..BEAMS {
+            cells[i] =
+                placement.place([x[i], y[i]]).map(|meters| whole(floor_in_lanes(meters * cells_per_m)));
+        }
+        self.placed.clear();
+        self.placed.extend_from_slice(&cells[..count]);
     }
 
     /// Steps each way in heading and in x and y, and how many end points are tried at each pose.
@@ -154,11 +179,10 @@ impl Search {
         for some in self.placed.chunks(LOOK_EVERY) {
             for [x, y] in some {
                 let (cell, seen_through) = map.look([x.wrapping_add(shift_x), y.wrapping_add(shift_y)]);
-                sum += match cell.surfel() {
-                    Some(_) => self.likelihood[usize::from(cell.squared())],
-                    None if seen_through => -FREE_SPACE_COST,
-                    None => 0.0,
-                };
+                // Without a branch: what an end point finds cannot be foreseen.
+                let nothing = UNKNOWN + usize::from(seen_through);
+                let index = if cell.surfel().is_some() { usize::from(cell.squared()) } else { nothing };
+                sum += self.likelihood[index];
             }
             possible -= some.len() as f32;
             if sum + possible <= minimum * count {
