@@ -190,9 +190,10 @@ struct Agreements {
 
 /// How well a scan agrees with an earlier one for each way that the laser may sit.
 fn agreements(before: &Key, now: &Key, base_from_laser: &Pose2, moved: &Pose2) -> Option<Agreements> {
+    let points = before.profile.points();
     let agreement = |sense: Sense| {
         let motion = motion(sense, base_from_laser, moved);
-        now.profile.agreement(&before.profile, &motion.inverse())
+        now.profile.agreement(&points, &motion.inverse())
     };
     Some(Agreements { as_mounted: agreement(Sense::AsMounted)?, others: Sense::OTHERS.map(agreement) })
 }

@@ -72,15 +72,23 @@ impl Profile {
             .filter(|(_, range_m)| (NEAR_M..FAR_M).contains(range_m))
     }
 
-    /// The share of the points of an earlier profile that are seen where the motion has taken them, 0 to 1;
-    /// `None` when too few would be in view.
+    /// The points of what is near enough to be compared, in its frame, meters.
     #[must_use]
-    pub(crate) fn agreement(&self, before: &Self, self_from_before: &Pose2) -> Option<f32> {
-        let (mut seen, mut fits) = (0_usize, 0_usize);
-        for (angle_rad, range_m) in before.hits() {
+    pub(crate) fn points(&self) -> heapless::Vec<[f64; 2], DIRECTIONS> {
+        let point = |(angle_rad, range_m)| {
             let (sin, cos) = f64::from(angle_rad).portable_sin_cos();
-            let range_m = f64::from(range_m);
-            let point_m = self_from_before.transform([range_m * cos, range_m * sin]);
+            [f64::from(range_m) * cos, f64::from(range_m) * sin]
+        };
+        self.hits().map(point).collect()
+    }
+
+    /// The share of the [points](Self::points) of an earlier profile that are seen where the motion has taken
+    /// them, 0 to 1; `None` when too few would be in view.
+    #[must_use]
+    pub(crate) fn agreement(&self, before: &[[f64; 2]], self_from_before: &Pose2) -> Option<f32> {
+        let (mut seen, mut fits) = (0_usize, 0_usize);
+        for point_m in before {
+            let point_m = self_from_before.transform(*point_m);
             if let Some(near) = self.around(point_m) {
                 seen += 1;
                 fits += usize::from(near.fits());
@@ -170,9 +178,9 @@ mod tests {
         for step_deg in [1.0, 0.5] {
             let [before, after] = [from, to].map(|pose| Profile::of(&room(&pose, step_deg, 0.0), false));
             let to_from_from = to.between(&from);
-            assert!(after.agreement(&before, &to_from_from).unwrap() > 0.97);
-            assert!(after.agreement(&before, &to_from_from.inverse()).unwrap() < 0.6);
-            assert!(after.agreement(&before, &Pose2::IDENTITY).unwrap() < 0.6);
+            assert!(after.agreement(&before.points(), &to_from_from).unwrap() > 0.97);
+            assert!(after.agreement(&before.points(), &to_from_from.inverse()).unwrap() < 0.6);
+            assert!(after.agreement(&before.points(), &Pose2::IDENTITY).unwrap() < 0.6);
         }
     }
 
@@ -182,8 +190,8 @@ mod tests {
         let [before, after] = [from, to].map(|pose| Profile::of(&room(&pose, 1.0, 0.0), true));
         let motion = to.between(&from);
         let mirrored = Pose2::new(motion.x_m, -motion.y_m, -motion.theta_rad);
-        assert!(after.agreement(&before, &mirrored).unwrap() > 0.97);
-        assert!(after.agreement(&before, &motion).unwrap() < 0.6);
+        assert!(after.agreement(&before.points(), &mirrored).unwrap() > 0.97);
+        assert!(after.agreement(&before.points(), &motion).unwrap() < 0.6);
     }
 
     #[test]
@@ -202,7 +210,7 @@ mod tests {
             let message =
                 LaserScan { angle_increment_rad: step, range_max_m: 80.0, ranges_m, ..LaserScan::default() };
             let profile = Profile::of(&ScanData::of_message(&message, None), true);
-            let _ = profile.agreement(&profile, &Pose2::IDENTITY);
+            let _ = profile.agreement(&profile.points(), &Pose2::IDENTITY);
             assert_ne!(profile.visibility([f64::NAN, 1.0]), Visibility::Surface);
         }
     }
