@@ -63,8 +63,7 @@ impl Drive<'_> {
     /// When the recording is damaged.
     pub(crate) fn placed(&self, scans: &[Option<StampedPose>]) -> Result<Vec<Option<StampedPose>>, RunError> {
         let known = |(number, pose): (usize, &Option<StampedPose>)| Some((number, (*pose)?));
-        let mut placed: Vec<(usize, StampedPose)> =
-            scans.iter().enumerate().filter_map(|scan| known(scan)).collect();
+        let mut placed: Vec<(usize, StampedPose)> = scans.iter().enumerate().filter_map(known).collect();
         for _ in 0..ROUNDS {
             let costs = self.costs(&placed)?;
             let mut poses: Vec<Pose2> = placed.iter().map(|(_, pose)| pose.pose()).collect();
