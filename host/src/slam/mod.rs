@@ -30,6 +30,7 @@ use nalgebra::Matrix3;
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::recordings::deskew::StampedPose;
 use crate::recordings::run::{Run, RunError};
 use crate::slam::corrected_poses::Corrected;
 use crate::slam::keyframes::submap::{Submap, SubmapParams, submap_ranges};
@@ -206,7 +207,8 @@ pub fn optimize(
 }
 
 /// The poses of all scans of each recording, with the covariances of the nodes: each scan at its own place
-/// among what the nodes saw. Recorded poses that are kept stay as they are.
+/// among what the nodes saw. The first pose of a frame stays, and all others move with it: its scan's own
+/// place would turn the whole frame by its noise. Recorded poses that are kept stay as they are.
 ///
 /// # Errors
 /// When a recording is damaged.
@@ -227,7 +229,7 @@ pub(crate) fn poses_of_scans(
         let nodes: Vec<&Node> = members.iter().flat_map(|&run| &all_keyframes[run].nodes).collect();
         let poses: Vec<Pose2> = members.iter().flat_map(|&run| optimized.poses[run].clone()).collect();
         let map = FixedMap::new(&nodes, &poses, &params.joint);
-        let mut first_node = 0;
+        let (mut first_node, mut frame) = (0, None);
         for run in members {
             let drive = Drive {
                 run: &runs[run],
@@ -239,7 +241,13 @@ pub(crate) fn poses_of_scans(
                 params: &params.chain,
                 longest_m: params.keyframes.longest_m,
             };
-            corrected[run] = Corrected::of(drive.keyframes, drive.placed(&corrected[run].scans)?);
+            let mut scans = drive.placed(&corrected[run].scans)?;
+            let moved = first(&corrected[run].scans).zip(first(&scans));
+            let frame = frame.get_or_insert_with(|| moved.map(|(was, now)| was * now.inverse()));
+            for pose in scans.iter_mut().flatten() {
+                *pose = StampedPose::planar(pose.stamp_ns, frame.unwrap_or_default() * pose.pose());
+            }
+            corrected[run] = Corrected::of(drive.keyframes, scans);
             first_node += drive.keyframes.nodes.len();
         }
     }
@@ -247,6 +255,10 @@ pub(crate) fn poses_of_scans(
         corrected.with_covariances(keyframes, of)
     };
     Ok(corrected.into_iter().zip(all_keyframes.iter().zip(&optimized.covariances)).map(with).collect())
+}
+
+fn first(scans: &[Option<StampedPose>]) -> Option<Pose2> {
+    Some(scans.iter().flatten().next()?.pose())
 }
 
 /// The nodes of each group of recordings that lie in one frame and have loops.

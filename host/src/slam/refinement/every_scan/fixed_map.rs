@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::slam::keyframes::Node;
 use crate::slam::keyframes::keyframe_scan::KeyframeScan;
 use crate::slam::pose_graph::solver::{Structure, System};
-use crate::slam::pose_graph::{self, ANCHOR, DAMPING, Edge};
+use crate::slam::pose_graph::{self, DAMPING, Edge};
 use crate::slam::refinement::node_map::{NodeMap, Observation, ROWS};
 use crate::slam::refinement::observations::{Estimate, Known, Observations};
 use crate::slam::refinement::params::JointParams;
@@ -86,9 +86,8 @@ impl<'a> FixedMap<'a> {
     }
 }
 
-/// Moves the poses of scans, in their order, by what each says and by the steps between them. The first one
-/// stays where that is asked for.
-pub(crate) fn smooth(poses: &mut [Pose2], costs: &[ScanCost], steps: &[Edge], is_anchored: bool) {
+/// Moves the poses of scans, in their order, by what each says and by the steps between them.
+pub(crate) fn smooth(poses: &mut [Pose2], costs: &[ScanCost], steps: &[Edge]) {
     let structure = Structure::new(poses.len(), steps.iter().map(|step| (step.from, step.to)));
     let mut system = System::new(&structure);
     for (number, cost) in costs.iter().enumerate() {
@@ -98,9 +97,6 @@ pub(crate) fn smooth(poses: &mut [Pose2], costs: &[ScanCost], steps: &[Edge], is
         pose_graph::add_parts(&mut system, step, &pose_graph::parts(step, poses), 1.0);
     }
     system.damp(DAMPING);
-    if is_anchored {
-        system.add(0, &pose_graph::block(&(Matrix3::identity() * ANCHOR)), [0.0; 3]);
-    }
     let Ok(by) = system.solve() else { return };
     for (pose, by) in poses.iter_mut().zip(by) {
         *pose = pose.stepped(by);
@@ -184,7 +180,7 @@ mod tests {
                 .enumerate()
                 .map(|(at, pose)| map.of(&scan(&truth[at], 0.03), pose, (at % 6 == 0).then_some(at / 6)))
                 .collect();
-            smooth(&mut poses, &costs, &steps, true);
+            smooth(&mut poses, &costs, &steps);
         }
         let [m, rad] = worst(&poses, &truth);
         assert!(m < 2e-3 && rad < 5e-4, "{m} m, {rad} rad");
@@ -212,7 +208,7 @@ mod tests {
         let costs: Vec<ScanCost> = (0..9).map(|at| if at % 8 == 0 { sure } else { silent }).collect();
         for _ in 0..3 {
             let steps = steps(&truth, 0.01);
-            smooth(&mut poses, &costs, &steps, false);
+            smooth(&mut poses, &costs, &steps);
         }
         let [m, _] = worst(&poses, &truth);
         assert!(m < 1e-6, "{m} m");

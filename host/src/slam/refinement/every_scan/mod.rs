@@ -48,7 +48,7 @@ pub(crate) struct Drive<'a> {
     pub wheels: Option<&'a WheelCalibration>,
     /// What the nodes of its frame saw.
     pub map: &'a FixedMap<'a>,
-    /// The number of its first node among them. The first pose of the frame stays.
+    /// The number of its first node among them.
     pub first_node: usize,
     /// How recorded steps are believed.
     pub params: &'a ChainParams,
@@ -69,7 +69,7 @@ impl Drive<'_> {
             let mut poses: Vec<Pose2> = placed.iter().map(|(_, pose)| pose.pose()).collect();
             let steps: Vec<Edge> =
                 (1..poses.len()).map(|to| self.step(to, [placed[to - 1].0, placed[to].0], &poses)).collect();
-            smooth(&mut poses, &costs, &steps, self.first_node == 0);
+            smooth(&mut poses, &costs, &steps);
             for ((_, was), pose) in placed.iter_mut().zip(poses) {
                 *was = StampedPose::planar(was.stamp_ns, pose);
             }
