@@ -92,10 +92,10 @@ fn a_bag_in_any_container_becomes_the_same_recording() {
     assert!(recordings.windows(2).all(|pair| pair[0] == pair[1]));
     let ran = folder.expect("info a.mcap", 0, &[]);
     // base_link -> up: pitch -90; the laser that localizes lies flat, where it sits by default.
-    let told = ran.stdout.replace("\n    # ", " ");
-    assert!(told.contains("mount = { x = 0.2, y = 0.0, z = 0.3, roll = 0.0, pitch = 0.0, yaw"), "{told}");
-    assert!(told.contains("mount = { x = 0.0, y = 0.0, z = 0.5, roll = 0.0, pitch = -90.0, yaw"), "{told}");
-    assert!(ran.stdout.lines().all(|line| line.len() <= 80), "{told}");
+    let shown = ran.stdout.replace("\n    # ", " ");
+    assert!(shown.contains("mount = { x = 0.2, y = 0.0, z = 0.3, roll = 0.0, pitch = 0.0, yaw"), "{shown}");
+    assert!(shown.contains("mount = { x = 0.0, y = 0.0, z = 0.5, roll = 0.0, pitch = -90.0, yaw"), "{shown}");
+    assert!(ran.stdout.lines().all(|line| line.len() <= 80), "{shown}");
     assert_eq!(folder.names(), ["a.bag", "a.mcap"]);
 }
 
