@@ -15,6 +15,9 @@ best scan  the mean if each of those named, of all scans within 0.6 s of its two
            beside it, to show how much of it is freedom alone.
 triangles  three relations between the same three stamps should close; what is left, divided by the root of 3,
            is the error of one.
+point      the point of the robot, ahead and to the left of the pose in TRAJ, that the relations suit best as
+           where they were measured, and the mean with it. Where it is not the pose itself, relations and
+           trajectory have other frames on the robot.
 
 Plain Python."""
 
@@ -30,6 +33,8 @@ from lib.planar import moved, read_numbers, seen_from
 from lib.verdict import require
 
 BURST_S, FAR_M, AROUND_S = 0.010, 0.05, 0.6
+# Relations that are off by so much count half when the point is sought, meters.
+SCALE_M, ROUNDS = 0.05, 20
 
 
 def error(found, relation):
@@ -103,6 +108,31 @@ def triangles(relations):
                 yield math.hypot(*left[:2]), abs(math.degrees(left[2]))
 
 
+def about(point, pair):
+    """The relative pose of two poses, of a point that the robot carries."""
+    ahead, left = point
+    one, other = (moved(pose, (ahead, left, 0.0)) for pose in pair)
+    return seen_from(one, other)
+
+
+def best_point(pairs, relations):
+    """The point that suits the relations best: least squares, each weighted by Cauchy's weights."""
+    point = (0.0, 0.0)
+    for _ in range(ROUNDS):
+        held = right_x = right_y = 0.0
+        for pair, relation in zip(pairs, relations):
+            found = about(point, pair)
+            off = relation[2] - found[0], relation[3] - found[1]
+            weight = 1.0 / (1.0 + (math.hypot(*off) / SCALE_M) ** 2)
+            # A point moves what is seen by how far the turn moves it.
+            cos, sin = math.cos(found[2]) - 1.0, math.sin(found[2])
+            held += weight * (cos * cos + sin * sin)
+            right_x += weight * (cos * off[0] + sin * off[1])
+            right_y += weight * (cos * off[1] - sin * off[0])
+        point = point[0] + right_x / max(held, 1e-9), point[1] + right_y / max(held, 1e-9)
+    return point
+
+
 def means(errors, chosen):
     """Mean of the chosen errors, in words."""
     kept = [e for e, c in zip(errors, chosen) if c]
@@ -140,6 +170,11 @@ def main():
         f"triangles  {len(left)}: close to {open_m:.4f} m, {open_deg:.3f} deg; "
         f"one relation {open_m / math.sqrt(3):.4f} m, {open_deg / math.sqrt(3):.3f} deg"
     )
+    pairs = [(poses.nearest(r[0]), poses.nearest(r[1])) for r in relations]
+    point = best_point(pairs, relations)
+    moved_errors = [error(about(point, pair), r) for pair, r in zip(pairs, relations)]
+    with_it = means(moved_errors, [True] * count)
+    print(f"point      {point[0]:.3f} m ahead, {point[1]:.3f} m to the left: mean {with_it}")
 
 
 main()
