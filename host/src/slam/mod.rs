@@ -229,7 +229,7 @@ pub(crate) fn poses_of_scans(
         let nodes: Vec<&Node> = members.iter().flat_map(|&run| &all_keyframes[run].nodes).collect();
         let poses: Vec<Pose2> = members.iter().flat_map(|&run| optimized.poses[run].clone()).collect();
         let map = FixedMap::new(&nodes, &poses, &params.joint);
-        let (mut first_node, mut frame) = (0, None);
+        let mut frame = None;
         for run in members {
             let drive = Drive {
                 run: &runs[run],
@@ -237,7 +237,6 @@ pub(crate) fn poses_of_scans(
                 chain: &optimized.chain[run],
                 wheels: optimized.wheels[run].as_ref(),
                 map: &map,
-                first_node,
                 params: &params.chain,
                 longest_m: params.keyframes.longest_m,
             };
@@ -248,7 +247,6 @@ pub(crate) fn poses_of_scans(
                 *pose = StampedPose::planar(pose.stamp_ns, frame.unwrap_or_default() * pose.pose());
             }
             corrected[run] = Corrected::of(drive.keyframes, scans);
-            first_node += drive.keyframes.nodes.len();
         }
     }
     let with = |(corrected, (keyframes, of)): (Corrected, (&Keyframes, &Vec<_>))| {

@@ -197,12 +197,6 @@ impl Observations {
         self.of_node[node].iter().map(part).sum()
     }
 
-    /// What one node saw of a row.
-    pub(crate) fn of_row(&self, node: usize, row: u32) -> Option<&Observation> {
-        let seen = &self.of_node[node];
-        Some(&seen[seen.binary_search_by_key(&row, |seen| seen.row).ok()?])
-    }
-
     /// What the nodes, where they are, tell of the surfaces.
     pub(crate) fn known(&self) -> Known {
         let offset = |_: usize, observation: &Observation| observation.offset_m;

@@ -1,6 +1,4 @@
 //! What a scan says of its pose, laid upon what the nodes saw; and the poses that many of them come to.
-//!
-//! A scan that is a node itself is laid upon what the others saw.
 
 use biplane_matcher::Pose2;
 use nalgebra::{Matrix3, Vector3};
@@ -10,7 +8,7 @@ use crate::slam::keyframes::keyframe_scan::KeyframeScan;
 use crate::slam::pose_graph::solver::{Structure, System};
 use crate::slam::pose_graph::{self, DAMPING, Edge};
 use crate::slam::refinement::node_map::{NodeMap, Observation, ROWS};
-use crate::slam::refinement::observations::{Estimate, Known, Observations};
+use crate::slam::refinement::observations::{Known, Observations};
 use crate::slam::refinement::params::JointParams;
 
 /// What a scan says of its pose: to second order about where it is.
@@ -20,11 +18,18 @@ pub(crate) struct ScanCost {
     gradient: Vector3<f64>,
 }
 
+impl ScanCost {
+    /// The same of a scan that is a node. All nodes move at once, each against a map that the others have
+    /// made with it: half a step.
+    pub(crate) fn of_node(self) -> Self {
+        Self { hessian: 2.0 * self.hessian, ..self }
+    }
+}
+
 /// What all nodes of a frame tell of the surfaces about them.
 pub(crate) struct FixedMap<'a> {
     map: NodeMap<'a>,
     directions: Vec<[f64; 2]>,
-    observations: Observations,
     known: Known,
 }
 
@@ -33,29 +38,31 @@ impl<'a> FixedMap<'a> {
     pub(crate) fn new(nodes: &[&Node], poses: &[Pose2], params: &'a JointParams) -> Self {
         let [.., finest] = &params.levels;
         let map = NodeMap::new(nodes, poses, finest, params);
-        let observations = Observations::of(&map, nodes, poses);
-        let known = observations.known();
-        Self { directions: map.directions(), map, observations, known }
+        let known = Observations::of(&map, nodes, poses).known();
+        Self { directions: map.directions(), map, known }
     }
 
-    /// What a scan at a pose says; of one that is a node, its number.
-    pub(crate) fn of(&self, scan: &KeyframeScan, pose: &Pose2, node: Option<usize>) -> ScanCost {
+    /// What a scan at a pose says.
+    pub(crate) fn cost(&self, scan: &KeyframeScan, pose: &Pose2) -> ScanCost {
         let mut cost = ScanCost { hessian: Matrix3::zeros(), gradient: Vector3::zeros() };
         let seen = self.map.seen(scan, pose);
         for of_surface in seen.chunk_by(|a, b| a.row as usize / ROWS == b.row as usize / ROWS) {
-            self.add(of_surface, node, &mut cost);
+            self.add(of_surface, &mut cost);
         }
         cost
     }
 
     /// Adds what was seen of one surface: its own place and depth are known as well as the nodes tell them.
-    fn add(&self, seen: &[Observation], node: Option<usize>, cost: &mut ScanCost) {
+    fn add(&self, seen: &[Observation], cost: &mut ScanCost) {
         let surface = seen[0].row as usize / ROWS;
         let depth = &self.known.depths[surface];
         let (mut pull, mut off_depth, mut sum) = (Vector3::zeros(), 0.0, depth.weight);
         for seen in seen {
             let row = seen.row as usize;
-            let Some(place) = self.place(seen.row, node) else { continue };
+            let place = self.known.places[row];
+            if place.weight <= 0.0 {
+                continue;
+            }
             let [x, y] = self.directions[row];
             let step = Vector3::new(x, y, seen.lever_m);
             let weight = seen.weight * place.weight / (seen.weight + place.weight);
@@ -71,18 +78,6 @@ impl<'a> FixedMap<'a> {
             cost.hessian -= pull * (pull.transpose() / sum);
             cost.gradient -= pull * (off_depth / sum);
         }
-    }
-
-    /// Where a row lies as all nodes tell but one.
-    fn place(&self, row: u32, node: Option<usize>) -> Option<Estimate> {
-        let all = self.known.places[row as usize];
-        let own = node.and_then(|node| self.observations.of_row(node, row));
-        let Some(own) = own else { return (all.weight > 0.0).then_some(all) };
-        let weight = all.weight - own.weight;
-        if weight <= 1e-6 * all.weight {
-            return None;
-        }
-        Some(Estimate { value: (all.value * all.weight - own.offset_m * own.weight) / weight, weight })
     }
 }
 
@@ -175,11 +170,8 @@ mod tests {
         let mut poses: Vec<Pose2> = truth.iter().enumerate().map(leapt).collect();
         let steps = steps(&truth, 1.0);
         for _ in 0..3 {
-            let costs: Vec<ScanCost> = poses
-                .iter()
-                .enumerate()
-                .map(|(at, pose)| map.of(&scan(&truth[at], 0.03), pose, (at % 6 == 0).then_some(at / 6)))
-                .collect();
+            let costs: Vec<ScanCost> =
+                poses.iter().enumerate().map(|(at, pose)| map.cost(&scan(&truth[at], 0.03), pose)).collect();
             smooth(&mut poses, &costs, &steps);
         }
         let [m, rad] = worst(&poses, &truth);
@@ -187,13 +179,18 @@ mod tests {
     }
 
     #[test]
-    fn what_a_node_alone_has_seen_does_not_hold_it() {
+    fn a_node_takes_half_the_step() {
         let truth = Pose2::IDENTITY;
         let (alone, params) = (node(&truth, scan(&truth, 0.0)), JointParams::default());
         let map = FixedMap::new(&[&alone], &[truth], &params);
-        let held = |node: Option<usize>| map.of(&alone.keyframe_scan, &truth, node).hessian.trace();
-        assert_eq!(held(Some(0)), 0.0);
-        assert!(held(None) > 1e3);
+        let off = Pose2::new(0.02, 0.01, 0.0);
+        let cost = map.cost(&alone.keyframe_scan, &off);
+        let [whole, half] = [cost, cost.of_node()].map(|cost| {
+            let mut poses = [off];
+            smooth(&mut poses, &[cost], &[]);
+            off.between(&poses[0]).distance_m()
+        });
+        assert!(whole > 0.01 && (half / whole - 0.5).abs() < 1e-6, "{half} m, {whole} m");
     }
 
     #[test]

@@ -4,8 +4,9 @@
 //! while driving: noisy, and torn where it found back to places that it had mapped before. The map of the
 //! last step tells better, and so do wheels that are known. The nodes' map stays. Each scan is laid upon it
 //! ([`fixed_map`]), and steps by the odometry join one to the next: what few beams tell badly, as at the
-//! corner of a building outdoors, its neighbors tell. A few rounds over the recording; of its scans a
-//! thousand are held at once.
+//! corner of a building outdoors, its neighbors tell. One step over all of the recording; of its scans a
+//! thousand are held at once. More steps gain little where the truth is known, and the map of one real
+//! recording gets 0.5 % more bits by two more.
 //!
 //! Where two nodes follow each other without a scan between them, the step is that of the last step, so that
 //! poses of nodes alone stay where it has put them.
@@ -28,8 +29,6 @@ use crate::slam::refinement::every_scan::fixed_map::{FixedMap, ScanCost, smooth}
 
 /// So many scans are held at once.
 const HELD: usize = 1024;
-/// Rounds over all scans.
-const ROUNDS: usize = 3;
 /// Standard deviations of a step count so many times: errors of steps that follow each other are alike.
 /// With 2 and with 3 the errors of five real recordings differ by less than 1 %; three is what the
 /// covariances take.
@@ -49,8 +48,6 @@ pub(crate) struct Drive<'a> {
     pub wheels: Option<&'a WheelCalibration>,
     /// What the nodes of its frame saw.
     pub map: &'a FixedMap<'a>,
-    /// The number of its first node among them.
-    pub first_node: usize,
     /// How recorded steps are believed.
     pub params: &'a ChainParams,
     /// Longer ranges are not used, meters.
@@ -64,20 +61,15 @@ impl Drive<'_> {
     /// When the recording is damaged.
     pub(crate) fn placed(&self, scans: &[Option<StampedPose>]) -> Result<Vec<Option<StampedPose>>, RunError> {
         let known = |(number, pose): (usize, &Option<StampedPose>)| Some((number, (*pose)?));
-        let mut placed: Vec<(usize, StampedPose)> = scans.iter().enumerate().filter_map(known).collect();
-        for _ in 0..ROUNDS {
-            let costs = self.costs(&placed)?;
-            let mut poses: Vec<Pose2> = placed.iter().map(|(_, pose)| pose.pose()).collect();
-            let steps: Vec<Edge> =
-                (1..poses.len()).map(|to| self.step(to, [placed[to - 1].0, placed[to].0], &poses)).collect();
-            smooth(&mut poses, &costs, &steps);
-            for ((_, was), pose) in placed.iter_mut().zip(poses) {
-                *was = StampedPose::planar(was.stamp_ns, pose);
-            }
-        }
+        let placed: Vec<(usize, StampedPose)> = scans.iter().enumerate().filter_map(known).collect();
+        let costs = self.costs(&placed)?;
+        let mut poses: Vec<Pose2> = placed.iter().map(|(_, pose)| pose.pose()).collect();
+        let steps: Vec<Edge> =
+            (1..poses.len()).map(|to| self.step(to, [placed[to - 1].0, placed[to].0], &poses)).collect();
+        smooth(&mut poses, &costs, &steps);
         let mut found = vec![None; scans.len()];
-        for (number, pose) in placed {
-            found[number] = Some(pose);
+        for ((number, was), pose) in placed.into_iter().zip(poses) {
+            found[number] = Some(StampedPose::planar(was.stamp_ns, pose));
         }
         Ok(found)
     }
@@ -112,7 +104,8 @@ impl Drive<'_> {
 
     fn look(&self, held: &mut Vec<KeyframeScan>, placed: &[(usize, StampedPose)], costs: &mut Vec<ScanCost>) {
         let of = |(scan, (number, pose)): (&KeyframeScan, &(usize, StampedPose))| {
-            self.map.of(scan, &pose.pose(), self.node(*number).map(|node| self.first_node + node))
+            let cost = self.map.cost(scan, &pose.pose());
+            if self.node(*number).is_some() { cost.of_node() } else { cost }
         };
         let first = costs.len();
         costs.par_extend(held.par_iter().zip(&placed[first..]).map(of));
