@@ -88,10 +88,10 @@ pub struct Optimized {
     pub is_closed: Vec<bool>,
     /// What each drive teaches of its odometry; none where scans do not tell enough.
     pub odometry: Vec<Option<OdometryScale>>,
-    /// The steps between nodes, by recording.
-    pub(crate) chain: Vec<Vec<Edge>>,
     /// The same, to read steps with.
     pub(crate) wheels: Vec<Option<WheelCalibration>>,
+    /// The steps between nodes, by recording.
+    pub(crate) chain: Vec<Vec<Edge>>,
     /// The loops found, between nodes counted over all recordings.
     pub loops: Vec<LoopFound>,
     /// The figures.
@@ -145,8 +145,7 @@ pub fn optimize(
     let runs = runs(all_keyframes);
     progress(Progress::Submaps(nodes.len()));
     let of_run = |run: &Range<usize>| odometry_edges::edges(&nodes[run.clone()], run.start, &params.chain);
-    let (chain, wheels): (Vec<Vec<Edge>>, Vec<_>) = runs.iter().map(of_run).unzip();
-    let by_run = chain;
+    let (by_run, wheels): (Vec<Vec<Edge>>, Vec<_>) = runs.iter().map(of_run).unzip();
     let chain = by_run.concat();
     let mut poses = chained(&nodes, &chain);
     let (submaps, recording_of) = cut(&nodes, &poses, &runs, params);

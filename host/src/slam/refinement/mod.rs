@@ -68,7 +68,7 @@ fn refine(
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use biplane_matcher::{EndPoint, Kind, Pose2};
     use nalgebra::Matrix3;
 
@@ -79,9 +79,8 @@ mod tests {
     use crate::slam::refinement::observations::Observations;
     use crate::slam::refinement::params::JointParams;
 
-    /// The walls of a room 8 m by 6 m, as a node at this pose sees them: its own points of them, without
-    /// noise.
-    fn node(truth: Pose2, phase_m: f64) -> Node {
+    /// The walls of a room 8 m by 6 m, as they are seen from this pose: points of its own, without noise.
+    pub(crate) fn scan_of_room(truth: &Pose2, phase_m: f64) -> KeyframeScan {
         let (back, turn) = (truth.inverse(), Pose2::new(0.0, 0.0, -truth.theta_rad));
         let wall = |at: [f64; 2], normal: [f64; 2]| EndPoint {
             at_m: back.transform(at).map(|value| value as f32),
@@ -98,7 +97,12 @@ mod tests {
             points.push(wall([4.0, along - 3.0], [-1.0, 0.0]));
             points.push(wall([-4.0, along - 3.0], [1.0, 0.0]));
         }
-        node_with(truth, points)
+        KeyframeScan { points, laser_m: [0.0; 2] }
+    }
+
+    /// A node that saw this.
+    pub(crate) fn node(truth: Pose2, keyframe_scan: KeyframeScan) -> Node {
+        Node { scan: 0, recorded: truth, odometry: None, leaps: false, keyframe_scan }
     }
 
     fn drive() -> (Vec<Pose2>, Vec<Node>) {
@@ -106,7 +110,11 @@ mod tests {
             .map(|at| f64::from(at) * 0.3)
             .map(|way| Pose2::new(way - 1.8, 0.5 * way.sin(), 0.2 * way))
             .collect();
-        let nodes = truth.iter().enumerate().map(|(at, pose)| node(*pose, 0.013 * at as f64)).collect();
+        let nodes = truth
+            .iter()
+            .enumerate()
+            .map(|(at, pose)| node(*pose, scan_of_room(pose, 0.013 * at as f64)))
+            .collect();
         (truth, nodes)
     }
 
@@ -140,7 +148,7 @@ mod tests {
         let (truth, mut nodes) = drive();
         let mut poses = disturbed(&truth);
         // One more node, which is not among the members.
-        nodes.push(node(Pose2::IDENTITY, 0.0));
+        nodes.push(node(Pose2::IDENTITY, scan_of_room(&Pose2::IDENTITY, 0.0)));
         poses.push(Pose2::new(5.0, 5.0, 1.0));
         let members: Vec<usize> = (0..truth.len()).collect();
         let mut rounds = 0;
@@ -152,16 +160,6 @@ mod tests {
         }
         assert_eq!(poses[truth.len()], Pose2::new(5.0, 5.0, 1.0));
         assert_eq!(rounds, JointParams::default().rounds());
-    }
-
-    fn node_with(truth: Pose2, points: Vec<EndPoint>) -> Node {
-        Node {
-            scan: 0,
-            recorded: truth,
-            odometry: None,
-            leaps: false,
-            keyframe_scan: KeyframeScan { points, laser_m: [0.0; 2] },
-        }
     }
 
     /// Poles 3 cm thick on both sides of a straight way, as a node on it sees them: the side that is turned
@@ -177,7 +175,7 @@ mod tests {
                 points.push(EndPoint { at_m, kind: Kind::Point, weight: 1.0, ..EndPoint::default() });
             }
         }
-        node_with(truth, points)
+        node(truth, KeyframeScan { points, laser_m: [0.0; 2] })
     }
 
     #[test]

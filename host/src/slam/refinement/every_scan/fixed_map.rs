@@ -100,40 +100,14 @@ pub(crate) fn smooth(poses: &mut [Pose2], costs: &[ScanCost], steps: &[Edge]) {
 
 #[cfg(test)]
 mod tests {
-    use biplane_matcher::{EndPoint, Kind, Pose2};
+    use biplane_matcher::Pose2;
     use nalgebra::{Matrix3, Vector3};
 
     use super::{FixedMap, ScanCost, smooth};
     use crate::slam::keyframes::Node;
-    use crate::slam::keyframes::keyframe_scan::KeyframeScan;
     use crate::slam::pose_graph::Edge;
     use crate::slam::refinement::JointParams;
-
-    /// The walls of a room 8 m by 6 m, as they are seen from this pose.
-    fn scan(truth: &Pose2, phase_m: f64) -> KeyframeScan {
-        let (back, turn) = (truth.inverse(), Pose2::new(0.0, 0.0, -truth.theta_rad));
-        let wall = |at: [f64; 2], normal: [f64; 2]| EndPoint {
-            at_m: back.transform(at).map(|value| value as f32),
-            normal: turn.transform(normal).map(|value| value as f32),
-            kind: Kind::Line,
-            weight: 1.0,
-            ..EndPoint::default()
-        };
-        let of_step = |step: i32| {
-            let along = f64::from(step) * 0.1 + phase_m - 3.0;
-            [
-                wall([along, 3.0], [0.0, -1.0]),
-                wall([along, -3.0], [0.0, 1.0]),
-                wall([4.0, along], [-1.0, 0.0]),
-                wall([-4.0, along], [1.0, 0.0]),
-            ]
-        };
-        KeyframeScan { points: (0..60).flat_map(of_step).collect(), laser_m: [0.0; 2] }
-    }
-
-    fn node(truth: &Pose2, keyframe_scan: KeyframeScan) -> Node {
-        Node { scan: 0, recorded: *truth, odometry: None, leaps: false, keyframe_scan }
-    }
+    use crate::slam::refinement::tests::{node, scan_of_room};
 
     fn way(count: usize, step_m: f64) -> Vec<Pose2> {
         let at = |at: usize| step_m * at as f64;
@@ -157,7 +131,8 @@ mod tests {
     #[test]
     fn scans_between_nodes_come_to_lie_where_they_were_seen_from() {
         let truth = way(40, 0.05);
-        let nodes: Vec<Node> = truth.iter().step_by(6).map(|pose| node(pose, scan(pose, 0.0))).collect();
+        let nodes: Vec<Node> =
+            truth.iter().step_by(6).map(|pose| node(*pose, scan_of_room(pose, 0.0))).collect();
         let places: Vec<Pose2> = nodes.iter().map(|node| node.recorded).collect();
         let params = JointParams::default();
         let map = FixedMap::new(&nodes.iter().collect::<Vec<_>>(), &places, &params);
@@ -170,8 +145,11 @@ mod tests {
         let mut poses: Vec<Pose2> = truth.iter().enumerate().map(leapt).collect();
         let steps = steps(&truth, 1.0);
         for _ in 0..3 {
-            let costs: Vec<ScanCost> =
-                poses.iter().enumerate().map(|(at, pose)| map.cost(&scan(&truth[at], 0.03), pose)).collect();
+            let costs: Vec<ScanCost> = poses
+                .iter()
+                .enumerate()
+                .map(|(at, pose)| map.cost(&scan_of_room(&truth[at], 0.03), pose))
+                .collect();
             smooth(&mut poses, &costs, &steps);
         }
         let [m, rad] = worst(&poses, &truth);
@@ -181,7 +159,7 @@ mod tests {
     #[test]
     fn a_node_takes_half_the_step() {
         let truth = Pose2::IDENTITY;
-        let (alone, params) = (node(&truth, scan(&truth, 0.0)), JointParams::default());
+        let (alone, params) = (node(truth, scan_of_room(&truth, 0.0)), JointParams::default());
         let map = FixedMap::new(&[&alone], &[truth], &params);
         let off = Pose2::new(0.02, 0.01, 0.0);
         let cost = map.cost(&alone.keyframe_scan, &off);

@@ -32,7 +32,7 @@ const HELD: usize = 1024;
 /// Standard deviations of a step count so many times: errors of steps that follow each other are alike.
 /// With 2 and with 3 the errors of five real recordings differ by less than 1 %; three is what the
 /// covariances take.
-const ALIKE: f64 = 3.0;
+pub(crate) const ALIKE: f64 = 3.0;
 /// A step that is off by so many standard deviations counts half: wheels slip.
 const SLIP: f64 = 4.0;
 
