@@ -7,9 +7,15 @@
 use biplane_geometry::PortableMath;
 use biplane_matcher::{Beam, EndPoint, EndPoints, Placement, PointParams, Pose2, Scan};
 use biplane_recording::messages::LaserScan;
+use biplane_recording::rig::Laser;
 use nalgebra::Vector3;
 
+use crate::recordings::deskew::{StampedPose, Trajectory};
+use crate::recordings::run::scan_geometry_of;
 use crate::recordings::scan_geometry::ScanGeometry;
+
+/// Poses farther apart than this are not bridged, nanoseconds.
+const LONGEST_GAP_NS: i64 = 1_000_000_000;
 
 /// The end points of one scan, in the order of its beams.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -30,28 +36,32 @@ pub(crate) fn merged<'a>(keyframe_scans: impl Iterator<Item = (Pose2, &'a Keyfra
     points
 }
 
-/// Makes keyframe scans, in the same memory one after the other.
+/// Makes keyframe scans of one laser, in the same memory one after the other.
 #[derive(Clone, Debug)]
 pub(crate) struct KeyframeScanner {
+    laser: Laser,
+    /// Of the last scan; that of the next one is the same when it has as many beams.
+    geometry: Option<ScanGeometry>,
     points: EndPoints,
     beams: Vec<Beam>,
 }
 
 impl KeyframeScanner {
     /// Of beams up to `longest_m`.
-    pub(crate) fn new(longest_m: f64) -> Self {
+    pub(crate) fn new(laser: Laser, longest_m: f64) -> Self {
         let params = PointParams { range_max_m: longest_m, ..PointParams::default() };
-        Self { points: EndPoints::new(params), beams: Vec::new() }
+        Self { laser, geometry: None, points: EndPoints::new(params), beams: Vec::new() }
     }
 
-    /// The keyframe scan of a scan. `twist` is the base's velocity in its own frame: ahead, left (m/s), turn
-    /// (rad/s).
+    /// The keyframe scan of a scan that was taken at a pose on the way.
     pub(crate) fn keyframe_scan(
         &mut self,
         scan: &LaserScan,
-        geometry: &ScanGeometry,
-        twist: [f64; 3],
+        pose: &StampedPose,
+        trajectory: &Trajectory,
     ) -> KeyframeScan {
+        let known = self.geometry.take().filter(|known| known.beams.len() == scan.ranges_m.len());
+        let geometry = self.geometry.insert(known.unwrap_or_else(|| scan_geometry_of(scan, &self.laser)));
         let laser = geometry.base_from_laser.translation.vector;
         self.beams.clear();
         self.beams.extend(scan.ranges_m.iter().zip(&geometry.beams).map(|(&range_m, beam)| {
@@ -67,8 +77,23 @@ impl KeyframeScanner {
             stamp_ns: scan.stamp_ns,
             laser_in_base_m: [laser.x, laser.y],
             beams: &self.beams,
-            twist_in_base: twist,
+            twist_in_base: twist(scan, geometry, pose, trajectory),
         });
         KeyframeScan { points: self.points.as_slice().to_vec(), laser_m: self.points.laser_in_base_m() }
     }
+}
+
+/// The base's velocity in its own frame, ahead, left (m/s), turn (rad/s), while its mirror turned;
+/// zeros where beams have no times of their own.
+fn twist(scan: &LaserScan, geometry: &ScanGeometry, pose: &StampedPose, trajectory: &Trajectory) -> [f64; 3] {
+    let delay_ns = geometry.beams.iter().map(|beam| beam.delay_ns).max().unwrap_or(0);
+    if delay_ns <= 0 {
+        return [0.0; 3];
+    }
+    // Over a little more than a scan: two poses a few milliseconds apart tell the speed badly.
+    let span_ns = delay_ns.max(100_000_000);
+    let at = |stamp_ns: i64| trajectory.at(stamp_ns, LONGEST_GAP_NS).map_or(pose.pose(), |pose| pose.pose());
+    let (from, to) = (at(scan.stamp_ns - span_ns / 2), at(scan.stamp_ns.saturating_add(span_ns / 2)));
+    let way = from.between(&to);
+    [way.x_m, way.y_m, way.theta_rad].map(|part| part / (span_ns as f64 * 1e-9))
 }

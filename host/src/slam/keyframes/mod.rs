@@ -9,15 +9,11 @@ use biplane_geometry::PortableMath;
 use biplane_geometry::quantile::nearest_rank;
 use biplane_matcher::{Pose2, wrap_angle};
 use biplane_recording::Topic;
-use biplane_recording::messages::LaserScan;
 
-use crate::recordings::deskew::{StampedPose, Trajectory};
-use crate::recordings::run::{Run, RunError, RunPoses, scan_geometry_of};
-use crate::recordings::scan_geometry::ScanGeometry;
+use crate::recordings::deskew::StampedPose;
+use crate::recordings::run::{Run, RunError, RunPoses};
 use crate::slam::keyframes::keyframe_scan::{KeyframeScan, KeyframeScanner};
 
-/// Poses farther apart than this are not bridged, nanoseconds.
-const LONGEST_GAP_NS: i64 = 1_000_000_000;
 /// This share of all steps from scan to scan is as far as the base drives, or less.
 const DRIVEN_SHARE: f64 = 0.95;
 /// A step is a leap when it is so many times as far, and this far in meters on top.
@@ -76,12 +72,10 @@ impl Keyframes {
     /// # Errors
     /// When the recording is damaged or says nothing of the robot.
     pub fn read(run: &Run, poses: &RunPoses, params: &KeyframeParams) -> Result<Self, RunError> {
-        let laser = run.rig()?.horizontal;
         let mut keyframes = Self { nodes: Vec::new(), scans: poses.at_scans(), odometry: Vec::new() };
         let odometry = poses.odometry_at_scans();
         let trajectory = poses.trajectory();
-        let mut geometry: Option<ScanGeometry> = None;
-        let mut scanner = KeyframeScanner::new(params.longest_m);
+        let mut scanner = KeyframeScanner::new(run.rig()?.horizontal, params.longest_m);
         let mut scan_number = 0;
         let leap_numbers = [leaps(&keyframes.scans), leaps(&odometry)];
         let mut leaps = [false; 2];
@@ -95,12 +89,7 @@ impl Keyframes {
             if !keyframes.nodes.last().is_none_or(|last| is_news(&last.recorded, &pose.pose(), params)) {
                 return;
             }
-            if geometry.as_ref().is_none_or(|geometry| geometry.beams.len() != scan.ranges_m.len()) {
-                geometry = Some(scan_geometry_of(&scan, &laser));
-            }
-            let Some(geometry) = &geometry else { return };
-            let twist = twist(&scan, geometry, pose, &trajectory);
-            let keyframe_scan = scanner.keyframe_scan(&scan, geometry, twist);
+            let keyframe_scan = scanner.keyframe_scan(&scan, pose, &trajectory);
             let odometry = odometry.get(number).copied().flatten().map(|pose| pose.pose());
             let [recorded_leaps, odometry_leaps] = std::mem::take(&mut leaps);
             keyframes.nodes.push(Node {
@@ -130,23 +119,4 @@ fn leaps(scans: &[Option<StampedPose>]) -> Vec<usize> {
 fn is_news(last: &Pose2, pose: &Pose2, params: &KeyframeParams) -> bool {
     (pose.x_m - last.x_m).portable_hypot(pose.y_m - last.y_m) >= params.every_m
         || wrap_angle(pose.theta_rad - last.theta_rad).abs() >= params.every_deg.to_radians()
-}
-
-/// How the base moved while its mirror turned; zeros where beams have no times of their own.
-pub(crate) fn twist(
-    scan: &LaserScan,
-    geometry: &ScanGeometry,
-    pose: &StampedPose,
-    trajectory: &Trajectory,
-) -> [f64; 3] {
-    let delay_ns = geometry.beams.iter().map(|beam| beam.delay_ns).max().unwrap_or(0);
-    if delay_ns <= 0 {
-        return [0.0; 3];
-    }
-    // Over a little more than a scan: two poses a few milliseconds apart tell the speed badly.
-    let span_ns = delay_ns.max(100_000_000);
-    let at = |stamp_ns: i64| trajectory.at(stamp_ns, LONGEST_GAP_NS).map_or(pose.pose(), |pose| pose.pose());
-    let (from, to) = (at(scan.stamp_ns - span_ns / 2), at(scan.stamp_ns.saturating_add(span_ns / 2)));
-    let way = from.between(&to);
-    [way.x_m, way.y_m, way.theta_rad].map(|part| part / (span_ns as f64 * 1e-9))
 }

@@ -18,10 +18,9 @@ use biplane_recording::Topic;
 use rayon::prelude::*;
 
 use crate::recordings::deskew::{StampedPose, Trajectory};
-use crate::recordings::run::{Run, RunError, scan_geometry_of};
-use crate::recordings::scan_geometry::ScanGeometry;
+use crate::recordings::run::{Run, RunError};
+use crate::slam::keyframes::Keyframes;
 use crate::slam::keyframes::keyframe_scan::{KeyframeScan, KeyframeScanner};
-use crate::slam::keyframes::{Keyframes, twist};
 use crate::slam::pose_graph::Edge;
 use crate::slam::pose_graph::odometry_edges::{ChainParams, information, recorded_sigma};
 use crate::slam::pose_graph::wheel_calibration::WheelCalibration;
@@ -76,10 +75,8 @@ impl Drive<'_> {
 
     /// What each scan says where it is, read once more.
     fn costs(&self, placed: &[(usize, StampedPose)]) -> Result<Vec<ScanCost>, RunError> {
-        let laser = self.run.rig()?.horizontal;
         let trajectory = Trajectory::new(placed.iter().map(|(_, pose)| *pose).collect());
-        let mut geometry: Option<ScanGeometry> = None;
-        let mut scanner = KeyframeScanner::new(self.longest_m);
+        let mut scanner = KeyframeScanner::new(self.run.rig()?.horizontal, self.longest_m);
         let mut held: Vec<KeyframeScan> = Vec::with_capacity(HELD);
         let mut costs = Vec::with_capacity(placed.len());
         let mut scan_number = 0;
@@ -88,12 +85,7 @@ impl Drive<'_> {
             scan_number += 1;
             let next = placed.get(costs.len() + held.len());
             let Some((_, pose)) = next.filter(|(next, _)| *next == number) else { return };
-            if geometry.as_ref().is_none_or(|geometry| geometry.beams.len() != scan.ranges_m.len()) {
-                geometry = Some(scan_geometry_of(&scan, &laser));
-            }
-            let Some(geometry) = &geometry else { return };
-            let twist = twist(&scan, geometry, pose, &trajectory);
-            held.push(scanner.keyframe_scan(&scan, geometry, twist));
+            held.push(scanner.keyframe_scan(&scan, pose, &trajectory));
             if held.len() == HELD {
                 self.look(&mut held, placed, &mut costs);
             }
