@@ -8,8 +8,8 @@
 //! thousand are held at once. More steps gain little where the truth is known, and the map of one real
 //! recording gets 0.5 % more bits by two more.
 //!
-//! Where two nodes follow each other without a scan between them, the step is that of the last step, so that
-//! poses of nodes alone stay where it has put them.
+//! Between two nodes without a scan in between stands the edge that refined them: where every scan is a node,
+//! poses stay as they were found.
 
 pub(crate) mod fixed_map;
 
