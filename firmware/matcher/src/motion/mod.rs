@@ -101,8 +101,8 @@ pub(crate) struct MotionModel {
     consistency: Consistency,
     /// What a meter and a radian of it truly are.
     scale: ScaleWatch,
-    /// How long no scan has been matched, seconds.
-    unmatched_s: f64,
+    /// How long no scan has shown the way that the base has come, seconds.
+    unshown_s: f64,
 }
 
 impl MotionModel {
@@ -119,7 +119,7 @@ impl MotionModel {
             leap_record: LeapRecord::default(),
             consistency: Consistency::default(),
             scale: ScaleWatch::default(),
-            unmatched_s: 0.0,
+            unshown_s: 0.0,
         }
     }
 
@@ -155,7 +155,7 @@ impl MotionModel {
     /// Whether scans have contradicted this odometry, but have shown nothing for so long that inertia
     /// foretells less than it does.
     fn is_all_there_is(&self) -> bool {
-        let since_s = self.cadence.mean_gap_s().map(|gap_s| gap_s + self.unmatched_s);
+        let since_s = self.cadence.mean_gap_s().map(|gap_s| gap_s + self.unshown_s);
         self.consistency.reading() == Reading::Contradicted && !Steadiness::after(since_s).is_worth()
     }
 
@@ -241,7 +241,7 @@ impl MotionModel {
         self.watch_for_leaps(stamp_ns, odometry_step.as_ref());
         let is_matched = matches!(found, Found::Surely | Found::ButForTheWay);
         let passed_s = gap_s.unwrap_or(0.0).min(LONGEST_GAP_S);
-        self.unmatched_s = if is_matched { 0.0 } else { self.unmatched_s + passed_s };
+        self.unshown_s = if found == Found::Surely { 0.0 } else { self.unshown_s + passed_s };
         self.cadence.note(stamp_ns);
         if let (Some(step), Found::Surely, true) = (odometry_step, found, self.weighs_odometry) {
             let sigma = self.odometry_sigma(&step);
@@ -335,19 +335,22 @@ mod tests {
     }
 
     #[test]
-    fn contradicted_odometry_is_read_again_once_nothing_was_matched_for_so_long_that_inertia_is_worth_less() {
-        let mut model = MotionModel::new(MotionParams::default());
-        let odom = |i: i64| Some(Pose2::new(0.0, 0.2 * i as f64, 0.0));
-        let at = |i: i64| Pose2::new(0.1 * i as f64, 0.0, 0.0);
-        (0..10).for_each(|i| model.update(i * S / 5, odom(i), (&at(i - 1), &at(i)), Found::Surely));
-        let mut read = |i: i64| {
-            let step = model.predict(i * S / 5, odom(i)).step;
-            model.update(i * S / 5, odom(i), (&at(i - 1), &at(i)), Found::Guessed);
-            step.odometry
-        };
-        let seconds: Vec<Odometry> = (10..20).map(&mut read).collect();
-        assert_eq!(seconds[..5], [Odometry::Contradicted; 5]);
-        assert_eq!(seconds[7..], [Odometry::Used; 3]);
+    fn contradicted_odometry_is_read_again_once_no_scan_has_shown_the_way_for_so_long_that_inertia_is_worth_less()
+     {
+        for found in [Found::Guessed, Found::ButForTheWay] {
+            let mut model = MotionModel::new(MotionParams::default());
+            let odom = |i: i64| Some(Pose2::new(0.0, 0.2 * i as f64, 0.0));
+            let at = |i: i64| Pose2::new(0.1 * i as f64, 0.0, 0.0);
+            (0..10).for_each(|i| model.update(i * S / 5, odom(i), (&at(i - 1), &at(i)), Found::Surely));
+            let mut read = |i: i64| {
+                let step = model.predict(i * S / 5, odom(i)).step;
+                model.update(i * S / 5, odom(i), (&at(i - 1), &at(i)), found);
+                step.odometry
+            };
+            let seconds: Vec<Odometry> = (10..20).map(&mut read).collect();
+            assert_eq!(seconds[..5], [Odometry::Contradicted; 5], "{found:?}");
+            assert_eq!(seconds[7..], [Odometry::Used; 3], "{found:?}");
+        }
     }
 
     #[test]

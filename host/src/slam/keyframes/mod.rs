@@ -3,6 +3,7 @@
 
 pub(crate) mod free_space;
 pub(crate) mod keyframe_scan;
+pub(crate) mod passed_through;
 pub(crate) mod submap;
 
 use biplane_geometry::PortableMath;

@@ -8,7 +8,7 @@ use biplane_matcher::{EndPoint, PointMap, Pose2, ScorePyramid};
 
 use crate::slam::keyframes::Node;
 use crate::slam::keyframes::free_space::FreeSpace;
-use crate::slam::keyframes::keyframe_scan::merged;
+use crate::slam::keyframes::passed_through::standing;
 
 /// How submaps are cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -79,8 +79,7 @@ impl Submap {
     pub(crate) fn new(nodes: &[Node], poses: &[Pose2], first: usize, params: &SubmapParams) -> Self {
         let middle = nodes.len() / 2;
         let from_node: Vec<Pose2> = poses.iter().map(|pose| poses[middle].between(pose)).collect();
-        let points =
-            thinned(merged(from_node.iter().copied().zip(nodes.iter().map(|node| &node.keyframe_scan))));
+        let points = thinned(standing(nodes, &from_node));
         let with_normal = points.iter().filter(|point| point.has_normal()).count();
         let pool: Vec<&EndPoint> =
             points.iter().filter(|point| point.has_normal() || with_normal < 40).collect();
