@@ -1,5 +1,5 @@
-//! A long run at full rate: both lasers at 75 Hz, 500000 Bd, one degree, an inertial unit at 400 Hz; no scan lost, nothing allocated,
-//! memory flat.
+//! A long run at full rate: both lasers at 75 Hz, 500000 Bd, one degree, and an inertial unit at 400 Hz; no
+//! scan and no sample lost, nothing allocated, memory flat.
 //!
 //! In a process of its own, whose memory nothing else grows. First live in simulated time (acquisition and
 //! matcher), while what the reads return is written as a capture; then the capture is replayed into a
