@@ -35,8 +35,8 @@ pub trait PacketMachine {
     /// An intact packet, with the index in the stream of its first byte. An error when it cannot be read.
     fn packet(&mut self, offset: u64, bytes: &[u8]) -> Result<(), WireError>;
 
-    /// Whether the last packet is none that the device has sent, for a reason that its checksum does not show:
-    /// its bytes are searched for others. Whoever says so counts it.
+    /// Whether the last packet is none that the device has sent, for a reason that its checksum does not
+    /// show: its bytes are searched for others. Whoever says so counts it.
     fn takes_back(&self) -> bool {
         false
     }

@@ -12,9 +12,10 @@ use crate::session::inertial::reading::InertialReading;
 const MAX_TURN_RAD_S: f64 = 50.0;
 /// Accelerates harder than any unit's largest range (20 g), meters per second squared.
 const MAX_FORCE_M_S2: f64 = 400.0;
-/// A unit that sends something else sends it again and again: so many messages in a row that are no sample were
-/// sent so. Fewer were damaged in a way that the checksum does not show. It does not see the order of bytes:
-/// where a quarter of all messages is damaged so, 16 in a row come once in billions. Larger: later said.
+/// A unit that sends something else sends it again and again: so many messages in a row that are no sample
+/// were sent so. Fewer were damaged in a way that the checksum does not show. It does not see the order of
+/// bytes: where a quarter of all messages is damaged so, 16 in a row come once in billions. Larger: said
+/// later.
 const SENT_SO: u32 = 16;
 
 /// Where and when a message came.
@@ -127,7 +128,8 @@ impl Samples {
         Some(readings)
     }
 
-    /// A message with a good checksum that cannot be read. Before the unit was told what to send it is damaged.
+    /// A message with a good checksum that cannot be read. Before the unit was told what to send it is
+    /// damaged.
     pub(crate) fn unreadable(&mut self, is_configured: bool) {
         self.no_sample(is_configured);
         self.health.rejected += u64::from(!is_configured);
