@@ -4,6 +4,7 @@ use super::clock_step::{ClockStepParams, HostClock};
 use super::{ActsOn, Misplaced, Place, Preset};
 use crate::devices::base::BaseParams;
 use crate::devices::device::Device;
+use crate::devices::inertial::XsensParams;
 use crate::devices::lms::LmsParams;
 use crate::devices::lms::scans::feed::ScanFeed;
 use crate::faults::device::dazzle::{Dazzle, DazzleParams};
@@ -150,6 +151,13 @@ impl Faults {
     #[must_use]
     pub fn base(&self, mut params: BaseParams) -> BaseParams {
         self.acting_on(ActsOn::Start).for_each(|_| self.params.left_streaming.leave_base(&mut params));
+        params
+    }
+
+    /// An inertial unit as it is found.
+    #[must_use]
+    pub fn inertial(&self, mut params: XsensParams) -> XsensParams {
+        self.acting_on(ActsOn::Start).for_each(|_| self.params.left_streaming.leave_inertial(&mut params));
         params
     }
 

@@ -253,7 +253,8 @@ fn unit_of_world(
     };
     let source = SimulatedInertial::new(map_from_unit, errors, options.seed);
     let feed = DrivenInertial::new(source, Box::new(run.clone()));
-    XsensDevice::new(XsensParams { baud: unit.baud, ..XsensParams::default() }, Box::new(feed))
+    let params = XsensParams { baud: unit.baud, ..XsensParams::default() };
+    XsensDevice::new(options.faults.inertial(params), Box::new(feed))
 }
 
 /// A base that reports counts.
@@ -302,7 +303,8 @@ fn of_capture(capture: &Capture, options: &ServeOptions) -> Devices {
             .map_or(XsensParams::default().baud, |unit| unit.baud);
         let feed = CapturedInertial::new(Arc::new(track.clone()), origin_ns, run.clone(), options.once);
         let params = XsensParams { baud, ..XsensParams::default() };
-        list.push(Served::serial(LinkName::Imu, XsensDevice::new(params, Box::new(feed))));
+        let device = XsensDevice::new(options.faults.inertial(params), Box::new(feed));
+        list.push(Served::serial(LinkName::Imu, device));
     }
     Devices { list, run, length_ns: capture.duration_ns(), world: None }
 }

@@ -76,7 +76,10 @@ impl Fault {
             Self::Cable => (lasts(1.3, 9.0), Happening::Part, Happening::Join, BACK_KNOWN_NS),
             Self::Jerk => (lasts(0.05, 0.8), Happening::Part, Happening::Join, BACK_KNOWN_NS),
             Self::PowerCycle | Self::LongStart => {
-                let within_ns = if port == Port::Base { BACK_KNOWN_NS } else { BACK_SEARCHED_NS };
+                let within_ns = match port {
+                    Port::Base | Port::Imu => BACK_KNOWN_NS,
+                    Port::Horizontal | Port::Vertical => BACK_SEARCHED_NS,
+                };
                 (lasts(0.3, 10.0), Happening::PowerOff, Happening::PowerOn, within_ns)
             }
             Self::Silence => (lasts(1.3, 9.0), Happening::Mute, Happening::Unmute, BACK_KNOWN_NS),

@@ -12,18 +12,21 @@ use biplane_mock::rng::Rng;
 use biplane_onboard::{Event, Sink};
 use biplane_recording::{Port, Rig};
 
-use crate::rig::devices::{self, idle_laser, remembered_laser, rflex_base, rig_at, roboclaw_base};
+use crate::rig::devices::{
+    self, idle_laser, remembered_laser, rflex_base, rig_at, roboclaw_base, with_inertial_unit,
+};
 use crate::rig::disk::SlowDisk;
 use crate::rig::host::{Host, Stalls, THREADS};
 use crate::rig::line::SimLine;
 use crate::rig::plan::Plan;
 use crate::rig::verdict::digest::digest;
+use crate::rig::verdict::inertial::{inertial_account, sent_samples, stamp_errors_ms};
 use crate::rig::verdict::truth::{
     Account, LONGEST_PARTIAL_FRAME_NS, laser_account, pioneer_account, sent_scans,
 };
 use crate::rig::verdict::witness::Witness;
 use crate::rig::world::Taken;
-use crate::rig::{MS, PORTS, S, SimRig, fault_seeds as seeds, place};
+use crate::rig::{Lines, MS, PORTS, S, SimRig, fault_seeds as seeds, place};
 
 /// Everything streams by then.
 const UP_NS: i64 = 3 * S;
@@ -35,6 +38,14 @@ const STAMPS_MS: [f64; 2] = [1.0, 15.0];
 /// The same where the kernel had no room for bytes: how many are missing, nobody knows until a telegram comes
 /// at the line's pace.
 const STAMPS_BEHIND_HOLES_MS: [f64; 2] = [20.0, 400.0];
+
+/// An inertial unit sends 1.5 ms after the end of a sample, and is reckoned with 1 ms, milliseconds.
+const UNIT_LATENCY_ERROR_MS: f64 = 0.5;
+/// Its stamps may be off by so much beyond that, at most, milliseconds.
+const UNIT_STAMPS_MS: f64 = 1.0;
+/// The same behind a hole of up to a minute where the kernel had no room: until then the rate of its clock is
+/// known from three seconds only.
+const UNIT_STAMPS_BEHIND_HOLES_MS: f64 = 10.0;
 
 /// What is wrong with the host.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,6 +103,7 @@ struct Outcome {
     squares: f64,
     stamps: u64,
     largest_ms: f64,
+    inertial_ms: f64,
     back_ns: i64,
     queues: [usize; 2],
     reported: u64,
@@ -99,13 +111,14 @@ struct Outcome {
     digests: Vec<u64>,
 }
 
-fn lines(rig: &Rig, seed: u64, taken: &[Taken; 2]) -> [Option<SimLine>; 3] {
+fn lines(rig: &Rig, seed: u64, taken: &[Taken; 2]) -> Lines {
     let laser = |stream: usize| {
         let device = remembered_laser(idle_laser(rig.horizontal.baud), seed, stream as u64, &taken[stream]);
         Some(SimLine::new(device, seed, stream as u64))
     };
     let base = devices::base(&rig.base, &Faults::default());
-    [laser(0), laser(1), Some(SimLine::new(base, seed, 2))]
+    let unit = |unit| SimLine::new(devices::inertial_unit(unit, &Faults::default(), seed), seed, 3);
+    [laser(0), laser(1), Some(SimLine::new(base, seed, 2)), rig.imu.as_ref().map(unit)]
 }
 
 fn run(fault: Fault, rig: &Rig, seed: u64, outcome: &mut Outcome) {
@@ -123,6 +136,7 @@ fn run(fault: Fault, rig: &Rig, seed: u64, outcome: &mut Outcome) {
     for (laser, taken) in taken.iter().enumerate() {
         judge_stamps(&mut sim, laser, taken, outcome, &mut wrong);
     }
+    judge_inertial_stamps(&mut sim, outcome, &mut wrong);
     let warnings = sim
         .reported
         .iter()
@@ -156,6 +170,7 @@ fn judge(
     let witness = sim.engine.sink();
     let recorded_ns: Vec<i64> = match port {
         Port::Base => witness.odometry_ns.clone(),
+        Port::Imu => witness.samples.iter().map(|sample| sample.log_ns).collect(),
         laser => witness.scans[place(laser)].iter().map(|scan| scan.log_ns).collect(),
     };
     let account = match port {
@@ -163,6 +178,7 @@ fn judge(
         Port::Base => {
             pioneer_account(&line.sent, delivered, 0, &recorded_ns, &sim.reported, LONGEST_PARTIAL_FRAME_NS)
         }
+        Port::Imu => inertial_account(&sent_samples(&line.sent, delivered), delivered, &witness.samples),
         laser => {
             let telegrams = sent_scans(&line.sent, delivered);
             laser_account(laser, &telegrams, delivered, &witness.scans[place(laser)], &sim.reported)
@@ -211,16 +227,31 @@ fn judge_stamps(
     }
 }
 
+/// Those of an inertial unit: it states its time, so that what lay unread is stamped as well as any other.
+fn judge_inertial_stamps(sim: &mut SimRig<Witness>, outcome: &mut Outcome, wrong: &mut Vec<String>) {
+    let samples = &sim.engine.sink().samples;
+    // Before that its clock is not known well.
+    let settled = samples.iter().position(|sample| sample.stamp_ns > S).unwrap_or(samples.len());
+    let errors_ms = stamp_errors_ms(&samples[settled..]).map(|error_ms| error_ms - UNIT_LATENCY_ERROR_MS);
+    let largest_ms = errors_ms.fold(0.0_f64, |largest, error_ms| largest.max(error_ms.abs()));
+    outcome.inertial_ms = outcome.inertial_ms.max(largest_ms);
+    let has_lost = sim.host.as_ref().is_some_and(|host| host.lost_bytes() > 0);
+    if largest_ms > if has_lost { UNIT_STAMPS_BEHIND_HOLES_MS } else { UNIT_STAMPS_MS } {
+        wrong.push(format!("inertial unit: stamps off by {largest_ms:.2} ms at most"));
+    }
+}
+
 fn runs(fault: Fault, rig: &Rig, seeds: RangeInclusive<u64>) -> Outcome {
     let mut outcome = Outcome::default();
     for seed in seeds {
         run(fault, rig, seed, &mut outcome);
     }
     println!(
-        "| {} | {} Bd, {} | {} | {} / {} | {} | {} | {:.2}, {:.2} | {} | {:?} | {} |",
+        "| {} | {} Bd, {}{} | {} | {} / {} | {} | {} | {:.2}, {:.2} | {:.2} | {} | {:?} | {} |",
         fault.name(),
         rig.horizontal.baud,
         rig.base.protocol.name(),
+        if rig.imu.is_some() { ", xsens" } else { "" },
         outcome.runs,
         outcome.account.recorded,
         outcome.account.intact,
@@ -228,6 +259,7 @@ fn runs(fault: Fault, rig: &Rig, seeds: RangeInclusive<u64>) -> Outcome {
         outcome.kernel_lost_bytes,
         (outcome.squares / outcome.stamps.max(1) as f64).sqrt(),
         outcome.largest_ms,
+        outcome.inertial_ms,
         outcome.back_ns / MS,
         outcome.queues,
         outcome.reported,
@@ -235,7 +267,7 @@ fn runs(fault: Fault, rig: &Rig, seeds: RangeInclusive<u64>) -> Outcome {
     outcome
 }
 
-const HEAD: &str = "| fault of the host | rig | runs | recorded / intact | cut by a full buffer | bytes without room | stamps off, ms: rms, most | back, worst ms | most bytes in the kernel, reads before the loop | said |\n|---|---|---|---|---|---|---|---|---|---|";
+const HEAD: &str = "| fault of the host | rig | runs | recorded / intact | cut by a full buffer | bytes without room | stamps off, ms: rms, most | of a unit, most | back, worst ms | most bytes in the kernel, reads before the loop | said |\n|---|---|---|---|---|---|---|---|---|---|---|";
 
 #[track_caller]
 fn check(fault: Fault) {
@@ -245,6 +277,8 @@ fn check(fault: Fault) {
     for base in [roboclaw_base(), rflex_base()] {
         wrong.extend(runs(fault, &Rig { base, ..rig_at(38_400) }, seeds(1, 4)).wrong);
     }
+    let rig = with_inertial_unit(rig_at(38_400), 115_200, 100);
+    wrong.extend(runs(fault, &rig, seeds(1, 4)).wrong);
     assert!(wrong.is_empty(), "{} runs are wrong, the first:\n{}", wrong.len(), wrong[0]);
 }
 

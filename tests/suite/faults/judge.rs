@@ -3,10 +3,11 @@
 use biplane_mock::devices::base::BaseParams;
 use biplane_mock::devices::base::rflex::RflexParams;
 use biplane_mock::devices::base::roboclaw::RoboClawParams;
+use biplane_mock::devices::inertial::XsensParams;
 use biplane_mock::devices::lms::LmsParams;
 use biplane_mock::faults::{Faults, Preset};
 use biplane_mock::rng::Rng;
-use biplane_onboard::{Event, ForeignProtocol, Health, LineFault, LineHealth};
+use biplane_onboard::{Event, ForeignProtocol, Health, LineFault, LineHealth, RunReport};
 use biplane_recording::rig::BaseProtocol;
 use biplane_recording::{Port, Rig};
 
@@ -16,6 +17,7 @@ use crate::rig::devices::{idle_laser, idle_lines, laser, pioneer};
 use crate::rig::line::SimLine;
 use crate::rig::pairs::{sent_axes, sent_counts};
 use crate::rig::plan::Plan;
+use crate::rig::verdict::inertial::{inertial_account, sent_samples};
 use crate::rig::verdict::truth::{
     Account, LONGEST_PARTIAL_FRAME_NS, LONGEST_PROMISE_NS, base_account, laser_account, pioneer_account,
     sent_scans,
@@ -74,9 +76,13 @@ pub(super) fn run(faults: &[(Port, Fault)], rig: &Rig, seed: u64) -> Outcome {
         let fault = faults.iter().find(|(hit, _)| *hit == port).map(|(_, fault)| *fault);
         judge_telegrams(&mut sim, rig, port, fault, &mut outcome);
     }
+    let transcript = sim.transcript();
+    if rig.imu.is_some() {
+        let end_ns = sim.now_ns();
+        judge_inertial_report(&sim.engine.finish(end_ns).0, &mut outcome);
+    }
     if !outcome.wrong.is_empty() {
         let what = outcome.wrong.join("; ");
-        let transcript: String = sim.transcript();
         let times: Vec<String> = outages
             .iter()
             .map(|(port, fault, o)| {
@@ -87,6 +93,16 @@ pub(super) fn run(faults: &[(Port, Fault)], rig: &Rig, seed: u64) -> Outcome {
             vec![format!("seed {seed}, {} Bd, {times:?}: {what}\n{transcript}", rig.horizontal.baud)];
     }
     outcome
+}
+
+/// The last line of a run counts what a unit lost on the way, and no loss where all that came intact is kept.
+fn judge_inertial_report(report: &RunReport, outcome: &mut Outcome) {
+    if report.losses.lost > 0 || report.exit_code() != 0 {
+        outcome.wrong.push(format!("exit code {}, {:?}", report.exit_code(), report.losses));
+    }
+    if outcome.hit.damaged > 0 && report.arrival.damaged + report.arrival.lost_samples == 0 {
+        outcome.wrong.push(format!("{} are damaged, {:?}", outcome.hit.damaged, report.arrival));
+    }
 }
 
 /// A laser that takes its time when it is switched on.
@@ -102,6 +118,7 @@ fn boot_ns(rig: &Rig, port: Port, fault: Fault) -> i64 {
         (Port::Base, BaseProtocol::P2os { .. }) => BaseParams::default().boot_ns,
         (Port::Base, BaseProtocol::RoboClaw { .. }) => RoboClawParams::default().boot_ns,
         (Port::Base, BaseProtocol::Rflex { .. }) => RflexParams::default().boot_ns,
+        (Port::Imu, _) => XsensParams::default().boot_ns,
         _ if fault == Fault::LongStart => LONG_BOOT_NS,
         _ => LmsParams::default().boot_ns,
     }
@@ -126,6 +143,9 @@ fn account(sim: &mut SimRig<Witness>, rig: &Rig, port: Port, fault: Option<Fault
             let pairs = sent_axes(&line.sent, &line.delivered);
             base_account(&pairs, &witness.odometry_ns, &sim.reported, wait_ns, |_| true)
         }
+        (Port::Imu, _) => {
+            inertial_account(&sent_samples(&line.sent, &line.delivered), &line.delivered, &witness.samples)
+        }
         (laser, _) => {
             let telegrams = sent_scans(&line.sent, &line.delivered);
             laser_account(laser, &telegrams, &line.delivered, &witness.scans[place(laser)], &sim.reported)
@@ -142,6 +162,9 @@ fn judge_telegrams(
     fault: Option<Fault>,
     outcome: &mut Outcome,
 ) {
+    if sim.lines[place(port)].is_none() {
+        return;
+    }
     let is_hit = fault.is_some();
     let account = account(sim, rig, port, fault);
     // The exclusive or of an rFLEX packet is the same in any order of its bytes: one that nobody can tell
@@ -183,6 +206,7 @@ fn recorded_ns(sim: &mut SimRig<Witness>, port: Port) -> Vec<i64> {
     let witness = sim.engine.sink();
     match port {
         Port::Base => witness.odometry_ns.clone(),
+        Port::Imu => witness.samples.iter().map(|sample| sample.log_ns).collect(),
         laser => witness.scans[place(laser)].iter().map(|scan| scan.log_ns).collect(),
     }
 }
@@ -224,7 +248,11 @@ fn judge_foreign(
     outage: &Outage,
     outcome: &mut Outcome,
 ) {
-    let baud = if port == Port::Base { rig.base.baud } else { rig.horizontal.baud };
+    let baud = match port {
+        Port::Base => rig.base.baud,
+        Port::Imu => rig.imu.as_ref().map_or(0, |unit| unit.baud),
+        Port::Horizontal | Port::Vertical => rig.horizontal.baud,
+    };
     let wanted = fault.foreign_device().and_then(|foreign_device| foreign_device.received_by(port, baud));
     let reported: Vec<ForeignProtocol> = sim
         .reported

@@ -48,7 +48,7 @@ fn run(baud: u32, hz: f64, seed: u64) -> Shown {
     let turn_ns = if hz == 75.0 { of_seed.turn_ns } else { (1e9 / hz) as i64 };
     let params = LmsParams { mirror: Mirror { turn_ns, ..of_seed }, ..idle_laser(baud) };
     let device = remembered_laser_turning(params, seed, 0, &taken);
-    let lines = [Some(SimLine::new(device, seed, 0)), None, None];
+    let lines = [Some(SimLine::new(device, seed, 0)), None, None, None];
     let stalls = Happening::Faults(vec![Preset::UsbStall]);
     let plan = Plan::new(vec![(STALLS_NS, Port::Horizontal, stalls)]);
     let mut sim = SimRig::new(&rig, lines, plan, Witness::default());

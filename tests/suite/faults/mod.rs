@@ -22,9 +22,9 @@ use biplane_mock::faults::Preset;
 use biplane_recording::rig::{BaseProtocol, Laser, Units};
 use biplane_recording::{Port, Rig};
 
-use crate::rig::PORTS;
+use crate::rig::LASERS_AND_BASE;
 use crate::rig::devices::foreign::ForeignDevice;
-use crate::rig::devices::{rflex_base, rig_at, roboclaw_base};
+use crate::rig::devices::{rflex_base, rig_at, roboclaw_base, with_inertial_unit};
 use crate::rig::fault_seeds as seeds;
 use crate::rig::line::byte_faults::Harm;
 use fault::Fault;
@@ -32,6 +32,9 @@ use judge::run;
 use outcome::{HEAD, Outcome};
 
 const LASERS: [Port; 2] = [Port::Horizontal, Port::Vertical];
+
+/// Rates of an inertial unit's line and of its measurements; and of how many seeds one is run.
+const UNITS: [((u32, u16), u64); 3] = [((115_200, 100), 2), ((115_200, 25), 4), ((230_400, 400), 10)];
 
 /// Runs a fault at some ports of a rig; returns rows of the table, and what was wrong.
 fn rows(
@@ -49,6 +52,9 @@ fn rows(
         }
         let place = match port {
             Port::Base => rig.base.protocol.name().to_owned(),
+            Port::Imu => {
+                rig.imu.as_ref().map_or_else(String::new, |unit| format!("xsens, {} Hz", unit.rate_hz))
+            }
             laser => format!("{} at {} Bd", laser.name(), rig.horizontal.baud),
         };
         rows += &all.row(&fault.name(), &place);
@@ -72,7 +78,20 @@ fn check_at(fault: Fault, ports: &[Port]) {
     conclude(&table, &wrong);
 }
 
-/// The same, and at bases that speak otherwise.
+/// At an inertial unit, beside lasers and base that nothing happens to: at the usual rate, and at the least
+/// and the greatest.
+#[track_caller]
+fn check_inertial(fault: Fault) {
+    let mut wrong = Vec::new();
+    let mut table = String::new();
+    for ((baud, rate_hz), share) in UNITS {
+        let rig = with_inertial_unit(rig_at(38_400), baud, rate_hz);
+        table += &rows(fault, &[Port::Imu], &rig, seeds(1, share), &mut wrong);
+    }
+    conclude(&table, &wrong);
+}
+
+/// The same, and at bases that speak otherwise and at an inertial unit.
 #[track_caller]
 fn check(fault: Fault) {
     let mut wrong = Vec::new();
@@ -82,7 +101,8 @@ fn check(fault: Fault) {
         table += &rows(fault, &[Port::Base], &rig, seeds(1, 4), &mut wrong);
     }
     conclude(&table, &wrong);
-    check_at(fault, &PORTS);
+    check_inertial(fault);
+    check_at(fault, &LASERS_AND_BASE);
 }
 
 #[test]
@@ -149,7 +169,8 @@ fn a_dirty_window() {
 
 #[test]
 fn devices_left_streaming() {
-    check_at(Fault::Noise(&[Preset::LeftStreaming]), &PORTS);
+    check_at(Fault::Noise(&[Preset::LeftStreaming]), &LASERS_AND_BASE);
+    check_inertial(Fault::Noise(&[Preset::LeftStreaming]));
 }
 
 #[test]
@@ -226,6 +247,7 @@ fn another_device_on_a_lasers_port() {
         ForeignDevice::Pioneer,
         ForeignDevice::Rflex(9600),
         ForeignDevice::RoboClaw(38_400),
+        ForeignDevice::Inertial(38_400),
         ForeignDevice::Receiver,
         ForeignDevice::Modem,
         ForeignDevice::Echo,
@@ -246,6 +268,7 @@ fn another_device_on_the_bases_port() {
         let mut foreign_devices = vec![
             ForeignDevice::Laser(baud),
             ForeignDevice::Laser(500_000),
+            ForeignDevice::Inertial(baud),
             ForeignDevice::Receiver,
             ForeignDevice::Modem,
             ForeignDevice::Echo,
@@ -261,6 +284,28 @@ fn another_device_on_the_bases_port() {
             for fault in [Fault::ForeignDevice(foreign_device), Fault::ForeignFirst(foreign_device)] {
                 table += &rows(fault, &[Port::Base], &rig, seeds(1, 2), &mut wrong);
             }
+        }
+    }
+    conclude(&table, &wrong);
+}
+
+#[test]
+fn another_device_on_an_inertial_units_port() {
+    let mut wrong = Vec::new();
+    let mut table = String::new();
+    let rig = with_inertial_unit(rig_at(38_400), 115_200, 100);
+    for foreign_device in [
+        ForeignDevice::Laser(115_200),
+        ForeignDevice::Laser(500_000),
+        ForeignDevice::Pioneer,
+        ForeignDevice::Rflex(115_200),
+        ForeignDevice::RoboClaw(115_200),
+        ForeignDevice::Receiver,
+        ForeignDevice::Modem,
+        ForeignDevice::Echo,
+    ] {
+        for fault in [Fault::ForeignDevice(foreign_device), Fault::ForeignFirst(foreign_device)] {
+            table += &rows(fault, &[Port::Imu], &rig, seeds(1, 2), &mut wrong);
         }
     }
     conclude(&table, &wrong);
@@ -286,7 +331,7 @@ fn half_degrees_in_millimeters_with_index_bytes_on_a_bad_line() {
 
 #[test]
 fn two_faults_at_once() {
-    let pairs: [&[(Port, Fault)]; 4] = [
+    let pairs: [&[(Port, Fault)]; 6] = [
         &[(Port::Horizontal, Fault::Unplug), (Port::Vertical, Fault::PowerCycle)],
         &[(Port::Horizontal, Fault::Garbage), (Port::Vertical, Fault::Noise(&[Preset::LooseConnector]))],
         &[(Port::Vertical, Fault::Silence), (Port::Base, Fault::Noise(&[Preset::BitNoise]))],
@@ -295,12 +340,17 @@ fn two_faults_at_once() {
             (Port::Vertical, Fault::PowerCycle),
             (Port::Base, Fault::Unplug),
         ],
+        &[(Port::Imu, Fault::Garbage), (Port::Horizontal, Fault::PowerCycle)],
+        &[(Port::Imu, Fault::PowerCycle), (Port::Base, Fault::Silence)],
     ];
     let (mut table, mut wrong) = (String::new(), Vec::new());
     for pair in pairs {
         let mut all = Outcome::default();
+        let has_unit = pair.iter().any(|(port, _)| *port == Port::Imu);
+        let rig = rig_at(38_400);
+        let rig = if has_unit { with_inertial_unit(rig, 115_200, 100) } else { rig };
         for seed in seeds(2, 1) {
-            all.add(run(pair, &rig_at(38_400), seed));
+            all.add(run(pair, &rig, seed));
         }
         let names: Vec<String> =
             pair.iter().map(|(port, fault)| format!("{port:?}: {}", fault.name())).collect();

@@ -78,7 +78,7 @@ fn run(rig: &Rig, outage: Outage, usb: UsbParams, seed: u64) -> [Vec<f64>; 2] {
     let variant = Variant::of(laser.fov_deg, (laser.resolution_deg * 100.0).round() as u16);
     let taken = Taken::default();
     let device = remembered_laser(LmsParams { variant, ..idle_laser(BAUD) }, seed, 1, &taken);
-    let lines = [None, Some(SimLine::new(device, seed, 1).behind(usb)), None];
+    let lines = [None, Some(SimLine::new(device, seed, 1).behind(usb)), None, None];
     let mut sim = SimRig::new(rig, lines, outage.plan(), Witness::default());
     let reads = Arc::new(Mutex::new(Vec::new()));
     let tapped = reads.clone();

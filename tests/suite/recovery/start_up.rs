@@ -75,7 +75,8 @@ impl Case {
         let mut line = SimLine::new((self.make)(seed), seed, 0);
         line.missed_share = self.missed_share;
         let base = SimLine::new(base(&rig.base, &Faults::default()), seed, 2);
-        let mut sim = SimRig::new(&rig, [Some(line), None, Some(base)], Plan::default(), Witness::default());
+        let lines = [Some(line), None, Some(base), None];
+        let mut sim = SimRig::new(&rig, lines, Plan::default(), Witness::default());
         let beams = rig.horizontal.beam_count();
         let came = sim.run(LONGEST_NS, |sim| {
             let scan = sim.engine.sink().scans[0].last();

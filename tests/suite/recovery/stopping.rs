@@ -4,7 +4,7 @@
 use biplane_mock::faults::{Faults, Preset};
 use biplane_mock::rng::Rng;
 
-use crate::rig::devices::{idle_lines, rig_at};
+use crate::rig::devices::{idle_lines, rig_at, with_inertial_unit};
 use crate::rig::plan::{Happening, Plan};
 use crate::rig::verdict::witness::Witness;
 use crate::rig::{MS, PORTS, S, SimRig, seeds};
@@ -15,8 +15,8 @@ const STOPPED_NS: i64 = 3 * S;
 /// Stops after `at_ns`; returns how long that took, if it ended in time, and which devices stream
 /// nevertheless.
 fn stop_after(at_ns: i64, baud: u32, seed: u64, faults: &Faults, plan: Plan) -> (Option<i64>, Vec<usize>) {
-    let rig = rig_at(baud);
-    let lines = idle_lines(&rig, seed, faults, &[0, 1, 2]);
+    let rig = with_inertial_unit(rig_at(baud), 115_200, 100);
+    let lines = idle_lines(&rig, seed, faults, &[0, 1, 2, 3]);
     let mut sim = SimRig::new(&rig, lines, plan, Witness::default());
     sim.run(at_ns, |_| false);
     sim.stop();
@@ -25,7 +25,7 @@ fn stop_after(at_ns: i64, baud: u32, seed: u64, faults: &Faults, plan: Plan) -> 
     // What has been sent last is still on its way to the device.
     sim.run(sim.now_ns() + S / 2, |_| false);
     let streams = |place: &usize| sim.lines[*place].as_ref().is_some_and(|line| line.device_streams());
-    (took_ns, (0..3).filter(streams).collect())
+    (took_ns, (0..PORTS.len()).filter(streams).collect())
 }
 
 #[test]

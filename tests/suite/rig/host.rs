@@ -31,8 +31,8 @@ const UNDER_WAY_NS: i64 = 3 * MS;
 /// Bytes lie in a kernel's buffer for so long at most.
 const LONGEST_HELD_NS: i64 = 62_000 * MS;
 /// Threads: a reader a port, and the loop.
-pub(crate) const THREADS: usize = 4;
-const LOOP: usize = 3;
+pub(crate) const THREADS: usize = PORTS.len() + 1;
+const LOOP: usize = PORTS.len();
 
 /// When a thread does not run: from, to, in order.
 #[derive(Clone, Debug, Default)]
@@ -121,7 +121,7 @@ impl Reader {
 pub(crate) struct Host {
     /// Whether what was read is kept; it grows with time.
     pub keeps_tapes: bool,
-    readers: [Reader; 3],
+    readers: [Reader; PORTS.len()],
     stalls: [Stalls; THREADS],
     loop_ns: i64,
     next_ns: i64,
@@ -132,7 +132,7 @@ impl Host {
     /// A host whose threads are held up so: those of the ports in their order, and the loop.
     #[must_use]
     pub(crate) fn new(stalls: [Stalls; THREADS]) -> Self {
-        let mut readers: [Reader; 3] = Default::default();
+        let mut readers: [Reader; PORTS.len()] = Default::default();
         readers.iter_mut().for_each(|reader| reader.delivered.held_ns = LONGEST_HELD_NS);
         Self { keeps_tapes: true, readers, stalls, loop_ns: 0, next_ns: 0, longest_queue: [0; 2] }
     }
@@ -236,7 +236,7 @@ impl Host {
         engine: &mut Engine<K>,
         mut serve: impl FnMut(&mut Engine<K>),
     ) -> u64 {
-        let received_ns: [i64; 3] = std::array::from_fn(|place| self.readers[place].received_ns);
+        let received_ns: [i64; PORTS.len()] = std::array::from_fn(|place| self.readers[place].received_ns);
         let mut allocations = 0;
         while let Some((place, read_ns, received_ns, news)) = self.earliest() {
             let port = PORTS[place];
@@ -266,7 +266,7 @@ impl Host {
 
     fn earliest(&mut self) -> Option<(usize, i64, i64, News)> {
         let first = |reader: &Reader| reader.chunks.front().map_or(i64::MAX, |(at_ns, ..)| *at_ns);
-        let place = (0..3).min_by_key(|place| first(&self.readers[*place]))?;
+        let place = (0..PORTS.len()).min_by_key(|place| first(&self.readers[*place]))?;
         self.readers[place]
             .chunks
             .pop_front()

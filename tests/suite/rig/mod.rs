@@ -60,8 +60,13 @@ fn asked_seeds(few: u64, share: u64, names: &[&str]) -> RangeInclusive<u64> {
 /// Steps at one and the same time after which the loop is taken to hang.
 const HANG_STEPS: u32 = 100_000;
 
-/// The devices of a simulated rig; an inertial unit has tests of its own.
-pub(crate) const PORTS: [Port; 3] = [Port::Horizontal, Port::Vertical, Port::Base];
+/// The devices of a simulated rig.
+pub(crate) const PORTS: [Port; 4] = Port::ALL;
+/// Those that every rig has.
+pub(crate) const LASERS_AND_BASE: [Port; 3] = [Port::Horizontal, Port::Vertical, Port::Base];
+
+/// Lines in the order of [`PORTS`]; `None` for a device that the rig does not have.
+pub(crate) type Lines = [Option<SimLine>; PORTS.len()];
 
 /// Something that a session said, and when.
 #[derive(Clone, Debug)]
@@ -74,12 +79,12 @@ pub(crate) struct ReportedEvent {
     pub event: Event,
 }
 
-/// The engine, its three lines, and what happens to them.
+/// The engine, its lines, and what happens to them.
 pub(crate) struct SimRig<K> {
     /// The engine.
     pub engine: Engine<K>,
-    /// Lines in the order of [`PORTS`]; `None` for a device that the rig does not have.
-    pub lines: [Option<SimLine>; 3],
+    /// Its lines.
+    pub lines: Lines,
     /// What the sessions said.
     pub reported: Vec<ReportedEvent>,
     /// How often the engine has allocated.
@@ -106,7 +111,7 @@ pub(crate) fn place(port: Port) -> usize {
 
 impl<K: Sink> SimRig<K> {
     /// A rig at time 0 whose devices have been as they are for a while.
-    pub(crate) fn new(rig: &Rig, lines: [Option<SimLine>; 3], plan: Plan, sink: K) -> Self {
+    pub(crate) fn new(rig: &Rig, lines: Lines, plan: Plan, sink: K) -> Self {
         let options = EngineOptions {
             rig: rig.clone(),
             matcher: TrackerParams::default(),
@@ -240,12 +245,7 @@ impl<K: Sink> SimRig<K> {
 }
 
 /// Does what the engine wants done, and keeps what it says.
-fn serve<K: Sink>(
-    now_ns: i64,
-    engine: &mut Engine<K>,
-    lines: &mut [Option<SimLine>; 3],
-    reported: &mut Vec<ReportedEvent>,
-) {
+fn serve<K: Sink>(now_ns: i64, engine: &mut Engine<K>, lines: &mut Lines, reported: &mut Vec<ReportedEvent>) {
     while let Some((port, command)) = engine.next_command() {
         let Some(line) = &mut lines[place(port)] else { continue };
         match command {

@@ -7,7 +7,9 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 
+use biplane_mock::devices::inertial::feed::InertialFeed;
 use biplane_mock::devices::lms::scans::feed::Timeline;
+use biplane_mock::rig::inertial::InertialSample;
 use biplane_mock::rig::source::{OdometrySample, OdometrySource, ScanSource, ScanWords};
 use biplane_mock::rng::Rng;
 
@@ -135,5 +137,32 @@ impl OdometrySource for Wheels {
             path_um: i64::from(x_mm) * 1000,
             ..OdometrySample::default()
         }
+    }
+}
+
+/// The numbers of a sample say when it was taken: so many seconds as a turn rate, in steps that a 32-bit
+/// number resolves to some microseconds, and rounds of so many as an acceleration.
+const ROUND_S: i64 = 40;
+/// Acceleration of a round, meters per second squared.
+const ROUND_M_S2: f64 = 0.01;
+
+/// What an inertial unit says: no two samples are the same, and each says when it was taken.
+pub(crate) struct Felt;
+
+impl Felt {
+    /// When a sample with these numbers was taken, nanoseconds: turn rate about x, acceleration along x.
+    #[must_use]
+    pub(crate) fn taken_ns(turn_rad_s: f64, force_m_s2: f64) -> i64 {
+        let rounds = (force_m_s2 / ROUND_M_S2).round() as i64;
+        rounds * ROUND_S * 1_000_000_000 + (turn_rad_s * 1e9).round() as i64
+    }
+}
+
+impl InertialFeed for Felt {
+    fn sample(&mut self, middle_ns: i64, _period_ns: i64) -> Option<InertialSample> {
+        let round_ns = ROUND_S * 1_000_000_000;
+        let turn_rad_s = [middle_ns.rem_euclid(round_ns) as f64 * 1e-9, 0.25, -0.5];
+        let force_m_s2 = [middle_ns.div_euclid(round_ns) as f64 * ROUND_M_S2, 0.0, 9.75];
+        Some(InertialSample { time_ns: middle_ns, turn_rad_s, force_m_s2 })
     }
 }

@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use biplane_mock::devices::base::BaseParams;
+use biplane_mock::devices::inertial::XsensParams;
 use biplane_mock::devices::lms::LmsParams;
 use biplane_mock::faults::{Faults, Preset};
 use biplane_mock::rng::Rng;
@@ -22,12 +23,15 @@ use biplane_recording::{PartsWriter, Port, Reader, Rotation, Topic, WriterOption
 use crate::accuracy::recorded::folder;
 use crate::faults::fault::Fault;
 use crate::rig::devices::foreign::ForeignDevice;
-use crate::rig::devices::{idle_lines, rig_at};
+use crate::rig::devices::{idle_lines, rig_at, with_inertial_unit};
 use crate::rig::disk::SlowDisk;
 use crate::rig::host::{Host, Stalls, THREADS};
 use crate::rig::line::byte_faults::Harm;
 use crate::rig::plan::Plan;
-use crate::rig::verdict::truth::{Account, LONGEST_PROMISE_NS, laser_account, pioneer_account, sent_scans};
+use crate::rig::verdict::inertial::{inertial_account, sent_samples};
+use crate::rig::verdict::truth::{
+    Account, LONGEST_PROMISE_NS, Telegram, laser_account, pioneer_account, sent_scans,
+};
 use crate::rig::verdict::witness::Witness;
 use crate::rig::{MS, PORTS, ReportedEvent, S, SimRig, place};
 use crate::soak::own_process;
@@ -35,6 +39,8 @@ use crate::soak::own_process::{memory_bytes, quarters};
 
 /// Two and a half scans a second of each laser, so that a day takes minutes.
 const BAUD: u32 = 9600;
+/// The inertial unit's line, and its measurements a second: the least that it makes.
+const UNIT: (u32, u16) = (38_400, 25);
 /// The disk's thread looks so often.
 const LOOK_NS: i64 = 50 * MS;
 /// From one quiet moment to the next; the last 25 s are without new faults.
@@ -101,6 +107,7 @@ struct Tally {
     reported: BTreeMap<String, u64>,
     lasers: Account,
     base: Account,
+    inertial: Account,
     read_back: BTreeMap<String, u64>,
     parts: u64,
     memory_bytes: Vec<i64>,
@@ -120,6 +127,12 @@ fn line_fault(port: Port, rng: &mut Rng) -> Fault {
         Port::Base => {
             [ForeignDevice::Laser(9600), ForeignDevice::Receiver, ForeignDevice::Modem, ForeignDevice::Echo]
         }
+        Port::Imu => [
+            ForeignDevice::Laser(38_400),
+            ForeignDevice::Rflex(38_400),
+            ForeignDevice::Modem,
+            ForeignDevice::Echo,
+        ],
         _ => [
             ForeignDevice::Pioneer,
             ForeignDevice::Receiver,
@@ -138,7 +151,9 @@ fn line_fault(port: Port, rng: &mut Rng) -> Fault {
         7 => Fault::Noise(&[Preset::LooseConnector]),
         8 => Fault::Noise(&[Preset::UsbStall]),
         9 | 10 => Fault::ForeignDevice(foreign_devices[any(4)]),
-        11 if port != Port::Base => Fault::OtherRate([19_200, 38_400, 500_000][any(3)]),
+        11 if matches!(port, Port::Horizontal | Port::Vertical) => {
+            Fault::OtherRate([19_200, 38_400, 500_000][any(3)])
+        }
         _ => Fault::Harm(harms[any(6)], [10_000, 1000, 200][any(3)]),
     }
 }
@@ -147,18 +162,21 @@ fn line_fault(port: Port, rng: &mut Rng) -> Fault {
 /// back from the one before.
 fn line_faults(from_ns: i64, rng: &mut Rng, tally: &mut Tally) -> Plan {
     let mut happenings = Vec::new();
-    let mut free_ns = [from_ns + S; 3];
+    let mut free_ns = [from_ns + S; PORTS.len()];
     let mut at_ns = from_ns;
     loop {
         at_ns += (rng.between(2.0, 20.0) * 1e9) as i64;
-        let port = PORTS[(rng.unit() * 3.0) as usize];
+        let port = PORTS[(rng.unit() * PORTS.len() as f64) as usize];
         let start_ns = at_ns.max(free_ns[place(port)]);
         if start_ns > from_ns + EPOCH_NS - QUIET_NS - 25 * S {
             return Plan::new(happenings);
         }
         let fault = line_fault(port, rng);
-        let boot_ns =
-            if port == Port::Base { BaseParams::default().boot_ns } else { LmsParams::default().boot_ns };
+        let boot_ns = match port {
+            Port::Base => BaseParams::default().boot_ns,
+            Port::Imu => XsensParams::default().boot_ns,
+            Port::Horizontal | Port::Vertical => LmsParams::default().boot_ns,
+        };
         let outage = fault.outage(port, boot_ns, rng);
         let later_ns = start_ns - outage.begin_ns;
         happenings
@@ -218,18 +236,32 @@ fn settle(sim: &mut Rig, from_ns: i64, tally: &mut Tally) {
     for port in PORTS {
         let Some(line) = &sim.lines[place(port)] else { continue };
         let delivered = host.delivered(place(port));
-        let account = if port == Port::Base {
-            let odometry_ns = &witness.odometry_ns;
-            pioneer_account(&line.sent, delivered, from_ns, odometry_ns, &sim.reported, LONGEST_PROMISE_NS)
-        } else {
-            let mut telegrams = sent_scans(&line.sent, delivered);
+        let since = |mut telegrams: Vec<Telegram>| {
             telegrams.retain(|telegram| telegram.arrived_ns.is_none_or(|at_ns| at_ns >= from_ns));
-            laser_account(port, &telegrams, delivered, &witness.scans[place(port)], &sim.reported)
+            telegrams
+        };
+        let (account, total) = match port {
+            Port::Base => {
+                let recorded_ns = &witness.odometry_ns;
+                let reported = &sim.reported;
+                let wait_ns = LONGEST_PROMISE_NS;
+                let account = pioneer_account(&line.sent, delivered, from_ns, recorded_ns, reported, wait_ns);
+                (account, &mut tally.base)
+            }
+            Port::Imu => {
+                let messages = since(sent_samples(&line.sent, delivered));
+                (inertial_account(&messages, delivered, &witness.samples), &mut tally.inertial)
+            }
+            Port::Horizontal | Port::Vertical => {
+                let telegrams = since(sent_scans(&line.sent, delivered));
+                let scans = &witness.scans[place(port)];
+                (laser_account(port, &telegrams, delivered, scans, &sim.reported), &mut tally.lasers)
+            }
         };
         if account.lost() > 0 || account.wrongly_kept > 0 {
             tally.wrong.push(format!("{} s, {port:?}: {account:?}\n{}", now_ns / S, transcript));
         }
-        if port == Port::Base { &mut tally.base } else { &mut tally.lasers }.add(&account);
+        total.add(&account);
     }
     for reported in sim.reported.iter().filter(|reported| reported.at_ns > from_ns) {
         let words = reported.event.fault().map_or_else(|| format!("{:?}", reported.event), ToOwned::to_owned);
@@ -269,7 +301,7 @@ fn faults_of_all_kinds_for_hours_leave_memory_queues_and_files_flat_and_lose_not
 }
 
 fn soak(folder: &Path, tally: &mut Tally) -> Rig {
-    let rig = rig_at(BAUD);
+    let rig = with_inertial_unit(rig_at(BAUD), UNIT.0, UNIT.1);
     let rotation = Rotation { span_ns: Some(PART_NS), ..Rotation::default() };
     let writer = PartsWriter::create(&folder.join("run.mcap"), &WriterOptions::default(), rotation).unwrap();
     let recording = Recording {
@@ -320,7 +352,7 @@ fn alone() {
     let [first_bytes, last_bytes] = quarters(&tally.memory_bytes);
     println!("faults: {} in {} s: {:#?}", tally.faults.values().sum::<u64>(), length_s(), tally.faults);
     println!("said: {:#?}", tally.reported);
-    println!("lasers {:?}\nbase {:?}", tally.lasers, tally.base);
+    println!("lasers {:?}\nbase {:?}\ninertial {:?}", tally.lasers, tally.base, tally.inertial);
     println!("written {:?}, read back from {} parts {:?}", recording.written, tally.parts, tally.read_back);
     println!("memory: second quarter {} kB, last {} kB", first_bytes >> 10, last_bytes >> 10);
     println!(

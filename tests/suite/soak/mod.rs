@@ -1,5 +1,5 @@
-//! A long run at full rate: both lasers at 75 Hz, 500000 Bd, one degree; no scan lost, nothing allocated,
-//! memory flat.
+//! A long run at full rate: both lasers at 75 Hz, 500000 Bd, one degree, and an inertial unit at 400 Hz; no
+//! scan and no sample lost, nothing allocated, memory flat.
 //!
 //! In a process of its own, whose memory nothing else grows. First live in simulated time (acquisition and
 //! matcher), while what the reads return is written as a capture; then the capture is replayed into a
@@ -23,12 +23,14 @@ use biplane_recording::mcap::read::RIG_ATTACHMENT;
 use biplane_recording::{Direction, Rotation, Topic, Writer, WriterOptions};
 
 use crate::accuracy::recorded::folder;
-use crate::rig::devices::{idle_lines, rig_at};
+use crate::rig::devices::{idle_lines, rig_at, with_inertial_unit};
 use crate::rig::plan::Plan;
 use crate::rig::{S, SimRig};
 use crate::soak::own_process::{memory_bytes, quarters};
 
 const BAUD: u32 = 500_000;
+/// The inertial unit's line, and its measurements a second: the most that it makes.
+const UNIT: (u32, u16) = (230_400, 400);
 /// After so long everything has been used once.
 const WARM_NS: i64 = 10 * S;
 /// Memory that a flat run may gain from its first to its last quarter; an unbounded map, index or queue gains
@@ -45,6 +47,7 @@ struct Counter {
     horizontal: u64,
     vertical: u64,
     odometry: u64,
+    inertial: u64,
     poses: u64,
     poses_vertical: u64,
 }
@@ -55,6 +58,7 @@ impl Sink for Counter {
             Topic::ScanHorizontal => self.horizontal += 1,
             Topic::ScanVertical => self.vertical += 1,
             Topic::Odom => self.odometry += 1,
+            Topic::Imu => self.inertial += 1,
             Topic::Pose => self.poses += 1,
             Topic::PoseVertical => self.poses_vertical += 1,
             _ => {}
@@ -81,6 +85,7 @@ fn growth_bytes(samples: &[i64]) -> i64 {
 /// What a live run came to.
 struct Live {
     sent: [u64; 2],
+    sent_samples: u64,
     recorded: Counter,
     skipped: u64,
     allocations: u64,
@@ -88,7 +93,7 @@ struct Live {
 }
 
 fn live(capture: &Path, length_ns: i64) -> Live {
-    let rig = rig_at(BAUD);
+    let rig = with_inertial_unit(rig_at(BAUD), UNIT.0, UNIT.1);
     let mut writer =
         Writer::create(capture, &WriterOptions { overwrite: true, ..WriterOptions::default() }).unwrap();
     writer.attach(RIG_ATTACHMENT, "application/toml", rig.to_toml().as_bytes()).unwrap();
@@ -113,6 +118,7 @@ fn live(capture: &Path, length_ns: i64) -> Live {
     let counts = |place: usize| sim.lines[place].as_ref().unwrap().device_counts();
     Live {
         sent: [counts(0).telegrams, counts(1).telegrams],
+        sent_samples: counts(3).telegrams,
         skipped: counts(0).skipped + counts(1).skipped,
         allocations: sim.engine_allocations - warm,
         growth_bytes: growth_bytes(&samples),
@@ -133,13 +139,15 @@ fn alone() {
     let length_ns = length_s() * S;
     let live = live(&capture, length_ns);
     println!(
-        "| live, {} s simulated | scans sent {:?}, recorded {} + {}, poses {} + {} | skipped {} | allocations {} | memory grew {} kB |",
+        "| live, {} s simulated | scans sent {:?}, recorded {} + {}, poses {} + {} | samples sent {}, recorded {} | skipped {} | allocations {} | memory grew {} kB |",
         length_s(),
         live.sent,
         live.recorded.horizontal,
         live.recorded.vertical,
         live.recorded.poses,
         live.recorded.poses_vertical,
+        live.sent_samples,
+        live.recorded.inertial,
         live.skipped,
         live.allocations,
         live.growth_bytes >> 10
@@ -149,6 +157,11 @@ fn alone() {
         assert!(sent as f64 > (length_s() - 2) as f64 / 0.01332, "{sent} scans sent");
         assert!(recorded + 1 >= sent && recorded <= sent, "{recorded} of {sent}");
     }
+    let (sent, recorded) = (live.sent_samples, live.recorded.inertial);
+    assert!(
+        sent > 400 * (length_s() - 2) as u64 && (sent - 1..=sent).contains(&recorded),
+        "{recorded} of {sent}"
+    );
     assert_eq!((live.skipped, live.allocations), (0, 0));
     assert!(live.growth_bytes < FLAT_BYTES);
     replayed(&capture, &output, &live.recorded);
@@ -189,9 +202,10 @@ fn replayed(capture: &Path, output: &Path, live: &Counter) {
     // scan on.
     assert_eq!(report.recorded.scans_horizontal, live.horizontal);
     assert_eq!(report.recorded.scans_vertical, live.vertical);
+    assert_eq!(report.recorded.inertial, live.inertial);
     assert_eq!((report.losses.lost, report.losses.dropped), (0, 0));
     // The capture's end may cut a telegram a line.
-    assert!(report.arrival.damaged <= 3);
+    assert!(report.arrival.damaged <= 4);
     assert_eq!(report.recorded.poses, report.recorded.scans_horizontal);
     assert!(growth_bytes < FLAT_BYTES || length_s() < MEANINGFUL_S);
 }

@@ -3,8 +3,9 @@
 use biplane_mock::faults::Faults;
 use biplane_recording::Port;
 
-use crate::rig::devices::{idle_lines, rig_at};
+use crate::rig::devices::{idle_lines, rig_at, with_inertial_unit};
 use crate::rig::plan::Plan;
+use crate::rig::verdict::inertial::{inertial_account, sent_samples};
 use crate::rig::verdict::truth::{LONGEST_PARTIAL_FRAME_NS, laser_account, pioneer_account, sent_scans};
 use crate::rig::verdict::witness::Witness;
 use crate::rig::{S, SimRig};
@@ -12,7 +13,7 @@ use crate::rig::{S, SimRig};
 #[test]
 fn without_faults_every_telegram_that_was_sent_is_recorded() {
     for baud in [38_400, 500_000] {
-        let rig = rig_at(baud);
+        let rig = with_inertial_unit(rig_at(baud), 230_400, 400);
         let mut sim = SimRig::new(
             &rig,
             idle_lines(&rig, 1, &Faults::default(), &[]),
@@ -20,7 +21,7 @@ fn without_faults_every_telegram_that_was_sent_is_recorded() {
             Witness::default(),
         );
         sim.run(10 * S, |_| false);
-        let [horizontal, vertical, base] = sim.lines.each_ref().map(|line| line.as_ref().unwrap());
+        let [horizontal, vertical, base, imu] = sim.lines.each_ref().map(|line| line.as_ref().unwrap());
         let witness = sim.engine.sink();
         for (port, line, recorded) in
             [(Port::Horizontal, horizontal, &witness.scans[0]), (Port::Vertical, vertical, &witness.scans[1])]
@@ -43,5 +44,9 @@ fn without_faults_every_telegram_that_was_sent_is_recorded() {
         assert!(account.intact > 80 && account.lost() == 0, "{account:?}");
         assert!(account.undetected == 0 && account.wrongly_kept == 0, "{account:?}");
         assert!(witness.poses > 80);
+        let messages = sent_samples(&imu.sent, &imu.delivered);
+        let account = inertial_account(&messages, &imu.delivered, &witness.samples);
+        assert!(account.intact > 3_800 && account.lost() == 0 && account.damaged <= 1, "{account:?}");
+        assert!(account.undetected == 0 && account.wrongly_kept == 0, "{account:?}");
     }
 }

@@ -16,12 +16,12 @@ use std::time::Duration;
 use biplane_mock::devices::pty::Pty;
 use biplane_onboard::test_support::Tty;
 use biplane_onboard::{OnboardError, RecordOptions, RunReport, record};
-use biplane_recording::messages::{DiagnosticArray, LaserScan};
+use biplane_recording::messages::{DiagnosticArray, Imu, LaserScan};
 use biplane_recording::{Direction, Port, Reader, Rig, Topic};
 use rustix::pty::{OpenptFlags, grantpt, openpt, unlockpt};
 
 use crate::in_time::in_time;
-use crate::mock::{Mock, all};
+use crate::mock::{Mock, all, with_inertial_unit};
 
 /// Gaps between stamps that are longer than half a second, milliseconds.
 fn gaps_ms(stamps_ns: impl IntoIterator<Item = i64>) -> Vec<i64> {
@@ -275,6 +275,49 @@ fn one_adapter_that_is_pulled_and_put_back_leaves_the_other_lines_alone() {
         assert_undisturbed(&output, &[(Port::Vertical, "laser_vertical"), (Port::Base, "base")]);
         assert_eq!(report.recorded.poses, report.recorded.scans_horizontal);
         println!("pulled for 1.2 s: a gap of {} ms", gaps[0]);
+    });
+}
+
+/// Bytes of a measurement of the mock's inertial unit.
+const SAMPLE_BYTES: usize = 54;
+
+#[test]
+fn an_inertial_unit_that_is_pulled_twice_leaves_lasers_and_base_alone_and_is_told_of_at_the_end() {
+    in_time(|| {
+        let mock = Mock::start("imu-pulled", with_inertial_unit);
+        let mut rig = mock.rig_with_inertial_unit();
+        let unit = rig.imu.as_mut().unwrap();
+        let (device, link) = (PathBuf::from(&unit.port), mock.folder.join("relay"));
+        let relay = Relay::start(&device, &link);
+        unit.port = relay.path();
+        let options = mock.options(rig, 60.0);
+        let output = options.output.clone();
+        let recording = Recording::start(options);
+        relay.pass(300 * SAMPLE_BYTES);
+        drop(relay);
+        thread::sleep(Duration::from_millis(2200));
+        let relay = Relay::start(&device, &link);
+        relay.pass(200 * SAMPLE_BYTES);
+        drop(relay);
+        thread::sleep(Duration::from_millis(4500));
+        let report = recording.stop();
+        assert_eq!((report.losses.lost, report.exit_code()), (0, 0), "{report:?}");
+        let samples = all::<Imu>(&output, Topic::Imu);
+        let gaps = gaps_ms(samples.iter().map(|sample| sample.stamp_ns));
+        assert!(samples.len() > 400 && gaps.iter().any(|&gap_ms| gap_ms > 2000), "{gaps:?}");
+        let reported = reported(&output, "imu");
+        let gone = reported.iter().filter(|message| *message == "its port is gone").count();
+        let back = reported.iter().any(|message| message == "streams again; it was: its port is gone");
+        assert!(gone == 2 && back, "{reported:?}");
+        let [uncovered] = &report.uncovered[..] else { panic!("{:?}", report.uncovered) };
+        assert!(uncovered.device == "inertial unit" && uncovered.at_end_s > 3.0, "{uncovered:?}");
+        let others = [
+            (Port::Horizontal, "laser_horizontal"),
+            (Port::Vertical, "laser_vertical"),
+            (Port::Base, "base"),
+        ];
+        assert_undisturbed(&output, &others);
+        assert_eq!(report.recorded.poses, report.recorded.scans_horizontal);
     });
 }
 

@@ -20,6 +20,12 @@ impl Outputs {
         Self(vec![(0x1020, EVERY), (0x1060, EVERY), (0x2030, 100), (0xE020, EVERY)])
     }
 
+    /// Counter, time, accelerations and turn rates so many times a second, and flags.
+    #[must_use]
+    pub fn whole(rate_hz: u16) -> Self {
+        Self(vec![(0x1020, EVERY), (0x1060, EVERY), (0x4020, rate_hz), (0x8020, rate_hz), (0xE020, EVERY)])
+    }
+
     /// What a client asks, as the unit takes it: no more than so many a second.
     #[must_use]
     pub fn parse(data: &[u8], fastest_hz: u16) -> Self {

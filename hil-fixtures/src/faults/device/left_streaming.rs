@@ -1,8 +1,13 @@
 //! A rig that an earlier client left as it was: the lasers stream at a rate that the next client does not
-//! know, the base has a session open.
+//! know, the base has a session open, the inertial unit measures.
 
 use crate::devices::base::BaseParams;
+use crate::devices::inertial::XsensParams;
+use crate::devices::inertial::outputs::Outputs;
 use crate::devices::lms::LmsParams;
+
+/// Measurements a second of a unit that was left measuring.
+const LEFT_HZ: u16 = 50;
 
 /// How it was left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,5 +36,11 @@ impl LeftStreamingParams {
     /// A base left open.
     pub fn leave_base(self, base: &mut BaseParams) {
         base.left_open = true;
+    }
+
+    /// An inertial unit left measuring, with all that a client needs but at a rate of its own.
+    pub fn leave_inertial(self, unit: &mut XsensParams) {
+        unit.left_idle = false;
+        unit.outputs = Outputs::whole(LEFT_HZ);
     }
 }

@@ -5,7 +5,7 @@
 use biplane_mock::devices::base::BaseParams;
 use biplane_mock::devices::device::{Device, DeviceCounts};
 use biplane_mock::devices::lms::LmsParams;
-use biplane_mock::faults::Faults;
+use biplane_mock::faults::{Faults, Preset};
 use biplane_mock::line::transfer_ns;
 use biplane_onboard::ForeignProtocol;
 use biplane_recording::{Port, rig};
@@ -34,6 +34,8 @@ pub(crate) enum ForeignDevice {
     Rflex(u32),
     /// A RoboClaw at this rate, which says nothing unasked.
     RoboClaw(u32),
+    /// An inertial unit that measures, at this rate.
+    Inertial(u32),
     /// A satellite receiver at 9600 Bd.
     Receiver,
     /// A modem at 9600 Bd.
@@ -51,6 +53,7 @@ impl ForeignDevice {
             Self::Pioneer => "a Pioneer".to_owned(),
             Self::Rflex(baud) => format!("an rFLEX base at {baud} Bd"),
             Self::RoboClaw(baud) => format!("a RoboClaw at {baud} Bd"),
+            Self::Inertial(baud) => format!("an inertial unit at {baud} Bd"),
             Self::Receiver => "a satellite receiver".to_owned(),
             Self::Modem => "a modem".to_owned(),
             Self::Echo => "an echo".to_owned(),
@@ -61,13 +64,14 @@ impl ForeignDevice {
     /// laser's.
     #[must_use]
     pub(crate) fn received_by(self, port: Port, baud: u32) -> Option<ForeignProtocol> {
-        let listens =
-            |at: u32| baud == at || (port != Port::Base && matches!(at, 9600 | 19_200 | 38_400 | 500_000));
+        let is_laser = matches!(port, Port::Horizontal | Port::Vertical);
+        let listens = |at: u32| baud == at || (is_laser && matches!(at, 9600 | 19_200 | 38_400 | 500_000));
         let (foreign_protocol, at) = match self {
             Self::Laser(at) => (ForeignProtocol::Laser, at),
             Self::Pioneer => (ForeignProtocol::Pioneer, 9600),
             Self::Rflex(at) => (ForeignProtocol::Rflex, at),
             Self::RoboClaw(_) => return None,
+            Self::Inertial(at) => (ForeignProtocol::Inertial, at),
             Self::Receiver => (ForeignProtocol::Receiver, 9600),
             Self::Modem => (ForeignProtocol::Text, 9600),
             Self::Echo => (ForeignProtocol::Echo, baud),
@@ -78,14 +82,17 @@ impl ForeignDevice {
     /// The device, which has been at work for a while.
     #[must_use]
     pub(crate) fn device(self, seed: u64, stream: u64) -> Box<dyn Device> {
-        let open = |base: rig::Base| {
-            devices::base(&base, &Faults::new(&[biplane_mock::faults::Preset::LeftStreaming], seed))
-        };
+        let left = Faults::new(&[Preset::LeftStreaming], seed);
+        let open = |base: rig::Base| devices::base(&base, &left);
         match self {
             Self::Laser(baud) => streaming_laser(baud, seed, stream + 7),
             Self::Pioneer => open(rig::Base { baud: BaseParams::default().baud, ..rig::Base::default() }),
             Self::Rflex(baud) => open(rig::Base { baud, ..rflex_base() }),
             Self::RoboClaw(baud) => open(rig::Base { baud, ..roboclaw_base() }),
+            Self::Inertial(baud) => {
+                let unit = rig::InertialUnit { baud, ..rig::InertialUnit::xsens("imu") };
+                devices::inertial_unit(&unit, &left, seed)
+            }
             Self::Receiver => Box::new(Talker::new(SENTENCES, S, b"")),
             Self::Modem => Box::new(Talker::new(CHATTER, 2 * S, COMPLAINT)),
             Self::Echo => Box::new(Echo::default()),

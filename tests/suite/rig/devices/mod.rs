@@ -9,16 +9,17 @@ use biplane_mock::devices::base::rflex::{RflexDevice, RflexParams};
 use biplane_mock::devices::base::roboclaw::{RoboClawDevice, RoboClawParams};
 use biplane_mock::devices::base::{BaseDevice, BaseParams};
 use biplane_mock::devices::device::Device;
+use biplane_mock::devices::inertial::{XsensDevice, XsensParams};
 use biplane_mock::devices::lms::scans::feed::{Mirror, MirrorFeed};
 use biplane_mock::devices::lms::settings::Variant;
 use biplane_mock::devices::lms::{LmsDevice, LmsParams};
 use biplane_mock::faults::Faults;
 use biplane_mock::rng::Rng;
-use biplane_recording::rig::{self, BaseProtocol, Rig};
+use biplane_recording::rig::{self, BaseProtocol, InertialUnit, Rig};
 
-use super::MS;
 use super::line::SimLine;
-use super::world::{Remembering, Room, SameTime, Taken, Wheels};
+use super::world::{Felt, Remembering, Room, SameTime, Taken, Wheels};
+use super::{Lines, MS};
 
 /// A packet of odometry each tenth of a second.
 const SIP_CYCLE_NS: i64 = 100 * MS;
@@ -99,16 +100,29 @@ pub(crate) fn rflex_base() -> rig::Base {
     rig::Base { protocol, baud: protocol.default_baud(), ..rig::Base::default() }
 }
 
+/// An inertial unit that an earlier run of ours left idle. Its clock comes round within half a minute.
+#[must_use]
+pub(crate) fn inertial_unit(unit: &InertialUnit, faults: &Faults, seed: u64) -> Box<dyn Device> {
+    let to_round = Rng::new(seed, 0x1412, 0).between(0.0, 300_000.0) as u32;
+    let idle = XsensParams {
+        left_idle: true,
+        baud: unit.baud,
+        first_ticks: u32::MAX - to_round,
+        ..XsensParams::default()
+    };
+    Box::new(XsensDevice::new(faults.inertial(idle), Box::new(Felt)))
+}
+
 /// A laser that an earlier run of ours left idle at this rate, in one-degree steps.
 #[must_use]
 pub(crate) fn idle_laser(baud: u32) -> LmsParams {
     LmsParams { baud, variant: Variant::of(180, 100), ..LmsParams::default() }
 }
 
-/// Lines of the rig's lasers and base, all idle at the rates of the rig; those faults that act on devices act
+/// Lines of the rig's devices, all idle at the rates of the rig; those faults that act on devices act
 /// on the devices in `places`.
 #[must_use]
-pub(crate) fn idle_lines(rig: &Rig, seed: u64, faults: &Faults, places: &[u64]) -> [Option<SimLine>; 3] {
+pub(crate) fn idle_lines(rig: &Rig, seed: u64, faults: &Faults, places: &[u64]) -> Lines {
     let of = |stream| if places.contains(&stream) { faults.clone() } else { Faults::default() };
     let laser = |stream, baud| {
         let device = laser(idle_laser(baud), &of(stream), seed, stream);
@@ -118,6 +132,7 @@ pub(crate) fn idle_lines(rig: &Rig, seed: u64, faults: &Faults, places: &[u64]) 
         Some(laser(0, rig.horizontal.baud)),
         rig.vertical.as_ref().map(|vertical| laser(1, vertical.baud)),
         Some(SimLine::new(base(&rig.base, &of(2)), seed, 2)),
+        rig.imu.as_ref().map(|unit| SimLine::new(inertial_unit(unit, &of(3), seed), seed, 3)),
     ]
 }
 
@@ -130,4 +145,10 @@ pub(crate) fn rig_at(baud: u32) -> Rig {
         vertical.baud = baud;
     }
     rig
+}
+
+/// The same with an inertial unit on a line of this rate, which measures so often.
+#[must_use]
+pub(crate) fn with_inertial_unit(rig: Rig, baud: u32, rate_hz: u16) -> Rig {
+    Rig { imu: Some(InertialUnit { baud, rate_hz, ..InertialUnit::xsens("imu") }), ..rig }
 }

@@ -15,6 +15,9 @@ pub(crate) fn digest(sim: &mut SimRig<Witness>) -> u64 {
     for scan in witness.scans.iter().flatten() {
         (scan.log_ns, scan.stamp_ns, &scan.ranges_mm).hash(&mut hasher);
     }
+    for sample in &witness.samples {
+        (sample.log_ns, sample.stamp_ns, sample.numbers.map(f32::to_bits)).hash(&mut hasher);
+    }
     (&witness.odometry_ns, witness.poses).hash(&mut hasher);
     format!("{:?}", witness.health).hash(&mut hasher);
     hasher.finish()

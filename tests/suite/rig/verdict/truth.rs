@@ -5,6 +5,7 @@
 //! driver's. A telegram has arrived untouched when all its bytes stand together in what the reads returned.
 
 use std::collections::{HashMap, HashSet};
+use std::hash::Hash;
 use std::ops::Range;
 
 use biplane_mock::devices::base::packet;
@@ -191,6 +192,14 @@ impl Account {
     }
 }
 
+/// How measurements are told apart by what they say.
+pub(crate) struct Contents<K> {
+    /// Length of the intact telegram at the front of bytes.
+    pub length: fn(&[u8]) -> Option<usize>,
+    /// What a telegram says; `None` when it is no measurement.
+    pub of: fn(&[u8]) -> Option<K>,
+}
+
 /// Holds what was recorded of a laser against what it sent.
 #[must_use]
 pub(crate) fn laser_account(
@@ -202,14 +211,31 @@ pub(crate) fn laser_account(
 ) -> Account {
     let spans = wanted_spans(reported, port);
     let is_wanted = |at_ns: i64| spans.iter().any(|&(from, to)| from <= at_ns && at_ns <= to);
-    let sent: HashMap<Vec<u32>, usize> =
-        telegrams.iter().enumerate().filter_map(|(i, t)| Some((ranges_mm(&t.bytes)?, i))).collect();
-    let kept: HashSet<usize> =
-        recorded.iter().filter_map(|scan| sent.get(&scan.ranges_mm).copied()).collect();
+    let contents = Contents { length: lms_length, of: ranges_mm };
+    let recorded: Vec<_> = recorded.iter().map(|scan| (scan.log_ns, scan.ranges_mm.clone())).collect();
+    account_by_contents(&contents, telegrams, delivered, &recorded, is_wanted)
+}
+
+/// Holds what was recorded, and when, against what was sent; those telegrams must be there that came when
+/// they were wanted.
+#[must_use]
+pub(crate) fn account_by_contents<K: Eq + Hash>(
+    contents: &Contents<K>,
+    telegrams: &[Telegram],
+    delivered: &Tape,
+    recorded: &[(i64, K)],
+    is_wanted: impl Fn(i64) -> bool,
+) -> Account {
+    let sent: HashMap<K, usize> =
+        telegrams.iter().enumerate().filter_map(|(i, t)| Some(((contents.of)(&t.bytes)?, i))).collect();
+    let kept: HashSet<usize> = recorded.iter().filter_map(|(_, says)| sent.get(says).copied()).collect();
     let mut account = Account { sent: telegrams.len() as u64, ..Account::default() };
     let mut untrue = Vec::new();
-    for scan in recorded.iter().filter(|scan| !sent.contains_key(&scan.ranges_mm)) {
-        match that_passes_all_checks(scan, delivered) {
+    // What a damaged telegram says may be all true, and yet its end be that of the next one's first bytes.
+    let is_as_sent =
+        |says| sent.get(says).is_some_and(|index: &usize| telegrams[*index].arrived_ns.is_some());
+    for (log_ns, says) in recorded.iter().filter(|(_, says)| !is_as_sent(says)) {
+        match that_passes_all_checks(contents, *log_ns, says, delivered) {
             Some(place) => untrue.push(place),
             None => account.wrongly_kept += 1,
         }
@@ -230,14 +256,21 @@ pub(crate) fn laser_account(
     account
 }
 
-/// Where a telegram with these ranges and a fitting checksum really stands in what arrived.
-fn that_passes_all_checks(scan: &RecordedScan, delivered: &Tape) -> Option<Range<usize>> {
-    let until = delivered.index_after(scan.log_ns);
+/// Where a telegram that says this, with a fitting checksum, really stands in what arrived until it was
+/// recorded.
+fn that_passes_all_checks<K: Eq>(
+    contents: &Contents<K>,
+    log_ns: i64,
+    says: &K,
+    delivered: &Tape,
+) -> Option<Range<usize>> {
+    let until = delivered.index_after(log_ns);
     let from = until.saturating_sub(4096);
-    let telegram_at = |at: usize| lms_length(&delivered.bytes[at..until]).map(|length| at..at + length);
-    (from..until).filter_map(telegram_at).find(|place| {
-        ranges_mm(&delivered.bytes[place.clone()]).is_some_and(|ranges| ranges == scan.ranges_mm)
-    })
+    let telegram_at =
+        |at: usize| (contents.length)(&delivered.bytes[at..until]).map(|length| at..at + length);
+    (from..until)
+        .filter_map(telegram_at)
+        .find(|place| (contents.of)(&delivered.bytes[place.clone()]).as_ref() == Some(says))
 }
 
 /// Holds what was recorded of a Pioneer since `from_ns` against what it sent.

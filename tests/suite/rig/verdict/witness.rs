@@ -2,7 +2,7 @@
 
 use biplane_onboard::{Health, Sink};
 use biplane_recording::Topic;
-use biplane_recording::messages::{LaserScan, Message};
+use biplane_recording::messages::{Imu, LaserScan, Message};
 
 /// A range that says "nothing in range"; see [`RecordedScan::ranges_mm`].
 pub(crate) const NOTHING: u32 = u32::MAX;
@@ -22,6 +22,17 @@ pub(crate) struct RecordedScan {
     pub ranges_mm: Vec<u32>,
 }
 
+/// A sample of an inertial unit that was recorded.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct RecordedSample {
+    /// When it was recorded.
+    pub log_ns: i64,
+    /// Its stamp.
+    pub stamp_ns: i64,
+    /// Its turn rates and accelerations.
+    pub numbers: [f32; 6],
+}
+
 /// What was recorded.
 #[derive(Debug, Default)]
 pub(crate) struct Witness {
@@ -29,6 +40,8 @@ pub(crate) struct Witness {
     pub scans: [Vec<RecordedScan>; 2],
     /// When odometry was recorded.
     pub odometry_ns: Vec<i64>,
+    /// Samples of the inertial unit.
+    pub samples: Vec<RecordedSample>,
     /// Matched poses.
     pub poses: u64,
     /// State, once a second, and when.
@@ -41,6 +54,7 @@ impl Sink for Witness {
             Topic::ScanHorizontal => self.scans[0].push(scan(log_ns, cdr)),
             Topic::ScanVertical => self.scans[1].push(scan(log_ns, cdr)),
             Topic::Odom => self.odometry_ns.push(log_ns),
+            Topic::Imu => self.samples.push(sample(log_ns, cdr)),
             Topic::Pose => self.poses += 1,
             _ => {}
         }
@@ -68,4 +82,10 @@ fn scan(log_ns: i64, cdr: &[u8]) -> RecordedScan {
         range_max_mm: millimeters(&scan.range_max_m),
         ranges_mm: scan.ranges_m.iter().map(millimeters).collect(),
     }
+}
+
+fn sample(log_ns: i64, cdr: &[u8]) -> RecordedSample {
+    let sample = Imu::decode(cdr).unwrap();
+    let ([a, b, c], [d, e, f]) = (sample.angular_rad_s, sample.acceleration_m_s2);
+    RecordedSample { log_ns, stamp_ns: sample.stamp_ns, numbers: [a, b, c, d, e, f].map(|x| x as f32) }
 }

@@ -35,6 +35,12 @@ pub trait PacketMachine {
     /// An intact packet, with the index in the stream of its first byte. An error when it cannot be read.
     fn packet(&mut self, offset: u64, bytes: &[u8]) -> Result<(), WireError>;
 
+    /// Whether the last packet is none that the device has sent, for a reason that its checksum does not
+    /// show: its bytes are searched for others. Whoever says so counts it.
+    fn takes_back(&self) -> bool {
+        false
+    }
+
     /// Does what is due now.
     fn time(&mut self);
 
@@ -86,6 +92,9 @@ impl<M: PacketMachine> PacketSession<M> {
             if let Some(item) = self.deframer.next() {
                 if let Item::Frame { offset, bytes } = item {
                     self.not_kept += u64::from(self.machine.packet(offset, bytes).is_err());
+                    if self.machine.takes_back() {
+                        self.deframer.reject();
+                    }
                 }
             } else if !self.intake.hand_on(&mut self.deframer) {
                 break;

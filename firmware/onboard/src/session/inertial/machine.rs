@@ -51,6 +51,8 @@ pub(crate) struct Machine {
     /// The error that it reported last.
     error: Option<ErrorCode>,
     has_measured: bool,
+    /// The last message is none that the unit has sent.
+    is_false: bool,
 }
 
 impl Machine {
@@ -68,6 +70,7 @@ impl Machine {
             samples: Samples::default(),
             error: None,
             has_measured: false,
+            is_false: false,
         }
     }
 
@@ -247,16 +250,32 @@ impl Machine {
         if self.state == State::Done {
             return;
         }
-        // A unit that was not told yet what to send need not send it.
-        let is_configured = matches!(self.state, State::Measuring { .. } | State::Listening);
         let arrived = Arrived { offset, length, now_ns: self.contact.now_ns };
+        let is_configured = self.is_configured();
         let readings = self.samples.take(arrived, sample, is_configured);
+        self.is_false = is_configured && readings.is_none() && self.samples.takes_back();
+        self.say_news();
+        self.contact.info.has_fault = self.samples.has_fault();
+        for reading in readings.into_iter().flatten().flatten() {
+            self.hand_on(reading);
+        }
+    }
+
+    /// A message with a good checksum that cannot be read.
+    fn unreadable(&mut self) {
+        self.samples.unreadable(self.is_configured());
+        self.is_false = self.samples.takes_back();
+        self.say_news();
+    }
+
+    /// A unit that was not told yet what to send need not send it.
+    fn is_configured(&self) -> bool {
+        matches!(self.state, State::Measuring { .. } | State::Listening)
+    }
+
+    fn say_news(&mut self) {
         while let Some(event) = self.samples.news() {
             self.contact.say(event);
-        }
-        self.contact.info.has_fault = self.samples.has_fault();
-        for reading in readings.into_iter().flatten() {
-            self.hand_on(reading);
         }
     }
 
@@ -309,8 +328,16 @@ impl PacketMachine for Machine {
     }
 
     fn packet(&mut self, offset: u64, bytes: &[u8]) -> Result<(), WireError> {
-        let report = Message::parse(bytes).and_then(|message| message.report())?;
-        self.take(offset, bytes.len(), &report)
+        self.is_false = false;
+        let report = Message::parse(bytes).and_then(|message| message.report());
+        if report.and_then(|report| self.take(offset, bytes.len(), &report)).is_err() {
+            self.unreadable();
+        }
+        Ok(())
+    }
+
+    fn takes_back(&self) -> bool {
+        self.is_false
     }
 
     fn time(&mut self) {

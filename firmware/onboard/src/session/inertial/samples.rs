@@ -12,6 +12,11 @@ use crate::session::inertial::reading::InertialReading;
 const MAX_TURN_RAD_S: f64 = 50.0;
 /// Accelerates harder than any unit's largest range (20 g), meters per second squared.
 const MAX_FORCE_M_S2: f64 = 400.0;
+/// A unit that sends something else sends it again and again: so many messages in a row that are no sample
+/// were sent so. Fewer were damaged in a way that the checksum does not show. It does not see the order of
+/// bytes: where a quarter of all messages is damaged so, 16 in a row come once in billions. Larger: said
+/// later.
+const SENT_SO: u32 = 16;
 
 /// Where and when a message came.
 #[derive(Copy, Clone, Debug)]
@@ -43,6 +48,8 @@ pub(crate) struct Samples {
     clock: SampleClock,
     /// A sample whose time is not believed yet.
     doubted: Option<InertialReading>,
+    /// Messages in a row with a good checksum that are no sample, though the unit has been told what to send.
+    unlike: u32,
     health: InertialHealth,
     incomplete: Once,
     clipped: Once,
@@ -77,26 +84,28 @@ impl Samples {
         self.fault.is_news().then_some(Event::HasFault)
     }
 
-    /// The samples that are accepted with this measurement. Whether the unit has been told what to send
-    /// decides what an incomplete one is.
+    /// The samples that are accepted with this measurement; `None` when it is none. Whether the unit has been
+    /// told what to send decides what an incomplete one is.
     pub(crate) fn take(
         &mut self,
         arrived: Arrived,
         sample: &Sample,
         is_configured: bool,
-    ) -> [Option<InertialReading>; 2] {
+    ) -> Option<[Option<InertialReading>; 2]> {
         let (Some(counter), Some(ticks), Some(force_m_s2), Some(turn_rad_s)) =
             (sample.packet_counter, sample.time_fine, sample.acceleration_m_s2, sample.turn_rad_s)
         else {
-            self.incomplete(is_configured);
-            return [None; 2];
+            self.no_sample(is_configured);
+            self.health.incomplete += u64::from(!is_configured);
+            return None;
         };
         let is_possible = turn_rad_s.iter().all(|turn| turn.abs() <= MAX_TURN_RAD_S)
             && force_m_s2.iter().all(|force| force.abs() <= MAX_FORCE_M_S2);
         if !is_possible {
             self.health.rejected += 1;
-            return [None; 2];
+            return None;
         }
+        self.unlike = 0;
         self.flags(sample.status_word.unwrap_or(status::SELF_TEST));
         let Arrived { offset, length, now_ns } = arrived;
         let reading = |time| InertialReading { offset, length, time, turn_rad_s, force_m_s2 };
@@ -116,13 +125,40 @@ impl Samples {
         };
         let missing = readings.iter().flatten().map(|reading| u64::from(reading.time.missing));
         self.health.missing += missing.sum::<u64>();
-        readings
+        Some(readings)
     }
 
-    fn incomplete(&mut self, is_configured: bool) {
-        self.health.incomplete += 1;
-        self.health.not_kept += u64::from(is_configured);
-        self.incomplete.has_happened |= is_configured;
+    /// A message with a good checksum that cannot be read. Before the unit was told what to send it is
+    /// damaged.
+    pub(crate) fn unreadable(&mut self, is_configured: bool) {
+        self.no_sample(is_configured);
+        self.health.rejected += u64::from(!is_configured);
+    }
+
+    /// Whether messages that are no sample are still taken for damaged ones.
+    pub(crate) fn takes_back(&self) -> bool {
+        self.unlike < SENT_SO
+    }
+
+    fn no_sample(&mut self, is_configured: bool) {
+        if !is_configured {
+            return;
+        }
+        self.unlike = self.unlike.saturating_add(1);
+        if self.unlike < SENT_SO {
+            self.health.rejected += 1;
+        } else if self.unlike == SENT_SO {
+            self.health.rejected -= u64::from(SENT_SO - 1);
+            self.not_kept(u64::from(SENT_SO));
+        } else {
+            self.not_kept(1);
+        }
+    }
+
+    fn not_kept(&mut self, messages: u64) {
+        self.health.not_kept += messages;
+        self.health.incomplete += messages;
+        self.incomplete.has_happened = true;
     }
 
     fn flags(&mut self, word: u32) {
