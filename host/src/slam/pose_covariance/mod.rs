@@ -39,8 +39,8 @@ const MIN_VARIANCE: f64 = 1e-10;
 
 /// What a row is off by in each view of it, a variance in square meters, so that half a meter of wall is off
 /// by 3 mm. No number of beams or scans makes it smaller, and residuals do not show it: the poses follow it.
-/// Chosen, with the two below, by the likelihood of the errors of 60 simulated drives in 12 worlds with 6
-/// rigs (`docs/loops.md`).
+/// Chosen, as the next one and the share of lengths, by what ellipses of simulated drives hold and by how
+/// likely their errors are (`docs/loops.md`).
 const COMMON_M2: f64 = 7.5e-5;
 /// So many nodes that follow each other have the same view: about a meter of the way.
 const ALIKE_NODES: f64 = 4.0;
@@ -50,7 +50,7 @@ const ALIKE_NODES: f64 = 4.0;
 const STEPS_ALIKE: f64 = ALIKE * ALIKE;
 /// What lengths are off by, as a share: normals of walls are noisy, and scans seem to know more of where
 /// along a wall they are than they do.
-const LENGTH_SHARE: f64 = 2e-4;
+const LENGTH_SHARE: f64 = 3e-4;
 
 /// Covariances of the poses of some of all nodes that lie in one frame, by their ascending numbers. `chain`
 /// has the steps between nodes. `None` when the poses are held by nothing.
