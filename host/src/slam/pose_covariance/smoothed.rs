@@ -119,3 +119,28 @@ impl Step {
         Self { from: nodes[0], to: nodes[1], scans: scans.clamp(1, MAX_SCANS), held }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use biplane_matcher::Pose2;
+    use nalgebra::Matrix3;
+
+    use super::{Chain, Step};
+
+    /// The variance of the first of two nodes with scans of 1 cm each and a step of 1 cm between them.
+    fn variance_m2(scans: usize) -> f64 {
+        let poses = [Pose2::IDENTITY, Pose2::new(0.3, 0.0, 0.0)];
+        let seen = [Matrix3::identity() * 1e4; 2];
+        let steps = [Step::new([0, 1], scans, Matrix3::identity() * 1e4)];
+        let chain =
+            Chain { poses: &poses, seen: &seen, steps: &steps, noise: 1.0, step_noise: 1.0, reach: 3 };
+        chain.covariance(0).unwrap()[(0, 0)]
+    }
+
+    #[test]
+    fn many_scans_between_two_nodes_average_their_noise_out() {
+        // One that sees and a neighbor that stays, equally sure: half of one's variance.
+        assert!((variance_m2(1) - 5e-5).abs() < 1e-9, "{}", variance_m2(1));
+        assert!(variance_m2(30) < 0.5 * variance_m2(1), "{}", variance_m2(30));
+    }
+}
