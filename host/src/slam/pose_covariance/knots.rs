@@ -5,8 +5,11 @@
 //! vector of three numbers and a weight for each node: its part of the Hessian is a small matrix over the
 //! knots, times the vector with itself.
 
+use std::collections::BTreeMap;
+
 use biplane_matcher::Pose2;
 use nalgebra::{DMatrix, Matrix3, Vector3};
+use rayon::prelude::*;
 
 use crate::slam::pose_covariance::map_motion::about;
 use crate::slam::pose_covariance::rows::{Rows, Sight};
@@ -30,15 +33,14 @@ pub(super) struct Knots {
 }
 
 impl Knots {
-    /// What nodes saw in common, its variance being `noise` times what its weights say, and the steps between
-    /// them, as far as knots can tell them apart.
-    pub(super) fn new(poses: &[Pose2], (chain, parts): (&[Edge], &[Parts]), rows: &Rows, noise: f64) -> Self {
+    /// What nodes saw in common, and the steps between them, as far as knots can tell them apart.
+    pub(super) fn new(poses: &[Pose2], (chain, parts): (&[Edge], &[Parts]), rows: &Rows) -> Self {
         let every = poses.len().div_ceil(MAX_KNOTS).max(CLOSEST_NODES);
         let count = (poses.len().max(1) - 1).div_ceil(every) + 1;
         let information = DMatrix::zeros(3 * count, 3 * count);
         let mut knots = Self { every, nodes: poses.len(), information };
         for (vector, seen) in rows.iter() {
-            knots.add_row(&(vector / noise.sqrt()), seen);
+            knots.add_row(vector, seen);
         }
         for (edge, part) in chain.iter().zip(parts) {
             knots.add_step(edge, part, poses);
@@ -47,6 +49,11 @@ impl Knots {
             knots.information[(at, at)] += if at < 3 { ANCHOR } else { DAMPING };
         }
         knots
+    }
+
+    /// Nodes from knot to knot.
+    pub(super) fn nodes_apart(&self) -> usize {
+        self.every
     }
 
     /// The knots on both sides of a node, and how much it moves with each.
@@ -110,27 +117,80 @@ impl Knots {
         }
     }
 
-    /// The covariance of each node's motion of the map; `None` when some are held by nothing.
-    pub(super) fn covariances(self) -> Option<Vec<Matrix3<f64>>> {
+    /// The covariance of the motion of the map where each node looks, against where the first one does.
+    ///
+    /// A scan lies where the map says that it does, and all nodes that saw a surface made the map there.
+    /// Where that says little, it moves with its neighbors on the way, by what `held` has of the steps to
+    /// them. `seen` has what nodes saw as it was weighed. `None` when some knots are held by nothing.
+    pub(super) fn covariances(self, seen: &Rows, held: &[Matrix3<f64>]) -> Option<Vec<Matrix3<f64>>> {
         let size = self.information.nrows();
         let root = self.information.clone().cholesky()?.unpack();
         let mut inverse = DMatrix::identity(size, size);
         root.solve_lower_triangular_mut(&mut inverse);
-        let block = |one: usize, other: usize| {
-            // Rows above the diagonal are zero.
-            let first = 3 * one.max(other);
-            let [a, b] =
-                [one, other].map(|knot| inverse.view((first, 3 * knot), (size - first, 3)).into_owned());
-            Matrix3::from_iterator((a.transpose() * b).iter().copied())
+        let moves = self.moves(seen, held);
+        let first = moves.first()?.clone();
+        let of_node = |moves: &Moves| {
+            let mut by = DMatrix::zeros(3, size);
+            for (of, sign) in [(moves, 1.0), (&first, -1.0)] {
+                for (knot, share) in of {
+                    let mut place = by.fixed_view_mut::<3, 3>(0, 3 * knot);
+                    place += share * sign;
+                }
+            }
+            let spread = &inverse * by.transpose();
+            let covariance = spread.transpose() * spread;
+            covariance.fixed_view::<3, 3>(0, 0).into_owned()
         };
-        let count = size / 3;
-        let at: Vec<Matrix3<f64>> = (0..count).map(|knot| block(knot, knot)).collect();
-        let between: Vec<Matrix3<f64>> = (1..count).map(|knot| block(knot - 1, knot)).collect();
-        let of_node = |node: usize| {
-            let [(one, share), (other, its)] = self.shares(node);
-            let both = if one == other { Matrix3::zeros() } else { between[one] * (share * its) };
-            at[one] * (share * share) + at[other] * (its * its) + both + both.transpose()
+        Some(moves.par_iter().map(of_node).collect())
+    }
+
+    /// How much the map where each node looks moves with each knot.
+    fn moves(&self, rows: &Rows, held: &[Matrix3<f64>]) -> Vec<Moves> {
+        let mut sums: Vec<Sums> = vec![Sums::new(); self.nodes];
+        let mut totals: Vec<Matrix3<f64>> = held.to_vec();
+        for (vector, seen) in rows.iter() {
+            let place = self.place(seen);
+            let block = vector * vector.transpose();
+            for &Sight { node, weight, .. } in seen {
+                totals[node] += block * weight;
+                for &(knot, share) in &place {
+                    *sums[node].entry(knot).or_default() += block * (weight * share);
+                }
+            }
+        }
+        let of_node = |(node, (mut sums, total)): (usize, (Sums, Matrix3<f64>))| {
+            let on_the_way = self.shares(node).into_iter().filter(|(_, share)| *share > 0.0);
+            let Some(known) = total.cholesky().map(|factors| factors.inverse()) else {
+                return on_the_way.map(|(knot, share)| (knot, Matrix3::identity() * share)).collect();
+            };
+            for (knot, share) in on_the_way {
+                *sums.entry(knot).or_default() += held[node] * share;
+            }
+            sums.into_iter().map(|(knot, sum)| (knot, known * sum)).collect()
         };
-        Some((0..self.nodes).map(of_node).collect())
+        sums.into_iter().zip(totals).enumerate().map(of_node).collect()
+    }
+
+    /// How much a row's place moves with each knot: the mean of the nodes that saw it.
+    fn place(&self, seen: &[Sight]) -> Vec<(usize, f64)> {
+        let mut shares: BTreeMap<usize, f64> = BTreeMap::new();
+        let mut sum = 0.0;
+        for &Sight { node, weight, .. } in seen {
+            sum += weight;
+            for (knot, share) in self.shares(node).into_iter().filter(|(_, share)| *share > 0.0) {
+                *shares.entry(knot).or_default() += weight * share;
+            }
+        }
+        if sum > 0.0 {
+            shares.into_iter().map(|(knot, share)| (knot, share / sum)).collect()
+        } else {
+            Vec::new()
+        }
     }
 }
+
+/// Knots, and the shares of their motions that something moves with.
+type Moves = Vec<(usize, Matrix3<f64>)>;
+
+/// What a node's surfaces say of each knot.
+type Sums = BTreeMap<usize, Matrix3<f64>>;

@@ -3,20 +3,25 @@
 //! What holds the poses is the Hessian of the last step ([`crate::slam::refinement`]): what nodes saw in
 //! common, and the steps between them. Its inverse at a pose is the pose's covariance. That system is far too
 //! full for a factorization of all nodes, so a pose's error is taken apart in two:
-//! - the part that it shares with its neighbors on the way: a motion of the map about its origin that changes
-//!   linearly between *knots* along the way ([`knots`]), all of them in one dense system;
-//! - the part of its own: how well the scan knows its place when all others stay where they are.
+//! - the error of the map where the scan looks, against where the first scan looks. The nodes that saw a
+//!   surface made the map there, so it is the mean of their errors: motions of the map about its origin that
+//!   change linearly between *knots* along the way ([`knots`]), all of them in one dense system;
+//! - the part of its own: how well the scan, with those before and after it, knows its place on that map
+//!   ([`smoothed`]).
 //!
 //! Both are large along what nobody saw, such as a bare corridor. The last step gives each beam a share of
-//! one independent beam only, so that steps hold against scans; here the noise is what the residuals show.
+//! one independent beam only, so that steps hold against scans; here the noise is what the residuals show,
+//! and it averages out over beams and scans. What does not is the error of each view of a wall.
 //! Frame `map`; x, y (meters), turn (radians).
 
 mod knots;
 mod map_motion;
 mod rows;
+mod smoothed;
 
 use biplane_matcher::Pose2;
 use nalgebra::{Matrix3, Vector3};
+use rayon::prelude::*;
 
 use crate::slam::keyframes::Node;
 use crate::slam::pose_graph::{self, Edge, Parts};
@@ -26,16 +31,19 @@ use crate::slam::refinement::observations::Observations;
 use knots::Knots;
 use map_motion::{about, back_from};
 use rows::Rows;
+use smoothed::{Chain, Step};
 
 /// Added to each variance, so that the first pose's covariance can be inverted too: square meters, square
 /// radians.
 const MIN_VARIANCE: f64 = 1e-10;
 
-/// What the residuals do not show, as a share of the variance that the last step gives each beam: errors
-/// that all beams have in common which meet a wall from one place. Measured with simulated drives of 55 to
-/// 293 m in three worlds with four rigs: 94 to 100 % of the positions of a world lie within their ellipses
-/// of 95 %, 98 % in the mean; with 0.07 instead, 89 % in the office with the rig `fast`.
-const COMMON_NOISE_SHARE: f64 = 0.09;
+/// What a row is off by in each view of it, a variance in square meters, so that half a meter of wall is off
+/// by 3 mm. No number of beams or scans makes it smaller, and residuals do not show it: the poses follow it.
+/// Chosen, as the next one and the share of lengths, by what ellipses of simulated drives hold and by how
+/// likely their errors are (`docs/loops.md`).
+const COMMON_M2: f64 = 7.5e-5;
+/// So many nodes that follow each other have the same view: about a meter of the way.
+const ALIKE_NODES: f64 = 4.0;
 /// The variance of a step counts so many times: what steps are off by along a corridor that nobody saw, such
 /// as wheels larger than thought, is the same in all of them and adds up. With 9 a corridor of 10 to 30 m is
 /// known as well as odometry that is 1 % off tells it.
@@ -63,33 +71,59 @@ pub(crate) fn of_poses(
     let [.., finest] = &params.levels;
     let observations = Observations::new(&nodes, &poses, finest, params);
     let rows = Rows::new(&observations, &poses);
-    let noise = rows.noise_share(&observations, poses.len()) + COMMON_NOISE_SHARE;
-    let shared = Knots::new(&poses, (&chain, &parts), &rows, noise).covariances()?;
-    let own = own(&chain, &parts, &observations, noise);
+    let noise = rows.noise_share(&observations, poses.len());
+    let held = held(poses.len(), &chain, &parts);
+    let knots =
+        Knots::new(&poses, (&chain, &parts), &rows.clone().with_errors(noise, ALIKE_NODES * COMMON_M2));
+    let seen: Vec<Matrix3<f64>> = (0..poses.len()).map(|node| observations.diagonal(node)).collect();
+    let steps: Vec<Step> = chain.iter().zip(&parts).map(|(edge, part)| step(edge, part, &nodes)).collect();
+    let step_noise = 1.0 / STEPS_ALIKE;
+    let smoothed =
+        Chain { poses: &poses, seen: &seen, steps: &steps, noise, step_noise, reach: knots.nodes_apart() };
+    let own: Vec<Matrix3<f64>> = (0..poses.len())
+        .into_par_iter()
+        .map(|node| {
+            let view = (seen[node] + held[node]).cholesky().map(|known| known.inverse());
+            let view = view.map(|known| carried(&known, &observations.common_pull(node, COMMON_M2)));
+            smoothed.covariance(node).unwrap_or_default() + view.unwrap_or_default()
+        })
+        .collect();
+    let about_origin = |(pose, held): (&Pose2, &Matrix3<f64>)| carried(&about(pose).transpose(), held);
+    let held: Vec<Matrix3<f64>> = poses.iter().zip(&held).map(about_origin).collect();
+    let shared = knots.covariances(&rows, &held)?;
+    Some(against_the_first(&poses, &shared, &own))
+}
+
+/// The covariances of poses in the frame of the first one: of what they share, motions of the map about its
+/// origin, and of their own.
+fn against_the_first(poses: &[Pose2], shared: &[Matrix3<f64>], own: &[Matrix3<f64>]) -> Vec<Matrix3<f64>> {
+    let Some((first, of_first)) = poses.first().zip(own.first()) else { return Vec::new() };
     // The first scan's own error is everyone's: it is what the frame is off by.
-    let frame = poses.first().zip(own.first()).map(|(pose, own)| carried(&back_from(pose), own))?;
-    let first = *poses.first()?;
-    let of_one = |((pose, shared), own): ((&Pose2, Matrix3<f64>), &Matrix3<f64>)| {
+    let frame = carried(&back_from(first), of_first);
+    let of_one = |((pose, shared), own): ((&Pose2, &Matrix3<f64>), &Matrix3<f64>)| {
         let length_m = LENGTH_SHARE * first.between(pose).distance_m();
         let lengths = Matrix3::from_diagonal(&Vector3::new(length_m * length_m, length_m * length_m, 0.0));
         carried(&about(pose), &(shared + frame)) + own + lengths + Matrix3::identity() * MIN_VARIANCE
     };
-    let mut found: Vec<Matrix3<f64>> = poses.iter().zip(shared).zip(&own).map(of_one).collect();
-    if let Some(first) = found.first_mut() {
-        *first = Matrix3::identity() * MIN_VARIANCE;
-    }
-    Some(found)
+    let mut found: Vec<Matrix3<f64>> = poses.iter().zip(shared).zip(own).map(of_one).collect();
+    found[0] = Matrix3::identity() * MIN_VARIANCE;
+    found
 }
 
-/// The covariance of each pose when all others stay.
-fn own(chain: &[Edge], parts: &[Parts], observations: &Observations, noise: f64) -> Vec<Matrix3<f64>> {
-    let mut held: Vec<Matrix3<f64>> =
-        (0..observations.node_count()).map(|node| observations.diagonal(node) / noise).collect();
+/// What the steps on both sides say of each pose when all others stay.
+fn held(count: usize, chain: &[Edge], parts: &[Parts]) -> Vec<Matrix3<f64>> {
+    let mut held = vec![Matrix3::zeros(); count];
     for (edge, part) in chain.iter().zip(parts) {
         held[edge.from] += part.from_from;
         held[edge.to] += part.to_to;
     }
-    held.iter().map(|held| held.cholesky().map_or_else(Matrix3::zeros, |factors| factors.inverse())).collect()
+    held
+}
+
+/// A step between nodes, with the scans that lie between them.
+fn step(edge: &Edge, part: &Parts, nodes: &[&Node]) -> Step {
+    let scans = nodes[edge.to].scan.saturating_sub(nodes[edge.from].scan);
+    Step::new([edge.from, edge.to], scans, part.to_to)
 }
 
 /// The covariance of `jacobian * error`.
@@ -159,9 +193,10 @@ mod tests {
         let found = along(None, 0.0);
         let sigma_m = |node: usize, axis: usize| found[node][(axis, axis)].sqrt();
         assert!(sigma_m(0, 0) < 1e-4, "the first pose is exact");
-        // Worked out by hand: steps of 1 cm count as 3 cm. Between two knots, three nodes apart, node 56 is
-        // off by 54 + 3 (2/3)^2 steps' variance, by half a step's of its own, and by one of the first scan's.
-        for (node, steps) in [(14, 14.83), (56, 56.83_f64)] {
+        // Worked out by hand: steps of 1 cm count as 3 cm where they add up. Between two knots, three nodes
+        // apart, node 56 is off by 54 + 3 (2/3)^2 steps' variance. On the map steps count once: half of three
+        // for a node between others, three for the first one, a ninth of each.
+        for (node, steps) in [(14, 13.83), (56, 55.83_f64)] {
             let (expected_m, found_m) = (0.03 * steps.sqrt(), sigma_m(node, 0));
             assert!((found_m / expected_m - 1.0).abs() < 0.02, "{node}: {found_m} m, {expected_m} m");
         }

@@ -85,6 +85,16 @@ impl Rows {
         if expected > 0.0 { squares / expected } else { 1.0 }
     }
 
+    /// The same with other weights: the variance of what a node saw is `noise` times what its weight says,
+    /// and `common_m2` more that no number of beams makes smaller.
+    #[must_use]
+    pub(super) fn with_errors(mut self, noise: f64, common_m2: f64) -> Self {
+        for sight in &mut self.seen {
+            sight.weight /= noise + common_m2 * sight.weight;
+        }
+        self
+    }
+
     /// Each row's vector, and who saw it.
     pub(super) fn iter(&self) -> impl Iterator<Item = (&Vector3<f64>, &[Sight])> {
         let seen = self.starts.windows(2).map(|ends| &self.seen[ends[0]..ends[1]]);

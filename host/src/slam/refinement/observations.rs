@@ -197,6 +197,16 @@ impl Observations {
         self.of_node[node].iter().map(part).sum()
     }
 
+    /// The covariance of the pull on one node when each row that it saw is off by this variance, however many
+    /// beams met it.
+    pub(crate) fn common_pull(&self, node: usize, variance_m2: f64) -> Matrix3<f64> {
+        let part = |observation: &Observation| {
+            let row = self.row(observation);
+            row * (row.transpose() * (observation.weight.powi(2) * variance_m2))
+        };
+        self.of_node[node].iter().map(part).sum()
+    }
+
     /// What the nodes, where they are, tell of the surfaces.
     pub(crate) fn known(&self) -> Known {
         let offset = |_: usize, observation: &Observation| observation.offset_m;
@@ -212,11 +222,6 @@ impl Observations {
                 .collect(),
             towards: self.towards.clone(),
         }
-    }
-
-    /// How many nodes there are.
-    pub(crate) fn node_count(&self) -> usize {
-        self.of_node.len()
     }
 
     /// How many rows there are.
