@@ -335,8 +335,7 @@ mod tests {
     }
 
     #[test]
-    fn contradicted_odometry_is_read_again_once_no_scan_has_shown_the_way_for_so_long_that_inertia_is_worth_less()
-     {
+    fn contradicted_odometry_is_read_again_once_no_scan_has_shown_the_way_for_long() {
         for found in [Found::Guessed, Found::ButForTheWay] {
             let mut model = MotionModel::new(MotionParams::default());
             let odom = |i: i64| Some(Pose2::new(0.0, 0.2 * i as f64, 0.0));
