@@ -239,11 +239,21 @@ fn a_laser_at_another_rate_all_at_once() {
     }
 }
 
+/// With each of these devices at some ports of a rig, from the start on or later.
+fn foreign_rows(
+    foreign_devices: &[ForeignDevice],
+    ports: &[Port],
+    rig: &Rig,
+    wrong: &mut Vec<String>,
+) -> String {
+    let both = |device: &ForeignDevice| [Fault::ForeignDevice(*device), Fault::ForeignFirst(*device)];
+    foreign_devices.iter().flat_map(both).map(|fault| rows(fault, ports, rig, seeds(1, 2), wrong)).collect()
+}
+
 #[test]
 fn another_device_on_a_lasers_port() {
     let mut wrong = Vec::new();
-    let mut table = String::new();
-    for foreign_device in [
+    let foreign_devices = [
         ForeignDevice::Pioneer,
         ForeignDevice::Rflex(9600),
         ForeignDevice::RoboClaw(38_400),
@@ -251,11 +261,8 @@ fn another_device_on_a_lasers_port() {
         ForeignDevice::Receiver,
         ForeignDevice::Modem,
         ForeignDevice::Echo,
-    ] {
-        for fault in [Fault::ForeignDevice(foreign_device), Fault::ForeignFirst(foreign_device)] {
-            table += &rows(fault, &LASERS, &rig_at(38_400), seeds(1, 2), &mut wrong);
-        }
-    }
+    ];
+    let table = foreign_rows(&foreign_devices, &LASERS, &rig_at(38_400), &mut wrong);
     conclude(&table, &wrong);
 }
 
@@ -280,11 +287,7 @@ fn another_device_on_the_bases_port() {
             _ => foreign_devices.push(ForeignDevice::Pioneer),
         }
         let rig = Rig { base, ..rig_at(38_400) };
-        for foreign_device in foreign_devices {
-            for fault in [Fault::ForeignDevice(foreign_device), Fault::ForeignFirst(foreign_device)] {
-                table += &rows(fault, &[Port::Base], &rig, seeds(1, 2), &mut wrong);
-            }
-        }
+        table += &foreign_rows(&foreign_devices, &[Port::Base], &rig, &mut wrong);
     }
     conclude(&table, &wrong);
 }
@@ -292,9 +295,7 @@ fn another_device_on_the_bases_port() {
 #[test]
 fn another_device_on_an_inertial_units_port() {
     let mut wrong = Vec::new();
-    let mut table = String::new();
-    let rig = with_inertial_unit(rig_at(38_400), 115_200, 100);
-    for foreign_device in [
+    let foreign_devices = [
         ForeignDevice::Laser(115_200),
         ForeignDevice::Laser(500_000),
         ForeignDevice::Pioneer,
@@ -303,11 +304,9 @@ fn another_device_on_an_inertial_units_port() {
         ForeignDevice::Receiver,
         ForeignDevice::Modem,
         ForeignDevice::Echo,
-    ] {
-        for fault in [Fault::ForeignDevice(foreign_device), Fault::ForeignFirst(foreign_device)] {
-            table += &rows(fault, &[Port::Imu], &rig, seeds(1, 2), &mut wrong);
-        }
-    }
+    ];
+    let rig = with_inertial_unit(rig_at(38_400), 115_200, 100);
+    let table = foreign_rows(&foreign_devices, &[Port::Imu], &rig, &mut wrong);
     conclude(&table, &wrong);
 }
 

@@ -4,7 +4,7 @@
 //! Frame of the submap, meters.
 
 use biplane_geometry::PortableMath;
-use biplane_matcher::{EndPoint, Placement, Pose2};
+use biplane_matcher::{EndPoint, Pose2};
 
 use crate::slam::keyframes::Node;
 
@@ -39,11 +39,7 @@ impl FreeSpace {
     pub(crate) fn new(nodes: &[Node], poses: &[Pose2], points: &[EndPoint]) -> Self {
         let mut free = Self::default();
         for (node, pose) in nodes.iter().zip(poses).step_by(EVERY_NODE) {
-            let placement = Placement::new(pose);
-            let from = placement.place(node.keyframe_scan.laser_m);
-            for point in node.keyframe_scan.points.iter().step_by(EVERY_BEAM) {
-                free.pass(from, placement.place(point.at_m));
-            }
+            node.keyframe_scan.beams(pose, EVERY_BEAM).for_each(|[from, to]| free.pass(from, to));
         }
         for point in points {
             let [column, row] = cell_of(point.at_m);

@@ -26,6 +26,15 @@ pub struct KeyframeScan {
     pub laser_m: [f32; 2],
 }
 
+impl KeyframeScan {
+    /// One in so many of its beams when it was taken at a pose: where each begins and ends.
+    pub(crate) fn beams(&self, pose: &Pose2, every: usize) -> impl Iterator<Item = [[f32; 2]; 2]> {
+        let placement = Placement::new(pose);
+        let from_m = placement.place(self.laser_m);
+        self.points.iter().step_by(every).map(move |point| [from_m, placement.place(point.at_m)])
+    }
+}
+
 /// All points of keyframe scans, each placed by its pose.
 pub(crate) fn merged<'a>(keyframe_scans: impl Iterator<Item = (Pose2, &'a KeyframeScan)>) -> Vec<EndPoint> {
     let mut points = Vec::new();

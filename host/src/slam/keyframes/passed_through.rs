@@ -72,10 +72,8 @@ struct Candidates {
 pub(crate) fn standing(nodes: &[Node], poses: &[Pose2]) -> Vec<EndPoint> {
     let mut candidates = Candidates::new(nodes, poses);
     for (number, (node, pose)) in nodes.iter().zip(poses).enumerate() {
-        let placement = Placement::new(pose);
-        let from_m = placement.place(node.keyframe_scan.laser_m);
-        for point in node.keyframe_scan.points.iter().step_by(EVERY_BEAM) {
-            candidates.look_along(&Ray::new(number, from_m, placement.place(point.at_m)));
+        for [from_m, to_m] in node.keyframe_scan.beams(pose, EVERY_BEAM) {
+            candidates.look_along(&Ray::new(number, from_m, to_m));
         }
     }
     candidates.all.iter().filter(|one| candidates.stands(one)).map(|one| one.point).collect()
