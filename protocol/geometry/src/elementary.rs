@@ -46,6 +46,10 @@ pub trait PortableMath: Sized {
     /// This to a power.
     #[must_use]
     fn portable_powf(self, exponent: Self) -> Self;
+    /// The largest whole number that is not above this, as `floor() as i32` gives it. The C library is not
+    /// called: for one number that takes longer than all the rest of finding a cell.
+    #[must_use]
+    fn floor_to_i32(self) -> i32;
 }
 
 /// The functions of `libm` for one type, in the order of the trait.
@@ -103,6 +107,12 @@ macro_rules! portable_math {
 
             fn portable_powf(self, exponent: Self) -> Self {
                 libm::$powf(self, exponent)
+            }
+
+            #[inline]
+            fn floor_to_i32(self) -> i32 {
+                let towards_zero = self as i32;
+                towards_zero.saturating_sub(i32::from(towards_zero as $real > self))
             }
         }
     };
@@ -177,5 +187,16 @@ mod tests {
             assert!(near(value.portable_hypot(0.7), value.hypot(0.7)), "{value}");
         }
         assert!((f64::from(0.5_f32.portable_sin()) - 0.5_f64.sin()).abs() < 1e-7);
+    }
+
+    #[test]
+    fn whole_numbers_below_are_those_of_floor() {
+        let large = [0.0, -0.0, 0.5, -0.5, 1e9, -1e9, 3e9, -3e9, 2_147_483_647.5, -2_147_483_648.5, 1e300];
+        let odd = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -f64::MIN_POSITIVE];
+        for value in arguments().chain(large).chain(odd) {
+            assert_eq!(value.floor_to_i32(), value.floor() as i32, "{value}");
+            let value = value as f32;
+            assert_eq!(value.floor_to_i32(), value.floor() as i32, "{value}");
+        }
     }
 }

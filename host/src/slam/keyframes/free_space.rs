@@ -91,7 +91,7 @@ impl FreeSpace {
 }
 
 fn cell_of(at_m: [f32; 2]) -> [i32; 2] {
-    at_m.map(|value| (value / CELL_M).floor() as i32)
+    at_m.map(|value| (value / CELL_M).floor_to_i32())
 }
 
 fn tile_of(cell: [i32; 2]) -> ([i32; 2], usize, u64) {

@@ -1,6 +1,7 @@
 //! A recording as the optimizer holds it: scans kept every so far along the way (nodes), each with its
 //! recorded pose, its odometry and its keyframe scan. Memory grows with the way driven, not with the log.
 
+pub(crate) mod cell_index;
 pub(crate) mod free_space;
 pub(crate) mod keyframe_scan;
 pub(crate) mod passed_through;

@@ -4,13 +4,12 @@
 //! after look through its place. In another visit nobody walks there, so a trail speaks against every loop.
 //! Frame of the submap, meters.
 
-use std::collections::HashMap;
-
 use biplane_geometry::PortableMath;
 use biplane_geometry::vec2::{dot, minus};
 use biplane_matcher::{EndPoint, Placement, Pose2};
 
 use crate::slam::keyframes::Node;
+use crate::slam::keyframes::cell_index::CellIndex;
 
 /// Side of a cell in which points are looked up, meters.
 const CELL_M: f32 = 0.1;
@@ -64,8 +63,9 @@ impl Ray {
 
 /// All points of scans, found by their place.
 struct Candidates {
+    /// Cell by cell.
     all: Vec<Candidate>,
-    in_cell: HashMap<[i32; 2], Vec<usize>>,
+    cells: CellIndex,
 }
 
 /// The points of all scans at these poses, without those that other ones looked through.
@@ -76,20 +76,29 @@ pub(crate) fn standing(nodes: &[Node], poses: &[Pose2]) -> Vec<EndPoint> {
             candidates.look_along(&Ray::new(number, from_m, to_m));
         }
     }
-    candidates.all.iter().filter(|one| candidates.stands(one)).map(|one| one.point).collect()
+    let mut standing: Vec<(u32, EndPoint)> = candidates
+        .all
+        .iter()
+        .zip(candidates.cells.numbers())
+        .filter_map(|(one, &number)| candidates.stands(one).then_some((number, one.point)))
+        .collect();
+    standing.sort_unstable_by_key(|(number, _)| *number);
+    standing.into_iter().map(|(_, point)| point).collect()
 }
 
 impl Candidates {
     fn new(nodes: &[Node], poses: &[Pose2]) -> Self {
-        let (mut all, mut in_cell) = (Vec::new(), HashMap::<_, Vec<usize>>::new());
+        let mut in_order = Vec::new();
         for (node, (scan, pose)) in nodes.iter().map(|node| &node.keyframe_scan).zip(poses).enumerate() {
             let placement = Placement::new(pose);
-            for point in scan.points.iter().map(|point| point.placed(&placement)) {
-                in_cell.entry(cell_of(point.at_m)).or_default().push(all.len());
-                all.push(Candidate { point, node, passed: 0, passed_by: node });
-            }
+            in_order.extend(scan.points.iter().map(|point| (node, point.placed(&placement))));
         }
-        Self { all, in_cell }
+        let cells = CellIndex::new(in_order.iter().map(|(_, point)| cell_of(point.at_m)));
+        let candidate = |&number: &u32| {
+            let (node, point) = in_order[number as usize];
+            Candidate { point, node, passed: 0, passed_by: node }
+        };
+        Self { all: cells.numbers().iter().map(candidate).collect(), cells }
     }
 
     /// Counts the points of other scans that a beam passes through.
@@ -102,8 +111,7 @@ impl Candidates {
             if last.replace(cell) == Some(cell) {
                 continue;
             }
-            for &index in self.in_cell.get(&cell).into_iter().flatten() {
-                let one = &mut self.all[index];
+            for one in &mut self.all[self.cells.find_along(cell)] {
                 if ![one.node, one.passed_by].contains(&ray.node) && ray.passes(&one.point) {
                     one.passed_by = ray.node;
                     one.passed += 1;
@@ -121,11 +129,11 @@ impl Candidates {
         let [x, y] = cell_of(at_m);
         let around = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy)));
         let cells = around.map(|(dx, dy)| [x.saturating_add(dx), y.saturating_add(dy)]);
-        let near = cells.filter_map(|cell| self.in_cell.get(&cell)).flatten().filter(|&&index| {
-            let off_m = minus(self.all[index].point.at_m, at_m);
+        let near = cells.flat_map(|cell| &self.all[self.cells.find(cell)]).filter(|one| {
+            let off_m = minus(one.point.at_m, at_m);
             dot(off_m, off_m) < CELL_M * CELL_M
         });
-        let mut nodes: Vec<usize> = near.map(|&index| self.all[index].node).collect();
+        let mut nodes: Vec<usize> = near.map(|one| one.node).collect();
         nodes.sort_unstable();
         nodes.dedup();
         nodes.len()
@@ -133,7 +141,7 @@ impl Candidates {
 }
 
 fn cell_of(at_m: [f32; 2]) -> [i32; 2] {
-    at_m.map(|value| (value / CELL_M).floor() as i32)
+    at_m.map(|value| (value / CELL_M).floor_to_i32())
 }
 
 #[cfg(test)]

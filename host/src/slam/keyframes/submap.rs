@@ -4,6 +4,7 @@
 use std::ops::Range;
 use std::sync::OnceLock;
 
+use biplane_geometry::PortableMath;
 use biplane_matcher::{EndPoint, PointMap, Pose2, ScorePyramid};
 
 use crate::slam::keyframes::Node;
@@ -109,7 +110,7 @@ const FEW: usize = 100;
 
 /// One point a cell, in the order of the cells.
 fn thinned(points: Vec<EndPoint>) -> Vec<EndPoint> {
-    let cell = |point: &EndPoint| point.at_m.map(|value| (value / THIN_M).floor() as i32);
+    let cell = |point: &EndPoint| point.at_m.map(|value| (value / THIN_M).floor_to_i32());
     let mut keyed: Vec<([i32; 2], usize, EndPoint)> =
         points.into_iter().enumerate().map(|(index, point)| (cell(&point), index, point)).collect();
     keyed.sort_by_key(|(cell, index, point)| (*cell, !point.has_normal(), *index));

@@ -126,18 +126,31 @@ impl Knots {
         let size = self.information.nrows();
         let root = self.information.clone().cholesky()?.unpack();
         let mut inverse = DMatrix::identity(size, size);
-        root.solve_lower_triangular_mut(&mut inverse);
+        for column in 0..size {
+            // Above the diagonal it is zero.
+            let mut below = inverse.view_mut((column, column), (size - column, 1));
+            root.view((column, column), (size - column, size - column))
+                .solve_lower_triangular_mut(&mut below);
+        }
         let moves = self.moves(seen, held);
         let first = moves.first()?.clone();
         let of_node = |moves: &Moves| {
-            let mut by = DMatrix::zeros(3, size);
+            let mut by: BTreeMap<usize, Matrix3<f64>> = BTreeMap::new();
             for (of, sign) in [(moves, 1.0), (&first, -1.0)] {
                 for (knot, share) in of {
-                    let mut place = by.fixed_view_mut::<3, 3>(0, 3 * knot);
-                    place += share * sign;
+                    *by.entry(*knot).or_default() += share * sign;
                 }
             }
-            let spread = &inverse * by.transpose();
+            // Knots that it does not move with add nothing, nor does what is above the diagonal.
+            let mut spread = DMatrix::zeros(size, 3);
+            for (knot, share) in by {
+                for (column, axis) in (0..3).flat_map(|part| (0..3).map(move |axis| (part, axis))) {
+                    let at = 3 * knot + column;
+                    let mut sum = spread.column_mut(axis);
+                    let mut sum = sum.rows_mut(at, size - at);
+                    sum.axpy(share[(axis, column)], &inverse.column(at).rows(at, size - at), 1.0);
+                }
+            }
             let covariance = spread.transpose() * spread;
             covariance.fixed_view::<3, 3>(0, 0).into_owned()
         };

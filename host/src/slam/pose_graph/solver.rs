@@ -10,7 +10,7 @@
 //! two of its many factorizations. One order of sums and no instructions chosen by the processor: the same
 //! bits on every machine and any number of threads.
 
-use std::collections::BTreeSet;
+use crate::slam::pose_graph::elimination_order::{Elimination, eliminate};
 
 /// A 3 x 3 block, row by row.
 pub(crate) type Block = [f64; 9];
@@ -34,14 +34,9 @@ pub(crate) struct NonPositive;
 impl Structure {
     /// Orders `count` variables that the given pairs join.
     pub(crate) fn new(count: usize, pairs: impl Iterator<Item = (usize, usize)>) -> Self {
-        let (position, columns) = eliminate(joined(count, pairs));
-        let (mut starts, mut rows) = (vec![0], Vec::new());
-        for column in columns {
-            let first = rows.len();
-            rows.extend(column.iter().map(|&variable| position[variable as usize] as u32));
-            rows[first..].sort_unstable();
-            starts.push(rows.len());
-        }
+        let Elimination { position, starts, neighbors: mut rows } = eliminate(count, pairs);
+        rows.iter_mut().for_each(|row| *row = position[*row as usize] as u32);
+        starts.windows(2).for_each(|own| rows[own[0]..own[1]].sort_unstable());
         Self { position, starts, rows }
     }
 
@@ -62,60 +57,11 @@ impl Structure {
     }
 }
 
-/// The variables that each one is joined to, ascending, itself not among them.
-fn joined(count: usize, pairs: impl Iterator<Item = (usize, usize)>) -> Vec<Vec<u32>> {
-    let mut joined: Vec<Vec<u32>> = vec![Vec::new(); count];
-    for (one, other) in pairs.filter(|(one, other)| one != other) {
-        joined[one].push(other as u32);
-        joined[other].push(one as u32);
-    }
-    for list in &mut joined {
-        list.sort_unstable();
-        list.dedup();
-    }
-    joined
-}
-
-/// Takes out the variable of the smallest degree again and again and joins those that it was joined to.
-///
-/// Gives the position of each variable in that order, and for each position the variables that were left to
-/// join.
-fn eliminate(mut joined: Vec<Vec<u32>>) -> (Vec<usize>, Vec<Vec<u32>>) {
-    let mut queue: BTreeSet<(usize, usize)> =
-        joined.iter().enumerate().map(|(variable, list)| (list.len(), variable)).collect();
-    let mut position = vec![0; joined.len()];
-    let mut columns = Vec::with_capacity(joined.len());
-    while let Some((_, variable)) = queue.pop_first() {
-        position[variable] = columns.len();
-        let clique = std::mem::take(&mut joined[variable]);
-        for &neighbor in &clique {
-            let at = neighbor as usize;
-            queue.remove(&(joined[at].len(), at));
-            joined[at] = union_without(&joined[at], &clique, [neighbor, variable as u32]);
-            queue.insert((joined[at].len(), at));
-        }
-        columns.push(clique);
-    }
-    (position, columns)
-}
-
-/// The union of two ascending lists, without two entries.
-fn union_without(one: &[u32], other: &[u32], without: [u32; 2]) -> Vec<u32> {
-    let mut union = Vec::with_capacity(one.len() + other.len());
-    let (mut i, mut j) = (0, 0);
-    while i < one.len() || j < other.len() {
-        let next = match (one.get(i), other.get(j)) {
-            (Some(&a), Some(&b)) => a.min(b),
-            (Some(&a), None) | (None, Some(&a)) => a,
-            (None, None) => break,
-        };
-        i += usize::from(one.get(i) == Some(&next));
-        j += usize::from(other.get(j) == Some(&next));
-        if !without.contains(&next) {
-            union.push(next);
-        }
-    }
-    union
+/// The place of a block below the diagonal.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Slot {
+    at: usize,
+    is_mirrored: bool,
 }
 
 /// A system to be filled and solved.
@@ -151,12 +97,23 @@ impl<'a> System<'a> {
 
     /// Adds to the block of `row` and `column`, which the structure has, and by symmetry to its mirror.
     pub(crate) fn add_pair(&mut self, row: usize, column: usize, block: &Block) {
+        self.add_at(self.slot(row, column), block);
+    }
+
+    /// Where the block of `row` and `column` is; `None` where the structure has none.
+    pub(crate) fn slot(&self, row: usize, column: usize) -> Option<Slot> {
         let [row, column] = [row, column].map(|variable| self.structure.position[variable]);
-        let (low, high, block) =
-            if row > column { (column, row, *block) } else { (row, column, transposed(block)) };
-        let blocks = self.structure.column(low);
-        if let Ok(at) = self.structure.rows[blocks.clone()].binary_search(&(high as u32)) {
-            add_to(&mut self.below[blocks.start + at], &block);
+        let blocks = self.structure.column(row.min(column));
+        let at = self.structure.rows[blocks.clone()].binary_search(&(row.max(column) as u32)).ok()?;
+        Some(Slot { at: blocks.start + at, is_mirrored: row < column })
+    }
+
+    /// The same as [`System::add_pair`] for a block whose place is known.
+    pub(crate) fn add_at(&mut self, slot: Option<Slot>, block: &Block) {
+        match slot {
+            Some(Slot { at, is_mirrored: true }) => add_to(&mut self.below[at], &transposed(block)),
+            Some(Slot { at, is_mirrored: false }) => add_to(&mut self.below[at], block),
+            None => (),
         }
     }
 
@@ -225,50 +182,81 @@ pub(crate) struct Factor<'a> {
     below: Vec<Block>,
 }
 
+/// What is solved for at once, row by row of a variable.
+type Values<const N: usize> = [[f64; N]; 3];
+
 impl Factor<'_> {
     /// The unknowns for a right hand side, both in the order of the variables.
     pub(crate) fn solve(&self, right: &[[f64; 3]]) -> Vec<[f64; 3]> {
-        let mut ordered = vec![[0.0; 3]; right.len()];
+        let mut ordered = vec![[[0.0]; 3]; right.len()];
         for (&at, right) in self.structure.position.iter().zip(right) {
-            ordered[at] = *right;
+            ordered[at] = right.map(|value| [value]);
         }
-        self.forward(&mut ordered);
-        self.backward(&mut ordered);
-        self.structure.position.iter().map(|&at| ordered[at]).collect()
+        (0..ordered.len()).for_each(|column| self.forward(column, &mut ordered));
+        (0..ordered.len()).rev().for_each(|column| self.backward(column, &mut ordered));
+        self.structure.position.iter().map(|&at| ordered[at].map(|[value]| value)).collect()
     }
 
-    /// Solves with the lower factor, in the order of elimination.
-    fn forward(&self, values: &mut [[f64; 3]]) {
-        for (column, l) in self.diagonal.iter().enumerate() {
-            let [a, b, c] = values[column];
-            let x = a / l[0];
-            let y = (b - l[3] * x) / l[4];
-            let z = (c - l[6] * x - l[7] * y) / l[8];
-            values[column] = [x, y, z];
-            for (&row, block) in self.blocks(column) {
-                for (axis, value) in values[row as usize].iter_mut().enumerate() {
-                    *value -= block[3 * axis] * x + block[3 * axis + 1] * y + block[3 * axis + 2] * z;
+    /// The part of the inverse that two variables share: entries of each column, the first variable's first.
+    ///
+    /// Only what is eliminated after them and joined to them has a part in it.
+    pub(crate) fn inverse_of(&self, variables: [usize; 2]) -> [[f64; 6]; 6] {
+        let positions = variables.map(|variable| self.structure.position[variable]);
+        let mut path: Vec<usize> = positions
+            .iter()
+            .flat_map(|&position| {
+                let next =
+                    |at: &usize| Some(*self.structure.rows[self.structure.column(*at)].first()? as usize);
+                std::iter::successors(Some(position), next)
+            })
+            .collect();
+        path.sort_unstable();
+        path.dedup();
+        let mut values: Vec<Values<6>> = vec![[[0.0; 6]; 3]; self.structure.len()];
+        for at in 0..6 {
+            values[positions[at / 3]][at % 3][at] = 1.0;
+        }
+        path.iter().for_each(|&column| self.forward(column, &mut values));
+        path.iter().rev().for_each(|&column| self.backward(column, &mut values));
+        std::array::from_fn(|column| std::array::from_fn(|row| values[positions[row / 3]][row % 3][column]))
+    }
+
+    /// A step of solving with the lower factor, in the order of elimination.
+    fn forward<const N: usize>(&self, column: usize, values: &mut [Values<N>]) {
+        let l = &self.diagonal[column];
+        let [a, b, c] = values[column];
+        let x: [f64; N] = std::array::from_fn(|n| a[n] / l[0]);
+        let y: [f64; N] = std::array::from_fn(|n| (b[n] - l[3] * x[n]) / l[4]);
+        let z: [f64; N] = std::array::from_fn(|n| (c[n] - l[6] * x[n] - l[7] * y[n]) / l[8]);
+        values[column] = [x, y, z];
+        for (&row, block) in self.blocks(column) {
+            for (axis, value) in values[row as usize].iter_mut().enumerate() {
+                for n in 0..N {
+                    value[n] -=
+                        block[3 * axis] * x[n] + block[3 * axis + 1] * y[n] + block[3 * axis + 2] * z[n];
                 }
             }
         }
     }
 
-    /// Solves with the transposed factor, in the reverse order.
-    fn backward(&self, values: &mut [[f64; 3]]) {
-        for (column, l) in self.diagonal.iter().enumerate().rev() {
-            let mut sum = values[column];
-            for (&row, block) in self.blocks(column) {
-                let known = values[row as usize];
-                for (axis, value) in sum.iter_mut().enumerate() {
-                    *value -=
-                        block[axis] * known[0] + block[3 + axis] * known[1] + block[6 + axis] * known[2];
+    /// A step of solving with the transposed factor, in the reverse order.
+    fn backward<const N: usize>(&self, column: usize, values: &mut [Values<N>]) {
+        let l = &self.diagonal[column];
+        let mut sum = values[column];
+        for (&row, block) in self.blocks(column) {
+            let known = values[row as usize];
+            for (axis, value) in sum.iter_mut().enumerate() {
+                for n in 0..N {
+                    value[n] -= block[axis] * known[0][n]
+                        + block[3 + axis] * known[1][n]
+                        + block[6 + axis] * known[2][n];
                 }
             }
-            let z = sum[2] / l[8];
-            let y = (sum[1] - l[7] * z) / l[4];
-            let x = (sum[0] - l[3] * y - l[6] * z) / l[0];
-            values[column] = [x, y, z];
         }
+        let z: [f64; N] = std::array::from_fn(|n| sum[2][n] / l[8]);
+        let y: [f64; N] = std::array::from_fn(|n| (sum[1][n] - l[7] * z[n]) / l[4]);
+        let x: [f64; N] = std::array::from_fn(|n| (sum[0][n] - l[3] * y[n] - l[6] * z[n]) / l[0]);
+        values[column] = [x, y, z];
     }
 
     /// The blocks below the diagonal of a column, each with its row.

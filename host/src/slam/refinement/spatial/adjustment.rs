@@ -6,9 +6,9 @@ use crate::slam::refinement::spatial::floor_hits::FloorHits;
 use crate::slam::refinement::spatial::knots::{Attitude, Knots, State};
 use crate::slam::refinement::spatial::motion::inertial::{Biases, Inertial};
 use crate::slam::refinement::spatial::motion::wheels::Wheels;
-use crate::slam::refinement::spatial::normal_equations::{
-    Assembly, Group, Layout, Row, by_state, let_share_errors, robust,
-};
+use crate::slam::refinement::spatial::normal_equations::groups::{Group, let_share_errors};
+use crate::slam::refinement::spatial::normal_equations::rows::Rows;
+use crate::slam::refinement::spatial::normal_equations::{Assembly, Layout, by_state, robust};
 use crate::slam::refinement::spatial::params::SpatialParams;
 use crate::slam::refinement::spatial::surfaces::{Search, Surface, Surfaces};
 use biplane_geometry::PortableMath;
@@ -98,12 +98,11 @@ impl Problem<'_> {
             .collect()
     }
 
-    /// The planes that these hits lie on, for poses as they are.
-    pub(crate) fn surfaces(&self, knots: &Knots, span: Span, round: &Round) -> Surfaces {
-        let chosen = self.chosen(span, round.thinning, false);
+    /// The planes that these hits lie on, for poses as they are, and the plane of each of the hits.
+    fn surfaces(&self, chosen: &[usize], knots: &Knots, search: &Search) -> (Surfaces, Vec<Option<u32>>) {
         let points: Vec<Point> =
             chosen.par_iter().map(|&number| self.point(knots, &self.hits[number])).collect();
-        Surfaces::find(&points, &round.search)
+        Surfaces::find(&points, search)
     }
 
     /// One round; `None` when nothing could be solved.
@@ -117,35 +116,37 @@ impl Problem<'_> {
 
     fn prepare(&self, knots: &Knots, span: Span, round: &Round) -> Prepared {
         let chosen = self.chosen(span, round.thinning, false);
-        let points: Vec<Point> =
-            chosen.par_iter().map(|&number| self.point(knots, &self.hits[number])).collect();
-        let surfaces = Surfaces::find(&points, &round.search);
-        let planes: Vec<Option<u32>> = points.par_iter().map(|point| surfaces.of(point)).collect();
-        let seen = chosen
-            .iter()
-            .zip(planes)
-            .filter_map(|(&hit, plane)| Some(Seen { hit: hit as u32, plane: plane? }))
-            .collect();
-        Prepared { planes: surfaces.list, seen, biases: Biases::default(), assembly: None }
+        let (surfaces, planes) = self.surfaces(&chosen, knots, &round.search);
+        let seen = chosen.iter().zip(planes);
+        let mut seen: Vec<Seen> =
+            seen.filter_map(|(&hit, plane)| Some(Seen { hit: hit as u32, plane: plane? })).collect();
+        let knot_of = |seen: &Seen| self.hits[seen.hit as usize].knot;
+        for of_knot in seen.chunk_by_mut(|one, other| knot_of(one) == knot_of(other)) {
+            of_knot.sort_unstable_by_key(|seen| (seen.plane, seen.hit));
+        }
+        let (mut groups, mut ends, mut end) = (Vec::new(), vec![0], 0);
+        for of_group in seen.chunk_by(|one, other| (knot_of(one), one.plane) == (knot_of(other), other.plane))
+        {
+            let knot = knot_of(&of_group[0]) as usize;
+            let is_fixed = knot + 1 < span.first_free;
+            groups.push(Group::new(knot - span.first, of_group[0].plane as usize, is_fixed));
+            end += of_group.len();
+            ends.push(end);
+        }
+        let planes = surfaces.list;
+        Prepared { planes, seen, ends, groups, biases: Biases::default(), assembly: None }
     }
 
-    /// The parts of the system for the poses as they are.
-    fn parts(
-        &self,
-        prepared: &Prepared,
-        knots: &Knots,
-        span: Span,
-        round: &Round,
-    ) -> (Layout, Vec<Group>, Vec<Row>) {
+    /// The parts of the system for the poses as they are; what beams say is left with what is prepared.
+    fn parts(&self, prepared: &mut Prepared, knots: &Knots, span: Span, round: &Round) -> (Layout, Rows) {
         let layout = Layout {
             knots: span.end - span.first,
             planes: prepared.planes.len(),
             extras: if self.inertial.is_some() { prepared.biases.len() } else { 0 },
             first_free: span.first_free - span.first,
         };
-        let kernel_m = 0.5 * round.search.gate_m;
-        let groups = self.groups(&prepared.seen, &prepared.planes, knots, span, kernel_m);
-        let mut rows = Vec::new();
+        self.look_at_all(prepared, knots, 0.5 * round.search.gate_m);
+        let mut rows = Rows::default();
         self.wheels.rows(knots, span.first, layout, &self.params.motion, &mut rows);
         if let Some(inertial) = self.inertial {
             inertial.rows(knots, span.first, layout, &prepared.biases, &mut rows);
@@ -157,15 +158,14 @@ impl Problem<'_> {
         if span.first_free == 0 {
             start(layout, &knots.states[0], &self.anchor, &mut rows);
         }
-        (layout, groups, rows)
+        (layout, rows)
     }
 
     fn step(&self, prepared: &mut Prepared, knots: &mut Knots, span: Span, round: &Round) -> Option<()> {
-        let (layout, groups, rows) = self.parts(prepared, knots, span, round);
-        let is_line = prepared.planes.iter().map(|plane| plane.is_line).collect();
-        let assembly =
-            prepared.assembly.get_or_insert_with(|| Assembly::new(layout, is_line, &groups, &rows));
-        let steps = assembly.solve(&groups, &rows)?;
+        let (layout, rows) = self.parts(prepared, knots, span, round);
+        let Prepared { planes, groups, assembly, .. } = &mut *prepared;
+        let assembly = assembly.get_or_insert_with(|| assembled(layout, planes, groups, &rows));
+        let steps = assembly.solve(groups, &rows)?;
         for (state, step) in knots.states[span.first..span.end].iter_mut().zip(&steps.knots) {
             for part in 0..6 {
                 let limit = if part == 3 || part == 4 { MAX_TILT_STEP_RAD } else { f64::INFINITY };
@@ -189,10 +189,10 @@ impl Problem<'_> {
         round: &Round,
         at: &[usize],
     ) -> Option<Vec<[[f64; 6]; 6]>> {
-        let prepared = self.prepare(knots, span, round);
-        let (layout, groups, rows) = self.parts(&prepared, knots, span, round);
-        let is_line = prepared.planes.iter().map(|plane| plane.is_line).collect();
-        Assembly::new(layout, is_line, &groups, &rows).covariances(&groups, &rows, at)
+        let mut prepared = self.prepare(knots, span, round);
+        let (layout, rows) = self.parts(&mut prepared, knots, span, round);
+        let Prepared { planes, groups, .. } = &prepared;
+        assembled(layout, planes, groups, &rows).covariances(groups, &rows, at)
     }
 
     /// The same with other parameters.
@@ -211,33 +211,16 @@ impl Problem<'_> {
     }
 
     /// What the beams say, by knot and plane.
-    fn groups(
-        &self,
-        seen: &[Seen],
-        planes: &[Surface],
-        knots: &Knots,
-        span: Span,
-        kernel_m: f64,
-    ) -> Vec<Group> {
-        let knot_of = |seen: &Seen| self.hits[seen.hit as usize].knot;
-        let of_knot = |knot: usize| {
-            let first = seen.partition_point(|seen| (knot_of(seen) as usize) < knot);
-            let mut groups: Vec<Group> = Vec::new();
-            for seen in seen[first..].iter().take_while(|seen| knot_of(seen) as usize == knot) {
-                let plane = seen.plane as usize;
-                let at = groups.iter().position(|group| group.plane == plane).unwrap_or_else(|| {
-                    groups.push(Group::new(knot - span.first, plane));
-                    groups.len() - 1
-                });
-                self.look(&self.hits[seen.hit as usize], &planes[plane], knots, kernel_m, &mut groups[at]);
+    fn look_at_all(&self, prepared: &mut Prepared, knots: &Knots, kernel_m: f64) {
+        let Prepared { planes, seen, ends, groups, .. } = prepared;
+        groups.par_iter_mut().zip(ends.par_windows(2)).for_each(|(group, own)| {
+            group.clear();
+            let plane = &planes[group.plane];
+            for seen in &seen[own[0]..own[1]] {
+                self.look(&self.hits[seen.hit as usize], plane, knots, kernel_m, group);
             }
-            groups.sort_by_key(|group| group.plane);
-            groups
-        };
-        let all: Vec<Vec<Group>> = (span.first..span.end - 1).into_par_iter().map(of_knot).collect();
-        let mut groups: Vec<Group> = all.into_iter().flatten().collect();
-        let_share_errors(&mut groups, planes.len());
-        groups
+        });
+        let_share_errors(groups, planes.len());
     }
 
     fn look(&self, hit: &BeamHit, plane: &Surface, knots: &Knots, kernel_m: f64, group: &mut Group) {
@@ -250,15 +233,19 @@ impl Problem<'_> {
         let across = dot(plane.normal, along);
         let sigma_m = (self.params.sigma_range_m * across).portable_hypot(self.params.sigma_surface_m);
         let weight = robust(residual, f64::max(KERNEL * sigma_m, kernel_m)) / (sigma_m * sigma_m);
+        let away: [f64; 3] = std::array::from_fn(|axis| place[axis] - plane.middle_m[axis]);
+        let of_plane = [dot(plane.tangents[0], away), dot(plane.tangents[1], away), -1.0];
+        if group.is_fixed {
+            return group.add_fixed(&of_plane, residual, weight);
+        }
         let [flat, tilt] = by_state(&attitude, turned, plane.normal);
         let share = f64::from(hit.share);
-        let away: [f64; 3] = std::array::from_fn(|axis| place[axis] - plane.middle_m[axis]);
         let row = [
             flat.map(|v| (1.0 - share) * v),
             tilt.map(|v| (1.0 - share) * v),
             flat.map(|v| share * v),
             tilt.map(|v| share * v),
-            [dot(plane.tangents[0], away), dot(plane.tangents[1], away), -1.0],
+            of_plane,
         ];
         group.add(&row, residual, weight);
     }
@@ -267,7 +254,7 @@ impl Problem<'_> {
     /// knots that `is_sloped` marks.
     pub(crate) fn held_out(&self, knots: &Knots, round: &Round, is_sloped: &[bool]) -> HeldOut {
         let span = Span { first: 0, first_free: 0, end: knots.states.len() };
-        let surfaces = self.surfaces(knots, span, round);
+        let (surfaces, _) = self.surfaces(&self.chosen(span, round.thinning, false), knots, &round.search);
         let cost = |&number: &usize| {
             let hit = &self.hits[number];
             let plane = &surfaces.list[surfaces.of(&self.point(knots, hit))? as usize];
@@ -320,34 +307,40 @@ const CAP: f64 = 9.0;
 /// Planes, and which hits lie on them.
 struct Prepared {
     planes: Vec<Surface>,
+    /// By knot and plane.
     seen: Vec<Seen>,
+    /// Where the hits of each group end; a zero first.
+    ends: Vec<usize>,
+    groups: Vec<Group>,
     biases: Biases,
     assembly: Option<Assembly>,
 }
 
+fn assembled(layout: Layout, planes: &[Surface], groups: &[Group], rows: &Rows) -> Assembly {
+    let is_line: Vec<bool> = planes.iter().map(|plane| plane.is_line).collect();
+    Assembly::new(layout, &is_line, groups, rows)
+}
+
 /// Walls are upright.
-fn upright(planes: &[Surface], layout: Layout, sigma_rad: f64, rows: &mut Vec<Row>) {
+fn upright(planes: &[Surface], layout: Layout, sigma_rad: f64, rows: &mut Rows) {
     for (number, plane) in planes.iter().enumerate().filter(|(_, plane)| !plane.is_line) {
         let leans = plane.normal[2];
         if leans.abs() < NEAR_UPRIGHT {
-            rows.push(Row {
-                parts: vec![(layout.plane(number), [plane.tangents[0][2], plane.tangents[1][2], 0.0])],
-                residual: leans,
-                weight: robust(leans, KERNEL * sigma_rad) / (sigma_rad * sigma_rad),
-            });
+            let part = (layout.plane(number), [plane.tangents[0][2], plane.tangents[1][2], 0.0]);
+            rows.push(&[part], leans, robust(leans, KERNEL * sigma_rad) / (sigma_rad * sigma_rad));
         }
     }
 }
 
 /// The first knot stays, and stands level.
-fn start(layout: Layout, state: &State, anchor: &State, rows: &mut Vec<Row>) {
+fn start(layout: Layout, state: &State, anchor: &State, rows: &mut Rows) {
     let flat = [(0, START_M), (1, START_M), (5, START_RAD)];
     let tilt = [(2, START_M), (3, LEVEL_RAD), (4, LEVEL_RAD)];
     for (variable, parts) in [(layout.flat(0), flat), (layout.tilt(0), tilt)] {
         for (axis, (part, sigma)) in parts.into_iter().enumerate() {
             let direction = std::array::from_fn(|at| f64::from(u8::from(at == axis)));
             let residual = state[part] - anchor[part];
-            rows.push(Row { parts: vec![(variable, direction)], residual, weight: sigma.powi(-2) });
+            rows.push(&[(variable, direction)], residual, sigma.powi(-2));
         }
     }
 }

@@ -7,7 +7,8 @@
 use crate::slam::refinement::spatial::knots::{Knots, State};
 use crate::slam::refinement::spatial::motion::inertial_samples::InertialSample;
 use crate::slam::refinement::spatial::motion::wheels::Wheels;
-use crate::slam::refinement::spatial::normal_equations::{Layout, Row, robust};
+use crate::slam::refinement::spatial::normal_equations::rows::Rows;
+use crate::slam::refinement::spatial::normal_equations::{Layout, robust};
 use biplane_geometry::PortableMath;
 
 /// Samples between two knots, at least.
@@ -122,14 +123,7 @@ impl Inertial {
     }
 
     /// What it says of the knots `first..first + layout.knots`.
-    pub(crate) fn rows(
-        &self,
-        knots: &Knots,
-        first: usize,
-        layout: Layout,
-        biases: &Biases,
-        rows: &mut Vec<Row>,
-    ) {
+    pub(crate) fn rows(&self, knots: &Knots, first: usize, layout: Layout, biases: &Biases, rows: &mut Rows) {
         let step_s = knots.step_s();
         for knot in 0..layout.knots - 1 {
             let Some(turn) = self.turns[first + knot] else { continue };
@@ -142,11 +136,8 @@ impl Inertial {
                 let sigma = (TURN_RAD * step_s.sqrt()).portable_hypot(TURN_SHARE * turn[axis]);
                 let [mut back, mut ahead, mut bias] = [[0.0; 3]; 3];
                 (back[at], ahead[at], bias[axis]) = (-1.0, 1.0, step_s);
-                rows.push(Row {
-                    parts: vec![(one[axis], back), (one[axis] + 2, ahead), (layout.extra(0), bias)],
-                    residual: b[part] - a[part] - steps[axis],
-                    weight: sigma.powi(-2),
-                });
+                let parts = [(one[axis], back), (one[axis] + 2, ahead), (layout.extra(0), bias)];
+                rows.push(&parts, b[part] - a[part] - steps[axis], sigma.powi(-2));
             }
         }
         let end = first + layout.knots;
@@ -157,8 +148,7 @@ impl Inertial {
             for axis in 0..3 {
                 let mut direction = [0.0; 3];
                 direction[axis] = 1.0;
-                let parts = vec![(layout.extra(extra), direction)];
-                rows.push(Row { parts, residual: biases[extra][axis], weight: sigma.powi(-2) });
+                rows.push(&[(layout.extra(extra), direction)], biases[extra][axis], sigma.powi(-2));
             }
         }
     }
@@ -170,23 +160,23 @@ impl Inertial {
         first: usize,
         layout: Layout,
         biases: &Biases,
-        rows: &mut Vec<Row>,
+        rows: &mut Rows,
     ) {
         for part in 0..2 {
-            let (mut parts, mut mean_rad) = (Vec::with_capacity(SPAN + 2), 0.0);
+            let (mut parts, mut mean_rad) = ([(0, [0.0; 3]); SPAN + 2], 0.0);
             for knot in 0..=SPAN {
                 let share = if knot == 0 || knot == SPAN { 0.5 } else { 1.0 } / SPAN as f64;
                 let mut direction = [0.0; 3];
                 direction[1 + part] = share;
                 mean_rad += share * knots.states[up.first + knot][3 + part];
-                parts.push((layout.tilt(up.first + knot - first), direction));
+                parts[knot] = (layout.tilt(up.first + knot - first), direction);
             }
             let mut bias = [0.0; 3];
             bias[part] = 1.0;
-            parts.push((layout.extra(1), bias));
+            parts[SPAN + 1] = (layout.extra(1), bias);
             let residual = mean_rad + biases[1][part] - up.tilt_rad[part];
             let sigma = up.sigma_rad[part];
-            rows.push(Row { parts, residual, weight: robust(residual, UP_KERNEL * sigma) / (sigma * sigma) });
+            rows.push(&parts, residual, robust(residual, UP_KERNEL * sigma) / (sigma * sigma));
         }
     }
 }

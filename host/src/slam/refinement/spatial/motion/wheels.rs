@@ -5,7 +5,8 @@
 
 use crate::recordings::deskew::Trajectory;
 use crate::slam::refinement::spatial::knots::{Attitude, Knots, State};
-use crate::slam::refinement::spatial::normal_equations::{Layout, Row, robust};
+use crate::slam::refinement::spatial::normal_equations::rows::{Part, Rows};
+use crate::slam::refinement::spatial::normal_equations::{Layout, robust};
 use crate::slam::refinement::spatial::params::MotionSigmas;
 use biplane_geometry::PortableMath;
 use biplane_geometry::vec3::{dot, minus};
@@ -158,44 +159,33 @@ impl Wheels {
         first: usize,
         layout: Layout,
         sigmas: &MotionSigmas,
-        rows: &mut Vec<Row>,
+        rows: &mut Rows,
     ) {
         for knot in 0..layout.knots - 1 {
             let (a, b) = (&knots.states[first + knot], &knots.states[first + knot + 1]);
             let step = self.steps[first + knot];
-            let mut push = |row: Row| rows.push(row);
-            motion(a, b, step, knot, layout, sigmas, &mut push);
+            motion(a, b, step, knot, layout, sigmas, rows);
             let dt_s = knots.step_s();
             let stands = step.is_some_and(Step::stands);
             let turn = step.unwrap_or_default().turn_rad;
             let noise = if stands { 0.0 } else { sigmas.turn_rad * dt_s.sqrt() };
             let sigma = (noise.powi(2) + (sigmas.turn_share * turn).powi(2) + ROUNDED_RAD.powi(2)).sqrt();
             if step.is_some() {
-                let [one, other] = [layout.flat(knot), layout.flat(knot + 1)];
-                push(between([one, other], 2, b[5] - a[5] - turn, sigma));
+                let both = between([layout.flat(knot), layout.flat(knot + 1)], 2);
+                rows.push(&both, b[5] - a[5] - turn, 1.0 / (sigma * sigma));
             }
             let walk = if stands { 0.02 * sigmas.tilt_rad } else { sigmas.tilt_rad } * dt_s.sqrt();
-            let [one, other] = [layout.tilt(knot), layout.tilt(knot + 1)];
-            push(between([one, other], 1, b[3] - a[3], walk));
+            let tilts = [layout.tilt(knot), layout.tilt(knot + 1)];
+            rows.push(&between(tilts, 1), b[3] - a[3], 1.0 / (walk * walk));
             // Ground bends rarely and then at once.
             let bend_rad = b[4] - a[4];
             let bend = if stands { walk } else { sigmas.bend_rad };
-            let mut row = between([one, other], 2, bend_rad, bend);
-            row.weight *= robust(bend_rad, BEND_KERNEL * bend);
-            push(row);
-            let upright = Row {
-                parts: vec![(layout.tilt(knot), [0.0, 1.0, 0.0])],
-                residual: a[3],
-                weight: sigmas.roll_rad.powi(-2),
-            };
-            push(upright);
+            let weight = 1.0 / (bend * bend) * robust(bend_rad, BEND_KERNEL * bend);
+            rows.push(&between(tilts, 2), bend_rad, weight);
+            rows.push(&[(layout.tilt(knot), [0.0, 1.0, 0.0])], a[3], sigmas.roll_rad.powi(-2));
             let kernel = robust(a[4], LEVEL_KERNEL * sigmas.level_rad);
-            let level = Row {
-                parts: vec![(layout.tilt(knot), [0.0, 0.0, 1.0])],
-                residual: a[4],
-                weight: kernel / sigmas.level_rad.powi(2),
-            };
-            push(level);
+            let level = [(layout.tilt(knot), [0.0, 0.0, 1.0])];
+            rows.push(&level, a[4], kernel / sigmas.level_rad.powi(2));
         }
     }
 }
@@ -208,7 +198,7 @@ fn motion(
     knot: usize,
     layout: Layout,
     sigmas: &MotionSigmas,
-    push: &mut dyn FnMut(Row),
+    rows: &mut Rows,
 ) {
     let counted = step.unwrap_or_default();
     let middle: State = std::array::from_fn(|part| 0.5 * (a[part] + b[part]));
@@ -227,24 +217,20 @@ fn motion(
         let kernel = if axis == 0 { robust(residual, SLIP_KERNEL * sigma_m) } else { 1.0 };
         let [roll, pitch, yaw] = attitude.derivatives(direction).map(|turned| 0.5 * dot(turned, moved));
         let [x, y, z] = direction;
-        push(Row {
-            parts: vec![
-                (layout.flat(knot), [-x, -y, yaw]),
-                (layout.tilt(knot), [-z, roll, pitch]),
-                (layout.flat(knot + 1), [x, y, yaw]),
-                (layout.tilt(knot + 1), [z, roll, pitch]),
-            ],
-            residual,
-            weight: kernel / (sigma_m * sigma_m),
-        });
+        let parts = [
+            (layout.flat(knot), [-x, -y, yaw]),
+            (layout.tilt(knot), [-z, roll, pitch]),
+            (layout.flat(knot + 1), [x, y, yaw]),
+            (layout.tilt(knot + 1), [z, roll, pitch]),
+        ];
+        rows.push(&parts, residual, kernel / (sigma_m * sigma_m));
     }
 }
 
 /// The difference of one part of two variables.
-fn between(variables: [usize; 2], axis: usize, residual: f64, sigma: f64) -> Row {
+fn between(variables: [usize; 2], axis: usize) -> [Part; 2] {
     let part = |sign: f64| std::array::from_fn(|at| if at == axis { sign } else { 0.0 });
-    let parts = vec![(variables[0], part(-1.0)), (variables[1], part(1.0))];
-    Row { parts, residual, weight: 1.0 / (sigma * sigma) }
+    [(variables[0], part(-1.0)), (variables[1], part(1.0))]
 }
 
 /// Slopes of value = slopes . of, robustly, with what is known beforehand.

@@ -4,12 +4,18 @@
 //! in one plane. What only the horizontal laser saw is a line, of which nobody knows how it leans: its
 //! plane is upright. Near-level planes may be cut into pieces of the way. Frame `map`, meters.
 
+mod voxels;
+
 use biplane_geometry::PortableMath;
 use std::collections::BTreeMap;
 
 use crate::slam::refinement::spatial::beams::{Laser, Point};
+use crate::slam::refinement::spatial::surfaces::voxels::{
+    Key, VoxelMap, around, cell, key, key_of, ordered, runs,
+};
 use biplane_geometry::vec3::{cross, dot, minus, norm, plus, unit};
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
+use rayon::prelude::*;
 
 /// How planes are sought.
 #[derive(Clone, Copy, Debug)]
@@ -81,15 +87,15 @@ enum Region {
     Pieces(BTreeMap<u32, u32>),
 }
 
-type Cells = BTreeMap<[i32; 3], Vec<u32>>;
-
 /// Planes, and where to look for them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Surfaces {
     pub list: Vec<Surface>,
     regions: Vec<Region>,
-    cells: Cells,
-    line_cells: Cells,
+    /// The regions around each voxel.
+    cells: VoxelMap,
+    /// The planes of lines around each.
+    line_cells: VoxelMap,
     voxel_m: f64,
     gate_m: f64,
 }
@@ -129,7 +135,7 @@ impl Moments {
 /// A flat voxel.
 #[derive(Clone, Debug)]
 struct Patch {
-    key: [i32; 3],
+    key: Key,
     points: std::ops::Range<usize>,
     normal: [f64; 3],
     middle_m: [f64; 3],
@@ -137,23 +143,29 @@ struct Patch {
 }
 
 impl Surfaces {
-    /// Seeks planes in points.
-    pub(crate) fn find(points: &[Point], search: &Search) -> Self {
+    /// Seeks planes in points; and the plane that each of the points belongs to.
+    pub(crate) fn find(points: &[Point], search: &Search) -> (Self, Vec<Option<u32>>) {
         let mut found = Self { voxel_m: search.voxel_m, gate_m: search.gate_m, ..Self::default() };
-        let vertical = by_voxel(points, |point| {
-            (point.laser == Laser::Vertical).then(|| key_of(point.at_m, search.voxel_m))
-        });
+        let numbered = (0..).zip(points).filter(|(_, point)| point.laser == Laser::Vertical);
+        let vertical =
+            ordered(numbered.map(|(number, point)| (key_of(point.at_m, search.voxel_m), number)).collect());
         let mut patches = flat_voxels(points, &vertical, search);
         let count = grow(&mut patches, search);
         found.regions_of(points, &vertical, &patches, count, search);
-        found.lines(points, search);
-        found
+        let mut planes: Vec<Option<u32>> = points.par_iter().map(|point| found.plane_of(point)).collect();
+        found.lines(points, &planes, search);
+        points.par_iter().zip(&mut planes).for_each(|(point, plane)| {
+            if plane.is_none() && point.laser == Laser::Horizontal {
+                *plane = found.line_of(point);
+            }
+        });
+        (found, planes)
     }
 
     fn regions_of(
         &mut self,
         points: &[Point],
-        order: &[([i32; 3], u32)],
+        order: &[(Key, u32)],
         patches: &[Patch],
         count: usize,
         search: &Search,
@@ -197,17 +209,14 @@ impl Surfaces {
         Some(self.list.len() as u32 - 1)
     }
 
-    /// Upright planes of what only the horizontal laser saw.
-    fn lines(&mut self, points: &[Point], search: &Search) {
-        let flat = |point: &Point| {
-            let [x, y, z] = point.at_m;
-            [cell(x, search.voxel_m), cell(y, search.voxel_m), cell(z, SLAB_M)]
-        };
-        let order = by_voxel(points, |point| {
-            (point.laser == Laser::Horizontal && self.plane_of(point).is_none()).then(|| flat(point))
+    /// Upright planes of what only the horizontal laser saw: what belongs to no other plane.
+    fn lines(&mut self, points: &[Point], planes: &[Option<u32>], search: &Search) {
+        let alone = (0..).zip(points.iter().zip(planes)).filter_map(|(number, (point, plane))| {
+            (point.laser == Laser::Horizontal && plane.is_none()).then(|| (self.slab_of(point), number))
         });
+        let order = ordered(alone.collect());
         let mut patches = Vec::new();
-        for points_of in groups(&order) {
+        for points_of in runs(&order) {
             let (moments, origin_m) = moments_of(points, &order[points_of.clone()], true);
             let (variances, axes) = moments.spread();
             // Heights are left out, so the smallest variance is that of z: nothing.
@@ -223,7 +232,7 @@ impl Surfaces {
         let count = grow(&mut patches, search);
         for of_region in members(&patches, count) {
             let which = of_region.iter().flat_map(|&at| order[patches[at].points.clone()].iter().copied());
-            let which: Vec<([i32; 3], u32)> = which.collect();
+            let which: Vec<(Key, u32)> = which.collect();
             if (which.len() as f64) < 0.5 * SURFACE_POINTS {
                 continue;
             }
@@ -242,18 +251,26 @@ impl Surfaces {
         if plane.is_some() || point.laser == Laser::Vertical {
             return plane;
         }
-        let [x, y, z] = point.at_m;
-        let key = [cell(x, self.voxel_m), cell(y, self.voxel_m), cell(z, SLAB_M)];
-        self.nearest(self.line_cells.get(&key)?.iter().copied(), point)
+        self.line_of(point)
     }
 
     fn plane_of(&self, point: &Point) -> Option<u32> {
-        let regions = self.cells.get(&key_of(point.at_m, self.voxel_m))?;
-        let planes = regions.iter().filter_map(|&region| match &self.regions[region as usize] {
+        let regions = self.cells.get(key_of(point.at_m, self.voxel_m));
+        let planes = regions.filter_map(|region| match &self.regions[region as usize] {
             Region::Whole(plane) => *plane,
             Region::Pieces(pieces) => pieces.get(&point.piece).copied(),
         });
         self.nearest(planes, point)
+    }
+
+    /// The plane of a line that a point of the horizontal laser belongs to.
+    fn line_of(&self, point: &Point) -> Option<u32> {
+        self.nearest(self.line_cells.get(self.slab_of(point)), point)
+    }
+
+    fn slab_of(&self, point: &Point) -> Key {
+        let [x, y, z] = point.at_m;
+        key([cell(x, self.voxel_m), cell(y, self.voxel_m), cell(z, SLAB_M)])
     }
 
     fn nearest(&self, planes: impl Iterator<Item = u32>, point: &Point) -> Option<u32> {
@@ -278,49 +295,11 @@ fn members(patches: &[Patch], count: usize) -> Vec<Vec<usize>> {
 }
 
 /// Lets the cells around some find a region or plane.
-fn register(cells: &mut Cells, keys: impl Iterator<Item = [i32; 3]>, number: u32) {
-    for neighbor in keys.flat_map(around) {
-        let list = cells.entry(neighbor).or_default();
-        if list.last() != Some(&number) {
-            list.push(number);
-        }
-    }
+fn register(cells: &mut VoxelMap, keys: impl Iterator<Item = Key>, number: u32) {
+    keys.flat_map(around).for_each(|neighbor| cells.push(neighbor, number));
 }
 
-fn cell(at_m: f64, side_m: f64) -> i32 {
-    (at_m / side_m).floor() as i32
-}
-
-fn key_of(at_m: [f64; 3], side_m: f64) -> [i32; 3] {
-    at_m.map(|v| cell(v, side_m))
-}
-
-fn around([x, y, z]: [i32; 3]) -> impl Iterator<Item = [i32; 3]> {
-    (0..27).map(move |at| [x + at / 9 - 1, y + at / 3 % 3 - 1, z + at % 3 - 1])
-}
-
-/// Points with their voxels, in the order of these.
-fn by_voxel(points: &[Point], key: impl Fn(&Point) -> Option<[i32; 3]>) -> Vec<([i32; 3], u32)> {
-    let mut order: Vec<([i32; 3], u32)> =
-        points.iter().enumerate().filter_map(|(number, point)| Some((key(point)?, number as u32))).collect();
-    order.sort_unstable();
-    order
-}
-
-/// The runs of one voxel's points.
-fn groups(order: &[([i32; 3], u32)]) -> Vec<std::ops::Range<usize>> {
-    let mut groups = Vec::new();
-    let mut start = 0;
-    for at in 1..=order.len() {
-        if at == order.len() || order[at].0 != order[start].0 {
-            groups.push(start..at);
-            start = at;
-        }
-    }
-    groups
-}
-
-fn moments_of(points: &[Point], which: &[([i32; 3], u32)], flat: bool) -> (Moments, [f64; 3]) {
+fn moments_of(points: &[Point], which: &[(Key, u32)], flat: bool) -> (Moments, [f64; 3]) {
     let origin_m = which.first().map_or([0.0; 3], |(_, at)| points[*at as usize].at_m);
     let mut moments = Moments::default();
     for (_, at) in which {
@@ -333,9 +312,9 @@ fn moments_of(points: &[Point], which: &[([i32; 3], u32)], flat: bool) -> (Momen
     (moments, origin_m)
 }
 
-fn flat_voxels(points: &[Point], order: &[([i32; 3], u32)], search: &Search) -> Vec<Patch> {
+fn flat_voxels(points: &[Point], order: &[(Key, u32)], search: &Search) -> Vec<Patch> {
     let mut patches = Vec::new();
-    for points_of in groups(order) {
+    for points_of in runs(order) {
         if points_of.len() < VOXEL_POINTS {
             continue;
         }
@@ -353,8 +332,8 @@ fn flat_voxels(points: &[Point], order: &[([i32; 3], u32)], search: &Search) -> 
 
 /// Joins patches that go on in one plane, beginning with the fullest; gives the number of regions.
 fn grow(patches: &mut [Patch], search: &Search) -> usize {
-    let index: BTreeMap<[i32; 3], usize> =
-        patches.iter().enumerate().map(|(number, patch)| (patch.key, number)).collect();
+    let mut index = VoxelMap::default();
+    (0..).zip(patches.iter()).for_each(|(number, patch)| index.push(patch.key, number));
     let mut seeds: Vec<usize> = (0..patches.len()).collect();
     seeds.sort_by_key(|&number| (std::cmp::Reverse(patches[number].points.len()), number));
     let (mut count, cosine) = (0, search.angle_rad.portable_cos());
@@ -371,7 +350,7 @@ fn grow(patches: &mut [Patch], search: &Search) -> usize {
         let mut open = std::collections::VecDeque::from([seed]);
         while let Some(at) = open.pop_front() {
             for neighbor in around(patches[at].key) {
-                let Some(&other) = index.get(&neighbor) else { continue };
+                let Some(other) = index.get(neighbor).next().map(|other| other as usize) else { continue };
                 let patch = &patches[other];
                 let turn = dot(patch.normal, normal);
                 let step_m = dot(normal, minus(patch.middle_m, middle_m)).abs();

@@ -4,23 +4,18 @@
 //! Not all that stands beside the later track is ground: a robot drives through doors, close to their
 //! frames. Ground is a line right across the way, and nothing is seen through it.
 
+mod passing;
+
 use biplane_geometry::PortableMath;
 use std::collections::BTreeMap;
 
 use crate::slam::refinement::spatial::beams::{BeamHit, Laser};
-use crate::slam::refinement::spatial::knots::{Attitude, Knots, placed};
-use crate::slam::refinement::spatial::normal_equations::{Layout, Row, by_state, robust};
+use crate::slam::refinement::spatial::floor_hits::passing::{AHEAD_M, ASIDE_M, Passed, Passing};
+use crate::slam::refinement::spatial::knots::{Attitude, Knots};
+use crate::slam::refinement::spatial::normal_equations::rows::Rows;
+use crate::slam::refinement::spatial::normal_equations::{Layout, by_state, robust};
 use biplane_geometry::vec3::{dot, minus};
 
-/// So near the track a return is over ground that the robot drives over, meters.
-const ASIDE_M: f64 = 0.5;
-/// The robot passes there after so much way, meters: nearer returns are the robot's own, and over a longer
-/// way the odometry drifts off.
-const AHEAD_M: [f64; 2] = [0.4, 10.0];
-/// Returns over the later track are no walls up to so far ahead, meters: what is seen along a slope lies far.
-const FAR_AHEAD_M: f64 = 40.0;
-/// Of the track a place every so often is looked at, meters: where the robot stands or turns, one is enough.
-const TRACK_STEP_M: f64 = 0.02;
 /// Returns of the same scan this close along the track are the same ground, up to so far aside, meters.
 const SAME_WAY_M: f64 = 0.5;
 const SAME_WAY_SHARE: f64 = 0.15;
@@ -60,80 +55,6 @@ pub(crate) struct FloorHits {
     pub is_ground: Vec<bool>,
     /// Scans that saw ground ahead.
     pub scans: usize,
-}
-
-/// Where the robot passed a return.
-#[derive(Clone, Copy, Debug)]
-struct Passed {
-    knot: usize,
-    /// How far to the left of the track the return is, meters.
-    left_m: f64,
-}
-
-/// Which part of a track passes a place later.
-///
-/// However long the robot stands somewhere and however often it comes back, a place is compared with few
-/// knots: those a step apart on the way that the robot has before it.
-struct Passing<'a> {
-    track: &'a Knots,
-    way_m: &'a [f64],
-    /// Ascending in each cell.
-    cells: BTreeMap<[i32; 2], Vec<Place>>,
-}
-
-/// A place of the track, with what is asked of it for every beam: the track itself is spread over memory.
-struct Place {
-    /// The way to it, meters.
-    way_m: f64,
-    at_m: [f64; 2],
-    knot: usize,
-}
-
-impl<'a> Passing<'a> {
-    fn new(track: &'a Knots, way_m: &'a [f64]) -> Self {
-        let mut cells: BTreeMap<[i32; 2], Vec<Place>> = BTreeMap::new();
-        let mut last_m = f64::NEG_INFINITY;
-        for (knot, state) in track.states.iter().enumerate() {
-            if way_m[knot] - last_m < TRACK_STEP_M {
-                continue;
-            }
-            last_m = way_m[knot];
-            let at_m = [state[0], state[1]];
-            cells.entry(at_m.map(Self::cell)).or_default().push(Place { way_m: last_m, at_m, knot });
-        }
-        Self { track, way_m, cells }
-    }
-
-    fn cell(at_m: f64) -> i32 {
-        (at_m / ASIDE_M).floor() as i32
-    }
-
-    /// The places of a cell that the robot reaches within the way that counts.
-    fn later(&self, cell: [i32; 2], from_m: f64) -> &[Place] {
-        let Some(places) = self.cells.get(&cell) else { return &[] };
-        let before = |limit_m: f64| places.partition_point(|place| place.way_m - from_m < limit_m);
-        &places[before(AHEAD_M[0])..before(FAR_AHEAD_M)]
-    }
-
-    /// The knot of the track that is nearest to a hit and reached later, within `reach_m`.
-    fn of(&self, hit: &BeamHit, reach_m: f64) -> Option<Passed> {
-        let [x, y, _] = placed(&hit.state(self.track), hit.at());
-        let from_m = self.way_m[hit.knot as usize];
-        let reach = (reach_m / ASIDE_M).ceil() as i32;
-        let mut best: Option<(f64, usize)> = None;
-        for (i, j) in (-reach..=reach).flat_map(|i| (-reach..=reach).map(move |j| (i, j))) {
-            for Place { at_m, knot, .. } in self.later([Self::cell(x) + i, Self::cell(y) + j], from_m) {
-                let away_m2 = (at_m[0] - x).powi(2) + (at_m[1] - y).powi(2);
-                if away_m2 < reach_m * reach_m && best.is_none_or(|(min_m2, _)| away_m2 < min_m2) {
-                    best = Some((away_m2, *knot));
-                }
-            }
-        }
-        let (_, knot) = best?;
-        let [kx, ky, .., yaw] = self.track.states[knot];
-        let (sin, cos) = yaw.portable_sin_cos();
-        Some(Passed { knot, left_m: cos * (y - ky) - sin * (x - kx) })
-    }
 }
 
 /// The returns of each scan over the later track that are a line across it, in the order of beams.
@@ -271,7 +192,7 @@ impl FloorHits {
         first: usize,
         layout: Layout,
         kernel_m: f64,
-        rows: &mut Vec<Row>,
+        rows: &mut Rows,
     ) {
         for floor in &self.list {
             let hit = &hits[floor.hit];
@@ -291,25 +212,22 @@ impl FloorHits {
             let [roll, pitch, yaw] = ground.derivatives(up).map(|moved| dot(moved, away));
             let share = f64::from(hit.share);
             let (seen, stood) = (seen - first, stood - first);
-            rows.push(Row {
-                parts: vec![
-                    (layout.flat(seen), flat.map(|v| (1.0 - share) * v)),
-                    (layout.tilt(seen), tilt.map(|v| (1.0 - share) * v)),
-                    (layout.flat(seen + 1), flat.map(|v| share * v)),
-                    (layout.tilt(seen + 1), tilt.map(|v| share * v)),
-                    (layout.flat(stood), [-up[0], -up[1], yaw]),
-                    (layout.tilt(stood), [-up[2], roll, pitch]),
-                ],
-                residual,
-                weight: robust(residual, kernel_m) / (SIGMA_M * SIGMA_M),
-            });
+            let parts = [
+                (layout.flat(seen), flat.map(|v| (1.0 - share) * v)),
+                (layout.tilt(seen), tilt.map(|v| (1.0 - share) * v)),
+                (layout.flat(seen + 1), flat.map(|v| share * v)),
+                (layout.tilt(seen + 1), tilt.map(|v| share * v)),
+                (layout.flat(stood), [-up[0], -up[1], yaw]),
+                (layout.tilt(stood), [-up[2], roll, pitch]),
+            ];
+            rows.push(&parts, residual, robust(residual, kernel_m) / (SIGMA_M * SIGMA_M));
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{FloorHits, Passing};
+    use super::FloorHits;
     use crate::slam::refinement::spatial::beams::{BeamHit, Laser};
     use crate::slam::refinement::spatial::knots::Knots;
 
@@ -360,20 +278,6 @@ mod tests {
             let found = found(&places_m);
             assert!(found.list.is_empty() && found.scans == 0, "{places_m:?}");
         }
-    }
-
-    #[test]
-    fn a_place_is_compared_with_few_knots_however_long_the_robot_stays_or_comes_back() {
-        // Ten seconds there, an hour of standing, and a hundred laps of 8 m.
-        let there = (0..100).map(|knot| 0.02 * f64::from(knot));
-        let laps = (0..100 * 400).map(|knot| 2.0 + 0.02 * f64::from(knot));
-        let way_m: Vec<f64> = there.chain(std::iter::repeat_n(2.0, 36_000)).chain(laps).collect();
-        let state = |way_m: &f64| [(way_m % 8.0 - 4.0).abs(), 0.0, 0.0, 0.0, 0.0, 0.0];
-        let states = way_m.iter().map(state).collect();
-        let track = Knots { start_ns: 0, step_ns: 100_000_000, states };
-        let passing = Passing::new(&track, &way_m);
-        let max = (0..9).map(|x| passing.later([x, 0], 0.0).len()).max();
-        assert!(max.is_some_and(|max| max > 10 && max < 300), "{max:?}");
     }
 
     #[test]

@@ -1,0 +1,140 @@
+//! Where the robot drives past a place after it was seen.
+
+use biplane_geometry::PortableMath;
+
+use crate::slam::keyframes::cell_index::CellIndex;
+use crate::slam::refinement::spatial::beams::BeamHit;
+use crate::slam::refinement::spatial::knots::{Knots, placed};
+
+/// So near the track a return is over ground that the robot drives over, meters.
+pub(super) const ASIDE_M: f64 = 0.5;
+/// The robot passes there after so much way, meters: nearer returns are the robot's own, and over a longer
+/// way the odometry drifts off.
+pub(super) const AHEAD_M: [f64; 2] = [0.4, 10.0];
+/// Returns over the later track are no walls up to so far ahead, meters: what is seen along a slope lies far.
+const FAR_AHEAD_M: f64 = 40.0;
+/// Of the track a place every so often is looked at, meters: where the robot stands or turns, one is enough.
+const TRACK_STEP_M: f64 = 0.02;
+
+/// Where the robot passed a return.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Passed {
+    pub knot: usize,
+    /// How far to the left of the track the return is, meters.
+    pub left_m: f64,
+}
+
+/// Which part of a track passes a place later.
+///
+/// However long the robot stands somewhere and however often it comes back, a place is compared with few
+/// knots: those a step apart on the way that the robot has before it.
+pub(super) struct Passing<'a> {
+    track: &'a Knots,
+    way_m: &'a [f64],
+    /// Cell by cell, ascending in each.
+    places: Vec<Place>,
+    cells: CellIndex,
+}
+
+/// A place of the track, with what is asked of it for every beam: the track itself is spread over memory.
+#[derive(Clone, Copy)]
+struct Place {
+    /// The way to it, meters.
+    way_m: f64,
+    at_m: [f64; 2],
+    knot: usize,
+}
+
+impl<'a> Passing<'a> {
+    pub(super) fn new(track: &'a Knots, way_m: &'a [f64]) -> Self {
+        let mut places = Vec::new();
+        let mut last_m = f64::NEG_INFINITY;
+        for (knot, state) in track.states.iter().enumerate() {
+            if way_m[knot] - last_m < TRACK_STEP_M {
+                continue;
+            }
+            last_m = way_m[knot];
+            places.push(Place { way_m: last_m, at_m: [state[0], state[1]], knot });
+        }
+        let cells = CellIndex::new(places.iter().map(|place| place.at_m.map(Self::cell)));
+        let places = cells.numbers().iter().map(|&number| places[number as usize]).collect();
+        Self { track, way_m, places, cells }
+    }
+
+    fn cell(at_m: f64) -> i32 {
+        (at_m / ASIDE_M).floor_to_i32()
+    }
+
+    /// The places of a cell that the robot reaches within the way that counts.
+    fn later(&self, cell: [i32; 2], from_m: f64) -> &[Place] {
+        let places = &self.places[self.cells.find(cell)];
+        let before = |limit_m: f64| places.partition_point(|place| place.way_m - from_m < limit_m);
+        &places[before(AHEAD_M[0])..before(FAR_AHEAD_M)]
+    }
+
+    /// The knot of the track that is nearest to a hit and reached later, within `reach_m`.
+    pub(super) fn of(&self, hit: &BeamHit, reach_m: f64) -> Option<Passed> {
+        let [x, y, _] = placed(&hit.state(self.track), hit.at());
+        let from_m = self.way_m[hit.knot as usize];
+        let (reach, home) = ((reach_m / ASIDE_M).ceil() as i32, [x, y].map(Self::cell));
+        let later = |i: i32, j: i32| {
+            let places = self.later([home[0].saturating_add(i), home[1].saturating_add(j)], from_m);
+            places
+                .iter()
+                .map(|Place { at_m: [px, py], knot, .. }| ((px - x).powi(2) + (py - y).powi(2), *knot))
+        };
+        let cells = |reach: i32| (-reach..=reach).flat_map(move |i| (-reach..=reach).map(move |j| (i, j)));
+        // What lies next to it tells which cells are too far to hold the nearest.
+        let near_m2 = cells(1).flat_map(|(i, j)| later(i, j)).map(|(away_m2, _)| away_m2);
+        let limit_m2 = near_m2.fold(reach_m * reach_m, f64::min);
+        let mut best: Option<(f64, usize)> = None;
+        for (i, j) in cells(reach) {
+            let [off_x_m, off_y_m] = [(x, home[0], i), (y, home[1], j)].map(cell_off_m);
+            if off_x_m * off_x_m + off_y_m * off_y_m > limit_m2 {
+                continue;
+            }
+            for (away_m2, knot) in later(i, j) {
+                if away_m2 < reach_m * reach_m && best.is_none_or(|(min_m2, _)| away_m2 < min_m2) {
+                    best = Some((away_m2, knot));
+                }
+            }
+        }
+        let (_, knot) = best?;
+        let [kx, ky, .., yaw] = self.track.states[knot];
+        let (sin, cos) = yaw.portable_sin_cos();
+        Some(Passed { knot, left_m: cos * (y - ky) - sin * (x - kx) })
+    }
+}
+
+/// How far a place is from the cell so many cells on along an axis, at least.
+fn cell_off_m((at_m, home, step): (f64, i32, i32)) -> f64 {
+    /// Cells are as exact as this, meters.
+    const ROUNDED_M: f64 = 1e-6;
+    let cell_m = f64::from(home.saturating_add(step)) * ASIDE_M;
+    let off_m = match step {
+        0 => 0.0,
+        1.. => cell_m - at_m,
+        _ => at_m - cell_m - ASIDE_M,
+    };
+    (off_m - ROUNDED_M).max(0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Passing;
+    use crate::slam::refinement::spatial::knots::Knots;
+
+    #[test]
+    fn a_place_is_compared_with_few_knots_however_long_the_robot_stays_or_comes_back() {
+        // Ten seconds there, an hour of standing, and a hundred laps of 8 m.
+        let there = (0..100).map(|knot| 0.02 * f64::from(knot));
+        let laps = (0..100 * 400).map(|knot| 2.0 + 0.02 * f64::from(knot));
+        let way_m: Vec<f64> = there.chain(std::iter::repeat_n(2.0, 36_000)).chain(laps).collect();
+        let state = |way_m: &f64| [(way_m % 8.0 - 4.0).abs(), 0.0, 0.0, 0.0, 0.0, 0.0];
+        let states = way_m.iter().map(state).collect();
+        let track = Knots { start_ns: 0, step_ns: 100_000_000, states };
+        let passing = Passing::new(&track, &way_m);
+        let max = (0..9).map(|x| passing.later([x, 0], 0.0).len()).max();
+        assert!(max.is_some_and(|max| max > 10 && max < 300), "{max:?}");
+    }
+}
