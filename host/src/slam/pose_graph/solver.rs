@@ -140,32 +140,38 @@ impl<'a> System<'a> {
     /// # Errors
     /// When the matrix is not positive.
     pub(crate) fn factor(mut self) -> Result<Factor<'a>, NonPositive> {
+        let mut held = Vec::new();
         for column in 0..self.structure.len() {
-            self.eliminate(column)?;
+            self.eliminate(column, &mut held)?;
         }
         Ok(Factor { structure: self.structure, diagonal: self.diagonal, below: self.below })
     }
 
-    /// Makes a column one of the factor, and takes what it explains off the columns to its right.
-    fn eliminate(&mut self, column: usize) -> Result<(), NonPositive> {
+    /// Makes a column one of the factor, and takes what it explains off the columns to its right. `held` is
+    /// memory for it.
+    fn eliminate(&mut self, column: usize, held: &mut Vec<(u32, Block)>) -> Result<(), NonPositive> {
         let root = root(&self.diagonal[column]).ok_or(NonPositive)?;
         self.diagonal[column] = root;
         let own = self.structure.column(column);
         // All columns that it meets are later ones.
         let (before, after) = self.below.split_at_mut(own.end);
-        let (rows, blocks) = (&self.structure.rows[own.clone()], &mut before[own.clone()]);
-        for block in blocks.iter_mut() {
-            *block = divided(block, &root);
+        // Variables that may not move are joined to others by zeros, and explain nothing.
+        held.clear();
+        for (&row, block) in self.structure.rows[own.clone()].iter().zip(&mut before[own.clone()]) {
+            if *block != [0.0; 9] {
+                *block = divided(block, &root);
+                held.push((row, *block));
+            }
         }
-        for (first, (&target, left)) in rows.iter().zip(blocks.iter()).enumerate() {
-            subtract_product(&mut self.diagonal[target as usize], left, left);
-            let held = self.structure.column(target as usize);
-            let mut slots = self.structure.rows[held.clone()]
+        for (first, (target, left)) in held.iter().enumerate() {
+            subtract_product(&mut self.diagonal[*target as usize], left, left);
+            let its = self.structure.column(*target as usize);
+            let mut slots = self.structure.rows[its.clone()]
                 .iter()
-                .zip(&mut after[held.start - own.end..held.end - own.end]);
-            for (row, block) in rows[first + 1..].iter().zip(&blocks[first + 1..]) {
+                .zip(&mut after[its.start - own.end..its.end - own.end]);
+            for (row, block) in &held[first + 1..] {
                 // The structure has a slot for each: both lists ascend.
-                if let Some((_, slot)) = slots.find(|(held, _)| *held == row) {
+                if let Some((_, slot)) = slots.find(|(at, _)| *at == row) {
                     subtract_product(slot, block, left);
                 }
             }

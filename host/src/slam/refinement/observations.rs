@@ -92,9 +92,9 @@ impl Observations {
             sums[observation.row as usize] += observation.weight;
         }
         let mut found = Self { directions, sums, towards: Vec::new(), depth_sums: Vec::new(), of_node };
-        found.towards = found.means(|_, observation| observation.towards);
-        let towards = |_: usize, observation: &Observation| observation.towards;
-        found.depth_sums = found.depth_pulls(&found.towards, towards);
+        let towards = found.values(|_, observation| observation.towards);
+        found.towards = found.means(&towards);
+        found.depth_sums = found.depth_pulls(&found.towards, &towards);
         found.depth_sums.iter_mut().for_each(|sum| *sum += DEPTH_M.powi(-2));
         found
     }
@@ -105,26 +105,36 @@ impl Observations {
             let ([x, y], by) = (self.directions[observation.row as usize], &steps[node]);
             x * by[0] + y * by[1] + observation.lever_m * by[2]
         };
-        self.spread(across, out);
+        self.spread(&self.values(across), out);
     }
 
     /// Adds the gradient to `out`.
     pub(crate) fn gradient(&self, out: &mut [[f64; 3]]) {
-        self.spread(|_, observation| observation.offset_m, out);
+        self.spread(&self.values(|_, observation| observation.offset_m), out);
     }
 
-    /// Adds what the rows say of each node when each of its observations is off by `value`.
-    fn spread(&self, value: impl Fn(usize, &Observation) -> f64, out: &mut [[f64; 3]]) {
-        let means = self.means(&value);
-        let mut depths = self.depth_pulls(&means, &value);
+    /// A number for each observation, node by node.
+    fn values(&self, value: impl Fn(usize, &Observation) -> f64) -> Vec<f64> {
+        let mut values = Vec::with_capacity(self.of_node.iter().map(Vec::len).sum());
+        for (node, observations) in self.of_node.iter().enumerate() {
+            values.extend(observations.iter().map(|observation| value(node, observation)));
+        }
+        values
+    }
+
+    /// Adds what the rows say of each node when its observations are off by `values`.
+    fn spread(&self, values: &[f64], out: &mut [[f64; 3]]) {
+        let means = self.means(values);
+        let mut depths = self.depth_pulls(&means, values);
         for (depth, sum) in depths.iter_mut().zip(&self.depth_sums) {
             *depth /= sum;
         }
-        for ((node, observations), out) in self.of_node.iter().enumerate().zip(out) {
-            for observation in observations {
+        let mut values = values.iter();
+        for (observations, out) in self.of_node.iter().zip(out) {
+            for (observation, value) in observations.iter().zip(&mut values) {
                 let row = observation.row as usize;
                 let [x, y] = self.directions[row];
-                let mut off = value(node, observation) - means[row];
+                let mut off = value - means[row];
                 if has_depth(row) {
                     off -= depths[row / ROWS] * (observation.towards - self.towards[row]);
                 }
@@ -136,13 +146,11 @@ impl Observations {
         }
     }
 
-    /// The weighted mean of a value of each row.
-    fn means(&self, value: impl Fn(usize, &Observation) -> f64) -> Vec<f64> {
+    /// The weighted mean of the values of each row.
+    fn means(&self, values: &[f64]) -> Vec<f64> {
         let mut means = vec![0.0; self.sums.len()];
-        for (node, observations) in self.of_node.iter().enumerate() {
-            for observation in observations {
-                means[observation.row as usize] += observation.weight * value(node, observation);
-            }
+        for (observation, value) in self.of_node.iter().flatten().zip(values) {
+            means[observation.row as usize] += observation.weight * value;
         }
         for (mean, sum) in means.iter_mut().zip(&self.sums) {
             *mean = if *sum > 0.0 { *mean / sum } else { 0.0 };
@@ -150,14 +158,14 @@ impl Observations {
         means
     }
 
-    /// What a value, off its means, says of the depth of each surface.
-    fn depth_pulls(&self, means: &[f64], value: impl Fn(usize, &Observation) -> f64) -> Vec<f64> {
+    /// What values, off their means, say of the depth of each surface.
+    fn depth_pulls(&self, means: &[f64], values: &[f64]) -> Vec<f64> {
         let mut pulls = vec![0.0; self.sums.len() / ROWS];
-        for (node, observations) in self.of_node.iter().enumerate() {
-            for observation in observations.iter().filter(|seen| has_depth(seen.row as usize)) {
-                let row = observation.row as usize;
+        for (observation, value) in self.of_node.iter().flatten().zip(values) {
+            let row = observation.row as usize;
+            if has_depth(row) {
                 let towards = observation.towards - self.towards[row];
-                pulls[row / ROWS] += observation.weight * towards * (value(node, observation) - means[row]);
+                pulls[row / ROWS] += observation.weight * towards * (value - means[row]);
             }
         }
         pulls
@@ -209,9 +217,9 @@ impl Observations {
 
     /// What the nodes, where they are, tell of the surfaces.
     pub(crate) fn known(&self) -> Known {
-        let offset = |_: usize, observation: &Observation| observation.offset_m;
-        let means = self.means(offset);
-        let pulls = self.depth_pulls(&means, offset);
+        let offsets = self.values(|_, observation| observation.offset_m);
+        let means = self.means(&offsets);
+        let pulls = self.depth_pulls(&means, &offsets);
         let estimate = |(value, &weight): (f64, &f64)| Estimate { value, weight };
         Known {
             places: means.into_iter().zip(&self.sums).map(estimate).collect(),

@@ -12,7 +12,7 @@ use crate::slam::refinement::spatial::normal_equations::{Assembly, Layout, by_st
 use crate::slam::refinement::spatial::params::SpatialParams;
 use crate::slam::refinement::spatial::surfaces::{Search, Surface, Surfaces};
 use biplane_geometry::PortableMath;
-use biplane_geometry::vec3::dot;
+use biplane_geometry::vec3::{dot, minus};
 use rayon::prelude::*;
 
 /// What the poses are held by.
@@ -105,16 +105,23 @@ impl Problem<'_> {
         Surfaces::find(&points, search)
     }
 
-    /// One round; `None` when nothing could be solved.
-    pub(crate) fn round(&self, knots: &mut Knots, span: Span, round: &Round) -> Option<()> {
-        let mut prepared = self.prepare(knots, span, round);
+    /// One round; `None` when nothing could be solved. `memory` is what one round leaves for the next.
+    pub(crate) fn round(
+        &self,
+        knots: &mut Knots,
+        span: Span,
+        round: &Round,
+        memory: &mut Memory,
+    ) -> Option<()> {
+        let mut prepared = self.prepare(knots, span, round, std::mem::take(memory));
         for _ in 0..round.steps {
             self.step(&mut prepared, knots, span, round)?;
         }
+        memory.groups = prepared.groups;
         Some(())
     }
 
-    fn prepare(&self, knots: &Knots, span: Span, round: &Round) -> Prepared {
+    fn prepare(&self, knots: &Knots, span: Span, round: &Round, memory: Memory) -> Prepared {
         let chosen = self.chosen(span, round.thinning, false);
         let (surfaces, planes) = self.surfaces(&chosen, knots, &round.search);
         let seen = chosen.iter().zip(planes);
@@ -124,7 +131,8 @@ impl Problem<'_> {
         for of_knot in seen.chunk_by_mut(|one, other| knot_of(one) == knot_of(other)) {
             of_knot.sort_unstable_by_key(|seen| (seen.plane, seen.hit));
         }
-        let (mut groups, mut ends, mut end) = (Vec::new(), vec![0], 0);
+        let (mut groups, mut ends, mut end) = (memory.groups, vec![0], 0);
+        groups.clear();
         for of_group in seen.chunk_by(|one, other| (knot_of(one), one.plane) == (knot_of(other), other.plane))
         {
             let knot = knot_of(&of_group[0]) as usize;
@@ -133,8 +141,11 @@ impl Problem<'_> {
             end += of_group.len();
             ends.push(end);
         }
+        let fixed = seen.partition_point(|seen| knot_of(seen) as usize + 1 < span.first_free);
+        let placed = |seen: &Seen| Placed::of(&self.hits[seen.hit as usize], knots);
+        let placed = seen[..fixed].par_iter().map(placed).collect();
         let planes = surfaces.list;
-        Prepared { planes, seen, ends, groups, biases: Biases::default(), assembly: None }
+        Prepared { planes, seen, placed, ends, groups, biases: Biases::default(), assembly: None }
     }
 
     /// The parts of the system for the poses as they are; what beams say is left with what is prepared.
@@ -189,7 +200,7 @@ impl Problem<'_> {
         round: &Round,
         at: &[usize],
     ) -> Option<Vec<[[f64; 6]; 6]>> {
-        let mut prepared = self.prepare(knots, span, round);
+        let mut prepared = self.prepare(knots, span, round, Memory::default());
         let (layout, rows) = self.parts(&mut prepared, knots, span, round);
         let Prepared { planes, groups, .. } = &prepared;
         assembled(layout, planes, groups, &rows).covariances(groups, &rows, at)
@@ -212,10 +223,17 @@ impl Problem<'_> {
 
     /// What the beams say, by knot and plane.
     fn look_at_all(&self, prepared: &mut Prepared, knots: &Knots, kernel_m: f64) {
-        let Prepared { planes, seen, ends, groups, .. } = prepared;
+        let Prepared { planes, seen, placed, ends, groups, .. } = prepared;
         groups.par_iter_mut().zip(ends.par_windows(2)).for_each(|(group, own)| {
             group.clear();
             let plane = &planes[group.plane];
+            if group.is_fixed {
+                for placed in &placed[own[0]..own[1]] {
+                    let Look { residual, weight, of_plane } = self.looked(placed, plane, kernel_m);
+                    group.add_fixed(&of_plane, residual, weight);
+                }
+                return;
+            }
             for seen in &seen[own[0]..own[1]] {
                 self.look(&self.hits[seen.hit as usize], plane, knots, kernel_m, group);
             }
@@ -227,17 +245,8 @@ impl Problem<'_> {
         let state = hit.state(knots);
         let attitude = Attitude::of(&state);
         let turned = attitude.rotate(hit.at());
-        let place: [f64; 3] = std::array::from_fn(|axis| turned[axis] + state[axis]);
-        let along = attitude.rotate(hit.along.map(f64::from));
-        let residual = plane.distance_m(place);
-        let across = dot(plane.normal, along);
-        let sigma_m = (self.params.sigma_range_m * across).portable_hypot(self.params.sigma_surface_m);
-        let weight = robust(residual, f64::max(KERNEL * sigma_m, kernel_m)) / (sigma_m * sigma_m);
-        let away: [f64; 3] = std::array::from_fn(|axis| place[axis] - plane.middle_m[axis]);
-        let of_plane = [dot(plane.tangents[0], away), dot(plane.tangents[1], away), -1.0];
-        if group.is_fixed {
-            return group.add_fixed(&of_plane, residual, weight);
-        }
+        let placed = Placed::new(hit, &state, &attitude, turned);
+        let Look { residual, weight, of_plane } = self.looked(&placed, plane, kernel_m);
         let [flat, tilt] = by_state(&attitude, turned, plane.normal);
         let share = f64::from(hit.share);
         let row = [
@@ -248,6 +257,17 @@ impl Problem<'_> {
             of_plane,
         ];
         group.add(&row, residual, weight);
+    }
+
+    /// What a placed beam says of its plane.
+    fn looked(&self, placed: &Placed, plane: &Surface, kernel_m: f64) -> Look {
+        let residual = plane.distance_m(placed.at_m);
+        let across = dot(plane.normal, placed.along);
+        let sigma_m = (self.params.sigma_range_m * across).portable_hypot(self.params.sigma_surface_m);
+        let weight = robust(residual, f64::max(KERNEL * sigma_m, kernel_m)) / (sigma_m * sigma_m);
+        let away = minus(placed.at_m, plane.middle_m);
+        let of_plane = [dot(plane.tangents[0], away), dot(plane.tangents[1], away), -1.0];
+        Look { residual, weight, of_plane }
     }
 
     /// How far the beams that were held out are from what explains them, and which of them were sent from the
@@ -304,11 +324,46 @@ impl HeldOut {
 /// The most that one beam costs.
 const CAP: f64 = 9.0;
 
+/// A beam in `map`.
+struct Placed {
+    at_m: [f64; 3],
+    along: [f64; 3],
+}
+
+impl Placed {
+    fn of(hit: &BeamHit, knots: &Knots) -> Self {
+        let state = hit.state(knots);
+        let attitude = Attitude::of(&state);
+        Self::new(hit, &state, &attitude, attitude.rotate(hit.at()))
+    }
+
+    /// From a state, with where it hit turned by it.
+    fn new(hit: &BeamHit, state: &State, attitude: &Attitude, turned: [f64; 3]) -> Self {
+        let at_m = std::array::from_fn(|axis| turned[axis] + state[axis]);
+        Self { at_m, along: attitude.rotate(hit.along.map(f64::from)) }
+    }
+}
+
+/// What a beam says of its plane: how far it is off, how surely, and the derivative by the plane.
+struct Look {
+    residual: f64,
+    weight: f64,
+    of_plane: [f64; 3],
+}
+
+/// Memory that rounds use one after the other.
+#[derive(Default)]
+pub(crate) struct Memory {
+    groups: Vec<Group>,
+}
+
 /// Planes, and which hits lie on them.
 struct Prepared {
     planes: Vec<Surface>,
     /// By knot and plane.
     seen: Vec<Seen>,
+    /// Of the first ones, whose knots stay.
+    placed: Vec<Placed>,
     /// Where the hits of each group end; a zero first.
     ends: Vec<usize>,
     groups: Vec<Group>,

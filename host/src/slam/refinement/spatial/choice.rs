@@ -8,7 +8,7 @@
 //! that ends on a slope up has therefore as well come down one before, unseen, and ended on the level: its
 //! ground is taken as level, and that is said. An inertial unit settles it.
 
-use crate::slam::refinement::spatial::adjustment::{Problem, Round, Span};
+use crate::slam::refinement::spatial::adjustment::{Memory, Problem, Round, Span};
 use crate::slam::refinement::spatial::growth::grow;
 use crate::slam::refinement::spatial::knots::Knots;
 use crate::slam::refinement::spatial::motion::inertial::Inertial;
@@ -135,10 +135,10 @@ fn ratio(costs: &[Option<f64>], others: &[Option<f64>]) -> f64 {
 
 /// Rounds with ever closer gates over the whole way.
 fn adjusted(problem: &Problem<'_>, start: &Knots) -> Option<Knots> {
-    let mut knots = start.clone();
+    let (mut knots, mut memory) = (start.clone(), Memory::default());
     let span = Span { first: 0, first_free: 0, end: knots.states.len() };
     for (number, &gate_m) in problem.params.gates_m.iter().enumerate() {
-        problem.round(&mut knots, span, &round(problem, gate_m, number))?;
+        problem.round(&mut knots, span, &round(problem, gate_m, number), &mut memory)?;
     }
     Some(knots)
 }

@@ -3,7 +3,7 @@
 //!
 //! From flat poses all at once a ramp under a parallel ceiling stays flat: the ceiling fits as well so.
 
-use crate::slam::refinement::spatial::adjustment::{Problem, Round, Span};
+use crate::slam::refinement::spatial::adjustment::{Memory, Problem, Round, Span};
 use crate::slam::refinement::spatial::knots::Knots;
 use crate::slam::refinement::spatial::surfaces::Search;
 
@@ -23,6 +23,7 @@ pub(crate) fn grow(problem: &Problem<'_>, start: &Knots) -> Option<Knots> {
     let count = |seconds: f64| (seconds / knots.step_s()).round() as usize;
     let (new, moving, fixed) = (count(NEW_S).max(1), count(MOVING_S), count(FIXED_S));
     let all = knots.states.len();
+    let mut memory = Memory::default();
     let mut end = 1;
     while end < all {
         let next = (end + new).min(all);
@@ -35,7 +36,7 @@ pub(crate) fn grow(problem: &Problem<'_>, start: &Knots) -> Option<Knots> {
         if end < 2 * new {
             continue;
         }
-        problem.round(&mut knots, span, &round(problem))?;
+        problem.round(&mut knots, span, &round(problem), &mut memory)?;
     }
     Some(knots)
 }

@@ -10,16 +10,16 @@ use biplane_geometry::PortableMath;
 use std::collections::BTreeMap;
 
 use crate::slam::refinement::spatial::beams::{BeamHit, Laser};
-use crate::slam::refinement::spatial::floor_hits::passing::{AHEAD_M, ASIDE_M, Passed, Passing};
+use crate::slam::refinement::spatial::floor_hits::passing::{AHEAD_M, ASIDE_M, FAR_ASIDE_M, Passed, Passing};
 use crate::slam::refinement::spatial::knots::{Attitude, Knots};
 use crate::slam::refinement::spatial::normal_equations::rows::Rows;
 use crate::slam::refinement::spatial::normal_equations::{Layout, by_state, robust};
 use biplane_geometry::vec3::{dot, minus};
 
-/// Returns of the same scan this close along the track are the same ground, up to so far aside, meters.
+/// Returns of the same scan this close along the track are the same ground, up to [`FAR_ASIDE_M`] aside,
+/// meters.
 const SAME_WAY_M: f64 = 0.5;
 const SAME_WAY_SHARE: f64 = 0.15;
-const FAR_ASIDE_M: f64 = 2.5;
 /// A scan that sees ground has so many such returns; so many scans make a ramp. Fewer are people.
 const IN_A_SCAN: usize = 3;
 const SCANS: usize = 8;

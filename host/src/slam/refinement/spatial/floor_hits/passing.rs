@@ -13,6 +13,8 @@ pub(super) const ASIDE_M: f64 = 0.5;
 pub(super) const AHEAD_M: [f64; 2] = [0.4, 10.0];
 /// Returns over the later track are no walls up to so far ahead, meters: what is seen along a slope lies far.
 const FAR_AHEAD_M: f64 = 40.0;
+/// Farther aside of the track nothing is looked for, meters.
+pub(super) const FAR_ASIDE_M: f64 = 2.5;
 /// Of the track a place every so often is looked at, meters: where the robot stands or turns, one is enough.
 const TRACK_STEP_M: f64 = 0.02;
 
@@ -34,6 +36,8 @@ pub(super) struct Passing<'a> {
     /// Cell by cell, ascending in each.
     places: Vec<Place>,
     cells: CellIndex,
+    /// Cells around one, nearest first.
+    steps: Vec<[i32; 2]>,
 }
 
 /// A place of the track, with what is asked of it for every beam: the track itself is spread over memory.
@@ -58,7 +62,7 @@ impl<'a> Passing<'a> {
         }
         let cells = CellIndex::new(places.iter().map(|place| place.at_m.map(Self::cell)));
         let places = cells.numbers().iter().map(|&number| places[number as usize]).collect();
-        Self { track, way_m, places, cells }
+        Self { track, way_m, places, cells, steps: steps((FAR_ASIDE_M / ASIDE_M).ceil() as i32) }
     }
 
     fn cell(at_m: f64) -> i32 {
@@ -72,30 +76,26 @@ impl<'a> Passing<'a> {
         &places[before(AHEAD_M[0])..before(FAR_AHEAD_M)]
     }
 
-    /// The knot of the track that is nearest to a hit and reached later, within `reach_m`.
+    /// The knot of the track that is nearest to a hit and reached later, within `reach_m`, at most
+    /// [`FAR_ASIDE_M`].
     pub(super) fn of(&self, hit: &BeamHit, reach_m: f64) -> Option<Passed> {
         let [x, y, _] = placed(&hit.state(self.track), hit.at());
         let from_m = self.way_m[hit.knot as usize];
         let (reach, home) = ((reach_m / ASIDE_M).ceil() as i32, [x, y].map(Self::cell));
-        let later = |i: i32, j: i32| {
-            let places = self.later([home[0].saturating_add(i), home[1].saturating_add(j)], from_m);
-            places
-                .iter()
-                .map(|Place { at_m: [px, py], knot, .. }| ((px - x).powi(2) + (py - y).powi(2), *knot))
-        };
-        let cells = |reach: i32| (-reach..=reach).flat_map(move |i| (-reach..=reach).map(move |j| (i, j)));
-        // What lies next to it tells which cells are too far to hold the nearest.
-        let near_m2 = cells(1).flat_map(|(i, j)| later(i, j)).map(|(away_m2, _)| away_m2);
-        let limit_m2 = near_m2.fold(reach_m * reach_m, f64::min);
-        let mut best: Option<(f64, usize)> = None;
-        for (i, j) in cells(reach) {
-            let [off_x_m, off_y_m] = [(x, home[0], i), (y, home[1], j)].map(cell_off_m);
-            if off_x_m * off_x_m + off_y_m * off_y_m > limit_m2 {
+        let mut limit_m2 = reach_m * reach_m;
+        let mut best: Option<([i32; 2], usize)> = None;
+        for &step in self.steps.iter().take_while(|step| square(**step) <= 2 * reach * reach) {
+            if step.iter().any(|step| step.abs() > reach) || cell_off_m2([x, y], home, step) > limit_m2 {
                 continue;
             }
-            for (away_m2, knot) in later(i, j) {
-                if away_m2 < reach_m * reach_m && best.is_none_or(|(min_m2, _)| away_m2 < min_m2) {
-                    best = Some((away_m2, knot));
+            let cell = [0, 1].map(|axis| home[axis].saturating_add(step[axis]));
+            for Place { at_m: [px, py], knot, .. } in self.later(cell, from_m) {
+                let away_m2 = (px - x).powi(2) + (py - y).powi(2);
+                // Of those as far, it is the first in the order of cells.
+                let is_before = || best.is_some_and(|(known, _)| step < known);
+                if away_m2 < limit_m2 || (away_m2 == limit_m2 && is_before()) {
+                    limit_m2 = away_m2;
+                    best = Some((step, *knot));
                 }
             }
         }
@@ -106,17 +106,32 @@ impl<'a> Passing<'a> {
     }
 }
 
-/// How far a place is from the cell so many cells on along an axis, at least.
-fn cell_off_m((at_m, home, step): (f64, i32, i32)) -> f64 {
+/// Steps from a cell to those around it, up to so many each way, nearest first.
+fn steps(reach: i32) -> Vec<[i32; 2]> {
+    let mut steps: Vec<[i32; 2]> =
+        (-reach..=reach).flat_map(|i| (-reach..=reach).map(move |j| [i, j])).collect();
+    steps.sort_by_key(|step| square(*step));
+    steps
+}
+
+fn square([i, j]: [i32; 2]) -> i32 {
+    i * i + j * j
+}
+
+/// The squared distance of a place from a cell so many cells on from its own, at least.
+fn cell_off_m2(at_m: [f64; 2], home: [i32; 2], step: [i32; 2]) -> f64 {
     /// Cells are as exact as this, meters.
     const ROUNDED_M: f64 = 1e-6;
-    let cell_m = f64::from(home.saturating_add(step)) * ASIDE_M;
-    let off_m = match step {
-        0 => 0.0,
-        1.. => cell_m - at_m,
-        _ => at_m - cell_m - ASIDE_M,
+    let off_m = |axis: usize| {
+        let cell_m = f64::from(home[axis].saturating_add(step[axis])) * ASIDE_M;
+        let off_m = match step[axis] {
+            0 => 0.0,
+            1.. => cell_m - at_m[axis],
+            _ => at_m[axis] - cell_m - ASIDE_M,
+        };
+        f64::max(off_m - ROUNDED_M, 0.0)
     };
-    (off_m - ROUNDED_M).max(0.0)
+    off_m(0).powi(2) + off_m(1).powi(2)
 }
 
 #[cfg(test)]

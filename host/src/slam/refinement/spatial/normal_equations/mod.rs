@@ -243,5 +243,8 @@ fn times(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 }
 
 fn masked(block: &Block, rows: &[f64; 3], columns: &[f64; 3]) -> Block {
+    if [rows, columns] == [&[1.0; 3]; 2] {
+        return *block;
+    }
     std::array::from_fn(|at| block[at] * rows[at / 3] * columns[at % 3])
 }
