@@ -1,6 +1,7 @@
 //! Which points lie in a cell of the floor plan: a bit a cell in tiles, and the points in the order of cells.
 //!
-//! Most cells that are asked for are empty, and a bit tells. Where one is set, the cells before it are counted.
+//! Most cells that are asked for are empty, and a bit tells. Where one is set, the cells before it are
+//! counted.
 
 use std::ops::Range;
 

@@ -28,6 +28,16 @@ fn has_depth(row: usize) -> bool {
     !row.is_multiple_of(ROWS)
 }
 
+/// The observations of what is no line, in their order.
+fn deep(of_node: &[Vec<Observation>]) -> Vec<Deep> {
+    let places = (0..).zip(of_node).flat_map(|(node, seen)| (0..).zip(seen).map(move |seen| (node, seen)));
+    (0..)
+        .zip(places)
+        .filter(|(_, (_, (_, observation)))| has_depth(observation.row as usize))
+        .map(|(number, (node, (at, _)))| Deep { node, at, number })
+        .collect()
+}
+
 /// What all nodes together tell of a number.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Estimate {
@@ -74,6 +84,16 @@ pub(crate) struct Observations {
     depth_sums: Vec<f64>,
     /// By node, in the order of rows.
     of_node: Vec<Vec<Observation>>,
+    /// Those of what is no line.
+    deep: Vec<Deep>,
+}
+
+/// Which observation is one of what is no line: its node, its number there, and that among all.
+#[derive(Clone, Copy, Debug)]
+struct Deep {
+    node: u32,
+    at: u32,
+    number: u32,
 }
 
 impl Observations {
@@ -91,7 +111,8 @@ impl Observations {
         for observation in of_node.iter().flatten() {
             sums[observation.row as usize] += observation.weight;
         }
-        let mut found = Self { directions, sums, towards: Vec::new(), depth_sums: Vec::new(), of_node };
+        let deep = deep(&of_node);
+        let mut found = Self { directions, sums, towards: Vec::new(), depth_sums: Vec::new(), of_node, deep };
         let towards = found.values(|_, observation| observation.towards);
         found.towards = found.means(&towards);
         found.depth_sums = found.depth_pulls(&found.towards, &towards);
@@ -161,12 +182,11 @@ impl Observations {
     /// What values, off their means, say of the depth of each surface.
     fn depth_pulls(&self, means: &[f64], values: &[f64]) -> Vec<f64> {
         let mut pulls = vec![0.0; self.sums.len() / ROWS];
-        for (observation, value) in self.of_node.iter().flatten().zip(values) {
+        for &Deep { node, at, number } in &self.deep {
+            let observation = &self.of_node[node as usize][at as usize];
             let row = observation.row as usize;
-            if has_depth(row) {
-                let towards = observation.towards - self.towards[row];
-                pulls[row / ROWS] += observation.weight * towards * (value - means[row]);
-            }
+            let towards = observation.towards - self.towards[row];
+            pulls[row / ROWS] += observation.weight * towards * (values[number as usize] - means[row]);
         }
         pulls
     }

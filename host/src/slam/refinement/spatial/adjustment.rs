@@ -7,8 +7,9 @@ use crate::slam::refinement::spatial::knots::{Attitude, Knots, State};
 use crate::slam::refinement::spatial::motion::inertial::{Biases, Inertial};
 use crate::slam::refinement::spatial::motion::wheels::Wheels;
 use crate::slam::refinement::spatial::normal_equations::groups::{Group, let_share_errors};
+use crate::slam::refinement::spatial::normal_equations::priors::{start, upright};
 use crate::slam::refinement::spatial::normal_equations::rows::Rows;
-use crate::slam::refinement::spatial::normal_equations::{Assembly, Layout, by_state, robust};
+use crate::slam::refinement::spatial::normal_equations::{Assembly, KERNEL, Layout, by_state, robust};
 use crate::slam::refinement::spatial::params::SpatialParams;
 use crate::slam::refinement::spatial::surfaces::{Search, Surface, Surfaces};
 use biplane_geometry::PortableMath;
@@ -51,14 +52,6 @@ pub(crate) struct Round {
     pub floor_kernel_m: f64,
 }
 
-/// The kernel of a point on its plane, in standard deviations.
-const KERNEL: f64 = 2.5;
-/// Walls within this of upright are upright, as the sine.
-const NEAR_UPRIGHT: f64 = 0.14;
-/// How the first knot is held: position, heading; the robot stands level at the start.
-const START_M: f64 = 1e-3;
-const START_RAD: f64 = 1e-3;
-const LEVEL_RAD: f64 = 9e-4;
 /// The largest step of a tilt that is taken at once, radians.
 const MAX_TILT_STEP_RAD: f64 = 0.05;
 
@@ -374,28 +367,4 @@ struct Prepared {
 fn assembled(layout: Layout, planes: &[Surface], groups: &[Group], rows: &Rows) -> Assembly {
     let is_line: Vec<bool> = planes.iter().map(|plane| plane.is_line).collect();
     Assembly::new(layout, &is_line, groups, rows)
-}
-
-/// Walls are upright.
-fn upright(planes: &[Surface], layout: Layout, sigma_rad: f64, rows: &mut Rows) {
-    for (number, plane) in planes.iter().enumerate().filter(|(_, plane)| !plane.is_line) {
-        let leans = plane.normal[2];
-        if leans.abs() < NEAR_UPRIGHT {
-            let part = (layout.plane(number), [plane.tangents[0][2], plane.tangents[1][2], 0.0]);
-            rows.push(&[part], leans, robust(leans, KERNEL * sigma_rad) / (sigma_rad * sigma_rad));
-        }
-    }
-}
-
-/// The first knot stays, and stands level.
-fn start(layout: Layout, state: &State, anchor: &State, rows: &mut Rows) {
-    let flat = [(0, START_M), (1, START_M), (5, START_RAD)];
-    let tilt = [(2, START_M), (3, LEVEL_RAD), (4, LEVEL_RAD)];
-    for (variable, parts) in [(layout.flat(0), flat), (layout.tilt(0), tilt)] {
-        for (axis, (part, sigma)) in parts.into_iter().enumerate() {
-            let direction = std::array::from_fn(|at| f64::from(u8::from(at == axis)));
-            let residual = state[part] - anchor[part];
-            rows.push(&[(variable, direction)], residual, sigma.powi(-2));
-        }
-    }
 }

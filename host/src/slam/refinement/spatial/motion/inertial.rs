@@ -163,17 +163,16 @@ impl Inertial {
         rows: &mut Rows,
     ) {
         for part in 0..2 {
-            let (mut parts, mut mean_rad) = ([(0, [0.0; 3]); SPAN + 2], 0.0);
-            for knot in 0..=SPAN {
+            let mut bias = [0.0; 3];
+            bias[part] = 1.0;
+            let (mut parts, mut mean_rad) = ([(layout.extra(1), bias); SPAN + 2], 0.0);
+            for (knot, of_knot) in parts[..=SPAN].iter_mut().enumerate() {
                 let share = if knot == 0 || knot == SPAN { 0.5 } else { 1.0 } / SPAN as f64;
                 let mut direction = [0.0; 3];
                 direction[1 + part] = share;
                 mean_rad += share * knots.states[up.first + knot][3 + part];
-                parts[knot] = (layout.tilt(up.first + knot - first), direction);
+                *of_knot = (layout.tilt(up.first + knot - first), direction);
             }
-            let mut bias = [0.0; 3];
-            bias[part] = 1.0;
-            parts[SPAN + 1] = (layout.extra(1), bias);
             let residual = mean_rad + biases[1][part] - up.tilt_rad[part];
             let sigma = up.sigma_rad[part];
             rows.push(&parts, residual, robust(residual, UP_KERNEL * sigma) / (sigma * sigma));

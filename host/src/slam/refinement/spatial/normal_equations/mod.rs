@@ -5,6 +5,7 @@
 //! the order of knots and planes, whatever the number of threads.
 
 pub(crate) mod groups;
+pub(crate) mod priors;
 pub(crate) mod rows;
 
 use crate::slam::pose_graph::solver::{Block, Slot, Structure, System};
@@ -12,6 +13,9 @@ use crate::slam::refinement::spatial::knots::{Attitude, State};
 use crate::slam::refinement::spatial::normal_equations::groups::Group;
 use crate::slam::refinement::spatial::normal_equations::rows::{Part, Rows};
 use rayon::prelude::*;
+
+/// The kernel of a point on its plane, in standard deviations.
+pub(crate) const KERNEL: f64 = 2.5;
 
 /// The share of a residual's weight that a robust kernel leaves (Geman and McClure).
 pub(crate) fn robust(residual: f64, scale: f64) -> f64 {

@@ -211,9 +211,10 @@ impl Surfaces {
 
     /// Upright planes of what only the horizontal laser saw: what belongs to no other plane.
     fn lines(&mut self, points: &[Point], planes: &[Option<u32>], search: &Search) {
-        let alone = (0..).zip(points.iter().zip(planes)).filter_map(|(number, (point, plane))| {
-            (point.laser == Laser::Horizontal && plane.is_none()).then(|| (self.slab_of(point), number))
-        });
+        let alone = (0..)
+            .zip(points.iter().zip(planes))
+            .filter(|(_, (point, plane))| point.laser == Laser::Horizontal && plane.is_none())
+            .map(|(number, (point, _))| (self.slab_of(point), number));
         let order = ordered(alone.collect());
         let mut patches = Vec::new();
         for points_of in runs(&order) {

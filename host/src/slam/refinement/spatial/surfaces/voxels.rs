@@ -30,7 +30,7 @@ pub(crate) fn key(cells: [i32; 3]) -> Key {
 /// A voxel and those that touch it, in their order.
 pub(crate) fn around(key: Key) -> impl Iterator<Item = Key> {
     const ONES: Key = 1 << (2 * BITS) | 1 << BITS | 1;
-    (0..27).map(move |at| key - ONES + ((at / 9) << (2 * BITS) | (at / 3 % 3) << BITS | at % 3))
+    (0..27).map(move |at| key - ONES + ((at / 9) << (2 * BITS) | (at / 3 % 3) << BITS | (at % 3)))
 }
 
 /// Numbers with their voxels, in the order of these.
