@@ -14,6 +14,12 @@ const MAX_SQUARED: f64 = 36.0;
 const CONTRADICTED_ABOVE: f64 = 9.0;
 /// The same below which it is believed again.
 const CONSISTENT_BELOW: f64 = 4.0;
+/// From so many standard deviations squared on a step was wrong.
+const WRONG: f64 = 9.0;
+/// What the newest comparison counts for the share of wrong steps.
+const WRONG_RATE: f64 = 0.03;
+/// Odometry of which a smaller share of the steps was wrong is reliable.
+const RELIABLE: f64 = 0.06;
 /// Shorter steps say nothing of the sign, meters.
 const SAYS_SIGN_M: f64 = 0.02;
 
@@ -46,12 +52,14 @@ pub(crate) struct Consistency {
     reversed: f64,
     heading: f64,
     reading: Reading,
+    /// The share of its steps that were wrong, lately.
+    wrong: f64,
 }
 
 impl Default for Consistency {
-    /// Odometry that has shown nothing yet is right.
+    /// Odometry that has shown nothing yet is right, and not known to be reliable.
     fn default() -> Self {
-        Self { as_is: 0.0, reversed: MAX_SQUARED, heading: 0.0, reading: Reading::AsIs }
+        Self { as_is: 0.0, reversed: MAX_SQUARED, heading: 0.0, reading: Reading::AsIs, wrong: 1.0 }
     }
 }
 
@@ -59,6 +67,11 @@ impl Consistency {
     /// How the next step is to be read.
     pub(crate) fn reading(&self) -> Reading {
         self.reading
+    }
+
+    /// Whether hardly any of its steps has been wrong lately.
+    pub(crate) fn is_reliable(&self) -> bool {
+        self.wrong < RELIABLE
     }
 
     /// By how much the odometry's own standard deviations (position, heading) have proved too small.
@@ -79,6 +92,8 @@ impl Consistency {
         if odometry.distance_m() > SAYS_SIGN_M {
             self.reversed += RATE * (off(Reading::Reversed) - self.reversed);
         }
+        let is_wrong = off(Reading::AsIs) > WRONG;
+        self.wrong += WRONG_RATE * (f64::from(u8::from(is_wrong)) - self.wrong);
         self.reading = self.next();
     }
 
@@ -137,6 +152,16 @@ mod tests {
         assert_eq!((reversed, reversed.of(&AHEAD)), (Reading::Reversed, back));
         steps.extend([(AHEAD, AHEAD); 10]);
         assert_eq!(after(&steps).reading(), Reading::AsIs);
+    }
+
+    #[test]
+    fn odometry_becomes_reliable_by_many_right_steps_and_is_not_after_three_wrong_ones() {
+        let mut steps = vec![(AHEAD, AHEAD); 90];
+        assert!(!after(&steps).is_reliable());
+        steps.extend([(AHEAD, AHEAD); 10]);
+        assert!(after(&steps).is_reliable());
+        steps.extend([(Pose2::IDENTITY, AHEAD); 3]);
+        assert!(!after(&steps).is_reliable());
     }
 
     #[test]

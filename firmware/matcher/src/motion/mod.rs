@@ -187,6 +187,16 @@ impl MotionModel {
         self.consistency.reading().of(&self.scale.scale().of(step))
     }
 
+    /// Whether hardly any step of the odometry has been wrong lately.
+    pub(crate) fn is_reliable(&self) -> bool {
+        self.consistency.is_reliable()
+    }
+
+    /// So many scans usually come in the time since the last one, 1 or more.
+    pub(crate) fn scans_since_last(&self, stamp_ns: i64) -> f64 {
+        self.cadence.scans_since_last(stamp_ns)
+    }
+
     /// What scans have shown of the odometry's scales.
     pub(crate) fn odometry_scale(&self) -> OdometryScale {
         self.scale.scale()

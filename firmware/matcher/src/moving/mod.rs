@@ -7,12 +7,19 @@
 //! somebody who keeps the base company would otherwise become a landmark that says that the base stands.
 //! Frame: map. Units: meters.
 
+mod crowd;
+mod newcomers;
 mod segments;
+mod track;
 
 use biplane_geometry::Pose2;
-use biplane_geometry::vec2::{distance, minus, norm};
+use biplane_geometry::vec2::distance;
 
+use crate::map::LocalMap;
+use crate::moving::crowd::Crowd;
+use crate::moving::newcomers::Newcomers;
 use crate::moving::segments::{Seen, Segment, find_short};
+use crate::moving::track::Track;
 use crate::placement::Placement;
 use crate::scan::end_points::{EndPoints, Mobility};
 
@@ -22,19 +29,10 @@ const SEGMENTS: usize = 512;
 const TRACKS: usize = 128;
 /// Things followed are looked for first this close to where they were expected, then this close, meters.
 const GATES_M: [f32; 2] = [0.1, 0.35];
-/// A thing is static when it has kept its place while the place that it would have had if it went along with
-/// the base moved away from it so far, meters.
-const APART_M: f32 = 0.7;
-/// What is farther from where it was first seen than this and its own size has moved, meters.
-const MOVED_M: f32 = 0.3;
-/// What is closer to where it was first seen than this and its own size has kept its place, meters.
-const KEPT_M: f32 = 0.12;
-/// As fast as something else is what differs by no more than this share of the way.
-const AS_FAST: f32 = 0.3;
-/// So often a thing is seen before it is static.
-const SEEN: u32 = 3;
 /// A thing that was not seen so many times in a row is forgotten.
 const MISSED: u32 = 5;
+/// End points this close to where a thing is expected that is not seen alone may lie on it, meters.
+const ASIDE_M: f32 = 0.1;
 /// When the base is found this far from where it was expected, meters and radians, it is not the things that
 /// have moved: all are looked at anew.
 const OFF_M: f64 = 0.15;
@@ -42,75 +40,28 @@ const OFF_RAD: f64 = 0.1;
 /// After a longer step, meters and radians, nothing is found again.
 const SHORT_M: f64 = 0.35;
 const SHORT_RAD: f64 = 0.35;
+/// Where scans were dropped, so many times that turn at most.
+const MAX_TURNS: f64 = 2.0;
 /// Things are followed when so many steps in a row were short.
 const SHORT_STEPS: u32 = 3;
 /// Where more than this share of the end points is not known to be static, all that is not dynamic is
 /// learned: a map of nothing holds no pose.
 const MANY: f64 = 0.7;
 
-fn is_short(step: &Pose2) -> bool {
-    step.distance_m() < SHORT_M && step.theta_rad.abs() < SHORT_RAD
+/// Whether a step is short, given how many scans usually come in its time: dropped scans make it no longer.
+fn is_short(step: &Pose2, scans: f64) -> bool {
+    step.distance_m() < scans * SHORT_M && step.theta_rad.abs() < scans.min(MAX_TURNS) * SHORT_RAD
 }
 
-/// A thing that is followed.
+/// Where a scan is expected to have been taken, and what that is worth.
 #[derive(Copy, Clone, Debug)]
-struct Track {
-    mobility: Mobility,
-    /// Where it was first seen: in the map, and in the base.
-    first_m: [f32; 2],
-    first_in_base_m: [f32; 2],
-    /// Where it was last seen: in the map, and in the base.
-    at_m: [f32; 2],
-    in_base_m: [f32; 2],
-    /// Half its length, the longest seen.
-    half_m: f32,
-    seen: u32,
-    missed: u32,
-}
-
-impl Track {
-    fn new(segment: &Segment, placement: &Placement) -> Self {
-        let at_m = placement.place(segment.at_m);
-        Self {
-            mobility: Mobility::Unknown,
-            first_m: at_m,
-            first_in_base_m: segment.at_m,
-            at_m,
-            in_base_m: segment.at_m,
-            half_m: segment.half_m,
-            seen: 1,
-            missed: 0,
-        }
-    }
-
-    /// How far a place is from where it is expected, whether it stands or goes along with the base.
-    fn off_m(&self, at_m: [f32; 2], placement: &Placement) -> f32 {
-        distance(at_m, self.at_m).min(distance(at_m, placement.place(self.in_base_m)))
-    }
-
-    fn see(&mut self, segment: &Segment, placement: &Placement) {
-        self.at_m = placement.place(segment.at_m);
-        self.in_base_m = segment.at_m;
-        self.half_m = self.half_m.max(segment.half_m);
-        self.seen += 1;
-        self.missed = 0;
-        let along_m = minus(placement.place(self.first_in_base_m), self.first_m);
-        let (moved_m, apart_m) = (distance(self.at_m, self.first_m), norm(along_m));
-        // What the base comes by twice as fast as it should stands, and the odometry's sign is wrong.
-        let twice_m = [0, 1].map(|axis| self.first_m[axis] + 2.0 * along_m[axis]);
-        let is_passed_twice_as_fast = distance(self.at_m, twice_m) < AS_FAST * apart_m;
-        if moved_m > MOVED_M + self.half_m {
-            if !is_passed_twice_as_fast {
-                self.mobility = Mobility::Dynamic;
-            }
-        } else if self.mobility == Mobility::Unknown
-            && self.seen >= SEEN
-            && apart_m > APART_M + self.half_m
-            && moved_m < KEPT_M + self.half_m
-        {
-            self.mobility = Mobility::Static;
-        }
-    }
+pub(crate) struct Outlook {
+    /// The base at the scan's stamp.
+    pub map_from_base: Pose2,
+    /// So many scans usually come in the time since the last one, 1 or more.
+    pub scans: f64,
+    /// Whether odometry has been right lately.
+    pub is_reliable: bool,
 }
 
 /// Follows what stands free; everything is allocated by [`MovingObjects::new`].
@@ -128,6 +79,10 @@ pub(crate) struct MovingObjects {
     /// Where the base was expected, and where it was found last.
     expected: Pose2,
     last: Pose2,
+    /// So many scans usually come in the time since the last one.
+    scans: f64,
+    crowd: Crowd,
+    newcomers: Newcomers,
 }
 
 impl MovingObjects {
@@ -142,6 +97,9 @@ impl MovingObjects {
             short_steps: SHORT_STEPS,
             expected: Pose2::IDENTITY,
             last: Pose2::IDENTITY,
+            scans: 1.0,
+            crowd: Crowd::default(),
+            newcomers: Newcomers::new(),
         }
     }
 
@@ -149,9 +107,15 @@ impl MovingObjects {
         self.short_steps >= SHORT_STEPS
     }
 
-    /// Whether a step is so long that what has been followed is not found again.
-    pub(crate) fn loses_sight(&self, step: &Pose2) -> bool {
-        self.follows() && !is_short(step)
+    /// Whether somebody has been about lately.
+    pub(crate) fn is_somebody_about(&self) -> bool {
+        self.crowd.is_somebody_about()
+    }
+
+    /// Whether a step, in the time of so many scans, is so long that what has been followed is not found
+    /// again.
+    pub(crate) fn loses_sight(&self, step: &Pose2, scans: f64) -> bool {
+        self.follows() && !is_short(step, scans)
     }
 
     /// Follows nothing until so many steps in a row were short.
@@ -160,23 +124,54 @@ impl MovingObjects {
     }
 
     /// Says of each end point what it is known to lie on, given about where the base is.
-    pub(crate) fn label(&mut self, points: &mut EndPoints, expected: &Pose2) {
+    pub(crate) fn label(&mut self, points: &mut EndPoints, outlook: &Outlook) {
         self.track_of.clear();
         self.segments.clear();
+        self.scans = outlook.scans;
         if !self.follows() {
             self.tracks.clear();
             return;
         }
-        self.expected = *expected;
+        self.expected = outlook.map_from_base;
+        self.tracks.iter_mut().for_each(|track| track.wait(outlook.scans as f32));
         find_short(points, &mut self.seen, &mut self.segments);
-        self.associate(&Placement::new(expected));
-        self.judge();
+        self.associate(&Placement::new(&self.expected));
+        let is_watchful = outlook.is_reliable && self.is_somebody_about();
+        self.judge(is_watchful && self.crowd.is_dense());
         let unsure: usize = self.unsure().map(|(segment, _)| segment.count()).sum();
         let few = unsure as f64 <= MANY * points.as_slice().len() as f64;
         for (segment, mobility) in self.unsure() {
             if few || mobility == Mobility::Dynamic {
                 points.set_mobility(segment.first..=segment.last, mobility);
             }
+        }
+        let dynamic = self.unsure().filter(|(_, mobility)| *mobility == Mobility::Dynamic);
+        self.crowd.update(dynamic.map(|(segment, _)| segment.count()).sum(), points.as_slice().len());
+        if is_watchful {
+            self.label_hidden(points, few);
+        }
+    }
+
+    /// Who is followed and not seen alone in this scan may be hidden in part, or stand before something: what
+    /// lies where they are expected is taken for them.
+    fn label_hidden(&self, points: &mut EndPoints, few: bool) {
+        let placement = Placement::new(&self.expected);
+        for (index, track) in self.tracks.iter().enumerate() {
+            let may_move =
+                track.mobility == Mobility::Dynamic || (few && track.mobility == Mobility::Unknown);
+            if !may_move || !track.is_known() || self.track_of.contains(&Some(index)) {
+                continue;
+            }
+            let (ahead_m, reach_m) = (track.ahead_m(), track.half_m + ASIDE_M);
+            points.mark(track.mobility, |point| distance(placement.place(point.at_m), ahead_m) < reach_m);
+        }
+    }
+
+    /// Says which end points of a scan, taken at a pose, the map is not to learn yet because somebody may
+    /// have come there.
+    pub(crate) fn label_newcomers(&mut self, map: &LocalMap, map_from_base: &Pose2, points: &mut EndPoints) {
+        if self.follows() && self.crowd.is_dense() {
+            self.newcomers.label(map, map_from_base, points);
         }
     }
 
@@ -187,8 +182,9 @@ impl MovingObjects {
     }
 
     /// Says of each segment what it is known to be: what stands free as its track; what somebody hides is not
-    /// known, what something static hides is static.
-    fn judge(&mut self) {
+    /// known, what something static hides is static. In a crowd who hides somebody may be hidden too: it is
+    /// asked once from each end.
+    fn judge(&mut self, from_each_end: bool) {
         self.mobility.clear();
         for (segment, track_of) in self.segments.iter().zip(&self.track_of) {
             self.mobility.push(match track_of {
@@ -197,7 +193,9 @@ impl MovingObjects {
                 None => Mobility::Static,
             });
         }
-        for index in 0..self.segments.len() {
+        let all = 0..self.segments.len();
+        let once_more = if from_each_end { all.clone() } else { 0..0 };
+        for index in all.chain(once_more.rev()) {
             let segment = &self.segments[index];
             let hider = |is_hidden: bool, other: Option<usize>| {
                 let unsure = |other: usize| {
@@ -240,7 +238,7 @@ impl MovingObjects {
     /// Takes note of where the base was found in the end.
     pub(crate) fn update(&mut self, map_from_base: &Pose2) {
         let step = std::mem::replace(&mut self.last, *map_from_base).between(map_from_base);
-        let is_short = is_short(&step);
+        let is_short = is_short(&step, self.scans);
         let followed = self.follows();
         self.short_steps = if is_short { self.short_steps.saturating_add(1) } else { 0 };
         if !followed {
@@ -294,7 +292,7 @@ mod tests {
                 twist_in_base: [0.0; 3],
             });
             let map_from_base = Pose2::new(x_m, 0.0, 0.0);
-            moving.label(&mut points, &map_from_base);
+            moving.label(&mut points, &Outlook { map_from_base, scans: 1.0, is_reliable: true });
             moving.update(&map_from_base);
         }
         let middle = points.as_slice()[90];
@@ -335,5 +333,63 @@ mod tests {
         moving.expected = Pose2::new(0.3, 0.0, 0.0);
         moving.update(&Pose2::IDENTITY);
         assert!(moving.tracks.is_empty());
+    }
+
+    fn segment(first: usize, is_hidden: [bool; 2]) -> Segment {
+        Segment { first, last: first + 3, at_m: [1.0, 0.0], half_m: 0.1, is_hidden }
+    }
+
+    #[test]
+    fn dropped_scans_make_no_step_too_long_to_follow_things() {
+        let moving = MovingObjects::new(181);
+        let step = Pose2::new(0.42, 0.0, 0.0);
+        assert_eq!([1.0, 3.0].map(|scans| moving.loses_sight(&step, scans)), [true, false]);
+    }
+
+    #[test]
+    fn in_a_crowd_who_is_hidden_by_somebody_hidden_may_move_too() {
+        let judged = |from_each_end| {
+            let mut moving = MovingObjects::new(181);
+            // The third one stands free and hides the second one, which hides the first one.
+            let row = [segment(0, [false, true]), segment(4, [false, true]), segment(8, [false; 2])];
+            moving.segments.extend(row);
+            moving.track_of.resize(3, None);
+            moving.judge(from_each_end);
+            moving.mobility
+        };
+        assert_eq!(judged(false)[0], Mobility::Static);
+        assert_eq!(judged(true), [Mobility::Unknown; 3]);
+    }
+
+    #[test]
+    fn what_lies_where_somebody_is_expected_who_is_not_seen_alone_is_taken_for_them() {
+        let labeled = |is_reliable| {
+            let mut moving = MovingObjects::new(181);
+            let placement = Placement::new(&Pose2::IDENTITY);
+            let mut walker = Track::new(&segment(0, [false; 2]), &placement);
+            for scan in 1..=15 {
+                walker.wait(1.0);
+                let at_m = [1.0 + 0.2 * scan as f32, 0.0];
+                walker.see(&Segment { at_m, ..segment(0, [false; 2]) }, &placement);
+            }
+            moving.tracks.push(walker);
+            (0..20).for_each(|_| moving.crowd.update(20, 181));
+            let beams: Vec<Beam> = (-90..=90)
+                .map(|degree: i32| {
+                    let angle = f64::from(degree).to_radians();
+                    let direction_in_base = [angle.cos() as f32, angle.sin() as f32];
+                    Beam { direction_in_base, range_m: 4.2, delay_s: 0.0 }
+                })
+                .collect();
+            let mut points = EndPoints::new(PointParams::default());
+            let scan =
+                Scan { stamp_ns: 0, laser_in_base_m: [0.0; 2], beams: &beams, twist_in_base: [0.0; 3] };
+            points.fill(&scan);
+            let outlook = Outlook { map_from_base: Pose2::IDENTITY, scans: 1.0, is_reliable };
+            moving.label(&mut points, &outlook);
+            [60, 90].map(|beam: usize| points.as_slice()[beam].mobility)
+        };
+        assert_eq!(labeled(true), [Mobility::Static, Mobility::Dynamic]);
+        assert_eq!(labeled(false), [Mobility::Static; 2]);
     }
 }

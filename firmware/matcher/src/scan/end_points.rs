@@ -100,6 +100,13 @@ impl EndPoint {
         self.normal != [0.0; 2]
     }
 
+    fn set_mobility(&mut self, mobility: Mobility) {
+        self.mobility = mobility;
+        if mobility == Mobility::Dynamic {
+            self.weight = 0.0;
+        }
+    }
+
     /// The same end point in the frame of a placement.
     #[inline]
     #[must_use]
@@ -174,12 +181,14 @@ impl EndPoints {
 
     /// Says whether what some end points lie on moves. What does has no weight.
     pub(crate) fn set_mobility(&mut self, which: RangeInclusive<usize>, mobility: Mobility) {
-        for point in &mut self.points[which] {
-            point.mobility = mobility;
-            if mobility == Mobility::Dynamic {
-                point.weight = 0.0;
-            }
-        }
+        self.points[which].iter_mut().for_each(|point| point.set_mobility(mobility));
+    }
+
+    /// The same of the end points for which something holds, unless they are known to move.
+    pub(crate) fn mark(&mut self, mobility: Mobility, mut holds: impl FnMut(&EndPoint) -> bool) {
+        let marked =
+            self.points.iter_mut().filter(|point| point.mobility != Mobility::Dynamic && holds(point));
+        marked.for_each(|point| point.set_mobility(mobility));
     }
 
     /// No end point lies farther from the base than this, meters.

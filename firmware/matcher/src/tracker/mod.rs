@@ -3,6 +3,7 @@
 //! Frames: `map` is the base's frame at the first scan; `odom` is the odometry's own frame. Units: meters,
 //! radians.
 
+pub(crate) mod held_match;
 pub(crate) mod map_matcher;
 pub(crate) mod method;
 pub(crate) mod pair;
@@ -18,7 +19,7 @@ use crate::motion::odometry_scale::OdometryScale;
 use crate::motion::propagation::propagate;
 use crate::motion::steadiness::Steadiness;
 use crate::motion::{Found, MotionModel, Prediction, Step};
-use crate::moving::MovingObjects;
+use crate::moving::{MovingObjects, Outlook};
 use crate::params::{Method, TrackerParams};
 use crate::pose_covariance::PoseCovariance;
 use crate::registration::covariance::{apart, inverse, rows, weakest_direction, weakest_sigma_m};
@@ -30,6 +31,7 @@ use crate::registration::search::Window;
 use crate::registration::verdict::{LOST_BELOW_SCORE, Verdict};
 use crate::scan::Scan;
 use crate::scan::end_points::EndPoints;
+use crate::tracker::held_match::{HeldMatches, Way};
 use crate::tracker::method::{Engine, Learned};
 use crate::tracker::step_choice::{Expectation, StepChoice, is_worth_its_contradiction};
 use biplane_geometry::Pose2;
@@ -83,6 +85,7 @@ pub struct Tracker {
     moving: MovingObjects,
     motion: MotionModel,
     innovation_gate: InnovationGate,
+    held_matches: HeldMatches,
     engine: Engine,
     map_from_base: Pose2,
     /// Of the pose against the map around it: what the prior of the next match is worth.
@@ -107,6 +110,7 @@ impl Tracker {
                 Method::Gradient => MotionModel::taking_odometry_as_it_is(params.motion),
             },
             innovation_gate: InnovationGate::default(),
+            held_matches: HeldMatches::default(),
             engine: Engine::new(&params),
             map_from_base: Pose2::IDENTITY,
             covariance: Matrix3::zeros(),
@@ -156,7 +160,8 @@ impl Tracker {
         let (last, before) = (self.map_from_base, self.covariance);
         if self.params.method == Method::Map {
             let step = prediction.step.last_from_base;
-            let (is_blind, loses_sight) = (odom_from_base.is_none(), self.moving.loses_sight(&step));
+            let scans = self.motion.scans_since_last(scan.stamp_ns);
+            let (is_blind, loses_sight) = (odom_from_base.is_none(), self.moving.loses_sight(&step, scans));
             if loses_sight && !is_blind && self.is_placed {
                 self.engine.learn_left_out(&last, &self.before);
             }
@@ -164,7 +169,9 @@ impl Tracker {
             if loses_sight || is_blind {
                 self.moving.pause();
             }
-            self.moving.label(&mut self.points, &(last * step));
+            let is_reliable = self.motion.is_reliable();
+            let outlook = Outlook { map_from_base: last * step, scans, is_reliable };
+            self.moving.label(&mut self.points, &outlook);
         }
         let (tracked, step) = if self.started && !self.points.are_too_few() {
             self.matched(scan, &last, &before, &prediction)
@@ -256,6 +263,9 @@ impl Tracker {
             Verdict::Found => self.accept(&alignment, &taken.prior, &taken.step),
             Verdict::Unconfirmed | Verdict::NewGround | Verdict::Lost => Outcome::Lost,
         };
+        if let Engine::Map(matcher) = &self.engine {
+            self.moving.label_newcomers(matcher.map(), &self.map_from_base, &mut self.points);
+        }
         self.learn(verdict);
         let tracked = Tracked {
             score: alignment.fit.score(),
@@ -287,12 +297,29 @@ impl Tracker {
             {
                 return (alignment, Verdict::Unconfirmed);
             }
+            let way =
+                Way { found: &alignment, prior, step, again: *last * inertia.last_from_base, steadiness };
+            if let Some(held) = self.held(&way) {
+                return (held, Verdict::Found);
+            }
             let unmoved = || self.engine.score_at(&self.points, &prior.mean);
             if !is_worth_its_contradiction(&alignment, prior, unmoved) {
                 return (alignment, Verdict::Unconfirmed);
             }
         }
         (alignment, verdict)
+    }
+
+    /// The match that keeps to odometry and inertia where somebody is about and another one leads away from
+    /// them, unless that one explains clearly more.
+    fn held(&mut self, way: &Way) -> Option<Alignment> {
+        let may_mislead = self.motion.is_reliable() && self.moving.is_somebody_about();
+        if self.params.method != Method::Map || !may_mislead {
+            return None;
+        }
+        let held = self.held_matches.consider(way)?;
+        let (alignment, verdict) = self.engine.locate_near(&self.points, &held.prior(way.prior));
+        (verdict == Verdict::Found).then(|| held.preferred(alignment, way.found)).flatten()
     }
 
     fn learn(&mut self, verdict: Verdict) {

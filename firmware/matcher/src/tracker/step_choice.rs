@@ -14,7 +14,7 @@ use crate::registration::verdict::Verdict;
 use biplane_geometry::Pose2;
 
 /// What speaks against the odometry being wrong in one step.
-const FAULT: f64 = 12.0;
+pub(crate) const FAULT: f64 = 12.0;
 /// The same once scans have contradicted it.
 const FAULT_AGAIN: f64 = 3.0;
 /// A rival is taken when it is likelier by more than this: one end point that fits by chance is no reason.

@@ -1,0 +1,131 @@
+//! End points where beams have passed before: something has come there.
+//!
+//! People in a row, or somebody before a wall, are no short run of end points by themselves. But the map
+//! knows that there was nothing where they are. It learns such an end point only when it is seen again in its
+//! place after the base has moved on. Frame: map. Units: meters.
+
+use biplane_geometry::Pose2;
+use biplane_geometry::vec2::{distance, norm};
+
+use crate::map::LocalMap;
+use crate::placement::Placement;
+use crate::registration::surface_map::Correspondence;
+use crate::scan::end_points::{EndPoints, Kind, Mobility};
+
+/// Farther end points are too far apart to tell, meters: a wall that is met between two that were met before
+/// looks new.
+const NEAR_M: f32 = 5.0;
+/// So close to a surface is on it, meters.
+const KNOWN_M: f32 = 0.1;
+/// Seen again when the base has moved so far, meters.
+const APART_M: f32 = 0.35;
+/// Places remembered; a power of two.
+const PLACES: usize = 4096;
+
+/// A cell, and where the base was when something was first seen there.
+#[derive(Copy, Clone, Debug)]
+struct Sighting {
+    cell: [i32; 2],
+    from_m: [f32; 2],
+}
+
+/// Where something has come, lately.
+#[derive(Clone, Debug)]
+pub(crate) struct Newcomers {
+    sightings: Vec<Option<Sighting>>,
+}
+
+impl Newcomers {
+    /// Nothing has come; with all the memory that it will ever have.
+    pub(crate) fn new() -> Self {
+        Self { sightings: vec![None; PLACES] }
+    }
+
+    /// Marks the end points of a scan taken at a pose where something has come.
+    pub(crate) fn label(&mut self, map: &LocalMap, map_from_base: &Pose2, points: &mut EndPoints) {
+        let placement = Placement::new(map_from_base);
+        points.mark(Mobility::Unknown, |point| {
+            if point.mobility != Mobility::Static || point.kind == Kind::Unsure || norm(point.at_m) > NEAR_M {
+                return false;
+            }
+            let is_known = match Correspondence::find(map, point, &placement, 1.0) {
+                Ok(met) => !met.is_other_face && met.squared_m2() < KNOWN_M * KNOWN_M,
+                Err(_) => false,
+            };
+            let at_m = placement.place(point.at_m);
+            !is_known && map.seen_through(at_m) && !self.stays(map.cell_of(at_m), placement.at_m)
+        });
+    }
+
+    /// Whether something was seen in a cell from elsewhere before. If not, it is remembered.
+    fn stays(&mut self, [x, y]: [i32; 2], from_m: [f32; 2]) -> bool {
+        let around = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| [x + dx, y + dy]));
+        let mut is_known = false;
+        for cell in around {
+            if let Some(seen) = self.sightings[place(cell)].filter(|seen| seen.cell == cell) {
+                is_known |= cell == [x, y];
+                if distance(seen.from_m, from_m) > APART_M {
+                    return true;
+                }
+            }
+        }
+        if !is_known {
+            self.sightings[place([x, y])] = Some(Sighting { cell: [x, y], from_m });
+        }
+        false
+    }
+}
+
+fn place([x, y]: [i32; 2]) -> usize {
+    let mixed = (x as u32).wrapping_mul(0x9E37_79B1) ^ (y as u32).wrapping_mul(0x85EB_CA77);
+    (mixed ^ mixed >> 15) as usize % PLACES
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map::MapParams;
+    use crate::scan::end_points::PointParams;
+    use crate::scan::{Beam, Scan};
+
+    /// What a base at a place along the x axis sees of a wall 6 m from the origin, and of somebody before it.
+    fn seen(from_m: f64, somebody_m: Option<f64>) -> EndPoints {
+        let beams: Vec<Beam> = (-40..=40)
+            .map(|degree: i32| {
+                let angle = f64::from(degree).to_radians();
+                let at_m = somebody_m.filter(|_| degree.abs() < 4).unwrap_or(6.0);
+                let range_m = ((at_m - from_m) / angle.cos()) as f32;
+                Beam { direction_in_base: [angle.cos() as f32, angle.sin() as f32], range_m, delay_s: 0.0 }
+            })
+            .collect();
+        let mut points = EndPoints::new(PointParams::default());
+        let scan = Scan { stamp_ns: 0, laser_in_base_m: [0.0; 2], beams: &beams, twist_in_base: [0.0; 3] };
+        points.fill(&scan);
+        points
+    }
+
+    /// What the middle beam is taken for each time, where the base and somebody are.
+    fn taken_for(seen_at: &[(f64, f64)]) -> Vec<Mobility> {
+        let mut map = LocalMap::new(MapParams::default());
+        for _ in 0..5 {
+            map.learn(&Pose2::IDENTITY, &seen(0.0, None));
+        }
+        let mut newcomers = Newcomers::new();
+        let label = |(from_m, somebody_m): &(f64, f64)| {
+            let mut points = seen(*from_m, Some(*somebody_m));
+            newcomers.label(&map, &Pose2::new(*from_m, 0.0, 0.0), &mut points);
+            assert_eq!(points.as_slice()[10].mobility, Mobility::Static, "the wall is known");
+            points.as_slice()[40].mobility
+        };
+        seen_at.iter().map(label).collect()
+    }
+
+    #[test]
+    fn who_comes_where_nothing_was_is_not_learned_until_seen_again_from_elsewhere() {
+        use Mobility::{Static, Unknown};
+        let stands = taken_for(&[(0.0, 3.0), (0.2, 3.0), (0.4, 3.0)]);
+        assert_eq!(stands, [Unknown, Unknown, Static]);
+        let walks = taken_for(&[(0.0, 3.0), (0.2, 3.2), (0.4, 3.4), (0.6, 3.6), (0.8, 3.8)]);
+        assert_eq!(walks, [Unknown; 5]);
+    }
+}
