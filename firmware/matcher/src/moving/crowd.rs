@@ -6,7 +6,7 @@
 /// What the newest scan counts.
 const RATE: f64 = 0.02;
 /// From this share of the end points on somebody is about.
-const SOMEBODY: f64 = 0.005;
+const SOMEBODY: f64 = 0.015;
 /// From this share on there are so many that they hide each other.
 const MANY: f64 = 0.03;
 
@@ -46,10 +46,10 @@ mod tests {
             }
             (crowd.is_somebody_about(), crowd.is_dense())
         };
-        assert_eq!(after(&[(12, 3)]), (false, false));
-        assert_eq!(after(&[(12, 5)]), (true, false));
+        assert_eq!(after(&[(12, 11)]), (false, false));
+        assert_eq!(after(&[(12, 15)]), (true, false));
         assert_eq!(after(&[(12, 40)]), (true, true));
-        assert_eq!(after(&[(12, 40), (0, 60)]), (true, false));
+        assert_eq!(after(&[(12, 40), (0, 30)]), (true, false));
         assert_eq!(after(&[(12, 40), (0, 120)]), (false, false));
         assert_eq!(after(&[(0, 100)]), (false, false));
     }
