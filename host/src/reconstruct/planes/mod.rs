@@ -22,6 +22,7 @@ use crate::model::Cloud;
 use crate::reconstruct::planes::fit::noise::{Noise, estimate_sigma_m};
 use crate::reconstruct::planes::fit::scatter::Fit;
 use crate::reconstruct::planes::labels::refine::{Labeling, refit};
+use crate::reconstruct::planes::merge::seen_by::SeenBy;
 use crate::reconstruct::planes::paper::params::ReferenceParams;
 use crate::reconstruct::planes::search::blocks::{Block, divide};
 use crate::reconstruct::planes::search::cells::{Free, cell_sums, linked};
@@ -175,6 +176,7 @@ fn refine(
     work.add_steps(cell_m);
     work.unite();
     work.drop_mixed_pixel_planes(cloud);
+    work.unite_seen_apart(cloud);
     (work.labeling.labels(cloud.len()), work.fits)
 }
 
@@ -260,8 +262,16 @@ impl Work<'_> {
     fn unite(&mut self) {
         self.fits = merge::parallel::hold(self.labeling.sums(), &self.fits, self.noise);
         self.rename(&merge::tilted::lean(self.labeling.sums(), &self.fits, self.noise));
-        self.rename(&merge::coplanar::unite(self.labeling.sums(), &self.fits, self.noise));
+        self.rename(&merge::coplanar::unite(self.labeling.sums(), &self.fits, self.noise, None));
         self.choose(CHOICES[1]);
+    }
+
+    /// Makes planes one that lie beside each other only because poses err from scan to scan. Points keep their
+    /// choice: what else lies near them would take those that are off the common plane.
+    fn unite_seen_apart(&mut self, cloud: &Cloud) {
+        let labels = self.labeling.labels(cloud.len());
+        let seen = SeenBy::of_labels(&labels, &cloud.scan, self.fits.len());
+        self.rename(&merge::coplanar::unite(self.labeling.sums(), &self.fits, self.noise, seen));
     }
 
     fn rename(&mut self, into: &[usize]) {

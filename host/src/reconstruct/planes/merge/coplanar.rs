@@ -5,18 +5,33 @@
 
 use crate::reconstruct::planes::fit::noise::{COMMON_SHARE, DEVIATIONS, Noise};
 use crate::reconstruct::planes::fit::scatter::{Fit, Scatter};
+use crate::reconstruct::planes::merge::seen_by::SeenBy;
 use biplane_geometry::vec3::dot;
 
 /// Share of the noise by which a plane may lie off a common one, as a root mean square over its points.
 /// Larger: a notice board and a door frame on one wall, a centimeter apart, become one. Smaller: pose errors
 /// split a wall that was seen twice.
 const OFF_SHARE: f64 = 0.15;
+/// The same of planes that no scan saw at the same time: two deviations of the pose error that a scan's beams
+/// share ([`COMMON_SHARE`]). Larger: a panel as high as its wall, a centimeter off, becomes the wall.
+/// Smaller: a facade falls into sections that lie beside each other because poses drifted.
+const APART_SHARE: f64 = 2.0 * COMMON_SHARE;
+/// Only planes nearer to parallel than this are taken for sections of one (cosine; 0.25 degrees, as far as
+/// headings drift): chords of a curved wall were seen one after the other as well.
+const PARALLEL_COSINE: f64 = 0.99999;
 /// Planes further apart in direction than this are not tried (cosine; 11 degrees, as far as the normal of a
 /// small plane errs).
 const MIN_COSINE: f64 = 0.98;
 
-/// For every plane the one that it becomes part of; planes that stay alone become themselves.
-pub(crate) fn unite(sums: &[Scatter], fits: &[Option<Fit>], noise: Noise) -> Vec<usize> {
+/// For every plane the one that it becomes part of; planes that stay alone become themselves. `seen` are the
+/// scans that saw each plane; where nobody knows them, all planes count as seen at the same time.
+pub(crate) fn unite(
+    sums: &[Scatter],
+    fits: &[Option<Fit>],
+    noise: Noise,
+    seen: Option<Vec<SeenBy>>,
+) -> Vec<usize> {
+    let mut seen = seen.unwrap_or_default();
     let mut order: Vec<usize> = (0..sums.len()).filter(|index| sums[*index].count() > 0.0).collect();
     order.sort_by(|a, b| sums[*b].count().total_cmp(&sums[*a].count()).then(a.cmp(b)));
     let mut into: Vec<usize> = (0..sums.len()).collect();
@@ -25,8 +40,13 @@ pub(crate) fn unite(sums: &[Scatter], fits: &[Option<Fit>], noise: Noise) -> Vec
         let own = sums[index];
         let Some(fit) = fits[index] else { continue };
         let mut best: Option<(f64, usize)> = None;
-        for (place, (_, whole, whole_fit)) in kept.iter().enumerate() {
-            let off = off_together((whole, whole_fit), (&own, &fit), noise);
+        for (place, (first, whole, whole_fit)) in kept.iter().enumerate() {
+            let is_section = || {
+                dot(fit.normal, whole_fit.normal).abs() >= PARALLEL_COSINE
+                    && seen.get(index).zip(seen.get(*first)).is_some_and(|(own, all)| own.is_apart_from(all))
+            };
+            let off_share = || if is_section() { APART_SHARE } else { OFF_SHARE };
+            let off = off_together((whole, whole_fit), (&own, &fit), noise, off_share);
             if let Some(off) = off.filter(|off| best.is_none_or(|b| *off < b.0)) {
                 best = Some((off, place));
             }
@@ -35,6 +55,9 @@ pub(crate) fn unite(sums: &[Scatter], fits: &[Option<Fit>], noise: Noise) -> Vec
             Some((_, place)) => {
                 let (first, whole, fit) = &mut kept[place];
                 into[index] = *first;
+                if let Some(own) = seen.get_mut(index).map(std::mem::take) {
+                    seen[*first].join(&own);
+                }
                 whole.merge(&own);
                 *fit = whole.fit_again(Some(fit)).unwrap_or(*fit);
             }
@@ -55,9 +78,14 @@ fn foretells(fit: &Fit, other: &Scatter, own: &Scatter, noise: Noise) -> bool {
     fit.distance_m(there).powi(2) <= DEVIATIONS * DEVIATIONS * (carried_m * carried_m + common_m * common_m)
 }
 
-/// How far, squared and in units of what is allowed, two sets lie off their common plane; `None` when it is
-/// too far.
-fn off_together((a, fit_a): (&Scatter, &Fit), (b, fit_b): (&Scatter, &Fit), noise: Noise) -> Option<f64> {
+/// How far, squared and in units of what `off_share` (of the noise) allows, two sets lie off their common
+/// plane; `None` when it is too far.
+fn off_together(
+    (a, fit_a): (&Scatter, &Fit),
+    (b, fit_b): (&Scatter, &Fit),
+    noise: Noise,
+    off_share: impl Fn() -> f64,
+) -> Option<f64> {
     let cosine = dot(fit_a.normal, fit_b.normal).abs();
     if cosine < MIN_COSINE {
         return None;
@@ -65,13 +93,14 @@ fn off_together((a, fit_a): (&Scatter, &Fit), (b, fit_b): (&Scatter, &Fit), nois
     if !(foretells(fit_a, b, a, noise) && foretells(fit_b, a, b, noise)) {
         return None;
     }
+    let off_share = off_share();
     let mut both = *a;
     both.merge(b);
     let common = if fit_a.held || fit_b.held { both.fit_along(fit_a.normal)? } else { both.fit()? };
     let off = |part: &Scatter, fit: &Fit| {
         let (_, squared) = part.distance_to(common.normal, common.offset_m);
         let sigma2 = fit.variances_m2[0].max(noise.variance_of(fit));
-        (squared - fit.variances_m2[0]) / (sigma2 * (OFF_SHARE * OFF_SHARE + 9.0 / part.count()))
+        (squared - fit.variances_m2[0]) / (sigma2 * (off_share * off_share + 9.0 / part.count()))
     };
     let worst = off(a, fit_a).max(off(b, fit_b));
     (worst <= 1.0).then_some(worst)
@@ -79,7 +108,7 @@ fn off_together((a, fit_a): (&Scatter, &Fit), (b, fit_b): (&Scatter, &Fit), nois
 
 #[cfg(test)]
 mod tests {
-    use super::unite;
+    use super::{SeenBy, unite};
     use crate::reconstruct::planes::fit::noise::Noise;
     use crate::reconstruct::planes::fit::scatter::{Fit, Scatter};
     use crate::reconstruct::planes::paper::random::Random;
@@ -108,7 +137,7 @@ mod tests {
             patch(1.0, 1.0, 0.96, 4),
             Scatter::default(),
         ];
-        let into = unite(&pieces, &fits(&pieces), Noise::new(0.02));
+        let into = unite(&pieces, &fits(&pieces), Noise::new(0.02), None);
         assert_eq!((into[1], into[2]), (into[0], into[0]));
         assert_eq!((into[3], into[4]), (3, 4));
     }
@@ -117,7 +146,7 @@ mod tests {
     fn small_patches_far_apart_and_at_other_distances_stay_apart() {
         // A turn of 0.6 degrees would bring both onto one plane.
         let pieces = [patch(0.0, 0.9, 0.60, 5), patch(5.0, 0.9, 0.55, 6)];
-        let into = unite(&pieces, &fits(&pieces), Noise::new(0.02));
+        let into = unite(&pieces, &fits(&pieces), Noise::new(0.02), None);
         assert_eq!(into, [0, 1]);
     }
 
@@ -128,7 +157,26 @@ mod tests {
             let mut fits = fits(&pieces);
             let normal = fits[0].unwrap().normal;
             fits[1] = pieces[1].fit_along(normal);
-            assert_eq!(unite(&pieces, &fits, Noise::new(0.02)), into);
+            assert_eq!(unite(&pieces, &fits, Noise::new(0.02), None), into);
+        }
+    }
+
+    #[test]
+    fn what_was_seen_at_another_time_may_lie_off_by_what_poses_err() {
+        let scans = |scans: std::ops::Range<u32>| scans.flat_map(|scan| [(0, scan); 20]);
+        for (y_m, second, into) in [
+            (0.990, 100..200, [0, 0]),
+            (0.990, 0..100, [0, 1]),
+            (0.990, 85..185, [0, 1]),
+            (0.975, 100..200, [0, 1]),
+        ] {
+            let pieces = [patch(0.0, 2.0, 1.0, 7), patch(2.1, 2.0, y_m, 8)];
+            let mut fits = fits(&pieces);
+            fits[1] = pieces[1].fit_along(fits[0].unwrap().normal);
+            let points = scans(0..100).chain(scans(second.clone()).map(|(_, scan)| (1, scan)));
+            let (labels, of): (Vec<i32>, Vec<u32>) = points.unzip();
+            let seen = SeenBy::of_labels(&labels, &of, 2);
+            assert_eq!(unite(&pieces, &fits, Noise::new(0.02), seen), into, "{y_m}, {second:?}");
         }
     }
 }

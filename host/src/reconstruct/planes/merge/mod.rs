@@ -2,4 +2,5 @@
 
 pub(crate) mod coplanar;
 pub(crate) mod parallel;
+pub(crate) mod seen_by;
 pub(crate) mod tilted;
