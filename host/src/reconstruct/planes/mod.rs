@@ -266,8 +266,8 @@ impl Work<'_> {
         self.choose(CHOICES[1]);
     }
 
-    /// Makes planes one that lie beside each other only because poses err from scan to scan. Points keep their
-    /// choice: what else lies near them would take those that are off the common plane.
+    /// Makes planes one that lie beside each other only because poses err from scan to scan. Points keep
+    /// their choice: what else lies near them would take those that are off the common plane.
     fn unite_seen_apart(&mut self, cloud: &Cloud) {
         let labels = self.labeling.labels(cloud.len());
         let seen = SeenBy::of_labels(&labels, &cloud.scan, self.fits.len());
