@@ -87,9 +87,10 @@ pub(crate) fn write_map(
         output::check_free(path, overwrite)?;
     }
     let image_name = paths[0].file_name().unwrap_or_default().to_string_lossy().into_owned();
+    // The picture first: it needs the most memory, and where there is too little no file is to be left.
+    output::write_file(&paths[2], overwrite, |out| write_png(out, image, poses))?;
     output::write_file(&paths[0], overwrite, |out| write_pgm(out, image))?;
     output::write_file(&paths[1], overwrite, |out| write_yaml(out, image, &image_name))?;
-    output::write_file(&paths[2], overwrite, |out| write_png(out, image, poses))?;
     Ok(paths)
 }
 
