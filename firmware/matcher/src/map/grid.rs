@@ -5,6 +5,8 @@
 //! tiles come into use. When the pool is used up, the tile that was not needed for the longest time is
 //! forgotten.
 
+use biplane_geometry::PortableMath;
+
 use crate::map::ages::Ages;
 
 /// Cells along a tile's side.
@@ -78,14 +80,7 @@ pub(crate) fn block_bit([x, y]: [i32; 2]) -> u32 {
 /// The cell that holds a point.
 #[inline]
 pub(crate) fn cell_of(point_m: [f32; 2], cells_per_m: f32) -> [i32; 2] {
-    point_m.map(|meters| floor(meters * cells_per_m))
-}
-
-/// The largest integer not above; without the call into a maths library that `f32::floor` costs.
-#[inline]
-fn floor(value: f32) -> i32 {
-    let towards_zero = value as i32;
-    towards_zero.saturating_sub(i32::from(value < towards_zero as f32))
+    point_m.map(|meters| (meters * cells_per_m).floor_to_i32())
 }
 
 /// A number this large has no fraction: adding it rounds.
@@ -374,10 +369,10 @@ mod tests {
     fn cells_of_many_points_are_those_of_each() {
         for i in -2000..2000 {
             let value = i as f32 * 0.37;
-            assert_eq!(whole(floor_in_lanes(value)), floor(value), "{value}");
+            assert_eq!(whole(floor_in_lanes(value)), value.floor_to_i32(), "{value}");
         }
         for value in [0.0, -0.0, 1e-30, -1e-30, 16_383.99, -16_384.0, -16_384.01, 4e6, -4e6] {
-            assert_eq!(whole(floor_in_lanes(value)), floor(value), "{value}");
+            assert_eq!(whole(floor_in_lanes(value)), value.floor_to_i32(), "{value}");
         }
         for value in [1e7, -1e7, -1.2582912e7, 1e12, -1e12, 3e38, f32::INFINITY, f32::NEG_INFINITY, f32::NAN]
         {
@@ -389,9 +384,9 @@ mod tests {
     #[test]
     fn floor_rounds_down_on_both_sides_of_zero() {
         for (value, below) in
-            [(1.5, 1), (-1.5, -2), (2.0, 2), (-2.0, -2), (0.0, 0), (-1e-9, -1), (1e30, i32::MAX)]
+            [(1.5_f32, 1), (-1.5, -2), (2.0, 2), (-2.0, -2), (0.0, 0), (-1e-9, -1), (1e30, i32::MAX)]
         {
-            assert_eq!(floor(value), below, "{value}");
+            assert_eq!(value.floor_to_i32(), below, "{value}");
         }
     }
 }

@@ -88,12 +88,12 @@ impl Consistency {
         };
         let turn = wrap_angle(odometry.theta_rad - matched.theta_rad) / sigma[2];
         self.heading += RATE * ((turn * turn).min(MAX_SQUARED) - self.heading);
-        self.as_is += RATE * (off(Reading::AsIs) - self.as_is);
+        let off_as_is = off(Reading::AsIs);
+        self.as_is += RATE * (off_as_is - self.as_is);
         if odometry.distance_m() > SAYS_SIGN_M {
             self.reversed += RATE * (off(Reading::Reversed) - self.reversed);
         }
-        let is_wrong = off(Reading::AsIs) > WRONG;
-        self.wrong += WRONG_RATE * (f64::from(u8::from(is_wrong)) - self.wrong);
+        self.wrong += WRONG_RATE * (f64::from(u8::from(off_as_is > WRONG)) - self.wrong);
         self.reading = self.next();
     }
 

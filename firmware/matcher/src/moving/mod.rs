@@ -270,6 +270,21 @@ mod tests {
     use crate::scan::end_points::PointParams;
     use crate::scan::{Beam, Scan};
 
+    /// The end points of a beam a degree, so many to each side.
+    pub(super) fn seen(degrees: i32, range_m: impl Fn(i32) -> f64) -> EndPoints {
+        let beams: Vec<Beam> = (-degrees..=degrees)
+            .map(|degree| {
+                let angle = f64::from(degree).to_radians();
+                let direction_in_base = [angle.cos() as f32, angle.sin() as f32];
+                Beam { direction_in_base, range_m: range_m(degree) as f32, delay_s: 0.0 }
+            })
+            .collect();
+        let mut points = EndPoints::new(PointParams::default());
+        let scan = Scan { stamp_ns: 0, laser_in_base_m: [0.0; 2], beams: &beams, twist_in_base: [0.0; 3] };
+        points.fill(&scan);
+        points
+    }
+
     /// What the middle beam lies on after so many steps of 10 cm, when a pole stands or walks ahead of the
     /// base, before a wall 6 m away. `pole_m` gives its way from the base's start.
     fn after(steps: u32, pole_m: impl Fn(f64) -> f64) -> Mobility {
@@ -277,20 +292,7 @@ mod tests {
         let mut points = EndPoints::new(PointParams::default());
         for step in 0..=steps {
             let x_m = 0.1 * f64::from(step);
-            let beams: Vec<Beam> = (-90..=90)
-                .map(|degrees: i32| {
-                    let angle = f64::from(degrees).to_radians();
-                    let range_m = if degrees.abs() < 3 { pole_m(x_m) - x_m } else { 6.0 };
-                    let direction_in_base = [angle.cos() as f32, angle.sin() as f32];
-                    Beam { direction_in_base, range_m: range_m as f32, delay_s: 0.0 }
-                })
-                .collect();
-            points.fill(&Scan {
-                stamp_ns: 0,
-                laser_in_base_m: [0.0; 2],
-                beams: &beams,
-                twist_in_base: [0.0; 3],
-            });
+            points = seen(90, |degree| if degree.abs() < 3 { pole_m(x_m) - x_m } else { 6.0 });
             let map_from_base = Pose2::new(x_m, 0.0, 0.0);
             moving.label(&mut points, &Outlook { map_from_base, scans: 1.0, is_reliable: true });
             moving.update(&map_from_base);
@@ -320,13 +322,7 @@ mod tests {
     #[test]
     fn when_the_base_is_found_elsewhere_than_expected_all_is_looked_at_anew() {
         let mut moving = MovingObjects { short_steps: SHORT_STEPS, ..MovingObjects::new(181) };
-        moving.segments.push(Segment {
-            first: 0,
-            last: 3,
-            at_m: [1.0, 0.0],
-            half_m: 0.1,
-            is_hidden: [false; 2],
-        });
+        moving.segments.push(segment(0, [false; 2]));
         moving.track_of.push(None);
         moving.update(&Pose2::IDENTITY);
         assert_eq!(moving.tracks.len(), 1);
@@ -374,17 +370,7 @@ mod tests {
             }
             moving.tracks.push(walker);
             (0..20).for_each(|_| moving.crowd.update(20, 181));
-            let beams: Vec<Beam> = (-90..=90)
-                .map(|degree: i32| {
-                    let angle = f64::from(degree).to_radians();
-                    let direction_in_base = [angle.cos() as f32, angle.sin() as f32];
-                    Beam { direction_in_base, range_m: 4.2, delay_s: 0.0 }
-                })
-                .collect();
-            let mut points = EndPoints::new(PointParams::default());
-            let scan =
-                Scan { stamp_ns: 0, laser_in_base_m: [0.0; 2], beams: &beams, twist_in_base: [0.0; 3] };
-            points.fill(&scan);
+            let mut points = seen(90, |_| 4.2);
             let outlook = Outlook { map_from_base: Pose2::IDENTITY, scans: 1.0, is_reliable };
             moving.label(&mut points, &outlook);
             [60, 90].map(|beam: usize| points.as_slice()[beam].mobility)

@@ -85,34 +85,25 @@ fn place([x, y]: [i32; 2]) -> usize {
 mod tests {
     use super::*;
     use crate::map::MapParams;
-    use crate::scan::end_points::PointParams;
-    use crate::scan::{Beam, Scan};
+    use crate::moving::tests::seen;
 
     /// What a base at a place along the x axis sees of a wall 6 m from the origin, and of somebody before it.
-    fn seen(from_m: f64, somebody_m: Option<f64>) -> EndPoints {
-        let beams: Vec<Beam> = (-40..=40)
-            .map(|degree: i32| {
-                let angle = f64::from(degree).to_radians();
-                let at_m = somebody_m.filter(|_| degree.abs() < 4).unwrap_or(6.0);
-                let range_m = ((at_m - from_m) / angle.cos()) as f32;
-                Beam { direction_in_base: [angle.cos() as f32, angle.sin() as f32], range_m, delay_s: 0.0 }
-            })
-            .collect();
-        let mut points = EndPoints::new(PointParams::default());
-        let scan = Scan { stamp_ns: 0, laser_in_base_m: [0.0; 2], beams: &beams, twist_in_base: [0.0; 3] };
-        points.fill(&scan);
-        points
+    fn seen_from(from_m: f64, somebody_m: Option<f64>) -> EndPoints {
+        seen(40, |degree| {
+            let at_m = somebody_m.filter(|_| degree.abs() < 4).unwrap_or(6.0);
+            (at_m - from_m) / f64::from(degree).to_radians().cos()
+        })
     }
 
     /// What the middle beam is taken for each time, where the base and somebody are.
     fn taken_for(seen_at: &[(f64, f64)]) -> Vec<Mobility> {
         let mut map = LocalMap::new(MapParams::default());
         for _ in 0..5 {
-            map.learn(&Pose2::IDENTITY, &seen(0.0, None));
+            map.learn(&Pose2::IDENTITY, &seen_from(0.0, None));
         }
         let mut newcomers = Newcomers::new();
         let label = |(from_m, somebody_m): &(f64, f64)| {
-            let mut points = seen(*from_m, Some(*somebody_m));
+            let mut points = seen_from(*from_m, Some(*somebody_m));
             newcomers.label(&map, &Pose2::new(*from_m, 0.0, 0.0), &mut points);
             assert_eq!(points.as_slice()[10].mobility, Mobility::Static, "the wall is known");
             points.as_slice()[40].mobility

@@ -8,15 +8,15 @@
 
 use nalgebra::Vector3;
 
-use biplane_geometry::{PortableMath, Pose2};
+use biplane_geometry::Pose2;
 
 use crate::motion::Step;
 use crate::motion::steadiness::Steadiness;
 use crate::registration::gauss_newton::Alignment;
-use crate::registration::gauss_newton::prior::{CAUCHY_SCALE, Prior};
+use crate::registration::gauss_newton::prior::{CAUCHY_SCALE, Prior, cauchy};
 use crate::tracker::step_choice::FAULT;
 
-/// So many standard deviations from where the odometry leads a match leads away.
+/// A match leads away when it is more standard deviations than this from where the odometry leads.
 const AWAY: f64 = 3.0;
 /// Inertia agrees with the odometry when it is closer to it than to the match by this factor, squared.
 const CLOSER: f64 = 4.0;
@@ -44,7 +44,7 @@ pub(crate) struct Way<'a> {
 /// A match that is to be held along a direction.
 pub(crate) struct Held {
     direction: Vector3<f64>,
-    /// The most that speaks against the odometry's error.
+    /// What speaks against the odometry being wrong by so much.
     against: f64,
 }
 
@@ -77,15 +77,9 @@ impl HeldMatches {
         let off = |pose: &Pose2| way.steadiness.squared(&way.again.between(pose));
         (off(&found) > CLOSER * off(&mean)).then(|| Held {
             direction: Vector3::new(x_m / way_m, y_m / way_m, 0.0),
-            against: speaks_against(sigmas).min(FAULT),
+            against: cauchy(sigmas * sigmas, CAUCHY_SCALE).min(FAULT),
         })
     }
-}
-
-/// What speaks against an odometry that errs by so many standard deviations.
-fn speaks_against(sigmas: f64) -> f64 {
-    let scale = CAUCHY_SCALE * CAUCHY_SCALE;
-    0.5 * scale * (sigmas * sigmas / scale).portable_ln_1p()
 }
 
 impl Held {

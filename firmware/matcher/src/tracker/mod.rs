@@ -297,8 +297,7 @@ impl Tracker {
             {
                 return (alignment, Verdict::Unconfirmed);
             }
-            let way =
-                Way { found: &alignment, prior, step, again: *last * inertia.last_from_base, steadiness };
+            let way = Way { found: &alignment, prior, step, again: expected.again, steadiness };
             if let Some(held) = self.held(&way) {
                 return (held, Verdict::Found);
             }

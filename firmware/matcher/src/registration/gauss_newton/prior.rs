@@ -56,8 +56,12 @@ impl Prior {
         if !self.gives_way {
             return 0.5 * self.squared(pose);
         }
-        0.5 * CAUCHY_SCALE
-            * CAUCHY_SCALE
-            * (self.squared(pose) / (CAUCHY_SCALE * CAUCHY_SCALE)).portable_ln_1p()
+        cauchy(self.squared(pose), CAUCHY_SCALE)
     }
+}
+
+/// What speaks against an error of so many squared standard deviations, when one of `scale` of them counts
+/// half: minus its log-likelihood, up to a constant.
+pub(crate) fn cauchy(squared: f64, scale: f64) -> f64 {
+    0.5 * scale * scale * (squared / (scale * scale)).portable_ln_1p()
 }
