@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """How much of a facade lies as strips beside the rest of it?
 
-    measure_strips.py MODEL --truth SURFACES.ply [--facade M2] [--most COUNT] [--most-area PERCENT] [--each]
+    measure_strips.py MODEL --truth SURFACES.ply [--facade M2] [--max COUNT] [--max-area PERCENT] [--each]
                       [--json]
 
 MODEL is a folder of `biplane build` with model.json; SURFACES.ply the true surfaces, in the frame `map` of
@@ -45,7 +45,7 @@ EDGE_M, EDGE_DEPTH_M = 0.15, 0.50
 # Triangles of a facade lie so near to its plane.
 FLAT_M = 0.001
 # Polygons with less of a kind are not counted.
-LEAST_M2 = 0.05
+MIN_M2 = 0.05
 
 
 class Surface:
@@ -190,7 +190,7 @@ class Facade:
             at_edge = shapely.contains_xy(self.edges, at[:, 0], at[:, 1])
             for kind, which in (("edges", beside & at_edge), ("strips", beside & ~at_edge)):
                 area_m2 = face.area_m2 * which.mean()
-                if area_m2 >= LEAST_M2:
+                if area_m2 >= MIN_M2:
                     yield {
                         "kind": kind,
                         "facade": self.index,
@@ -202,13 +202,13 @@ class Facade:
                     }
 
 
-def measure(folder, truth, least_m2):
+def measure(folder, truth, min_m2):
     """The figures of one model, and its strips."""
     model = json.loads((folder / "model.json").read_text())["model"]
     planes = model["planes"]
     upright = [p for p in model["polygons"] if abs(planes[p["plane"]]["normal"][2]) < UPRIGHT]
     faces = [Face(polygon, planes[polygon["plane"]]) for polygon in upright]
-    large = [index for index, surface in enumerate(truth.surfaces) if surface.largest_m2 >= least_m2]
+    large = [index for index, surface in enumerate(truth.surfaces) if surface.largest_m2 >= min_m2]
     facades = [Facade(index, truth, faces) for index in large]
     facades = [facade for facade in facades if facade.main]
     each = [strip for facade in facades for strip in facade.strips()]
@@ -233,8 +233,8 @@ def main():
     parser.add_argument("model", type=Path, metavar="MODEL")
     parser.add_argument("--truth", type=Path, required=True)
     parser.add_argument("--facade", type=float, default=20.0)
-    parser.add_argument("--most", type=int)
-    parser.add_argument("--most-area", type=float)
+    parser.add_argument("--max", type=int)
+    parser.add_argument("--max-area", type=float)
     parser.add_argument("--each", action="store_true")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
@@ -251,11 +251,11 @@ def main():
                 f"{100 * one['off_m']:+.1f} cm beside, {100 * one['true_off_m']:+.1f} cm off the truth, "
                 f"along {u0:.1f} to {u1:.1f} m, up {z0:.1f} to {z1:.1f} m"
             )
-    if options.most is not None and figures["strips"] > options.most:
-        fail(f"{figures['strips']} strips, expected {options.most} or fewer")
+    if options.max is not None and figures["strips"] > options.max:
+        fail(f"{figures['strips']} strips, expected {options.max} or fewer")
     share = figures["strips_share"]
-    if options.most_area is not None and share > options.most_area:
-        fail(f"strips are {share:.2f} % of the facades, expected {options.most_area:g} or less")
+    if options.max_area is not None and share > options.max_area:
+        fail(f"strips are {share:.2f} % of the facades, expected {options.max_area:g} or less")
 
 
 if __name__ == "__main__":
