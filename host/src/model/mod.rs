@@ -12,6 +12,7 @@ pub(crate) mod part;
 #[cfg(test)]
 pub(crate) mod sample;
 pub(crate) mod turn;
+pub(crate) mod voxels;
 
 use serde::{Deserialize, Serialize};
 

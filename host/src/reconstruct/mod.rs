@@ -11,4 +11,3 @@ pub(crate) mod polygons;
 pub(crate) mod revisits;
 pub(crate) mod shapes;
 pub(crate) mod simplify;
-pub(crate) mod voxels;

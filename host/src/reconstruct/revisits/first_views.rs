@@ -8,8 +8,8 @@
 //! leave a little later. Meters, seconds.
 
 use super::params::RevisitParams;
+use crate::model::voxels::{Voxels, key};
 use crate::reconstruct::cloud::PosedScan;
-use crate::reconstruct::voxels::{Voxels, key};
 use std::collections::VecDeque;
 
 /// Sizes of cells; each is twice the one before.

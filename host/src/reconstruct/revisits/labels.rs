@@ -1,8 +1,8 @@
 //! Which plane a point lies on that was seen again: the nearest of those that first views round it are on.
 //! Meters.
 
+use crate::model::voxels::{Voxels, key};
 use crate::model::{Cloud, Plane};
-use crate::reconstruct::voxels::{Voxels, key};
 
 /// Side of the cells that know which planes pass through them, meters.
 const CELL_M: f64 = 0.15;

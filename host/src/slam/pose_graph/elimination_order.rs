@@ -8,6 +8,8 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
+use crate::model::voxels::Keys;
+
 /// What is eliminated after what, and what is left to join then.
 #[derive(Clone, Debug)]
 pub(crate) struct Elimination {
@@ -61,7 +63,8 @@ impl Elimination {
 
 /// Which variables are joined, as a set of pairs.
 struct JoinedSet {
-    pairs: PairSet,
+    /// The two numbers of each pair, the greater one first. Pairs of those that are gone may be forgotten.
+    pairs: Keys,
     /// Those that each one is joined to, some of them gone.
     lists: Vec<Vec<u32>>,
     /// To how many each one is joined that are not gone.
@@ -72,17 +75,28 @@ struct JoinedSet {
 impl JoinedSet {
     fn new(count: usize) -> Self {
         let (lists, degrees) = (vec![Vec::new(); count], vec![0; count]);
-        Self { pairs: PairSet::default(), lists, degrees, is_gone: vec![false; count] }
+        Self { pairs: Keys::default(), lists, degrees, is_gone: vec![false; count] }
     }
 
     fn join(&mut self, one: u32, other: u32) {
-        if one == other || !self.pairs.insert(one, other, &self.is_gone) {
+        if self.pairs.len() == self.pairs.capacity() {
+            self.forget_gone();
+        }
+        let pair = u64::from(one.max(other)) << 32 | u64::from(one.min(other));
+        if one == other || !self.pairs.insert(pair) {
             return;
         }
         for (at, other) in [(one, other), (other, one)] {
             self.lists[at as usize].push(other);
             self.degrees[at as usize] += 1;
         }
+    }
+
+    /// Makes room for as many pairs as there are, without those of variables that are gone.
+    fn forget_gone(&mut self) {
+        let is_left = |at: u64| !self.is_gone[at as usize];
+        self.pairs.retain(|pair| is_left(pair >> 32) && is_left(pair & u64::from(u32::MAX)));
+        self.pairs.reserve(self.pairs.len().max(64));
     }
 
     /// Takes out variables until few are left.
@@ -105,57 +119,6 @@ impl JoinedSet {
             }
             queue.extend(clique.iter().map(|&one| Reverse((self.degrees[one as usize], one))));
             found.push(variable, clique.into_iter());
-        }
-    }
-}
-
-/// A set of pairs of variables: open addressing, no more than half full.
-#[derive(Default)]
-struct PairSet {
-    /// [`EMPTY`] or the two numbers, the greater one first; a power of two of them.
-    slots: Vec<u64>,
-    count: usize,
-}
-
-/// No pair: no variable is joined to itself.
-const EMPTY: u64 = 0;
-
-impl PairSet {
-    /// Whether the pair was not in it before. Pairs of those that are gone may be forgotten.
-    fn insert(&mut self, one: u32, other: u32, is_gone: &[bool]) -> bool {
-        if 2 * self.count >= self.slots.len() {
-            self.rebuild(is_gone);
-        }
-        let pair = u64::from(one.max(other)) << 32 | u64::from(one.min(other));
-        let is_new = self.put(pair);
-        self.count += usize::from(is_new);
-        is_new
-    }
-
-    fn put(&mut self, pair: u64) -> bool {
-        let mask = self.slots.len() - 1;
-        // Fibonacci hashing: the upper bits are the mixed ones.
-        let mut at = (pair.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32) as usize & mask;
-        while self.slots[at] != EMPTY {
-            if self.slots[at] == pair {
-                return false;
-            }
-            at = (at + 1) & mask;
-        }
-        self.slots[at] = pair;
-        true
-    }
-
-    /// Makes room, without the pairs of those that are gone.
-    fn rebuild(&mut self, is_gone: &[bool]) {
-        let is_kept = |pair: &u64| {
-            *pair != EMPTY && ![pair >> 32, pair & u64::from(u32::MAX)].iter().any(|&at| is_gone[at as usize])
-        };
-        let kept: Vec<u64> = self.slots.iter().copied().filter(is_kept).collect();
-        self.count = kept.len();
-        self.slots = vec![EMPTY; (4 * (kept.len() + 16)).next_power_of_two()];
-        for pair in kept {
-            self.put(pair);
         }
     }
 }

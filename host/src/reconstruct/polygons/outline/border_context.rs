@@ -7,9 +7,9 @@ use super::line::Line;
 use super::tolerance::{SPACING_SHARE, Spacing, Tolerance};
 use super::union::Shape;
 use crate::model::Plane;
+use crate::model::voxels::Voxels;
 use crate::reconstruct::polygons::plane_frame::{FlatPoint, Frame, STEP_M};
 use crate::reconstruct::polygons::seams::plane_intersection;
-use crate::reconstruct::voxels::Voxels;
 
 /// Far points do not make a border more uncertain than this across the rows of points, meters.
 const MAX_TOLERANCE_M: f64 = 0.1;

@@ -2,7 +2,7 @@
 
 use super::cells::{key_at, pairs};
 use crate::model::Cloud;
-use crate::reconstruct::voxels::Voxels;
+use crate::model::voxels::Voxels;
 use biplane_geometry::UnionFind;
 
 /// Edge of the cells over which points hang together: beams of one degree are 7 cm apart at 4 m.

@@ -5,9 +5,9 @@
 
 use super::cells::{key_at, pairs};
 use crate::model::Cloud;
+use crate::model::voxels::Voxels;
 use crate::reconstruct::planes::fit::scatter::{Fit, Scatter};
 use crate::reconstruct::planes::labeled::Planes;
-use crate::reconstruct::voxels::Voxels;
 use biplane_geometry::UnionFind;
 
 /// Edge of the cells over which pieces hang together.

@@ -2,7 +2,7 @@
 //! them. Meters.
 
 use crate::model::Mesh;
-use crate::reconstruct::voxels::{Voxels, key};
+use crate::model::voxels::{Voxels, key};
 
 /// The first cells' side, meters: about the points' spacing.
 const FIRST_CELL_M: f64 = 0.03;

@@ -1,8 +1,11 @@
 //! Voxels as single numbers, points in their order, and what is found in each.
 
+use std::collections::hash_map::Entry;
 use std::ops::Range;
 
 use biplane_geometry::PortableMath;
+
+use crate::model::voxels::Voxels;
 
 /// A voxel's place; keys are in the order of x, then y, then z.
 pub(crate) type Key = u64;
@@ -51,72 +54,40 @@ pub(crate) fn runs(order: &[(Key, u32)]) -> impl Iterator<Item = Range<usize>> {
 /// Some numbers for each voxel.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct VoxelMap {
-    /// By the voxel's hash, no more than half full; a power of two of them.
-    slots: Vec<Slot>,
-    used: usize,
+    /// Each voxel's first and last entry.
+    ends: Voxels<[u32; 2]>,
     /// The numbers, each with the place of the voxel's next one.
     entries: Vec<(u32, u32)>,
 }
 
-#[derive(Clone, Copy, Debug)]
-struct Slot {
-    key: Key,
-    /// The voxel's first and last entry.
-    first: u32,
-    last: u32,
-}
-
-/// No voxel has this key, and no entry this place.
-const NO_KEY: Key = Key::MAX;
+/// No entry has this place.
 const NO_ENTRY: u32 = u32::MAX;
-const EMPTY: Slot = Slot { key: NO_KEY, first: NO_ENTRY, last: NO_ENTRY };
 
 impl VoxelMap {
     /// Appends a number to those of a voxel, unless it is the last one already.
     pub(crate) fn push(&mut self, key: Key, number: u32) {
-        if 2 * self.used >= self.slots.len() {
-            self.grow();
-        }
-        let (at, entry) = (self.slot(key), self.entries.len() as u32);
-        let Slot { key: known, last, .. } = self.slots[at];
-        if known == NO_KEY {
-            self.used += 1;
-            self.slots[at] = Slot { key, first: entry, last: entry };
-        } else if self.entries[last as usize].0 == number {
-            return;
-        } else {
-            self.entries[last as usize].1 = entry;
-            self.slots[at].last = entry;
+        let entry = self.entries.len() as u32;
+        match self.ends.entry(key) {
+            Entry::Vacant(voxel) => {
+                voxel.insert([entry; 2]);
+            }
+            Entry::Occupied(mut voxel) => {
+                let [_, last] = voxel.get_mut();
+                let (known, next) = &mut self.entries[*last as usize];
+                if *known == number {
+                    return;
+                }
+                (*last, *next) = (entry, entry);
+            }
         }
         self.entries.push((number, NO_ENTRY));
     }
 
     /// The numbers of a voxel, in the order in which they came.
     pub(crate) fn get(&self, key: Key) -> impl Iterator<Item = u32> {
-        let first = if self.slots.is_empty() { NO_ENTRY } else { self.slots[self.slot(key)].first };
         let entry = |at: u32| self.entries.get(at as usize).copied();
-        std::iter::successors(entry(first), move |(_, next)| entry(*next)).map(|(number, _)| number)
-    }
-
-    /// Where a voxel is, or would be.
-    fn slot(&self, key: Key) -> usize {
-        let mask = self.slots.len() - 1;
-        // Fibonacci hashing: the upper bits are the mixed ones.
-        let mut at = (key.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32) as usize & mask;
-        while self.slots[at].key != key && self.slots[at].key != NO_KEY {
-            at = (at + 1) & mask;
-        }
-        at
-    }
-
-    fn grow(&mut self) {
-        let larger = vec![EMPTY; (2 * self.slots.len()).max(64)];
-        for slot in std::mem::replace(&mut self.slots, larger) {
-            if slot.key != NO_KEY {
-                let at = self.slot(slot.key);
-                self.slots[at] = slot;
-            }
-        }
+        let first = self.ends.get(&key).and_then(|[first, _]| entry(*first));
+        std::iter::successors(first, move |(_, next)| entry(*next)).map(|(number, _)| number)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Cells of space by their coordinates, found in constant time; cells that nothing is in take no memory.
 //! Meters.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::hash::{BuildHasherDefault, Hasher};
 
 /// Bits of a cell's coordinate along one axis.
@@ -10,6 +10,9 @@ const HALF: f64 = (1 << (BITS - 1)) as f64;
 
 /// Something for each cell. Nothing may depend on the order of its entries.
 pub(crate) type Voxels<T> = HashMap<u64, T, BuildHasherDefault<KeyHasher>>;
+
+/// Keys, found as quickly. Nothing may depend on their order.
+pub(crate) type Keys = HashSet<u64, BuildHasherDefault<KeyHasher>>;
 
 /// The cell of a point as one number; `None` when the point is not finite or further than a million cells
 /// out.
