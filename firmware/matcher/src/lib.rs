@@ -4,9 +4,10 @@
 //!
 //! # Floors
 //! The modules from bottom to top; each uses only those before it, and its own parts: `parameter_group` <
-//! `placement` < `scan` < `map` < `moving`, `registration` < `motion` < `pose_covariance` < `params` <
-//! `tracker`. Each stage declares its parameters beside its code; only `params` knows all of them.
+//! `placement`, `lanes` < `scan` < `map` < `moving`, `registration` < `motion` < `pose_covariance` < `params`
+//! < `tracker`. Each stage declares its parameters beside its code; only `params` knows all of them.
 
+mod lanes;
 mod map;
 mod motion;
 mod moving;

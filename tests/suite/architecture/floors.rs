@@ -38,7 +38,7 @@ pub(super) const CRATES: &[Crate] = &[
         source: "firmware/matcher/src",
         floors: &[
             &["parameter_group"],
-            &["placement"],
+            &["placement", "lanes"],
             &["scan"],
             &["map"],
             &["moving", "registration"],

@@ -9,17 +9,18 @@
 
 mod crowd;
 mod newcomers;
+mod places;
 mod segments;
 mod track;
 
 use biplane_geometry::Pose2;
-use biplane_geometry::vec2::distance;
 
 use crate::map::LocalMap;
 use crate::moving::crowd::Crowd;
 use crate::moving::newcomers::Newcomers;
+use crate::moving::places::Places;
 use crate::moving::segments::{Seen, Segment, find_short};
-use crate::moving::track::Track;
+use crate::moving::track::{PLACES, Track};
 use crate::placement::Placement;
 use crate::scan::end_points::{EndPoints, Mobility};
 
@@ -83,6 +84,7 @@ pub(crate) struct MovingObjects {
     scans: f64,
     crowd: Crowd,
     newcomers: Newcomers,
+    places: Places,
 }
 
 impl MovingObjects {
@@ -100,6 +102,7 @@ impl MovingObjects {
             scans: 1.0,
             crowd: Crowd::default(),
             newcomers: Newcomers::new(),
+            places: Places::with_capacity(points.max(PLACES * TRACKS)),
         }
     }
 
@@ -154,8 +157,9 @@ impl MovingObjects {
 
     /// Who is followed and not seen alone in this scan may be hidden in part, or stand before something: what
     /// lies where they are expected is taken for them.
-    fn label_hidden(&self, points: &mut EndPoints, few: bool) {
+    fn label_hidden(&mut self, points: &mut EndPoints, few: bool) {
         let placement = Placement::new(&self.expected);
+        self.places.fill(points.as_slice().iter().map(|point| placement.place(point.at_m)));
         for (index, track) in self.tracks.iter().enumerate() {
             let may_move =
                 track.mobility == Mobility::Dynamic || (few && track.mobility == Mobility::Unknown);
@@ -163,7 +167,7 @@ impl MovingObjects {
                 continue;
             }
             let (ahead_m, reach_m) = (track.ahead_m(), track.half_m + ASIDE_M);
-            points.mark(track.mobility, |point| distance(placement.place(point.at_m), ahead_m) < reach_m);
+            self.places.within(ahead_m, reach_m, |place, _| points.mark_one(place, track.mobility));
         }
     }
 
@@ -216,21 +220,20 @@ impl MovingObjects {
     /// Finds each segment's track: close ones first, so that nobody takes a neighbor's place.
     fn associate(&mut self, placement: &Placement) {
         self.track_of.resize(self.segments.len(), None);
+        self.places.fill(self.tracks.iter().flat_map(|track| track.places_m(placement)));
         let mut is_taken = [false; TRACKS];
         for gate_m in GATES_M {
             for (segment, track_of) in self.segments.iter().zip(&mut self.track_of) {
                 if track_of.is_some() || !segment.stands_free() {
                     continue;
                 }
-                let at_m = placement.place(segment.at_m);
-                let free = self.tracks.iter().enumerate().filter(|(index, _)| !is_taken[*index]);
-                let off = free.map(|(index, track)| (track.off_m(at_m, placement), index));
-                if let Some((off_m, index)) = off.min_by(|a, b| a.0.total_cmp(&b.0))
-                    && off_m < gate_m
-                {
-                    *track_of = Some(index);
-                    is_taken[index] = true;
-                }
+                let mut nearest_m = gate_m;
+                self.places.within(placement.place(segment.at_m), gate_m, |place, away_m| {
+                    if away_m < nearest_m && !is_taken[place / PLACES] {
+                        (nearest_m, *track_of) = (away_m, Some(place / PLACES));
+                    }
+                });
+                track_of.iter().for_each(|index| is_taken[*index] = true);
             }
         }
     }

@@ -3,6 +3,7 @@
 //! Legs, poles, chairs, people; a piece of wall between two people. Frame: the base at the scan's stamp.
 //! Units: meters.
 
+use crate::lanes::{InLanes, widest};
 use crate::scan::end_points::{EndPoint, EndPoints};
 use biplane_geometry::vec2::distance;
 
@@ -13,6 +14,9 @@ const JUMP_M: f32 = 0.2;
 const LONGEST_M: f32 = 0.8;
 /// Beams so many times as far apart as the closest ones have others between them that met nothing.
 const OPEN: f32 = 2.5;
+
+/// Numbers side by side.
+const LANES: usize = 8;
 
 /// A short run of end points.
 #[derive(Copy, Clone, PartialEq, Debug)]
@@ -57,6 +61,7 @@ impl Seen {
         Self { offset_m: [column(), column()], range_m: column(), apart: column() }
     }
 
+    #[inline(always)]
     fn fill(&mut self, points: &EndPoints) {
         let laser_m = points.laser_in_base_m();
         let Self { offset_m: [x_m, y_m], range_m, apart } = self;
@@ -76,8 +81,16 @@ impl Seen {
     }
 
     /// The angle between the beams that are closest to each other.
+    #[inline(always)]
     fn closest(&self) -> f32 {
-        self.apart.iter().filter(|apart| **apart > 1e-4).fold(f32::INFINITY, |a, b| a.min(*b))
+        // Many smallest ones side by side: each waits for its predecessor.
+        let mut smallest = [f32::INFINITY; LANES];
+        for some in self.apart.chunks(LANES) {
+            for (smallest, apart) in smallest.iter_mut().zip(some) {
+                *smallest = smallest.min(if *apart > 1e-4 { *apart } else { f32::INFINITY });
+            }
+        }
+        smallest.into_iter().fold(f32::INFINITY, f32::min)
     }
 
     /// What lies between an end point and the next one.
@@ -113,8 +126,7 @@ enum Border {
 pub(crate) fn find_short(points: &EndPoints, seen: &mut Seen, segments: &mut Vec<Segment>) {
     segments.clear();
     let all = points.as_slice();
-    seen.fill(points);
-    let closest = seen.closest();
+    let closest = widest(See { seen, points });
     let (mut first, mut opened) = (0, Border::Open);
     for index in 0..all.len() {
         let is_last = index + 1 == all.len();
@@ -128,6 +140,23 @@ pub(crate) fn find_short(points: &EndPoints, seen: &mut Seen, segments: &mut Vec
             segments.push(Segment { is_hidden, ..segment(all, first, index) });
         }
         (first, opened) = (index + 1, border);
+    }
+}
+
+/// End points that are to be seen as the laser does.
+struct See<'a> {
+    seen: &'a mut Seen,
+    points: &'a EndPoints,
+}
+
+impl InLanes for See<'_> {
+    /// The angle between the beams that are closest to each other.
+    type Output = f32;
+
+    #[inline(always)]
+    fn work(self) -> f32 {
+        self.seen.fill(self.points);
+        self.seen.closest()
     }
 }
 

@@ -22,6 +22,9 @@ const AS_FAST: f32 = 0.3;
 /// So often a thing is seen before it is static.
 const SEEN: u32 = 3;
 
+/// So many places are expected of a thing.
+pub(crate) const PLACES: usize = 3;
+
 /// A thing that is followed.
 #[derive(Copy, Clone, Debug)]
 pub(crate) struct Track {
@@ -67,12 +70,9 @@ impl Track {
         self.scans += scans;
     }
 
-    /// How far a place is from where it is expected, whether it stands, goes along with the base, or goes on
-    /// as before.
-    pub(crate) fn off_m(&self, at_m: [f32; 2], placement: &Placement) -> f32 {
-        let stands_or_goes_along =
-            distance(at_m, self.at_m).min(distance(at_m, placement.place(self.in_base_m)));
-        stands_or_goes_along.min(distance(at_m, self.ahead_m()))
+    /// Where it is expected, whether it stands, goes along with the base, or goes on as before.
+    pub(crate) fn places_m(&self, placement: &Placement) -> [[f32; 2]; PLACES] {
+        [self.at_m, placement.place(self.in_base_m), self.ahead_m()]
     }
 
     /// Where it is by now when it goes on as before.
@@ -134,6 +134,9 @@ mod tests {
         }
         track.wait(3.0);
         assert!(distance(track.ahead_m(), [4.6, 0.0]) < 0.01, "{:?}", track.ahead_m());
-        assert!(track.off_m([4.6, 0.0], &placement) < 0.01 && track.off_m([4.3, 0.0], &placement) > 0.25);
+        let off_m = |at_m| {
+            track.places_m(&placement).map(|place_m| distance(place_m, at_m)).into_iter().fold(9.0, f32::min)
+        };
+        assert!(off_m([4.6, 0.0]) < 0.01 && off_m([4.3, 0.0]) > 0.25);
     }
 }

@@ -5,6 +5,7 @@
 
 use nalgebra::Matrix3;
 
+use crate::lanes::{InLanes, widest};
 use crate::map::LocalMap;
 use crate::placement::Placement;
 use crate::registration::gauss_newton::cauchy;
@@ -57,20 +58,7 @@ impl Evidence {
         pose: &Pose2,
         params: &AlignParams,
     ) -> Self {
-        let mut sums = Sums::default();
-        let mut rows = Rows::default();
-        correspondences.at(map, &Placement::new(pose), |part, placed, _| {
-            rows.fill(part, placed, params);
-            for index in 0..part.len {
-                match part.met[index] {
-                    Met::Nothing => {}
-                    Met::Spot => sums.spot((part, placed), index, params),
-                    Met::Line if placed.is_other_face[index] != 0 => {}
-                    Met::Line => sums.line(part, &rows, index),
-                }
-            }
-        });
-        sums.finish()
+        widest(Gather { map, correspondences, pose, params })
     }
 
     /// What a scan knows by so many reference scans, each an equal part. Their beams' errors are all common.
@@ -83,6 +71,39 @@ impl Evidence {
             *part = (submap, share);
         }
         evidence
+    }
+}
+
+/// A scan of which is gathered what it knows at a pose.
+struct Gather<'a> {
+    map: &'a LocalMap,
+    correspondences: &'a mut Correspondences,
+    pose: &'a Pose2,
+    params: &'a AlignParams,
+}
+
+impl InLanes for Gather<'_> {
+    type Output = Evidence;
+
+    #[inline(always)]
+    fn work(self) -> Evidence {
+        let Self { map, correspondences, pose, params } = self;
+        let mut sums = Sums::default();
+        let mut rows = Rows::default();
+        let laying = correspondences.lay(&Placement::new(pose));
+        for number in laying.numbers() {
+            let (part, placed, _) = correspondences.part(map, &laying, number);
+            rows.fill(part, placed, params);
+            for index in 0..part.len {
+                match part.met[index] {
+                    Met::Nothing => {}
+                    Met::Spot => sums.spot((part, placed), index, params),
+                    Met::Line if placed.is_other_face[index] != 0 => {}
+                    Met::Line => sums.line(part, &rows, index),
+                }
+            }
+        }
+        sums.finish()
     }
 }
 
@@ -101,6 +122,7 @@ struct Sums {
 
 impl Sums {
     /// An end point that lies on a surface which is no line.
+    #[inline(always)]
     fn spot(&mut self, (part, placed): (&Part, &Placed), index: usize, params: &AlignParams) {
         if part.kind[index] != Kind::Point {
             return;
@@ -118,7 +140,7 @@ impl Sums {
     }
 
     /// An end point that lies on a line.
-    #[inline]
+    #[inline(always)]
     fn line(&mut self, part: &Part, rows: &Rows, index: usize) {
         let row = [rows.normal[0][index], rows.normal[1][index], rows.turn[index]];
         let (pull, weight) = (rows.pull[index], rows.weight[index]);
@@ -129,7 +151,7 @@ impl Sums {
     }
 
     /// The sums of a submap.
-    #[inline]
+    #[inline(always)]
     fn part(&mut self, submap: u8) -> &mut Upper {
         if self.parts[self.last].0 != submap || self.count == 0 {
             let known = self.parts[..self.count].iter().position(|(other, _)| *other == submap);
@@ -145,7 +167,7 @@ impl Sums {
     }
 
     /// A beam meets a piece of wall: the last one, or another.
-    #[inline]
+    #[inline(always)]
     fn piece_of_wall(&mut self, at_m: [f32; 2], row: [f32; 3], weight: f32) {
         let away = minus(at_m, self.piece.at_m);
         let normal = [row[0], row[1]];
@@ -159,6 +181,7 @@ impl Sums {
         }
     }
 
+    #[inline(always)]
     fn end_piece(&mut self, edge: bool) {
         self.common[usize::from(self.piece.edge && edge)].add(self.piece.pull, 1.0);
     }
@@ -196,7 +219,7 @@ impl Default for Rows {
 }
 
 impl Rows {
-    #[inline]
+    #[inline(always)]
     fn fill(&mut self, part: &Part, placed: &Placed, params: &AlignParams) {
         let scale_m = params.outlier_m as f32;
         let per_line = (1.0 / (params.range_noise_m * params.range_noise_m)) as f32;
@@ -222,7 +245,7 @@ impl Rows {
 struct Upper([f64; 6]);
 
 impl Upper {
-    #[inline]
+    #[inline(always)]
     fn add(&mut self, [x, y, turn]: [f64; 3], weight: f64) {
         let [wx, wy, wt] = [weight * x, weight * y, weight * turn];
         let squares = [wx * x, wx * y, wx * turn, wy * y, wy * turn, wt * turn];
@@ -257,6 +280,7 @@ struct Pulls {
 }
 
 impl Pulls {
+    #[inline(always)]
     fn add(&mut self, pull: [f64; 3]) {
         let first = std::mem::replace(&mut self.window[self.next], pull);
         for ((sum, pull), first) in self.sum.iter_mut().zip(pull).zip(first) {

@@ -43,7 +43,7 @@ impl Normal {
     }
 
     /// Both coordinates of an end point's offset from a place, of equal weight.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn add_both(&mut self, arm: [f32; 2], offset: [f32; 2], weight: f32) {
         let turns = [-arm[1], arm[0]];
         self.xx += weight;
@@ -134,6 +134,7 @@ pub(crate) struct LineSums {
 
 impl LineSums {
     /// Adds all of a batch under Cauchy weights of this scale (meters), and empties it.
+    #[inline(never)] // four lanes are as wide as every processor has them, and inlined they are taken apart
     pub(crate) fn take(&mut self, batch: &mut Batch, scale_m: f32) {
         let used = batch.len.next_multiple_of(LANES).min(BATCH);
         batch.weight[batch.len..used].fill(0.0);

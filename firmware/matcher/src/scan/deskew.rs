@@ -9,6 +9,7 @@ use crate::scan::{Beam, SERIES_UP_TO_RAD, Scan, series};
 pub(super) const MANY: usize = 32;
 
 /// Ends of up to [`MANY`] beams; those of beams without a range are of no meaning.
+#[inline(always)]
 pub(super) fn ends_in_base_m(scan: &Scan, beams: impl Iterator<Item = Beam>) -> [[f32; MANY]; 2] {
     let zeros = [0.0_f64; MANY];
     let ([mut delay_s, mut range_m], mut direction, mut len) = ([zeros; 2], [zeros; 2], 0);

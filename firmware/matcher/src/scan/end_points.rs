@@ -6,13 +6,15 @@
 
 use std::ops::RangeInclusive;
 
+pub use crate::scan::end_point::{EndPoint, Kind, Mobility};
+
+use crate::lanes::{InLanes, widest};
 use crate::parameter_group::parameter_group;
-use crate::placement::Placement;
 use crate::scan::Scan;
 use crate::scan::line_fit::{LineLimits, Lines, RunningSums, Shape};
 use crate::scan::neighbors::{LANES, Neighbors};
-use crate::scan::{Beam, deskew};
-use biplane_geometry::vec2::{distance, norm, squared_distance};
+use crate::scan::{Beam, deskew, isolated};
+use biplane_geometry::vec2::{distance, dot, squared_distance};
 
 parameter_group! { "points";
 /// Which beams become end points, and what the scan itself says about the surfaces they lie on.
@@ -50,79 +52,6 @@ const LINE_LENGTH_M: f32 = 0.06;
 /// A surface that a beam strikes flatter than this (sine of the angle) gives no normal: the beam may have
 /// jumped from an edge to the wall behind. Error 0.0667 m halved, 0.1091 m doubled.
 const GRAZING_SINE: f32 = 0.1;
-
-/// What a scan alone can say about the surface at an end point.
-#[derive(Copy, Clone, PartialEq, Eq, Debug, Default)]
-pub enum Kind {
-    /// It lies on a line with its neighbors.
-    Line,
-    /// It stands out from its neighbors: a leg, a pole, clutter.
-    Point,
-    /// Too few neighbors, or struck too flatly to tell a wall from the jump between two.
-    #[default]
-    Unsure,
-}
-
-/// Whether what an end point lies on moves by itself.
-#[derive(Copy, Clone, PartialEq, Eq, Debug, Default)]
-pub enum Mobility {
-    /// It stands.
-    #[default]
-    Static,
-    /// Not known yet: it is no part of the map until it is.
-    Unknown,
-    /// It moves: it says nothing of the pose and is no part of the map.
-    Dynamic,
-}
-
-/// One end point.
-#[derive(Copy, Clone, PartialEq, Debug, Default)]
-pub struct EndPoint {
-    /// Position in the base's frame, meters.
-    pub at_m: [f32; 2],
-    /// Unit normal of the surface towards the laser, in the base's frame; zero unless it is a line.
-    pub normal: [f32; 2],
-    /// What it seems to lie on.
-    pub kind: Kind,
-    /// Weight in (0, 1]: less where the beams are crowded.
-    pub weight: f32,
-    /// It stands alone off what its neighbors on both sides lie on: a leg before a wall, or a beam that fell
-    /// short.
-    pub alone: bool,
-    /// Whether what it lies on moves by itself.
-    pub mobility: Mobility,
-}
-
-impl EndPoint {
-    /// Whether it knows the direction of the surface it lies on.
-    #[must_use]
-    pub fn has_normal(&self) -> bool {
-        self.normal != [0.0; 2]
-    }
-
-    fn set_mobility(&mut self, mobility: Mobility) {
-        self.mobility = mobility;
-        if mobility == Mobility::Dynamic {
-            self.weight = 0.0;
-        }
-    }
-
-    /// The same end point in the frame of a placement.
-    #[inline]
-    #[must_use]
-    pub fn placed(&self, placement: &Placement) -> Self {
-        Self { at_m: placement.place(self.at_m), normal: placement.turn(self.normal), ..*self }
-    }
-}
-
-/// So many neighbors on either side tell whether a point stands alone.
-const ASIDE: usize = 3;
-/// A point stands alone when the way by it is so many times as long as the way past it.
-const DETOUR: f32 = 4.0;
-/// Where few points stand alone, one closer than this to the one before or after it does not, meters.
-const APART_M: f32 = 1.0;
-/// More than this share of the points is many.
-const MANY: f32 = 0.1;
 
 /// End points of one scan and the place they were seen from.
 #[derive(Clone, Debug)]
@@ -184,6 +113,13 @@ impl EndPoints {
         self.points[which].iter_mut().for_each(|point| point.set_mobility(mobility));
     }
 
+    /// The same of one end point, unless it is known to move.
+    pub(crate) fn mark_one(&mut self, index: usize, mobility: Mobility) {
+        if self.points[index].mobility != Mobility::Dynamic {
+            self.points[index].set_mobility(mobility);
+        }
+    }
+
     /// The same of the end points for which something holds, unless they are known to move.
     pub(crate) fn mark(&mut self, mobility: Mobility, mut holds: impl FnMut(&EndPoint) -> bool) {
         let marked =
@@ -193,19 +129,22 @@ impl EndPoints {
 
     /// No end point lies farther from the base than this, meters.
     pub fn reach_m(&self) -> f32 {
-        self.points.iter().map(|point| norm(point.at_m)).fold(norm(self.laser_in_base_m), f32::max)
+        // Many largest ones side by side: each waits for its predecessor.
+        let mut squared = [dot(self.laser_in_base_m, self.laser_in_base_m); LANES];
+        for some in self.points.chunks(LANES) {
+            for (largest, point) in squared.iter_mut().zip(some) {
+                *largest = largest.max(dot(point.at_m, point.at_m));
+            }
+        }
+        squared.into_iter().fold(0.0, f32::max).sqrt()
     }
 
     /// Takes over the usable beams of a scan and gives them normals and weights.
     pub fn fill(&mut self, scan: &Scan) {
-        self.take_ends(scan);
-        self.measure_gaps();
-        self.mark_isolated();
-        self.sum_up();
-        self.fit_lines();
-        self.fit_corners();
+        widest(Fill { points: self, scan });
     }
 
+    #[inline(always)]
     fn take_ends(&mut self, scan: &Scan) {
         self.points.clear();
         self.laser_in_base_m = scan.laser_in_base_m.map(|meters| meters as f32);
@@ -223,6 +162,7 @@ impl EndPoints {
         }
     }
 
+    #[inline(always)]
     fn measure_gaps(&mut self) {
         self.gaps_m.clear();
         self.gaps_m.push(f32::INFINITY);
@@ -233,39 +173,7 @@ impl EndPoints {
         }
     }
 
-    /// Points that stand alone say nothing of the surface that their neighbors lie on. A few are legs before
-    /// walls; where they are many, beams fall short (dust, rain, glare), and these also end close to what
-    /// they should have met.
-    fn mark_isolated(&mut self) {
-        let many = self.points.len() as f32 * MANY;
-        let mut count = 0;
-        for index in 1..self.points.len().saturating_sub(1) {
-            let is_apart = self.gaps_m[index] > NORMAL_REACH_M && self.gaps_m[index + 1] > NORMAL_REACH_M;
-            if is_apart && self.stands_alone(index) {
-                self.points[index].alone = true;
-                count += 1;
-            }
-        }
-        if count as f32 <= many {
-            for (point, gaps_m) in self.points.iter_mut().zip(self.gaps_m.windows(2)) {
-                point.alone &= gaps_m[0] > APART_M && gaps_m[1] > APART_M;
-            }
-        }
-    }
-
-    /// Whether two neighbors, one on either side, are far closer to each other than by way of this point.
-    fn stands_alone(&self, index: usize) -> bool {
-        let here = self.points[index].at_m;
-        let (before, rest) = self.points.split_at(index);
-        before.iter().rev().take(ASIDE).any(|a| {
-            let to_a_m = distance(a.at_m, here);
-            rest[1..].iter().take(ASIDE).any(|b| {
-                let detour_m = to_a_m + distance(here, b.at_m);
-                detour_m > DETOUR * distance(a.at_m, b.at_m)
-            })
-        })
-    }
-
+    #[inline(always)]
     fn sum_up(&mut self) {
         let mut sum = RunningSums::default();
         self.sums.clear();
@@ -279,6 +187,7 @@ impl EndPoints {
     }
 
     /// Gives the points normals by the lines through their neighbors on both sides.
+    #[inline(always)]
     fn fit_lines(&mut self) {
         let alone_or_not = |point: &EndPoint| (!point.alone).then_some(point.at_m);
         self.neighbors.fill(self.points.iter().map(alone_or_not));
@@ -318,6 +227,7 @@ impl EndPoints {
     }
 
     /// Whether there is enough of a run of points for a line.
+    #[inline(always)]
     fn may_be_line(&self, [first, last]: [usize; 2]) -> bool {
         let length_squared = squared_distance(self.points[first].at_m, self.points[last].at_m);
         let is_short = length_squared < LINE_LENGTH_M * LINE_LENGTH_M;
@@ -325,6 +235,7 @@ impl EndPoints {
     }
 
     /// What lies at a corner has the normal of the neighbors on one side.
+    #[inline(always)]
     fn fit_corners(&mut self) {
         let (limits, mut lines) = (self.limits(), Lines::default());
         for some in self.sides.chunks(Lines::MANY) {
@@ -344,12 +255,13 @@ impl EndPoints {
     }
 
     /// Adds the run of points between two, for a point of it.
-    #[inline]
+    #[inline(always)]
     fn push(&self, lines: &mut Lines, [first, last]: [usize; 2], index: usize) {
         let ends_m = [first, last, index].map(|end| self.points[end].at_m);
         lines.push(&self.sums[last + 1].minus(&self.sums[first]), ends_m);
     }
 
+    #[inline(always)]
     fn limits(&self) -> LineLimits {
         LineLimits {
             length_squared: LINE_LENGTH_M * LINE_LENGTH_M,
@@ -360,8 +272,30 @@ impl EndPoints {
     }
 }
 
+/// End points that take over a scan.
+struct Fill<'a> {
+    points: &'a mut EndPoints,
+    scan: &'a Scan<'a>,
+}
+
+impl InLanes for Fill<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn work(self) {
+        let Self { points, scan } = self;
+        points.take_ends(scan);
+        points.measure_gaps();
+        isolated::mark(&mut points.points, &points.gaps_m, NORMAL_REACH_M);
+        points.sum_up();
+        points.fit_lines();
+        points.fit_corners();
+    }
+}
+
 /// Beams that lie closer together than `spacing_m` share the weight of one; so far to the beams before and
 /// after.
+#[inline(always)]
 fn weight(params: &PointParams, before_m: f32, after_m: f32) -> f32 {
     let spacing_m = params.spacing_m as f32;
     (before_m.min(spacing_m) + after_m.min(spacing_m)) / (2.0 * spacing_m).max(1e-6)

@@ -16,11 +16,13 @@ pub(crate) struct RunningSums {
 
 impl RunningSums {
     /// Points that were added.
+    #[inline(always)]
     pub(crate) fn count(&self) -> f64 {
         self.n
     }
 
     /// Takes one more point.
+    #[inline(always)]
     pub(crate) fn add(&mut self, [x, y]: [f64; 2]) {
         self.n += 1.0;
         self.x += x;
@@ -31,7 +33,7 @@ impl RunningSums {
     }
 
     /// The sums over what has come since `before`.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn minus(&self, before: &Self) -> Self {
         Self {
             n: self.n - before.n,
@@ -130,7 +132,7 @@ impl Lines {
 
     /// Takes one more run, the sums over it, its first and last point and the point that it is for; at most
     /// [`Lines::MANY`].
-    #[inline]
+    #[inline(always)]
     pub(crate) fn push(&mut self, run: &RunningSums, [first_m, last_m, here_m]: [[f32; 2]; 3]) {
         let place = self.len % Self::MANY;
         let RunningSums { n, x, y, xx, xy, yy } = *run;
@@ -145,6 +147,7 @@ impl Lines {
     }
 
     /// Fits a line through each and judges it.
+    #[inline(always)]
     pub(crate) fn fit(&mut self, limits: &LineLimits) {
         let [ns, xs, ys, xxs, xys, yys] = &self.sums;
         let zeros = [0.0; Self::MANY];
@@ -181,7 +184,7 @@ impl Lines {
     }
 
     /// What a run is, and the normal towards the laser if it is a line.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn get(&self, place: usize) -> (Shape, [f32; 2]) {
         let place = place % Self::MANY;
         (self.shapes[place], [self.normals[0][place], self.normals[1][place]])

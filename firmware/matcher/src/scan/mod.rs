@@ -5,7 +5,9 @@
 //! round needs no special case here.
 
 mod deskew;
+pub(crate) mod end_point;
 pub(crate) mod end_points;
+mod isolated;
 pub(crate) mod line_fit;
 mod neighbors;
 

@@ -26,6 +26,7 @@ impl Neighbors {
     }
 
     /// Takes over the places of end points, `None` for one of which nothing is to be made.
+    #[inline(always)]
     pub(super) fn fill(&mut self, places: impl ExactSizeIterator<Item = Option<[f32; 2]>>) {
         const NOWHERE: [f32; 2] = [f32::NAN; 2];
         self.len = places.len();
@@ -44,47 +45,37 @@ impl Neighbors {
 
     /// How many places away the last neighbor is that is needed, the first one out of reach included: before
     /// and after each of [`LANES`] end points from `first` on.
-    #[inline]
-    pub(super) fn reaches(&self, first: usize, reach_m: f32) -> [[usize; LANES]; 2] {
-        let before =
-            self.reaches_to(first, (first + LANES - 1).min(NEIGHBORS), reach_m, |at, away| at - away);
-        let after = self.reaches_to(first, (self.len - first).min(NEIGHBORS), reach_m, |at, away| at + away);
-        [before, after].map(|reaches| reaches.map(|reach| reach as usize))
-    }
-
     #[inline(always)]
-    fn reaches_to(
-        &self,
-        first: usize,
-        max: usize,
-        reach_m: f32,
-        go: impl Fn(usize, usize) -> usize,
-    ) -> [u32; LANES] {
+    pub(super) fn reaches(&self, first: usize, reach_m: f32) -> [[usize; LANES]; 2] {
         let some = |axis: &[f32], from: usize| -> [f32; LANES] {
             axis[from..].first_chunk().copied().unwrap_or([f32::NAN; LANES])
         };
         let at = PAD + first;
         let ([x, y], squared) = ([some(&self.x_m, at), some(&self.y_m, at)], reach_m * reach_m);
-        let (mut reaches, mut goes_on) = ([0_u32; LANES], [u32::MAX; LANES]);
+        let (mut reaches, mut goes_on) = ([[0_u32; LANES]; 2], [[u32::MAX; LANES]; 2]);
+        let max = (first + LANES - 1).max(self.len - first).min(NEIGHBORS);
+        // Both sides at once: what has no neighbor left is compared with no numbers.
         for away in 1..=max {
-            let from = go(at, away);
-            let [other_x, other_y] = [some(&self.x_m, from), some(&self.y_m, from)];
             let mut any = 0;
-            for lane in 0..LANES {
-                let (dx, dy) = (other_x[lane] - x[lane], other_y[lane] - y[lane]);
-                let away_squared = dx * dx + dy * dy;
-                let is_far = u32::from(away_squared > squared).wrapping_neg();
-                let is_near = u32::from(away_squared <= squared).wrapping_neg();
-                let counts = goes_on[lane] & (is_far | is_near);
-                reaches[lane] = (reaches[lane] & !counts) | (away as u32 & counts);
-                goes_on[lane] &= !is_far;
-                any |= goes_on[lane];
+            for (side, from) in [at - away, at + away].into_iter().enumerate() {
+                let [other_x, other_y] = [some(&self.x_m, from), some(&self.y_m, from)];
+                let (reaches, goes_on) = (&mut reaches[side], &mut goes_on[side]);
+                for lane in 0..LANES {
+                    let (dx, dy) = (other_x[lane] - x[lane], other_y[lane] - y[lane]);
+                    let away_squared = dx * dx + dy * dy;
+                    let is_far = u32::from(away_squared > squared).wrapping_neg();
+                    let is_near = u32::from(away_squared <= squared).wrapping_neg();
+                    let counts = goes_on[lane] & (is_far | is_near);
+                    reaches[lane] = (reaches[lane] & !counts) | (away as u32 & counts);
+                    goes_on[lane] &= !is_far;
+                    any |= goes_on[lane];
+                }
             }
             if any == 0 {
                 break;
             }
         }
-        reaches
+        reaches.map(|reaches| reaches.map(|reach| reach as usize))
     }
 }
 

@@ -173,9 +173,9 @@ impl MapMatcher {
         }
     }
 
-    /// Finds the scan's pose from the prior alone, with no search around.
+    /// Finds the pose of the scan that was located last again, from another prior alone, with no search
+    /// around.
     pub(crate) fn locate_near(&mut self, points: &EndPoints, prior: &Prior) -> (Alignment, Verdict) {
-        self.correspondences.begin(points.as_slice());
         let found = self.align(points, prior.mean, prior);
         (found, Verdict::of(&found.fit))
     }

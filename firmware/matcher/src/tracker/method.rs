@@ -72,7 +72,8 @@ impl Engine {
         }
     }
 
-    /// Finds a scan's pose from the prior alone, with no search around.
+    /// Finds the pose of the scan that was located last again, from another prior alone, with no search
+    /// around.
     pub(crate) fn locate_near(&mut self, points: &EndPoints, prior: &Prior) -> (Alignment, Verdict) {
         match self {
             Self::Map(matcher) => matcher.locate_near(points, prior),

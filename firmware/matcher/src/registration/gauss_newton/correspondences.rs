@@ -63,23 +63,45 @@ impl Correspondences {
         }
     }
 
-    /// What the end points meet when they are placed like this and how they lie there, some at a time; and a
-    /// batch to gather them in.
-    pub(crate) fn at(
+    /// Lays the end points on the map, part by part: see [`Correspondences::part`].
+    #[inline(always)]
+    pub(crate) fn lay(&mut self, placement: &Placement) -> Laying {
+        let is_new = self.placement.replace(*placement) != Some(*placement);
+        Laying { placement: *placement, is_new, parts: self.used }
+    }
+
+    /// What the end points of a part meet when they are placed like this and how they lie there; and a batch
+    /// to gather them in.
+    #[inline(always)]
+    pub(crate) fn part(
         &mut self,
         map: &LocalMap,
-        placement: &Placement,
-        mut each: impl FnMut(&Part, &Placed, &mut Batch),
-    ) {
-        let is_new = self.placement.replace(*placement) != Some(*placement);
-        for part in &mut self.parts[..self.used] {
-            self.placed.turn(&part.at, placement);
-            if is_new {
-                part.refresh(map, placement.at_m, &self.placed.arm);
-            }
-            self.placed.place(part, placement);
-            each(part, &self.placed, &mut self.batch);
+        Laying { placement, is_new, .. }: &Laying,
+        number: usize,
+    ) -> (&Part, &Placed, &mut Batch) {
+        let part = &mut self.parts[number];
+        self.placed.turn(&part.at, placement);
+        if *is_new {
+            part.refresh(map, placement.at_m, &self.placed.arm);
         }
+        self.placed.place(part, placement);
+        (part, &self.placed, &mut self.batch)
+    }
+}
+
+/// End points about to be laid on the map.
+#[derive(Copy, Clone, Debug)]
+pub(crate) struct Laying {
+    placement: Placement,
+    is_new: bool,
+    parts: usize,
+}
+
+impl Laying {
+    /// The numbers of all parts; each has to be laid.
+    #[inline(always)]
+    pub(crate) fn numbers(&self) -> std::ops::Range<usize> {
+        0..self.parts
     }
 }
 
@@ -163,8 +185,16 @@ pub(crate) struct Part {
     pub submap: [u8; BATCH],
     /// What an end point counts before its residual is known.
     pub sureness: Column,
+    lists: Lists,
+}
+
+/// The end points of a part by what they meet.
+#[derive(Clone, Debug, Default)]
+struct Lists {
     lines: List,
+    /// Those that stand out from their neighbors alone.
     spots: List,
+    nothings: List,
 }
 
 /// Some of the end points of a part, in their order.
@@ -175,15 +205,28 @@ struct List {
 }
 
 impl List {
+    /// Takes an end point or not, without a branch: which it is cannot be foreseen.
+    #[inline(always)]
+    fn push_if(&mut self, is_so: bool, index: u8) {
+        self.indices[self.len % BATCH] = index;
+        self.len += usize::from(is_so);
+    }
+
+    #[inline(always)]
     fn iter(&self) -> impl Iterator<Item = usize> {
         self.indices[..self.len].iter().map(|index| usize::from(*index) % BATCH)
+    }
+}
+
+impl Default for List {
+    fn default() -> Self {
+        Self { indices: [0; BATCH], len: 0 }
     }
 }
 
 impl Default for Part {
     fn default() -> Self {
         let zeros = [[0.0; BATCH]; 2];
-        let nobody = List { indices: [0; BATCH], len: 0 };
         Self {
             len: 0,
             at: zeros,
@@ -198,8 +241,7 @@ impl Default for Part {
             hits: [1.0; BATCH],
             submap: [0; BATCH],
             sureness: [0.0; BATCH],
-            lines: nobody.clone(),
-            spots: nobody,
+            lists: Lists::default(),
         }
     }
 }
@@ -218,15 +260,24 @@ impl Part {
         self.cell = [[f32::NAN; BATCH]; 2];
         self.index = [NOTHING; BATCH];
         self.met = [Met::Nothing; BATCH];
-        (self.lines.len, self.spots.len) = (0, 0);
+        self.list();
     }
 
-    /// The end points that meet surfaces which are no lines, in their order.
+    /// The end points that stand out from their neighbors and meet surfaces which are no lines, in their
+    /// order.
+    #[inline(always)]
     pub(crate) fn spots(&self) -> impl Iterator<Item = usize> {
-        self.spots.iter()
+        self.lists.spots.iter()
+    }
+
+    /// The end points that meet nothing.
+    #[inline(always)]
+    pub(crate) fn nothings(&self) -> impl Iterator<Item = usize> {
+        self.lists.nothings.iter()
     }
 
     /// Looks up what has left its cell.
+    #[inline(always)]
     fn refresh(&mut self, map: &LocalMap, from_m: [f32; 2], arm: &[Column; 2]) {
         let (moved, count) = self.leave_cells(map.cells_per_m(), from_m, arm);
         let (mut others, mut other_count) = ([0_u8; BATCH], 0);
@@ -248,7 +299,7 @@ impl Part {
     }
 
     /// Finds the cells of all end points, and which have changed.
-    #[inline]
+    #[inline(always)]
     fn leave_cells(
         &mut self,
         cells_per_m: f32,
@@ -278,7 +329,7 @@ impl Part {
     }
 
     /// An end point meets another surface than before: whether it is of another kind.
-    #[inline]
+    #[inline(always)]
     fn meet(&mut self, map: &LocalMap, at: usize) -> bool {
         let met = match map.surfels().get(self.index[at] as usize) {
             Some(surfel) => {
@@ -297,22 +348,22 @@ impl Part {
         std::mem::replace(&mut self.met[at], met) != met
     }
 
-    /// Lists lines and spots anew.
+    /// Lists what meets lines, spots and nothing anew.
+    #[inline(always)]
     fn list(&mut self) {
-        let (mut lines, mut spots) = (0, 0);
-        for (index, met) in (0_u8..).zip(&self.met[..self.len]) {
-            self.lines.indices[lines % BATCH] = index;
-            self.spots.indices[spots % BATCH] = index;
-            lines += usize::from(*met == Met::Line);
-            spots += usize::from(*met == Met::Spot);
+        let Lists { lines, spots, nothings } = &mut self.lists;
+        [lines.len, spots.len, nothings.len] = [0; 3];
+        for (index, (met, kind)) in (0_u8..).zip(self.met[..self.len].iter().zip(&self.kind)) {
+            lines.push_if(*met == Met::Line, index);
+            spots.push_if((*met == Met::Spot) & (*kind == Kind::Point), index);
+            nothings.push_if(*met == Met::Nothing, index);
         }
-        (self.lines.len, self.spots.len) = (lines, spots);
     }
 
     /// Fills a batch with the end points on lines. One on another face has no weight.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn gather_lines(&self, placed: &Placed, batch: &mut Batch) {
-        for (entry, index) in self.lines.iter().enumerate() {
+        for (entry, index) in self.lists.lines.iter().enumerate() {
             let entry = entry % BATCH;
             for axis in 0..2 {
                 batch.arm[axis][entry] = placed.arm[axis][index];
@@ -322,7 +373,7 @@ impl Part {
             let sureness = self.sureness[index].to_bits() & !placed.is_other_face[index];
             batch.weight[entry] = f32::from_bits(sureness);
         }
-        batch.len = self.lines.len;
+        batch.len = self.lists.lines.len;
     }
 }
 

@@ -4,6 +4,7 @@
 
 use nalgebra::Matrix3;
 
+use crate::lanes::{InLanes, widest};
 use crate::map::LocalMap;
 use crate::placement::Placement;
 use crate::registration::gauss_newton::correspondences::{Correspondences, Met, Part, Placed, all_bits};
@@ -11,7 +12,7 @@ use crate::registration::gauss_newton::fit::Fit;
 use crate::registration::gauss_newton::params::AlignParams;
 use crate::registration::gauss_newton::{Laid, cauchy, cost, square};
 use crate::registration::normal_equations::{BATCH, LineSums, Normal};
-use crate::scan::end_points::{EndPoint, Kind};
+use crate::scan::end_points::EndPoint;
 use biplane_geometry::Pose2;
 use biplane_geometry::vec2::dot;
 
@@ -27,44 +28,11 @@ pub(crate) struct OnMap<'a> {
 
 impl Laid for OnMap<'_> {
     fn sums(&mut self, pose: &Pose2, scale_m: f32, params: &AlignParams) -> (Normal, Matrix3<f64>) {
-        let (mut lines, mut spots) = (LineSums::default(), Normal::default());
-        let point_noise = square(params.point_noise_m);
-        self.correspondences.at(self.map, &Placement::new(pose), |part, placed, batch| {
-            for index in part.spots().filter(|index| part.kind[*index] == Kind::Point) {
-                let ([arm_x, arm_y], [offset_x, offset_y]) = (&placed.arm, &placed.offset);
-                let (arm, offset) = ([arm_x[index], arm_y[index]], [offset_x[index], offset_y[index]]);
-                let weight = part.sureness[index] * cauchy(dot(offset, offset), scale_m) / point_noise;
-                spots.add_both(arm, offset, weight);
-            }
-            part.gather_lines(placed, batch);
-            lines.take(batch, scale_m);
-        });
-        let (normal, tangent) = lines.finish(1.0 / square(params.range_noise_m));
-        (normal.plus(&spots), tangent)
+        widest(AddUp { laid: self, pose, scale_m, params })
     }
 
     fn fit(&mut self, pose: &Pose2, params: &AlignParams) -> Fit {
-        let placement = Placement::new(pose);
-        let mut fit = Fit::default();
-        let near_m = params.explained_m as f32;
-        let mut near = Near::default();
-        self.correspondences.at(self.map, &placement, |part, placed, _| {
-            near.fill(part, placed, near_m * near_m);
-            for index in 0..part.len {
-                let weight = f64::from(part.weight[index]);
-                fit.total += weight;
-                if part.met[index] == Met::Nothing {
-                    let at_m = placement.place([part.at[0][index], part.at[1][index]]);
-                    fit.informative += if self.map.seen_through(at_m) { weight } else { 0.0 };
-                    continue;
-                }
-                fit.informative += weight;
-                fit.explained += near.weight[index];
-                fit.on_lines += near.on_line[index];
-                fit.squares_m2 += near.squares_m2[index];
-            }
-        });
-        fit
+        widest(Judge { laid: self, pose, params })
     }
 
     fn cost(&self, pose: &Pose2, scale_m: f32, params: &AlignParams) -> (f64, u32) {
@@ -72,8 +40,83 @@ impl Laid for OnMap<'_> {
     }
 }
 
+/// End points on the map whose sums are wanted, see [`Laid::sums`].
+struct AddUp<'a, 'b> {
+    laid: &'a mut OnMap<'b>,
+    pose: &'a Pose2,
+    scale_m: f32,
+    params: &'a AlignParams,
+}
+
+impl InLanes for AddUp<'_, '_> {
+    type Output = (Normal, Matrix3<f64>);
+
+    #[inline(always)]
+    fn work(self) -> Self::Output {
+        let Self { laid: OnMap { map, correspondences, .. }, pose, scale_m, params } = self;
+        let (mut lines, mut spots) = (LineSums::default(), Normal::default());
+        let point_noise = square(params.point_noise_m);
+        let placement = Placement::new(pose);
+        let laying = correspondences.lay(&placement);
+        for number in laying.numbers() {
+            let (part, placed, batch) = correspondences.part(map, &laying, number);
+            for index in part.spots() {
+                let ([arm_x, arm_y], [offset_x, offset_y]) = (&placed.arm, &placed.offset);
+                let (arm, offset) = ([arm_x[index], arm_y[index]], [offset_x[index], offset_y[index]]);
+                let weight = part.sureness[index] * cauchy(dot(offset, offset), scale_m) / point_noise;
+                spots.add_both(arm, offset, weight);
+            }
+            part.gather_lines(placed, batch);
+            lines.take(batch, scale_m);
+        }
+        let (normal, tangent) = lines.finish(1.0 / square(params.range_noise_m));
+        (normal.plus(&spots), tangent)
+    }
+}
+
+/// End points on the map whose fit is wanted, see [`Laid::fit`].
+struct Judge<'a, 'b> {
+    laid: &'a mut OnMap<'b>,
+    pose: &'a Pose2,
+    params: &'a AlignParams,
+}
+
+impl InLanes for Judge<'_, '_> {
+    type Output = Fit;
+
+    #[inline(always)]
+    fn work(self) -> Fit {
+        let Self { laid: OnMap { map, correspondences, .. }, pose, params } = self;
+        let placement = Placement::new(pose);
+        let mut fit = Fit::default();
+        let near_m = params.explained_m as f32;
+        let mut near = Near::default();
+        let laying = correspondences.lay(&placement);
+        for number in laying.numbers() {
+            let (part, placed, _) = correspondences.part(map, &laying, number);
+            near.fill(part, placed, near_m * near_m);
+            for index in part.nothings() {
+                let at_m = placement.place([part.at[0][index], part.at[1][index]]);
+                let is_seen = all_bits(map.seen_through(at_m));
+                near.says[index] = f64::from(f32::from_bits(part.weight[index].to_bits() & is_seen));
+            }
+            for index in 0..part.len {
+                fit.total += f64::from(part.weight[index]);
+                fit.informative += near.says[index];
+                fit.explained += near.weight[index];
+                fit.on_lines += near.on_line[index];
+                fit.squares_m2 += near.squares_m2[index];
+            }
+        }
+        fit
+    }
+}
+
 /// The end points that lie near their surfaces; the others count nothing.
 struct Near {
+    /// Weight of those that meet anything, however far off.
+    says: [f64; BATCH],
+    /// Weight of those near.
     weight: [f64; BATCH],
     /// Weight of those near lines.
     on_line: [f64; BATCH],
@@ -84,12 +127,12 @@ struct Near {
 impl Default for Near {
     fn default() -> Self {
         let zeros = [0.0; BATCH];
-        Self { weight: zeros, on_line: zeros, squares_m2: zeros }
+        Self { says: zeros, weight: zeros, on_line: zeros, squares_m2: zeros }
     }
 }
 
 impl Near {
-    #[inline]
+    #[inline(always)]
     fn fill(&mut self, part: &Part, placed: &Placed, near_m2: f32) {
         let ([offset_x, offset_y], [normal_x, normal_y]) = (&placed.offset, &part.normal);
         for i in 0..BATCH {
@@ -98,8 +141,10 @@ impl Near {
             let from_spot = offset_x[i] * offset_x[i] + offset_y[i] * offset_y[i];
             let is_line = all_bits(part.met[i] == Met::Line);
             let near_line = is_line & !placed.is_other_face[i] & all_bits(from_line < near_m2);
-            let near_spot = !is_line & all_bits(from_spot < near_m2);
+            let is_met = all_bits(part.met[i] != Met::Nothing);
+            let near_spot = is_met & !is_line & all_bits(from_spot < near_m2);
             let weight = part.weight[i].to_bits();
+            self.says[i] = f64::from(f32::from_bits(weight & is_met));
             self.weight[i] = f64::from(f32::from_bits(weight & (near_line | near_spot)));
             let on_line = f64::from(f32::from_bits(weight & near_line));
             let square_m2 = from_line * part.hits[i] / (1.0 + part.hits[i]);

@@ -3,6 +3,7 @@
 //!
 //! Frame: map. Units: meters, radians. The cost is bounded by the lattice's size, which the caller limits.
 
+use crate::lanes::{InLanes, widest};
 use crate::map::LocalMap;
 use crate::map::grid::{floor_in_lanes, whole};
 use crate::parameter_group::parameter_group;
@@ -80,7 +81,7 @@ pub(crate) struct Search {
 /// So many end points tell a pose at the least.
 const MIN_BEAMS: usize = 8;
 /// After so many end points a pose that cannot come among the best any more is given up.
-const LOOK_EVERY: usize = 12;
+const LOOK_EVERY: usize = 6;
 
 impl Search {
     /// Memory for scans of this many end points over cells of this size. The lattice's step becomes a whole
@@ -123,6 +124,17 @@ impl Search {
         guess: &Pose2,
         window: Window,
     ) -> [Candidate; KEPT] {
+        widest(Try { search: self, map, points, guess, window })
+    }
+
+    #[inline(always)]
+    fn try_all<const KEPT: usize>(
+        &mut self,
+        map: &LocalMap,
+        points: &EndPoints,
+        guess: &Pose2,
+        window: Window,
+    ) -> [Candidate; KEPT] {
         let mut best = [Candidate::default(); KEPT];
         let (turns, shifts, beams) = self.lattice(window);
         let stride = points.as_slice().len().div_ceil(beams).max(1);
@@ -149,6 +161,7 @@ impl Search {
     }
 
     /// The cells in which the end points that are tried lie.
+    #[inline(always)]
     fn place(&mut self, placement: &Placement, cells_per_m: f32, count: usize) {
         let ([x, y], mut cells) = (&self.tried_m, [[0; 2]; BEAMS]);
         for i in 0..BEAMS {
@@ -173,6 +186,7 @@ impl Search {
 
     /// Mean likelihood of the end points, shifted by whole cells; something not above `least` when that is
     /// all it can come to.
+    #[inline(always)]
     fn score(&self, map: &LocalMap, [shift_x, shift_y]: [i32; 2], minimum: f32) -> f32 {
         let count = self.placed.len().max(1) as f32;
         let (mut sum, mut possible) = (0.0, count);
@@ -218,6 +232,24 @@ impl Search {
         (a.x_m - b.x_m).abs() < reach_m
             && (a.y_m - b.y_m).abs() < reach_m
             && wrap_angle(a.theta_rad - b.theta_rad).abs() < 1.5 * STEP_RAD
+    }
+}
+
+/// All poses of a lattice, to be tried.
+struct Try<'a, const KEPT: usize> {
+    search: &'a mut Search,
+    map: &'a LocalMap,
+    points: &'a EndPoints,
+    guess: &'a Pose2,
+    window: Window,
+}
+
+impl<const KEPT: usize> InLanes for Try<'_, KEPT> {
+    type Output = [Candidate; KEPT];
+
+    #[inline(always)]
+    fn work(self) -> Self::Output {
+        self.search.try_all(self.map, self.points, self.guess, self.window)
     }
 }
 
