@@ -24,19 +24,19 @@ impl BlockKey {
     }
 
     /// Tells its tile from others.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn tile(self) -> u32 {
         self.0 >> 6
     }
 
     /// Its place among those of its tile, as in the bits of [`Grid::quiet`](crate::map::grid::Grid::quiet).
-    #[inline]
+    #[inline(always)]
     pub(crate) fn bit(self) -> u32 {
         self.0 & 63
     }
 
     /// Its block coordinates.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn block(self) -> [i32; 2] {
         let (tile, within) = (self.tile() as i32, self.bit() as i32);
         let x = (tile & (DIRECTORY - 1)) * BLOCKS_PER_SIDE + within % BLOCKS_PER_SIDE;

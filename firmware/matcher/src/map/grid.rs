@@ -72,13 +72,13 @@ pub(crate) struct TileSlot {
 }
 
 /// A block's place among those of its tile, as in the bits of [`Grid::quiet`] (block coordinates).
-#[inline]
+#[inline(always)]
 pub(crate) fn block_bit([x, y]: [i32; 2]) -> u32 {
     (((y & (BLOCKS_PER_SIDE - 1)) * BLOCKS_PER_SIDE) + (x & (BLOCKS_PER_SIDE - 1))) as u32
 }
 
 /// The cell that holds a point.
-#[inline]
+#[inline(always)]
 pub(crate) fn cell_of(point_m: [f32; 2], cells_per_m: f32) -> [i32; 2] {
     point_m.map(|meters| (meters * cells_per_m).floor_to_i32())
 }
@@ -173,14 +173,14 @@ impl Grid {
     }
 
     /// The cell at these coordinates; the empty cell where nothing is known.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn cell(&self, x: i32, y: i32) -> Cell {
         self.slot(x >> TILE_BITS, y >> TILE_BITS)
             .map_or(Cell::default(), |slot| self.cells[slot * TILE_CELLS + within_tile(x, y)])
     }
 
     /// A cell, and whether a beam has passed through its block.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn look(&self, x: i32, y: i32) -> (Cell, bool) {
         match self.slot(x >> TILE_BITS, y >> TILE_BITS) {
             Some(slot) => (
@@ -192,22 +192,14 @@ impl Grid {
     }
 
     /// The cell for writing; `None` where no tile is.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn cell_mut(&mut self, x: i32, y: i32) -> Option<&mut Cell> {
         let slot = self.slot(x >> TILE_BITS, y >> TILE_BITS)?;
         self.cells.get_mut(slot * TILE_CELLS + within_tile(x, y))
     }
 
-    /// The cells `first` to `last` of a row, which lie in one tile; none where no tile is.
-    #[inline]
-    pub(crate) fn row(&self, first: i32, last: i32, y: i32) -> &[Cell] {
-        let Some(slot) = self.slot(first >> TILE_BITS, y >> TILE_BITS) else { return &[] };
-        let start = slot * TILE_CELLS + within_tile(first, y);
-        &self.cells[start..=start + (last - first) as usize]
-    }
-
-    /// The same for writing.
-    #[inline]
+    /// The cells `first` to `last` of a row for writing, which lie in one tile; none where no tile is.
+    #[inline(always)]
     pub(crate) fn row_mut(&mut self, first: i32, last: i32, y: i32) -> &mut [Cell] {
         let Some(slot) = self.slot(first >> TILE_BITS, y >> TILE_BITS) else { return &mut [] };
         let start = slot * TILE_CELLS + within_tile(first, y);
@@ -215,13 +207,13 @@ impl Grid {
     }
 
     /// Which cells of a block have a surface of their own; a bit a cell, row by row.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn own_cells(&self, block: [i32; 2]) -> u16 {
         self.tile_slot(block).map_or(0, |tile| self.own_cells_in(tile, block))
     }
 
     /// The same of a block of this tile.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn own_cells_in(&self, tile: TileSlot, block: [i32; 2]) -> u16 {
         self.blocks[tile.slot].own[block_bit(block) as usize]
     }
@@ -239,34 +231,34 @@ impl Grid {
 
     /// The tile that holds this block (block coordinates), for looking at many of its blocks; `None` where
     /// there is none.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn tile_slot(&self, [x, y]: [i32; 2]) -> Option<TileSlot> {
         let tile = [x >> (TILE_BITS - BLOCK_BITS), y >> (TILE_BITS - BLOCK_BITS)];
         self.slot(tile[0], tile[1]).map(|slot| TileSlot { slot })
     }
 
     /// The cell at these coordinates, which lies in this tile.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn cell_in(&self, tile: TileSlot, x: i32, y: i32) -> Cell {
         self.cells[tile.slot * TILE_CELLS + within_tile(x, y)]
     }
 
     /// The blocks of a tile in which a beam finds nothing to do: seen through before, and without surfaces; a
     /// bit a block.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn quiet(&self, tile: TileSlot) -> u64 {
         let blocks = &self.blocks[tile.slot];
         blocks.seen_through & !blocks.occupied
     }
 
     /// A beam has passed through a block of this tile.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn see_through(&mut self, tile: TileSlot, block: [i32; 2]) {
         self.blocks[tile.slot].seen_through |= 1 << block_bit(block);
     }
 
     /// Whether a beam has passed through a block of this tile.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn seen_through(&self, tile: TileSlot, block: [i32; 2]) -> bool {
         self.blocks[tile.slot].seen_through >> block_bit(block) & 1 != 0
     }
@@ -338,25 +330,25 @@ impl Grid {
         }
     }
 
-    #[inline]
+    #[inline(always)]
     fn slot(&self, tile_x: i32, tile_y: i32) -> Option<usize> {
         let entry = directory_index(tile_x, tile_y)?;
         usize::from(self.directory[entry]).checked_sub(1)
     }
 }
 
-#[inline]
+#[inline(always)]
 fn directory_index(tile_x: i32, tile_y: i32) -> Option<usize> {
     let (x, y) = ((tile_x + DIRECTORY / 2) as u32, (tile_y + DIRECTORY / 2) as u32);
     (x < DIRECTORY as u32 && y < DIRECTORY as u32).then(|| (y * DIRECTORY as u32 + x) as usize)
 }
 
-#[inline]
+#[inline(always)]
 fn within_tile(x: i32, y: i32) -> usize {
     ((y & (TILE - 1)) * TILE + (x & (TILE - 1))) as usize
 }
 
-#[inline]
+#[inline(always)]
 fn block_of(x: i32, y: i32) -> [i32; 2] {
     [x >> BLOCK_BITS, y >> BLOCK_BITS]
 }

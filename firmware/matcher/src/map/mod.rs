@@ -19,9 +19,10 @@ mod trace;
 pub use params::MapParams;
 pub use size::MapSize;
 
+use crate::lanes::{InLanes, widest};
 use crate::map::grid::{Cell, Grid, TILE, cell_of};
 use crate::map::pools::Pools;
-use crate::map::rasterize::Stamp;
+use crate::map::rasterize::{MAX_REACH, Stamp};
 use crate::map::raycast_free::Carving;
 use crate::map::surfel::Surfel;
 use crate::map::trace::Trace;
@@ -54,7 +55,7 @@ pub struct LocalMap {
 impl LocalMap {
     /// An empty map with all the memory it will ever have.
     pub fn new(params: MapParams) -> Self {
-        let reach = ((params.reach_m / params.cell_m).round() as i32).clamp(1, 15);
+        let reach = ((params.reach_m / params.cell_m).round() as i32).clamp(1, MAX_REACH);
         Self {
             pools: Pools::new(params.tiles, params.surfaces, reach),
             stamp: Stamp::new(reach),
@@ -158,10 +159,7 @@ impl LocalMap {
             return;
         }
         self.pools.grid.advance();
-        let cell_m = self.params.cell_m as f32;
-        let Self { pools, stamp, trace, .. } = self;
-        Carving { pools, stamp, trace, cell_m }.look_through(map_from_base, points);
-        self.hit_all(map_from_base, points.as_slice(), Mobility::Static);
+        widest(Learn { map: self, map_from_base, points });
     }
 
     /// Adds what was left out of a scan taken at this pose because it might have moved.
@@ -188,6 +186,7 @@ impl LocalMap {
         map_from_base.x_m.abs().max(map_from_base.y_m.abs()) <= f64::from(limit_m)
     }
 
+    #[inline(always)]
     fn hit_all(&mut self, map_from_base: &Pose2, points: &[EndPoint], mobility: Mobility) {
         let placement = Placement::new(map_from_base);
         for point in points.iter().filter(|point| point.mobility == mobility) {
@@ -196,6 +195,7 @@ impl LocalMap {
         }
     }
 
+    #[inline(always)]
     fn hit(&mut self, at_m: [f32; 2], normal: [f32; 2], kind: Kind) {
         let home = self.cell_of(at_m);
         let cell = self.pools.grid.cell(home[0], home[1]);
@@ -215,6 +215,26 @@ impl LocalMap {
         self.stamp.rasterize(&mut self.pools, index);
         self.born += 1;
         self.pools.grid.set_own(home[0], home[1], true);
+    }
+}
+
+/// A map that learns from a scan at a pose.
+struct Learn<'a> {
+    map: &'a mut LocalMap,
+    map_from_base: &'a Pose2,
+    points: &'a EndPoints,
+}
+
+impl InLanes for Learn<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn work(self) {
+        let Self { map, map_from_base, points } = self;
+        let cell_m = map.params.cell_m as f32;
+        let LocalMap { pools, stamp, trace, .. } = map;
+        Carving { pools, stamp, trace, cell_m }.look_through(map_from_base, points);
+        map.hit_all(map_from_base, points.as_slice(), Mobility::Static);
     }
 }
 

@@ -43,6 +43,7 @@ pub(crate) struct Carving<'a> {
 
 impl Carving<'_> {
     /// Walks along the beams of a scan taken at this pose.
+    #[inline(always)]
     pub(crate) fn look_through(&mut self, map_from_base: &Pose2, points: &EndPoints) {
         let placement = Placement::new(map_from_base);
         let from_m = placement.place(points.laser_in_base_m());
@@ -66,6 +67,7 @@ impl Carving<'_> {
     }
 
     /// Follows beams, one after the other.
+    #[inline(always)]
     fn walk_all(&mut self, beams: &Beams, from_m: [f32; 2]) {
         if beams.len == 0 {
             return;
@@ -80,6 +82,7 @@ impl Carving<'_> {
         *self.trace = trace;
     }
 
+    #[inline(always)]
     fn walk(&mut self, ray: &Ray, blocks: impl Iterator<Item = BlockKey>) {
         let (mut tile, mut of, mut quiet) = (None, None, 0);
         for key in blocks {
@@ -97,6 +100,7 @@ impl Carving<'_> {
     }
 
     /// A beam passes through a block, of this tile when there is one. Returns the tile.
+    #[inline(always)]
     fn pass(&mut self, block: [i32; 2], ray: &Ray, tile: Option<TileSlot>) -> Option<TileSlot> {
         let mut tile = tile;
         let [left, low] = block.map(|index| index * BLOCK);
@@ -122,6 +126,7 @@ impl Carving<'_> {
     }
 
     /// A surface that a beam went straight through loses evidence, and goes when it has none left.
+    #[inline(always)]
     fn pass_surfel(&mut self, index: u32, ray: &Ray) {
         let Some(surfel) = self.pools.surfels.get_mut(index as usize) else { return };
         let offset = minus(surfel.at_m, ray.from_m);

@@ -45,6 +45,7 @@ impl Surfel {
     }
 
     /// Takes one more end point. One that has no direction takes from the surface's own.
+    #[inline(always)]
     pub fn add(&mut self, at_m: [f32; 2], normal: [f32; 2], params: &MapParams) {
         self.hits = (self.hits + 1.0).min(params.memory_hits as f32);
         let rate = 1.0 / self.hits;
@@ -56,6 +57,7 @@ impl Surfel {
     }
 
     /// Whether an end point at `offset` (meters from its mean) with this normal belongs to it.
+    #[inline(always)]
     pub fn takes(&self, offset: [f32; 2], normal: [f32; 2], params: &MapParams) -> bool {
         let agree = dot(self.normal, normal);
         let strength = dot(self.normal, self.normal);

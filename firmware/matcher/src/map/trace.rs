@@ -35,11 +35,13 @@ impl Trace {
     }
 
     /// The blocks that a beam passes through.
+    #[inline(always)]
     pub(crate) fn of(&self, beam: usize) -> impl Iterator<Item = BlockKey> {
         self.keys[..self.steps[beam]].iter().map(move |keys| BlockKey(keys[beam]))
     }
 
     /// Follows beams from a place.
+    #[inline(never)] // as wide as every processor has lanes
     pub(crate) fn follow(&mut self, beams: &Beams, from_m: [f32; 2], cell_m: f32) {
         let block_m = cell_m * BLOCK as f32;
         let [x, y] = [0, 1].map(|axis| Axis::new(&beams.direction[axis], from_m[axis], block_m));
