@@ -76,22 +76,22 @@ fn is_along(piece: &Shape, p: FlatPoint) -> bool {
     piece.iter().flat_map(edges).any(|(a, b)| segment_distance(*a, *b, p) <= ALONG_STEPS)
 }
 
-/// Whether a piece reaches into its surface: its area by the width of its mouth. A slit is as deep as it is
-/// long.
+/// Whether a piece reaches into its surface: its area by the length of its open side. A slit is as deep as
+/// it is long.
 fn is_deep(piece: &Shape, surfaces: &[&Ring]) -> bool {
     let Some(outer) = piece.first() else { return false };
-    let is_mouth = |a: &FlatPoint, b: &FlatPoint| {
+    let is_open_side = |a: &FlatPoint, b: &FlatPoint| {
         let middle = middle(a, b);
         let mut border = surfaces.iter().flat_map(|ring| edges(ring));
         !border.any(|(from, to)| segment_distance(*from, *to, middle) <= ALONG_STEPS)
     };
-    let (mut around_m, mut mouth_m) = (0.0, 0.0);
+    let (mut around_m, mut open_m) = (0.0, 0.0);
     for (a, b) in edges(outer) {
         let length_m = f64::from(b.x - a.x).portable_hypot(f64::from(b.y - a.y)) * STEP_M;
         around_m += length_m;
-        mouth_m += if is_mouth(a, b) { length_m } else { 0.0 };
+        open_m += if is_open_side(a, b) { length_m } else { 0.0 };
     }
-    area_m2(outer) >= (MIN_DEPTH_M * mouth_m).max(HAIR_M * around_m / 2.0)
+    area_m2(outer) >= (MIN_DEPTH_M * open_m).max(HAIR_M * around_m / 2.0)
 }
 
 #[cfg(test)]

@@ -1,8 +1,9 @@
 //! The wall around an opening, where something hid it or too few beams met it: openings become whole
 //! rectangles.
 //!
-//! A surround ends where its face does, and where rays passed there is none. What hides a jamb may hide a part
-//! of the opening: beyond it there is wall over the head and under the sill, and between them nothing is known.
+//! A surround ends where its face does, and where rays passed there is none. What hides a jamb may hide a
+//! part of the opening: beyond it there is wall over the head and under the sill, and between them nothing is
+//! known.
 
 use std::cmp::Reverse;
 
@@ -183,8 +184,8 @@ impl<'a> Face<'a> {
         let floor_m = self.evidence.floor_m;
         let [[left, right], [sill, head]] = self.sides;
         let [from, to] = self.span_m;
-        // Beyond a head or sill that nobody saw nothing is added. Beyond a jamb that nobody saw the opening may
-        // go on; over its head and under its sill the wall goes on in any case.
+        // Beyond a head or sill that nobody saw nothing is added. Beyond a jamb that nobody saw the opening
+        // may go on; over its head and under its sill the wall goes on in any case.
         let wide = self.is_seen[1].map(|is_seen| if is_seen { WIDTH_M } else { 0.0 });
         let low = if self.has_sill { (sill - wide[0]).max(up(floor_m)) } else { up(floor_m) };
         let high = (head + wide[1]).min(up(floor_m + self.wall.height_m));

@@ -36,8 +36,8 @@ pub(crate) struct Curved {
 }
 
 impl Curved {
-    /// Whether it is one that only strips show. A pipe that came out of the strips on one side of it has another
-    /// side, which is found among the points.
+    /// Whether it is one that only strips show. A pipe that came out of the strips on one side of it has
+    /// another side, which is found among the points.
     pub(crate) fn is_wide(&self) -> bool {
         self.accepted.tube.radius_m >= MIN_RADIUS_M
     }
