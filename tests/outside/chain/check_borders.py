@@ -92,7 +92,7 @@ def left_open(opening, wall, faces, inferred, side):
     # The lasers see no wall under 0.45 m.
     around = around.intersection(box(x - reach_x, whole.bounds[1] + UNSEEN_M, x + reach_x, z + reach_z))
     covered = whole.intersection(around)
-    if covered.area < LEAST_WALL * (around.area - 4 * half * high):
+    if not covered.area or covered.area < LEAST_WALL * (around.area - 4 * half * high):
         return None
     covered = unary_union(
         [covered, *(face.shape.intersection(around) for face in inferred if is_of_wall(face))]

@@ -16,6 +16,8 @@ use biplane_geometry::PortableMath;
 const WIDTH_M: f64 = 0.3;
 /// What is shallower is left as it is, meters.
 const MIN_DEPTH_M: f64 = 0.01;
+/// What is narrower is between borders that are the same but for rounding, meters.
+const HAIR_M: f64 = 0.002;
 /// An edge lies along the border of a notch when its middle is this near to it, steps: rounding.
 const ALONG_STEPS: f64 = 3.0;
 
@@ -30,7 +32,10 @@ pub(super) fn find(shapes: &[Shape], seams: &PlaneSeams) -> Vec<Shape> {
         .collect();
     let pieces = difference(filled.iter().map(Vec::as_slice), outer.iter().map(|ring| ring.as_slice()));
     let met: Vec<FlatPoint> = outer.iter().flat_map(|ring| met_middles(ring, seams)).collect();
-    pieces.into_iter().filter(|piece| is_deep(piece) && !met.iter().any(|p| is_along(piece, *p))).collect()
+    pieces
+        .into_iter()
+        .filter(|piece| is_deep(piece, &outer) && !met.iter().any(|p| is_along(piece, *p)))
+        .collect()
 }
 
 /// Where to look for rays that pass a notch.
@@ -58,8 +63,12 @@ fn edges(ring: &Ring) -> impl Iterator<Item = (&FlatPoint, &FlatPoint)> {
 /// The middles of the edges that surfaces of other planes meet.
 fn met_middles(ring: &Ring, seams: &PlaneSeams) -> Vec<FlatPoint> {
     let met = edges(ring).filter(|(a, b)| seams.meet([a, b].map(|p| [f64::from(p.x), f64::from(p.y)])));
+    met.map(|(a, b)| middle(a, b)).collect()
+}
+
+fn middle(a: &FlatPoint, b: &FlatPoint) -> FlatPoint {
     let middle = |a: i32, b: i32| ((i64::from(a) + i64::from(b)) / 2) as i32;
-    met.map(|(a, b)| FlatPoint::new(middle(a.x, b.x), middle(a.y, b.y))).collect()
+    FlatPoint::new(middle(a.x, b.x), middle(a.y, b.y))
 }
 
 /// Whether a point lies on the border of a piece.
@@ -67,12 +76,22 @@ fn is_along(piece: &Shape, p: FlatPoint) -> bool {
     piece.iter().flat_map(edges).any(|(a, b)| segment_distance(*a, *b, p) <= ALONG_STEPS)
 }
 
-/// Whether a piece is more than a hair.
-fn is_deep(piece: &Shape) -> bool {
+/// Whether a piece reaches into its surface: its area by the length of its open side. A slit is as deep as
+/// it is long.
+fn is_deep(piece: &Shape, surfaces: &[&Ring]) -> bool {
     let Some(outer) = piece.first() else { return false };
-    let length = |(a, b): (&FlatPoint, &FlatPoint)| f64::from(b.x - a.x).portable_hypot(f64::from(b.y - a.y));
-    let around_m: f64 = edges(outer).map(length).sum::<f64>() * STEP_M;
-    area_m2(outer) >= MIN_DEPTH_M * around_m / 2.0
+    let is_open_side = |a: &FlatPoint, b: &FlatPoint| {
+        let middle = middle(a, b);
+        let mut border = surfaces.iter().flat_map(|ring| edges(ring));
+        !border.any(|(from, to)| segment_distance(*from, *to, middle) <= ALONG_STEPS)
+    };
+    let (mut around_m, mut open_m) = (0.0, 0.0);
+    for (a, b) in edges(outer) {
+        let length_m = f64::from(b.x - a.x).portable_hypot(f64::from(b.y - a.y)) * STEP_M;
+        around_m += length_m;
+        open_m += if is_open_side(a, b) { length_m } else { 0.0 };
+    }
+    area_m2(outer) >= (MIN_DEPTH_M * open_m).max(HAIR_M * around_m / 2.0)
 }
 
 #[cfg(test)]
@@ -125,6 +144,15 @@ mod tests {
         assert!((area(&notches) - 0.04).abs() < 1e-4, "{notches:?}");
         let after = filled(before.clone(), &notches, &[PlaneRays::default()]);
         assert!((area(&after) - area(&before) - 0.04).abs() < 1e-4, "{after:?}");
+    }
+
+    #[test]
+    fn a_slit_is_filled_and_a_shallow_dip_stays() {
+        let slit = [[2.0, 2.01], [2.8, 3.0]];
+        let dip = [[3.0, 3.2], [2.995, 3.0]];
+        let notches = found(&wall(&[slit, dip]), 2.8);
+        assert_eq!(notches.len(), 1, "{notches:?}");
+        assert!((area(&notches) - 0.002).abs() < 1e-5, "{notches:?}");
     }
 
     #[test]

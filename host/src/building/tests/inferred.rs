@@ -72,17 +72,22 @@ const HIDDEN_TO_M: f64 = 1.5;
 
 /// The two rooms, with a piece of wall beside the lower half of the window that nobody saw.
 fn hidden_beside_the_window() -> Drive {
+    let ([left, right], [low, high]) = (WINDOW_M, WINDOW_Z_M);
+    let [hidden, middle] = [HIDDEN_M[0], HIDDEN_TO_M];
+    let hole = [(left, middle), (left, high), (right, high), (right, low), (hidden, low), (hidden, middle)];
+    hidden_at_the_window(&hole, [low, middle])
+}
+
+/// The two rooms, with another hole for the window, and no points beside it from one height to another.
+fn hidden_at_the_window(new_hole: &[(f64, f64)], [from_m, to_m]: [f64; 2]) -> Drive {
     let mut drive = seen_from(LOWEST_M);
     let is_hidden = |[x, y, z]: [f64; 3]| {
         let is_wall = (y - 4.0).abs() < 0.01 && HIDDEN_M[0] < x && x < HIDDEN_M[1];
-        is_wall && WINDOW_Z_M[0] < z && z < HIDDEN_TO_M
+        is_wall && from_m < z && z < to_m
     };
-    let ([left, right], [low, high]) = (WINDOW_M, WINDOW_Z_M);
-    let [hidden, middle] = [HIDDEN_M[0], HIDDEN_TO_M];
-    let ring = [(left, middle), (left, high), (right, high), (right, low), (hidden, low), (hidden, middle)];
     let holes = drive.model.polygons.iter_mut().flat_map(|polygon| &mut polygon.holes_m);
     for hole in holes.filter(|hole| hole.iter().all(|p| p[1] == 4.0)) {
-        *hole = ring.map(|(x, z)| [x, 4.0, z]).to_vec();
+        *hole = new_hole.iter().map(|(x, z)| [*x, 4.0, *z]).collect();
     }
     let keep: Vec<bool> = drive.cloud.points_m.iter().map(|p| !is_hidden(p.map(f64::from))).collect();
     let mut is_kept = keep.iter().cycle();
@@ -91,6 +96,33 @@ fn hidden_beside_the_window() -> Drive {
     drive.cloud.beam.retain(|_| is_kept.next() == Some(&true));
     drive.labels.retain(|_| is_kept.next() == Some(&true));
     drive
+}
+
+#[test]
+fn beyond_a_jamb_that_nobody_saw_there_is_wall_over_the_head_and_under_the_sill() {
+    let ([left, right], [sill, head]) = (WINDOW_M, WINDOW_Z_M);
+    let ([hidden, _], beyond_m) = (HIDDEN_M, 0.2);
+    let [low, high] = [sill - beyond_m, head + beyond_m];
+    let hole = [
+        (left, low),
+        (hidden, low),
+        (hidden, high),
+        (left, high),
+        (left, head),
+        (right, head),
+        (right, sill),
+        (left, sill),
+    ];
+    let found = inferred(&hidden_at_the_window(&hole, [low, high]), |_, seen| seen);
+    all_are_valid(&found);
+    let surrounds: Vec<&InferredSurface> =
+        found.iter().filter(|surface| surface.kind == InferredKind::OpeningSurround).collect();
+    assert_eq!(surrounds.len(), 2, "{surrounds:?}");
+    for surround in surrounds {
+        assert!((surround.area_m2() - beyond_m * (left - hidden)).abs() < 0.01, "{surround:?}");
+        let is_open = |p: &[f64; 3]| (sill + 0.02..head - 0.02).contains(&p[2]);
+        assert!(!surround.outer_m.iter().any(is_open), "{surround:?}");
+    }
 }
 
 #[test]

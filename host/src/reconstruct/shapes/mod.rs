@@ -92,10 +92,12 @@ fn single(
     curved: &[Curved],
 ) -> Vec<Accepted> {
     let mut taken = vec![false; cloud.len()];
-    let strips = curved.iter().flat_map(|curved| &curved.patches);
+    // What came out narrow of strips may have another side: it is looked for here as well, as a whole.
+    let walls = || curved.iter().filter(|curved| curved.is_wide());
+    let strips = walls().flat_map(|curved| &curved.patches);
     let points = strips.flat_map(|patch| &divided.patches[*patch as usize].points);
     points.for_each(|point| taken[*point as usize] = true);
-    curved.iter().flat_map(|curved| &curved.accepted.on).for_each(|point| taken[*point] = true);
+    walls().flat_map(|curved| &curved.accepted.on).for_each(|point| taken[*point] = true);
     let free: Vec<u32> = divided.candidates.iter().copied().filter(|point| !taken[*point as usize]).collect();
     let level = level_directions(found);
     let of_cluster = |cluster: &Vec<u32>| {

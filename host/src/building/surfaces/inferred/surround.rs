@@ -1,7 +1,9 @@
 //! The wall around an opening, where something hid it or too few beams met it: openings become whole
 //! rectangles.
 //!
-//! A surround ends where its face does, and where rays passed there is none.
+//! A surround ends where its face does, and where rays passed there is none. What hides a jamb may hide a
+//! part of the opening: beyond it there is wall over the head and under the sill, and between them nothing is
+//! known.
 
 use std::cmp::Reverse;
 
@@ -28,7 +30,7 @@ const REACH_M: f64 = 0.1;
 const MIN_WIDTH_M: f64 = 0.03;
 /// Smaller pieces are none, square meters: as in outlines.
 const MIN_PIECE_M2: f64 = 0.01;
-/// An edge of which less than this share was seen may be further away.
+/// An edge of which less than this share was seen may be further away: the opening is open beyond it.
 const SEEN: f64 = 0.25;
 /// Where so many edges were seen, the face is the wall's, and its soffit may stand for that of the head.
 const MIN_EDGES: usize = 2;
@@ -182,20 +184,23 @@ impl<'a> Face<'a> {
         let floor_m = self.evidence.floor_m;
         let [[left, right], [sill, head]] = self.sides;
         let [from, to] = self.span_m;
-        // Beyond an edge that nobody saw nothing is added.
-        let wide = self.is_seen.map(|ends| ends.map(|is_seen| if is_seen { WIDTH_M } else { 0.0 }));
-        let low = if self.has_sill { (sill - wide[1][0]).max(up(floor_m)) } else { up(floor_m) };
-        let high = (head + wide[1][1]).min(up(floor_m + self.wall.height_m));
-        let around = [[(left - wide[0][0]).max(from), (right + wide[0][1]).min(to)], [low, high]];
+        // Beyond a head or sill that nobody saw nothing is added. Beyond a jamb that nobody saw the opening
+        // may go on; over its head and under its sill the wall goes on in any case.
+        let wide = self.is_seen[1].map(|is_seen| if is_seen { WIDTH_M } else { 0.0 });
+        let low = if self.has_sill { (sill - wide[0]).max(up(floor_m)) } else { up(floor_m) };
+        let high = (head + wide[1]).min(up(floor_m + self.wall.height_m));
+        let around = [[(left - WIDTH_M).max(from), (right + WIDTH_M).min(to)], [low, high]];
         if around.iter().any(|[from, to]| to - from < MIN_WIDTH_M) {
             return Vec::new();
         }
+        let further = self.is_seen[0].map(|is_seen| if is_seen { 0.0 } else { WIDTH_M });
+        let opening = [[left - further[0], right + further[1]], [sill, head]];
         let around = [vec![ring(around)]];
         let seen = intersection(&self.shapes, &around);
         let known = intersection(taken, &around);
         let others = elements.openings.iter().filter(|opening| opening.wall == self.wall.id);
         let others = others.map(|opening| place_of(self.wall, opening).in_frame(&self.frame));
-        let open: Vec<Ring> = others.chain([self.sides]).map(ring).collect();
+        let open: Vec<Ring> = others.chain([opening]).map(ring).collect();
         let less = seen.iter().chain(&known).flatten().chain(&open).map(Vec::as_slice);
         let mut pieces = clearance::clear(difference(around.iter().flatten().map(Vec::as_slice), less));
         pieces.retain(is_wide);

@@ -35,6 +35,14 @@ pub(crate) struct Curved {
     pub patches: Vec<u32>,
 }
 
+impl Curved {
+    /// Whether it is one that only strips show. A pipe that came out of the strips on one side of it has
+    /// another side, which is found among the points.
+    pub(crate) fn is_wide(&self) -> bool {
+        self.accepted.tube.radius_m >= MIN_RADIUS_M
+    }
+}
+
 /// Finds the cylinders of a cloud's strips.
 pub(crate) fn find(params: &ShapeParams, cloud: &Cloud, divided: &Patches, sigma_m: f64) -> Vec<Curved> {
     let patches = &divided.patches;
