@@ -27,16 +27,24 @@ pub struct Corrected {
 }
 
 impl Corrected {
-    /// Moves the scans of a trail with its nodes.
-    pub fn new(keyframes: &Keyframes, nodes: &[Pose2]) -> Self {
+    /// Moves the scans of a trail with its nodes. Before the scans of `breaks`, ascending numbers, the way
+    /// breaks: they move with the next node alone, and those before them with the last one.
+    pub fn new(keyframes: &Keyframes, nodes: &[Pose2], breaks: &[usize]) -> Self {
         let mut scans = Vec::with_capacity(keyframes.scans.len());
         let mut before = 0;
         for (number, recorded) in keyframes.scans.iter().enumerate() {
             while before + 1 < nodes.len() && keyframes.nodes[before + 1].scan <= number {
                 before += 1;
             }
+            let broken = keyframes.nodes.get(before + 1).and_then(|next| {
+                let at = breaks.partition_point(|first| *first <= keyframes.nodes[before].scan);
+                breaks.get(at).copied().filter(|first| *first <= next.scan)
+            });
             scans.push(recorded.map(|recorded| {
-                let pose = between(keyframes, nodes, before, &recorded.pose());
+                let pose = match broken {
+                    Some(first) => beside(keyframes, nodes, before + usize::from(number >= first), &recorded),
+                    None => between(keyframes, nodes, before, &recorded.pose()),
+                };
                 StampedPose::planar(recorded.stamp_ns, pose)
             }));
         }
@@ -134,6 +142,11 @@ impl ByStamps<'_> {
         let known = scan.and_then(|scan| self.corrected.scans[scan]);
         known.map_or_else(|| self.corrected.at(recorded), |pose| pose.pose())
     }
+}
+
+/// The pose of a scan that moves with one node alone.
+fn beside(keyframes: &Keyframes, nodes: &[Pose2], at: usize, recorded: &StampedPose) -> Pose2 {
+    nodes[at] * keyframes.nodes[at].recorded.between(&recorded.pose())
 }
 
 fn between(keyframes: &Keyframes, nodes: &[Pose2], before: usize, recorded: &Pose2) -> Pose2 {

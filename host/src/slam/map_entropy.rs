@@ -122,7 +122,7 @@ mod tests {
                 EndPoint { at_m: [range_m * cos, range_m * sin].map(|m| m as f32), ..EndPoint::default() }
             });
             let keyframe_scan = KeyframeScan { points: beams.collect(), laser_m: [0.0; 2] };
-            Node { scan: 0, recorded: Pose2::new(x_m, 0.0, 0.0), odometry: None, leaps: false, keyframe_scan }
+            Node::at(Pose2::new(x_m, 0.0, 0.0), keyframe_scan)
         };
         (1..30).map(|step| at(0.3 * f64::from(step))).collect()
     }

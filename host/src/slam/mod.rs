@@ -1,18 +1,18 @@
 //! Loop closing and pose-graph optimization: better poses for one recording, and one frame for several.
 //!
 //! The way, step by step: scans kept along the way ([`keyframes`]) -> steps between them
-//! ([`pose_graph::odometry_edges`]) -> submaps with grids ([`keyframes::submap`]) -> pairs that might see one
-//! place ([`loop_closure::candidate`]; of several recordings [`join_recordings`]) -> the place: the matcher's
-//! search and alignment, with what differs from the tracker in [`submap_alignment`], and the questions of
+//! ([`pose_graph::odometry_edges`]), and where the way breaks ([`pose_graph::breaks`]) -> submaps with grids
+//! ([`keyframes::submap`]) -> pairs that might see one place ([`loop_closure::candidate`]; of several
+//! recordings, or parts of one, [`loop_closure::join_recordings`]) -> the place: the matcher's search and
+//! alignment, with what differs from the tracker in [`submap_alignment`], and the questions of
 //! [`loop_closure::verification`] and [`loop_closure::pairwise_consistency`] -> which loops are inliers
-//! ([`pose_graph::graduated_non_convexity`]) -> kept scans among all kept scans around
-//! them ([`refinement`]) -> every scan among these ([`refinement::every_scan`]) -> the recording again
+//! ([`pose_graph::graduated_non_convexity`]) -> kept scans among all kept scans around them
+//! ([`refinement`]) -> every scan among these ([`refinement::every_scan`]) -> the recording again
 //! ([`rewrite_recording`]).
 //!
 //! Frame `map`, meters, radians. Results do not depend on the number of threads.
 
 pub(crate) mod corrected_poses;
-pub(crate) mod join_recordings;
 pub(crate) mod keyframes;
 pub(crate) mod loop_closure;
 pub(crate) mod map_entropy;
@@ -22,24 +22,25 @@ pub(crate) mod pose_graph;
 pub(crate) mod refinement;
 pub(crate) mod rewrite_recording;
 pub(crate) mod submap_alignment;
+pub(crate) mod submap_graph;
 
 use std::ops::Range;
 
 use biplane_matcher::Pose2;
 use nalgebra::Matrix3;
-use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::recordings::deskew::StampedPose;
 use crate::recordings::run::{Run, RunError};
 use crate::slam::corrected_poses::Corrected;
-use crate::slam::keyframes::submap::{Submap, SubmapParams, submap_ranges};
+use crate::slam::keyframes::submap::{Submap, SubmapParams};
 use crate::slam::keyframes::{KeyframeParams, Keyframes, Node};
 use crate::slam::loop_closure::candidate::{Loop, LoopCloser};
 use crate::slam::loop_closure::checkpoint::Checkpoint;
 use crate::slam::loop_closure::params::CandidateParams;
 use crate::slam::loop_closure::verification::RefineParams;
 use crate::slam::pose_graph::Edge;
+use crate::slam::pose_graph::breaks::{self, Parts};
 use crate::slam::pose_graph::odometry_edges::{self, ChainParams};
 use crate::slam::pose_graph::wheel_calibration::{OdometryScale, WheelCalibration};
 use crate::slam::refinement::every_scan::Drive;
@@ -92,6 +93,8 @@ pub struct Optimized {
     pub(crate) wheels: Vec<Option<WheelCalibration>>,
     /// The steps between nodes, by recording.
     pub(crate) chain: Vec<Vec<Edge>>,
+    /// The scans before which the way breaks ([`pose_graph::breaks`]): their numbers by recording, ascending.
+    pub breaks: Vec<Vec<usize>>,
     /// The loops found, between nodes counted over all recordings.
     pub loops: Vec<LoopFound>,
     /// The figures.
@@ -129,6 +132,10 @@ pub struct Counts {
     pub loops_found: usize,
     /// Of these, believed.
     pub loops: usize,
+    /// Places where a recording's way breaks: the robot was somewhere else than any sensor tells.
+    pub breaks: usize,
+    /// Of these, where no loop joins what came before and after: the recorded poses go on there.
+    pub breaks_left: usize,
     /// Recordings that keep their recorded poses, because the optimized ones drew a worse map.
     pub not_better: usize,
 }
@@ -147,24 +154,28 @@ pub fn optimize(
     let of_run = |run: &Range<usize>| odometry_edges::edges(&nodes[run.clone()], run.start, &params.chain);
     let (by_run, wheels): (Vec<Vec<Edge>>, Vec<_>) = runs.iter().map(of_run).unzip();
     let chain = by_run.concat();
-    let mut poses = chained(&nodes, &chain);
-    let (submaps, recording_of) = cut(&nodes, &poses, &runs, params);
-    let coarse = coarse_chain(&submaps, &recording_of, &chain);
+    let parts = Parts::new(&runs, &by_run);
+    let mut poses = submap_graph::chained(&nodes, &chain);
+    let (submaps, part_of) = submap_graph::cut(&nodes, &poses, &parts.nodes, params);
+    let coarse = submap_graph::coarse_chain(&submaps, &part_of, &chain);
     let middles = submaps.iter().map(|submap| poses[submap.middle]).collect();
     let mut loop_closer =
-        LoopCloser::new(&submaps, &recording_of, &coarse, middles, (params.candidate, params.refine));
+        LoopCloser::new(&submaps, &part_of, &coarse, middles, (params.candidate, params.refine));
     let mut hear = |searched, inlier| progress(Progress::Searched(searched, inlier));
     loop_closer.run(checkpoint, &mut hear);
-    while runs.len() > 1 && loop_closer.join(runs.len(), checkpoint, &mut hear) {
+    let part_count = parts.nodes.len();
+    while part_count > 1 && loop_closer.join(part_count, checkpoint, &mut hear) {
         loop_closer.run(checkpoint, &mut hear);
     }
     let loops = loop_closer.inlier_edges(|submap_id| submaps[submap_id].middle);
-    spread(&mut poses, &submaps, &recording_of, &runs, &loop_closer.poses);
+    submap_graph::spread(&mut poses, &submaps, &part_of, &parts.nodes, &loop_closer.poses);
+    let part_groups = loop_closer.groups(part_count);
+    let breaks_left = parts.attach(&mut poses, &by_run, &part_groups);
     let all: Vec<Edge> = chain.iter().chain(&loops).copied().collect();
     let structure = pose_graph::structure(poses.len(), &all);
     pose_graph::optimize(&mut poses, &all, &vec![1.0; all.len()], &structure);
-    let groups = loop_closer.groups(runs.len());
-    let mut is_closed = closed(&loop_closer, &groups);
+    let groups = parts.groups(runs.len(), &part_groups);
+    let mut is_closed = closed(&loop_closer, &groups, &parts);
     for members in frames(&runs, &groups, &is_closed) {
         refinement::refine_some(&members, &nodes, &mut poses, &chain, &params.joint, &mut |round| {
             progress(Progress::Joint(round, params.joint.rounds()));
@@ -179,6 +190,8 @@ pub fn optimize(
         pairs_searched: loop_closer.searched,
         loops_found: loop_closer.loops.len(),
         loops: loops.len(),
+        breaks: parts.breaks(),
+        breaks_left,
         not_better,
     };
     let mut covariances = vec![None; nodes.len()];
@@ -199,6 +212,7 @@ pub fn optimize(
         is_closed,
         odometry: wheels.iter().map(|wheels| Some(wheels.as_ref()?.scale())).collect(),
         wheels,
+        breaks: all_keyframes.iter().zip(&by_run).map(|(of, chain)| breaks::first_scans(of, chain)).collect(),
         chain: by_run,
         loops: loops_found(&loop_closer, &submaps),
         counts,
@@ -217,8 +231,9 @@ pub(crate) fn poses_of_scans(
     optimized: &Optimized,
     params: &LoopParams,
 ) -> Result<Vec<Corrected>, RunError> {
-    let moved = |(keyframes, poses): (&Keyframes, &Vec<Pose2>)| Corrected::new(keyframes, poses);
-    let mut corrected: Vec<Corrected> = all_keyframes.iter().zip(&optimized.poses).map(moved).collect();
+    let moved =
+        |run: usize| Corrected::new(&all_keyframes[run], &optimized.poses[run], &optimized.breaks[run]);
+    let mut corrected: Vec<Corrected> = (0..runs.len()).map(moved).collect();
     for group in 0..runs.len() {
         let is_member = |run: &usize| optimized.groups[*run] == group && optimized.is_closed[*run];
         let members: Vec<usize> = (0..runs.len()).filter(is_member).collect();
@@ -234,6 +249,7 @@ pub(crate) fn poses_of_scans(
                 run: &runs[run],
                 keyframes: &all_keyframes[run],
                 chain: &optimized.chain[run],
+                breaks: &optimized.breaks[run],
                 wheels: optimized.wheels[run].as_ref(),
                 map: &map,
                 params: &params.chain,
@@ -282,9 +298,10 @@ fn loops_found(loop_closer: &LoopCloser<'_>, submaps: &[Submap]) -> Vec<LoopFoun
 
 /// Whether a recording is part of any loop. One without keeps its recorded poses: nothing says where they
 /// would be wrong.
-fn closed(loop_closer: &LoopCloser<'_>, groups: &[usize]) -> Vec<bool> {
+fn closed(loop_closer: &LoopCloser<'_>, groups: &[usize], parts: &Parts) -> Vec<bool> {
     let mut closed = vec![false; groups.len()];
-    for edge in loop_closer.inlier_edges(|submap_id| loop_closer.recording_of[submap_id]) {
+    let recording_of = |submap_id: usize| parts.recording_of[loop_closer.recording_of[submap_id]];
+    for edge in loop_closer.inlier_edges(recording_of) {
         closed[edge.from] = true;
         closed[edge.to] = true;
     }
@@ -317,81 +334,4 @@ fn runs(all_keyframes: &[Keyframes]) -> Vec<Range<usize>> {
             start..end
         })
         .collect()
-}
-
-/// Poses by the steps alone; each recording begins at its recorded pose.
-fn chained(nodes: &[Node], chain: &[Edge]) -> Vec<Pose2> {
-    let mut poses: Vec<Pose2> = nodes.iter().map(|node| node.recorded).collect();
-    for edge in chain {
-        poses[edge.to] = poses[edge.from] * edge.measured;
-    }
-    poses
-}
-
-/// The submaps of all recordings, and which recording each is of.
-fn cut(
-    nodes: &[Node],
-    poses: &[Pose2],
-    runs: &[Range<usize>],
-    params: &LoopParams,
-) -> (Vec<Submap>, Vec<usize>) {
-    let mut ranges = Vec::new();
-    for (number, run) in runs.iter().enumerate() {
-        let of_run = submap_ranges(&poses[run.clone()], &params.submap);
-        ranges
-            .extend(of_run.into_iter().map(|range| (number, range.start + run.start..range.end + run.start)));
-    }
-    let submaps = ranges
-        .par_iter()
-        .map(|(_, range)| {
-            Submap::new(&nodes[range.clone()], &poses[range.clone()], range.start, &params.submap)
-        })
-        .collect();
-    (submaps, ranges.into_iter().map(|(number, _)| number).collect())
-}
-
-/// Steps between the middles of following submaps of a recording, added up over the nodes between. `chain`
-/// holds the steps of all recordings, ascending.
-fn coarse_chain(submaps: &[Submap], recording_of: &[usize], chain: &[Edge]) -> Vec<Edge> {
-    let join = |at: usize| {
-        let first = chain.partition_point(|edge| edge.from < submaps[at].middle);
-        let last = chain.partition_point(|edge| edge.from < submaps[at + 1].middle);
-        let mut sum = (Pose2::IDENTITY, Matrix3::zeros());
-        for edge in &chain[first..last] {
-            sum = pose_graph::relative_covariance::joined(
-                (&sum.0, &sum.1),
-                (&edge.measured, &inverse(&edge.information)),
-            );
-        }
-        Edge { from: at, to: at + 1, measured: sum.0, information: inverse(&sum.1) }
-    };
-    let follows = |at: &usize| recording_of[*at] == recording_of[*at + 1];
-    (0..submaps.len().saturating_sub(1)).filter(follows).map(join).collect()
-}
-
-fn inverse(matrix: &Matrix3<f64>) -> Matrix3<f64> {
-    matrix.cholesky().map_or_else(Matrix3::identity, |factors| factors.inverse())
-}
-
-/// Moves each node with the middle of the submap nearest to it: a start for the graph of all nodes.
-fn spread(
-    poses: &mut [Pose2],
-    submaps: &[Submap],
-    recording_of: &[usize],
-    runs: &[Range<usize>],
-    middles: &[Pose2],
-) {
-    let old = poses.to_vec();
-    for (number, run) in runs.iter().enumerate() {
-        let first = recording_of.partition_point(|of| *of < number);
-        let last = recording_of.partition_point(|of| *of <= number);
-        let mut at = first;
-        for node in run.clone() {
-            let away = |at: usize| submaps[at].middle.abs_diff(node);
-            while at + 1 < last && away(at + 1) <= away(at) {
-                at += 1;
-            }
-            poses[node] = middles[at] * old[submaps[at].middle].between(&old[node]);
-        }
-    }
 }

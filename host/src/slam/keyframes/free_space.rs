@@ -111,7 +111,7 @@ mod tests {
         let points: Vec<EndPoint> =
             points.iter().map(|&at_m| EndPoint { at_m, ..EndPoint::default() }).collect();
         let keyframe_scan = KeyframeScan { points: points.clone(), laser_m: [0.0; 2] };
-        let node = Node { scan: 0, recorded: Pose2::IDENTITY, odometry: None, leaps: false, keyframe_scan };
+        let node = Node::at(Pose2::IDENTITY, keyframe_scan);
         FreeSpace::new(&[node], &[Pose2::IDENTITY], &points)
     }
 

@@ -21,6 +21,9 @@ const DRIVEN_SHARE: f64 = 0.95;
 /// A step is a leap when it is so many times as far, and this far in meters on top.
 const LEAP: f64 = 2.0;
 const LEAP_M: f64 = 0.05;
+/// A pause between two scans is a gap when it is so many nanoseconds long, and so many usual ones.
+const GAP_NS: i64 = 3_000_000_000;
+const GAP_PAUSES: i64 = 10;
 
 /// Which scans become nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,8 +56,18 @@ pub struct Node {
     /// one scan to the next than this base drives. That is how a matcher finds back to places that it had
     /// mapped before it drifted.
     pub leaps: bool,
+    /// Whether there was no scan for long on the way from the last node.
+    pub after_gap: bool,
     /// What it saw.
     pub keyframe_scan: KeyframeScan,
+}
+
+#[cfg(test)]
+impl Node {
+    /// One that saw this from there, without odometry.
+    pub(crate) fn at(recorded: Pose2, keyframe_scan: KeyframeScan) -> Self {
+        Self { scan: 0, recorded, odometry: None, leaps: false, after_gap: false, keyframe_scan }
+    }
 }
 
 /// The nodes of one recording, and the recorded pose of every scan.
@@ -79,26 +92,27 @@ impl Keyframes {
         let trajectory = poses.trajectory();
         let mut scanner = KeyframeScanner::new(run.rig()?.horizontal, params.longest_m);
         let mut scan_number = 0;
-        let leap_numbers = [leaps(&keyframes.scans), leaps(&odometry)];
-        let mut leaps = [false; 2];
+        let numbers = [leaps(&keyframes.scans), leaps(&odometry), gaps(&keyframes.scans)];
+        let mut met = [false; 3];
         run.for_each_scan(Topic::ScanHorizontal, |scan| {
             let number = scan_number;
             scan_number += 1;
             let Some(Some(pose)) = keyframes.scans.get(number) else { return };
-            for (leaps, numbers) in leaps.iter_mut().zip(&leap_numbers) {
-                *leaps |= numbers.binary_search(&number).is_ok();
+            for (met, numbers) in met.iter_mut().zip(&numbers) {
+                *met |= numbers.binary_search(&number).is_ok();
             }
             if !keyframes.nodes.last().is_none_or(|last| is_news(&last.recorded, &pose.pose(), params)) {
                 return;
             }
             let keyframe_scan = scanner.keyframe_scan(&scan, pose, &trajectory);
             let odometry = odometry.get(number).copied().flatten().map(|pose| pose.pose());
-            let [recorded_leaps, odometry_leaps] = std::mem::take(&mut leaps);
+            let [recorded_leaps, odometry_leaps, after_gap] = std::mem::take(&mut met);
             keyframes.nodes.push(Node {
                 scan: number,
                 recorded: pose.pose(),
                 odometry,
                 leaps: recorded_leaps && !odometry_leaps,
+                after_gap,
                 keyframe_scan,
             });
         })?;
@@ -116,6 +130,24 @@ fn leaps(scans: &[Option<StampedPose>]) -> Vec<usize> {
     let Some(driven_m) = nearest_rank(&sorted, DRIVEN_SHARE) else { return Vec::new() };
     let is_leap = |step_m: &Option<f64>| step_m.is_some_and(|step_m| step_m > LEAP * driven_m + LEAP_M);
     steps_m.iter().enumerate().filter(|(_, step_m)| is_leap(step_m)).map(|(before, _)| before + 1).collect()
+}
+
+/// The numbers of the scans before which there was none for long, ascending.
+fn gaps(scans: &[Option<StampedPose>]) -> Vec<usize> {
+    let pause_ns = |pair: &[Option<StampedPose>]| Some(pair[1]?.stamp_ns - pair[0]?.stamp_ns);
+    let pauses_ns: Vec<Option<i64>> = scans.windows(2).map(pause_ns).collect();
+    let mut sorted: Vec<i64> = pauses_ns.iter().flatten().copied().collect();
+    sorted.sort_unstable();
+    let Some(usual_ns) = nearest_rank(&sorted, 0.5) else { return Vec::new() };
+    let is_gap = |pause_ns: &Option<i64>| {
+        pause_ns.is_some_and(|pause_ns| pause_ns > GAP_NS.max(usual_ns.saturating_mul(GAP_PAUSES)))
+    };
+    pauses_ns
+        .iter()
+        .enumerate()
+        .filter(|(_, pause_ns)| is_gap(pause_ns))
+        .map(|(before, _)| before + 1)
+        .collect()
 }
 
 fn is_news(last: &Pose2, pose: &Pose2, params: &KeyframeParams) -> bool {

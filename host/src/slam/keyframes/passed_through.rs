@@ -170,13 +170,8 @@ mod tests {
                 };
                 EndPoint { at_m: [range_m * cos, range_m * sin], normal, weight: 1.0, ..EndPoint::default() }
             });
-            Node {
-                scan: at,
-                recorded: Pose2::new(f64::from(base_m), 0.0, 0.0),
-                odometry: None,
-                leaps: false,
-                keyframe_scan: KeyframeScan { points: points.collect(), laser_m: [0.0; 2] },
-            }
+            let keyframe_scan = KeyframeScan { points: points.collect(), laser_m: [0.0; 2] };
+            Node { scan: at, ..Node::at(Pose2::new(f64::from(base_m), 0.0, 0.0), keyframe_scan) }
         };
         let nodes: Vec<Node> = (0..8).map(node).collect();
         let poses: Vec<Pose2> = nodes.iter().map(|node| node.recorded).collect();

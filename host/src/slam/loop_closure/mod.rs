@@ -3,6 +3,7 @@
 
 pub(crate) mod candidate;
 pub(crate) mod checkpoint;
+pub(crate) mod join_recordings;
 pub(crate) mod pairwise_consistency;
 pub(crate) mod params;
 pub(crate) mod verification;

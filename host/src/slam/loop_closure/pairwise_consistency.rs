@@ -175,7 +175,7 @@ impl LoopCloser<'_> {
 }
 
 /// How many others have to agree with a loop when so much is uncertain, and along how many submaps. Of
-/// another recording's place nothing is known at first: [`crate::slam::join_recordings`] asks for more by
+/// another recording's place nothing is known at first: [`super::join_recordings`] asks for more by
 /// itself.
 fn asked(uncertainty_m: f64, alone_up_to_m: f64) -> (usize, usize) {
     match uncertainty_m {

@@ -169,7 +169,7 @@ mod tests {
             }
         }
         let keyframe_scan = KeyframeScan { points, laser_m: [0.0; 2] };
-        Node { scan: 0, recorded: Pose2::new(x_m, 0.0, 0.0), odometry: None, leaps: false, keyframe_scan }
+        Node::at(Pose2::new(x_m, 0.0, 0.0), keyframe_scan)
     }
 
     /// Covariances along a corridor, a node every 0.3 m.

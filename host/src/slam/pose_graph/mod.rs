@@ -3,6 +3,7 @@
 //! An edge measures `from_pose^-1 * to_pose`; its error is (x, y) along the axes of the pose `from`, and the
 //! turn (meters, radians).
 
+pub(crate) mod breaks;
 pub(crate) mod elimination_order;
 pub(crate) mod graduated_non_convexity;
 pub(crate) mod odometry_edges;

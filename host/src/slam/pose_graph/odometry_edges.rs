@@ -3,7 +3,8 @@
 //! A step is the recorded one where the scan, laid among the scans of the last meters, agrees: the onboard
 //! matcher saw the whole map. Where the scan lies elsewhere, its place there is the step. Where the recorded
 //! step contradicts the odometry (the matcher found back to places it had mapped before drifting, which is no
-//! motion; or the odometry slipped) both are tried, and the scan tells which it was.
+//! motion; or the odometry slipped) both are tried, and the scan tells which it was. Where it lies nowhere
+//! among those before it, the way breaks ([`crate::slam::pose_graph::breaks`]).
 
 use biplane_matcher::{PointAlignment, PointMap, Pose2};
 use nalgebra::{Matrix3, Vector3};
@@ -12,6 +13,7 @@ use rayon::prelude::*;
 use crate::slam::keyframes::Node;
 use crate::slam::keyframes::keyframe_scan::merged;
 use crate::slam::pose_graph::Edge;
+use crate::slam::pose_graph::breaks;
 use crate::slam::pose_graph::wheel_calibration::{SureStep, WheelCalibration};
 use crate::slam::submap_alignment::{self, Approach};
 
@@ -59,7 +61,8 @@ pub(crate) fn edges(
     params: &ChainParams,
 ) -> (Vec<Edge>, Option<WheelCalibration>) {
     let chain = Chain { nodes, params };
-    let laid: Vec<Laid> = (1..nodes.len()).into_par_iter().map(|at| chain.laid(at)).collect();
+    let mut laid: Vec<Laid> = (1..nodes.len()).into_par_iter().map(|at| chain.laid(at, 0)).collect();
+    chain.lay_again_behind_breaks(&mut laid);
     let sure: Vec<Option<SureStep>> = laid.iter().map(Laid::sure).collect();
     let wheels = WheelCalibration::learn(&sure);
     let agreed = |laid: &Laid| match laid.contradicting() {
@@ -72,11 +75,9 @@ pub(crate) fn edges(
         let judged = |odometry| chain.judged(laid, &odometry, &steps, wheels.as_ref());
         steps.push(agreed.unwrap_or_else(judged));
     }
-    let edge = |(before, (measured, information)): (usize, Step)| Edge {
-        from: first + before,
-        to: first + before + 1,
-        measured,
-        information,
+    let edge = |(before, (measured, information)): (usize, Step)| {
+        let edge = Edge { from: first + before, to: first + before + 1, measured, information };
+        if laid[before].is_break { breaks::broken(&edge) } else { edge }
     };
     (steps.into_iter().enumerate().map(edge).collect(), wheels)
 }
@@ -97,6 +98,10 @@ struct Laid {
     recorded: Pose2,
     odometry: Option<Pose2>,
     found: PointAlignment,
+    /// The first node that it was laid among: those before a break say nothing of it.
+    first: usize,
+    /// Whether it lies nowhere among them.
+    is_break: bool,
 }
 
 impl Laid {
@@ -122,38 +127,69 @@ impl Laid {
 }
 
 impl Chain<'_> {
-    /// The surfaces that the last nodes before this one saw, seen from the last one, which knows where the
-    /// others were.
-    fn surfaces(&self, at: usize, last_from: impl Fn(usize) -> Pose2) -> PointMap {
+    /// The surfaces that the last nodes before this one saw, from `first` on, seen from the last one, which
+    /// knows where the others were.
+    fn surfaces(&self, at: usize, first: usize, last_from: impl Fn(usize) -> Pose2) -> PointMap {
         // The last ones, and fewer of those farther back: they see the same walls again.
         let back = BACK.iter().filter(|back| **back <= self.params.behind);
-        let near = back.filter_map(|back| at.checked_sub(*back));
+        let near = back.filter_map(|back| at.checked_sub(*back)).filter(|near| *near >= first);
         PointMap::new(&merged(near.map(|at| (last_from(at), &self.nodes[at].keyframe_scan))))
-    }
-
-    /// The same, each where it was recorded.
-    fn recorded_surfaces(&self, at: usize) -> PointMap {
-        let last = self.nodes[at - 1].recorded;
-        self.surfaces(at, |at| last.between(&self.nodes[at].recorded))
     }
 
     fn lay(&self, at: usize, surfaces: &PointMap, prior: &Pose2, sigma: &[f64; 3]) -> PointAlignment {
         submap_alignment::align(surfaces, &self.nodes[at].keyframe_scan.points, prior, sigma, OF_A_STEP)
     }
 
-    fn laid(&self, at: usize) -> Laid {
+    /// A node among the last ones from `first` on, each where it was recorded.
+    fn laid(&self, at: usize, first: usize) -> Laid {
         let (last, node) = (&self.nodes[at - 1], &self.nodes[at]);
         let recorded = last.recorded.between(&node.recorded);
         let odometry = last.odometry.zip(node.odometry).map(|(last, now)| last.between(&now));
-        let sigma = recorded_sigma(&recorded, self.params);
-        Laid { recorded, odometry, found: self.lay(at, &self.recorded_surfaces(at), &recorded, &sigma) }
+        let surfaces = self.surfaces(at, first, |at| last.recorded.between(&self.nodes[at].recorded));
+        let found = self.lay(at, &surfaces, &recorded, &recorded_sigma(&recorded, self.params));
+        let is_break = breaks::is_strange(node, found.explained_share, &recorded)
+            && breaks::sees_again(&odometry.unwrap_or(recorded))
+            && odometry.is_none_or(|odometry| {
+                let found = self.lay(at, &surfaces, &odometry, &odometry_sigma(&odometry));
+                breaks::is_strange(node, found.explained_share, &odometry)
+            });
+        Laid { recorded, odometry, found, first, is_break }
+    }
+
+    /// Whether some of the next nodes lies where it was recorded among those before a strange one: then that
+    /// one is alone strange, somebody stood before the laser, and the way does not break.
+    fn goes_on_behind(&self, strange: usize, first: usize) -> bool {
+        let last = self.nodes[strange - 1].recorded;
+        let next = &self.nodes[(strange + 1).min(self.nodes.len())..];
+        let surfaces = self.surfaces(strange, first, |at| last.between(&self.nodes[at].recorded));
+        next.iter().take(breaks::NEXT_NODES).enumerate().any(|(beyond, node)| {
+            let step = last.between(&node.recorded);
+            let sigma = recorded_sigma(&step, self.params);
+            self.lay(strange + 1 + beyond, &surfaces, &step, &sigma).explained_share >= MIN_SHARE
+        })
+    }
+
+    /// Lays the nodes behind each break among those behind it alone: where the poses before it lie is not
+    /// known from there.
+    fn lay_again_behind_breaks(&self, laid: &mut [Laid]) {
+        let mut behind = None;
+        for at in 1..self.nodes.len() {
+            if let Some(first) = behind.filter(|first| at - first <= self.params.behind) {
+                laid[at - 1] = self.laid(at, first);
+            }
+            let Laid { is_break, first, .. } = laid[at - 1];
+            laid[at - 1].is_break = is_break && !self.goes_on_behind(at, first);
+            if laid[at - 1].is_break {
+                behind = Some(at);
+            }
+        }
     }
 
     /// A step that recorded poses and odometry agree on. Where the scan leaves a direction open, that one is
     /// the odometry's. In the others the recorded step stays: the matcher saw the whole map, and its errors
     /// do not add up from step to step.
     fn agreed(&self, laid: &Laid, wheels: Option<&WheelCalibration>) -> Step {
-        let Laid { recorded, odometry, found } = laid;
+        let Laid { recorded, odometry, found, .. } = laid;
         let accepted = self.accepted(recorded, &recorded_sigma(recorded, self.params), found, true);
         let Some((odometry, wheels)) = odometry.zip(wheels).filter(|_| laid.is_unsure()) else {
             return accepted;
@@ -181,7 +217,7 @@ impl Chain<'_> {
         wheels: Option<&WheelCalibration>,
     ) -> Step {
         let at = steps.len() + 1;
-        let surfaces = self.surfaces(at, |back| {
+        let surfaces = self.surfaces(at, laid.first, |back| {
             let way = steps[back..].iter().fold(Pose2::IDENTITY, |way, (step, _)| way * *step);
             way.inverse()
         });
@@ -270,6 +306,7 @@ mod tests {
     use super::{ChainParams, edges};
     use crate::slam::keyframes::Node;
     use crate::slam::keyframes::keyframe_scan::KeyframeScan;
+    use crate::slam::pose_graph::breaks;
 
     /// Nodes in a room, and how many of the way along a wall follow.
     const IN_ROOM: usize = 60;
@@ -308,13 +345,9 @@ mod tests {
         let (mut x_m, mut recorded_m, mut counted_m) = (-3.0, -3.0, 0.0);
         let node = |at: usize| {
             let ahead = if at < IN_ROOM && at / 20 % 2 == 1 { -1.0 } else { 1.0 };
-            let node = Node {
-                scan: at,
-                recorded: Pose2::new(recorded_m, 0.0, 0.0),
-                odometry: Some(Pose2::new(counted_m, 0.0, 0.0)),
-                leaps: false,
-                keyframe_scan: seen(x_m, 0.013 * (at % 7) as f64, at < IN_ROOM),
-            };
+            let keyframe_scan = seen(x_m, 0.013 * (at % 7) as f64, at < IN_ROOM);
+            let odometry = Some(Pose2::new(counted_m, 0.0, 0.0));
+            let node = Node { odometry, ..Node::at(Pose2::new(recorded_m, 0.0, 0.0), keyframe_scan) };
             x_m += ahead * STEP_M;
             counted_m += ahead * COUNTED_M;
             recorded_m += ahead * if at + 1 < IN_ROOM { STEP_M } else { COUNTED_M };
@@ -332,6 +365,26 @@ mod tests {
             assert!((edge.measured.x_m - STEP_M).abs() < 2e-3, "{edge:?}");
             assert!(edge.measured.y_m.abs() < 2e-3 && edge.measured.theta_rad.abs() < 1e-3, "{edge:?}");
         }
+    }
+
+    #[test]
+    fn a_scan_that_lies_nowhere_breaks_the_way_once_and_the_next_ones_go_on() {
+        let at = IN_ROOM - 10;
+        let mut nodes = drive();
+        // From here on all is seen turned by a right angle and 1.3 m further on.
+        for point in nodes[at..].iter_mut().flat_map(|node| &mut node.keyframe_scan.points) {
+            let [x, y] = point.at_m;
+            (point.at_m, point.normal) = ([1.3 - y, x], [-point.normal[1], point.normal[0]]);
+        }
+        let broken: Vec<usize> = edges(&nodes, 0, &ChainParams::default())
+            .0
+            .iter()
+            .filter(|edge| breaks::is_broken(edge))
+            .map(|edge| edge.to)
+            .collect();
+        assert_eq!(broken, [at]);
+        let whole = edges(&drive(), 0, &ChainParams::default()).0;
+        assert!(!whole.iter().any(breaks::is_broken));
     }
 
     #[test]

@@ -102,7 +102,7 @@ pub(crate) mod tests {
 
     /// A node that saw this.
     pub(crate) fn node(truth: Pose2, keyframe_scan: KeyframeScan) -> Node {
-        Node { scan: 0, recorded: truth, odometry: None, leaps: false, keyframe_scan }
+        Node::at(truth, keyframe_scan)
     }
 
     fn drive() -> (Vec<Pose2>, Vec<Node>) {

@@ -1,5 +1,6 @@
 //! `biplane optimize`: loop closing and pose-graph optimization of recordings.
 
+mod breaks_found;
 mod loops_found;
 
 use std::collections::BTreeMap;
@@ -272,6 +273,9 @@ pub(crate) fn work(
         });
     });
     drop(spinner);
+    if let Some(words) = breaks_found::words(&optimized.counts) {
+        console.warn(words);
+    }
     if optimized.counts.not_better > 0 {
         console.warn(
             "biplane: the loops that were found draw a worse map than the recorded poses, which stay as they were",

@@ -22,6 +22,7 @@ use crate::recordings::run::{Run, RunError};
 use crate::slam::keyframes::Keyframes;
 use crate::slam::keyframes::keyframe_scan::{KeyframeScan, KeyframeScanner};
 use crate::slam::pose_graph::Edge;
+use crate::slam::pose_graph::breaks;
 use crate::slam::pose_graph::odometry_edges::{ChainParams, information, recorded_sigma};
 use crate::slam::pose_graph::wheel_calibration::WheelCalibration;
 use crate::slam::refinement::every_scan::fixed_map::{FixedMap, ScanCost, smooth};
@@ -43,6 +44,8 @@ pub(crate) struct Drive<'a> {
     pub keyframes: &'a Keyframes,
     /// The steps between its nodes.
     pub chain: &'a [Edge],
+    /// The scans before which the way breaks, ascending.
+    pub breaks: &'a [usize],
     /// What it teaches of its odometry; without that steps are the recorded ones.
     pub wheels: Option<&'a WheelCalibration>,
     /// What the nodes of its frame saw.
@@ -109,6 +112,12 @@ impl Drive<'_> {
         self.keyframes.nodes.binary_search_by_key(&scan, |node| node.scan).ok()
     }
 
+    /// Whether the way breaks between two scans.
+    fn is_across_a_break(&self, [before, now]: [usize; 2]) -> bool {
+        let next = self.breaks.get(self.breaks.partition_point(|first| *first <= before));
+        next.is_some_and(|first| *first <= now)
+    }
+
     /// The step to a pose from the one before it; `scans` are their numbers.
     fn step(&self, to: usize, scans: [usize; 2], poses: &[Pose2]) -> Edge {
         if let [Some(node), Some(_)] = scans.map(|scan| self.node(scan)) {
@@ -128,6 +137,9 @@ impl Drive<'_> {
         );
         let information = information(&sigma.map(|sigma| ALIKE * sigma));
         let step = Edge { from: to - 1, to, measured, information };
+        if self.is_across_a_break(scans) {
+            return breaks::broken(&step);
+        }
         let off = step.error(poses);
         let squared = off.dot(&(information * off));
         Edge { information: information / (1.0 + squared / (SLIP * SLIP)), ..step }

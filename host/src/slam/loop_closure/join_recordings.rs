@@ -7,9 +7,10 @@
 
 use biplane_matcher::{Pose2, Window};
 
-use super::loop_closure::checkpoint::Checkpoint;
+use super::checkpoint::Checkpoint;
 use crate::slam::loop_closure::candidate::{LoopCloser, Pair};
 use crate::slam::pose_graph::Edge;
+use crate::slam::pose_graph::breaks::groups;
 
 /// Of all submaps every so many-th is looked for: they overlap by half, so every place is still in one of
 /// them.
@@ -20,21 +21,6 @@ const MIN_SUPPORT: usize = 2;
 /// With so many a recording is looked for nowhere else. With fewer the best place in all recordings counts:
 /// rooms may be alike.
 const SURE_SUPPORT: usize = 6;
-
-/// Which recordings came together: for each the number of the first one that it is joined to (itself when it
-/// is alone).
-pub(crate) fn groups(recordings: usize, pairs: impl Iterator<Item = [usize; 2]>) -> Vec<usize> {
-    let mut group: Vec<usize> = (0..recordings).collect();
-    for [one, other] in pairs {
-        let (low, high) = (group[one].min(group[other]), group[one].max(group[other]));
-        for entry in &mut group {
-            if *entry == high {
-                *entry = low;
-            }
-        }
-    }
-    group
-}
 
 impl LoopCloser<'_> {
     /// Which recordings the believed loops join.
@@ -63,11 +49,9 @@ impl LoopCloser<'_> {
         for later in 1..recordings {
             for earlier in 0..later {
                 let groups = self.groups(recordings);
-                if groups[earlier] != groups[later] && self.look_for([earlier, later], checkpoint, progress) {
-                    self.find_supporting(checkpoint, progress);
-                    if self.join_found(recordings, SURE_SUPPORT) {
-                        return true;
-                    }
+                let is_apart = groups[earlier] != groups[later];
+                if is_apart && self.look_for([earlier, later], recordings, checkpoint, progress) {
+                    return true;
                 }
             }
             if self.join_found(recordings, MIN_SUPPORT) {
@@ -77,11 +61,12 @@ impl LoopCloser<'_> {
         false
     }
 
-    /// Searches every second submap of one recording in every second one of another, all around; whether
-    /// there was anything to search.
+    /// Searches every second submap of one recording in every second one of another, all around, one after
+    /// the other until it is surely found; whether it was.
     fn look_for(
         &mut self,
         [earlier, later]: [usize; 2],
+        recordings: usize,
         checkpoint: &mut Checkpoint,
         progress: &mut dyn FnMut(usize, usize),
     ) -> bool {
@@ -90,19 +75,25 @@ impl LoopCloser<'_> {
         let of = |recording: usize| {
             (0..count).step_by(EVERY).filter(move |submap_id| recording_of[*submap_id] == recording)
         };
-        let mut pairs = Vec::new();
         for query in of(later) {
-            for other in of(earlier).filter(|other| !self.tried.contains_key(&[*other, query])) {
-                pairs.push(Pair {
-                    submap_ids: [other, query],
-                    guess: Pose2::IDENTITY,
-                    window,
-                    uncertainty_m: f64::INFINITY,
-                });
+            let asked = of(earlier).filter(|other| !self.tried.contains_key(&[*other, query]));
+            let pair = |other: usize| Pair {
+                submap_ids: [other, query],
+                guess: Pose2::IDENTITY,
+                window,
+                uncertainty_m: f64::INFINITY,
+            };
+            let pairs: Vec<Pair> = asked.map(pair).collect();
+            if pairs.is_empty() {
+                continue;
+            }
+            self.search(&pairs, checkpoint, progress);
+            self.find_supporting(checkpoint, progress);
+            if self.join_found(recordings, SURE_SUPPORT) {
+                return true;
             }
         }
-        self.search(&pairs, checkpoint, progress);
-        !pairs.is_empty()
+        false
     }
 
     /// Puts two groups of recordings together over the best of the loops between any; whether there is one
@@ -134,17 +125,5 @@ impl LoopCloser<'_> {
         }
         self.select_inliers();
         self.groups(recordings) != groups
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::groups;
-
-    #[test]
-    fn recordings_come_together_over_others() {
-        assert_eq!(groups(5, [[1, 3], [4, 3]].into_iter()), [0, 1, 2, 1, 1]);
-        assert_eq!(groups(3, [].into_iter()), [0, 1, 2]);
-        assert_eq!(groups(3, [[2, 1], [1, 0]].into_iter()), [0, 0, 0]);
     }
 }
