@@ -11,7 +11,8 @@ another 1 % of its scans left out. The error is the mean over all relations (met
 one over 0.1 m is a blunder. Without a file of relations the bits of the map count (`evaluate map`): sharp
 maps of right poses have few. Odometry can be altered: `signs` (its sign is wrong when the robot drives
 backward), `scaled-0.8`, `scaled-1.2`, `stalled` (5 s a minute), `jumps` (a meter ahead or back each half a
-minute), `none`. Exit code 1 when a given limit, in meters or bits, is missed."""
+minute), `none`. Or the robot is `carried` for 20 s three times: no scans, and odometry that stands. Exit code
+1 when a given limit, in meters or bits, is missed."""
 
 import argparse
 import concurrent.futures
@@ -26,6 +27,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from lib.carmen_log import (
     Track,
+    carried,
     dropped,
     jumps,
     read_log,
@@ -47,6 +49,7 @@ CHANGES = {
     "stalled": stalled,
     "jumps": jumps,
     "none": without_odometry,
+    "carried": carried,
 }
 
 
