@@ -93,7 +93,7 @@ pub struct Optimized {
     pub(crate) wheels: Vec<Option<WheelCalibration>>,
     /// The steps between nodes, by recording.
     pub(crate) chain: Vec<Vec<Edge>>,
-    /// The scans before which the way breaks (no sensor tells the step): their numbers by recording, ascending.
+    /// The scans before which the way breaks, as no sensor tells the step: numbers by recording, ascending.
     pub breaks: Vec<Vec<usize>>,
     /// The loops found, between nodes counted over all recordings.
     pub loops: Vec<LoopFound>,
