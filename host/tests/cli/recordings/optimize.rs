@@ -85,19 +85,6 @@ fn frames_give_the_poses(path: &Path) {
 }
 
 #[test]
-fn a_robot_that_was_carried_is_found_where_it_was_put_down() {
-    let folder = Folder::new("optimize-carried");
-    // From a corridor into a corner, and on around the ring over what it saw before.
-    let carried_m = Some([20.0, 21.0]);
-    let truth = record(&folder.path("run.mcap"), Drive { rounds: 1.6, carried_m, ..Drive::default() });
-    let before_m = error_m(&poses(&folder, "run.mcap"), &truth);
-    let words = ["at one place the scans show another place than the ones before", "\"breaks_left\": 0"];
-    folder.expect("optimize run.mcap -o opt.mcap --json", 0, &words);
-    let after_m = error_m(&poses(&folder, "opt.mcap"), &truth);
-    assert!(before_m > 5.0 && after_m < 0.05, "{before_m} m before, {after_m} m after");
-}
-
-#[test]
 fn the_bytes_are_the_same_on_any_number_of_threads_and_after_a_stop() {
     let folder = Folder::new("optimize-same");
     record(&folder.path("run.mcap"), Drive { rounds: 1.4, ..Drive::default() });
