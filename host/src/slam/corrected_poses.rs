@@ -10,6 +10,7 @@ use nalgebra::Matrix3;
 
 use crate::recordings::deskew::{StampedPose, Trajectory};
 use crate::slam::keyframes::{Keyframes, Node};
+use crate::slam::pose_graph::breaks;
 use crate::slam::refinement::spatial::choice::Refined;
 
 /// Recorded and optimized poses of the scans of one recording.
@@ -36,10 +37,10 @@ impl Corrected {
             while before + 1 < nodes.len() && keyframes.nodes[before + 1].scan <= number {
                 before += 1;
             }
-            let broken = keyframes.nodes.get(before + 1).and_then(|next| {
-                let at = breaks.partition_point(|first| *first <= keyframes.nodes[before].scan);
-                breaks.get(at).copied().filter(|first| *first <= next.scan)
-            });
+            let broken = keyframes
+                .nodes
+                .get(before + 1)
+                .and_then(|next| breaks::between(breaks, [keyframes.nodes[before].scan, next.scan]));
             scans.push(recorded.map(|recorded| {
                 let pose = match broken {
                     Some(first) => beside(keyframes, nodes, before + usize::from(number >= first), &recorded),

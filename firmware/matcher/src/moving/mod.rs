@@ -271,22 +271,7 @@ impl MovingObjects {
 mod tests {
     use super::*;
     use crate::scan::end_points::PointParams;
-    use crate::scan::{Beam, Scan};
-
-    /// The end points of a beam a degree, so many to each side.
-    pub(super) fn seen(degrees: i32, range_m: impl Fn(i32) -> f64) -> EndPoints {
-        let beams: Vec<Beam> = (-degrees..=degrees)
-            .map(|degree| {
-                let angle = f64::from(degree).to_radians();
-                let direction_in_base = [angle.cos() as f32, angle.sin() as f32];
-                Beam { direction_in_base, range_m: range_m(degree) as f32, delay_s: 0.0 }
-            })
-            .collect();
-        let mut points = EndPoints::new(PointParams::default());
-        let scan = Scan { stamp_ns: 0, laser_in_base_m: [0.0; 2], beams: &beams, twist_in_base: [0.0; 3] };
-        points.fill(&scan);
-        points
-    }
+    use crate::scan::end_points::tests::seen;
 
     /// What the middle beam lies on after so many steps of 10 cm, when a pole stands or walks ahead of the
     /// base, before a wall 6 m away. `pole_m` gives its way from the base's start.

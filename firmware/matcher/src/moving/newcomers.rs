@@ -85,7 +85,7 @@ fn place([x, y]: [i32; 2]) -> usize {
 mod tests {
     use super::*;
     use crate::map::MapParams;
-    use crate::moving::tests::seen;
+    use crate::scan::end_points::tests::seen;
 
     /// What a base at a place along the x axis sees of a wall 6 m from the origin, and of somebody before it.
     fn seen_from(from_m: f64, somebody_m: Option<f64>) -> EndPoints {

@@ -172,20 +172,11 @@ fn segment(all: &[EndPoint], first: usize, last: usize) -> Segment {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scan::end_points::PointParams;
-    use crate::scan::{Beam, Scan};
+    use crate::scan::end_points::tests::seen;
 
     /// What stands free in a scan of 181 beams, their first and last beam.
     fn found(range_m: impl Fn(i32) -> f64) -> Vec<(usize, usize)> {
-        let beams: Vec<Beam> = (-90..=90)
-            .map(|degrees| {
-                let angle = f64::from(degrees).to_radians();
-                let direction_in_base = [angle.cos() as f32, angle.sin() as f32];
-                Beam { direction_in_base, range_m: range_m(degrees) as f32, delay_s: 0.0 }
-            })
-            .collect();
-        let mut points = EndPoints::new(PointParams::default());
-        points.fill(&Scan { stamp_ns: 0, laser_in_base_m: [0.0; 2], beams: &beams, twist_in_base: [0.0; 3] });
+        let points = seen(90, range_m);
         let mut segments = Vec::with_capacity(16);
         find_short(&points, &mut Seen::with_capacity(181), &mut segments);
         let free = segments.iter().filter(|segment| segment.stands_free());
@@ -217,16 +208,7 @@ mod tests {
     #[test]
     fn no_more_is_kept_than_fits() {
         let mut segments: Vec<Segment> = Vec::with_capacity(2);
-        let comb: Vec<Beam> = (-90..=90)
-            .map(|degrees| {
-                let angle = f64::from(degrees).to_radians();
-                let direction_in_base = [angle.cos() as f32, angle.sin() as f32];
-                let range_m = if degrees % 4 == 0 { 1.0 } else { 5.0 };
-                Beam { direction_in_base, range_m, delay_s: 0.0 }
-            })
-            .collect();
-        let mut points = EndPoints::new(PointParams::default());
-        points.fill(&Scan { stamp_ns: 0, laser_in_base_m: [0.0; 2], beams: &comb, twist_in_base: [0.0; 3] });
+        let points = seen(90, |degrees| if degrees % 4 == 0 { 1.0 } else { 5.0 });
         find_short(&points, &mut Seen::with_capacity(181), &mut segments);
         assert_eq!((segments.len(), segments.capacity()), (2, 2));
     }

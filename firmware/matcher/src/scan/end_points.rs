@@ -302,21 +302,26 @@ fn weight(params: &PointParams, before_m: f32, after_m: f32) -> f32 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::scan::Beam;
 
-    fn points(mut ranges_m: impl FnMut(f64) -> f64) -> EndPoints {
-        let beams: Vec<Beam> = (-90..=90)
-            .map(|degrees| {
-                let angle = f64::from(degrees).to_radians();
+    /// The end points of a beam a degree, so many to each side.
+    pub(crate) fn seen(degrees: i32, mut range_m: impl FnMut(i32) -> f64) -> EndPoints {
+        let beams: Vec<Beam> = (-degrees..=degrees)
+            .map(|degree| {
+                let angle = f64::from(degree).to_radians();
                 let direction_in_base = [angle.cos() as f32, angle.sin() as f32];
-                Beam { direction_in_base, range_m: ranges_m(angle) as f32, delay_s: 0.0 }
+                Beam { direction_in_base, range_m: range_m(degree) as f32, delay_s: 0.0 }
             })
             .collect();
         let mut points = EndPoints::new(PointParams::default());
         points.fill(&Scan { stamp_ns: 0, laser_in_base_m: [0.0; 2], beams: &beams, twist_in_base: [0.0; 3] });
         points
+    }
+
+    fn points(mut ranges_m: impl FnMut(f64) -> f64) -> EndPoints {
+        seen(90, |degree| ranges_m(f64::from(degree).to_radians()))
     }
 
     /// The end point of the beam at this angle, all beams having returned.

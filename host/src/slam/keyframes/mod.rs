@@ -128,8 +128,7 @@ fn leaps(scans: &[Option<StampedPose>]) -> Vec<usize> {
     let mut sorted: Vec<f64> = steps_m.iter().flatten().copied().collect();
     sorted.sort_unstable_by(f64::total_cmp);
     let Some(driven_m) = nearest_rank(&sorted, DRIVEN_SHARE) else { return Vec::new() };
-    let is_leap = |step_m: &Option<f64>| step_m.is_some_and(|step_m| step_m > LEAP * driven_m + LEAP_M);
-    steps_m.iter().enumerate().filter(|(_, step_m)| is_leap(step_m)).map(|(before, _)| before + 1).collect()
+    behind(&steps_m, |step_m| step_m > LEAP * driven_m + LEAP_M)
 }
 
 /// The numbers of the scans before which there was none for long, ascending.
@@ -139,15 +138,13 @@ fn gaps(scans: &[Option<StampedPose>]) -> Vec<usize> {
     let mut sorted: Vec<i64> = pauses_ns.iter().flatten().copied().collect();
     sorted.sort_unstable();
     let Some(usual_ns) = nearest_rank(&sorted, 0.5) else { return Vec::new() };
-    let is_gap = |pause_ns: &Option<i64>| {
-        pause_ns.is_some_and(|pause_ns| pause_ns > GAP_NS.max(usual_ns.saturating_mul(GAP_PAUSES)))
-    };
-    pauses_ns
-        .iter()
-        .enumerate()
-        .filter(|(_, pause_ns)| is_gap(pause_ns))
-        .map(|(before, _)| before + 1)
-        .collect()
+    behind(&pauses_ns, |pause_ns| pause_ns > GAP_NS.max(usual_ns.saturating_mul(GAP_PAUSES)))
+}
+
+/// The numbers of the scans behind such steps, ascending; the first step leads to scan 1.
+fn behind<T: Copy>(steps: &[Option<T>], is_meant: impl Fn(T) -> bool) -> Vec<usize> {
+    let met = steps.iter().enumerate().filter(|(_, step)| step.is_some_and(&is_meant));
+    met.map(|(before, _)| before + 1).collect()
 }
 
 fn is_news(last: &Pose2, pose: &Pose2, params: &KeyframeParams) -> bool {

@@ -53,7 +53,7 @@ pub(crate) fn broken(edge: &Edge) -> Edge {
 
 /// Whether an edge is one across a break.
 pub(crate) fn is_broken(edge: &Edge) -> bool {
-    edge.information.trace() <= 3.0 * NOTHING
+    edge.information == broken(edge).information
 }
 
 /// The numbers of the scans before which the way of a recording breaks, ascending: between the nodes of a
@@ -68,6 +68,12 @@ pub(crate) fn first_scans(keyframes: &Keyframes, chain: &[Edge]) -> Vec<usize> {
         pauses.max().map_or(next, |(_, scan)| scan)
     };
     chain.iter().enumerate().filter(|(_, edge)| is_broken(edge)).map(behind_pause).collect()
+}
+
+/// Of the scans before which the way breaks, ascending, the one behind a scan and up to a later one.
+pub(crate) fn between(breaks: &[usize], [before, now]: [usize; 2]) -> Option<usize> {
+    let next = breaks.get(breaks.partition_point(|first| *first <= before));
+    next.copied().filter(|first| *first <= now)
 }
 
 /// Which recordings or parts came together: for each the number of the first one that it is joined to (itself

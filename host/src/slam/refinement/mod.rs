@@ -100,11 +100,6 @@ pub(crate) mod tests {
         KeyframeScan { points, laser_m: [0.0; 2] }
     }
 
-    /// A node that saw this.
-    pub(crate) fn node(truth: Pose2, keyframe_scan: KeyframeScan) -> Node {
-        Node::at(truth, keyframe_scan)
-    }
-
     fn drive() -> (Vec<Pose2>, Vec<Node>) {
         let truth: Vec<Pose2> = (0..12)
             .map(|at| f64::from(at) * 0.3)
@@ -113,7 +108,7 @@ pub(crate) mod tests {
         let nodes = truth
             .iter()
             .enumerate()
-            .map(|(at, pose)| node(*pose, scan_of_room(pose, 0.013 * at as f64)))
+            .map(|(at, pose)| Node::at(*pose, scan_of_room(pose, 0.013 * at as f64)))
             .collect();
         (truth, nodes)
     }
@@ -148,7 +143,7 @@ pub(crate) mod tests {
         let (truth, mut nodes) = drive();
         let mut poses = disturbed(&truth);
         // One more node, which is not among the members.
-        nodes.push(node(Pose2::IDENTITY, scan_of_room(&Pose2::IDENTITY, 0.0)));
+        nodes.push(Node::at(Pose2::IDENTITY, scan_of_room(&Pose2::IDENTITY, 0.0)));
         poses.push(Pose2::new(5.0, 5.0, 1.0));
         let members: Vec<usize> = (0..truth.len()).collect();
         let mut rounds = 0;
@@ -175,7 +170,7 @@ pub(crate) mod tests {
                 points.push(EndPoint { at_m, kind: Kind::Point, weight: 1.0, ..EndPoint::default() });
             }
         }
-        node(truth, KeyframeScan { points, laser_m: [0.0; 2] })
+        Node::at(truth, KeyframeScan { points, laser_m: [0.0; 2] })
     }
 
     #[test]

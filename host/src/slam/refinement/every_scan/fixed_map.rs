@@ -107,7 +107,7 @@ mod tests {
     use crate::slam::keyframes::Node;
     use crate::slam::pose_graph::Edge;
     use crate::slam::refinement::JointParams;
-    use crate::slam::refinement::tests::{node, scan_of_room};
+    use crate::slam::refinement::tests::scan_of_room;
 
     fn way(count: usize, step_m: f64) -> Vec<Pose2> {
         let at = |at: usize| step_m * at as f64;
@@ -132,7 +132,7 @@ mod tests {
     fn scans_between_nodes_come_to_lie_where_they_were_seen_from() {
         let truth = way(40, 0.05);
         let nodes: Vec<Node> =
-            truth.iter().step_by(6).map(|pose| node(*pose, scan_of_room(pose, 0.0))).collect();
+            truth.iter().step_by(6).map(|pose| Node::at(*pose, scan_of_room(pose, 0.0))).collect();
         let places: Vec<Pose2> = nodes.iter().map(|node| node.recorded).collect();
         let params = JointParams::default();
         let map = FixedMap::new(&nodes.iter().collect::<Vec<_>>(), &places, &params);
@@ -159,7 +159,7 @@ mod tests {
     #[test]
     fn a_node_takes_half_the_step() {
         let truth = Pose2::IDENTITY;
-        let (alone, params) = (node(truth, scan_of_room(&truth, 0.0)), JointParams::default());
+        let (alone, params) = (Node::at(truth, scan_of_room(&truth, 0.0)), JointParams::default());
         let map = FixedMap::new(&[&alone], &[truth], &params);
         let off = Pose2::new(0.02, 0.01, 0.0);
         let cost = map.cost(&alone.keyframe_scan, &off);

@@ -112,12 +112,6 @@ impl Drive<'_> {
         self.keyframes.nodes.binary_search_by_key(&scan, |node| node.scan).ok()
     }
 
-    /// Whether the way breaks between two scans.
-    fn is_across_a_break(&self, [before, now]: [usize; 2]) -> bool {
-        let next = self.breaks.get(self.breaks.partition_point(|first| *first <= before));
-        next.is_some_and(|first| *first <= now)
-    }
-
     /// The step to a pose from the one before it; `scans` are their numbers.
     fn step(&self, to: usize, scans: [usize; 2], poses: &[Pose2]) -> Edge {
         if let [Some(node), Some(_)] = scans.map(|scan| self.node(scan)) {
@@ -137,7 +131,7 @@ impl Drive<'_> {
         );
         let information = information(&sigma.map(|sigma| ALIKE * sigma));
         let step = Edge { from: to - 1, to, measured, information };
-        if self.is_across_a_break(scans) {
+        if breaks::between(self.breaks, scans).is_some() {
             return breaks::broken(&step);
         }
         let off = step.error(poses);
