@@ -1,12 +1,12 @@
 //! Ctrl-C and its relatives: a line says what is kept of the work.
 
 use std::io::{self, IsTerminal};
-use std::thread;
 
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 
 use crate::ending::{end_now, write_at_once};
+use crate::thread;
 
 /// A thread that waits and then removes files.
 const STACK_BYTES: usize = 1 << 18;
@@ -29,7 +29,7 @@ pub fn end_on_signals() -> io::Result<()> {
             end_now(|| name(signal).to_owned());
         }
     };
-    thread::Builder::new().name("signals".to_owned()).stack_size(STACK_BYTES).spawn(watch).map(drop)
+    thread::start("signals", STACK_BYTES, watch).map(drop)
 }
 
 fn name(signal: i32) -> &'static str {

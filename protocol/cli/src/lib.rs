@@ -10,6 +10,7 @@ mod manual;
 pub mod memory;
 mod outcome;
 mod output;
+pub mod thread;
 mod words;
 
 pub use crate::counted::counted;

@@ -17,7 +17,9 @@ pub(super) const CRATES: &[Crate] = &[
         floors: &[
             &["counted", "outcome", "output", "manual", "examples", "words"],
             &["ending"],
-            &["interrupt", "memory"],
+            &["memory"],
+            &["thread"],
+            &["interrupt"],
         ],
     },
     Crate {

@@ -6,14 +6,12 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use biplane_cli::memory::has_room_for;
+use biplane_cli::thread;
 
 /// Time between two lines.
 pub(crate) const HEARTBEAT: Duration = Duration::from_secs(30);
 /// The stack of its thread, bytes: it writes a line.
 const STACK_BYTES: usize = 256 << 10;
-/// What must be left besides, bytes: several times a thread's signal stack.
-const SPARE_BYTES: usize = 1 << 20;
 
 /// Says its text once in every period until it is dropped.
 #[derive(Debug)]
@@ -39,9 +37,7 @@ impl Heartbeat {
                 say(&format!("{text} ({} s)", (period * periods).as_secs()));
             }
         };
-        let builder = std::thread::Builder::new().name("heartbeat".to_owned()).stack_size(STACK_BYTES);
-        let has_room = has_room_for(STACK_BYTES + SPARE_BYTES);
-        let thread = has_room.then(|| builder.spawn(beat).ok()).flatten();
+        let thread = thread::start("heartbeat", STACK_BYTES, beat).ok();
         Self { text, end: Some(end), thread }
     }
 

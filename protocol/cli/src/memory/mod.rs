@@ -92,10 +92,8 @@ fn needed(bytes: u64, max_bytes: u64) -> String {
     }
 }
 
-/// Whether the process may have so many bytes more just now. A thread that starts where no room is left for
-/// its signal stack ends the whole program, so whoever can do without one asks first.
-#[must_use]
-pub fn has_room_for(bytes: usize) -> bool {
+/// Whether the process may have so many bytes more just now.
+pub(crate) fn has_room_for(bytes: usize) -> bool {
     let (access, flags) = (ProtFlags::READ | ProtFlags::WRITE, MapFlags::PRIVATE);
     // SAFETY: the system chooses the place, so nothing of ours is there.
     let Ok(place) = (unsafe { mmap_anonymous(ptr::null_mut(), bytes, access, flags) }) else { return false };
