@@ -86,17 +86,27 @@ impl<S: Sink> Engine<S> {
     /// a little: stamps follow from the read's own time, everything else from the engine's. In a recording, a
     /// line whose time steps back is that of a clock that was set: the run's time goes on.
     pub fn bytes(&mut self, read_ns: i64, port: Port, bytes: &[u8]) {
+        let unheard_ns = self.devices.watch.read_watermark.unheard_ns(port, read_ns);
+        self.read(read_ns, unheard_ns, port, bytes);
+    }
+
+    /// The same in a recording that is replayed, which knows for how long nobody had listened to the line
+    /// when the read returned.
+    pub fn recorded_bytes(&mut self, read_ns: i64, unheard_ns: i64, port: Port, bytes: &[u8]) {
+        self.read(read_ns, unheard_ns, port, bytes);
+    }
+
+    fn read(&mut self, read_ns: i64, unheard_ns: i64, port: Port, bytes: &[u8]) {
         let stream = Stream { port, direction: Direction::Rx };
         let read_ns = self.schedule.time_line.run_ns(stream, bounded(read_ns));
         let now_ns = self.begin(read_ns);
         if self.raw {
-            self.publisher.serial(read_ns, port, Direction::Rx, bytes);
+            self.publisher.serial(read_ns, read_ns - unheard_ns, port, Direction::Rx, bytes);
         }
         if !self.devices.lines.has(port) {
             self.without_line.unknown_read(port);
             return;
         }
-        let unheard_ns = self.devices.watch.read_watermark.unheard_ns(port, read_ns);
         self.devices.lines.arrived(port, read_ns, bytes.len(), unheard_ns);
         for piece in bytes.chunks(MAX_INPUT_BYTES) {
             self.input(now_ns, port, Input::Bytes(piece));
@@ -295,7 +305,7 @@ impl<S: Sink> Engine<S> {
         if let Command::Write(bytes) = &command {
             self.devices.watch.foreign_device(port).sent(bytes);
             if self.raw {
-                self.publisher.serial(now_ns, port, Direction::Tx, bytes);
+                self.publisher.serial(now_ns, now_ns, port, Direction::Tx, bytes);
             }
         }
         self.devices.outbox.command(port, command);

@@ -115,7 +115,7 @@ impl<S: Sink> Feeding<S> {
         match (self.content, entry.topic) {
             (Content::Serial { .. }, Some(Topic::Serial(port, Direction::Rx))) => {
                 let bytes: ByteArray = decode(entry)?;
-                self.engine.bytes(now_ns, port, &bytes.data);
+                self.engine.recorded_bytes(now_ns, unheard_ns(entry), port, &bytes.data);
             }
             (Content::Serial { .. }, Some(Topic::Serial(port, Direction::Tx))) => {
                 let bytes: ByteArray = decode(entry)?;
@@ -174,6 +174,15 @@ pub(crate) fn kept_scans(
     Ok(kept)
 }
 
+/// For how long nobody had listened to a line when a read returned, nanoseconds: from the publish time to the
+/// log time. 0 where nothing is known of it.
+fn unheard_ns(entry: &Entry) -> i64 {
+    match entry.publish_time_ns {
+        ..=0 => 0,
+        listened_ns => entry.log_time_ns.saturating_sub(listened_ns).max(0),
+    }
+}
+
 fn decode<M: Message>(entry: &Entry) -> Result<M, ReadError> {
     M::decode(&entry.bytes).map_err(|source| ReadError::Message {
         path: None,
@@ -181,4 +190,75 @@ fn decode<M: Message>(entry: &Entry) -> Result<M, ReadError> {
         log_time_ns: entry.log_time_ns,
         source,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::out::health::Health;
+    use crate::engine::synthetic::{self, START_NS};
+    use biplane_recording::{Writer, WriterOptions};
+
+    const MS: i64 = 1_000_000;
+
+    /// Bytes of lines into a file, scans into memory.
+    struct Recorder(Writer, Vec<Vec<u8>>);
+
+    impl Sink for Recorder {
+        fn message(&mut self, topic: Topic, log_time_ns: i64, publish_time_ns: i64, cdr: &[u8]) {
+            match topic {
+                Topic::Serial(..) => self.0.write_encoded(topic, log_time_ns, publish_time_ns, cdr).unwrap(),
+                Topic::ScanHorizontal | Topic::ScanVertical => self.1.push(cdr.to_vec()),
+                _ => {}
+            }
+        }
+
+        fn health(&mut self, _now_ns: i64, _health: &Health) {}
+
+        fn dropped(&self) -> u64 {
+            0
+        }
+    }
+
+    #[test]
+    fn a_replay_knows_when_the_host_had_stood_still_and_stamps_as_the_run_did() {
+        let path = std::env::temp_dir().join(format!("biplane-unheard-{}.mcap", std::process::id()));
+        let mut writer = Writer::create(&path, &WriterOptions::default()).unwrap();
+        let rig = synthetic::rig();
+        writer.attach("rig.toml", "application/toml", rig.to_toml().as_bytes()).unwrap();
+        let options = |raw| EngineOptions {
+            rig: rig.clone(),
+            matcher: TrackerParams::default(),
+            feed: Feed::Recorded,
+            raw,
+        };
+        let mut engine = Engine::new(&options(true), Recorder(writer, Vec::new()), START_NS);
+        let reads = synthetic::drive(4, 60);
+        let mut listened_ns = [START_NS; Port::ALL.len()];
+        for read in &reads {
+            // Twice the host stands still, and then finds in one read what had come meanwhile.
+            let stands_still = [100, 420]
+                .map(|from_ms| START_NS + from_ms * MS)
+                .map(|from_ns| (from_ns, from_ns + 290 * MS));
+            let late =
+                stands_still.iter().find(|(from_ns, to_ns)| (*from_ns..*to_ns).contains(&read.time_ns));
+            let read_ns = late.map_or(read.time_ns, |(_, to_ns)| *to_ns);
+            engine.read_watermark(read.port, listened_ns[read.port.index()]);
+            engine.bytes(read_ns, read.port, &read.bytes);
+            listened_ns[read.port.index()] = late.map_or(read_ns - MS, |(from_ns, _)| *from_ns);
+        }
+        let end_ns = reads.last().unwrap().time_ns;
+        let (_, Recorder(writer, recorded)) = engine.finish(end_ns);
+        writer.finish().unwrap();
+
+        let input = Recording::open(std::slice::from_ref(&path)).unwrap();
+        let silent = Writer::create(&path.with_extension("again"), &WriterOptions::default()).unwrap();
+        let engine = Engine::new(&options(false), Recorder(silent, Vec::new()), START_NS);
+        let mut feeding = Feeding::new(engine, Content::Serial { inertial: false }, START_NS);
+        feeding.feed(&input, |_| {}, &AtomicBool::new(false)).unwrap();
+        let (_, Recorder(_, replayed)) = feeding.finish();
+        assert!(recorded.len() > 60 && recorded == replayed);
+        let _ = std::fs::remove_file(&path);
+        let _ = std::fs::remove_file(path.with_extension("again"));
+    }
 }

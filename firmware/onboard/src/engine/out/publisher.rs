@@ -179,12 +179,20 @@ impl<S: Sink> Publisher<S> {
         self.sink.message(Topic::Tf, now_ns, stamp_ns, &self.bytes);
     }
 
-    /// Bytes of a serial line.
-    pub(crate) fn serial(&mut self, now_ns: i64, port: Port, direction: Direction, bytes: &[u8]) {
+    /// Bytes of a serial line: when they were read or written, and up to when the line had been listened to
+    /// before.
+    pub(crate) fn serial(
+        &mut self,
+        now_ns: i64,
+        listened_ns: i64,
+        port: Port,
+        direction: Direction,
+        bytes: &[u8],
+    ) {
         self.serial.data.clear();
         self.serial.data.extend_from_slice(bytes);
         self.serial.encode(&mut self.bytes);
-        self.sink.message(Topic::Serial(port, direction), now_ns, now_ns, &self.bytes);
+        self.sink.message(Topic::Serial(port, direction), now_ns, listened_ns, &self.bytes);
     }
 
     /// The state of everything.

@@ -188,17 +188,17 @@ fn a_viewer_that_takes_nothing_misses_messages_and_nobody_waits_for_it() {
         socket.send(Message::Text("{\"op\":\"getParameters\"}".into())).unwrap();
         text(socket, "nothing else"); // the subscription came before
     }
-    // Twelve times what fits.
+    // Six times what fits. More would take so long on a busy machine that the viewer is given up.
     let payload = vec![7; 1 << 20];
-    for round in 0..48_u64 {
+    for round in 0..24_u64 {
         tap.message(Topic::Diagnostics, round as i64, 0, &payload);
         assert_eq!(data(&mut awake).1, round);
     }
     drop(tap);
     let report = view.finish();
     assert_eq!((report.viewers, report.missed), (2, 0));
-    assert_eq!(report.sent + report.left_out, 96);
-    assert!((30..=48).contains(&report.left_out), "{report:?}");
+    assert_eq!(report.sent + report.left_out, 48);
+    assert!((10..=24).contains(&report.left_out), "{report:?}");
     // What the system had taken for it is whole, and in order.
     let mut rounds = 0;
     while let Ok(message) = asleep.read() {
@@ -209,7 +209,7 @@ fn a_viewer_that_takes_nothing_misses_messages_and_nobody_waits_for_it() {
             rounds += 1;
         }
     }
-    assert!(rounds <= report.sent - 48, "{rounds}");
+    assert!(rounds <= report.sent - 24, "{rounds}");
 }
 
 #[test]
