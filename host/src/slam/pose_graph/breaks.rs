@@ -19,6 +19,13 @@ use crate::slam::pose_graph::Edge;
 const STRANGE_SHARE: f64 = 0.3;
 /// The same of the first scan after a gap, in which the robot may have been carried.
 const STRANGE_SHARE_AFTER_GAP: f64 = 0.5;
+/// The same where the recorded step over the gap is not the odometry's: then the matcher has looked for the
+/// place that explains most. Carried along a corridor it found 0.5 to 0.6; where it agrees with the odometry
+/// it is 0.6 and more.
+const STRANGE_SHARE_OFF_ODOMETRY: f64 = 0.7;
+/// So far apart two steps are not the same, meters and radians.
+const SAME_STEP_M: f64 = 0.25;
+const SAME_STEP_RAD: f64 = 0.25;
 /// So many nodes behind a strange one must be no better explained by those before it. Fewer: somebody who
 /// stands in front of the laser for a meter of way breaks it; more: a short visit of another place is missed.
 pub(crate) const NEXT_NODES: usize = 4;
@@ -32,12 +39,25 @@ const MIN_POINTS: usize = 40;
 /// What an edge across a break tells, 1/m^2 and 1/rad^2: nothing, but the parts stay in one system.
 const NOTHING: f64 = 1e-6;
 
+/// The share of a node that the scans before it explain at least, when it shows the same place; by its steps
+/// as recorded and by odometry.
+pub(crate) fn min_share(node: &Node, recorded: &Pose2, odometry: Option<&Pose2>) -> f64 {
+    let is_other_step = |odometry: &Pose2| {
+        let off = odometry.between(recorded);
+        off.distance_m() > SAME_STEP_M || off.theta_rad.abs() > SAME_STEP_RAD
+    };
+    match node.after_gap {
+        false => STRANGE_SHARE,
+        true if odometry.is_some_and(is_other_step) => STRANGE_SHARE_OFF_ODOMETRY,
+        true => STRANGE_SHARE_AFTER_GAP,
+    }
+}
+
 /// Whether a node shows another place than the scans before it, which explain this share of it, after a step
-/// like this.
-pub(crate) fn is_strange(node: &Node, explained_share: f64, step: &Pose2) -> bool {
+/// like this; at least `min_share` of it when nothing has turned away.
+pub(crate) fn is_strange(node: &Node, explained_share: f64, step: &Pose2, min_share: f64) -> bool {
     let turn_share = step.theta_rad.abs() / std::f64::consts::PI;
     let seen_again = (1.0 + TURN_SHARE - turn_share).min(1.0);
-    let min_share = if node.after_gap { STRANGE_SHARE_AFTER_GAP } else { STRANGE_SHARE };
     node.keyframe_scan.points.len() >= MIN_POINTS && explained_share < min_share * seen_again
 }
 
@@ -158,7 +178,7 @@ mod tests {
     use biplane_matcher::{EndPoint, Pose2};
     use nalgebra::Matrix3;
 
-    use super::{Parts, broken, first_scans, groups, is_strange};
+    use super::{Parts, broken, first_scans, groups, is_strange, min_share};
     use crate::recordings::deskew::StampedPose;
     use crate::slam::keyframes::keyframe_scan::KeyframeScan;
     use crate::slam::keyframes::{Keyframes, Node};
@@ -230,10 +250,16 @@ mod tests {
             Node { after_gap, ..Node::at(Pose2::IDENTITY, keyframe_scan) }
         };
         let turned = |turn_rad: f64| Pose2::new(0.3, 0.0, turn_rad);
-        assert!(is_strange(&node(180, false), 0.2, &turned(0.3)));
-        assert!(!is_strange(&node(180, false), 0.4, &turned(0.3)));
-        assert!(is_strange(&node(180, true), 0.4, &turned(0.3)), "it may have been carried");
-        assert!(!is_strange(&node(20, false), 0.2, &turned(0.3)));
-        assert!(!is_strange(&node(180, false), 0.2, &turned(2.5)), "it looks elsewhere");
+        let strange = |node: &Node, share: f64, step: Pose2, odometry: Option<Pose2>| {
+            is_strange(node, share, &step, min_share(node, &step, odometry.as_ref()))
+        };
+        assert!(strange(&node(180, false), 0.2, turned(0.3), None));
+        assert!(!strange(&node(180, false), 0.4, turned(0.3), None));
+        assert!(strange(&node(180, true), 0.4, turned(0.3), None), "it may have been carried");
+        assert!(!strange(&node(180, true), 0.6, turned(0.3), Some(turned(0.2))));
+        assert!(strange(&node(180, true), 0.6, turned(0.3), Some(turned(0.0))), "and was matched elsewhere");
+        assert!(!strange(&node(180, false), 0.6, turned(0.3), Some(turned(0.0))), "without a gap");
+        assert!(!strange(&node(20, false), 0.2, turned(0.3), None));
+        assert!(!strange(&node(180, false), 0.2, turned(2.5), None), "it looks elsewhere");
     }
 }

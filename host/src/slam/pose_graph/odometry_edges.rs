@@ -147,25 +147,27 @@ impl Chain<'_> {
         let odometry = last.odometry.zip(node.odometry).map(|(last, now)| last.between(&now));
         let surfaces = self.surfaces(at, first, |at| last.recorded.between(&self.nodes[at].recorded));
         let found = self.lay(at, &surfaces, &recorded, &recorded_sigma(&recorded, self.params));
-        let is_break = breaks::is_strange(node, found.explained_share, &recorded)
+        let min_share = breaks::min_share(node, &recorded, odometry.as_ref());
+        let is_break = breaks::is_strange(node, found.explained_share, &recorded, min_share)
             && breaks::sees_again(&odometry.unwrap_or(recorded))
             && odometry.is_none_or(|odometry| {
                 let found = self.lay(at, &surfaces, &odometry, &odometry_sigma(&odometry));
-                breaks::is_strange(node, found.explained_share, &odometry)
+                breaks::is_strange(node, found.explained_share, &odometry, min_share)
             });
         Laid { recorded, odometry, found, first, is_break }
     }
 
     /// Whether some of the next nodes lies where it was recorded among those before a strange one: then that
     /// one is alone strange, somebody stood before the laser, and the way does not break.
-    fn goes_on_behind(&self, strange: usize, first: usize) -> bool {
+    fn goes_on_behind(&self, strange: usize, Laid { recorded, odometry, first, .. }: &Laid) -> bool {
+        let min_share = breaks::min_share(&self.nodes[strange], recorded, odometry.as_ref()).max(MIN_SHARE);
         let last = self.nodes[strange - 1].recorded;
         let next = &self.nodes[(strange + 1).min(self.nodes.len())..];
-        let surfaces = self.surfaces(strange, first, |at| last.between(&self.nodes[at].recorded));
+        let surfaces = self.surfaces(strange, *first, |at| last.between(&self.nodes[at].recorded));
         next.iter().take(breaks::NEXT_NODES).enumerate().any(|(beyond, node)| {
             let step = last.between(&node.recorded);
             let sigma = recorded_sigma(&step, self.params);
-            self.lay(strange + 1 + beyond, &surfaces, &step, &sigma).explained_share >= MIN_SHARE
+            self.lay(strange + 1 + beyond, &surfaces, &step, &sigma).explained_share >= min_share
         })
     }
 
@@ -177,8 +179,7 @@ impl Chain<'_> {
             if let Some(first) = behind.filter(|first| at - first <= self.params.behind) {
                 laid[at - 1] = self.laid(at, first);
             }
-            let Laid { is_break, first, .. } = laid[at - 1];
-            laid[at - 1].is_break = is_break && !self.goes_on_behind(at, first);
+            laid[at - 1].is_break = laid[at - 1].is_break && !self.goes_on_behind(at, &laid[at - 1]);
             if laid[at - 1].is_break {
                 behind = Some(at);
             }
