@@ -151,11 +151,8 @@ class RealData:
             limits = ("--runs", 2, "--worst", 0.06)
             run_check("accuracy/check_ensemble.py", log, relations, "--odometry", change, *limits)
         self.tally.ok("no blunder in eight runs of Intel and of Freiburg 079, nor with altered odometry")
-        log, relations = self.data / "carmen/intel.log", self.data / "relations/intel.relations"
-        limits = ("--runs", 4, "--optimized-worst", 0.06)
-        run_check(
-            "accuracy/check_ensemble.py", log, relations, "--optimize", "--odometry", "carried", *limits
-        )
+        limits = ("--optimize", "--odometry", "carried", "--runs", 4, "--optimized-worst", 0.06)
+        run_check("accuracy/check_ensemble.py", self.log, self.relations, *limits)
         self.tally.ok("a robot that is carried three times is found again in four runs of Intel")
 
     def other_log(self, name):

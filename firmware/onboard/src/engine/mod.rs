@@ -20,7 +20,7 @@ pub(crate) mod schedule;
 #[cfg(test)]
 pub(crate) mod synthetic;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 use biplane_recording::{Direction, Port, Rig, Topic};
 
@@ -87,16 +87,12 @@ impl<S: Sink> Engine<S> {
     /// line whose time steps back is that of a clock that was set: the run's time goes on.
     pub fn bytes(&mut self, read_ns: i64, port: Port, bytes: &[u8]) {
         let unheard_ns = self.devices.watch.read_watermark.unheard_ns(port, read_ns);
-        self.read(read_ns, unheard_ns, port, bytes);
+        self.recorded_bytes(read_ns, unheard_ns, port, bytes);
     }
 
     /// The same in a recording that is replayed, which knows for how long nobody had listened to the line
     /// when the read returned.
     pub fn recorded_bytes(&mut self, read_ns: i64, unheard_ns: i64, port: Port, bytes: &[u8]) {
-        self.read(read_ns, unheard_ns, port, bytes);
-    }
-
-    fn read(&mut self, read_ns: i64, unheard_ns: i64, port: Port, bytes: &[u8]) {
         let stream = Stream { port, direction: Direction::Rx };
         let read_ns = self.schedule.time_line.run_ns(stream, bounded(read_ns));
         let now_ns = self.begin(read_ns);

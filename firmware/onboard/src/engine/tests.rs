@@ -17,10 +17,10 @@ use biplane_recording::Topic;
 
 const MS: i64 = 1_000_000;
 
-/// Keeps everything.
+/// Keeps everything; of messages topic, log time, publish time and CDR.
 #[derive(Debug, Default)]
-pub(super) struct MemorySink {
-    messages: Vec<(Topic, i64, i64, Vec<u8>)>,
+pub(crate) struct MemorySink {
+    pub messages: Vec<(Topic, i64, i64, Vec<u8>)>,
     healths: Vec<(i64, Health)>,
 }
 

@@ -118,9 +118,8 @@ impl LoopCloser<'_> {
                 .unwrap_or(std::cmp::Ordering::Equal)
         });
         let Some(best) = best else { return false };
-        let places: Vec<Pose2> = edges.iter().map(|edge| self.poses[edge.from] * edge.measured).collect();
         let is_sure = min_support >= SURE_SUPPORT;
-        if is_sure && has_rival(best, &edges, &places, &support, self.params.near_m) {
+        if is_sure && has_rival(best, &edges, &self.poses, &support, self.params.near_m) {
             return false;
         }
         let edge = edges[best];
@@ -136,14 +135,15 @@ impl LoopCloser<'_> {
     }
 }
 
-/// Whether the submap that a loop finds was found elsewhere too, nearly as well. `places` is where each edge
-/// puts it, `support` which others agree with each.
-fn has_rival(best: usize, edges: &[Edge], places: &[Pose2], support: &[Vec<usize>], near_m: f64) -> bool {
+/// Whether the submap that a loop finds was found elsewhere too, nearly as well. `poses` are those of the
+/// submaps, `support` names the edges that agree with each.
+fn has_rival(best: usize, edges: &[Edge], poses: &[Pose2], support: &[Vec<usize>], near_m: f64) -> bool {
+    let place = |edge: &Edge| poses[edge.from] * edge.measured;
     let enough = RIVAL_SHARE * support[best].len() as f64;
     (0..edges.len()).any(|at| {
         edges[at].to == edges[best].to
             && support[at].len() as f64 > enough
-            && places[at].between(&places[best]).distance_m() > near_m
+            && place(&edges[at]).between(&place(&edges[best])).distance_m() > near_m
     })
 }
 
@@ -156,11 +156,11 @@ mod tests {
     fn a_submap_that_lies_elsewhere_nearly_as_well_is_not_surely_found() {
         let edge = |from, to| Edge { from, to, measured: Pose2::IDENTITY, information: Matrix3::identity() };
         let edges = [edge(0, 9), edge(1, 9), edge(2, 9), edge(3, 8)];
-        let places = [0.0, 1.0, 20.0, 20.0].map(|x_m| Pose2::new(x_m, 0.0, 0.0));
+        let poses = [0.0, 1.0, 20.0, 20.0].map(|x_m| Pose2::new(x_m, 0.0, 0.0));
         let with = |rival: usize| [vec![1; 8], vec![0; 8], vec![0; rival], vec![0; 8]];
-        assert!(has_rival(0, &edges, &places, &with(5), 7.0), "20 m away by five");
-        assert!(!has_rival(0, &edges, &places, &with(4), 7.0), "by half of the support");
-        assert!(!has_rival(0, &edges, &places, &with(5), 30.0), "near");
-        assert!(!has_rival(3, &edges, &places, &with(5), 7.0), "of another submap");
+        assert!(has_rival(0, &edges, &poses, &with(5), 7.0), "20 m away by five");
+        assert!(!has_rival(0, &edges, &poses, &with(4), 7.0), "by half of the support");
+        assert!(!has_rival(0, &edges, &poses, &with(5), 30.0), "near");
+        assert!(!has_rival(3, &edges, &poses, &with(5), 7.0), "of another submap");
     }
 }
