@@ -41,8 +41,7 @@ const GATES_M: [f64; 14] = [0.5, 0.4, 0.3, 0.25, 0.2, 0.17, 0.14, 0.12, 0.1, 0.1
 /// When the recording is damaged, has no pose, or says nothing of the robot.
 pub fn calibrate(run: &Run) -> Result<Calibration, RunError> {
     let readings = Readings::of(run)?;
-    // Of lasers that sit otherwise altogether nothing is refined.
-    let is_refined = readings.mountings.is_empty();
+    let is_refined = readings.flaws.is_empty();
     let start = readings.rig.vertical.as_ref().map(placed).filter(|_| is_refined);
     let found = start.and_then(|start| Some((start, place(&readings, start)?)));
     let scales = odometry::scales(&readings.poses, &readings.odometry).filter(|_| is_refined);

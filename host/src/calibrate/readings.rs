@@ -11,6 +11,7 @@ use crate::recordings::deskew::{StampedPose, Trajectory};
 use crate::recordings::run::{Run, RunError, scan_geometry_of};
 use crate::recordings::scan_geometry::RangeScan;
 use crate::recordings::scan_geometry::ScanGeometry;
+use crate::recordings::step_back;
 
 /// Scans of a laser that are kept at most.
 const MAX_SCANS: usize = 16_384;
@@ -36,8 +37,9 @@ pub(super) struct Readings {
     pub strips: Option<Vec<Strip>>,
     /// Vertical scans kept.
     pub vertical_scans: usize,
-    /// What the robot said of lasers that do not sit as the rig says.
-    pub mountings: Vec<String>,
+    /// Why nothing is refined: what the robot said of lasers that do not sit as the rig says, and poses that
+    /// cannot be found by their times.
+    pub flaws: Vec<String>,
 }
 
 impl Readings {
@@ -60,6 +62,11 @@ impl Readings {
             range_scans.iter().for_each(|range_scan| strips::cut(&geometry, range_scan, &mut all));
             all
         });
+        let of_mounting = |mounting: String| {
+            format!("the recording says of itself: {mounting}; put that right first (docs/recording.md)")
+        };
+        let mut flaws: Vec<String> = found.mountings.into_iter().map(of_mounting).collect();
+        flaws.extend(step_back::words(found.step_back_ns));
         Ok(Self {
             rig,
             trajectory,
@@ -68,7 +75,7 @@ impl Readings {
             horizontal,
             strips,
             vertical_scans,
-            mountings: found.mountings,
+            flaws,
         })
     }
 }

@@ -129,11 +129,8 @@ pub(super) fn of(
         corrected: readings.rig.clone(),
         rig: readings.rig,
     };
-    if !readings.mountings.is_empty() {
-        let wrong = readings.mountings.iter().map(|mounting| {
-            format!("the recording says of itself: {mounting}; put that right first (docs/recording.md)")
-        });
-        out.missing.extend(wrong);
+    if !readings.flaws.is_empty() {
+        out.missing = readings.flaws;
         return out;
     }
     match found {

@@ -7,4 +7,5 @@ pub(crate) mod mounts;
 pub(crate) mod run;
 pub(crate) mod scan_geometry;
 pub(crate) mod stamp_text;
+pub(crate) mod step_back;
 pub(crate) mod wild_poses;

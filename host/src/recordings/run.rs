@@ -17,6 +17,7 @@ use crate::recordings::deskew::{StampedPose, Trajectory};
 use crate::recordings::scan_geometry::BeamGeometry;
 use crate::recordings::scan_geometry::RangeScan;
 use crate::recordings::scan_geometry::ScanGeometry;
+use crate::recordings::step_back::longest_step_back_ns;
 use crate::recordings::wild_poses::remove_wild;
 
 /// A scan without a pose of its own takes the pose between its neighbors when these are at most this far
@@ -98,6 +99,8 @@ pub struct RunPoses {
     /// Poses that were left out because they are no numbers, or so far off that no motion explains them: what
     /// spans them would only take memory.
     pub wild_poses: usize,
+    /// How far the stamp of a pose lies before the latest one ahead of it in the file, at the farthest.
+    pub step_back_ns: i64,
     /// What the robot said of lasers that do not sit as the rig says, in the end: the laser and what was
     /// noticed.
     pub mountings: Vec<String>,
@@ -231,6 +234,7 @@ impl Run {
                 _ => {}
             }
         }
+        found.step_back_ns = longest_step_back_ns(&found.poses);
         for poses in [&mut found.poses, &mut found.vertical_poses, &mut found.odometry] {
             let before = poses.len();
             poses.retain(|pose| [pose.x_m, pose.y_m].iter().all(|v| v.abs() <= FARTHEST_M));

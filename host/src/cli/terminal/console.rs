@@ -7,6 +7,7 @@ use std::path::Path;
 
 use crate::cli::terminal::heartbeat::{HEARTBEAT, Heartbeat};
 use crate::recordings::run::RunPoses;
+use crate::recordings::step_back;
 use crate::view::floor_map::map_image::Coarsened;
 pub(crate) use biplane_cli::say;
 use biplane_recording::Recording;
@@ -129,6 +130,13 @@ impl Console {
         }
     }
 
+    /// Says that poses cannot be found by their times.
+    pub(crate) fn report_step_back(&self, path: &Path, step_back_ns: i64) {
+        if let Some(words) = step_back::words(step_back_ns) {
+            self.warn(format!("biplane: {}: {words}", path.display()));
+        }
+    }
+
     /// Says that a map is drawn with larger cells than it should have.
     pub(crate) fn report_coarsened(&self, coarsened: Option<&Coarsened>) {
         if let Some(Coarsened { size: [columns, rows], asked_m, drawn_m }) = coarsened {
@@ -142,6 +150,7 @@ impl Console {
     /// the robot itself has said against how its lasers sit.
     pub(crate) fn report_poses(&self, recording: &Recording, poses: &RunPoses) {
         self.report_wild_poses(recording.path(), poses.wild_poses);
+        self.report_step_back(recording.path(), poses.step_back_ns);
         for mounting in &poses.mountings {
             self.warn(format!(
                 "biplane: {}: the recording says of itself: {mounting} (docs/recording.md)",

@@ -6,7 +6,7 @@ use std::path::Path;
 use biplane::loops::{Checkpoint, Corrected, Keyframes, LoopParams, Optimized, optimize};
 use biplane::{Run, StampedPose};
 use biplane_matcher::Pose2;
-use biplane_recording::{AnyMessage, Reader, Topic};
+use biplane_recording::{AnyMessage, Reader, Topic, Writer, WriterOptions};
 use serde_json::{Value, json};
 
 use crate::ring::{Drive, pose_at, record};
@@ -115,6 +115,76 @@ fn two_recordings_that_began_at_different_places_come_into_one_frame_and_a_stran
     truth.extend(other.iter().map(|pose| began * *pose));
     let found = poses(&folder, "opt.mcap");
     assert!(error_m(&found, &truth) < 0.08, "{} m", error_m(&found, &truth));
+}
+
+/// Scans, and the poses that the recording has for them, in file order.
+fn scans_and_poses(path: &Path) -> (Vec<i64>, Vec<i64>) {
+    let stamps = |topic| messages(path, topic).into_iter().map(|(stamp_ns, _)| stamp_ns).collect();
+    (stamps(Topic::ScanHorizontal), stamps(Topic::Pose))
+}
+
+#[test]
+fn recordings_that_overlap_in_time_follow_each_other_in_one_file_and_draw_the_map_of_both() {
+    let folder = Folder::new("optimize-overlap");
+    let drive = Drive { rounds: 0.9, ..Drive::default() };
+    record(&folder.path("a.mcap"), drive);
+    record(&folder.path("b.mcap"), Drive { from_m: 31.0, seed: 2, ..drive });
+    // 390 scans, 0.2 s each: the last one is at 77.8 s.
+    let words = ["b.mcap overlaps in time with a recording ahead of it in both.mcap: 80 s are added"];
+    let ran = folder.expect("--quiet optimize a.mcap b.mcap -o both.mcap --json", 0, &words);
+    let report: Value = serde_json::from_str(&ran.stdout).unwrap();
+    let added: Vec<_> = (0..2).map(|at| &report["recordings"][at]["added_s"]).collect();
+    assert_eq!(added, [&json!(0), &json!(80)]);
+    let metadata = Reader::open(&folder.path("both.mcap")).unwrap().metadata().unwrap();
+    assert_eq!(metadata.iter().find(|(name, _)| *name == "optimize").unwrap().1["added_s"], "0, 80");
+
+    let (scans, poses) = scans_and_poses(&folder.path("both.mcap"));
+    let (alone, _) = scans_and_poses(&folder.path("b.mcap"));
+    assert!(scans == poses && scans.is_sorted_by(|a, b| a < b), "{scans:?}");
+    assert!(scans[alone.len()..].iter().zip(&alone).all(|(new, old)| new - old == 80_000_000_000));
+    // What is inside of the messages agrees with their times.
+    for entry in Reader::open(&folder.path("both.mcap")).unwrap().messages().map(Result::unwrap) {
+        let stamp_ns = entry.decode().unwrap().stamp_ns().unwrap();
+        assert_eq!(stamp_ns, entry.publish_time_ns, "{}", entry.topic_name);
+    }
+    frames_give_the_poses(&folder.path("both.mcap"));
+    // Of scans that got each other's poses the walls are a cloud: the map is as sharp as that of one drive.
+    let bits = |name: &str| {
+        let ran = folder.expect(&format!("evaluate map {name} --json"), 0, &[]);
+        serde_json::from_str::<Value>(&ran.stdout).unwrap()["total_bits"].as_f64().unwrap()
+    };
+    folder.expect("optimize a.mcap -o one.mcap", 0, &[]);
+    assert!(bits("both.mcap") < 1.2 * bits("one.mcap"), "{} {}", bits("both.mcap"), bits("one.mcap"));
+    // One by one in time already: nothing is changed.
+    let ran = folder.expect("optimize both.mcap -o again.mcap", 0, &[]);
+    assert!(!ran.stderr.contains("overlaps"), "{}", ran.stderr);
+}
+
+#[test]
+fn of_a_file_whose_poses_step_back_in_time_all_that_look_poses_up_say_so() {
+    let folder = Folder::new("optimize-step-back");
+    let drive = Drive { rounds: 0.3, ..Drive::default() };
+    for (name, seed) in [("a.mcap", 1), ("b.mcap", 2)] {
+        record(&folder.path(name), Drive { seed, ..drive });
+    }
+    // As a version before this one joined them.
+    let mut writer = Writer::create(&folder.path("both.mcap"), &WriterOptions::default()).unwrap();
+    let first = Reader::open(&folder.path("a.mcap")).unwrap();
+    writer.attach("rig.toml", "application/toml", &first.attachment("rig.toml").unwrap().unwrap()).unwrap();
+    for name in ["a.mcap", "b.mcap"] {
+        for entry in Reader::open(&folder.path(name)).unwrap().messages() {
+            writer.copy(&entry.unwrap()).unwrap();
+        }
+    }
+    writer.finish().unwrap();
+    let words = ["both.mcap: the times of its poses step back by up to 26 s"];
+    for command in ["map both.mcap -o floor", "build both.mcap -o model --no-optimize", "traj both.mcap -o -"]
+    {
+        folder.expect(&format!("--quiet {command}"), 0, &words);
+    }
+    folder.expect("calibrate both.mcap", 1, &["nothing can be determined", "step back by up to 26 s"]);
+    let ran = folder.expect("map a.mcap -o alone", 0, &[]);
+    assert!(!ran.stderr.contains("step back"), "{}", ran.stderr);
 }
 
 #[test]

@@ -123,4 +123,33 @@ impl AnyMessage {
             Self::Bytes(_) | Self::Other => None,
         }
     }
+
+    /// Adds so much to every stamp in it.
+    pub(crate) fn delay(&mut self, by_ns: i64) {
+        let add = |stamp_ns: &mut i64| *stamp_ns = stamp_ns.saturating_add(by_ns);
+        match self {
+            Self::Scan(scan) => add(&mut scan.stamp_ns),
+            Self::Odometry(odometry) => add(&mut odometry.stamp_ns),
+            Self::Imu(imu) => add(&mut imu.stamp_ns),
+            Self::Pose(pose) => add(&mut pose.stamp_ns),
+            Self::Tf(tf) => tf.transforms.iter_mut().for_each(|transform| add(&mut transform.stamp_ns)),
+            Self::Diagnostics(diagnostics) => add(&mut diagnostics.stamp_ns),
+            Self::Bytes(_) | Self::Other => {}
+        }
+    }
+
+    /// Its CDR bytes; `None` of a message that has no stamp.
+    pub(crate) fn encode_stamped(&self) -> Option<Vec<u8>> {
+        let mut bytes = Vec::new();
+        match self {
+            Self::Scan(scan) => scan.encode(&mut bytes),
+            Self::Odometry(odometry) => odometry.encode(&mut bytes),
+            Self::Imu(imu) => imu.encode(&mut bytes),
+            Self::Pose(pose) => pose.encode(&mut bytes),
+            Self::Tf(tf) => tf.encode(&mut bytes),
+            Self::Diagnostics(diagnostics) => diagnostics.encode(&mut bytes),
+            Self::Bytes(_) | Self::Other => return None,
+        }
+        Some(bytes)
+    }
 }

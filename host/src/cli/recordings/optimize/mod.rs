@@ -2,6 +2,7 @@
 
 mod breaks_found;
 mod loops_found;
+mod recorded_times;
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
@@ -14,11 +15,11 @@ use crate::formats::output::error::with_suffix;
 use crate::formats::output::unfinished::Unfinished;
 use crate::recordings::run::Run;
 use crate::slam;
-use crate::slam::corrected_poses::Corrected;
 use crate::slam::keyframes::Keyframes;
 use crate::slam::loop_closure::checkpoint::Checkpoint;
 use crate::slam::pose_graph::wheel_calibration::OdometryScale;
 use crate::slam::refinement::spatial;
+use crate::slam::rewrite_recording::{Member, one_by_one};
 use crate::slam::{Counts, LoopFound, LoopParams, Optimized, Progress, rewrite_recording};
 use anyhow::{Context, bail};
 use serde::Serialize;
@@ -83,6 +84,8 @@ struct RecordingReport {
     output: String,
     /// Whether it lies in one frame with another one.
     joined: bool,
+    /// What was added to its times in that file, seconds: other recordings there overlap it in time.
+    added_s: i64,
     /// Stretches of its way that were found in other recordings: a few are a weak reason to join.
     #[serde(rename = "shared_stretches")]
     shared_submaps: usize,
@@ -147,10 +150,16 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         corrected.refined.iter().for_each(|refined| console.note(refined.words()));
     }
     let spinner = console.spinner(format!("writing {}", args.output.display()));
-    let reported = reported(&runs, &optimized);
+    let delays_ns =
+        one_by_one::delays_ns(&runs, &optimized.groups).map_err(|error| given_up(error.into()))?;
+    let reported = recorded_times::reported(&runs, &optimized, &delays_ns);
     for (path, members) in files(&optimized.groups, &args.output, &apart) {
-        let members: Vec<(&Run, &Corrected)> =
-            members.iter().map(|&number| (&runs[number], &corrected[number])).collect();
+        let member = |&number: &usize| Member {
+            run: &runs[number],
+            corrected: &corrected[number],
+            delay_ns: delays_ns[number],
+        };
+        let members: Vec<Member<'_>> = members.iter().map(member).collect();
         let begun = active_path(&path);
         if is_resumed && !is_being_written(&begun) {
             // Begun by the run that was killed: the searches beside it are of this very job.
@@ -169,7 +178,8 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     // What was kept to go on with is of no use any more.
     let _ = std::fs::remove_file(kept);
     let output_of = |group: usize| if group == 0 { args.output.clone() } else { apart(group) };
-    let report = report(&runs, &all_keyframes, &optimized, &output_of, &stopwatch);
+    let mut report = report(&runs, &all_keyframes, &optimized, &output_of, &stopwatch);
+    recorded_times::note(&mut report, &delays_ns, console);
     print_result(args, &report, console)?;
     Ok(Outcome::Done)
 }
@@ -294,18 +304,6 @@ fn files(groups: &[usize], output: &Path, apart: &impl Fn(usize) -> PathBuf) -> 
     files.into_iter().map(|(group, members)| (name(group), members)).collect()
 }
 
-fn reported(runs: &[Run], optimized: &Optimized) -> BTreeMap<String, String> {
-    let inputs: Vec<String> = runs
-        .iter()
-        .filter_map(|run| run.path().file_name().map(|name| name.to_string_lossy().into_owned()))
-        .collect();
-    BTreeMap::from([
-        ("recordings".to_owned(), inputs.join(", ")),
-        ("loops".to_owned(), optimized.counts.loops.to_string()),
-        ("version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
-    ])
-}
-
 fn report(
     runs: &[Run],
     all_keyframes: &[Keyframes],
@@ -322,6 +320,7 @@ fn report(
             scans: all_keyframes[number].scans.len(),
             output: output_of(*group).display().to_string(),
             joined: groups.iter().filter(|other| *other == group).count() > 1,
+            added_s: 0,
             shared_submaps,
             shared_agreement,
             odometry: optimized.odometry[number],

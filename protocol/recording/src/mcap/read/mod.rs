@@ -5,12 +5,14 @@
 //! the end is reached (checksums).
 
 mod definitions;
+mod entry;
 mod error;
 mod messages;
 mod recording;
 mod source;
 
 pub use definitions::ChannelInfo;
+pub use entry::Entry;
 pub use error::ReadError;
 pub use messages::Messages;
 pub use recording::Recording;
@@ -24,16 +26,14 @@ use crate::file_kind::KIND_BYTES;
 use crate::mcap::chunk::MAX_RECORD_SIZE;
 use crate::mcap::records;
 use crate::mcap::records::{ATTACHMENT, DATA_END, FOOTER, HEADER, MAGIC, METADATA, PREFIX_SIZE, Prefix};
-use crate::messages::AnyMessage;
+use crate::mcap::write::active_path;
 use crate::rig::Rig;
-use crate::topics::Topic;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io;
 use std::ops::ControlFlow;
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 /// The name of the attachment that holds the resolved `rig.toml`.
 pub const RIG_ATTACHMENT: &str = "rig.toml";
@@ -44,51 +44,6 @@ pub const RIG_ASSUMED: &str = "rig";
 
 /// An attachment's name stands within its first so many bytes.
 const ATTACHMENT_FRONT: u64 = 1 << 12;
-
-/// One message of a file.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Entry {
-    /// The topic's name.
-    pub topic_name: String,
-    /// The topic, when name, type and encoding are those of one of ours.
-    pub topic: Option<Topic>,
-    /// The type, `package/msg/Type`.
-    pub type_name: String,
-    /// When the message was received or made, in ns.
-    pub log_time_ns: i64,
-    /// The message's own time, in ns; its header's stamp where it has one.
-    pub publish_time_ns: i64,
-    /// Its number on its topic.
-    pub sequence: u32,
-    /// The message as it stands in the file, with its CDR header.
-    pub bytes: Vec<u8>,
-    /// What the file says of the channel.
-    pub channel: Arc<ChannelInfo>,
-}
-
-impl Entry {
-    /// How the message is encoded, `cdr` in ROS 2.
-    #[must_use]
-    pub fn encoding(&self) -> &str {
-        &self.channel.message_encoding
-    }
-
-    /// The message as a struct; [`AnyMessage::Other`] for a type or encoding that Biplane does not know.
-    ///
-    /// # Errors
-    /// [`ReadError::Message`] when the bytes are not of that type.
-    pub fn decode(&self) -> Result<AnyMessage, ReadError> {
-        if self.encoding() != "cdr" {
-            return Ok(AnyMessage::Other);
-        }
-        AnyMessage::decode(&self.type_name, &self.bytes).map_err(|source| ReadError::Message {
-            path: None,
-            topic: self.topic_name.clone(),
-            log_time_ns: self.log_time_ns,
-            source,
-        })
-    }
-}
 
 /// An open recording, capture or bag.
 #[derive(Debug)]

@@ -1,5 +1,8 @@
 //! The recording again, with better poses: `/pose`, `/pose/vertical` and `/tf` are new, `/pose_incremental`
-//! keeps the old `/pose`, and every other message is written as it stands.
+//! keeps the old `/pose`, and every other message is written as it stands. Of several recordings in one file
+//! those that overlap in time follow each other (see [`one_by_one`]).
+
+pub(crate) mod one_by_one;
 
 use biplane_geometry::pose3::quaternion_of_heading_xyzw;
 use std::collections::BTreeMap;
@@ -30,6 +33,17 @@ pub(crate) enum OutputError {
     Write(#[from] WriteError),
 }
 
+/// A recording that goes into the file.
+#[derive(Clone, Copy)]
+pub(crate) struct Member<'a> {
+    /// As it was recorded.
+    pub run: &'a Run,
+    /// Its new poses, at the times of the recording.
+    pub corrected: &'a Corrected,
+    /// What is added to all its times in the file.
+    pub delay_ns: i64,
+}
+
 /// Writes recordings with their optimized poses into one file, one after the other, each attachment and piece
 /// of metadata as in the first. `reported` is added as metadata `optimize`.
 ///
@@ -37,15 +51,15 @@ pub(crate) enum OutputError {
 /// When reading or writing fails. Then nothing that was begun here is left behind.
 pub(crate) fn write(
     path: &std::path::Path,
-    runs: &[(&Run, &Corrected)],
+    members: &[Member<'_>],
     overwrite: bool,
     reported: &BTreeMap<String, String>,
 ) -> Result<WriteReport, OutputError> {
     let inputs: Vec<PathBuf> =
-        runs.iter().flat_map(|(run, _)| run.recording().paths()).map(Into::into).collect();
+        members.iter().flat_map(|member| member.run.recording().paths()).map(Into::into).collect();
     let options = WriterOptions { overwrite, inputs, ..WriterOptions::default() };
     let writer = Writer::create(path, &options)?;
-    let written = fill(writer, runs, reported);
+    let written = fill(writer, members, reported);
     if written.is_err() {
         PartsWriter::remove_begun(path, &options, Rotation::default());
     }
@@ -54,11 +68,11 @@ pub(crate) fn write(
 
 fn fill(
     mut writer: Writer,
-    runs: &[(&Run, &Corrected)],
+    members: &[Member<'_>],
     reported: &BTreeMap<String, String>,
 ) -> Result<WriteReport, OutputError> {
-    for (number, (run, corrected)) in runs.iter().enumerate() {
-        let first = run.recording().first();
+    for (number, member) in members.iter().enumerate() {
+        let first = member.run.recording().first();
         if number == 0 {
             first.for_each_attachment(|attachment| {
                 writer.copy_attachment(attachment).map_err(OutputError::from)
@@ -68,18 +82,21 @@ fn fill(
             }
             writer.metadata("optimize", reported)?;
         }
-        copy(&mut writer, run, corrected, number == 0)?;
+        copy(&mut writer, member, number == 0)?;
     }
     Ok(writer.finish()?)
 }
 
-fn copy(writer: &mut Writer, run: &Run, corrected: &Corrected, latched: bool) -> Result<(), OutputError> {
+fn copy(writer: &mut Writer, member: &Member<'_>, latched: bool) -> Result<(), OutputError> {
+    let &Member { run, corrected, delay_ns } = member;
     // One optimized before keeps the poses that it had at the very first.
     let optimized = is_optimized(run)?;
     let (mut of_poses, mut of_frames) = (corrected.by_stamps(), corrected.by_stamps());
     for entry in run.recording().messages() {
         let entry = entry?;
-        match (entry.topic, entry.decode_posed()?) {
+        let (topic, posed) = (entry.topic, entry.decode_posed()?);
+        let entry = entry.later(delay_ns);
+        match (topic, posed) {
             (Some(Topic::Pose), Some(AnyMessage::Pose(mut pose))) => {
                 if !optimized {
                     writer.write_encoded(
@@ -90,19 +107,22 @@ fn copy(writer: &mut Writer, run: &Run, corrected: &Corrected, latched: bool) ->
                     )?;
                 }
                 let new = of_poses.next(&recorded(&pose));
-                set_covariance(&mut pose, corrected);
-                put(writer, &entry, (Topic::Pose, corrected), &mut pose, &new)?;
+                set_pose(&mut pose, corrected, &new);
+                pose.stamp_ns += delay_ns;
+                writer.write(Topic::Pose, entry.log_time_ns, entry.publish_time_ns, &pose)?;
             }
             (Some(Topic::PoseVertical), Some(AnyMessage::Pose(mut pose))) => {
                 let new = corrected.at(&recorded(&pose));
-                set_covariance(&mut pose, corrected);
-                put(writer, &entry, (Topic::PoseVertical, corrected), &mut pose, &new)?;
+                set_pose(&mut pose, corrected, &new);
+                pose.stamp_ns += delay_ns;
+                writer.write(Topic::PoseVertical, entry.log_time_ns, entry.publish_time_ns, &pose)?;
             }
             (Some(Topic::Tf), Some(AnyMessage::Tf(mut frames))) => {
                 correct(&mut frames, &mut of_frames);
                 if let Some(refined) = &corrected.refined {
                     lift(&mut frames, refined);
                 }
+                frames.transforms.iter_mut().for_each(|transform| transform.stamp_ns += delay_ns);
                 writer.write(Topic::Tf, entry.log_time_ns, entry.publish_time_ns, &frames)?;
             }
             (Some(topic), _) if topic.is_latched() && !latched => {}
@@ -146,25 +166,20 @@ fn recorded(pose: &PoseWithCovarianceStamped) -> StampedPose {
     StampedPose::planar(pose.stamp_ns, Pose2::new(x_m, y_m, heading_rad(pose.orientation_xyzw)))
 }
 
-fn put(
-    writer: &mut Writer,
-    entry: &Entry,
-    (topic, corrected): (Topic, &Corrected),
-    pose: &mut PoseWithCovarianceStamped,
-    new: &Pose2,
-) -> Result<(), WriteError> {
-    if let Some(refined) = &corrected.refined {
-        let full = refined.knots.pose(pose.stamp_ns);
-        pose.position_m = [full.x_m, full.y_m, full.z_m];
-        pose.orientation_xyzw = orientation_xyzw(&full);
-        if let Some(covariance) = refined.certainty.at(pose.stamp_ns) {
-            pose.covariance = std::array::from_fn(|at| covariance[at / 6][at % 6]);
-        }
-    } else {
+/// The new pose, and its covariance where one is known.
+fn set_pose(pose: &mut PoseWithCovarianceStamped, corrected: &Corrected, new: &Pose2) {
+    set_covariance(pose, corrected);
+    let Some(refined) = &corrected.refined else {
         (pose.position_m[0], pose.position_m[1]) = (new.x_m, new.y_m);
         pose.orientation_xyzw = quaternion_of_heading_xyzw(new.theta_rad);
+        return;
+    };
+    let full = refined.knots.pose(pose.stamp_ns);
+    pose.position_m = [full.x_m, full.y_m, full.z_m];
+    pose.orientation_xyzw = orientation_xyzw(&full);
+    if let Some(covariance) = refined.certainty.at(pose.stamp_ns) {
+        pose.covariance = std::array::from_fn(|at| covariance[at / 6][at % 6]);
     }
-    writer.write(topic, entry.log_time_ns, entry.publish_time_ns, pose)
 }
 
 /// The optimized pose's covariance of x, y and heading in place of the recorded one's; it stays where none is
@@ -226,7 +241,7 @@ fn planar(transform: &TransformStamped) -> Pose2 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Corrected, OutputError, Run, write};
+    use super::{Corrected, Member, OutputError, Run, write};
     use biplane_recording::{ReadError, Reader, Topic, Writer, WriterOptions};
     use std::collections::BTreeMap;
     use std::path::Path;
@@ -256,7 +271,13 @@ mod tests {
         writer.attach("note", "text/markdown", b"the second *note*").unwrap();
         writer.finish().unwrap();
         let run = Run::open(std::slice::from_ref(&input)).unwrap();
-        write(&output, &[(&run, &Corrected::default())], false, &BTreeMap::new()).unwrap();
+        write(
+            &output,
+            &[Member { run: &run, corrected: &Corrected::default(), delay_ns: 0 }],
+            false,
+            &BTreeMap::new(),
+        )
+        .unwrap();
         assert_eq!(attachments(&input).len(), 4);
         assert_eq!(attachments(&output), attachments(&input));
         std::fs::remove_dir_all(folder).unwrap();
@@ -274,15 +295,16 @@ mod tests {
         writer.finish().unwrap();
         let run = Run::open(std::slice::from_ref(&input)).unwrap();
         let corrected = Corrected::default();
+        let members = [Member { run: &run, corrected: &corrected, delay_ns: 0 }];
         for _ in 0..2 {
-            let failed = write(&output, &[(&run, &corrected)], false, &BTreeMap::new());
+            let failed = write(&output, &members, false, &BTreeMap::new());
             assert!(matches!(failed, Err(OutputError::Read(_))), "{failed:?}");
             assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1, "only the input is there");
         }
         // What somebody else has begun is his.
         let begun = folder.join("opt.mcap.active");
         std::fs::write(&begun, "somebody's").unwrap();
-        write(&output, &[(&run, &corrected)], false, &BTreeMap::new()).unwrap_err();
+        write(&output, &members, false, &BTreeMap::new()).unwrap_err();
         assert_eq!(std::fs::read(&begun).unwrap(), b"somebody's");
         std::fs::remove_dir_all(folder).unwrap();
     }
