@@ -120,15 +120,18 @@ pub struct RelationError {
     pub rotation_rad: f64,
 }
 
-/// Where the poses of a relation's times came from; each time counts once.
+/// Where the poses of the relations' times came from; each time counts once.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct PosesFound {
     /// A pose of the trajectory was near enough in time.
     pub direct: usize,
     /// Interpolated between neighbors farther off.
     pub interpolated: usize,
-    /// Outside of the trajectory's time: its end was taken.
+    /// Outside of the trajectory's time: there is none.
     pub outside: usize,
+    /// Relations that were left out, because one of their times is outside.
+    #[serde(skip)]
+    pub relations_left_out: usize,
 }
 
 /// The figures of the published tables: mean, spread and largest of the errors and of their squares.
@@ -136,6 +139,8 @@ pub struct PosesFound {
 pub struct RelationsReport {
     /// Relations measured.
     pub relations: usize,
+    /// Relations left out, because one of their times lies outside of the trajectory's.
+    pub relations_left_out: usize,
     /// Where their poses came from.
     pub poses: PosesFound,
     /// Translational error, meters.
@@ -148,8 +153,8 @@ pub struct RelationsReport {
     pub rotation_deg2: MeanSpread,
 }
 
-/// The error of each relation that `params` takes, in the order of the file, and where the poses were found.
-/// `poses` come in any order; there must be one at least, or there is nothing to measure.
+/// The error of each relation that `params` takes and that lies within the time of `poses`, in the order of
+/// the file, and where the poses were found. `poses` come in any order.
 pub fn relation_errors(
     relations: &[Relation],
     poses: &[StampedPose],
@@ -157,7 +162,7 @@ pub fn relation_errors(
 ) -> (Vec<RelationError>, PosesFound) {
     let mut finder = PoseFinder::new(poses, (params.max_dt_s * NS_PER_S) as i64);
     let errors = relations.iter().filter(|relation| params.takes(relation)).filter_map(|relation| {
-        let (a, b) = (finder.at(relation.stamp_a_ns)?, finder.at(relation.stamp_b_ns)?);
+        let [a, b] = finder.both([relation.stamp_a_ns, relation.stamp_b_ns])?;
         let (found, wanted) = (a.between(&b), relation.b_in_a);
         let planar_m = (found.x_m - wanted.x_m).portable_hypot(found.y_m - wanted.y_m);
         Some(RelationError {
@@ -176,6 +181,7 @@ pub fn report(errors: &[RelationError], poses: PosesFound) -> Option<RelationsRe
     let of = |value: fn(&RelationError) -> f64| MeanSpread::of(&errors.iter().map(value).collect::<Vec<_>>());
     Some(RelationsReport {
         relations: errors.len(),
+        relations_left_out: poses.relations_left_out,
         poses,
         translation_m: of(|e| e.translation_m)?,
         translation_m2: of(|e| e.translation_m.powi(2))?,
@@ -200,25 +206,56 @@ impl PoseFinder {
         Self { poses, max_dt_ns, asked: std::collections::BTreeSet::new(), found: PosesFound::default() }
     }
 
-    fn at(&mut self, stamp_ns: i64) -> Option<Pose2> {
+    /// The poses of a relation's times; `None` where one is outside.
+    fn both(&mut self, stamps_ns: [i64; 2]) -> Option<[Pose2; 2]> {
+        let places = stamps_ns.map(|stamp_ns| self.place(stamp_ns));
+        let is_left_out = places.contains(&Place::Outside);
+        self.found.relations_left_out += usize::from(is_left_out);
+        for (stamp_ns, place) in stamps_ns.into_iter().zip(places) {
+            // What a relation that is left out has inside was not asked for.
+            if (place == Place::Outside || !is_left_out) && self.asked.insert(stamp_ns) {
+                *match place {
+                    Place::Direct(_) => &mut self.found.direct,
+                    Place::Between(_) => &mut self.found.interpolated,
+                    Place::Outside => &mut self.found.outside,
+                } += 1;
+            }
+        }
+        let [a, b] = places.map(Place::pose);
+        Some([a?, b?])
+    }
+
+    fn place(&self, stamp_ns: i64) -> Place {
         let after = self.poses.partition_point(|pose| pose.stamp_ns < stamp_ns);
         let next = self.poses.get(after);
         let previous = after.checked_sub(1).and_then(|index| self.poses.get(index));
         let away_ns = |pose: &&StampedPose| pose.stamp_ns.abs_diff(stamp_ns);
-        let nearest = [previous, next].into_iter().flatten().min_by_key(away_ns)?;
-        let new = self.asked.insert(stamp_ns);
-        let (pose, count) = match (previous, next) {
-            _ if away_ns(&nearest) <= self.max_dt_ns.unsigned_abs() => {
-                (nearest.pose(), &mut self.found.direct)
-            }
-            (Some(a), Some(b)) => {
+        let nearest = [previous, next].into_iter().flatten().min_by_key(away_ns);
+        match (nearest, previous, next) {
+            (Some(pose), ..) if away_ns(&pose) <= self.max_dt_ns.unsigned_abs() => Place::Direct(pose.pose()),
+            (_, Some(a), Some(b)) => {
                 let share = (stamp_ns - a.stamp_ns) as f64 / (b.stamp_ns - a.stamp_ns) as f64;
-                (a.pose().interpolate(&b.pose(), share), &mut self.found.interpolated)
+                Place::Between(a.pose().interpolate(&b.pose(), share))
             }
-            _ => (nearest.pose(), &mut self.found.outside),
-        };
-        *count += usize::from(new);
-        Some(pose)
+            _ => Place::Outside,
+        }
+    }
+}
+
+/// Where the pose of a time was found.
+#[derive(Clone, Copy, PartialEq)]
+enum Place {
+    Direct(Pose2),
+    Between(Pose2),
+    Outside,
+}
+
+impl Place {
+    fn pose(self) -> Option<Pose2> {
+        match self {
+            Self::Direct(pose) | Self::Between(pose) => Some(pose),
+            Self::Outside => None,
+        }
     }
 }
 
@@ -271,15 +308,17 @@ mod tests {
     }
 
     #[test]
-    fn a_pose_is_taken_as_it_is_when_near_and_interpolated_or_held_when_not() {
+    fn a_pose_is_taken_as_it_is_when_near_and_interpolated_when_not_and_outside_there_is_none() {
         let poses = [pose(1.0, 1.0, 0.0, 0.0), pose(0.0, 0.0, 0.0, 0.0)];
         let relations = read_relations(&b"0.05 0.5 0.5 0 0 0 0 0\n0.95 9 0 0 0 0 0 0\n"[..]).unwrap();
         let (errors, found) = relation_errors(&relations, &poses, &RelationsParams::default());
-        assert_eq!(found, PosesFound { direct: 2, interpolated: 1, outside: 1 });
-        assert!(errors.iter().all(|error| error.translation_m < 1e-12), "{errors:?}");
+        assert_eq!(found, PosesFound { direct: 1, interpolated: 1, outside: 1, relations_left_out: 1 });
+        assert_eq!(errors.len(), 1, "{errors:?}");
+        assert!(errors[0].translation_m < 1e-12, "{errors:?}");
+        assert_eq!(report(&errors, found).unwrap().relations_left_out, 1);
         let strict = RelationsParams { max_dt_s: 0.01, ..RelationsParams::default() };
         let (errors, found) = relation_errors(&relations, &poses, &strict);
-        assert_eq!(found, PosesFound { direct: 0, interpolated: 3, outside: 1 });
+        assert_eq!(found, PosesFound { direct: 0, interpolated: 2, outside: 1, relations_left_out: 1 });
         assert!((errors[0].translation_m - 0.05).abs() < 1e-12, "{errors:?}");
     }
 

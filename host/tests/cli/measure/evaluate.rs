@@ -65,6 +65,28 @@ fn relations_are_measured_on_recordings_and_on_both_forms_of_text_alike() {
 }
 
 #[test]
+fn relations_outside_of_the_trajectorys_time_are_left_out_and_said_and_of_none_there_is_no_figure() {
+    let folder = Folder::new("evaluate-outside");
+    room::record(&folder.path("run.mcap"), Content { poses: true, vertical: false });
+    // A meter on after 4 s; then one that begins inside and ends after the drive, and one before it.
+    let outside = "1700000004 1700000024 5 0 0 0 0 0\n1699999900 1699999904 1 0 0 0 0 0\n";
+    folder.write("both.relations", format!("1700000000 1700000004 1.03 0.04 0 0 0 0\n{outside}"));
+    folder.write("outside.relations", outside);
+    let ran = folder.expect("evaluate relations both.relations run.mcap --json", 0, &[]);
+    for (path, wanted) in [("/relations", 1.0), ("/relations_left_out", 2.0), ("/poses/outside", 3.0)] {
+        assert_eq!(number(&ran.stdout, path), wanted, "{path}: {}", ran.stdout);
+    }
+    assert!((number(&ran.stdout, "/translation_m/mean") - 0.05).abs() < 1e-6, "{}", ran.stdout);
+    let ran = folder.expect("evaluate relations both.relations run.mcap", 0, &[]);
+    for words in ["1 relation between 2 poses", "2 relations left out: outside of the trajectory's time"] {
+        assert!(ran.stdout.contains(words), "{words}: {}", ran.stdout);
+    }
+    let words =
+        ["no relation of outside.relations lies in the time of run.mcap", "from 1699999900.000000000 to"];
+    folder.expect("evaluate relations outside.relations run.mcap", 1, &words);
+}
+
+#[test]
 fn a_trajectory_is_laid_upon_the_truth_before_it_is_judged_unless_told_otherwise() {
     let folder = Folder::new("evaluate-trajectory");
     // A quarter turn and a meter off, but for the last pose, which is 3 cm short of where it should be.

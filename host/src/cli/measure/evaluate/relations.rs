@@ -2,12 +2,13 @@
 
 use std::fs::File;
 use std::io::{self, BufReader, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::formats::output::{check_free, check_not_input, write_file};
 use crate::metrics::evaluate::relations::{
-    RelationError, RelationsParams, RelationsReport, read_relations, relation_errors, report,
+    Relation, RelationError, RelationsParams, RelationsReport, read_relations, relation_errors, report,
 };
+use crate::recordings::deskew::StampedPose;
 use crate::recordings::stamp_text::format_seconds;
 use anyhow::{Context, bail};
 
@@ -69,6 +70,9 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     };
     let (errors, found) = relation_errors(&relations, &poses, &params);
     let Some(report) = report(&errors, found) else {
+        if found.relations_left_out > 0 {
+            bail!("{}", all_outside(&relations, &poses, files.judged, files.reference));
+        }
         bail!("none of the {} relations of {name} has times as far apart as asked", relations.len())
     };
     if let Some(output) = &args.per_relation {
@@ -79,6 +83,23 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         false => print(&report)?,
     }
     Ok(Outcome::Done)
+}
+
+/// Why nothing was measured: nothing of the relations is in the trajectory.
+fn all_outside(relations: &[Relation], poses: &[StampedPose], judged: &Path, reference: &Path) -> String {
+    let span = |stamps_ns: &mut dyn Iterator<Item = i64>| {
+        let (first_ns, last_ns) =
+            stamps_ns.fold((i64::MAX, i64::MIN), |(first, last), stamp| (first.min(stamp), last.max(stamp)));
+        format!("{} to {} s", format_seconds(first_ns), format_seconds(last_ns))
+    };
+    let times_ns = relations.iter().flat_map(|relation| [relation.stamp_a_ns, relation.stamp_b_ns]);
+    format!(
+        "no relation of {} lies in the time of {}: the relations are from {}, the poses from {}",
+        reference.display(),
+        judged.display(),
+        span(&mut times_ns.into_iter()),
+        span(&mut poses.iter().map(|pose| pose.stamp_ns))
+    )
 }
 
 fn write_errors(out: &mut impl Write, errors: &[RelationError]) -> io::Result<()> {
@@ -95,13 +116,19 @@ fn print(report: &RelationsReport) -> io::Result<()> {
     let found = &report.poses;
     writeln!(
         out,
-        "{} between {}: {} taken as they are, {} interpolated, {} outside of the trajectory's time",
+        "{} between {}: {} taken as they are, {} interpolated",
         counted(report.relations, "relation"),
-        counted(found.direct + found.interpolated + found.outside, "pose"),
+        counted(found.direct + found.interpolated, "pose"),
         found.direct,
-        found.interpolated,
-        found.outside
+        found.interpolated
     )?;
+    if report.relations_left_out > 0 {
+        writeln!(
+            out,
+            "{} left out: outside of the trajectory's time",
+            counted(report.relations_left_out, "relation")
+        )?;
+    }
     writeln!(out, "{:<19} {:>10} {:>10} {:>10}", "", "mean", "std", "largest")?;
     for (name, unit, figures) in [
         ("translation", "m", &report.translation_m),
