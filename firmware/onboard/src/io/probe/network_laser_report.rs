@@ -56,7 +56,9 @@ fn remarks(info: &ColaInfo, settings: &ColaSettings) -> Vec<String> {
         Err(offered) => remarks.push(format!("the rig asks for what it does not have: {offered}")),
         Ok(change) if change.is_empty() => {}
         Ok(change) if settings.login => remarks.push(format!("record would write: {change}")),
-        Ok(change) => remarks.push(format!("differs from the rig, which does not allow to log in: {change}")),
+        Ok(change) => remarks.push(format!(
+            "differs from the rig, and record leaves it so; with `login = true` in the rig it would write: {change}"
+        )),
     }
     remarks
 }

@@ -17,6 +17,13 @@ pub enum ColaEvent {
     NotOffered(NotOffered),
     /// The device is set otherwise than the rig asks, and the rig does not allow to log in.
     Kept(ColaChange),
+    /// Its scans come otherwise than the rig asks, whatever it says of its settings.
+    Streams {
+        /// Scans a second, 1/100 Hz.
+        rate_chz: u32,
+        /// From beam to beam, 1/10000 degree.
+        step_e4deg: u32,
+    },
     /// This was written, because it differed from what the rig asks.
     Written(ColaChange),
     /// What was written is kept without power.
@@ -64,6 +71,13 @@ impl fmt::Display for ColaEvent {
                 write!(
                     f,
                     "is set otherwise than the rig asks ({change}); the rig needs `login = true` to change it"
+                )
+            }
+            Self::Streams { rate_chz, step_e4deg } => {
+                let (rate_hz, step_deg) = (f64::from(*rate_chz) / 100.0, f64::from(*step_e4deg) / 1e4);
+                write!(
+                    f,
+                    "sends scans otherwise than the rig asks: {rate_hz} Hz in steps of {step_deg} degrees"
                 )
             }
             Self::Written(change) => write!(f, "configuration written: {change}"),

@@ -51,11 +51,13 @@ enum State {
     Done,
 }
 
-/// What is said once a run.
+/// What is said once a run, and what of it holds.
 #[derive(Copy, Clone, Debug, Default)]
 pub(crate) struct Reported {
     /// That the device stays as it is set.
     pub(super) kept: bool,
+    /// Whether it stays so on this connection.
+    pub(super) is_kept: bool,
     /// That scans come without ranges.
     no_ranges: bool,
 }
@@ -267,6 +269,7 @@ impl Machine {
         if self.state == State::Streaming {
             self.scan_by_ns = self.now_ns.saturating_add(SILENCE_NS);
             self.start_measuring = false;
+            self.check_scan(parsed.head.scan_frequency_chz, (scan.step_deg * 1e4).round() as u32);
             if before.is_none() {
                 self.outputs.say(Event::Streaming);
             }
@@ -294,7 +297,7 @@ impl Machine {
         let next = match query {
             Query::Login if result != 1 => Some(Query::SafetyLogin),
             Query::SafetyLogin if result != 1 => {
-                self.outputs.say(Event::Cola(ColaEvent::LoginRefused));
+                self.refuses(ColaEvent::LoginRefused);
                 Some(Query::Subscribe)
             }
             Query::WriteScan => {
@@ -343,12 +346,12 @@ impl Machine {
         }
         match query {
             Query::Login | Query::SafetyLogin => {
-                self.outputs.say(Event::Cola(ColaEvent::LoginRefused));
+                self.refuses(ColaEvent::LoginRefused);
                 self.ask(Query::Subscribe);
             }
             Query::Subscribe => self.question.refused(self.now_ns, BUSY_NS),
             Query::WriteScan | Query::WriteData | Query::WriteRange | Query::Save => {
-                self.outputs.say(Event::Cola(ColaEvent::SettingRefused { code }));
+                self.refuses(ColaEvent::SettingRefused { code });
                 let next = self.next(query);
                 self.go_on(query, next);
             }

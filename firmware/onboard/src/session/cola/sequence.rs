@@ -21,7 +21,24 @@ impl Machine {
             (Ok((code, _)), _) => u16::from(code),
             (Err(_), _) => u16::from(u8::MAX),
         };
-        self.outputs.say(Event::Cola(ColaEvent::SettingRefused { code }));
+        self.refuses(ColaEvent::SettingRefused { code });
+    }
+
+    /// The device does not let itself be set.
+    pub(super) fn refuses(&mut self, event: ColaEvent) {
+        self.reported.is_kept |= !self.change.is_empty();
+        self.health.differs = self.reported.is_kept;
+        self.outputs.say(Event::Cola(event));
+    }
+
+    /// Whether the scans are those that the rig asks for. Just after its rate was set a mirror still turns as
+    /// it did.
+    pub(super) fn check_scan(&mut self, rate_chz: u32, step_e4deg: u32) {
+        let is_other = self.settings.is_other(rate_chz, step_e4deg);
+        self.health.differs = self.reported.is_kept || is_other;
+        if is_other && self.change.scan.is_none() {
+            self.keep(ColaEvent::Streams { rate_chz, step_e4deg });
+        }
     }
 
     /// What is asked behind a question that is answered.
@@ -70,6 +87,7 @@ impl Machine {
     /// Whether the device must be written to.
     fn what_differs(&mut self) -> Query {
         self.change = ColaChange::default();
+        self.reported.is_kept = false;
         let change = match self.settings.change(self.info.family, &self.info.config) {
             Ok(change) => change,
             Err(offered) => {
@@ -77,13 +95,12 @@ impl Machine {
                 return Query::Subscribe;
             }
         };
-        self.health.differs = !change.is_empty();
+        self.health.differs = false;
         if change.is_empty() {
             return if self.start_measuring { Query::Login } else { Query::Subscribe };
         }
         if self.settings.login && self.health.writes < MAX_WRITES {
             self.change = change;
-            self.health.differs = false;
             return Query::Login;
         }
         self.keep(ColaEvent::Kept(change));
@@ -92,7 +109,7 @@ impl Machine {
 
     /// Said once a run.
     fn keep(&mut self, event: ColaEvent) {
-        self.health.differs = true;
+        (self.reported.is_kept, self.health.differs) = (true, true);
         if !std::mem::replace(&mut self.reported.kept, true) {
             self.outputs.say(Event::Cola(event));
         }

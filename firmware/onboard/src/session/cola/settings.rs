@@ -99,6 +99,12 @@ impl ColaSettings {
         })
     }
 
+    /// Whether scans of this rate and step are others than the rig asks.
+    pub(super) fn is_other(&self, rate_chz: u32, step_e4deg: u32) -> bool {
+        self.rate_chz.is_some_and(|rate| rate != rate_chz)
+            || self.step_e4deg.is_some_and(|step| !same_step(step, step_e4deg))
+    }
+
     /// Rate and step that the device offers, that the rig asks for, and that change least.
     fn offer(&self, family: Family, now: &ColaConfig) -> Result<Offer, NotOffered> {
         let refused = NotOffered { family };

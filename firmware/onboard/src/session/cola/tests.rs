@@ -20,6 +20,8 @@ struct Bench {
     dialect: Dialect,
     name: &'static str,
     is_mute: bool,
+    /// Whether it lets nobody log in.
+    is_locked: bool,
     now_ns: i64,
     data: ScanDataConfig,
     range: OutputRange,
@@ -38,6 +40,7 @@ impl Bench {
             dialect,
             name,
             is_mute: false,
+            is_locked: false,
             now_ns: 0,
             data: ScanDataConfig { channels: [1, 0], every: 1, ..ScanDataConfig::default() },
             range: OutputRange { step_e4deg: 5000, start_e4deg: -449_997, stop_e4deg: 2_249_997 },
@@ -104,6 +107,7 @@ impl Bench {
                 self.scan = ScanConfig::parse(&telegram).unwrap();
                 self.scan.emit_answer(0, dialect, &mut data)
             }
+            (Kind::Method, "SetAccessMode") => emit_byte(u8::from(!self.is_locked), dialect, &mut data),
             (Kind::Method, "LMCstartmeas") => emit_byte(0, dialect, &mut data),
             _ => emit_byte(1, dialect, &mut data),
         };
@@ -199,6 +203,7 @@ fn what_differs_is_said_and_only_written_where_the_rig_allows_to_log_in() {
     bench.run_to(1000 * MS);
     assert!(!bench.asked.iter().any(|name| name == "SetAccessMode"), "{:?}", bench.asked);
     assert!(bench.events.iter().any(|event| event.contains("login = true")), "{:?}", bench.events);
+    assert!(bench.session.health().differs);
 
     let login = ColaSettings { login: true, save: true, remission: Some(true), ..asked };
     let mut bench = Bench::new("LMS111", Dialect::B, login);
@@ -220,6 +225,38 @@ fn what_differs_is_said_and_only_written_where_the_rig_allows_to_log_in() {
     bench.session.handle(bench.now_ns, Input::PortBack);
     bench.run_to(2000 * MS);
     assert_eq!(bench.asked.iter().filter(|name| *name == "SetAccessMode").count(), 1);
+}
+
+#[test]
+fn a_laser_that_refuses_to_be_set_or_streams_otherwise_than_it_says_is_not_as_the_rig_asks() {
+    let asked = ColaSettings { rate_chz: Some(2500), step_e4deg: Some(2500), login: true, ..NOTHING };
+    let mut bench = Bench { is_locked: true, ..Bench::new("LMS111", Dialect::B, asked) };
+    bench.run_to(1000 * MS);
+    bench.send_scan(1, [100; 3]);
+    bench.run_to(1100 * MS);
+    assert!(bench.events.iter().any(|event| event.starts_with("refuses the login")), "{:?}", bench.events);
+    assert!(bench.session.health().differs && bench.scans == 1);
+
+    // Set as the rig asks by its own word; its scans come in steps of a third of a degree.
+    let asked = ColaSettings { rate_chz: Some(5000), step_e4deg: Some(5000), ..NOTHING };
+    let mut bench = Bench::new("LMS111", Dialect::B, asked);
+    bench.run_to(1000 * MS);
+    assert!(!bench.session.health().differs);
+    for counter in 1..3 {
+        bench.send_scan(counter, [100; 3]);
+        let until_ns = bench.now_ns + 100 * MS;
+        bench.run_to(until_ns);
+    }
+    let reported = "sends scans otherwise than the rig asks: 50 Hz in steps of 0.3333 degrees";
+    assert_eq!(bench.events.iter().filter(|event| *event == reported).count(), 1, "{:?}", bench.events);
+    assert!(bench.session.health().differs);
+    // As the rig asks: nothing is said.
+    let asked = ColaSettings { rate_chz: Some(5000), login: true, ..NOTHING };
+    let mut bench = Bench::new("LMS111", Dialect::B, asked);
+    bench.run_to(1000 * MS);
+    bench.send_scan(1, [100; 3]);
+    bench.run_to(1100 * MS);
+    assert!(!bench.session.health().differs, "{:?}", bench.events);
 }
 
 #[test]
