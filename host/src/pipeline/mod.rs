@@ -293,6 +293,7 @@ pub(crate) mod drive_points;
 pub(crate) mod params;
 pub(crate) mod plane_report;
 pub(crate) mod rooms;
+pub(crate) mod storey_fit;
 mod storey_part;
 pub(crate) mod summary;
 #[cfg(test)]

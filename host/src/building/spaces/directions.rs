@@ -39,7 +39,7 @@ pub(crate) struct Directions {
 }
 
 /// What an angle is beyond the nearest multiple of a right angle of another, radians.
-fn beyond_rad(angle_rad: f64, of_rad: f64) -> f64 {
+pub(crate) fn beyond_rad(angle_rad: f64, of_rad: f64) -> f64 {
     let off = (angle_rad - of_rad).rem_euclid(FRAC_PI_2);
     if off > FRAC_PI_2 / 2.0 { off - FRAC_PI_2 } else { off }
 }

@@ -336,6 +336,7 @@ fn write_all(
         .map(|((floor_m, map), poses)| StoreyDrive { floor_m: *floor_m, map, poses })
         .collect();
     let elements = rooms::elements(&mut output, &storeys, as_seen, stages)?;
+    notes::report_storeys(&elements, console);
     args.target.model_args.bound(&mut output)?;
     let shapes = Shapes { source: posed.named(source_name), ..Shapes::new(&output.model) };
     let file =

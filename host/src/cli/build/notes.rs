@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use crate::building::elements::Elements;
+use crate::pipeline::storey_fit;
 use crate::pipeline::summary::{PosesFrom, Summary};
 use biplane_cli::counted;
 
@@ -23,6 +25,13 @@ pub(super) fn report_poses(posed: &Posed<'_>, console: &Console) {
         (_, Some(_)) => console.note("no loop found: the poses stay as they were recorded"),
         _ => {}
     }
+}
+
+/// What speaks against storeys that lie as the drives say, also when quiet.
+pub(super) fn report_storeys(elements: &Elements, console: &Console) {
+    storey_fit::contradictions(elements)
+        .iter()
+        .for_each(|contradiction| console.warn(format!("biplane: {contradiction}")));
 }
 
 /// What came out, and what did not.
