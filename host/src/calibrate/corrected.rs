@@ -71,6 +71,20 @@ pub(super) fn with_scales(rig: &mut Rig, scales: &Scales, observed: Observed) ->
     }
 }
 
+/// What to enter by hand for the odometry's scale, where the rig leaves it to the base itself: the recording
+/// does not say what its counts are worth.
+pub(super) fn way_by_hand(rig: &Rig, way: f64, sigma: f64) -> Option<String> {
+    /// What most bases count, meters: those whose subclass ends in `-sh`, and those that nobody knows.
+    const USUAL_M: f64 = 0.001;
+    let BaseProtocol::P2os { metres_per_tick: None } = rig.base.protocol else { return None };
+    Some(format!(
+        "enter metres_per_tick = {} under [base] if it counts millimeters (subclass ..-sh), else {} times what \
+         docs/bases.md has for its subclass",
+        rounded(USUAL_M * way, USUAL_M * sigma),
+        rounded(way, sigma)
+    ))
+}
+
 /// Multiplies a value by a factor, in as many digits as the best known part of the factor allows; a factor
 /// of which nothing was observed changes nothing.
 fn scale(value: &mut f64, factor: f64, sigmas: &[Option<f64>]) {

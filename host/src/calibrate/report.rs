@@ -259,7 +259,9 @@ fn odometry(out: &mut Calibration, scales: &Scales) {
     for (row, takes) in rows.iter_mut().zip(takes) {
         row.written = row.observed && takes;
         if row.observed && !takes {
-            row.note = "no key in the rig".to_owned();
+            let by_hand = (row.name == "way_scale")
+                .then(|| corrected::way_by_hand(&out.rig, row.refined, row.sigma.unwrap_or_default()));
+            row.note = by_hand.flatten().unwrap_or_else(|| "no key in the rig".to_owned());
         }
     }
     out.rows.extend(rows);

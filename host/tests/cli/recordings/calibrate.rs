@@ -7,7 +7,7 @@ use biplane_recording::messages::{
     DiagnosticArray, DiagnosticStatus, KeyValue, LaserScan, Odometry, PoseWithCovarianceStamped,
 };
 use biplane_recording::rig::{BaseProtocol, Laser, Mount};
-use biplane_recording::{Rig, Topic, Writer, WriterOptions};
+use biplane_recording::{Reader, Rig, Topic, Writer, WriterOptions};
 
 use crate::room::{self, Content};
 use crate::run::Folder;
@@ -168,6 +168,25 @@ fn a_straight_drive_tells_the_scale_and_the_lean_but_neither_aim_nor_delay() {
     room::record(&folder.path("unposed.mcap"), Content { poses: false, vertical: true });
     folder.expect("calibrate unposed.mcap -o rig.toml", 1, &["no pose"]);
     assert!(!folder.path("rig.toml").exists());
+}
+
+#[test]
+fn a_scale_that_the_rig_leaves_to_the_base_is_said_with_what_to_enter() {
+    let folder = Folder::new("calibrate-by-hand");
+    let mount = Rig::default().vertical.unwrap().mount;
+    record(&folder.path("tick.mcap"), mount, 0, "fits");
+    // The same, of a rig that does not say what a tick is worth.
+    let reader = Reader::open(&folder.path("tick.mcap")).unwrap();
+    let mut rig = reader.rig().unwrap().unwrap();
+    rig.base.protocol = BaseProtocol::P2os { metres_per_tick: None };
+    let mut writer = Writer::create(&folder.path("run.mcap"), &WriterOptions::default()).unwrap();
+    writer.attach("rig.toml", "application/toml", rig.to_toml().as_bytes()).unwrap();
+    reader.messages().for_each(|entry| writer.copy(&entry.unwrap()).unwrap());
+    writer.finish().unwrap();
+    let table = folder.expect("calibrate run.mcap", 0, &[]).stdout;
+    let words = "enter metres_per_tick = 0.00102";
+    assert!(table.contains(words) && table.contains("else 1.02"), "{table}");
+    assert!(!table.contains("+ metres_per_tick"), "{table}");
 }
 
 #[test]
