@@ -60,6 +60,14 @@ fn an_output_that_is_there_is_told_with_the_word_that_replaces_it() {
 }
 
 #[test]
+fn of_a_full_disk_only_a_recording_says_that_what_was_written_is_kept() {
+    let full = || OnboardError::Write(WriteError::DiskFull { path: "run.mcap.active".into() });
+    assert_eq!(sentence(&full()), "disk full while writing run.mcap.active");
+    let words = "what was written before is kept, and `biplane-onboard salvage` makes it whole";
+    assert!(sentence(&runs::record::kept(full())).ends_with(words));
+}
+
+#[test]
 fn a_rig_is_checked_before_anything_is_opened() {
     let good = rig_file("good", PORTS);
     assert_eq!(exit_code(&["check-config", "--rig", &good]), 0);

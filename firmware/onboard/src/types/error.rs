@@ -27,6 +27,15 @@ pub enum OnboardError {
     /// The output cannot be written.
     #[error(transparent)]
     Write(#[from] WriteError),
+    /// No room is left for a recording that is under way.
+    #[error(
+        "disk full while writing {}: what was written before is kept, and `biplane-onboard salvage` makes it whole",
+        path.display()
+    )]
+    DiskFull {
+        /// The unfinished file.
+        path: PathBuf,
+    },
     /// A list of pairs is none.
     #[error(transparent)]
     Pairs(#[from] PairsError),

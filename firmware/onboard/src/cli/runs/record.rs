@@ -9,6 +9,7 @@ use crate::record::acquisition::Controls;
 use crate::record::status::notifier::StatusMode;
 use crate::record::{RecordOptions, record_with};
 use crate::types::error::OnboardError;
+use biplane_recording::WriteError;
 
 /// Sets up lasers and base, streams, matches, and records posed scans until SIGINT, SIGTERM or the duration.
 ///
@@ -87,10 +88,18 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<u8, OnboardError> {
     let stop = signals::stop(&options.output, Remains::Kept)?;
     let rotate = signals::rotate()?;
     signals::outlive_terminal()?;
-    let report = record_with(&options, Controls { stop: &stop, rotate: &rotate })?;
+    let report = record_with(&options, Controls { stop: &stop, rotate: &rotate }).map_err(kept)?;
     match (args.json_status, args.json) {
         (true, _) => super::summary::print_line(&report),
         (false, json) => super::summary::print(&report, json),
     }
     Ok(report.exit_code())
+}
+
+/// A recording stays on a disk that is full; other commands remove what they began.
+pub(crate) fn kept(error: OnboardError) -> OnboardError {
+    match error {
+        OnboardError::Write(WriteError::DiskFull { path }) => OnboardError::DiskFull { path },
+        other => other,
+    }
 }

@@ -62,7 +62,7 @@ pub enum WriteError {
         path: PathBuf,
     },
     /// No room is left.
-    #[error("disk full while writing {}: what was written before is kept", path.display())]
+    #[error("disk full while writing {}", path.display())]
     DiskFull {
         /// The file.
         path: PathBuf,
