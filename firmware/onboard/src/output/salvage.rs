@@ -199,8 +199,9 @@ fn is_same(one: &File, other: &File) -> io::Result<bool> {
 /// True when the file merely ends early: what cannot be used of it reaches to its end and was never whole.
 fn only_cut(report: &RecoverReport, size: u64) -> bool {
     report.findings.iter().all(|finding| match finding.problem {
-        Problem::NoEnd | Problem::NoIndex | Problem::DamagedIndex => true,
-        Problem::CutChunk | Problem::TornChunk | Problem::NoRecord => finding.offset + finding.bytes >= size,
+        // A cut chunk is the last of the file; what is whole of it was kept.
+        Problem::NoEnd | Problem::NoIndex | Problem::DamagedIndex | Problem::CutChunk => true,
+        Problem::TornChunk | Problem::NoRecord => finding.offset + finding.bytes >= size,
         _ => false,
     })
 }
@@ -283,6 +284,31 @@ mod tests {
             assert_eq!(read, leftover.messages);
             fs::remove_file(folder.0.join("run_2.mcap")).unwrap();
         }
+    }
+
+    #[test]
+    fn one_that_was_cut_in_a_chunk_of_which_a_part_can_be_read_is_cut_and_not_damaged() {
+        let folder = Folder::new("cut-large");
+        let path = folder.0.join("made.mcap");
+        let mut writer = Writer::create(&path, &WriterOptions::default()).unwrap();
+        // A second of 400 reads that cannot be packed: several blocks of zstd.
+        let mut noise = 1_u32;
+        for step in 0..400 {
+            let mut byte = || {
+                noise = noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                (noise >> 24) as u8
+            };
+            let bytes: Vec<u8> = (0..2000).map(|_| byte()).collect();
+            writer.write_serial(Port::Base, Direction::Rx, step * 1_000_000, &bytes).unwrap();
+        }
+        writer.finish().unwrap();
+        let bytes = fs::read(&path).unwrap();
+        fs::remove_file(&path).unwrap();
+        fs::write(folder.0.join("run.mcap.active"), &bytes[..bytes.len() / 2]).unwrap();
+        let leftover = only(salvage(&folder.0).unwrap());
+        assert!(matches!(leftover.outcome, Salvaged::Cut { missing_bytes: 100_000.., .. }), "{leftover:?}");
+        assert!((100..300).contains(&leftover.messages), "{leftover:?}");
+        assert_eq!(folder.names(), ["run.mcap"]);
     }
 
     #[test]

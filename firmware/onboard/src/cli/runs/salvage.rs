@@ -80,7 +80,7 @@ fn line(leftover: &Leftover) -> String {
             "{to}: {kept} of an unfinished recording, all that is in it; what had not reached the disk is lost"
         ),
         Salvaged::Cut { unusable_bytes, missing_bytes } => format!(
-            "{to}: {kept} of an unfinished recording, all that was whole; its end was cut short: {} unusable, {} missing",
+            "{to}: {kept} of an unfinished recording, all that was whole; its end was cut short and is lost: {} unusable, {} missing",
             counted(*unusable_bytes, "byte"),
             counted(*missing_bytes, "byte")
         ),
