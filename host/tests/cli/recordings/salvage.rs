@@ -30,3 +30,23 @@ fn a_cut_recording_is_salvaged_and_the_exit_code_says_what_was_lost() {
     }
     assert_eq!(folder.names(), ["a.mcap", "b.mcap", "footer.mcap", "half.mcap", "whole.mcap"]);
 }
+
+#[test]
+fn what_a_power_cut_left_unfinished_is_named_with_the_command_that_makes_it_whole() {
+    let folder = Folder::new("recover-active");
+    room::record(&folder.path("run.mcap"), Content { poses: true, vertical: false });
+    let bytes = fs::read(folder.path("run.mcap")).unwrap();
+    fs::remove_file(folder.path("run.mcap")).unwrap();
+    folder.write("run.mcap.active", &bytes[..bytes.len() / 2]);
+    let command = "`biplane recover run.mcap.active -o run.mcap`";
+    for words in
+        ["info run.mcap", "build run.mcap -o d", "build run.mcap.active -o d", "traj run.mcap.active -o t"]
+    {
+        folder.expect(words, 1, &["run.mcap.active is", command]);
+    }
+    folder.expect("recover run.mcap.active -o run.mcap", 3, &[]);
+    folder.expect("traj run.mcap -o -", 0, &[]);
+    folder.write("part_0.mcap.active", &bytes[..bytes.len() / 2]);
+    folder.expect("info part.mcap", 1, &["`biplane recover part_0.mcap.active -o part_0.mcap`"]);
+    folder.expect("info gone.mcap", 1, &["gone.mcap does not exist"]);
+}

@@ -15,6 +15,14 @@ pub enum ReadError {
         /// The file.
         path: PathBuf,
     },
+    /// There is no such file, but one that was begun under that name.
+    #[error("{} is not there yet, and {}", path.display(), unfinished_words(unfinished))]
+    Unfinished {
+        /// The file.
+        path: PathBuf,
+        /// The one that was begun.
+        unfinished: PathBuf,
+    },
     /// Several files were given that are no parts of one recording.
     #[error(
         "{} and {} are no parts of one recording (NAME_0.mcap, NAME_1.mcap, ...); `biplane optimize` joins several recordings to one",
@@ -43,9 +51,9 @@ pub enum ReadError {
     },
     /// It ends too early.
     #[error(
-        "{} is cut off: the record at byte {offset} is not whole, the file ends at byte {size}; \
-         `biplane recover` salvages what is there",
-        path.display()
+        "{} is cut off: the record at byte {offset} is not whole, the file ends at byte {size}; {}",
+        path.display(),
+        cut_words(path)
     )]
     Truncated {
         /// The file.
@@ -112,4 +120,23 @@ impl ReadError {
 
 fn place(path: Option<&Path>) -> String {
     path.map_or_else(String::new, |path| format!("{}: ", path.display()))
+}
+
+/// What to do with a file that was begun and has not got its name.
+fn unfinished_words(unfinished: &Path) -> String {
+    format!(
+        "{} is unfinished: a program writes it still, or was stopped in it (a power cut); then `biplane recover {} -o \
+         {}` makes it whole",
+        unfinished.display(),
+        unfinished.display(),
+        unfinished.with_extension("").display()
+    )
+}
+
+/// What to do with a file that ends too early.
+fn cut_words(path: &Path) -> String {
+    match path.extension() {
+        Some(end) if end == "active" => unfinished_words(path),
+        _ => "`biplane recover` salvages what is there".to_owned(),
+    }
 }

@@ -73,10 +73,15 @@ impl Reader {
     /// the error.
     ///
     /// # Errors
-    /// [`ReadError::Missing`], [`ReadError::NotMcap`].
+    /// [`ReadError::Missing`], [`ReadError::Unfinished`], [`ReadError::NotMcap`].
     pub fn open_unfinished(path: &Path) -> Result<Self, ReadError> {
         let cannot = |source: io::Error| match source.kind() {
-            io::ErrorKind::NotFound => ReadError::Missing { path: path.to_owned() },
+            io::ErrorKind::NotFound => match active_path(path) {
+                unfinished if unfinished.exists() => {
+                    ReadError::Unfinished { path: path.to_owned(), unfinished }
+                }
+                _ => ReadError::Missing { path: path.to_owned() },
+            },
             _ => ReadError::Io { path: path.to_owned(), offset: 0, source },
         };
         let file = File::open(path).map_err(cannot)?;

@@ -110,6 +110,9 @@ fn meant(paths: &[PathBuf]) -> Result<(Named, Vec<PathBuf>), ReadError> {
         let numbers = if path.exists() { Vec::new() } else { parts_on_disk(path) };
         let parts = numbers.into_iter().map(|number| (Some(number), part_path(path, number)));
         let (finished, begun): (Named, Named) = parts.partition(|(_, part)| part.exists());
+        if let ([], Some((_, part))) = (&finished[..], begun.first()) {
+            return Err(ReadError::Unfinished { path: path.clone(), unfinished: active_path(part) });
+        }
         if finished.is_empty() {
             return Ok((vec![(None, path.clone())], Vec::new()));
         }
