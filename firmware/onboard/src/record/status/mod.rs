@@ -154,8 +154,9 @@ impl Status {
         words.push(rate("base", &self.base));
         words.extend(self.imu.as_ref().map(|imu| rate("imu", imu)));
         let lines = [Some(&self.horizontal), self.vertical.as_ref(), Some(&self.base), self.imu.as_ref()];
-        let crc_errors: u64 = lines.into_iter().flatten().map(|line| line.crc_errors).sum();
-        words.push(format!("crc {crc_errors}"));
+        // Of a telegram that was cut the checksum is wrong, too.
+        let bad: u64 = lines.into_iter().flatten().map(|line| line.crc_errors).sum();
+        words.push(format!("bad {bad}"));
         words.push(format!("drops {}", self.dropped));
         words.extend(self.disk_free_bytes.map(disk));
         words.extend(self.pose.map(|pose| {
@@ -278,10 +279,10 @@ mod tests {
 
     #[test]
     fn the_line_tells_what_counts_and_keeps_to_its_width() {
-        let whole = "1:02:03  H 9.4 Hz  V SILENT  base 9.4 Hz  crc 6  drops 0  disk 12 GB  x 1.50 y -2.25 90 deg  matched 0.88";
+        let whole = "1:02:03  H 9.4 Hz  V SILENT  base 9.4 Hz  bad 6  drops 0  disk 12 GB  x 1.50 y -2.25 90 deg  matched 0.88";
         assert_eq!(status().line(200), whole);
         assert_eq!(status().line(40), "1:02:03  H 9.4 Hz  V SILENT  base 9.4 Hz");
-        assert_eq!(status().line(39), "1:02:03  H 9.4 Hz  V SILENT  crc 6");
+        assert_eq!(status().line(39), "1:02:03  H 9.4 Hz  V SILENT  bad 6");
         for columns in 0..whole.len() {
             assert!(status().line(columns).chars().count() <= columns, "{columns}");
         }
