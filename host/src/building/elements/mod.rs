@@ -54,8 +54,8 @@ pub(crate) struct Room {
     pub inferred: bool,
 }
 
-/// The narrowest doors of buildings are 0.7 m, and widths are found within 5 cm. What is narrower may be a gap
-/// beside a cupboard, or a part of a door, meters.
+/// The narrowest doors of buildings are 0.7 m, and widths are found within 5 cm. What is narrower may be a
+/// gap beside a cupboard, or a part of a door, meters.
 const NARROWEST_DOOR_M: f64 = 0.6;
 
 impl WallOpening {
