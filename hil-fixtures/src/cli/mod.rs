@@ -9,7 +9,7 @@ mod worlds;
 
 use std::process::ExitCode;
 
-use biplane_cli::{BAD_ARGUMENTS, Completions, FAILED, Man, print_result, say};
+use biplane_cli::{BAD_ARGUMENTS, Completions, FAILED, Man, plain_error, print_result, say};
 use clap::{CommandFactory, Parser, Subcommand};
 
 /// Runs the program with the words of its command line. Exit codes: 0 done, 1 failed, 2 bad arguments, 3 done
@@ -20,7 +20,7 @@ pub fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             // Messages name their causes themselves: the chain would say them twice.
-            say(&format!("biplane-mock: {error}"));
+            say(&format!("biplane-mock: {}", plain_error(&error.to_string())));
             ExitCode::from(if error.is::<BadArgument>() { BAD_ARGUMENTS } else { FAILED })
         }
     }

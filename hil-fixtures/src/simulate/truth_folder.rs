@@ -28,7 +28,7 @@ pub enum TruthError {
         source: io::Error,
     },
     /// An earlier truth is there.
-    #[error("{}: is there already; choose another folder for the truth, or overwrite (--force)", path.display())]
+    #[error("{} exists already; it is not overwritten without --force", path.display())]
     Exists {
         /// The first file found.
         path: PathBuf,

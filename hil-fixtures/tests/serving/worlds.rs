@@ -89,7 +89,7 @@ fn the_drive_begins_when_all_devices_stream_and_its_truth_is_written() {
     assert!((now_s - last_s).abs() < 20.0, "{last_s} against {now_s}");
     assert!(!options.links.join("base").is_symlink());
     // Another mock does not replace this truth unasked.
-    assert!(serving_error(&options).contains("is there already"));
+    assert!(serving_error(&options).contains("exists already"));
 }
 
 #[test]

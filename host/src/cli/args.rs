@@ -3,6 +3,7 @@
 use std::fmt::Display;
 use std::path::PathBuf;
 
+use biplane_cli::EVERYWHERE;
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 
@@ -21,14 +22,14 @@ use crate::cli::view::{plot, render};
 #[command(name = "biplane", version, after_help = EXIT_CODES)]
 pub(super) struct Cli {
     /// Say nothing but results and errors
-    #[arg(long, short, global = true)]
+    #[arg(long, short, global = true, help_heading = EVERYWHERE)]
     pub quiet: bool,
     /// Say more on stderr: processor time and memory of each stage, parameters, files with their sizes
-    #[arg(long, short, global = true, conflicts_with = "quiet")]
+    #[arg(long, short, global = true, conflicts_with = "quiet", help_heading = EVERYWHERE)]
     pub verbose: bool,
     /// Take flags from this TOML file too, a section a command: `biplane parameters` prints one. The command
     /// line wins
-    #[arg(long, global = true, value_name = "FILE")]
+    #[arg(long, global = true, value_name = "FILE", help_heading = EVERYWHERE)]
     pub config: Option<PathBuf>,
     /// What to do.
     #[command(subcommand)]

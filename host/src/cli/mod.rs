@@ -17,7 +17,7 @@ use std::io::{self, Write};
 use std::process::ExitCode;
 
 use anyhow::Context;
-use biplane_cli::{BAD_ARGUMENTS, FAILED, Outcome};
+use biplane_cli::{BAD_ARGUMENTS, FAILED, Outcome, plain_error};
 use clap::CommandFactory;
 use clap::error::ErrorKind;
 
@@ -109,7 +109,7 @@ fn sentence(error: &anyhow::Error) -> String {
             text.push_str(&cause);
         }
     }
-    text
+    plain_error(&text)
 }
 
 fn is_broken_pipe(error: &anyhow::Error) -> bool {

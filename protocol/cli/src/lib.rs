@@ -10,6 +10,7 @@ mod manual;
 pub mod memory;
 mod outcome;
 mod output;
+mod plain;
 pub mod thread;
 mod words;
 
@@ -20,4 +21,5 @@ pub use crate::interrupt::end_on_signals;
 pub use crate::manual::{Completions, Man};
 pub use crate::outcome::{BAD_ARGUMENTS, FAILED, Outcome};
 pub use crate::output::{list, paragraph, print_result, say};
-pub use crate::words::{parse, refusal, try_parse};
+pub use crate::plain::plain_error;
+pub use crate::words::{EVERYWHERE, parse, refusal, try_parse};

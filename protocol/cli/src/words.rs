@@ -6,6 +6,10 @@ use clap::builder::StyledStr;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Command, Parser};
 
+use crate::plain::plain_number;
+
+/// What flags that every command takes stand under in help texts, below the command's own.
+pub const EVERYWHERE: &str = "Options of every command";
 /// So many commands are named that have a flag which another has not.
 const NAMED_COMMANDS: usize = 3;
 
@@ -18,8 +22,9 @@ const NAMED_COMMANDS: usize = 3;
 /// When the words are no command, or when they ask for help or for the version.
 pub fn try_parse<P: Parser>(words: impl IntoIterator<Item = OsString>) -> Result<P, clap::Error> {
     let mut program = with_negative_numbers(P::command());
-    let mut matches =
-        program.try_get_matches_from_mut(words).map_err(|error| with_command_of_flag(error, &program))?;
+    let mut matches = program
+        .try_get_matches_from_mut(words)
+        .map_err(|error| with_plain_reason(with_command_of_flag(error, &program)))?;
     P::from_arg_matches_mut(&mut matches).map_err(|error| error.format(&mut program))
 }
 
@@ -38,6 +43,19 @@ pub fn refusal<P: Parser>(command: &str, kind: ErrorKind, why: impl std::fmt::Di
         Some(command) => command.error(kind, why),
         None => P::command().error(kind, why),
     }
+}
+
+/// A word that is no number is refused in plain English, instead of that of the library that read it.
+fn with_plain_reason(error: clap::Error) -> clap::Error {
+    let reason = std::error::Error::source(&error).and_then(|source| plain_number(&source.to_string()));
+    let (Some(reason), Some(ContextValue::String(flag)), Some(ContextValue::String(value))) =
+        (reason, error.get(ContextKind::InvalidArg), error.get(ContextKind::InvalidValue))
+    else {
+        return error;
+    };
+    let text =
+        format!("invalid value '{value}' for '{flag}': {reason}\n\nFor more information, try '--help'.\n");
+    clap::Error::raw(ErrorKind::ValueValidation, text)
 }
 
 /// A flag that a command does not have may be that of another, which is then named.
@@ -91,6 +109,8 @@ mod tests {
         Cut {
             #[arg(long)]
             height: f64,
+            #[arg(long, value_parser = clap::value_parser!(u16).range(1..))]
+            count: Option<u16>,
         },
         Draw {
             #[arg(long)]
@@ -109,12 +129,25 @@ mod tests {
     #[test]
     fn a_number_below_0_is_a_value_and_a_refusal_names_the_reason() {
         let sample: Sample = try_parse(words("sample cut --height -1.5")).unwrap();
-        assert!(matches!(sample.command, Inner::Cut { height: -1.5 }) && sample.sigma.is_none());
+        assert!(matches!(sample.command, Inner::Cut { height: -1.5, .. }) && sample.sigma.is_none());
         let refused = try_parse::<Sample>(words("sample cut --height 1 --sigma -1")).unwrap_err().to_string();
         assert!(refused.contains("expected a number above 0"), "{refused}");
         let unknown = try_parse::<Sample>(words("sample cut --height 1 --depth -1")).unwrap_err().to_string();
         assert!(unknown.contains("unexpected argument '--depth'"), "{unknown}");
     }
+    #[test]
+    fn a_word_that_is_no_number_is_refused_in_plain_english() {
+        let refused = |line| try_parse::<Sample>(words(line)).unwrap_err();
+        let start = |line| refused(line).to_string().lines().next().unwrap_or_default().to_owned();
+        let count = "error: invalid value '0' for '--count <COUNT>': expected a whole number from 1 to 65535";
+        assert_eq!(start("sample cut --height 1 --count 0"), count);
+        let word = "error: invalid value 'x' for '--count <COUNT>': expected a whole number";
+        assert_eq!(start("sample cut --height 1 --count x"), word);
+        let height = "error: invalid value 'x' for '--height <HEIGHT>': expected a number";
+        assert_eq!(start("sample cut --height x"), height);
+        assert_eq!(refused("sample cut --height x").exit_code(), 2);
+    }
+
     #[test]
     fn a_flag_of_another_command_is_said_to_be_that_commands() {
         let refused = |line| try_parse::<Sample>(words(line)).unwrap_err().to_string();

@@ -174,7 +174,7 @@ class Oddities:
         md5 = b"90c7ef2dc6895d81024acba2ac42f369"
         self.save("other_layout.bag", whole.replace(md5, md5[::-1]))
         self.ends("other_layout.bag", 1, "its definition has the sum")
-        self.ends("missing.bag", 1, "cannot read")
+        self.ends("missing.bag", 1, "does not exist")
         (self.work / "folder").mkdir()
         self.ends("folder", 1, "holds no .db3 and no .mcap file")
 

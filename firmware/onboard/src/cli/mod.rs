@@ -15,7 +15,7 @@ mod tests;
 use std::ffi::OsString;
 use std::io::IsTerminal;
 
-use biplane_cli::{BAD_ARGUMENTS, Completions, FAILED, Man, Outcome};
+use biplane_cli::{BAD_ARGUMENTS, Completions, FAILED, Man, Outcome, plain_error};
 pub(crate) use biplane_cli::{print_result, say};
 use biplane_recording::WriteError;
 use clap::{CommandFactory, Parser, Subcommand};
@@ -32,10 +32,10 @@ struct Cli {
     #[command(subcommand)]
     command: Command,
     /// Say more on stderr: what each session does.
-    #[arg(long, short, global = true)]
+    #[arg(long, short, global = true, help_heading = biplane_cli::EVERYWHERE)]
     verbose: bool,
     /// Say less on stderr: errors only.
-    #[arg(long, short, global = true, conflicts_with = "verbose")]
+    #[arg(long, short, global = true, conflicts_with = "verbose", help_heading = biplane_cli::EVERYWHERE)]
     quiet: bool,
 }
 
@@ -117,10 +117,8 @@ fn refusal_code(error: &clap::Error) -> u8 {
 /// The error in words of this program.
 fn sentence(error: &OnboardError) -> String {
     match error {
-        OnboardError::Write(WriteError::Exists { .. } | WriteError::Unfinished { .. }) => {
-            format!("{error} (--force replaces it)")
-        }
-        _ => error.to_string(),
+        OnboardError::Write(WriteError::Unfinished { .. }) => format!("{error} (--force replaces it)"),
+        _ => plain_error(&error.to_string()),
     }
 }
 

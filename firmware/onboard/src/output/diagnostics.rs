@@ -58,7 +58,7 @@ fn of_line(name: &str, line: &LineHealth) -> DiagnosticStatus {
         value("latency_ms", &format_args!("{:.2}", line.latency_s * 1e3)),
         value("restarts", &line.restarts),
         value("overruns", &line.overruns),
-        value("baud", &line.baud),
+        value("baud", &baud(line.baud)),
     ];
     if let Some(counts) = &line.counts {
         values.extend([
@@ -203,6 +203,11 @@ fn of_scale(scale: &OdometryScale) -> Option<String> {
     way.or_else(turn)
 }
 
+/// The rate of a serial line; a network has none.
+fn baud(baud: u32) -> String {
+    if baud == 0 { "-".to_owned() } else { baud.to_string() }
+}
+
 /// A number that was learned and its standard deviation; `-` while it is not known.
 fn estimate(estimate: Option<Estimate>) -> String {
     estimate.map_or_else(|| "-".to_owned(), |Estimate { value, sigma }| format!("{value:.4} +-{sigma:.4}"))
@@ -240,6 +245,41 @@ fn of_recorder(health: &Health) -> DiagnosticStatus {
 mod tests {
     use super::*;
     use biplane_matcher::MapSize;
+
+    /// A state in which every figure is there.
+    fn all_there() -> Health {
+        let line = LineHealth {
+            present: true,
+            counts: Some(biplane_wire::Counts::default()),
+            odd_interval_ms: Some(20.0),
+            laser: Some(LaserHealth::default()),
+            mounting: Some(crate::types::mount_fault::Mounting::default()),
+            ..LineHealth::default()
+        };
+        let inertial = Some(InertialHealth::default());
+        Health { horizontal: line, imu: LineHealth { laser: None, ..line }, inertial, ..Health::default() }
+    }
+
+    #[test]
+    fn every_figure_is_explained_in_the_docs() {
+        let docs = include_str!("../../../../docs/recording.md");
+        let values = message(0, &all_there()).status.into_iter().flat_map(|status| status.values);
+        let names: Vec<String> = values.map(|value| value.key).collect();
+        assert!(names.len() > 50, "{names:?}");
+        let table = docs.split("## The figures in `/diagnostics`").nth(1).unwrap_or_default();
+        let table = table.split("\n## ").next().unwrap_or_default();
+        let missing: Vec<_> = names.iter().filter(|name| !table.contains(&format!("`{name}`"))).collect();
+        assert!(missing.is_empty(), "docs/recording.md does not explain {missing:?}");
+    }
+
+    #[test]
+    fn a_network_has_no_rate_in_bd() {
+        let baud_of = |baud| {
+            let line = LineHealth { baud, ..LineHealth::default() };
+            of_line("laser", &line).values.into_iter().find(|value| value.key == "baud").unwrap().value
+        };
+        assert_eq!([baud_of(0), baud_of(38400)], ["-", "38400"]);
+    }
 
     #[test]
     fn a_map_that_is_nearly_full_is_said_and_so_is_what_it_forgets() {

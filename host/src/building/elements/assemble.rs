@@ -186,7 +186,7 @@ fn opening(
         Shows::SeenThrough => "seen through",
         Shows::Frame => "frame",
     };
-    WallOpening {
+    let mut opening = WallOpening {
         id: format!("{}-{letter}{:02}", wall.storey, counts[place]),
         kind,
         wall: wall.id.clone(),
@@ -197,7 +197,10 @@ fn opening(
         rooms: found,
         evidence: evidence.to_owned(),
         inferred: hole.shows == Shows::Frame,
-    }
+    };
+    // What the robot drove through is as wide as the robot, and its width was seen.
+    opening.inferred |= opening.is_narrow() && hole.shows != Shows::DrivenThrough;
+    opening
 }
 
 /// Whether a place is in a ring.

@@ -4,6 +4,7 @@
 //! passages, N windows. Frame `map`, meters.
 
 pub(crate) mod assemble;
+mod label_place;
 
 use crate::building::spaces::line::{Curve, Line, chords};
 use biplane_geometry::PortableMath;
@@ -51,6 +52,17 @@ pub(crate) struct Room {
     pub walled_share: f64,
     /// Whether part of its outline, or its ceiling's height, is a guess. Its floor always is.
     pub inferred: bool,
+}
+
+/// The narrowest doors of buildings are 0.7 m, and widths are found within 5 cm. What is narrower may be a
+/// gap beside a cupboard, or a part of a door, meters.
+const NARROWEST_DOOR_M: f64 = 0.6;
+
+impl WallOpening {
+    /// Whether it is a door that is narrower than doors are.
+    pub(crate) fn is_narrow(&self) -> bool {
+        self.kind == Use::Door && self.width_m < NARROWEST_DOOR_M
+    }
 }
 
 impl Room {
@@ -150,7 +162,7 @@ pub(crate) struct WallOpening {
     pub rooms: Vec<String>,
     /// What shows it: "driven through", "seen through" or "frame".
     pub evidence: String,
-    /// Whether only its frame shows it.
+    /// Whether only its frame shows it, or it is narrower than doors are and nobody drove through.
     pub inferred: bool,
 }
 

@@ -61,7 +61,7 @@ pub(super) struct Args {
     #[command(flatten)]
     target: TargetArgs,
     /// Say what would be read, done and written and how much memory it takes, and do none of it
-    #[arg(long, conflicts_with = "json")]
+    #[arg(long)]
     dry_run: bool,
 }
 
@@ -74,7 +74,7 @@ pub(super) struct TargetArgs {
     /// Replace the folder if it exists
     #[arg(long)]
     force: bool,
-    /// Print what `summary.json` holds
+    /// Print what `summary.json` holds; with --dry-run, what would be done
     #[arg(long)]
     json: bool,
     /// Take no more memory than this, such as 500M or 4G; what needs more is refused, as early as it is known
@@ -179,7 +179,7 @@ pub(super) fn run_prepared(
     needs::keep_below(args.target.memory).map_err(|why| anyhow!(why))?;
     let needs = report_needs(&runs, console)?;
     if args.dry_run {
-        return Ok(Plan { takes: Some(needs.words()), ..plan(args, &runs) }.print_result());
+        return Plan { takes: Some(needs.words()), ..plan(args, &runs) }.print_result(args.target.json);
     }
     let mut stages = Stages::new(console, &steps(args));
     let folder = OutputFolder::create(&args.target.output, args.target.force)?;

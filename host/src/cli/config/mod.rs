@@ -12,7 +12,7 @@
 pub(crate) mod parameters;
 
 use std::ffi::OsString;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Context, bail};
 use clap::parser::ValueSource;
@@ -33,7 +33,8 @@ pub(super) fn words(mut cli: Command, mut words: Vec<OsString>) -> anyhow::Resul
     let Some((name, matches)) = given.subcommand() else { return Ok(words) };
     let Some(path) = matches.try_get_one::<PathBuf>("config").ok().flatten() else { return Ok(words) };
     let Some(command) = cli.find_subcommand(name) else { return Ok(words) };
-    let more = read(path, &cli)
+    let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let more = read(&text, &cli)
         .and_then(|table| section(&table, command, matches))
         .with_context(|| path.display().to_string())?;
     let place = words.iter().position(|word| word == name).map_or(words.len(), |place| place + 1);
@@ -54,9 +55,9 @@ pub(super) fn is_switch(flag: &Arg) -> bool {
     matches!(flag.get_action(), ArgAction::SetTrue)
 }
 
-/// Reads a file, and refuses names that nobody knows.
-fn read(path: &Path, cli: &Command) -> anyhow::Result<Table> {
-    let table: Table = std::fs::read_to_string(path).context("cannot be read")?.parse()?;
+/// Reads a file's text, and refuses names that nobody knows.
+fn read(text: &str, cli: &Command) -> anyhow::Result<Table> {
+    let table: Table = text.parse()?;
     for (name, section) in &table {
         let Some(command) = cli.find_subcommand(name) else {
             bail!("there is no command {name}: sections are commands of biplane, such as [build]")
@@ -174,6 +175,6 @@ mod tests {
         }
         let line = ["biplane", "build", "r", "-o", "d", "--config", "/none.toml"];
         let none = words(Cli::command(), line.map(OsString::from).to_vec());
-        assert!(format!("{:#}", none.unwrap_err()).contains("/none.toml: cannot be read"));
+        assert!(format!("{:#}", none.unwrap_err()).contains("cannot read /none.toml"));
     }
 }

@@ -63,8 +63,8 @@ pub(crate) struct Args {
     /// Say what would be read, done and written, and do none of it
     #[arg(long)]
     dry_run: bool,
-    /// Print what `summary.json` holds
-    #[arg(long, conflicts_with = "dry_run")]
+    /// Print what `summary.json` holds; with --dry-run, what would be done
+    #[arg(long)]
     json: bool,
 }
 
@@ -80,7 +80,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     }
     if args.dry_run {
         OutputFolder::check(&args.output, args.force)?;
-        return Ok(plan(args).print_result());
+        return plan(args).print_result(args.json);
     }
     let folder = OutputFolder::create(&args.output, args.force)?;
     let mut stages = Stages::new(console, &steps(args));

@@ -69,7 +69,7 @@ fn print_lists(out: &mut impl Write, folder: &Path, lists: &Lists) -> io::Result
     if rooms.is_empty() && walls.is_empty() && openings.is_empty() {
         return writeln!(out, "  no room, wall, door or window was found");
     }
-    writeln!(out, "  S1-R02 is room 2 of storey 1; R: room, W: wall, D: door, P: passage, N: window")?;
+    print_names(out, lists)?;
     print_rooms(out, rooms)?;
     let thick = walls.iter().filter(|wall| wall.thickness_m.is_some()).count();
     writeln!(out, "  walls: {}, {thick} of them of known thickness", walls.len())?;
@@ -78,6 +78,25 @@ fn print_lists(out: &mut impl Write, folder: &Path, lists: &Lists) -> io::Result
         print_openings(out, words, &all)?;
     }
     Ok(())
+}
+
+/// What names mean, by one that is in the list.
+fn print_names(out: &mut impl Write, lists: &Lists) -> io::Result<()> {
+    let kind_of = |opening: &WallOpening| match opening.kind {
+        Use::Door => "door",
+        Use::Passage => "passage",
+        Use::Window => "window",
+    };
+    let room = || lists.rooms.first().map(|room| (&room.id, "room"));
+    let opening = || lists.openings.first().map(|opening| (&opening.id, kind_of(opening)));
+    let wall = || lists.walls.first().map(|wall| (&wall.id, "wall"));
+    let Some((id, kind)) = room().or_else(opening).or_else(wall) else { return Ok(()) };
+    write!(out, "  ")?;
+    if let Some((storey, number)) = id.strip_prefix('S').and_then(|id| id.split_once('-')) {
+        let number = number.trim_start_matches(|letter: char| !letter.is_ascii_digit());
+        write!(out, "{id} is {kind} {} of storey {storey}; ", number.trim_start_matches('0'))?;
+    }
+    writeln!(out, "R: room, W: wall, D: door, P: passage, N: window")
 }
 
 fn print_rooms(out: &mut impl Write, rooms: &[Room]) -> io::Result<()> {
@@ -106,7 +125,8 @@ fn print_openings(out: &mut impl Write, words: &str, all: &[&WallOpening]) -> io
     )?;
     for one in all {
         let (wide, high, sill, rooms) = (one.width_m, one.height_m, one.sill_m, one.rooms.join(", "));
-        writeln!(out, "    {:8} {wide:8.2} {high:8.2} {sill:8.2}  {:8} {rooms}", one.id, one.wall)?;
+        let narrow = if one.is_narrow() && one.inferred { "  narrower than doors are" } else { "" };
+        writeln!(out, "    {:8} {wide:8.2} {high:8.2} {sill:8.2}  {:8} {rooms}{narrow}", one.id, one.wall)?;
     }
     Ok(())
 }
@@ -142,7 +162,7 @@ mod tests {
         let text = printed(false).unwrap();
         let lines: Vec<&str> = text.lines().skip(1).collect();
         let expected = [
-            "  S1-R02 is room 2 of storey 1; R: room, W: wall, D: door, P: passage, N: window",
+            "  S1-R01 is room 1 of storey 1; R: room, W: wall, D: door, P: passage, N: window",
             "  rooms: 1",
             "    name      area m2 height m",
             "    S1-R01      12.35     2.50  not closed all around",

@@ -8,8 +8,11 @@ use crate::formats::text::trajectory::{TrajectoryFormat, write_poses};
 use crate::recordings::deskew::StampedPose;
 use crate::recordings::run::Run;
 use clap::ValueEnum;
+use serde::Serialize;
 
+use crate::cli::terminal::bad_argument::BadArgument;
 use crate::cli::terminal::console::Console;
+use crate::cli::terminal::json::print_json;
 use biplane_cli::{Outcome, counted};
 
 /// Words of the command.
@@ -29,6 +32,20 @@ pub(crate) struct Args {
     /// Replace the output if it exists
     #[arg(long)]
     force: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// What `--json` prints.
+#[derive(Debug, Serialize)]
+struct Written {
+    /// The file.
+    output: String,
+    /// Its lines: scans with a pose.
+    poses: usize,
+    /// Scans without a pose nearby, and so without a line.
+    unposed_scans: usize,
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -41,6 +58,11 @@ enum Format {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
+    let to_stdout = args.output == Path::new("-");
+    if args.json && to_stdout {
+        let why = "--json prints to stdout, where the trajectory would be: name a file with -o".to_owned();
+        return Err(BadArgument { command: "traj", why }.into());
+    }
     let run = Run::open(&args.recordings)?;
     console.report_missing(run.recording());
     let poses = run.poses()?;
@@ -51,7 +73,8 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         Format::Tum => TrajectoryFormat::Tum,
         Format::Xytheta => TrajectoryFormat::XyTheta,
     };
-    if args.output == Path::new("-") {
+    let unposed_scans = at_scans.len() - known.len();
+    if to_stdout {
         let mut out = BufWriter::new(io::stdout().lock());
         write_poses(&mut out, &known, format)?;
         out.flush()?;
@@ -60,14 +83,18 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
             check_not_input(&args.output, ".part", recording)?;
         }
         write_file(&args.output, args.force, |out| write_poses(out, &known, format))?;
+        if args.json {
+            let output = args.output.display().to_string();
+            print_json(&Written { output, poses: known.len(), unposed_scans })?;
+            return Ok(Outcome::Done);
+        }
         console.note(format!("{}: {}", args.output.display(), counted(known.len(), "pose")));
     }
-    let unposed = at_scans.len() - known.len();
-    if unposed > 0 {
+    if unposed_scans > 0 {
         console.note(format!(
             "{}: {} without a pose nearby, and so without a line",
             run.path().display(),
-            counted(unposed, "scan")
+            counted(unposed_scans, "scan")
         ));
     }
     Ok(Outcome::Done)

@@ -4,8 +4,12 @@ use std::fmt::Display;
 use std::path::Path;
 
 use biplane_cli::Outcome;
+use serde::Serialize;
+
+use super::json::print_json;
 
 /// What would be done.
+#[derive(Serialize)]
 pub(crate) struct Plan<'a> {
     /// What is read.
     pub reads: Vec<&'a Path>,
@@ -19,7 +23,11 @@ pub(crate) struct Plan<'a> {
 
 impl Plan<'_> {
     /// Prints it, as a result.
-    pub(crate) fn print_result(&self) -> Outcome {
+    pub(crate) fn print_result(&self, as_json: bool) -> anyhow::Result<Outcome> {
+        if as_json {
+            print_json(self)?;
+            return Ok(Outcome::Done);
+        }
         let reads: Vec<_> = self.reads.iter().map(|path| path.display()).collect();
         println!(
             "would read   {}\nwould do     {}\nwould write  {}",
@@ -28,7 +36,7 @@ impl Plan<'_> {
             list(&self.writes)
         );
         self.takes.iter().for_each(|takes| println!("would take   {takes}"));
-        Outcome::Done
+        Ok(Outcome::Done)
     }
 }
 

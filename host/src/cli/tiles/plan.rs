@@ -12,12 +12,14 @@ use crate::pipeline::tiles::{points_file, tiles_of};
 use crate::reconstruct::planes::{PlaneParams, search::blocks::divide, setting};
 use crate::recordings::run::Run;
 use anyhow::{Context, anyhow, bail};
+use serde::Serialize;
 use std::io::Write;
 
 use super::folder::input;
 use crate::cli::build::{self, DriveArgs};
 use crate::cli::recordings::optimize;
 use crate::cli::terminal::console::Console;
+use crate::cli::terminal::json::print_json;
 use crate::cli::terminal::needs;
 use crate::cli::terminal::replace::{self, Known};
 use crate::cli::terminal::stages::Stages;
@@ -39,6 +41,9 @@ pub(super) struct Args {
     /// Replace the folder if it exists, with all that was found in its tiles
     #[arg(long)]
     force: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
     /// Side of a tile, meters. `biplane build` searches drives of ten million points and more in squares of
     /// 20 m; a tile holds those whose middle lies in it. Smaller tiles are searched as they are, and their
     /// model differs a little from that of `biplane build`
@@ -64,6 +69,17 @@ impl Args {
         }
         PlaneParams { halo_m: self.halo, ..planes }
     }
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Planned {
+    /// The folder of tiles.
+    folder: String,
+    /// Tiles, numbered from 0: `biplane tiles run FOLDER --index N` takes one.
+    tiles: usize,
+    /// Points of all tiles, with their margins.
+    points: usize,
 }
 
 /// What a folder of tiles is known by.
@@ -113,7 +129,16 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         anyhow::Ok((manifest, count))
     })?;
     folder.finish()?;
-    println!("{}", counted(manifest.tiles.len(), "tile"));
+    if args.json {
+        let points: usize = manifest.tiles.iter().map(|tile| tile.points).sum();
+        print_json(&Planned {
+            folder: args.output.display().to_string(),
+            tiles: manifest.tiles.len(),
+            points,
+        })?;
+    } else {
+        println!("{}", counted(manifest.tiles.len(), "tile"));
+    }
     Ok(Outcome::Done)
 }
 

@@ -16,8 +16,10 @@ use crate::view::render::sheet::{Scope, SheetSize, Subject, compose, grouped, gr
 use crate::view::render::views::{Extent, View, camera, inside_at};
 use anyhow::{Context, bail};
 use clap::ValueEnum;
+use serde::Serialize;
 
 use crate::cli::terminal::console::Console;
+use crate::cli::terminal::json::print_json;
 use crate::cli::terminal::threads::Threads;
 use crate::cli::view::built::load_built;
 use biplane_cli::Outcome;
@@ -50,6 +52,19 @@ pub(crate) struct Args {
     /// Replace the picture if it exists
     #[arg(long)]
     force: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Drawn {
+    /// The picture.
+    output: String,
+    /// Its size in pixels.
+    width: usize,
+    height: usize,
 }
 
 /// Names of the camera presets.
@@ -91,6 +106,7 @@ impl Args {
             width: 1600,
             height: None,
             force: false,
+            json: false,
         }
     }
 
@@ -105,6 +121,7 @@ impl Args {
             width: 2400,
             height: None,
             force,
+            json: false,
         }
     }
 }
@@ -172,7 +189,13 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let picture = compose(&subjects, size, Scope { view, extent: &extent }, camera);
     write_file(&args.output, args.force, |out| picture.write_png(out))?;
     drop(spinner);
-    console.note(format!("{}: {} x {} pixels", args.output.display(), picture.width, picture.height));
+    let output = args.output.display().to_string();
+    let drawn = Drawn { output, width: picture.width, height: picture.height };
+    if args.json {
+        print_json(&drawn)?;
+    } else {
+        console.note(format!("{}: {} x {} pixels", drawn.output, drawn.width, drawn.height));
+    }
     Ok(Outcome::Done)
 }
 

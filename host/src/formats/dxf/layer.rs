@@ -31,7 +31,7 @@ impl Layer {
     /// Outlines of ceilings, which are over the cut.
     pub(crate) const CEILING: Self = Self { is_dashed: true, ..Self::new("CEILING", 9, 9) };
     /// Sizes and titles.
-    pub(crate) const LABELS: Self = Self::new("LABELS", 5, 13);
+    pub(crate) const LABELS: Self = Self::new("LABELS", 7, 13);
     /// The polygons in 3D.
     pub(crate) const SURFACES: Self = Self::new("SURFACES", 151, 13);
     /// What nobody measured, in 3D.

@@ -119,9 +119,7 @@ impl RoomPlan<'_> {
 
     fn tag(&mut self, room: &Room) {
         let name = self.layer(Layer::LABELS);
-        let count = room.outline_m.len().max(1) as f64;
-        let sum = room.outline_m.iter().fold([0.0; 2], |sum, p| [sum[0] + p[0], sum[1] + p[1]]);
-        let [x, y] = sum.map(|value| value / count);
+        let [x, y] = room.label_place_m();
         let lines = [
             room.id.clone(),
             format!("area {:.1} m2", room.area_m2),

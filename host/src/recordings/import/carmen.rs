@@ -63,7 +63,7 @@ fn first_broken(broken: &Option<BrokenLine>) -> String {
 }
 
 /// A line that does not hold what its kind should.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct BrokenLine {
     /// Line number from 1.
     pub number: usize,
@@ -72,7 +72,7 @@ pub struct BrokenLine {
 }
 
 /// What an import did.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
 pub struct ImportReport {
     /// Scans written.
     pub scans: usize,

@@ -53,7 +53,7 @@ fn a_table_that_is_another_and_a_figure_of_another_kind_are_refused() {
         1,
         &["broken.csv", "line 2", "\"translation_m\", found \"x\""],
     );
-    folder.expect("plot relations gone.csv -o f.svg", 1, &["cannot read gone.csv"]);
+    folder.expect("plot relations gone.csv -o f.svg", 1, &["gone.csv does not exist"]);
     folder.expect("plot relations r.csv -o f.gif", 2, &["ends in .svg or .png"]);
     folder.expect("plot relations -o f.svg", 2, &[]);
     folder.write("f.svg", "mine");

@@ -119,7 +119,7 @@ fn a_folder_that_holds_no_model_is_named_with_what_it_lacks() {
     );
     folder.expect("build run.mcap -o out --align-walls", 2, &["is a flag of `biplane export`"]);
     folder.expect("export out --formats none", 2, &["writes no file"]);
-    folder.expect("export out --formats dxf", 1, &["cannot read out: No such file"]);
+    folder.expect("export out --formats dxf", 1, &["biplane: out does not exist"]);
     folder.expect("export run.mcap --formats dxf", 1, &["run.mcap is an MCAP file; expected a folder"]);
     folder.expect("build run.mcap -o flat --no-report", 0, &[]);
     folder.expect("export flat --formats dxf", 1, &["flat holds no model"]);

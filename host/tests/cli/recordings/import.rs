@@ -48,7 +48,7 @@ fn bad_input_is_one_sentence_and_nothing_is_written_or_lost() {
     let folder = Folder::new("bad-input");
     folder.write("a.log", LOG);
     folder.write("kept.mcap", "somebody's");
-    folder.expect("import carmen none.log -o x.mcap", 1, &["cannot read none.log"]);
+    folder.expect("import carmen none.log -o x.mcap", 1, &["none.log does not exist"]);
     for (lines, counted) in [("# nothing\n", "in 1 line: "), ("# nothing\n# at all\n", "in 2 lines: ")] {
         folder.write("empty.log", lines);
         folder.expect("import carmen empty.log -o x.mcap", 1, &["empty.log holds no laser line", counted]);

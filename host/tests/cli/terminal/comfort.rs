@@ -56,7 +56,59 @@ fn a_program_reads_on_stdout_what_a_command_made() {
     let picture = fs::read(folder.path("floor.pgm")).unwrap();
     let size = format!("{} {}", map["columns"], map["rows"]);
     assert!(String::from_utf8_lossy(&picture[..200]).lines().any(|line| line == size), "{size}");
-    folder.expect("build run.mcap -o again --json --dry-run", 2, &["--dry-run"]);
+    let plan = json("build run.mcap -o again --json --dry-run");
+    assert_eq!(
+        (&plan["reads"], plan["steps"][0].as_str()),
+        (&serde_json::json!(["run.mcap"]), Some("optimize"))
+    );
+    assert!(plan["takes"].is_string() && !folder.path("again").exists(), "{plan}");
+}
+
+#[test]
+fn figures_and_trajectories_are_said_as_json_too() {
+    let folder = Folder::new("json-figures");
+    room::record(&folder.path("run.mcap"), Content { poses: true, vertical: true });
+    folder.write("a.log", &carmen_log());
+    let json = |command: &str| -> serde_json::Value {
+        let ran = folder.expect(command, 0, &[]);
+        serde_json::from_str(&ran.stdout).unwrap_or_else(|error| panic!("{command}: {error}: {}", ran.stdout))
+    };
+    let way = json("traj run.mcap -o t.tum --json");
+    let lines = fs::read_to_string(folder.path("t.tum")).unwrap().lines().count();
+    assert_eq!((way["output"].as_str(), way["poses"].as_u64()), (Some("t.tum"), Some(lines as u64)));
+    folder.expect("traj run.mcap -o - --json", 2, &["--json prints to stdout"]);
+    let paths = json("plot trajectory run.mcap -o t.svg --json");
+    assert_eq!((paths["output"].as_str(), paths["names"].as_array().map(Vec::len)), (Some("t.svg"), Some(1)));
+    let imported = json("import carmen a.log -o a.mcap --json");
+    assert_eq!((imported["scans"].as_u64(), imported["broken_lines"].as_u64()), (Some(3), Some(0)));
+    let plan = json("tiles plan run.mcap -o tiles --json");
+    assert!(plan["tiles"].as_u64() > Some(0) && plan["points"].as_u64() > Some(0), "{plan}");
+    folder.expect("build run.mcap -o out --no-report", 0, &[]);
+    let picture = json("render out -o p.png --width 200 --json");
+    assert_eq!((picture["output"].as_str(), picture["width"].as_u64()), (Some("p.png"), Some(200)));
+}
+
+/// Three scans of four beams.
+fn carmen_log() -> String {
+    let scan = |t: usize| format!("FLASER 4 1.0 2.0 2.0 1.0 0 0 0 0 0 0 {t}.0 host {t}.0\n");
+    (1..=3).map(scan).collect()
+}
+
+#[test]
+fn wrong_numbers_and_missing_files_are_refused_in_plain_english() {
+    let folder = Folder::new("plain");
+    folder.expect("build run.mcap -o out --threads 0", 2, &["expected a whole number from 1 to 65535"]);
+    folder.expect(
+        "build run.mcap -o out --threads x",
+        2,
+        &["'x' for '--threads <N>': expected a whole number"],
+    );
+    for command in
+        ["planes none.ply -o d", "compact none.ply -o d", "export none.ply --formats dxf", "info none.ply"]
+    {
+        let ran = folder.expect(command, 1, &["biplane: none.ply does not exist"]);
+        assert!(!ran.stderr.contains("os error"), "{}", ran.stderr);
+    }
 }
 
 #[test]

@@ -147,6 +147,10 @@ mod tests {
         assert!([p50, p99, p99_9].iter().all(|ms| (2.0..=2.051).contains(ms)), "{report:?}");
         assert_eq!(max, 30.0);
         assert!((42.0..=42.051).contains(&report.from_scan_ms.p99) && report.from_scan_ms.max == 70.0);
+        let docs = include_str!("../../../../../docs/recording.md");
+        for value in delays.status().values {
+            assert!(docs.contains(&format!("`{}`", value.key)), "docs/recording.md: {}", value.key);
+        }
     }
 
     #[test]

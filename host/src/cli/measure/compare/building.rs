@@ -69,7 +69,8 @@ pub(super) fn read_truth(path: &Path) -> anyhow::Result<Plan> {
     let truth = read(path)?;
     if truth.rooms.is_empty() {
         bail!(
-            "{} has no rooms to compare with; expected the schema of building.json, as docs/building.md has it",
+            "{} has no rooms to compare with: expected a file in the schema of building.json (docs/building.md). \
+             The truth.json of a built-in world of `biplane-mock simulate` lists no rooms, that of an IFC file does",
             path.display()
         );
     }

@@ -32,7 +32,7 @@ pub(crate) use self::page::write_compared;
 /// Words of the command.
 #[derive(Debug, clap::Args)]
 #[command(
-    after_help = "Examples:\n  biplane compare model\n  biplane compare model --truth truth/surfaces.ply\n  biplane compare model --building truth.json --json\n  biplane compare model --ifc house.ifc --storey 0\n  biplane compare model --ifc house.ifc --storey 1 --model-storey S2\n  \
+    after_help = "Examples:\n  biplane compare model\n  biplane compare model --truth truth/surfaces.ply\n  biplane compare model --building truth/truth.json --json\n  biplane compare model --ifc house.ifc --storey 0\n  biplane compare model --ifc house.ifc --storey 1 --model-storey S2\n  \
     biplane compare model --truth truth/surfaces.ply --equal triangles,bytes,rms\n\n\
     qslim: the raw mesh simplified by quadric errors (Garland and Heckbert 1997) to as many triangles as the model has polygons and \
     leftover triangles.\nblocked: rays of the laser that a surface stops more than the margin before what they really hit."
@@ -45,7 +45,9 @@ pub(crate) struct Args {
     #[arg(long, value_name = "TRUTH.ply")]
     truth: Option<PathBuf>,
     /// The true rooms, walls and openings, in the schema of building.json and in the frame `map` of the
-    /// recording: prints how well the building was found, and nothing about surfaces
+    /// recording: prints how well the building was found, and nothing about surfaces. A drive through an IFC
+    /// file (`biplane-mock simulate --world HOUSE.ifc`) has such a truth.json; that of a built-in world has no
+    /// rooms. The building.json of another model is taken, too
     #[arg(long, value_name = "TRUTH.json", group = "true_building", conflicts_with_all = ["truth", "margin", "pictures", "view", "report", "force"])]
     building: Option<PathBuf>,
     /// The same against a storey of an IFC file, which may lie anywhere: the place where the rooms agree is

@@ -9,6 +9,7 @@ use clap::error::ErrorKind;
 
 use crate::cli::args::refuse;
 use crate::cli::terminal::console::{Console, say};
+use crate::cli::terminal::json::print_json;
 use crate::formats::output::unfinished::Unfinished;
 use crate::formats::output::{check_free, check_not_input};
 use crate::recordings::import::bag;
@@ -32,6 +33,9 @@ pub(super) struct Args {
     /// Replace the output if it exists
     #[arg(long)]
     force: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
     #[command(flatten)]
     horizontal: HorizontalArgs,
     #[command(flatten)]
@@ -135,14 +139,19 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let imported = bag::import(&args.bags, &args.output, &args.options());
     drop(spinner);
     match imported {
-        Ok(report) => Ok(print_result(&report, args, console)),
+        Ok(report) => print_result(&report, args, console),
         Err(BagError::Choice(why)) => refuse("import bag", ErrorKind::InvalidValue, why),
         Err(error) => Err(error.into()),
     }
 }
 
-fn print_result(report: &BagReport, args: &Args, console: &Console) -> Outcome {
+fn print_result(report: &BagReport, args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let losses = &report.losses;
+    let outcome = if losses.count == 0 { Outcome::Done } else { Outcome::Lossy };
+    if args.json {
+        print_json(report)?;
+        return Ok(outcome);
+    }
     for loss in &losses.first {
         say(&format!("biplane: {loss}"));
     }
@@ -174,5 +183,5 @@ fn print_result(report: &BagReport, args: &Args, console: &Console) -> Outcome {
         counted(report.odometry, "odometry message"),
         report.imu
     ));
-    if losses.count == 0 { Outcome::Done } else { Outcome::Lossy }
+    Ok(outcome)
 }

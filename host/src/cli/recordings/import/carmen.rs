@@ -10,6 +10,7 @@ use biplane_recording::WriterOptions;
 use biplane_recording::mcap::write::active_path;
 
 use crate::cli::terminal::console::{Console, say};
+use crate::cli::terminal::json::print_json;
 use biplane_cli::{Outcome, counted};
 
 #[derive(Debug, clap::Args)]
@@ -23,6 +24,9 @@ pub(super) struct Args {
     /// Replace the output if it exists
     #[arg(long)]
     force: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
 }
 
 /// Runs the command.
@@ -35,10 +39,15 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let _begun = (!begun.exists()).then(|| Unfinished::new(&begun));
     let report = carmen::import(&args.log, &args.output, &options)?;
     drop(spinner);
-    Ok(print_result(&report, args, console))
+    print_result(&report, args, console)
 }
 
-fn print_result(report: &ImportReport, args: &Args, console: &Console) -> Outcome {
+fn print_result(report: &ImportReport, args: &Args, console: &Console) -> anyhow::Result<Outcome> {
+    let outcome = if report.broken_lines == 0 { Outcome::Done } else { Outcome::Lossy };
+    if args.json {
+        print_json(report)?;
+        return Ok(outcome);
+    }
     report_losses(report, &args.log, console);
     let beams: Vec<String> = report.beams.keys().map(ToString::to_string).collect();
     let no_return = match report.no_return_m {
@@ -54,7 +63,7 @@ fn print_result(report: &ImportReport, args: &Args, console: &Console) -> Outcom
         counted(report.odometry, "odometry message"),
         counted(report.backward_stamps, "step")
     ));
-    if report.broken_lines == 0 { Outcome::Done } else { Outcome::Lossy }
+    Ok(outcome)
 }
 
 /// Lost data is said even when quiet: the exit code alone does not tell which lines.

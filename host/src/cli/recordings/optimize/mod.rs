@@ -55,7 +55,7 @@ pub(crate) struct Args {
     /// Say what would be read, done and written, and do none of it
     #[arg(long)]
     dry_run: bool,
-    /// Print what was found as JSON
+    /// Print what was found as JSON; with --dry-run, what would be done
     #[arg(long)]
     json: bool,
     /// Write the loops found, a line each: where, how sure, and whether believed
@@ -123,7 +123,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
             writes: vec![args.output.display().to_string()],
             takes: None,
         };
-        return Ok(plan.print_result());
+        return plan.print_result(args.json);
     }
     let params = LoopParams::default();
     let all_keyframes = read(&runs, &params, console)?;

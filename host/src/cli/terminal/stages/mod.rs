@@ -109,7 +109,7 @@ impl<'a> Stages<'a> {
         self.list.end();
         self.pace.took(name, wall_s);
         let peak_memory_bytes = biplane_clock::peak_memory_bytes();
-        self.console.note(format!("  {name:<10} {count:>9} {:<10} {wall_s:>7.2} s", unit(name)));
+        self.console.note(format!("  {name:<10} {count:>9} {:<10} {wall_s:>7.2} s", unit(name, count)));
         self.console.detail(|| {
             let peak =
                 peak_memory_bytes.map_or(String::new(), |bytes| format!(", peak {} MB", bytes / 1_000_000));
@@ -119,8 +119,14 @@ impl<'a> Stages<'a> {
     }
 }
 
+/// What a stage counts, one or several.
+fn unit(stage: &str, count: usize) -> &'static str {
+    let units = units(stage);
+    if count == 1 { units.strip_suffix('s').unwrap_or(units) } else { units }
+}
+
 /// What a stage counts.
-fn unit(stage: &str) -> &'static str {
+fn units(stage: &str) -> &'static str {
     match stage {
         "read" => "scans",
         "load" => "triangles",
@@ -131,6 +137,7 @@ fn unit(stage: &str) -> &'static str {
         "planes" => "planes",
         "tiles" => "tiles",
         "polygons" => "polygons",
+        "rooms" => "rooms",
         "write" | "report" => "files",
         _ => "",
     }

@@ -18,8 +18,10 @@ use crate::view::plot::svg::to_svg;
 use crate::view::plot::table::{Table, TableError};
 use anyhow::Context;
 use clap::Subcommand;
+use serde::Serialize;
 
 use crate::cli::terminal::console::Console;
+use crate::cli::terminal::json::print_json;
 use biplane_cli::{Outcome, counted};
 
 /// Which figure.
@@ -66,6 +68,9 @@ struct Sheet {
     /// Replace the figure if it exists
     #[arg(long)]
     force: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
 }
 
 #[derive(Debug, clap::Args)]
@@ -113,6 +118,17 @@ fn figure_path(text: &str) -> Result<PathBuf, String> {
         Some("svg" | "png") => Ok(path),
         _ => Err("expected a name that ends in .svg or .png".to_owned()),
     }
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Drawn<'a> {
+    /// The figure.
+    output: String,
+    /// The names of its curves or paths.
+    names: &'a [String],
+    /// What stands below it.
+    caption: &'a str,
 }
 
 /// Runs the command.
@@ -183,6 +199,11 @@ fn write(sheet: &Sheet, mut chart: Chart, noun: &str, console: &Console) -> anyh
             false => out.write_all(to_svg(&drawing).as_bytes()),
         }
     })?;
-    console.note(format!("{}: {}", sheet.output.display(), counted(chart.names.len(), noun)));
+    let output = sheet.output.display().to_string();
+    if sheet.json {
+        print_json(&Drawn { output, names: &chart.names, caption: &chart.caption })?;
+    } else {
+        console.note(format!("{output}: {}", counted(chart.names.len(), noun)));
+    }
     Ok(Outcome::Done)
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::container::Losses;
 
 /// What was made of bags, and what was not.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct BagReport {
     /// Scans written of the laser that localizes, and of the one that sees the building.
     pub scans: [usize; 2],

@@ -257,8 +257,8 @@ pub(crate) fn table(shapes: &Shapes<'_>) -> String {
     };
     format!(
         "<section><h2>Flat surfaces</h2><div class=\"scroll\"><table class=\"figures surfaces\" id=\"planes\"><thead><tr><th scope=\"col\">name</th>\
-         <th scope=\"col\">facing as a</th><th scope=\"col\">m²</th><th scope=\"col\">openings</th><th scope=\"col\">normal x, y, z</th><th scope=\"col\">RMS, cm</th>\
-         <th scope=\"col\">points</th></tr></thead><tbody>{rows}</tbody></table></div><p class=\"note\">{shown} Points and RMS are those of \
+         <th scope=\"col\">kind</th><th scope=\"col\">area, m²</th><th scope=\"col\">openings</th><th scope=\"col\">normal x, y, z</th><th scope=\"col\">RMS, cm</th>\
+         <th scope=\"col\">points</th></tr></thead><tbody>{rows}</tbody></table></div><p class=\"note\">{shown} The kind goes by the direction alone: a table’s top counts as a floor. Points and RMS are those of \
          the whole plane that a surface lies in. Press a name to see it above.</p></section>"
     )
 }

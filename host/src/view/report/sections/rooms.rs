@@ -8,10 +8,32 @@ use crate::view::markup::escaped;
 
 /// Space around the plan, meters.
 const MARGIN_M: f64 = 0.6;
-/// Height of names in the plan, meters.
-const TEXT_M: f64 = 0.28;
+/// Space below the plan for its scale, meters, and the share of the plan's height that it has at least.
+const FOOT_M: f64 = 0.6;
+const FOOT_SHARE: f64 = 0.06;
+/// Lengths that a scale may have, meters.
+const SCALES_M: [f64; 7] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
+/// A scale is at most this share of the plan's width.
+const SCALE_SHARE: f64 = 0.25;
 
-/// The section; empty where no room was found. The plan's unit is a meter, y points down in it.
+/// What has which color in the plan.
+const KEY: [(&str, &str); 6] = [
+    (ROOM, "room"),
+    (OPEN_ROOM, "room that is partly a guess"),
+    (KNOWN_WALL, "wall seen from both sides"),
+    (WALL, "wall seen from one side, its depth assumed"),
+    (DOOR, "door or passage"),
+    (WINDOW, "window"),
+];
+const ROOM: &str = "#e6edf5";
+const OPEN_ROOM: &str = "#f3efe4";
+const KNOWN_WALL: &str = "#555d66";
+const WALL: &str = "#c3c9d0";
+const DOOR: &str = "#4f9d5b";
+const WINDOW: &str = "#4f8fd0";
+
+/// The section; empty where no room was found. The plan's unit is a meter, y points down in it. Names are text
+/// over the plan: they keep their size on a small screen, where the plan shrinks.
 pub(crate) fn section(elements: &Elements) -> String {
     if elements.is_empty() {
         return String::new();
@@ -23,10 +45,11 @@ pub(crate) fn section(elements: &Elements) -> String {
         }
         plan(&mut html, &elements.of_storey(storey));
     }
-    html.push_str(
-        "<p class=\"note\">Dark walls: both faces were seen, so the thickness is known. Pale walls: one face was seen, their depth is \
-         assumed. Green: doors and passages, blue: windows. Floors are inferred: no laser sees them.</p>",
-    );
+    html.push_str("<p class=\"note key\">");
+    for (color, words) in KEY {
+        let _ = write!(html, "<span><i style=\"background:{color}\"></i>{words}</span> ");
+    }
+    html.push_str("</p><p class=\"note\">Floors are inferred: no laser sees them.</p>");
     rooms(&mut html, &elements.rooms);
     openings(&mut html, &elements.openings);
     html.push_str("</section>");
@@ -40,30 +63,32 @@ fn plan(html: &mut String, elements: &Elements) {
     let fold = |pick: fn(f64, f64) -> f64, start: f64, axis: usize| {
         corners.iter().fold(start, |best, p| pick(best, p[axis]))
     };
-    let low = [0, 1].map(|axis| fold(f64::min, f64::INFINITY, axis) - MARGIN_M);
+    let mut low = [0, 1].map(|axis| fold(f64::min, f64::INFINITY, axis) - MARGIN_M);
     let high = [0, 1].map(|axis| fold(f64::max, f64::NEG_INFINITY, axis) + MARGIN_M);
+    low[1] -= FOOT_M.max(FOOT_SHARE * (high[1] - low[1]));
+    let sheet = Sheet { low, high };
+    let [width, height] = sheet.size();
     let _ = write!(
         html,
-        "<figure><svg viewBox=\"{:.2} {:.2} {:.2} {:.2}\" role=\"img\" aria-label=\"Plan of the rooms\" \
-         style=\"width:100%;max-height:70vh\" font-size=\"{TEXT_M}\" text-anchor=\"middle\">",
+        "<figure class=\"plan\" style=\"aspect-ratio:{width:.2}/{height:.2};max-width:calc(70vh*{:.3})\">\
+         <svg viewBox=\"{:.2} {:.2} {width:.2} {height:.2}\" role=\"img\" aria-label=\"Plan of the rooms\">",
+        width / height,
         low[0],
         -high[1],
-        high[0] - low[0],
-        high[1] - low[1]
     );
     for room in &elements.rooms {
-        let fill = if room.inferred { "#f3efe4" } else { "#e6edf5" };
+        let fill = if room.inferred { OPEN_ROOM } else { ROOM };
         let rings = std::iter::once(&room.outline_m).chain(&room.holes_m);
         let ways: String = rings.map(|ring| way(ring)).collect();
         let _ = write!(html, "<path d=\"{ways}\" fill=\"{fill}\" fill-rule=\"evenodd\" stroke=\"none\"/>");
     }
     for wall in &elements.walls {
-        let fill = if wall.thickness_m.is_some() { "#555d66" } else { "#c3c9d0" };
+        let fill = if wall.thickness_m.is_some() { KNOWN_WALL } else { WALL };
         let _ = write!(html, "<path d=\"{}\" fill=\"{fill}\"/>", way(&wall.outline_m));
     }
     for opening in &elements.openings {
         let Some(wall) = elements.wall(&opening.wall) else { continue };
-        let fill = if opening.kind == Use::Window { "#4f8fd0" } else { "#4f9d5b" };
+        let fill = if opening.kind == Use::Window { WINDOW } else { DOOR };
         let _ = write!(
             html,
             "<path d=\"{}\" fill=\"{fill}\"><title>{}: {:.2} x {:.2} m</title></path>",
@@ -73,17 +98,61 @@ fn plan(html: &mut String, elements: &Elements) {
             opening.height_m
         );
     }
-    for room in &elements.rooms {
-        let [x, y] = middle(&room.outline_m);
-        let _ = write!(
-            html,
-            "<text x=\"{x:.2}\" y=\"{:.2}\">{}<tspan x=\"{x:.2}\" dy=\"1.2em\">{:.1} m²</tspan></text>",
-            -y,
-            escaped(&room.id),
-            room.area_m2
-        );
+    let scale_m = scale_m(width);
+    let [x, y] = [low[0] + MARGIN_M, -low[1] - MARGIN_M / 2.0];
+    let _ = write!(
+        html,
+        "<path class=\"scale\" vector-effect=\"non-scaling-stroke\" d=\"M{x:.2} {y:.2}h{scale_m}\"/></svg>"
+    );
+    for opening in &elements.openings {
+        let Some(wall) = elements.wall(&opening.wall) else { continue };
+        let tag = sheet.tag(sheet.side_of(opening, wall), [opening.center_m[0], opening.center_m[1]]);
+        let _ = write!(html, "{tag}{}</span>", escaped(&opening.id));
     }
-    html.push_str("</svg></figure>");
+    for room in &elements.rooms {
+        let tag = sheet.tag("room", room.label_place_m());
+        let _ = write!(html, "{tag}{}<small>{:.1} m²</small></span>", escaped(&room.id), room.area_m2);
+    }
+    let _ = write!(html, "{}{scale_m} m</span></figure>", sheet.tag("length", [x + scale_m, -y]));
+}
+
+/// The part of a storey that a plan shows.
+struct Sheet {
+    low: [f64; 2],
+    high: [f64; 2],
+}
+
+impl Sheet {
+    fn size(&self) -> [f64; 2] {
+        [0, 1].map(|axis| self.high[axis] - self.low[axis])
+    }
+
+    /// On which side of an opening its name stands, so that it hides nothing of it and stays on the sheet.
+    fn side_of(&self, opening: &WallOpening, wall: &Wall) -> &'static str {
+        let [along_x, along_y] = wall.along_at(wall.place_m(opening));
+        let is_right = opening.center_m[0] > (self.low[0] + self.high[0]) / 2.0;
+        match (along_x.abs() > along_y.abs(), is_right) {
+            (true, _) => "opening over",
+            (false, true) => "opening left",
+            (false, false) => "opening right",
+        }
+    }
+
+    /// The beginning of a text at a place.
+    fn tag(&self, class: &str, [x, y]: [f64; 2]) -> String {
+        let [width, height] = self.size();
+        format!(
+            "<span class=\"tag {class}\" style=\"left:{:.2}%;top:{:.2}%\">",
+            100.0 * (x - self.low[0]) / width,
+            100.0 * (self.high[1] - y) / height
+        )
+    }
+}
+
+/// The longest scale that goes with a plan of this width.
+fn scale_m(width_m: f64) -> f64 {
+    let fits = |scale_m: &f64| *scale_m <= SCALE_SHARE * width_m;
+    SCALES_M.into_iter().rfind(fits).unwrap_or(SCALES_M[0])
 }
 
 fn way(ring: &[[f64; 2]]) -> String {
@@ -103,18 +172,6 @@ fn foot(opening: &WallOpening, wall: &Wall) -> [[f64; 2]; 4] {
     [place(-half, -deep), place(half, -deep), place(half, deep), place(-half, deep)]
 }
 
-/// The middle of a room's area.
-fn middle(ring: &[[f64; 2]]) -> [f64; 2] {
-    let ends = ring.iter().zip(ring.iter().cycle().skip(1));
-    let (mut sum, mut double) = ([0.0; 2], 0.0);
-    for (a, b) in ends {
-        let cross = a[0] * b[1] - a[1] * b[0];
-        double += cross;
-        sum = [0, 1].map(|axis| sum[axis] + cross * (a[axis] + b[axis]));
-    }
-    sum.map(|value| value / (3.0 * double))
-}
-
 fn rooms(html: &mut String, rooms: &[Room]) {
     html.push_str(
         "<table class=\"figures\"><thead><tr><th scope=\"col\">room</th><th scope=\"col\">area, m²</th>\
@@ -124,7 +181,7 @@ fn rooms(html: &mut String, rooms: &[Room]) {
         let _ = write!(
             html,
             "<tr><th scope=\"row\">{}</th><td>{:.2}</td><td>{:.2}</td><td>{:.0} %</td></tr>",
-            escaped(&room.id),
+            name(&room.id),
             room.area_m2,
             room.ceiling_z_m - room.floor_z_m,
             100.0 * room.walled_share
@@ -144,6 +201,7 @@ fn openings(html: &mut String, openings: &[WallOpening]) {
     );
     for opening in openings {
         let kind = match opening.kind {
+            Use::Door if opening.is_narrow() && opening.inferred => "narrow door",
             Use::Door => "door",
             Use::Window => "window",
             Use::Passage => "passage",
@@ -151,13 +209,63 @@ fn openings(html: &mut String, openings: &[WallOpening]) {
         let _ = write!(
             html,
             "<tr><th scope=\"row\">{}</th><td>{kind}</td><td>{:.2}</td><td>{:.2}</td><td>{:.2}</td><td>{}</td><td>{}</td></tr>",
-            escaped(&opening.id),
+            name(&opening.id),
             opening.width_m,
             opening.height_m,
             opening.sill_m,
-            escaped(&opening.rooms.join(", ")),
+            opening.rooms.iter().map(|room| name(room)).collect::<Vec<_>>().join(", "),
             escaped(&opening.evidence)
         );
     }
     html.push_str("</tbody></table>");
+    if openings.iter().any(|opening| opening.is_narrow() && opening.inferred) {
+        html.push_str(
+            "<p class=\"note\">Narrow doors are narrower than doors of buildings are: each may be a gap beside a cupboard, \
+             or a part of a door.</p>",
+        );
+    }
+}
+
+/// A name that is never broken into two lines.
+fn name(id: &str) -> String {
+    format!("<span class=\"name\">{}</span>", escaped(id))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{scale_m, section};
+    use crate::building::elements::Elements;
+
+    /// A corridor around a block, with a gap of 0.5 m.
+    const RING: &str = r#"{"storeys": [{"id": "S1", "floor_z_m": 0, "ceiling_z_m": 2.5, "floor_inferred": true}],
+        "rooms": [{"id": "S1-R01", "storey": "S1", "outline_m": [[0, 0], [12, 0], [12, 8], [0, 8]],
+        "holes_m": [[[2, 2], [2, 6], [9, 6], [9, 2]]], "floor_z_m": 0, "ceiling_z_m": 2.5, "area_m2": 68,
+        "closed": true, "walled_share": 1, "inferred": false}], "walls": [
+        {"id": "S1-W01", "storey": "S1", "axis_m": [[0, 0], [12, 0]], "outline_m": [[0, 0], [12, 0], [12, -0.2], [0, -0.2]],
+        "thickness_m": null, "thickness_from": "unknown", "drawn_thickness_m": 0.2, "seen_left": true, "height_m": 2.5,
+        "rooms": ["S1-R01"], "seen_share": 1, "inferred": true}], "openings": [{"id": "S1-D01", "kind": "door", "wall": "S1-W01", "center_m": [6, 0, 1], "width_m": 0.5,
+        "height_m": 2, "sill_m": 0, "rooms": ["S1-R01"], "evidence": "seen through", "inferred": true}]}"#;
+
+    #[test]
+    fn names_stand_where_there_is_room_and_a_scale_below() {
+        let elements: Elements = serde_json::from_str(RING).unwrap();
+        let html = section(&elements);
+        // The plan goes from -0.6 to 12.6 m; the widest leg of the ring is at its right.
+        let left = html.split("<span class=\"tag room\" style=\"left:").nth(1).unwrap();
+        let left: f64 = left.split('%').next().unwrap().parse().unwrap();
+        assert!((left / 100.0 * 13.2 - 0.6) > 9.2, "{left} % from the left");
+        assert!(
+            html.contains(">S1-D01</span>")
+                && html.contains(">2 m</span>")
+                && html.contains("class=\"scale\"")
+        );
+        assert!(html.contains("class=\"tag opening over\""), "{html}");
+        assert!(html.contains("<td>narrow door</td>") && html.contains("a gap beside a cupboard"), "{html}");
+        assert_eq!(html.matches("<i style=\"background:#").count(), 6, "a key of the colors");
+    }
+
+    #[test]
+    fn a_scale_is_a_round_length_of_a_quarter_of_the_plan_at_most() {
+        assert_eq!([1.0, 9.0, 41.0, 90.0].map(scale_m), [1.0, 2.0, 10.0, 20.0]);
+    }
 }

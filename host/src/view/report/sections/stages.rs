@@ -29,9 +29,9 @@ pub(crate) fn section(summary: &Summary) -> String {
     let peak = summary.cost.peak_memory_bytes.map_or_else(String::new, megabytes);
     format!(
         "<section><h2>Time and memory by stage</h2><div class=\"scroll\"><table class=\"figures stages\"><thead><tr><td></td><td></td>\
-         <th scope=\"col\">clock</th><th scope=\"col\">processor</th><th scope=\"col\">made</th><th scope=\"col\">memory</th></tr></thead>\
+         <th scope=\"col\">time</th><th scope=\"col\">processor time</th><th scope=\"col\">count</th><th scope=\"col\">memory</th></tr></thead>\
          <tbody>{rows}</tbody><tfoot><tr><th scope=\"row\">all</th><td></td><td>{}</td><td>{}</td><td></td><td>{peak}</td></tr></tfoot>\
-         </table></div><p class=\"note\">Memory is the most the program had taken by the stage's end.</p></section>",
+         </table></div><p class=\"note\">Count: the scans, points, triangles, planes or files that the stage made. Memory is the most the program had taken by the stage's end.</p></section>",
         duration(summary.cost.wall_s),
         duration(summary.cost.cpu_s),
     )

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
     /// The file is there already.
-    #[error("{} exists already; it is not overwritten unless asked", path.display())]
+    #[error("{} exists already; it is not overwritten without --force", path.display())]
     Exists {
         /// The file.
         path: PathBuf,

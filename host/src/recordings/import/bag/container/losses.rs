@@ -6,7 +6,7 @@ use std::path::Path;
 const LOSSES_KEPT: usize = 20;
 
 /// What could not be read of the bags.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Losses {
     /// How many places.
     pub count: usize,

@@ -25,10 +25,15 @@ class Measure {
     this.say();
   }
 
-  say() {
+  /** A click beside the model. */
+  miss() {
+    this.say('Nothing is there. ');
+  }
+
+  say(before = '') {
     const { words, points } = this;
     words.hidden = !this.active;
-    words.textContent = points.length < 2 ? 'Click two places on the model for their distance, three or more for an area.' : this.figures();
+    words.textContent = before + (points.length < 2 ? 'Click two places on the model for their distance, three or more for an area.' : this.figures());
   }
 
   figures() {

@@ -21,7 +21,7 @@ class Panel {
     const siblings = contents.polygons.filter((other) => other.plane === polygon.plane);
     const all = siblings.reduce((sum, other) => sum + other.area_m2, 0);
     this.fill(`surface ${index}`, [
-      ['facing as a', plane.kind],
+      ['kind, by direction', plane.kind],
       ['area', `${polygon.area_m2.toFixed(2)} m²`],
       ['normal', plane.normal.map((value) => (Math.round(1000 * value) / 1000 + 0).toFixed(3)).join(', ')],
       ['RMS', `${(100 * plane.rms_m).toFixed(2)} cm`],

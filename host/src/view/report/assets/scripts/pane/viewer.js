@@ -11,7 +11,7 @@ class Viewer {
     const floor_m = contents.way_m.length > 0 ? 0 : contents.bounds_m[0][2];
     this.camera = new Camera({ bounds_m: contents.bounds_m, inside: contents.inside, floor_m });
     this.look = { coloring: 0, wireframe: false, cut: true, way: true, picked: -1, ceiling: true, section_m: FAR_M, ceiling_from_m: floor_m + CEILING_FROM_M, inferred: true, inferred_from: contents.polygons.length + contents.rounds.length };
-    section.querySelector('#inferred').parentElement.hidden = contents.inferred.length === 0;
+    this.hideAbsent();
     this.startTheme(matchMedia('(prefers-color-scheme: dark)'));
     this.startSection(section.querySelector('#section'), floor_m);
     this.panel = new Panel(contents, section.querySelector('#picked'));
@@ -25,6 +25,16 @@ class Viewer {
     this.set('coloring', 0);
     this.show('model');
     this.preset('outside');
+  }
+
+  /** What the model has not is neither in the legend nor among the boxes. */
+  hideAbsent() {
+    const { section, contents } = this;
+    const has = { inferred: contents.inferred.length > 0, path: contents.way_m.length > 0 };
+    for (const kind of ['floor', 'ceiling', 'wall']) has[`${kind}s`] = contents.planes.some((plane) => plane.kind === kind);
+    for (const [kind, isThere] of Object.entries(has)) section.querySelectorAll(`.legend .${kind}`).forEach((mark) => { mark.parentElement.hidden = !isThere; });
+    section.querySelector('#inferred').parentElement.hidden = !has.inferred;
+    section.querySelector('#way-too').hidden = !has.path;
   }
 
   /** The system's theme, until the reader chooses one. */
@@ -156,6 +166,7 @@ class Viewer {
     const { surface, point } = pick(this.model, this.contents, this.camera, place, aspect, { ...this.look, cut: this.cuts() });
     if (!this.measure.active) return this.pick(surface);
     if (point) this.measure.add(point);
+    else this.measure.miss();
     this.changed();
   }
 
@@ -178,6 +189,11 @@ class Viewer {
     const { byArea } = this;
     const at = byArea.indexOf(this.look.picked);
     if (byArea.length > 0) this.pick(byArea[(at + (at < 0 && step < 0 ? 0 : step) + byArea.length) % byArea.length]);
+  }
+
+  /** Little of what others simplify faces up: from above it is drawn from both sides, without its ceiling. */
+  bothSides(look) {
+    return { ...look, cut: false, ceiling: false };
   }
 
   /** Whether surfaces that turn their back are left out: never for someone who walks. */
@@ -203,7 +219,7 @@ class Viewer {
     for (const pane of this.panes) {
       if (pane.figure.hidden) continue;
       pane.fit(level);
-      pane.draw(this.camera, look);
+      pane.draw(this.camera, pane.name === 'simple' && this.camera.preset === 'top' ? this.bothSides(look) : look);
     }
     const { camera } = this;
     const measured = this.panes.find(({ name, figure }) => name === 'model' && !figure.hidden) || this.panes.find(({ figure }) => !figure.hidden);
