@@ -68,7 +68,7 @@ fn a_program_reads_on_stdout_what_a_command_made() {
 fn figures_and_trajectories_are_said_as_json_too() {
     let folder = Folder::new("json-figures");
     room::record(&folder.path("run.mcap"), Content { poses: true, vertical: true });
-    folder.write("a.log", &carmen_log());
+    folder.write("a.log", carmen_log());
     let json = |command: &str| -> serde_json::Value {
         let ran = folder.expect(command, 0, &[]);
         serde_json::from_str(&ran.stdout).unwrap_or_else(|error| panic!("{command}: {error}: {}", ran.stdout))
