@@ -6,6 +6,7 @@ pub(crate) mod architecture;
 mod faults;
 pub(crate) mod recovery;
 mod rig;
+mod rig_template;
 mod soak;
 
 /// The simulated robot says what its engine allocates.

@@ -15,7 +15,7 @@ pub(super) const CRATES: &[Crate] = &[
     Crate {
         source: "protocol/cli/src",
         floors: &[
-            &["counted", "outcome", "output", "manual", "examples", "words"],
+            &["counted", "outcome", "output", "manual", "examples", "words", "plain"],
             &["ending"],
             &["memory"],
             &["thread"],

@@ -46,8 +46,8 @@ pub(crate) struct Args {
     truth: Option<PathBuf>,
     /// The true rooms, walls and openings, in the schema of building.json and in the frame `map` of the
     /// recording: prints how well the building was found, and nothing about surfaces. A drive through an IFC
-    /// file (`biplane-mock simulate --world HOUSE.ifc`) has such a truth.json; that of a built-in world has no
-    /// rooms. The building.json of another model is taken, too
+    /// file (`biplane-mock simulate --world HOUSE.ifc`) has such a truth.json; that of a built-in world has
+    /// no rooms. The building.json of another model is taken, too
     #[arg(long, value_name = "TRUTH.json", group = "true_building", conflicts_with_all = ["truth", "margin", "pictures", "view", "report", "force"])]
     building: Option<PathBuf>,
     /// The same against a storey of an IFC file, which may lie anywhere: the place where the rooms agree is

@@ -12,8 +12,8 @@ use crate::view::report::text::{duration, grouped};
 
 /// Poses farther apart than this in time belong to two drives, nanoseconds.
 const LONGEST_PAUSE_NS: i64 = 60_000_000_000;
-/// Shorter steps are summed up first, meters: the errors of 37 poses a second add up to meters. The sum of all
-/// steps, as other programs take it, is larger by their noise.
+/// Shorter steps are summed up first, meters: the errors of 37 poses a second add up to meters. The sum of
+/// all steps, as other programs take it, is larger by their noise.
 const COUNTED_STEP_M: f64 = 0.1;
 
 /// How long and how far the robot drove.

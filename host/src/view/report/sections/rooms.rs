@@ -32,8 +32,8 @@ const WALL: &str = "#c3c9d0";
 const DOOR: &str = "#4f9d5b";
 const WINDOW: &str = "#4f8fd0";
 
-/// The section; empty where no room was found. The plan's unit is a meter, y points down in it. Names are text
-/// over the plan: they keep their size on a small screen, where the plan shrinks.
+/// The section; empty where no room was found. The plan's unit is a meter, y points down in it. Names are
+/// text over the plan: they keep their size on a small screen, where the plan shrinks.
 pub(crate) fn section(elements: &Elements) -> String {
     if elements.is_empty() {
         return String::new();

@@ -1,6 +1,7 @@
 //! One message as it stands in a file.
 
-use super::{ChannelInfo, ReadError};
+use super::channel_info::ChannelInfo;
+use super::error::ReadError;
 use crate::messages::AnyMessage;
 use crate::topics::Topic;
 use std::sync::Arc;
@@ -48,6 +49,7 @@ impl Entry {
             source,
         })
     }
+
     /// The same message so much later: its times in the file, and the stamps inside of a message of a type
     /// that Biplane knows. The bytes of others stay.
     #[must_use]

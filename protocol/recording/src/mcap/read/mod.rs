@@ -4,6 +4,7 @@
 //! refused at the start with the place where it breaks; one whose bytes changed is refused at the latest when
 //! the end is reached (checksums).
 
+mod channel_info;
 mod definitions;
 mod entry;
 mod error;
@@ -11,7 +12,7 @@ mod messages;
 mod recording;
 mod source;
 
-pub use definitions::ChannelInfo;
+pub use channel_info::ChannelInfo;
 pub use entry::Entry;
 pub use error::ReadError;
 pub use messages::Messages;

@@ -17,7 +17,7 @@ const KINDS: [(&str, &str); 9] = [
 ];
 
 fn template() -> String {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/packaging/rig.toml");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../firmware/onboard/packaging/rig.toml");
     std::fs::read_to_string(path).unwrap()
 }
 
