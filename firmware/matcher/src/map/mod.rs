@@ -37,12 +37,6 @@ use biplane_geometry::vec2::{dot, minus};
 /// doubled.
 const LINE_SPREAD_RAD: f64 = 0.6;
 
-/// The map takes every eighth end point of a scan, then those halfway between them, and so on: it begins with
-/// these. A surface begins where an end point lies too far from the ones before it, and noise decides which
-/// one does. Beam by beam, that was the outermost along one wall and the innermost along the other, and the
-/// map turned to one side.
-const FIRST_OF_EACH_ROUND: [usize; 8] = [0, 4, 2, 6, 1, 5, 3, 7];
-
 /// Surfaces and the grid that finds them.
 #[derive(Clone, Debug)]
 pub struct LocalMap {
@@ -195,12 +189,9 @@ impl LocalMap {
     #[inline(always)]
     fn hit_all(&mut self, map_from_base: &Pose2, points: &[EndPoint], mobility: Mobility) {
         let placement = Placement::new(map_from_base);
-        for first in FIRST_OF_EACH_ROUND {
-            let some = points.iter().skip(first).step_by(FIRST_OF_EACH_ROUND.len());
-            for point in some.filter(|point| point.mobility == mobility) {
-                let EndPoint { at_m, normal, kind, .. } = point.placed(&placement);
-                self.hit(at_m, normal, kind);
-            }
+        for point in points.iter().filter(|point| point.mobility == mobility) {
+            let EndPoint { at_m, normal, kind, .. } = point.placed(&placement);
+            self.hit(at_m, normal, kind);
         }
     }
 

@@ -80,8 +80,6 @@ pub(crate) struct Lines {
     /// What the end point lies on.
     shapes: [Shape; Self::MANY],
     normals: [[f32; Self::MANY]; 2],
-    /// Mean squared distances of the points from the line, square meters.
-    spreads: [f64; Self::MANY],
     len: usize,
 }
 
@@ -118,7 +116,6 @@ impl Default for Lines {
             here: [[0.0; Self::MANY]; 2],
             shapes: [Shape::Unsure; Self::MANY],
             normals: [[0.0; Self::MANY]; 2],
-            spreads: [0.0; Self::MANY],
             len: 0,
         }
     }
@@ -154,8 +151,7 @@ impl Lines {
     pub(crate) fn fit(&mut self, limits: &LineLimits) {
         let [ns, xs, ys, xxs, xys, yys] = &self.sums;
         let zeros = [0.0; Self::MANY];
-        let [mut squared, mut normal_x, mut normal_y] = [zeros; 3];
-        let spread = &mut self.spreads;
+        let [mut squared, mut spread, mut normal_x, mut normal_y] = [zeros; 4];
         for i in 0..Self::MANY {
             let sums = RunningSums { n: ns[i], x: xs[i], y: ys[i], xx: xxs[i], xy: xys[i], yy: yys[i] };
             [squared[i], spread[i], normal_x[i], normal_y[i]] = sums.solve();
@@ -185,12 +181,6 @@ impl Lines {
                 Shape::Line
             };
         }
-    }
-
-    /// Mean squared distance of a run's points from the line through them, square meters.
-    #[inline(always)]
-    pub(crate) fn spread(&self, place: usize) -> f64 {
-        self.spreads[place % Self::MANY]
     }
 
     /// What a run is, and the normal towards the laser if it is a line.

@@ -127,30 +127,6 @@ fn in_furnished_worlds_the_normalized_error_lies_within_its_chi_square_band() {
     assert!((low..=high).contains(&mean), "{means:?}");
 }
 
-/// Mean heading error over the first 15 m and over seeds, of a laser with 3 cm of noise, degrees.
-fn heading_error_deg(mut ride: Ride) -> f64 {
-    let params = TrackerParams::default();
-    ride.range_noise_m = 0.03;
-    ride.moments.retain(|moment| moment.path_m < 15.0);
-    let runs =
-        seeds(4).map(|seed| ride.run(params, &Odometry::drawn(&params, seed), InTheWay::default(), seed));
-    let errors_rad = runs.flat_map(|run| {
-        let pairs = run.iter().zip(&ride.moments);
-        pairs.map(|(step, moment)| error(step, &moment.truth)[2]).collect::<Vec<f64>>()
-    });
-    let (sum_rad, count) = errors_rad.fold((0.0, 0.0), |(sum, count), error| (sum + error, count + 1.0));
-    (sum_rad / count).to_degrees()
-}
-
-#[test]
-fn a_mirrored_drive_errs_to_the_other_side_and_not_to_the_same() {
-    let rides = [office, office_back, corridor];
-    let errors_deg = rides.map(|ride| [ride(), ride().mirrored()].map(heading_error_deg));
-    println!("mean heading errors and those of mirrored drives, degrees: {errors_deg:.3?}");
-    let common_deg = errors_deg.as_flattened().iter().sum::<f64>() / 6.0;
-    assert!(common_deg.abs() < 0.05, "{common_deg} degrees");
-}
-
 #[test]
 fn a_bare_corridors_axis_follows_the_odometry_and_its_covariance_points_along_it() {
     let ride = bare(10.0);

@@ -30,8 +30,6 @@ pub(crate) struct Moment {
     ranges_m: Vec<f32>,
     /// How far it has driven.
     pub path_m: f64,
-    /// The laser turns to the right.
-    turns_right: bool,
 }
 
 /// A way through a world, seen without noise.
@@ -40,8 +38,6 @@ pub(crate) struct Ride {
     pub name: &'static str,
     /// Scan by scan.
     pub moments: Vec<Moment>,
-    /// Standard deviation of a range, meters.
-    pub range_noise_m: f64,
 }
 
 /// A corridor as wide as the furnished one, without anything in it, whose ends no beam reaches.
@@ -100,21 +96,9 @@ impl Ride {
                 twist: [sign * motion.speed_m_s, 0.0, sign * motion.turn_rad_s],
                 ranges_m: words.iter().map(range_m).collect(),
                 path_m,
-                turns_right: false,
             }
         };
-        Self { name, moments: (0..scans).map(moment).collect(), range_noise_m: RANGE_NOISE_M }
-    }
-
-    /// What a mirror makes of it: left is right.
-    pub(crate) fn mirrored(mut self) -> Self {
-        for moment in &mut self.moments {
-            moment.ranges_m.reverse();
-            moment.truth = Pose2::new(moment.truth.x_m, -moment.truth.y_m, -moment.truth.theta_rad);
-            moment.twist = [moment.twist[0], -moment.twist[1], -moment.twist[2]];
-            moment.turns_right = !moment.turns_right;
-        }
-        self
+        Self { name, moments: (0..scans).map(moment).collect() }
     }
 
     /// Tracks it with noise and odometry of a seed, and with what is in the beams' way.
@@ -134,7 +118,7 @@ impl Ride {
         for moment in &self.moments {
             odom_from_base = odom_from_base * odometry.step(last, moment, &mut slips);
             last = moment;
-            let beams: Vec<Beam> = moment.beams(way, self.range_noise_m, &mut ranges).collect();
+            let beams: Vec<Beam> = moment.beams(way, &mut ranges).collect();
             let scan = Scan {
                 stamp_ns: (moment.time_s * 1e9) as i64,
                 laser_in_base_m: [AHEAD_M, 0.0],
@@ -166,12 +150,7 @@ pub(crate) struct Step {
 
 impl Moment {
     /// The beams with noise, in whole centimeters, as far as they pass.
-    fn beams<'a>(
-        &'a self,
-        way: InTheWay,
-        range_noise_m: f64,
-        rng: &'a mut Rng,
-    ) -> impl Iterator<Item = Beam> + 'a {
+    fn beams<'a>(&'a self, way: InTheWay, rng: &'a mut Rng) -> impl Iterator<Item = Beam> + 'a {
         self.ranges_m.iter().zip(-90_i32..).map(move |(&range_m, degrees)| {
             let (sin, cos) = f64::from(degrees).to_radians().sin_cos();
             let person_m =
@@ -179,9 +158,8 @@ impl Moment {
             let falls_short = way.short_share > 0.0 && rng.unit() < way.short_share;
             let max_m = f64::from(range_m).min(20.0);
             let ends_m = if falls_short { rng.between(0.3, max_m) } else { f64::from(range_m) };
-            let noisy_m = ends_m.min(person_m) + range_noise_m * rng.normal();
-            let swept_degrees = if self.turns_right { 90 - degrees } else { degrees + 90 };
-            let delay_s = f64::from(swept_degrees) / 360.0 * TURN_NS as f64 * 1e-9;
+            let noisy_m = ends_m.min(person_m) + RANGE_NOISE_M * rng.normal();
+            let delay_s = f64::from(degrees + 90) / 360.0 * TURN_NS as f64 * 1e-9;
             Beam {
                 direction_in_base: [cos as f32, sin as f32],
                 range_m: ((noisy_m * 100.0).round() / 100.0) as f32,
