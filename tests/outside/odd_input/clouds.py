@@ -187,7 +187,7 @@ def broken_las(inside):
             Path(name).write_bytes(whole[:at] + b"\xff" + whole[at + 1 :])
             run(f"{name} with byte {at} damaged", "planes", name, "-o", "out", "--force")
     fails(las("nothing.las", np.zeros((0, 3))), "holds no point")
-    fails("no/such/file.ply", "cannot read no/such/file.ply")
+    fails("no/such/file.ply", "no/such/file.ply does not exist")
 
 
 def broken_words():

@@ -101,7 +101,7 @@ fn results_are_not_replaced_without_force_nor_is_what_is_read() {
     fs::write(folder.path("out/mine"), "").unwrap();
     folder.expect("planes cloud.ply -o out --force", 1, &["holds mine"]);
     folder.expect("planes cloud.ply -o other --sigma 20", 2, &["--sigma", "at most 10"]);
-    folder.expect("planes cloud.txt -o other", 1, &["cannot read cloud.txt"]);
+    folder.expect("planes cloud.txt -o other", 1, &["biplane: cloud.txt does not exist"]);
     assert_eq!(folder.names(), ["cloud.ply", "out"]);
 }
 
