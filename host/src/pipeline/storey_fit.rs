@@ -5,6 +5,7 @@ use biplane_geometry::PortableMath;
 
 use crate::building::elements::assemble::is_inside;
 use crate::building::elements::{Elements, Room, Storey, Wall};
+use crate::building::elevation::extent;
 use crate::building::spaces::directions::beyond_rad;
 
 /// Walls of two storeys that stand farther apart, modulo a right angle, are those of a turned storey,
@@ -91,11 +92,7 @@ fn overlap(a: &Part, b: &Part) -> Option<f64> {
     let (small, large) = if a.area_m2() < b.area_m2() { (a, b) } else { (b, a) };
     let (mut inside, mut all) = (0_usize, 0_usize);
     for room in small.rooms.iter().filter(|room| !room.outline_m.is_empty()) {
-        let ends = |axis: usize| {
-            let along = room.outline_m.iter().map(move |corner| corner[axis]);
-            along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], v| [low.min(v), high.max(v)])
-        };
-        let [xs, ys] = [ends(0), ends(1)];
+        let [xs, ys] = [0, 1].map(|axis| extent(room.outline_m.iter().map(|corner| corner[axis])));
         let steps = |[low, high]: [f64; 2]| ((high - low) / STEP_M).ceil() as usize;
         for (column, row) in (0..steps(xs)).flat_map(|x| (0..steps(ys)).map(move |y| (x, y))) {
             let at_m = [xs[0] + (column as f64 + 0.5) * STEP_M, ys[0] + (row as f64 + 0.5) * STEP_M];

@@ -4,7 +4,11 @@
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
+use biplane_geometry::vec2::distance_to_segment;
+
 use super::Room;
+use super::assemble::is_inside;
+use crate::building::elevation::extent;
 
 /// Places whose distance differs by less are as good as each other, meters.
 const PRECISION_M: f64 = 0.02;
@@ -62,13 +66,11 @@ impl Ord for Square {
 /// The place inside rings, of which any but the first are holes, that is furthest from all of them; none
 /// without an outline. Squares are divided in the order of what they may hold (polylabel, V. Agafonkin 2016).
 fn pole(rings: &[&[[f64; 2]]]) -> Option<[f64; 2]> {
-    let outline = *rings.first()?;
-    let first = *outline.first()?;
-    let low = outline.iter().fold(first, |low, p| [low[0].min(p[0]), low[1].min(p[1])]);
-    let high = outline.iter().fold(first, |high, p| [high[0].max(p[0]), high[1].max(p[1])]);
-    let size = [high[0] - low[0], high[1] - low[1]];
+    let outline = *rings.first().filter(|outline| !outline.is_empty())?;
+    let sides = [0, 1].map(|axis| extent(outline.iter().map(|corner| corner[axis])));
+    let size = sides.map(|[low, high]| high - low);
     let half_m = size[0].min(size[1]) / SQUARES / 2.0;
-    let middle = [low[0] + size[0] / 2.0, low[1] + size[1] / 2.0];
+    let middle = sides.map(|[low, high]| low + (high - low) / 2.0);
     if half_m < PRECISION_M {
         return Some(middle);
     }
@@ -76,7 +78,7 @@ fn pole(rings: &[&[[f64; 2]]]) -> Option<[f64; 2]> {
     let mut squares = BinaryHeap::new();
     let count = size.map(|side| (side / (2.0 * half_m)).ceil() as usize);
     for (column, row) in (0..count[0]).flat_map(|column| (0..count[1]).map(move |row| (column, row))) {
-        let at = [(column, low[0]), (row, low[1])]
+        let at = [(column, sides[0][0]), (row, sides[1][0])]
             .map(|(number, from)| from + half_m * (2.0 * number as f64 + 1.0));
         squares.push(Square::new(at, half_m, rings));
     }
@@ -99,26 +101,11 @@ fn pole(rings: &[&[[f64; 2]]]) -> Option<[f64; 2]> {
 }
 
 /// How far a place is from the rings; negative outside, and in a hole.
-fn inside_m([x, y]: [f64; 2], rings: &[&[[f64; 2]]]) -> f64 {
-    let (mut is_inside, mut nearest) = (false, f64::INFINITY);
-    for (a, b) in rings.iter().flat_map(|ring| ring.iter().zip(ring.iter().cycle().skip(1))) {
-        if (a[1] > y) != (b[1] > y) && x < (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1]) + a[0] {
-            is_inside = !is_inside;
-        }
-        nearest = nearest.min(squared_to_edge([x, y], *a, *b));
-    }
-    let distance_m = nearest.sqrt();
-    if is_inside { distance_m } else { -distance_m }
-}
-
-fn squared_to_edge(at: [f64; 2], a: [f64; 2], b: [f64; 2]) -> f64 {
-    let along = [b[0] - a[0], b[1] - a[1]];
-    let from = [at[0] - a[0], at[1] - a[1]];
-    let squared = along[0] * along[0] + along[1] * along[1];
-    let share = if squared > 0.0 { (from[0] * along[0] + from[1] * along[1]) / squared } else { 0.0 };
-    let share = share.clamp(0.0, 1.0);
-    let off = [from[0] - share * along[0], from[1] - share * along[1]];
-    off[0] * off[0] + off[1] * off[1]
+fn inside_m(at: [f64; 2], rings: &[&[[f64; 2]]]) -> f64 {
+    let edges = rings.iter().flat_map(|ring| ring.iter().zip(ring.iter().cycle().skip(1)));
+    let nearest_m = edges.map(|(a, b)| distance_to_segment(at, *a, *b)).fold(f64::INFINITY, f64::min);
+    let around = rings.iter().filter(|ring| is_inside(ring, at)).count();
+    if around % 2 == 1 { nearest_m } else { -nearest_m }
 }
 
 #[cfg(test)]

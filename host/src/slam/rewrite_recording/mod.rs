@@ -97,8 +97,9 @@ fn copy(writer: &mut Writer, member: &Member<'_>, latched: bool) -> Result<(), O
         let (topic, posed) = (entry.topic, entry.decode_posed()?);
         let entry = entry.later(delay_ns);
         match (topic, posed) {
-            (Some(Topic::Pose), Some(AnyMessage::Pose(mut pose))) => {
-                if !optimized {
+            (Some(topic @ (Topic::Pose | Topic::PoseVertical)), Some(AnyMessage::Pose(mut pose))) => {
+                let of_base = topic == Topic::Pose;
+                if of_base && !optimized {
                     writer.write_encoded(
                         Topic::PoseIncremental,
                         entry.log_time_ns,
@@ -106,23 +107,20 @@ fn copy(writer: &mut Writer, member: &Member<'_>, latched: bool) -> Result<(), O
                         &entry.bytes,
                     )?;
                 }
-                let new = of_poses.next(&recorded(&pose));
+                let old = recorded(&pose);
+                let new = if of_base { of_poses.next(&old) } else { corrected.at(&old) };
                 set_pose(&mut pose, corrected, &new);
-                pose.stamp_ns += delay_ns;
-                writer.write(Topic::Pose, entry.log_time_ns, entry.publish_time_ns, &pose)?;
-            }
-            (Some(Topic::PoseVertical), Some(AnyMessage::Pose(mut pose))) => {
-                let new = corrected.at(&recorded(&pose));
-                set_pose(&mut pose, corrected, &new);
-                pose.stamp_ns += delay_ns;
-                writer.write(Topic::PoseVertical, entry.log_time_ns, entry.publish_time_ns, &pose)?;
+                pose.stamp_ns = pose.stamp_ns.saturating_add(delay_ns);
+                writer.write(topic, entry.log_time_ns, entry.publish_time_ns, &pose)?;
             }
             (Some(Topic::Tf), Some(AnyMessage::Tf(mut frames))) => {
                 correct(&mut frames, &mut of_frames);
                 if let Some(refined) = &corrected.refined {
                     lift(&mut frames, refined);
                 }
-                frames.transforms.iter_mut().for_each(|transform| transform.stamp_ns += delay_ns);
+                for transform in &mut frames.transforms {
+                    transform.stamp_ns = transform.stamp_ns.saturating_add(delay_ns);
+                }
                 writer.write(Topic::Tf, entry.log_time_ns, entry.publish_time_ns, &frames)?;
             }
             (Some(topic), _) if topic.is_latched() && !latched => {}

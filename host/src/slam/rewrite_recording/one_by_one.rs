@@ -10,7 +10,8 @@ use crate::recordings::run::Run;
 
 /// Between two recordings in one file, nanoseconds: longer than any gap between poses that is bridged.
 const APART_NS: i64 = 2 * NS_PER_S;
-const NS_PER_S: i64 = 1_000_000_000;
+/// Delays are multiples of this, nanoseconds.
+pub(crate) const NS_PER_S: i64 = 1_000_000_000;
 
 /// What is added to the times of each recording; `file_of` says which go into one file, in their order.
 ///

@@ -19,7 +19,8 @@ use crate::slam::keyframes::Keyframes;
 use crate::slam::loop_closure::checkpoint::Checkpoint;
 use crate::slam::pose_graph::wheel_calibration::OdometryScale;
 use crate::slam::refinement::spatial;
-use crate::slam::rewrite_recording::{Member, one_by_one};
+use crate::slam::rewrite_recording::Member;
+use crate::slam::rewrite_recording::one_by_one::{self, NS_PER_S};
 use crate::slam::{Counts, LoopFound, LoopParams, Optimized, Progress, rewrite_recording};
 use anyhow::{Context, bail};
 use serde::Serialize;
@@ -178,8 +179,8 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     // What was kept to go on with is of no use any more.
     let _ = std::fs::remove_file(kept);
     let output_of = |group: usize| if group == 0 { args.output.clone() } else { apart(group) };
-    let mut report = report(&runs, &all_keyframes, &optimized, &output_of, &stopwatch);
-    recorded_times::note(&mut report, &delays_ns, console);
+    let report = report(&runs, &all_keyframes, &optimized, &delays_ns, &output_of, &stopwatch);
+    recorded_times::note(&report, console);
     print_result(args, &report, console)?;
     Ok(Outcome::Done)
 }
@@ -308,6 +309,7 @@ fn report(
     runs: &[Run],
     all_keyframes: &[Keyframes],
     optimized: &Optimized,
+    delays_ns: &[i64],
     output_of: &impl Fn(usize) -> PathBuf,
     stopwatch: &Stopwatch,
 ) -> Report {
@@ -320,7 +322,7 @@ fn report(
             scans: all_keyframes[number].scans.len(),
             output: output_of(*group).display().to_string(),
             joined: groups.iter().filter(|other| *other == group).count() > 1,
-            added_s: 0,
+            added_s: delays_ns[number] / NS_PER_S,
             shared_submaps,
             shared_agreement,
             odometry: optimized.odometry[number],

@@ -6,8 +6,7 @@ use super::Report;
 use crate::cli::terminal::console::Console;
 use crate::recordings::run::Run;
 use crate::slam::Optimized;
-
-const NS_PER_S: i64 = 1_000_000_000;
+use crate::slam::rewrite_recording::one_by_one::NS_PER_S;
 
 /// The metadata record `optimize`.
 pub(super) fn reported(runs: &[Run], optimized: &Optimized, delays_ns: &[i64]) -> BTreeMap<String, String> {
@@ -25,15 +24,12 @@ pub(super) fn reported(runs: &[Run], optimized: &Optimized, delays_ns: &[i64]) -
     all
 }
 
-/// Says of which recordings the times were changed, also when quiet, and puts it into the report.
-pub(super) fn note(report: &mut Report, delays_ns: &[i64], console: &Console) {
-    for (recording, delay_ns) in report.recordings.iter_mut().zip(delays_ns) {
-        recording.added_s = delay_ns / NS_PER_S;
-        if recording.added_s != 0 {
-            console.warn(format!(
-                "biplane: {} overlaps in time with a recording ahead of it in {}: {} s are added to its times there",
-                recording.path, recording.output, recording.added_s
-            ));
-        }
+/// Says of which recordings the times were changed, also when quiet.
+pub(super) fn note(report: &Report, console: &Console) {
+    for recording in report.recordings.iter().filter(|recording| recording.added_s != 0) {
+        console.warn(format!(
+            "biplane: {} overlaps in time with a recording ahead of it in {}: {} s are added to its times there",
+            recording.path, recording.output, recording.added_s
+        ));
     }
 }
