@@ -170,6 +170,7 @@ pub(super) fn run_prepared(
     let runs = optimize::open(&args.drive.recordings, console)?;
     let (runs, floors_m) =
         storeys::sorted(runs, &args.floor_z).map_err(|why| BadArgument { command: "build", why })?;
+    storeys::far_apart(&floors_m).iter().for_each(|words| console.warn(format!("biplane: {words}")));
     if args.target.force {
         let read = runs.iter().flat_map(|run| run.recording().paths()).map(Path::to_owned);
         let inputs: Vec<PathBuf> = read.chain(args.drive.poses.clone()).collect();
@@ -234,7 +235,7 @@ pub(super) fn run_prepared(
     if args.target.json {
         print_json(&summary)?;
     }
-    Ok(Outcome::Done)
+    Ok(posed.outcome())
 }
 
 /// Puts what was read into a summary.

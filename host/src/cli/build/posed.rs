@@ -26,6 +26,7 @@ use anyhow::{Context, bail};
 
 use crate::cli::recordings::optimize;
 use crate::cli::terminal::console::Console;
+use biplane_cli::Outcome;
 
 /// Scans farther than this from any pose of a foreign trajectory are not posed.
 const LONGEST_GAP_NS: i64 = 1_000_000_000;
@@ -75,6 +76,8 @@ pub(crate) struct Posed<'a> {
     pub wild_poses: usize,
     /// What the refinement in six directions found, where it found something.
     pub refined: Option<Refined>,
+    /// Recordings that match none of the others, which were left out.
+    pub left_out: usize,
 }
 
 impl<'a> Posed<'a> {
@@ -145,13 +148,14 @@ impl<'a> Posed<'a> {
         let spinner = console.spinner("every scan");
         let corrected = slam::poses_of_scans(runs, &all_keyframes, &optimized, &params)?;
         drop(spinner);
-        let (mut drives, mut wild_poses) = (Vec::new(), 0);
+        let (mut drives, mut wild_poses, mut left_out) = (Vec::new(), 0, 0);
         for (number, (run, corrected)) in runs.iter().zip(corrected).enumerate() {
             if optimized.groups[number] != 0 {
                 console.warn(format!(
                     "biplane: {} saw no place that the others saw; it is left out",
                     run.path().display()
                 ));
+                left_out += 1;
                 continue;
             }
             let recorded = run.poses()?;
@@ -159,7 +163,7 @@ impl<'a> Posed<'a> {
             drives.push(Drive::new(run, trajectory, corrected.scans));
             wild_poses += recorded.wild_poses;
         }
-        Ok(Self { wild_poses, ..Self::of(drives, PosesFrom::Optimized, Some(loops)) })
+        Ok(Self { wild_poses, left_out, ..Self::of(drives, PosesFrom::Optimized, Some(loops)) })
     }
 
     /// With the poses of a single recording refined in all six directions, where that explains its beams
@@ -194,7 +198,13 @@ impl<'a> Posed<'a> {
             drive.shift_ns = shift_ns;
         }
         let used = drives.iter().flat_map(Drive::known).collect();
-        Self { drives, trajectory: Trajectory::new(all), used, from, loops, wild_poses: 0, refined: None }
+        let trajectory = Trajectory::new(all);
+        Self { drives, trajectory, used, from, loops, wild_poses: 0, refined: None, left_out: 0 }
+    }
+
+    /// A recording that is left out is data of the input that was lost.
+    pub(crate) const fn outcome(&self) -> Outcome {
+        if self.left_out == 0 { Outcome::Done } else { Outcome::Lossy }
     }
 
     /// Which of height, roll and pitch the drive tells; nothing is known of others' poses.
@@ -233,8 +243,8 @@ impl<'a> Posed<'a> {
             return self;
         }
         self.drives.iter_mut().for_each(|drive| drive.floor_m = floor_m);
-        let Self { drives, from, loops, wild_poses, refined, .. } = self;
-        Self { wild_poses, refined, ..Self::of(drives, from, loops) }
+        let Self { drives, from, loops, wild_poses, refined, left_out, .. } = self;
+        Self { wild_poses, refined, left_out, ..Self::of(drives, from, loops) }
     }
 
     /// Drives of several storeys, from below, whose frames are one.
@@ -242,8 +252,9 @@ impl<'a> Posed<'a> {
         let from = storeys.last().map_or(PosesFrom::Recorded, |storey| storey.from);
         let loops = storeys.iter().filter_map(|storey| storey.loops).reduce(|a, b| a + b);
         let wild_poses = storeys.iter().map(|storey| storey.wild_poses).sum();
+        let left_out = storeys.iter().map(|storey| storey.left_out).sum();
         let drives = storeys.into_iter().flat_map(|storey| storey.drives).collect();
-        Self { wild_poses, ..Self::of(drives, from, loops) }
+        Self { wild_poses, left_out, ..Self::of(drives, from, loops) }
     }
 
     /// Turns stamps in the program's time into those of the recordings.

@@ -12,6 +12,8 @@ use crate::recordings::run::Run;
 
 /// Floors are at least this far apart, meters: lower storeys are none.
 const MIN_APART_M: f64 = 2.0;
+/// Floors that are farther from all others are pointed out, meters: heights in centimeters look so.
+const FAR_APART_M: f64 = 30.0;
 /// No floor is further up or down than this, meters.
 const MAX_Z_M: f64 = 1000.0;
 
@@ -59,6 +61,18 @@ pub(super) fn sorted(mut runs: Vec<Run>, floors: &[FloorOf]) -> Result<(Vec<Run>
         return Err(format!("floors at {} m and {} m are less than {MIN_APART_M} m apart", pair[0], pair[1]));
     }
     Ok((runs, floors_m))
+}
+
+/// What to say of floors, from below, that are so far apart that their heights are hardly meters.
+pub(super) fn far_apart(floors_m: &[f64]) -> Vec<String> {
+    let far = floors_m.windows(2).filter(|pair| pair[1] - pair[0] > FAR_APART_M);
+    far.map(|pair| {
+        format!(
+            "no floor lies between those at {} m and {} m; --floor-z takes meters: are these centimeters?",
+            pair[0], pair[1]
+        )
+    })
+    .collect()
 }
 
 /// Somebody else's poses, the optimized ones, or those of the recording.
@@ -119,7 +133,15 @@ fn by_storey<'a>(
 
 #[cfg(test)]
 mod tests {
-    use super::{FloorOf, floor_of};
+    use super::{FloorOf, far_apart, floor_of};
+
+    #[test]
+    fn floors_in_centimeters_are_pointed_out() {
+        assert_eq!(far_apart(&[0.0, 0.0, 3.1, 30.0]), [""; 0]);
+        let words =
+            "no floor lies between those at 3.1 m and 310 m; --floor-z takes meters: are these centimeters?";
+        assert_eq!(far_apart(&[0.0, 3.1, 310.0]), [words]);
+    }
 
     #[test]
     fn a_floor_is_a_recording_and_a_height() {

@@ -105,7 +105,7 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let mut stages = Stages::new(console, &["optimize", "read", "cloud", "tiles"]);
     let folder = OutputFolder::create(&args.output, args.force)?;
     let planes = args.planes();
-    let cloud = cloud(args, &runs, &folder, &mut stages, console)?;
+    let (cloud, outcome) = cloud(args, &runs, &folder, &mut stages, console)?;
     let manifest = stages.time("tiles", || {
         let mut manifest = Manifest {
             format: FORMAT.to_owned(),
@@ -139,7 +139,7 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     } else {
         println!("{}", counted(manifest.tiles.len(), "tile"));
     }
-    Ok(Outcome::Done)
+    Ok(outcome)
 }
 
 /// All files that are read.
@@ -148,14 +148,14 @@ fn inputs(args: &Args, runs: &[Run]) -> Vec<PathBuf> {
     read.chain(args.drive.poses.clone()).collect()
 }
 
-/// The first views of the drive.
+/// The first views of the drive, and whether all recordings are in it.
 fn cloud(
     args: &Args,
     runs: &[Run],
     folder: &OutputFolder,
     stages: &mut Stages<'_>,
     console: &Console,
-) -> anyhow::Result<Cloud> {
+) -> anyhow::Result<(Cloud, Outcome)> {
     let floors_m = vec![0.0; runs.len()];
     let posed = build::storeys::poses(&args.drive, runs, &floors_m, folder, stages, console)?;
     // Where no loops are searched for there is nothing to keep.
@@ -174,7 +174,7 @@ fn cloud(
         bail!("no 3D point in {} vertical scans", vertical.range_scans.len());
     }
     needs::expect_first_views(cloud.len()).map_err(|why| anyhow!(why))?;
-    Ok(cloud)
+    Ok((cloud, posed.outcome()))
 }
 
 /// Writes the points of each tile, and tells the manifest of them.

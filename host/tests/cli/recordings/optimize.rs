@@ -109,6 +109,8 @@ fn two_recordings_that_began_at_different_places_come_into_one_frame_and_a_stran
     let words = ["c.mcap saw no place that the others saw; it stays apart, in opt.apart-3.mcap"];
     folder.expect("--quiet optimize a.mcap b.mcap c.mcap -o opt.mcap", 0, &words);
     assert_eq!(folder.names(), ["a.mcap", "b.mcap", "c.mcap", "opt.apart-3.mcap", "opt.mcap"]);
+    // A model has no place for it: what it has seen is lost.
+    folder.expect("build a.mcap b.mcap c.mcap -o model --no-report", 3, &["c.mcap saw no place", "left out"]);
     // The second one's truth in the first one's frame: it began half a ring away, on the long side opposite,
     // going back.
     let began = pose_at(0.0).between(&pose_at(31.0));
