@@ -14,6 +14,14 @@ const WHEEL_BASE_M: (f64, f64) = (0.01, 10.0);
 /// Counts of a meter or a radian.
 const COUNTS: (f64, f64) = (-1e9, 1e9);
 
+/// What bases speak, and whose they are.
+const PROTOCOLS: [(&str, &str); 4] = [
+    ("p2os", "Pioneer and kin"),
+    ("roboclaw", "a base of one's own on a RoboClaw"),
+    ("rflex", "B21r, ATRV, Magellan"),
+    ("none", "no base; bags of ROS: biplane import bag"),
+];
+
 const P2OS_KEYS: [&str; 4] = ["protocol", "port", "baud", "metres_per_tick"];
 const ROBOCLAW_KEYS: [&str; 7] = [
     "protocol",
@@ -203,8 +211,7 @@ impl Base {
 
     pub(crate) fn parse(table: &Table) -> Self {
         let template = Self::default();
-        let words = ["p2os", "roboclaw", "rflex", "none"];
-        let protocol = match table.word("protocol", template.protocol.name(), &words) {
+        let protocol = match table.protocol(template.protocol.name(), &PROTOCOLS) {
             Some("roboclaw") => roboclaw(table),
             Some("rflex") => rflex(table),
             Some("none") => return none(table),

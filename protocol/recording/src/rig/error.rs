@@ -13,6 +13,14 @@ pub enum RigError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// It is no text at all, but a file of another kind.
+    #[error("{} {what}, and no rig.toml", path.display())]
+    NoText {
+        /// The file.
+        path: PathBuf,
+        /// What it is, for example "is an MCAP file".
+        what: String,
+    },
     /// What is wrong with a file's text.
     #[error("{}: {source}", path.display())]
     In {
@@ -96,7 +104,11 @@ impl RigError {
                 Some(*line)
             }
             Self::MissingKey { line, .. } => *line,
-            Self::File { .. } | Self::In { .. } | Self::NoBase | Self::Several { .. } => None,
+            Self::File { .. }
+            | Self::NoText { .. }
+            | Self::In { .. }
+            | Self::NoBase
+            | Self::Several { .. } => None,
         }
     }
 
@@ -107,6 +119,7 @@ impl RigError {
                 Some(key)
             }
             Self::File { .. }
+            | Self::NoText { .. }
             | Self::In { .. }
             | Self::Syntax { .. }
             | Self::NoBase

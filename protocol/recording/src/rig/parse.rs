@@ -16,6 +16,10 @@ const DELAY_MS: (f64, f64) = (-1000.0, 1000.0);
 /// So many places that are not TOML are named.
 const MAX_SYNTAX_FAULTS: usize = 8;
 
+/// What lasers speak, and whose they are.
+const LASER_PROTOCOLS: [(&str, &str); 3] =
+    [("lms2xx", "SICK LMS 2xx on a serial line"), ("cola", "SICK on a network"), ("scip", "Hokuyo")];
+
 const LASER_KEYS: [&str; 12] = [
     "protocol",
     "port",
@@ -85,7 +89,7 @@ fn laser(table: &Table, template: &Laser) -> Laser {
         delay_ms: table.number("delay_ms", template.delay_ms, DELAY_MS),
         ..template.clone()
     };
-    match table.word("protocol", "lms2xx", &["lms2xx", "cola", "scip"]) {
+    match table.protocol("lms2xx", &LASER_PROTOCOLS) {
         Some("cola") => network_laser(table, &placed),
         Some("scip") => hokuyo_laser(table, &placed),
         Some(_) => serial_laser(table, &placed),

@@ -3,6 +3,7 @@
 use super::parse::{self, Devices};
 use super::print::print;
 use super::{Base, InertialUnit, Laser, RigError};
+use crate::file_kind::{KIND_BYTES, describe};
 use std::path::Path;
 
 /// A robot: two lasers, a base, and perhaps an inertial unit.
@@ -36,9 +37,12 @@ impl Rig {
     /// # Errors
     /// That the file cannot be read, or what [`Rig::parse`] says of it, with the file's name.
     pub fn load(path: &Path) -> Result<Self, RigError> {
-        let text = std::fs::read_to_string(path)
-            .map_err(|source| RigError::File { path: path.to_owned(), source })?;
-        Self::parse(&text).map_err(|source| RigError::In { path: path.to_owned(), source: Box::new(source) })
+        let bytes = std::fs::read(path).map_err(|source| RigError::File { path: path.to_owned(), source })?;
+        let Ok(text) = std::str::from_utf8(&bytes) else {
+            let start = &bytes[..bytes.len().min(KIND_BYTES as usize)];
+            return Err(RigError::NoText { path: path.to_owned(), what: describe(start) });
+        };
+        Self::parse(text).map_err(|source| RigError::In { path: path.to_owned(), source: Box::new(source) })
     }
 
     /// The resolved `rig.toml`: every key with its value, but for settings that are left to the device.
@@ -58,5 +62,19 @@ impl Default for Rig {
             base: Base::default(),
             imu: None,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Rig;
+
+    #[test]
+    fn a_file_that_is_no_text_is_named_for_what_it_is() {
+        let path = std::env::temp_dir().join(format!("biplane-rig-{}.mcap", std::process::id()));
+        std::fs::write(&path, b"\x89MCAP0\r\n\x01\xff\xfe").unwrap();
+        let error = Rig::load(&path).unwrap_err().to_string();
+        std::fs::remove_file(&path).unwrap();
+        assert!(error.ends_with(".mcap is an MCAP file, and no rig.toml"), "{error}");
     }
 }

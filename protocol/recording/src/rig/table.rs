@@ -170,6 +170,25 @@ impl<'a> Table<'a> {
         word
     }
 
+    /// What a device speaks, one of a few words. A word that is none of these is answered with whose device
+    /// each is, as nobody knows protocols by heart.
+    pub(crate) fn protocol(
+        &self,
+        default: &'static str,
+        known: &[(&'static str, &str)],
+    ) -> Option<&'static str> {
+        const KEY: &str = "protocol";
+        let Some(value) = self.get(KEY) else { return Some(default) };
+        let text = value.get_ref().as_str();
+        let word = known.iter().map(|(word, _)| *word).find(|word| Some(*word) == text);
+        if word.is_none() {
+            let words: Vec<String> =
+                known.iter().map(|(word, whose)| format!("{word:?} ({whose})")).collect();
+            self.refuse(KEY, &words.join(", "));
+        }
+        word
+    }
+
     /// A text that must be there and is not empty; empty when it is refused.
     pub(crate) fn text(&self, key: &str) -> String {
         let text = self.get(key).and_then(|value| value.get_ref().as_str()).unwrap_or_default();

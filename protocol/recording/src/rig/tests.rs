@@ -211,11 +211,6 @@ const MISTAKES: &[(&str, &str, &str)] = &[
     ),
     (
         "base",
-        "protocol = \"p3os\"",
-        "line 6: `base.protocol` is \"p3os\"; allowed: \"p2os\", \"roboclaw\", \"rflex\", \"none\"",
-    ),
-    (
-        "base",
         "metres_per_tick = 0",
         "line 6: `base.metres_per_tick` is 0; allowed: a number from 0.000000001 to 10",
     ),

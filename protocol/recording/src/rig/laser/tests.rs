@@ -47,6 +47,15 @@ fn what_no_laser_on_a_network_offers_is_refused_with_what_some_do() {
         let refused = Rig::parse(&NETWORK.replace("192.168.0.1:2112", address)).unwrap_err().to_string();
         assert!(refused.contains("allowed: host and port"), "{refused}");
     }
+    let unknown = Rig::parse(&NETWORK.replace("\"cola\"", "\"rplidar\"")).unwrap_err().to_string();
+    assert!(
+        unknown.contains(
+            "allowed: \"lms2xx\" (SICK LMS 2xx on a serial line), \"cola\" (SICK on a network), \"scip\" (Hokuyo)"
+        ),
+        "{unknown}"
+    );
+    let base = Rig::parse(&NETWORK.replace("\"none\"", "\"ros_odom\"")).unwrap_err().to_string();
+    assert!(base.contains("\"rflex\" (B21r, ATRV, Magellan), \"none\" (no base; bags of ROS: "), "{base}");
     let port = Rig::parse(&NETWORK.replace("\"none\"", "\"none\"\nport = \"b\"")).unwrap_err();
     assert!(port.to_string().contains("base.port"), "{port}");
 }
