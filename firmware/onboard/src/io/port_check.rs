@@ -41,13 +41,29 @@ pub(crate) fn of_rig(rig: &Rig) -> Vec<NeededPort<'_>> {
 
 /// What of a rig is allowed, and most likely not meant; said once a run.
 pub(crate) fn warn(rig: &Rig) {
-    let unmeasured = rig.base.protocol.unmeasured();
-    if !unmeasured.is_empty() {
-        tracing::warn!(
-            "base: {} have default values, which are not those of your robot: odometry will be wrong until they are measured (docs/bases.md)",
-            unmeasured.join(", ")
-        );
+    if let Some(words) = unmeasured_words(&rig.base.protocol.unmeasured()) {
+        tracing::warn!("base: {words}");
     }
+}
+
+/// What is to be measured, of the keys of a home-made base that have the values of the defaults.
+fn unmeasured_words(keys: &[&str]) -> Option<String> {
+    let (names, measures) = match keys {
+        [] => return None,
+        [key] => ((*key).to_owned(), "has its default value, which is not that"),
+        [first @ .., last] => {
+            (format!("{} and {last}", first.join(", ")), "have their default values, which are not those")
+        }
+    };
+    let count = keys.iter().any(|key| key.starts_with("metres_per_count"));
+    let wheels = keys.contains(&"wheel_base_m");
+    let count = count.then_some("drive 10 m straight ahead and enter 10 divided by the counts of each wheel");
+    let wheels = wheels.then_some("enter the distance between the middles of both wheels' treads");
+    let measure: Vec<&str> = count.into_iter().chain(wheels).collect();
+    Some(format!(
+        "{names} {measures} of your robot, so that odometry will be wrong: {} (docs/bases.md)",
+        measure.join("; ")
+    ))
 }
 
 impl NeededPort<'_> {
@@ -81,8 +97,22 @@ pub(crate) fn check(rig: &Rig) -> Result<(), OnboardError> {
 
 #[cfg(test)]
 mod tests {
-    use super::check;
+    use super::{check, unmeasured_words};
     use biplane_recording::Rig;
+
+    #[test]
+    fn a_base_with_values_of_nobody_is_named_with_what_to_measure() {
+        assert_eq!(unmeasured_words(&[]), None);
+        let one = unmeasured_words(&["metres_per_count_right"]).unwrap();
+        assert!(
+            one.starts_with("metres_per_count_right has its default value, which is not that of"),
+            "{one}"
+        );
+        assert!(one.contains("drive 10 m straight ahead") && !one.contains("treads"), "{one}");
+        let two = unmeasured_words(&["wheel_base_m", "metres_per_count_left"]).unwrap();
+        assert!(two.starts_with("wheel_base_m and metres_per_count_left have their default values"), "{two}");
+        assert!(two.contains("treads"), "{two}");
+    }
 
     #[test]
     fn all_devices_that_share_a_port_are_named_at_once() {

@@ -2,7 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
+use biplane_recording::Rig;
+use biplane_recording::rig::Laser;
+
 use crate::cli::rig;
+use crate::session::cola::hints;
 use crate::types::error::OnboardError;
 
 /// Reads a rig.toml, names all its faults with their lines, or prints it with all defaults filled in.
@@ -26,6 +30,7 @@ pub(crate) fn run(args: &Args) -> Result<u8, OnboardError> {
     let rig = rig::load(path)?;
     crate::io::port_check::check(&rig)?;
     crate::io::port_check::warn(&rig);
+    say_hints(&rig);
     let text = rig.to_toml();
     if args.json {
         print_json(&text);
@@ -33,6 +38,15 @@ pub(crate) fn run(args: &Args) -> Result<u8, OnboardError> {
         crate::cli::print_result(&text);
     }
     Ok(0)
+}
+
+/// What of a laser on a network can be said without asking it. While recording, the laser itself says more.
+fn say_hints(rig: &Rig) {
+    for (name, laser) in [("horizontal", Some(&rig.horizontal)), ("vertical", rig.vertical.as_ref())] {
+        let Some(cola) = laser.and_then(Laser::cola) else { continue };
+        hints::warnings(cola).iter().for_each(|hint| tracing::warn!("{name}: {hint}"));
+        hints::note(cola).iter().for_each(|hint| tracing::info!("{name}: {hint}"));
+    }
 }
 
 /// The resolved text is TOML of our own making, so that it reads back.

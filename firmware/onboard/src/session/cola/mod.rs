@@ -10,6 +10,7 @@
 //! of other drivers. Never tried on hardware.
 
 pub(crate) mod event;
+pub(crate) mod hints;
 pub(crate) mod info;
 pub(crate) mod machine;
 pub(crate) mod query;
