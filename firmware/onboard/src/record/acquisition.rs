@@ -152,7 +152,7 @@ impl Acquisition {
 fn why_end(now_ns: i64, end_ns: i64, controls: Controls<'_>, writing: &Writing) -> Option<RunEnd> {
     if writing.has_failed() {
         Some(RunEnd::WriteFailed)
-    } else if writing.is_disk_low() {
+    } else if writing.ended_with_bytes().is_some() {
         Some(RunEnd::DiskLow)
     } else if controls.stop.load(Ordering::Relaxed) {
         Some(RunEnd::Stopped)

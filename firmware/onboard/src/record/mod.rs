@@ -172,11 +172,13 @@ pub(crate) fn record_with(
     service.stopping();
     status_thread.closing();
     let report = acquisition.finish();
+    let free_bytes_at_end = writing.ended_with_bytes();
     let written = writing.finish();
     status_thread.finish();
     let (files, delays) = written?;
     let live = view.map(LiveView::finish);
-    let report = RunReport { end, live, pose_delays: Some(delays), ..report.with_files(&files) };
+    let report =
+        RunReport { end, free_bytes_at_end, live, pose_delays: Some(delays), ..report.with_files(&files) };
     journal.map_or(Ok(()), JournalThread::finish)?;
     // Who stops a run while its devices are still started has what was asked for, if not much.
     if report.recorded.scans_horizontal == 0 && report.end != RunEnd::Stopped {

@@ -163,6 +163,8 @@ pub struct RunReport {
     pub parts: Vec<PathBuf>,
     /// Why it ended.
     pub end: RunEnd,
+    /// What was left on the disk, bytes, where that ended it.
+    pub free_bytes_at_end: Option<u64>,
     /// From its first to its last input, seconds (simulated time in a replay).
     pub duration_s: f64,
     /// Devices that measured nothing in the first or last seconds of the run, when others did.

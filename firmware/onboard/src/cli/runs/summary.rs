@@ -133,7 +133,10 @@ fn text(report: &RunReport) -> String {
         text += &format!("\n  {}", uncovered.words());
     }
     match report.end {
-        RunEnd::DiskLow => text += "\n  ended before the disk was full: CUT SHORT",
+        RunEnd::DiskLow => {
+            let free_mb = report.free_bytes_at_end.unwrap_or(0) / 1_000_000;
+            text += &format!("\n  ended because only {free_mb} MB were left on the disk: CUT SHORT");
+        }
         RunEnd::Interrupted => text += "\n  stopped before the input was over: the rest was NOT KEPT",
         RunEnd::Stopped if report.recorded.scans_horizontal == 0 => {
             text += "\n  stopped before the first horizontal scan: the file is kept, and holds no pose";

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-/// With less room left, diagnostics warn, bytes: 3 hours of a usual run.
-pub(crate) const LOW_BYTES: u64 = 500 << 20;
+/// With less room left, log and diagnostics warn, bytes: 3 hours of a usual run.
+pub(crate) const LOW_BYTES: u64 = 500_000_000;
 /// With less room left, a run ends while it can still be closed, bytes: minutes of a run with serial bytes,
 /// and every index.
 pub(crate) const STOP_BYTES: u64 = 50_000_000;

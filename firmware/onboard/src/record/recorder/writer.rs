@@ -24,11 +24,14 @@ use biplane_cli::counted;
 /// How long the thread sleeps when there is nothing to write, nanoseconds.
 const IDLE_NS: i64 = 2_000_000;
 
+/// Of a disk with room enough.
+const ROOM_LEFT: u64 = u64::MAX;
+
 /// The writing thread, seen from the loop.
 #[derive(Debug)]
 pub(crate) struct Writing {
     failed: Arc<AtomicBool>,
-    disk_low: Arc<AtomicBool>,
+    ended_with: Arc<AtomicU64>,
     rotate: Arc<AtomicBool>,
     thread: JoinHandle<Result<(PartsReport, PoseDelays), WriteError>>,
 }
@@ -39,7 +42,7 @@ pub(crate) struct FileToWrite {
     pub(crate) writer: PartsWriter,
     /// Where the file lies.
     pub(crate) folder: PathBuf,
-    /// With less room left there, bytes, [`Writing::is_disk_low`] says so.
+    /// With less room left there, bytes, [`Writing::ended_with_bytes`] says so.
     pub(crate) stop_bytes: u64,
     /// Counts the files that were removed or moved away while they were written.
     pub(crate) files_taken_away: Arc<AtomicU64>,
@@ -57,16 +60,18 @@ impl Writing {
         clock: RunClock,
         tap: Option<Tap>,
     ) -> Result<Self, OnboardError> {
-        let [failed, disk_low, rotate] = std::array::from_fn(|_| Arc::new(AtomicBool::new(false)));
+        let [failed, rotate] = std::array::from_fn(|_| Arc::new(AtomicBool::new(false)));
+        let ended_with = Arc::new(AtomicU64::new(ROOM_LEFT));
         let worker = Worker {
             file,
             source,
             clock,
-            disk_low: Arc::clone(&disk_low),
+            ended_with: Arc::clone(&ended_with),
             rotate: Arc::clone(&rotate),
             cdr: Vec::new(),
             delays: Delays::default(),
             is_slow: false,
+            is_low: false,
             tap,
         };
         let flag = Arc::clone(&failed);
@@ -78,7 +83,7 @@ impl Writing {
                 result
             })
             .map_err(|source| OnboardError::System { what: "start the writing thread", source })?;
-        Ok(Self { failed, disk_low, rotate, thread })
+        Ok(Self { failed, ended_with, rotate, thread })
     }
 
     /// Whether writing has failed: nothing more is recorded.
@@ -87,10 +92,10 @@ impl Writing {
         self.failed.load(Ordering::Relaxed)
     }
 
-    /// Whether the disk has so little room that the run must end.
+    /// What is left on a disk with so little room that the run must end, bytes.
     #[must_use]
-    pub(crate) fn is_disk_low(&self) -> bool {
-        self.disk_low.load(Ordering::Relaxed)
+    pub(crate) fn ended_with_bytes(&self) -> Option<u64> {
+        Some(self.ended_with.load(Ordering::Relaxed)).filter(|bytes| *bytes != ROOM_LEFT)
     }
 
     /// Asks for the next part, where there are parts.
@@ -117,12 +122,14 @@ struct Worker {
     file: FileToWrite,
     source: QueueSource,
     clock: RunClock,
-    disk_low: Arc<AtomicBool>,
+    ended_with: Arc<AtomicU64>,
     rotate: Arc<AtomicBool>,
     cdr: Vec<u8>,
     delays: Delays,
     /// Whether the disk has been told to be slow.
     is_slow: bool,
+    /// Whether the disk has been told to be nearly full.
+    is_low: bool,
     tap: Option<Tap>,
 }
 
@@ -145,9 +152,7 @@ impl Worker {
             }
             while let Some((now_ns, health)) = self.source.next_health() {
                 let free_bytes = disk::free_bytes(&self.file.folder);
-                if free_bytes.is_some_and(|free| free < self.file.stop_bytes) {
-                    self.disk_low.store(true, Ordering::Relaxed);
-                }
+                free_bytes.iter().for_each(|free| self.look_at_room(*free));
                 let mut message = diagnostics::message(now_ns, &health);
                 message.status.push(disk_status(free_bytes, self.at_risk()));
                 message.status.push(self.delays.status());
@@ -196,6 +201,25 @@ impl Worker {
 }
 
 impl Worker {
+    /// Says once that room gets short, and ends the run where there is too little.
+    fn look_at_room(&mut self, free_bytes: u64) {
+        let (free_mb, folder) = (free_bytes / 1_000_000, self.file.folder.display());
+        let stop_bytes = self.file.stop_bytes;
+        if free_bytes < stop_bytes {
+            if self.ended_with.swap(free_bytes, Ordering::Relaxed) == ROOM_LEFT {
+                tracing::error!(
+                    "only {free_mb} MB are left on the disk of {folder}: the recording ends while it can be closed"
+                );
+            }
+        } else if free_bytes < disk::LOW_BYTES && !self.is_low {
+            let stop_mb = stop_bytes / 1_000_000;
+            tracing::warn!(
+                "only {free_mb} MB are left on the disk of {folder}: the recording ends at {stop_mb} MB"
+            );
+        }
+        self.is_low |= free_bytes < disk::LOW_BYTES;
+    }
+
     /// What a power cut would have cost at worst since the last time, ns. When it begins to be more than
     /// promised it is told.
     fn at_risk(&mut self) -> i64 {
@@ -261,12 +285,12 @@ mod tests {
             let file =
                 FileToWrite { writer, folder: folder.clone(), stop_bytes, files_taken_away: Arc::default() };
             let writing = Writing::start(file, source, RunClock::start(), None).unwrap();
-            assert!(!writing.is_disk_low());
+            assert_eq!(writing.ended_with_bytes(), None);
             sink.health(1, &Health::default());
             drop(sink);
-            let disk_low = Arc::clone(&writing.disk_low);
+            let ended_with = Arc::clone(&writing.ended_with);
             assert_eq!(writing.finish().unwrap().0.parts[0].messages, 1);
-            assert_eq!(disk_low.load(Ordering::Relaxed), is_low);
+            assert_eq!(ended_with.load(Ordering::Relaxed) != ROOM_LEFT, is_low);
             std::fs::remove_dir_all(folder).unwrap();
         }
     }
