@@ -18,7 +18,7 @@ pub(crate) mod types;
 pub use crate::cli::run;
 pub use crate::engine::Engine;
 pub use crate::engine::options::{Command, EngineOptions, Feed};
-pub use crate::engine::out::health::{Health, LineFault, LineHealth, MatcherHealth};
+pub use crate::engine::out::health::{DamagedShare, Health, LineFault, LineHealth, MatcherHealth};
 pub use crate::engine::out::sink::Sink;
 pub use crate::io::probe::device_report::DeviceReport;
 pub use crate::io::probe::probe;

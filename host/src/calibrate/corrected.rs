@@ -41,6 +41,13 @@ pub(super) struct Observed {
     pub drift: Option<f64>,
 }
 
+/// Puts in what a unit of a Pioneer was taken as, where the rig leaves that to the base.
+pub(super) fn with_ticks(rig: &mut Rig, taken_m: Option<f64>) {
+    if let BaseProtocol::P2os { metres_per_tick } = &mut rig.base.protocol {
+        *metres_per_tick = metres_per_tick.or(taken_m);
+    }
+}
+
 /// Puts in what the base's counts are worth, as far as its keys can say it; which of way, turn and drift they
 /// can.
 pub(super) fn with_scales(rig: &mut Rig, scales: &Scales, observed: Observed) -> [bool; 3] {
@@ -71,8 +78,8 @@ pub(super) fn with_scales(rig: &mut Rig, scales: &Scales, observed: Observed) ->
     }
 }
 
-/// What to enter by hand for the odometry's scale, where the rig leaves it to the base itself: the recording
-/// does not say what its counts are worth.
+/// What to enter by hand for the odometry's scale, where the rig leaves it to the base itself and the
+/// recording, an older one, does not say what its counts are worth.
 pub(super) fn way_by_hand(rig: &Rig, way: f64, sigma: f64) -> Option<String> {
     /// What most bases count, meters: those whose subclass ends in `-sh`, and those that nobody knows.
     const USUAL_M: f64 = 0.001;

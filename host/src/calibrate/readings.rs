@@ -25,6 +25,8 @@ const LONGEST_GAP_NS: i64 = 500_000_000;
 pub(super) struct Readings {
     /// The robot as the recording has it.
     pub rig: Rig,
+    /// What a unit of the base's position was taken as, meters; `None` where the recording does not have it.
+    pub metres_per_tick: Option<f64>,
     /// Where the robot was.
     pub trajectory: Trajectory,
     /// The poses of horizontal scans, in order of time.
@@ -69,6 +71,7 @@ impl Readings {
         flaws.extend(step_back::words(found.step_back_ns));
         Ok(Self {
             rig,
+            metres_per_tick: found.metres_per_tick,
             trajectory,
             poses: in_time(found.poses),
             odometry: in_time(found.odometry),

@@ -46,6 +46,9 @@ const FARTHEST_SCALE: f64 = 0.1;
 /// A correction within its standard deviation is left out of the rig.
 const AS_IT_WAS: &str = "as the rig has it";
 
+/// Begins the note of such a row.
+const INSEPARABLE: &str = "not told apart from";
+
 const NAMES: [&str; PARAMETERS] = ["x", "y", "z", "about_x", "about_y", "about_z", "delay_ms"];
 const UNITS: [&str; PARAMETERS] = ["m", "m", "m", "deg", "deg", "deg", "ms"];
 
@@ -72,6 +75,14 @@ pub struct Row {
     pub written: bool,
     /// Why not, or with what it goes together.
     pub note: String,
+}
+
+impl Row {
+    /// Whether it shows only together with another one: then its value and its standard deviation hold as far
+    /// as the other one's.
+    pub fn is_inseparable(&self) -> bool {
+        !self.observed && self.note.starts_with(INSEPARABLE)
+    }
 }
 
 /// How well one kind of agreement fits.
@@ -120,6 +131,7 @@ pub(super) fn of(
     found: Option<(Placement, (Placement, Solution))>,
     scales: Option<Scales>,
 ) -> Calibration {
+    let metres_per_tick = readings.metres_per_tick;
     let mut out = Calibration {
         rows: Vec::new(),
         fits: Vec::new(),
@@ -141,7 +153,7 @@ pub(super) fn of(
             .push("the vertical or the horizontal laser saw nothing while the robot moved".to_owned()),
     }
     match scales {
-        Some(scales) => odometry(&mut out, &scales),
+        Some(scales) => odometry(&mut out, &scales, metres_per_tick),
         None => {
             out.missing.push("too little odometry while the robot moved: four meters are needed".to_owned());
         }
@@ -221,11 +233,11 @@ fn partners(solution: &Solution, parameter: usize) -> String {
     if others.is_empty() {
         "the drive does not tell".to_owned()
     } else {
-        format!("not told apart from {}", others.join(", "))
+        format!("{INSEPARABLE} {}", others.join(", "))
     }
 }
 
-fn odometry(out: &mut Calibration, scales: &Scales) {
+fn odometry(out: &mut Calibration, scales: &Scales, metres_per_tick: Option<f64>) {
     let row = |name, unit, before: f64, known: Known, minimum: f64, largest: f64| {
         let sigma = known.sigma.portable_hypot(minimum);
         let reported = sigma < UNTOLD;
@@ -255,6 +267,11 @@ fn odometry(out: &mut Calibration, scales: &Scales) {
     ];
     let sigma = |row: &Row| row.sigma.filter(|_| row.observed);
     let observed = Observed { way: sigma(&rows[0]), turn: sigma(&rows[1]), drift: sigma(&rows[2]) };
+    if observed.way.is_some() {
+        // What the base itself has said stands in both rigs, so that the correction can be seen.
+        corrected::with_ticks(&mut out.rig, metres_per_tick);
+        corrected::with_ticks(&mut out.corrected, metres_per_tick);
+    }
     let takes = corrected::with_scales(&mut out.corrected, scales, observed);
     for (row, takes) in rows.iter_mut().zip(takes) {
         row.written = row.observed && takes;

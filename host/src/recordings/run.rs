@@ -17,6 +17,7 @@ use crate::recordings::deskew::{StampedPose, Trajectory};
 use crate::recordings::scan_geometry::BeamGeometry;
 use crate::recordings::scan_geometry::RangeScan;
 use crate::recordings::scan_geometry::ScanGeometry;
+use crate::recordings::self_report::{metres_per_tick, mountings};
 use crate::recordings::step_back::longest_step_back_ns;
 use crate::recordings::wild_poses::remove_wild;
 
@@ -104,6 +105,8 @@ pub struct RunPoses {
     /// What the robot said of lasers that do not sit as the rig says, in the end: the laser and what was
     /// noticed.
     pub mountings: Vec<String>,
+    /// What a unit of the base's position was taken as, where it said so, meters.
+    pub metres_per_tick: Option<f64>,
 }
 
 impl RunPoses {
@@ -214,6 +217,7 @@ impl Run {
                 Some(Topic::Diagnostics) => {
                     if let Ok(message) = DiagnosticArray::decode(&entry.bytes) {
                         found.mountings = mountings(&message);
+                        found.metres_per_tick = metres_per_tick(&message).or(found.metres_per_tick);
                     }
                 }
                 Some(Topic::ScanHorizontal | Topic::Pose | Topic::PoseVertical | Topic::Odom) => {
@@ -348,18 +352,6 @@ fn posed(pose: &PoseWithCovarianceStamped) -> StampedPose {
 fn stamped(stamp_ns: i64, [x_m, y_m, z_m]: [f64; 3], orientation_xyzw: [f64; 4]) -> StampedPose {
     let [roll_rad, pitch_rad, theta_rad] = roll_pitch_yaw_rad(orientation_xyzw);
     StampedPose { stamp_ns, x_m, y_m, theta_rad, z_m, roll_rad, pitch_rad }
-}
-
-/// What a state of the robot says against how its lasers sit.
-fn mountings(state: &DiagnosticArray) -> Vec<String> {
-    let values =
-        state.status.iter().flat_map(|status| status.values.iter().map(move |value| (&status.name, value)));
-    values
-        .filter(|(_, value)| {
-            value.key == "mounting" && !["fits", "not known yet"].contains(&value.value.as_str())
-        })
-        .map(|(name, value)| format!("{}: {}", name.trim_start_matches("biplane: "), value.value))
-        .collect()
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 use biplane_matcher::{Estimate, Odometry, OdometryScale, Outcome};
 use biplane_recording::messages::{DiagnosticArray, DiagnosticStatus, KeyValue};
 
+use crate::engine::out::health::DamagedShare;
 use crate::engine::out::health::Health;
 use crate::engine::out::health::LineFault;
 use crate::engine::out::health::LineHealth;
@@ -70,9 +71,10 @@ fn of_line(name: &str, line: &LineHealth) -> DiagnosticStatus {
             value("bytes", &counts.bytes()),
         ]);
     }
-    if let Some(share) = line.damaged_share {
+    values.extend(line.metres_per_tick.map(|meters| value("metres_per_tick", &meters)));
+    if let Some(DamagedShare { share, is_overrun }) = line.damaged {
         level = level.max(DiagnosticStatus::WARN);
-        let how = if line.is_overrun { "are cut: read too late" } else { "arrive damaged" };
+        let how = if is_overrun { "are cut: read too late" } else { "arrive damaged" };
         message = format!("{message}; {:.0} % of its telegrams {how}", (share * 100.0).max(1.0));
     }
     if let Some(interval_ms) = line.odd_interval_ms {

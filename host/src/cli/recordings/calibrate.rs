@@ -99,7 +99,11 @@ fn line(out: &mut impl Write, row: &Row) -> io::Result<()> {
         "ms" => 2,
         _ => 4,
     };
-    let sigma = row.sigma.map_or("unknown".to_owned(), |sigma| format!("{sigma:.digits$}"));
+    // What another parameter may as well be has no value of its own: as one that nothing tells.
+    let known = row.sigma.filter(|_| !row.is_inseparable());
+    let sigma = known.map_or("unknown".to_owned(), |sigma| format!("{sigma:.digits$}"));
+    let (correction, refined) =
+        if row.is_inseparable() { (0.0, row.before) } else { (row.correction, row.refined) };
     let note = if row.note.is_empty() { String::new() } else { format!(": {}", row.note) };
     writeln!(
         out,
@@ -107,8 +111,8 @@ fn line(out: &mut impl Write, row: &Row) -> io::Result<()> {
         row.name,
         row.unit,
         row.before,
-        row.correction,
-        row.refined,
+        correction,
+        refined,
         if row.observed { "yes" } else { "no" }
     )
 }

@@ -71,8 +71,13 @@ fn scan(laser: &Laser, way: &[[f64; 3]], stamp_ns: i64, late_ns: i64) -> LaserSc
 /// Writes a drive with a vertical laser that sits at `mount` and is `late_ns` late, while its rig says what
 /// is usual.
 fn record(path: &Path, mount: Mount, late_ns: i64, mounting: &str) {
+    record_of(path, mount, late_ns, ("mounting", mounting), Some(0.001));
+}
+
+/// The same with a figure of `/diagnostics`, and what the rig says of a tick.
+fn record_of(path: &Path, mount: Mount, late_ns: i64, figure: (&str, &str), metres_per_tick: Option<f64>) {
     let mut rig = Rig::default();
-    rig.base.protocol = BaseProtocol::P2os { metres_per_tick: Some(0.001) };
+    rig.base.protocol = BaseProtocol::P2os { metres_per_tick };
     let way = way();
     let mut writer = Writer::create(path, &WriterOptions::default()).unwrap();
     writer.attach("rig.toml", "application/toml", rig.to_toml().as_bytes()).unwrap();
@@ -96,7 +101,7 @@ fn record(path: &Path, mount: Mount, late_ns: i64, mounting: &str) {
         let seen = scan(&vertical, &way, stamp_ns, late_ns);
         writer.write(Topic::ScanVertical, stamp_ns, stamp_ns, &seen).unwrap();
     }
-    let value = KeyValue { key: "mounting".to_owned(), value: mounting.to_owned() };
+    let value = KeyValue { key: figure.0.to_owned(), value: figure.1.to_owned() };
     let name = "biplane: laser_horizontal".to_owned();
     let status = vec![DiagnosticStatus { name, values: vec![value], ..DiagnosticStatus::default() }];
     let state = DiagnosticArray { status, ..DiagnosticArray::default() };
@@ -113,6 +118,25 @@ fn apart(a: &Mount, b: &Mount) -> (f64, f64) {
 
 fn row<'a>(report: &'a serde_json::Value, name: &str) -> &'a serde_json::Value {
     report["rows"].as_array().unwrap().iter().find(|row| row["name"] == name).unwrap()
+}
+
+#[test]
+fn what_a_tick_was_taken_as_is_corrected_where_the_rig_leaves_it_to_the_base() {
+    let folder = Folder::new("calibrate-ticks");
+    let mount = Rig::default().vertical.unwrap().mount;
+    record_of(&folder.path("run.mcap"), mount, 0, ("metres_per_tick", "0.000485"), None);
+    let table = folder.expect("calibrate run.mcap -o rig.toml", 0, &["way_scale"]).stdout;
+    assert!(!table.contains("enter metres_per_tick"), "{table}");
+    let rig = Rig::load(&folder.path("rig.toml")).unwrap();
+    let BaseProtocol::P2os { metres_per_tick: Some(meters) } = rig.base.protocol else { panic!("{rig:?}") };
+    assert!((meters / 0.000485 - 1.02).abs() < 0.003, "{meters}");
+    let lines = folder.expect("calibrate run.mcap", 0, &[]).stdout;
+    assert!(lines.contains("- metres_per_tick = 0.000485\n+ metres_per_tick = 0.00049"), "{lines}");
+    // Older recordings do not say it.
+    record_of(&folder.path("old.mcap"), mount, 0, ("mounting", "fits"), None);
+    folder.expect("calibrate old.mcap", 0, &[]);
+    let table = folder.expect("calibrate old.mcap", 0, &[]).stdout;
+    assert!(table.contains("enter metres_per_tick = 0.00102"), "{table}");
 }
 
 #[test]

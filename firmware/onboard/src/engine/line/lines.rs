@@ -212,8 +212,11 @@ impl Lines {
             return self.imu.as_mut().map(|unit| unit.health(interval_s));
         }
         let Some(laser) = self.laser_mut(port) else {
-            let streaming = self.base.session.is_streaming();
-            return self.has(port).then(|| self.base.health(interval_s, streaming));
+            let session = &self.base.session;
+            let (streaming, metres_per_tick) = (session.is_streaming(), session.metres_per_tick());
+            let is_there = self.has(port);
+            let line = is_there.then(|| self.base.health(interval_s, streaming));
+            return line.map(|line| LineHealth { metres_per_tick, ..line });
         };
         let odd_interval_ms = laser.odd_interval_ms();
         let line = &mut laser.line;

@@ -19,6 +19,15 @@ pub enum LineFault {
     Over(&'static str),
 }
 
+/// Telegrams that arrive damaged.
+#[derive(Copy, Clone, PartialEq, Debug)]
+pub struct DamagedShare {
+    /// Their share, 0 to 1.
+    pub share: f64,
+    /// Whether some of them were cut because this computer read them too late.
+    pub is_overrun: bool,
+}
+
 /// The state of one serial line and its device.
 #[derive(Copy, Clone, PartialEq, Debug, Default)]
 pub struct LineHealth {
@@ -30,10 +39,8 @@ pub struct LineHealth {
     pub fault: LineFault,
     /// Rate of the line, bits per second.
     pub baud: u32,
-    /// The share of its telegrams that arrived damaged in the last ten seconds, while that is too large.
-    pub damaged_share: Option<f64>,
-    /// Whether some of them were cut because this computer read them too late.
-    pub is_overrun: bool,
+    /// Its telegrams that arrived damaged in the last ten seconds, while these are too many.
+    pub damaged: Option<DamagedShare>,
     /// Account of its bytes.
     pub counts: Option<Counts>,
     /// Scans, odometry reports or samples so far.
@@ -46,6 +53,9 @@ pub struct LineHealth {
     pub overruns: u64,
     /// From a measurement's stamp to its arrival, the largest in the last second, seconds.
     pub latency_s: f64,
+    /// What a unit of a base's position is taken as, meters; `None` for a base without such units, and before
+    /// it reports.
+    pub metres_per_tick: Option<f64>,
     /// At which distance a laser's scans come, if that is no whole number of turns of a mirror at 75 Hz,
     /// milliseconds.
     pub odd_interval_ms: Option<f64>,

@@ -23,6 +23,8 @@ pub struct Contact {
     /// Without a report for so long, a base that reports is lost.
     silence_ns: i64,
     pub(crate) info: BaseInfo,
+    /// What a unit of its position was last taken as, of a base with such units, meters.
+    pub(crate) metres_per_tick: Option<f64>,
     pub(crate) outputs: Outputs,
     pub(crate) now_ns: i64,
     pub(crate) last_report_ns: i64,
@@ -41,6 +43,7 @@ impl Contact {
             baud,
             silence_ns,
             info: BaseInfo::default(),
+            metres_per_tick: None,
             outputs: Outputs::default(),
             now_ns,
             last_report_ns: now_ns,

@@ -19,6 +19,12 @@ pub(crate) trait BaseDriver: Session {
     /// What is known of the base.
     fn info(&self) -> &BaseInfo;
 
+    /// What a unit of its position was last taken as, meters; `None` where it counts otherwise, or before the
+    /// first report.
+    fn metres_per_tick(&self) -> Option<f64> {
+        None
+    }
+
     /// Intact packets that could not be read.
     fn not_kept(&self) -> u64;
 

@@ -109,6 +109,12 @@ impl BaseSession {
         self.driver().info()
     }
 
+    /// What a unit of its position was last taken as, of a base with such units, meters.
+    #[must_use]
+    pub(crate) fn metres_per_tick(&self) -> Option<f64> {
+        self.driver().metres_per_tick()
+    }
+
     /// Intact packets that could not be read.
     #[must_use]
     pub fn not_kept(&self) -> u64 {

@@ -138,6 +138,10 @@ impl<M: PacketMachine> BaseDriver for PacketSession<M> {
         &self.machine.contact().info
     }
 
+    fn metres_per_tick(&self) -> Option<f64> {
+        self.machine.contact().metres_per_tick
+    }
+
     fn not_kept(&self) -> u64 {
         self.not_kept
     }

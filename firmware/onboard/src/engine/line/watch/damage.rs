@@ -1,7 +1,7 @@
 //! The share of a line's telegrams that arrive damaged, over the last ten seconds: a cable that is about to
 //! fail is told before it does, and a computer that has too much to do is not taken for a bad cable.
 
-use crate::engine::out::health::LineHealth;
+use crate::engine::out::health::{DamagedShare, LineHealth};
 use crate::session::event::Event;
 
 /// Seconds that are looked back.
@@ -84,7 +84,8 @@ impl Damage {
         let is_overrun = lately.is_some_and(|lately| lately.overruns > 0);
         let percent = damaged_share.map(|share| (share * 100.0).round().clamp(1.0, 100.0) as u8);
         let event = (was_on != damaged_share.is_some()).then_some(Event::Damaged { percent, is_overrun });
-        (LineHealth { damaged_share, is_overrun, ..line }, event)
+        let damaged = damaged_share.map(|share| DamagedShare { share, is_overrun });
+        (LineHealth { damaged, ..line }, event)
     }
 }
 

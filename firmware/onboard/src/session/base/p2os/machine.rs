@@ -234,6 +234,7 @@ impl Machine {
     fn report(&mut self, offset: u64, length: usize, sip: &Sip) {
         self.contact.last_report_ns = self.contact.now_ns;
         let units = self.units();
+        self.contact.metres_per_tick = Some(units.metres_per_tick);
         let (odom_from_base, restarted) = self.odometer.pose(self.contact.now_ns, sip, units);
         let battery_v = f32::from(sip.battery_dv) / 10.0;
         self.contact.report(OdometryReading { offset, length, odom_from_base, battery_v }, restarted);
