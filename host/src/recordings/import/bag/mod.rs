@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 
 use biplane_recording::mcap::read::RIG_ASSUMED;
 use biplane_recording::rig::{InertialUnit, Laser, Mount};
-use biplane_recording::{Rig, Writer};
+use biplane_recording::{Reader, Rig, Writer};
 
 use self::container::{BagFile, files_of};
 use self::convert::Conversion;
@@ -59,6 +59,13 @@ pub fn import(paths: &[PathBuf], output: &Path, options: &BagOptions) -> Result<
         _ => Path::new("."),
     };
     let (mut survey, mut losses, mut notes) = (Survey::default(), Losses::default(), Vec::new());
+    for path in paths.iter().filter(|path| is_ours(path)) {
+        survey.is_ours = true;
+        notes.push(format!(
+            "{} is a recording of Biplane already: every command takes it as it is; its poses are not imported",
+            path.display()
+        ));
+    }
     let bags = open(paths, spool, &mut survey, &mut losses, &mut notes)?;
     if survey.lasers.values().all(|laser| laser.scans == 0) {
         let path = paths.first().map_or(output, PathBuf::as_path).to_owned();
@@ -79,6 +86,11 @@ pub fn import(paths: &[PathBuf], output: &Path, options: &BagOptions) -> Result<
     let others = survey.others.into_iter().map(|(topic, seen)| (topic, (seen.type_name, seen.count)));
     report.others = others.collect();
     Ok(report)
+}
+
+/// Whether Biplane wrote a file. One that cannot be read as a recording is some bag.
+fn is_ours(path: &Path) -> bool {
+    Reader::open(path).and_then(|reader| reader.metadata()).is_ok_and(|words| words.contains_key("biplane"))
 }
 
 /// Opens and surveys all bags, and puts them in the order of their beginnings.

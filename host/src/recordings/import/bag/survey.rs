@@ -140,6 +140,8 @@ pub(crate) struct OtherSeen {
 /// What bags hold.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Survey {
+    /// Whether Biplane itself wrote one of them.
+    pub is_ours: bool,
     /// Lasers by topic without a leading slash, then frame.
     pub lasers: BTreeMap<(String, String), LaserSeen>,
     /// Odometry by topic without a leading slash.

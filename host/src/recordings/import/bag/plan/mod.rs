@@ -75,9 +75,14 @@ pub(crate) fn plan(survey: &Survey, options: &BagOptions) -> Result<Plan, BagErr
     let base_frame = base::frame(survey, options.base_frame.as_deref(), child.as_deref(), &mut notes)?;
     let placed = lasers::placed(survey, base_frame.as_deref(), options, &mut notes);
     let chosen = lasers::choose(&placed, options, &mut notes)?;
-    let horizontal = timing::laser_plan(chosen.horizontal, &options.horizontal, options.stamps, &mut notes);
-    let vertical =
-        chosen.vertical.map(|laser| timing::laser_plan(laser, &options.vertical, options.stamps, &mut notes));
+    // Of stamps that Biplane itself has made nothing is to be said.
+    let [flag, vertical_flag] =
+        ["--delay-ms", "--vertical-delay-ms"].map(|flag| (!survey.is_ours).then_some(flag));
+    let stamps = options.stamps;
+    let horizontal = timing::laser_plan(chosen.horizontal, &options.horizontal, stamps, flag, &mut notes);
+    let vertical = chosen
+        .vertical
+        .map(|laser| timing::laser_plan(laser, &options.vertical, stamps, vertical_flag, &mut notes));
     let child_from_base = base::child_from_base(survey, child.as_deref(), base_frame.as_deref())?;
     if let OdometrySource::Topic(topic) = &odometry
         && !horizontal.by_receipt
