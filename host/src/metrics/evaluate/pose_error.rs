@@ -13,6 +13,9 @@ use super::association::PosePair;
 use super::statistics::ErrorFigures;
 use crate::recordings::deskew::StampedPose;
 
+/// Ways that stay nearer to their middle than this, meters, have no size that could be compared.
+const MIN_SPREAD_M: f64 = 1e-3;
+
 /// Translation and rotation of a set of errors.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct PoseErrors {
@@ -52,6 +55,21 @@ pub fn alignment(pairs: &[PosePair]) -> Pose2 {
     let turn = Pose2::new(0.0, 0.0, cross.portable_atan2(dot));
     let turned = turn.transform(estimate);
     Pose2::new(truth[0] - turned[0], truth[1] - turned[1], turn.theta_rad)
+}
+
+/// How many times larger than the truth the estimate is: how far its poses lie from their middle, root mean
+/// square, over the same of the truth. `None` where one of both hardly moved.
+pub(crate) fn size_ratio(pairs: &[PosePair]) -> Option<f64> {
+    let spread_m = |of: fn(&PosePair) -> StampedPose| {
+        let count = pairs.len().max(1) as f64;
+        let mean = |value: &dyn Fn(StampedPose) -> f64| {
+            pairs.iter().map(|pair| value(of(pair))).sum::<f64>() / count
+        };
+        let (x_m, y_m) = (mean(&|pose| pose.x_m), mean(&|pose| pose.y_m));
+        mean(&|pose| (pose.x_m - x_m).powi(2) + (pose.y_m - y_m).powi(2)).sqrt()
+    };
+    let (estimate_m, truth_m) = (spread_m(|pair| pair.estimate), spread_m(|pair| pair.truth));
+    (estimate_m.min(truth_m) >= MIN_SPREAD_M).then(|| estimate_m / truth_m)
 }
 
 /// The error of each pose after the estimate was moved by `truth_from_estimate`; `None` without pairs.

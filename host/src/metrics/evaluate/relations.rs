@@ -92,11 +92,13 @@ pub struct RelationsParams {
     /// Only relations whose times are at most this far apart, seconds. Smaller leaves the accuracy from scan
     /// to scan.
     pub max_gap_s: f64,
+    /// The point of the robot whose poses the relations are of, in the frame of the base, meters.
+    pub about_m: [f64; 2],
 }
 
 impl Default for RelationsParams {
     fn default() -> Self {
-        Self { max_dt_s: 0.1, min_gap_s: 0.0, max_gap_s: f64::INFINITY }
+        Self { max_dt_s: 0.1, min_gap_s: 0.0, max_gap_s: f64::INFINITY, about_m: [0.0; 2] }
     }
 }
 
@@ -160,10 +162,12 @@ pub fn relation_errors(
     poses: &[StampedPose],
     params: &RelationsParams,
 ) -> (Vec<RelationError>, PosesFound) {
+    let [x_m, y_m] = params.about_m;
+    let about = Pose2::new(x_m, y_m, 0.0);
     let mut finder = PoseFinder::new(poses, (params.max_dt_s * NS_PER_S) as i64);
     let errors = relations.iter().filter(|relation| params.takes(relation)).filter_map(|relation| {
         let [a, b] = finder.both([relation.stamp_a_ns, relation.stamp_b_ns])?;
-        let (found, wanted) = (a.between(&b), relation.b_in_a);
+        let (found, wanted) = ((a * about).between(&(b * about)), relation.b_in_a);
         let planar_m = (found.x_m - wanted.x_m).portable_hypot(found.y_m - wanted.y_m);
         Some(RelationError {
             stamp_a_ns: relation.stamp_a_ns,
@@ -292,6 +296,18 @@ mod tests {
         // Of 0, 0 and 1: variance (1/9 + 1/9 + 4/9) / 2.
         assert!((report.rotation_deg.std - (1.0_f64 / 3.0).sqrt()).abs() < 1e-9);
         assert!((report.rotation_deg2.max - 1.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn relations_of_another_point_of_the_robot_are_those_of_its_poses() {
+        // A quarter turn on the spot: a point ahead has gone there and to the left.
+        let poses = [pose(0.0, 0.0, 0.0, 0.0), pose(1.0, 0.0, 0.0, FRAC_PI_2)];
+        let relations = read_relations(&b"0 1 -0.034 0.034 0 0 0 1.5707963267948966\n"[..]).unwrap();
+        let of = |about_m: [f64; 2]| {
+            let params = RelationsParams { about_m, ..RelationsParams::default() };
+            relation_errors(&relations, &poses, &params).0[0].translation_m
+        };
+        assert!(of([0.034, 0.0]) < 1e-12 && of([0.0, 0.0]) > 0.04, "{} {}", of([0.034, 0.0]), of([0.0; 2]));
     }
 
     #[test]

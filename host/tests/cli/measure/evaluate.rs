@@ -115,6 +115,21 @@ fn a_trajectory_is_laid_upon_the_truth_before_it_is_judged_unless_told_otherwise
     }
 }
 
+#[test]
+fn a_trajectory_in_another_unit_is_pointed_out() {
+    let folder = Folder::new("evaluate-unit");
+    folder.write("truth.txt", "0 0 0 0\n1 1 0 0\n2 2 1 0\n");
+    folder.write("cm.txt", "0 0 0 0\n1 100 0 0\n2 200 100 0\n");
+    folder.write("drifts.txt", "0 0 0 0\n1 2 0 0\n2 4 1 0\n");
+    let words = "cm.txt: 100.0 times larger than the reference: is the estimate in centimeters?";
+    let ran = folder.expect("evaluate trajectory truth.txt cm.txt --json", 0, &[words]);
+    assert!((number(&ran.stdout, "/size_ratio") - 100.0).abs() < 1e-9, "{}", ran.stdout);
+    let words = "truth.txt: 100.0 times smaller than the reference: is the reference in centimeters?";
+    folder.expect("evaluate trajectory cm.txt truth.txt", 0, &[words]);
+    let ran = folder.expect("evaluate trajectory truth.txt drifts.txt", 0, &[]);
+    assert!(!ran.stderr.contains("times"), "{}", ran.stderr);
+}
+
 /// The old order, while it lives: where the files tell, the figures are the same, and the new one is named.
 #[test]
 fn what_is_judged_may_still_come_first_and_is_told_to_come_second() {

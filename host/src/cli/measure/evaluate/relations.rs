@@ -39,6 +39,10 @@ pub(super) struct Args {
     /// A pose this near in time is taken as it is, in seconds; others are interpolated
     #[arg(long, value_name = "S", default_value_t = RelationsParams::default().max_dt_s, value_parser = not_negative)]
     max_dt: f64,
+    /// The point of the robot whose poses the relations are of, in the base's frame, x forward and y to the
+    /// left, meters [default: the base itself]
+    #[arg(long, value_name = "X,Y", value_parser = point, allow_hyphen_values = true)]
+    about: Option<Point>,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -48,6 +52,16 @@ pub(super) struct Args {
     /// Replace OUT.csv if it exists
     #[arg(long)]
     force: bool,
+}
+
+/// A point of the robot, meters.
+#[derive(Clone, Copy, Debug)]
+struct Point([f64; 2]);
+
+fn point(text: &str) -> Result<Point, String> {
+    let number = |text: &str| text.trim().parse::<f64>().ok().filter(|value| value.is_finite());
+    let parts = text.split_once(',').and_then(|(x, y)| Some(Point([number(x)?, number(y)?])));
+    parts.ok_or_else(|| "expected two numbers such as 0.034,0.002, in meters".to_owned())
 }
 
 /// Runs the command.
@@ -67,6 +81,7 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         max_dt_s: args.max_dt,
         min_gap_s: args.min_gap,
         max_gap_s: args.max_gap.unwrap_or(f64::INFINITY),
+        about_m: args.about.map_or([0.0; 2], |Point(at_m)| at_m),
     };
     let (errors, found) = relation_errors(&relations, &poses, &params);
     let Some(report) = report(&errors, found) else {

@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 
 use crate::metrics::evaluate::association::associate;
-use crate::metrics::evaluate::pose_error::{PoseErrors, Step, absolute, alignment, relative};
+use crate::metrics::evaluate::pose_error::{PoseErrors, Step, absolute, alignment, relative, size_ratio};
 use anyhow::bail;
 use biplane_matcher::Pose2;
 use serde::Serialize;
@@ -15,6 +15,11 @@ use crate::cli::terminal::console::Console;
 use crate::cli::terminal::json::print_json;
 use crate::cli::terminal::values::not_negative;
 use biplane_cli::{Outcome, counted};
+
+/// Ways whose sizes differ by a larger factor are hardly in one unit: odometry that drifts does less.
+const OTHER_UNIT: f64 = 3.0;
+/// A unit is named where the factor is so near to it.
+const UNIT_SHARE: f64 = 0.1;
 
 /// Words of the command.
 #[derive(Debug, clap::Args)]
@@ -61,6 +66,8 @@ struct Report {
     alignment: [f64; 3],
     /// Of each pose.
     absolute: PoseErrors,
+    /// How many times larger than the reference the estimate is; none where one hardly moved.
+    size_ratio: Option<f64>,
     /// Of the way between poses; without figures where nothing is that far apart.
     relative: Vec<Relative>,
 }
@@ -95,13 +102,34 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         pairs: pairs.len(),
         alignment: [moved.x_m, moved.y_m, moved.theta_rad.to_degrees()],
         absolute,
+        size_ratio: size_ratio(&pairs),
         relative: deltas.iter().map(relative_of).collect(),
     };
+    if let Some(words) = report.size_ratio.and_then(unit_words) {
+        console.warn(format!("biplane: {}: {words}", files.judged.display()));
+    }
     match args.json {
         true => print_json(&report)?,
         false => print(&report)?,
     }
     Ok(Outcome::Done)
+}
+
+/// What to say of an estimate that is so many times larger than the reference, where no error of a drive
+/// explains it.
+fn unit_words(ratio: f64) -> Option<String> {
+    let (times, which, how) = match ratio {
+        _ if ratio > OTHER_UNIT => (ratio, "estimate", "larger"),
+        _ if ratio < 1.0 / OTHER_UNIT => (1.0 / ratio, "reference", "smaller"),
+        _ => return None,
+    };
+    let is_near = |unit: f64| (times / unit - 1.0).abs() < UNIT_SHARE;
+    let unit = match times {
+        _ if is_near(100.0) => "centimeters",
+        _ if is_near(1000.0) => "millimeters",
+        _ => "other units than meters",
+    };
+    Some(format!("{times:.1} times {how} than the reference: is the {which} in {unit}? Lengths are meters"))
 }
 
 fn print(report: &Report) -> io::Result<()> {
