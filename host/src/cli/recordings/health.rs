@@ -10,8 +10,11 @@ use crate::recordings::info::Health;
 /// Letters of a paragraph beside its indentation: the lines then fit into a terminal of 80 columns.
 const WIDTH: usize = 76;
 
+/// Explained only where there are some: most runs have none.
+const OVERRUNS: &str = "overruns";
+
 /// What a figure is that its name does not explain; the names are those of `/diagnostics`.
-const MEANINGS: [(&str, &str); 8] = [
+const MEANINGS: [(&str, &str); 9] = [
     (
         "latency_ms",
         "longest time from a stamp to the arrival of its measurement (matcher: to the pose of its scan), \
@@ -30,6 +33,11 @@ const MEANINGS: [(&str, &str); 8] = [
     ("not_kept", "intact telegrams that were not understood and are not in the recording"),
     ("left_out_scans", "scans that the laser measured and did not send, because its line was busy"),
     ("unmatched", "poses that follow the odometry, because no match was found"),
+    (
+        OVERRUNS,
+        "times that a port's buffer was full before this computer read it; what was lost so is in crc_errors, \
+         cut_telegrams and skipped_bytes",
+    ),
     ("waiting", "scans that waited for odometry when this was written"),
 ];
 
@@ -40,8 +48,10 @@ pub(super) fn print(out: &mut impl Write, health: &[Health]) -> io::Result<()> {
         writeln!(out, "  health of {}: {}", one.name, one.message)?;
         out.write_all(list(&values.join(", "), WIDTH, "    ").as_bytes())?;
     }
-    let is_there =
-        |name: &str| health.iter().flat_map(|one| one.values.keys()).any(|key| key.starts_with(name));
+    let is_there = |name: &str| {
+        let mut all = health.iter().flat_map(|one| &one.values);
+        all.any(|(key, value)| key.starts_with(name) && (name != OVERRUNS || value != "0"))
+    };
     let meanings: Vec<_> = MEANINGS.iter().filter(|(name, _)| is_there(name)).collect();
     if !meanings.is_empty() {
         writeln!(out, "  meaning of these names:")?;
@@ -81,5 +91,9 @@ mod tests {
         }
         assert!(!text.contains("not_kept") && text.lines().all(|line| line.len() <= 80), "{text}");
         assert!(!printed(&[health("base", &["restarts"])]).contains("meaning"));
+        let laser = health("laser", &["overruns"]);
+        assert!(printed(std::slice::from_ref(&laser)).contains("overruns: times that a port's buffer"));
+        let without = Health { values: [("overruns".to_owned(), "0".to_owned())].into(), ..laser };
+        assert!(!printed(&[without]).contains("meaning"));
     }
 }

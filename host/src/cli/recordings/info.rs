@@ -139,15 +139,18 @@ fn print_topics(out: &mut impl Write, topics: &[TopicInfo]) -> io::Result<()> {
         "topic", "type", "messages", "Hz", "gaps", "longest"
     )?;
     for topic in topics {
+        // Bytes come as a port is read: what lies between two reads is no gap.
+        let pauses = match topic.serial_bytes {
+            Some(_) => format!("{:>6} {:>9}", "-", "-"),
+            None => format!("{:>6} {:>7.3} s", topic.gaps, topic.longest_interval_s),
+        };
         writeln!(
             out,
-            "  {:name$}  {:kind$} {:>8} {:>7.2} {:>6} {:>7.3} s",
+            "  {:name$}  {:kind$} {:>8} {:>7.2} {pauses}",
             topic.name,
             short_type(topic),
             topic.messages,
-            topic.rate_hz,
-            topic.gaps,
-            topic.longest_interval_s
+            topic.rate_hz
         )?;
         let odd = odd_figures(topic);
         if !odd.is_empty() {
@@ -179,26 +182,41 @@ fn odd_figures(topic: &TopicInfo) -> Vec<String> {
 mod tests {
     use super::*;
 
-    #[test]
-    fn a_topic_of_any_length_is_printed() {
-        let topic = TopicInfo {
-            name: "x".repeat(70_000),
-            type_name: "t".repeat(70_000),
+    fn scans() -> TopicInfo {
+        TopicInfo {
+            name: "/scan/horizontal".to_owned(),
+            type_name: "sensor_msgs/msg/LaserScan".to_owned(),
             messages: 1,
             bytes: 1,
             serial_bytes: None,
             first_ns: 0,
             last_ns: 0,
             rate_hz: 0.0,
-            gaps: 0,
-            longest_interval_s: 0.0,
+            gaps: 7,
+            longest_interval_s: 1.399,
             backward_stamps: 0,
             missing: 0,
-        };
+        }
+    }
+
+    #[test]
+    fn a_topic_of_any_length_is_printed() {
+        let topic = TopicInfo { name: "x".repeat(70_000), type_name: "t".repeat(70_000), ..scans() };
         let mut out = Vec::new();
         print_topics(&mut out, &[topic]).unwrap();
         assert_eq!(String::from_utf8(out).unwrap().matches('x').count(), 70_000);
     }
+
+    #[test]
+    fn bytes_of_a_line_have_no_gaps() {
+        let topic = TopicInfo { serial_bytes: Some(5), ..scans() };
+        let mut out = Vec::new();
+        print_topics(&mut out, &[topic, scans()]).unwrap();
+        let text = String::from_utf8(out).unwrap();
+        let lines: Vec<_> = text.lines().collect();
+        assert!(lines[1].ends_with("      -         -") && lines[3].ends_with(" 7   1.399 s"), "{text}");
+    }
+
     #[test]
     fn stamps_are_dates_where_they_can_be() {
         // From `date -u -d @976052857` of GNU coreutils.

@@ -32,7 +32,8 @@ pub(crate) fn section(names: &[String]) -> String {
     }
     format!(
         "<section id=\"downloads\"><h2>Files</h2><ul>{links}</ul>\
-         <p class=\"note\">The links work while this page lies in the folder that it was written to.</p></section>"
+         <p class=\"note\">The links work while this page lies in the folder that it was written to. \
+         Files that <code>biplane export</code> writes later lie beside them, and are not in this list.</p></section>"
     )
 }
 
@@ -46,6 +47,7 @@ mod tests {
         let html = section(&names);
         assert_eq!(html.matches("<a ").count(), 1, "{html}");
         assert!(html.contains("href=\"model.ifc\" download"), "{html}");
+        assert!(html.contains("biplane export</code> writes later"), "{html}");
         assert_eq!(section(&names[1..]), "");
     }
 }

@@ -197,9 +197,17 @@ fn openings(html: &mut String, openings: &[WallOpening]) {
     html.push_str(
         "<table class=\"figures\"><thead><tr><th scope=\"col\">opening</th><th scope=\"col\">kind</th>\
          <th scope=\"col\">width, m</th><th scope=\"col\">height, m</th><th scope=\"col\">sill, m</th>\
-         <th scope=\"col\">rooms</th><th scope=\"col\">shown by</th></tr></thead><tbody>",
+         <th scope=\"col\">in wall</th><th scope=\"col\">rooms</th><th scope=\"col\">shown by</th></tr></thead><tbody>",
     );
-    for opening in openings {
+    // By kind and then by wall, as `biplane info` lists them.
+    let order = |opening: &&WallOpening| match opening.kind {
+        Use::Door => 0,
+        Use::Passage => 1,
+        Use::Window => 2,
+    };
+    let mut by_kind: Vec<&WallOpening> = openings.iter().collect();
+    by_kind.sort_by_key(order);
+    for opening in by_kind {
         let kind = match opening.kind {
             Use::Door if opening.is_narrow() && opening.inferred => "narrow door",
             Use::Door => "door",
@@ -208,11 +216,12 @@ fn openings(html: &mut String, openings: &[WallOpening]) {
         };
         let _ = write!(
             html,
-            "<tr><th scope=\"row\">{}</th><td>{kind}</td><td>{:.2}</td><td>{:.2}</td><td>{:.2}</td><td>{}</td><td>{}</td></tr>",
+            "<tr><th scope=\"row\">{}</th><td>{kind}</td><td>{:.2}</td><td>{:.2}</td><td>{:.2}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
             name(&opening.id),
             opening.width_m,
             opening.height_m,
             opening.sill_m,
+            name(&opening.wall),
             opening.rooms.iter().map(|room| name(room)).collect::<Vec<_>>().join(", "),
             escaped(&opening.evidence)
         );
@@ -261,6 +270,8 @@ mod tests {
         );
         assert!(html.contains("class=\"tag opening over\""), "{html}");
         assert!(html.contains("<td>narrow door</td>") && html.contains("a gap beside a cupboard"), "{html}");
+        let wall = "<td><span class=\"name\">S1-W01</span></td><td><span class=\"name\">S1-R01</span></td>";
+        assert!(html.contains(wall) && html.contains(">in wall</th>"), "{html}");
         assert_eq!(html.matches("<i style=\"background:#").count(), 6, "a key of the colors");
     }
 
