@@ -6,6 +6,7 @@ use crate::capture::source::Capture;
 use crate::devices::lms::LmsParams;
 use crate::devices::lms::model::Model;
 use crate::devices::lms::settings::OLD_CONFIG_BYTES;
+use crate::faults::unplug::Unplug;
 use crate::faults::{Faults, Place, Preset};
 use crate::line::LatencyTimerParams;
 use crate::rig::simulated::SimulationParams;
@@ -13,7 +14,7 @@ use crate::rig::tick::metres_per_tick;
 use biplane_cli::counted;
 
 use crate::serve::{PortReport, ServeOptions, Source, serve};
-use biplane_recording::rig::BaseProtocol;
+use biplane_recording::rig::{BaseProtocol, Laser};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -102,6 +103,10 @@ struct Chance {
     /// window-dirty, left-streaming.
     #[arg(long = "fault", value_name = "PRESET")]
     faults: Vec<Preset>,
+    /// Pull the plug of one device, horizontal, vertical, base or imu, AT seconds after the start, and put it
+    /// back FOR seconds later; may be given several times. The device keeps its power.
+    #[arg(long = "unplug", value_name = "DEVICE:AT:FOR")]
+    unplugs: Vec<Unplug>,
     /// Latency timer of the USB adapters in milliseconds (16 on an FTDI as delivered): bytes wait until 62
     /// have come or the timer has run.
     #[arg(long, value_name = "MS", default_value_t = 0.0, value_parser = super::zero_or_more)]
@@ -152,6 +157,7 @@ impl Serve {
         let report = serve(&options, &stop, |length_s| {
             let links = self.links.display();
             eprintln!("serving in {links}: {length_s:.0} s, from when all devices stream; Ctrl-C ends it");
+            addresses(&options).iter().for_each(|words| eprintln!("{words}"));
         })?;
         report.ports.iter().for_each(print_port);
         Ok(())
@@ -181,6 +187,7 @@ impl Serve {
         let timer =
             LatencyTimerParams { timer_ms: self.chance.latency_timer_ms, ..LatencyTimerParams::default() };
         faults.latency_timer = (self.chance.latency_timer_ms > 0.0).then_some(timer);
+        faults.unplugs.clone_from(&self.chance.unplugs);
         faults.check(Place::Serve).map_err(|error| BadArgument(error.to_string()))?;
         let source = self.source()?;
         let mut options = ServeOptions::new(source, self.links.clone());
@@ -210,6 +217,26 @@ impl Serve {
         options.base.strict = self.strict_base;
         Ok(options)
     }
+}
+
+/// Where the lasers on a network are, which listen on free ports of this machine.
+fn addresses(options: &ServeOptions) -> Vec<String> {
+    let rig = match &options.source {
+        Source::World { rig, .. } => Some(rig),
+        Source::Capture { .. } => None,
+    };
+    let lasers = [
+        ("lms-horizontal", rig.map(|rig| &rig.horizontal)),
+        ("lms-vertical", rig.and_then(|rig| rig.vertical.as_ref())),
+    ];
+    let served = lasers.into_iter().filter_map(|(name, laser)| {
+        let file = options.links.join(format!("{name}.address"));
+        let address = std::fs::read_to_string(&file).ok()?;
+        let unused = laser.and_then(Laser::address);
+        let unused = unused.map_or_else(String::new, |of_rig| format!(", not at {of_rig} as in the rig"));
+        Some(format!("{name} at {}{unused} ({})", address.trim(), file.display()))
+    });
+    served.collect()
 }
 
 fn laser_error(text: &str) -> Result<(u8, u8), String> {

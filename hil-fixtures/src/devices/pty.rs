@@ -121,6 +121,12 @@ impl Pty {
         &self.slave_path
     }
 
+    /// Whether there is a link to it.
+    #[must_use]
+    pub fn is_published(&self) -> bool {
+        self.link.is_some()
+    }
+
     /// Whether a client has the port open, as of the last [`Pty::wait`].
     #[must_use]
     pub fn has_client(&self) -> bool {

@@ -10,6 +10,7 @@ pub mod episodes;
 pub mod line;
 mod preset;
 mod set;
+pub mod unplug;
 
 pub use preset::{ActsOn, Misplaced, Place, Preset, UnknownPreset};
 pub use set::{FaultParams, Faults};

@@ -49,7 +49,7 @@ pub enum Place {
 
 /// A name that no preset has.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("unknown fault `{name}`; known: {}", Preset::names().join(", "))]
+#[error("unknown fault `{name}`; known: {} (`serve --unplug` pulls the plug of one device)", Preset::names().join(", "))]
 pub struct UnknownPreset {
     /// The name.
     pub name: String,
@@ -149,7 +149,8 @@ mod tests {
     fn an_unknown_name_is_answered_with_the_known_ones() {
         let error = "rain".parse::<Preset>().unwrap_err().to_string();
         let known = "bit-noise, loose-connector, usb-stall, power-cycle, dazzle, window-dirty, clock-step, left-streaming";
-        assert_eq!(error, format!("unknown fault `rain`; known: {known}"));
+        let unplug = "(`serve --unplug` pulls the plug of one device)";
+        assert_eq!(error, format!("unknown fault `rain`; known: {known} {unplug}"));
     }
 
     #[test]

@@ -16,6 +16,8 @@ use crate::faults::line::bit_noise::{BitNoise, BitNoiseParams};
 use crate::faults::line::loose_connector::{LooseConnector, LooseConnectorParams};
 use crate::faults::line::usb_stall::{UsbStall, UsbStallParams};
 
+use super::episodes::Episode;
+use super::unplug::Unplug;
 use crate::line::{Channel, Fault, LatencyTimer, LatencyTimerParams};
 use crate::rng::Rng;
 
@@ -49,6 +51,8 @@ pub struct Faults {
     pub seed: u64,
     /// How bad they are.
     pub params: FaultParams,
+    /// Plugs that are pulled, each of one device.
+    pub unplugs: Vec<Unplug>,
     /// The latency timer of the USB adapters, in what they hand to the host: behind all faults of the line.
     pub latency_timer: Option<LatencyTimerParams>,
 }
@@ -84,6 +88,12 @@ impl Faults {
             Some((preset, _)) => Err(Misplaced { preset, why }),
             None => Ok(()),
         }
+    }
+
+    /// While the plug of the device with this link is out.
+    #[must_use]
+    pub fn unplugged(&self, link: &str) -> Vec<Episode> {
+        self.unplugs.iter().filter(|unplug| unplug.link == link).map(|unplug| unplug.out).collect()
     }
 
     fn acting_on(&self, what: ActsOn) -> impl Iterator<Item = (Preset, i64)> + '_ {

@@ -5,6 +5,7 @@ use super::clock::VirtualClock;
 use super::{LinkName, PortReport};
 use crate::devices::device::Device;
 use crate::devices::run::Run;
+use crate::faults::episodes::Episode;
 use crate::line::Channel;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use std::io::{self, ErrorKind, Read, Write};
@@ -28,6 +29,8 @@ pub(super) struct NetworkPort {
     pub to_host: Channel,
     /// Faults on the bytes to the device.
     pub from_host: Channel,
+    /// While its plug is out.
+    pub unplugged: Vec<Episode>,
     listener: TcpListener,
     client: Option<TcpStream>,
     /// The file that says where it listens.
@@ -49,15 +52,38 @@ impl NetworkPort {
         let address_file = links.join(format!("{}.address", name.name()));
         std::fs::write(&address_file, format!("{}\n", listener.local_addr()?))?;
         let [to_host, from_host] = channels;
-        let (client, lost_bytes) = (None, 0);
-        Ok(Self { name, place, device, to_host, from_host, listener, client, address_file, lost_bytes })
+        Ok(Self {
+            name,
+            place,
+            device,
+            to_host,
+            from_host,
+            unplugged: Vec::new(),
+            listener,
+            client: None,
+            address_file,
+            lost_bytes: 0,
+        })
     }
 
     /// Runs until `stop`.
     pub(super) fn run(mut self, clock: VirtualClock, run: &Run, stop: &AtomicBool) -> PortReport {
-        let mut out = Vec::new();
+        let (mut out, mut was_out) = (Vec::new(), false);
         while !stop.load(Ordering::Relaxed) {
             let now_ns = clock.now_ns();
+            // A cable that is pulled is silence; the connection does not outlive it.
+            let is_out = self.unplugged.iter().any(|out| out.holds(now_ns));
+            if std::mem::replace(&mut was_out, is_out) && !is_out {
+                self.hang_up(now_ns);
+            }
+            if is_out {
+                out.clear();
+                let due_ns = self.device.poll(now_ns, &mut out);
+                self.lost_bytes += out.len() as u64;
+                let wait_ns = clock.wall_between_ns(now_ns, due_ns);
+                biplane_clock::sleep_ns(wait_ns.clamp(0, LONGEST_WAIT_NS));
+                continue;
+            }
             self.accept(now_ns);
             self.listen(now_ns);
             out.clear();

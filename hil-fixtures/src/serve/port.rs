@@ -6,8 +6,10 @@ use super::clock::VirtualClock;
 use crate::devices::device::{Device, DeviceCounts};
 use crate::devices::pty::Pty;
 use crate::devices::run::Run;
+use crate::faults::episodes::Episode;
 use crate::line::{Channel, garble};
 use crate::rng::Rng;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A loop looks at least this often whether it shall stop, and which speed its client has set; wall time.
@@ -23,6 +25,10 @@ pub(super) struct Port {
     pub device: Box<dyn Device>,
     /// Its terminal.
     pub pty: Pty,
+    /// Where its link stands.
+    pub link: PathBuf,
+    /// While its plug is out.
+    pub unplugged: Vec<Episode>,
     /// Faults on the bytes from the device.
     pub to_host: Channel,
     /// Faults on the bytes to the device.
@@ -54,6 +60,14 @@ impl Port {
         let mut out = Vec::new();
         while !stop.load(Ordering::Relaxed) {
             let now_ns = clock.now_ns();
+            if self.is_out(now_ns) {
+                out.clear();
+                let due_ns = self.device.poll(now_ns, &mut out);
+                self.pty.lost_bytes += out.len() as u64;
+                run.report(self.place, self.device.is_streaming(), now_ns);
+                self.pty.wait(clock.wall_between_ns(now_ns, due_ns).min(LONGEST_WAIT_NS));
+                continue;
+            }
             self.listen(now_ns, clock.wall_between_ns(0, now_ns));
             out.clear();
             let baud = self.device.baud();
@@ -70,6 +84,23 @@ impl Port {
             lost_bytes: self.pty.lost_bytes,
             faulted_bytes: self.to_host.changed_bytes() + self.from_host.changed_bytes(),
         }
+    }
+
+    /// Whether the plug is out. As with a USB adapter that is pulled, the link is gone and a client is hung
+    /// up on; put back, it is another terminal behind the same link.
+    fn is_out(&mut self, now_ns: i64) -> bool {
+        let is_out = self.unplugged.iter().any(|out| out.holds(now_ns));
+        if is_out && self.pty.is_published() {
+            let lost_bytes = self.pty.lost_bytes;
+            // Without another terminal the plug stays in.
+            let Ok(fresh) = Pty::open(self.pty.client_baud().unwrap_or(9600)) else { return false };
+            self.pty = fresh;
+            self.pty.lost_bytes = lost_bytes;
+            self.client_rate = ClientRate::default();
+        } else if !is_out && !self.unplugged.is_empty() && !self.pty.is_published() {
+            let _ = self.pty.publish(&self.link);
+        }
+        is_out
     }
 
     /// The rate that the client has set, when it is not the device's.
@@ -153,6 +184,8 @@ mod tests {
             place: 0,
             device: Box::new(LmsDevice::new(LmsParams::default(), Box::new(feed))),
             pty,
+            link: PathBuf::new(),
+            unplugged: Vec::new(),
             to_host: Channel::default(),
             from_host: Channel::default(),
             noise: Rng::new(1, 0, 0),

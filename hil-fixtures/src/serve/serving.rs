@@ -93,19 +93,23 @@ fn open_port(options: &ServeOptions, place: usize, served: Served) -> Result<Any
     let channels = [2 * stream, 2 * stream + 1].map(|stream| options.faults.channel(stream));
     if is_network {
         let port = NetworkPort::open(name, place, device, channels, &options.links);
-        let port = port.map_err(|source| ServeError::Network { name, source })?;
+        let mut port = port.map_err(|source| ServeError::Network { name, source })?;
+        port.unplugged = options.faults.unplugged(name.name());
         return Ok(AnyPort::Network(Box::new(port)));
     }
     // Where any rate will do, a terminal has one all the same.
     let baud = if device.baud() == 0 { USB_BAUD } else { device.baud() };
     let mut pty = Pty::open(baud)?;
-    pty.publish(&options.links.join(name.name()))?;
+    let link = options.links.join(name.name());
+    pty.publish(&link)?;
     let [to_host, from_host] = channels;
     Ok(AnyPort::Serial(Box::new(Port {
         name,
         place,
         device,
         pty,
+        link,
+        unplugged: options.faults.unplugged(name.name()),
         to_host,
         from_host,
         noise: Rng::new(options.seed, 0x0015_E000 + stream, 0),

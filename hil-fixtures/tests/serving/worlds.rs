@@ -57,6 +57,28 @@ fn a_laser_is_deaf_and_garbled_at_a_wrong_rate_and_answers_at_its_own() {
 }
 
 #[test]
+fn a_plug_that_is_pulled_hangs_up_on_its_client_and_comes_back_behind_the_same_link() {
+    let mut options = corridor(&folder("unplug"));
+    options.faults.unplugs = vec!["horizontal:0.6:0.8".parse().expect("it is one")];
+    serving(&options, |links| {
+        let link = links.join("lms-horizontal");
+        let becomes = |wanted: bool| {
+            let looks = (0..1000).take_while(|_| link.exists() != wanted);
+            looks.for_each(|_| biplane_clock::sleep_ns(5_000_000));
+            link.exists() == wanted
+        };
+        let first = std::fs::read_link(&link).expect("a link");
+        Client::open(&link, 9600).ask(STOP, DONE);
+        assert!(becomes(false), "the plug stays in");
+        assert!(links.join("lms-vertical").exists(), "another one is pulled");
+        assert!(becomes(true), "it does not come back");
+        assert!(std::fs::read_link(&link).expect("a link").exists(), "{first:?}");
+        Client::open(&link, 9600).ask(STOP, DONE);
+    })
+    .expect("served");
+}
+
+#[test]
 fn the_drive_begins_when_all_devices_stream_and_its_truth_is_written() {
     let folder = folder("truth");
     let mut options = corridor(&folder);
