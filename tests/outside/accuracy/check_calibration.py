@@ -12,10 +12,9 @@ import sys
 import tomllib
 from pathlib import Path
 
-import numpy as np
-
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+from lib import np
 from lib.programs import RIGS, fresh_folder, output_of
 from lib.verdict import require
 

@@ -21,10 +21,9 @@ import sys
 import tempfile
 from pathlib import Path
 
-import numpy as np
-
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+from lib import np
 from lib.planar import read_numbers, seen_from
 from lib.programs import run
 

@@ -21,8 +21,12 @@ odometry   fair: as above. worn: 5 % long, 1 to 2 degrees a meter off, with slip
 
 import argparse
 import math
+import sys
+from pathlib import Path
 
-import numpy as np
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from lib import np
 
 HALF_WIDTH_M = 1.3
 # Where corridors lie, and crossings (column, row) in the order of the way.

@@ -19,10 +19,9 @@ import resource
 import sys
 from pathlib import Path
 
-import numpy as np
-
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+from lib import np
 from lib.planar import seen_from
 from lib.programs import json_of, output_of, run_check
 

@@ -18,11 +18,9 @@ import sys
 import tempfile
 from pathlib import Path
 
-import numpy as np
-
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from lib import ply
+from lib import np, ply
 from lib.programs import run
 
 COLUMNS = (

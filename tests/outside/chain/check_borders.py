@@ -19,13 +19,13 @@ import json
 import sys
 from pathlib import Path
 
-import numpy as np
 from shapely import box
 from shapely.geometry import LinearRing, Point, Polygon
 from shapely.ops import unary_union
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+from lib import np
 from lib.verdict import fail
 
 SPIKE_DEG, SIMPLIFIED_M, SMALL_M2, CORNERS, THIN_M = 120, 0.10, 0.05, 30, 0.05

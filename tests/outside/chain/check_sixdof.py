@@ -19,11 +19,11 @@ import argparse
 import sys
 from pathlib import Path
 
-import numpy as np
 from rosbags.highlevel import AnyReader
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+from lib import np
 from lib.programs import fresh_folder, run
 from lib.verdict import require
 

@@ -1,7 +1,6 @@
 """Binary PLY files, read and written with numpy alone."""
 
-import numpy as np
-
+from lib import np
 from lib.verdict import require
 
 TYPES = {

@@ -23,11 +23,11 @@ import sys
 import tempfile
 from pathlib import Path
 
-import numpy as np
 from mcap.reader import make_reader
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+from lib import np
 from lib.planar import read_numbers
 from lib.programs import RIGS, run
 from lib.verdict import require

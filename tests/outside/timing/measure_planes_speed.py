@@ -23,11 +23,9 @@ import tempfile
 import time
 from pathlib import Path
 
-import numpy as np
-
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from lib import ply
+from lib import np, ply
 from lib.programs import peak_memory_mb
 from lib.verdict import fail, require
 
