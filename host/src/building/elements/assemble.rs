@@ -1,6 +1,6 @@
 //! Rooms and walls as they were found, put in order and named.
 
-use super::{Elements, KnownBy, Room, Storey, Use, Wall, WallCurve, WallOpening, stations_m};
+use super::{CLOSED_LEAF, Elements, KnownBy, Room, Storey, Use, Wall, WallCurve, WallOpening, stations_m};
 use crate::building::spaces::evidence::Evidence;
 use crate::building::spaces::line::Line;
 use crate::building::spaces::outline::signed_area_m2;
@@ -184,6 +184,7 @@ fn opening(
     let evidence = match hole.shows {
         Shows::DrivenThrough => "driven through",
         Shows::SeenThrough => "seen through",
+        Shows::ClosedLeaf => CLOSED_LEAF,
         Shows::Frame => "frame",
     };
     let mut opening = WallOpening {
@@ -196,7 +197,7 @@ fn opening(
         sill_m: tidy(hole.bottom_m - floor_z_m),
         rooms: found,
         evidence: evidence.to_owned(),
-        inferred: hole.shows == Shows::Frame,
+        inferred: hole.shows == Shows::Frame || !hole.is_bottom_seen,
     };
     // What the robot drove through is as wide as the robot, and its width was seen.
     opening.inferred |= opening.is_narrow() && hole.shows != Shows::DrivenThrough;

@@ -56,7 +56,12 @@ pub(crate) struct Room {
 
 /// The narrowest doors of buildings are 0.7 m, and widths are found within 5 cm. What is narrower may be a
 /// gap beside a cupboard, or a part of a door, meters.
-const NARROWEST_DOOR_M: f64 = 0.6;
+pub(crate) const NARROWEST_DOOR_M: f64 = 0.6;
+
+/// Smaller areas that nobody saw are not worth a word, square meters.
+const MIN_GUESSED_M2: f64 = 0.05;
+/// A wall of which less was seen is a guess.
+const MIN_SEEN: f64 = 0.3;
 
 impl WallOpening {
     /// Whether it is a door that is narrower than doors are.
@@ -138,6 +143,9 @@ pub(crate) enum Use {
     Window,
     /// One walks through it, and it is wider than doors are.
     Passage,
+/// The evidence of a door of which a shut leaf was seen, behind the face of its wall.
+pub(crate) const CLOSED_LEAF: &str = "closed leaf";
+
 }
 
 /// A door, window or passage.
@@ -160,9 +168,10 @@ pub(crate) struct WallOpening {
     pub sill_m: f64,
     /// The rooms on its two sides, as far as the robot entered them.
     pub rooms: Vec<String>,
-    /// What shows it: "driven through", "seen through" or "frame".
+    /// What shows it: "driven through", "seen through", "closed leaf" or "frame".
     pub evidence: String,
-    /// Whether only its frame shows it, or it is narrower than doors are and nobody drove through.
+    /// Whether only its frame or a closed leaf shows it, nothing was seen under it, or it is narrower than
+    /// doors are and nobody drove through.
     pub inferred: bool,
 }
 

@@ -1,6 +1,8 @@
-//! Walls of made-up sides of rooms: no two in one place, and their thickness.
+//! Walls of made-up sides of rooms: no two in one place, and their thickness. What is under an opening.
 
-use super::rooms::{house, through_the_door, with_free_floor};
+use super::rooms::{DOOR_M, Drive, HEAD_M, WINDOW_M, WINDOW_Z_M, house, through_the_door, with_free_floor};
+use crate::building::elements::{Use, WallOpening};
+use crate::building::rooms;
 use crate::building::spaces::faces::Face;
 use crate::building::spaces::line::Line;
 use crate::building::walls::overlaps;
@@ -82,4 +84,45 @@ fn no_overlaps(walls: &[Slab]) -> bool {
         |a: &Slab, b: &Slab| shared_m(a.faces_m, b.faces_m) > 0.0101 && shared_m(a.span, b.span) > 0.0101;
     let is_alone = |at: usize| walls[..at].iter().all(|other| !overlap(other, &walls[at]));
     (0..walls.len()).all(is_alone)
+}
+
+/// The openings that a drive through the first room shows.
+fn openings(drive: &Drive) -> Vec<WallOpening> {
+    let inside: Vec<[f64; 2]> = (0..40).map(|step| [1.0 + 0.05 * f64::from(step), 2.0]).collect();
+    let is_free = |[x, y]: [f64; 2]| x > 0.0 && x < 5.0 && y > 0.0 && y < 4.0;
+    with_free_floor(drive, &inside, is_free, rooms).openings
+}
+
+#[test]
+fn a_shut_leaf_behind_the_face_of_its_wall_is_a_door_and_no_window() {
+    // A leaf 6 cm behind the face; low down some of the beams that end on it count as ending on the wall.
+    let mut drive = house();
+    drive.through(1, 5.0, 5.045, [DOOR_M, [0.45, 0.65]]);
+    drive.through(1, 5.0, 5.06, [DOOR_M, [0.65, HEAD_M]]);
+    let found = openings(&drive);
+    let [door] = &found[..] else { panic!("{found:?}") };
+    assert_eq!((door.kind, door.evidence.as_str(), door.sill_m), (Use::Door, "closed leaf", 0.0));
+    assert!(door.inferred, "nothing was seen of its foot: {door:?}");
+    assert!((door.width_m - 0.9).abs() < 0.03 && (door.height_m - HEAD_M).abs() < 0.03, "{door:?}");
+}
+
+#[test]
+fn a_window_is_measured_where_wall_was_seen_under_it() {
+    let mut drive = house();
+    drive.through(0, 4.0, 4.15, [WINDOW_M, WINDOW_Z_M]);
+    let seen = openings(&drive);
+    let [window] = &seen[..] else { panic!("{seen:?}") };
+    assert_eq!((window.kind, window.inferred), (Use::Window, false));
+
+    // A chest before it: its sill is a guess, and it is no door.
+    let is_hidden = |p: &[f32; 3]| p[1] > 3.9 && p[2] < 0.9 && p[0] > 1.9 && p[0] < 3.3;
+    let cloud = drive.cloud.clone();
+    let left: Vec<usize> = (0..cloud.points_m.len()).filter(|at| !is_hidden(&cloud.points_m[*at])).collect();
+    drive.cloud.points_m = left.iter().map(|at| cloud.points_m[*at]).collect();
+    drive.cloud.scan = left.iter().map(|at| cloud.scan[*at]).collect();
+    drive.cloud.beam = left.iter().map(|at| cloud.beam[*at]).collect();
+    drive.labels = left.iter().map(|at| drive.labels[*at]).collect();
+    let hidden = openings(&drive);
+    let [window] = &hidden[..] else { panic!("{hidden:?}") };
+    assert_eq!((window.kind, window.inferred), (Use::Window, true));
 }

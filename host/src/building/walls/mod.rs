@@ -8,6 +8,7 @@ pub(crate) mod openings;
 pub(crate) mod overlaps;
 pub(crate) mod rays;
 pub(crate) mod sides;
+mod sills;
 pub(crate) mod slabs;
 mod view;
 

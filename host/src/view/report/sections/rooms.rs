@@ -3,7 +3,7 @@
 
 use std::fmt::Write;
 
-use crate::building::elements::{Elements, Room, Use, Wall, WallOpening};
+use crate::building::elements::{CLOSED_LEAF, Elements, Room, Use, Wall, WallOpening};
 use crate::view::markup::escaped;
 
 /// Space around the plan, meters.
@@ -180,7 +180,7 @@ fn rooms(html: &mut String, rooms: &[Room]) {
     for room in rooms {
         let _ = write!(
             html,
-            "<tr><th scope=\"row\">{}</th><td>{:.2}</td><td>{:.2}</td><td>{:.0} %</td></tr>",
+            "<tr><th scope=\"row\">{}</th><td>{:.2}</td><td>{seen}</td><td>{:.2}</td><td>{:.0} %</td></tr>",
             name(&room.id),
             room.area_m2,
             room.ceiling_z_m - room.floor_z_m,
@@ -218,6 +218,7 @@ fn openings(html: &mut String, openings: &[WallOpening]) {
         );
     }
     html.push_str("</tbody></table>");
+            Use::Door if opening.evidence == CLOSED_LEAF => "shut door",
     if openings.iter().any(|opening| opening.is_narrow() && opening.inferred) {
         html.push_str(
             "<p class=\"note\">Narrow doors are narrower than doors of buildings are: each may be a gap beside a cupboard, \
