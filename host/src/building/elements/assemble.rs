@@ -109,6 +109,7 @@ fn room(plan: &Plan, space: &Space, id: &str, floor_z_m: f64) -> Room {
         outline_m,
         holes_m: rings.collect(),
         floor_z_m,
+        seen_area_m2: Some(tidy(space.seen_m2.min(area_m2))),
         ceiling_z_m: tidy(ceiling_m.unwrap_or(floor_z_m + USUAL_HEIGHT_M)),
         area_m2: tidy(area_m2),
         closed,
@@ -183,8 +184,8 @@ fn opening(
     found.dedup();
     let evidence = match hole.shows {
         Shows::DrivenThrough => "driven through",
-        Shows::SeenThrough => "seen through",
         Shows::ClosedLeaf => CLOSED_LEAF,
+        Shows::SeenThrough => "seen through",
         Shows::Frame => "frame",
     };
     let mut opening = WallOpening {

@@ -46,6 +46,10 @@ pub(crate) struct Room {
     pub ceiling_z_m: f64,
     /// Area of the outline less that of the holes, square meters.
     pub area_m2: f64,
+    /// As much of that as was seen, its ceiling or over its floor: the rest is a guess. None in models of
+    /// versions that did not count it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seen_area_m2: Option<f64>,
     /// Whether walls, doors and windows go all around it.
     pub closed: bool,
     /// Share of its outline on which wall was seen.
@@ -71,6 +75,12 @@ impl WallOpening {
 }
 
 impl Room {
+    /// Area that is a guess, of a room that is not closed, square meters; none where hardly any is.
+    pub(crate) fn guessed_m2(&self) -> Option<f64> {
+        let guessed_m2 = self.area_m2 - self.seen_area_m2?;
+        Some(guessed_m2).filter(|guessed_m2| !self.closed && *guessed_m2 >= MIN_GUESSED_M2)
+    }
+
     /// What its name stands for: `room 2` of `S1-R02`.
     pub(crate) fn long_name(&self) -> String {
         let number = self.id.rsplit_once("-R").and_then(|(_, number)| number.parse::<u32>().ok());
@@ -133,6 +143,9 @@ pub(crate) struct Wall {
     pub inferred: bool,
 }
 
+/// The evidence of a door of which a shut leaf was seen, behind the face of its wall.
+pub(crate) const CLOSED_LEAF: &str = "closed leaf";
+
 /// What an opening is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -143,9 +156,6 @@ pub(crate) enum Use {
     Window,
     /// One walks through it, and it is wider than doors are.
     Passage,
-/// The evidence of a door of which a shut leaf was seen, behind the face of its wall.
-pub(crate) const CLOSED_LEAF: &str = "closed leaf";
-
 }
 
 /// A door, window or passage.

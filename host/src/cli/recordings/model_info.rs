@@ -106,7 +106,14 @@ fn print_rooms(out: &mut impl Write, rooms: &[Room]) -> io::Result<()> {
     writeln!(out, "  rooms: {}", rooms.len())?;
     writeln!(out, "    {:8} {:>8} {:>8}", "name", "area m2", "height m")?;
     for room in rooms {
-        let open = if room.closed { "" } else { "  not closed all around" };
+        let open = match (room.closed, room.guessed_m2()) {
+            (true, _) => String::new(),
+            (false, None) => "  not closed all around".to_owned(),
+            (false, Some(guessed_m2)) => {
+                let seen_m2 = room.area_m2 - guessed_m2;
+                format!("  not closed all around: {seen_m2:.2} seen, {guessed_m2:.2} a guess")
+            }
+        };
         let height_m = room.ceiling_z_m - room.floor_z_m;
         writeln!(out, "    {:8} {:8.2} {height_m:8.2}{open}", room.id, room.area_m2)?;
     }
@@ -131,13 +138,6 @@ fn print_openings(out: &mut impl Write, words: &str, all: &[&WallOpening]) -> io
     Ok(())
 }
 
-#[cfg(test)]
-mod tests {
-    use super::print;
-
-    const LIST: &str = r#"{"generator": "a", "storeys": [], "rooms": [{"id": "S1-R01", "storey": "S1",
-        "outline_m": [], "holes_m": [], "floor_z_m": 0.1, "ceiling_z_m": 2.6, "area_m2": 12.345,
-        "closed": false, "walled_share": 0.5, "inferred": true}], "walls": [], "openings": [{"id": "S1-N01", "kind": "window",
 /// What of an opening is a guess.
 fn note(opening: &WallOpening) -> &'static str {
     match opening.kind {
@@ -149,6 +149,13 @@ fn note(opening: &WallOpening) -> &'static str {
     }
 }
 
+#[cfg(test)]
+mod tests {
+    use super::print;
+
+    const LIST: &str = r#"{"generator": "a", "storeys": [], "rooms": [{"id": "S1-R01", "storey": "S1",
+        "outline_m": [], "holes_m": [], "floor_z_m": 0.1, "ceiling_z_m": 2.6, "area_m2": 12.345, "seen_area_m2": 11.5,
+        "closed": false, "walled_share": 0.5, "inferred": true}], "walls": [], "openings": [{"id": "S1-N01", "kind": "window",
         "wall": "S1-W02", "center_m": [0, 0, 1], "width_m": 1.2, "height_m": 1.1, "sill_m": 0.9,
         "rooms": ["S1-R01"], "evidence": "seen through", "inferred": false},
         {"id": "S1-D01", "kind": "door", "wall": "S1-W02", "center_m": [0, 0, 1], "width_m": 0.9, "height_m": 2,
@@ -178,7 +185,7 @@ fn note(opening: &WallOpening) -> &'static str {
             "  S1-R01 is room 1 of storey 1; R: room, W: wall, D: door, P: passage, N: window",
             "  rooms: 1",
             "    name      area m2 height m",
-            "    S1-R01      12.35     2.50  not closed all around",
+            "    S1-R01      12.35     2.50  not closed all around: 11.50 seen, 0.85 a guess",
             "  walls: 0, 0 of them of known thickness",
             "  doors: 1",
             "    name      width m height m   sill m  in wall  of rooms",

@@ -175,7 +175,8 @@ fn foot(opening: &WallOpening, wall: &Wall) -> [[f64; 2]; 4] {
 fn rooms(html: &mut String, rooms: &[Room]) {
     html.push_str(
         "<table class=\"figures\"><thead><tr><th scope=\"col\">room</th><th scope=\"col\">area, m²</th>\
-         <th scope=\"col\">height, m</th><th scope=\"col\">wall seen around it</th></tr></thead><tbody>",
+         <th scope=\"col\">of it seen, m²</th><th scope=\"col\">height, m</th>\
+         <th scope=\"col\">wall seen around it</th></tr></thead><tbody>",
     );
     for room in rooms {
         let _ = write!(
@@ -186,6 +187,7 @@ fn rooms(html: &mut String, rooms: &[Room]) {
             room.ceiling_z_m - room.floor_z_m,
             100.0 * room.walled_share
         );
+        let seen = room.seen_area_m2.map_or_else(|| "-".to_owned(), |seen_m2| format!("{seen_m2:.2}"));
     }
     html.push_str("</tbody></table>");
 }
@@ -196,6 +198,12 @@ fn openings(html: &mut String, openings: &[WallOpening]) {
     }
     html.push_str(
         "<table class=\"figures\"><thead><tr><th scope=\"col\">opening</th><th scope=\"col\">kind</th>\
+    if rooms.iter().any(|room| room.guessed_m2().is_some()) {
+        html.push_str(
+            "<p class=\"note\">Rooms that are not closed go on as far as the lines of walls do: what of their area \
+             was not seen is a guess, and they may be larger.</p>",
+        );
+    }
          <th scope=\"col\">width, m</th><th scope=\"col\">height, m</th><th scope=\"col\">sill, m</th>\
          <th scope=\"col\">rooms</th><th scope=\"col\">shown by</th></tr></thead><tbody>",
     );
@@ -210,6 +218,7 @@ fn openings(html: &mut String, openings: &[WallOpening]) {
             html,
             "<tr><th scope=\"row\">{}</th><td>{kind}</td><td>{:.2}</td><td>{:.2}</td><td>{:.2}</td><td>{}</td><td>{}</td></tr>",
             name(&opening.id),
+            Use::Door if opening.evidence == CLOSED_LEAF => "shut door",
             opening.width_m,
             opening.height_m,
             opening.sill_m,
@@ -218,7 +227,6 @@ fn openings(html: &mut String, openings: &[WallOpening]) {
         );
     }
     html.push_str("</tbody></table>");
-            Use::Door if opening.evidence == CLOSED_LEAF => "shut door",
     if openings.iter().any(|opening| opening.is_narrow() && opening.inferred) {
         html.push_str(
             "<p class=\"note\">Narrow doors are narrower than doors of buildings are: each may be a gap beside a cupboard, \
@@ -240,7 +248,7 @@ mod tests {
     /// A corridor around a block, with a gap of 0.5 m.
     const RING: &str = r#"{"storeys": [{"id": "S1", "floor_z_m": 0, "ceiling_z_m": 2.5, "floor_inferred": true}],
         "rooms": [{"id": "S1-R01", "storey": "S1", "outline_m": [[0, 0], [12, 0], [12, 8], [0, 8]],
-        "holes_m": [[[2, 2], [2, 6], [9, 6], [9, 2]]], "floor_z_m": 0, "ceiling_z_m": 2.5, "area_m2": 68,
+        "holes_m": [[[2, 2], [2, 6], [9, 6], [9, 2]]], "floor_z_m": 0, "ceiling_z_m": 2.5, "area_m2": 68, "seen_area_m2": 66.5,
         "closed": true, "walled_share": 1, "inferred": false}], "walls": [
         {"id": "S1-W01", "storey": "S1", "axis_m": [[0, 0], [12, 0]], "outline_m": [[0, 0], [12, 0], [12, -0.2], [0, -0.2]],
         "thickness_m": null, "thickness_from": "unknown", "drawn_thickness_m": 0.2, "seen_left": true, "height_m": 2.5,
