@@ -14,8 +14,6 @@ use biplane_geometry::vec2::dot;
 
 /// A room with a larger share of wall around it is closed.
 const CLOSED_SHARE: f64 = 0.97;
-/// A wall of which less was seen is a guess.
-const MIN_SEEN: f64 = 0.3;
 /// How far beside a wall rooms are looked for, meters.
 const BESIDE_M: f64 = 0.3;
 /// Ends of walls this close to another wall meet it, meters.
@@ -109,9 +107,9 @@ fn room(plan: &Plan, space: &Space, id: &str, floor_z_m: f64) -> Room {
         outline_m,
         holes_m: rings.collect(),
         floor_z_m,
-        seen_area_m2: Some(tidy(space.seen_m2.min(area_m2))),
         ceiling_z_m: tidy(ceiling_m.unwrap_or(floor_z_m + USUAL_HEIGHT_M)),
         area_m2: tidy(area_m2),
+        seen_area_m2: Some(tidy(space.seen_m2.min(area_m2))),
         closed,
         walled_share: tidy(walled_share),
         inferred: !closed || space.ceiling_m.is_none(),
@@ -127,7 +125,7 @@ fn wall(open: &OpenWall, id: String, names: &[String], floor_z_m: f64) -> Wall {
         ThicknessFrom::SameLine => KnownBy::SameLine,
         ThicknessFrom::Unknown => KnownBy::Unknown,
     };
-    Wall {
+    let mut wall = Wall {
         storey: id.split('-').next().unwrap_or_default().to_owned(),
         id,
         axis_m: slab.span.map(|at| tidy_point(slab.point(at, slab.middle_m()))),
@@ -144,8 +142,10 @@ fn wall(open: &OpenWall, id: String, names: &[String], floor_z_m: f64) -> Wall {
         height_m: tidy(open.top_m - floor_z_m),
         rooms,
         seen_share: tidy(open.seen_share),
-        inferred: slab.from == ThicknessFrom::Unknown || open.seen_share < MIN_SEEN,
-    }
+        inferred: slab.from == ThicknessFrom::Unknown,
+    };
+    wall.inferred |= wall.is_hardly_seen();
+    wall
 }
 
 /// The corners of a wall, counter-clockwise; of a curved one those of chords along its faces.

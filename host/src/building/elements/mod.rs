@@ -246,6 +246,11 @@ impl Wall {
         Some((Curve { center_m, radius_m, zero_rad: from_rad + half_rad }, half_rad * radius_m))
     }
 
+    /// Whether so little of its surface was seen that it is a guess.
+    pub(crate) fn is_hardly_seen(&self) -> bool {
+        self.seen_share < MIN_SEEN
+    }
+
     /// Whether it is straight.
     pub(crate) fn is_straight(&self) -> bool {
         self.curve.is_none()

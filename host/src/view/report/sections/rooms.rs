@@ -49,7 +49,10 @@ pub(crate) fn section(elements: &Elements) -> String {
     for (color, words) in KEY {
         let _ = write!(html, "<span><i style=\"background:{color}\"></i>{words}</span> ");
     }
-    html.push_str("</p><p class=\"note\">Floors are inferred: no laser sees them.</p>");
+    html.push_str(
+        "<span><i class=\"guess\"></i>wall of which less than 30 % was seen</span></p>\
+         <p class=\"note\">Floors are inferred: no laser sees them.</p>",
+    );
     rooms(&mut html, &elements.rooms);
     openings(&mut html, &elements.openings);
     html.push_str("</section>");
@@ -84,7 +87,12 @@ fn plan(html: &mut String, elements: &Elements) {
     }
     for wall in &elements.walls {
         let fill = if wall.thickness_m.is_some() { KNOWN_WALL } else { WALL };
-        let _ = write!(html, "<path d=\"{}\" fill=\"{fill}\"/>", way(&wall.outline_m));
+        let way = way(&wall.outline_m);
+        let _ = if wall.is_hardly_seen() {
+            write!(html, "<path class=\"guess\" vector-effect=\"non-scaling-stroke\" d=\"{way}\"/>")
+        } else {
+            write!(html, "<path d=\"{way}\" fill=\"{fill}\"/>")
+        };
     }
     for opening in &elements.openings {
         let Some(wall) = elements.wall(&opening.wall) else { continue };
@@ -179,6 +187,7 @@ fn rooms(html: &mut String, rooms: &[Room]) {
          <th scope=\"col\">wall seen around it</th></tr></thead><tbody>",
     );
     for room in rooms {
+        let seen = room.seen_area_m2.map_or_else(|| "-".to_owned(), |seen_m2| format!("{seen_m2:.2}"));
         let _ = write!(
             html,
             "<tr><th scope=\"row\">{}</th><td>{:.2}</td><td>{seen}</td><td>{:.2}</td><td>{:.0} %</td></tr>",
@@ -187,9 +196,14 @@ fn rooms(html: &mut String, rooms: &[Room]) {
             room.ceiling_z_m - room.floor_z_m,
             100.0 * room.walled_share
         );
-        let seen = room.seen_area_m2.map_or_else(|| "-".to_owned(), |seen_m2| format!("{seen_m2:.2}"));
     }
     html.push_str("</tbody></table>");
+    if rooms.iter().any(|room| room.guessed_m2().is_some()) {
+        html.push_str(
+            "<p class=\"note\">Rooms that are not closed go on as far as the lines of walls do: what of their area \
+             was not seen is a guess, and they may be larger.</p>",
+        );
+    }
 }
 
 fn openings(html: &mut String, openings: &[WallOpening]) {
@@ -198,18 +212,13 @@ fn openings(html: &mut String, openings: &[WallOpening]) {
     }
     html.push_str(
         "<table class=\"figures\"><thead><tr><th scope=\"col\">opening</th><th scope=\"col\">kind</th>\
-    if rooms.iter().any(|room| room.guessed_m2().is_some()) {
-        html.push_str(
-            "<p class=\"note\">Rooms that are not closed go on as far as the lines of walls do: what of their area \
-             was not seen is a guess, and they may be larger.</p>",
-        );
-    }
          <th scope=\"col\">width, m</th><th scope=\"col\">height, m</th><th scope=\"col\">sill, m</th>\
          <th scope=\"col\">rooms</th><th scope=\"col\">shown by</th></tr></thead><tbody>",
     );
     for opening in openings {
         let kind = match opening.kind {
             Use::Door if opening.is_narrow() && opening.inferred => "narrow door",
+            Use::Door if opening.evidence == CLOSED_LEAF => "shut door",
             Use::Door => "door",
             Use::Window => "window",
             Use::Passage => "passage",
@@ -218,7 +227,6 @@ fn openings(html: &mut String, openings: &[WallOpening]) {
             html,
             "<tr><th scope=\"row\">{}</th><td>{kind}</td><td>{:.2}</td><td>{:.2}</td><td>{:.2}</td><td>{}</td><td>{}</td></tr>",
             name(&opening.id),
-            Use::Door if opening.evidence == CLOSED_LEAF => "shut door",
             opening.width_m,
             opening.height_m,
             opening.sill_m,
@@ -271,6 +279,20 @@ mod tests {
         assert!(html.contains("class=\"tag opening over\""), "{html}");
         assert!(html.contains("<td>narrow door</td>") && html.contains("a gap beside a cupboard"), "{html}");
         assert_eq!(html.matches("<i style=\"background:#").count(), 6, "a key of the colors");
+        assert!(html.contains("<td>68.00</td><td>66.50</td>") && !html.contains("path class=\"guess\""));
+        assert!(html.contains("<i class=\"guess\"></i>wall of which less than 30 %"), "{html}");
+    }
+
+    #[test]
+    fn a_wall_that_was_hardly_seen_is_dashed_and_a_leaf_makes_a_shut_door() {
+        let hardly = RING.replace("\"seen_share\": 1", "\"seen_share\": 0.29");
+        let shut =
+            hardly.replace("\"width_m\": 0.5", "\"width_m\": 0.9").replace("seen through", "closed leaf");
+        let html = section(&serde_json::from_str(&shut).unwrap());
+        assert_eq!(html.matches("<path class=\"guess\"").count(), 1, "{html}");
+        assert!(html.contains("<td>shut door</td>") && html.contains("<td>closed leaf</td>"), "{html}");
+        let open = RING.replace("\"closed\": true", "\"closed\": false");
+        assert!(section(&serde_json::from_str(&open).unwrap()).contains("Rooms that are not closed go on"));
     }
 
     #[test]
