@@ -125,6 +125,7 @@ mod tests {
             floor_z_m,
             ceiling_z_m: floor_z_m + 2.5,
             area_m2: 32.0,
+            seen_area_m2: None,
             closed: true,
             walled_share: 1.0,
             inferred: false,

@@ -35,6 +35,15 @@ def check_faces(entities, summary):
     return faces
 
 
+def check_names(path, space):
+    """Each thing of `building.json` that the plan shows has its name in it."""
+    if path.exists():
+        building = json.loads(path.read_text())
+        texts = {text.dxf.text for text in space.query("TEXT")}
+        missing = {one["id"] for key in ("rooms", "openings") for one in building[key]} - texts
+        require(not missing, f"names that the plan lacks: {sorted(missing)}")
+
+
 def main():
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -57,6 +66,7 @@ def main():
         require(walls == 0 and drawing.layers.get("SURFACES").is_on(), "there is a plan without a floor")
     else:
         require(walls > 3 and length_m > 5, f"the plan has {walls} walls of {length_m:.1f} m")
+        check_names(args.folder / "building.json", space)
         require(doors >= args.least_doors, f"the plan has {doors} doors, wanted {args.least_doors}: {sizes}")
     print(
         f"{args.folder}/model.dxf: no errors, {walls} walls of {length_m:.1f} m, {doors} doors and passages, "

@@ -1,6 +1,6 @@
 //! Rooms and walls as they were found, put in order and named.
 
-use super::{Elements, KnownBy, Room, Storey, Use, Wall, WallCurve, WallOpening, stations_m};
+use super::{CLOSED_LEAF, Elements, KnownBy, Room, Storey, Use, Wall, WallCurve, WallOpening, stations_m};
 use crate::building::spaces::evidence::Evidence;
 use crate::building::spaces::line::Line;
 use crate::building::spaces::outline::signed_area_m2;
@@ -14,8 +14,6 @@ use biplane_geometry::vec2::dot;
 
 /// A room with a larger share of wall around it is closed.
 const CLOSED_SHARE: f64 = 0.97;
-/// A wall of which less was seen is a guess.
-const MIN_SEEN: f64 = 0.3;
 /// How far beside a wall rooms are looked for, meters.
 const BESIDE_M: f64 = 0.3;
 /// Ends of walls this close to another wall meet it, meters.
@@ -111,6 +109,7 @@ fn room(plan: &Plan, space: &Space, id: &str, floor_z_m: f64) -> Room {
         floor_z_m,
         ceiling_z_m: tidy(ceiling_m.unwrap_or(floor_z_m + USUAL_HEIGHT_M)),
         area_m2: tidy(area_m2),
+        seen_area_m2: Some(tidy(space.seen_m2.min(area_m2))),
         closed,
         walled_share: tidy(walled_share),
         inferred: !closed || space.ceiling_m.is_none(),
@@ -126,7 +125,7 @@ fn wall(open: &OpenWall, id: String, names: &[String], floor_z_m: f64) -> Wall {
         ThicknessFrom::SameLine => KnownBy::SameLine,
         ThicknessFrom::Unknown => KnownBy::Unknown,
     };
-    Wall {
+    let mut wall = Wall {
         storey: id.split('-').next().unwrap_or_default().to_owned(),
         id,
         axis_m: slab.span.map(|at| tidy_point(slab.point(at, slab.middle_m()))),
@@ -143,8 +142,10 @@ fn wall(open: &OpenWall, id: String, names: &[String], floor_z_m: f64) -> Wall {
         height_m: tidy(open.top_m - floor_z_m),
         rooms,
         seen_share: tidy(open.seen_share),
-        inferred: slab.from == ThicknessFrom::Unknown || open.seen_share < MIN_SEEN,
-    }
+        inferred: slab.from == ThicknessFrom::Unknown,
+    };
+    wall.inferred |= wall.is_hardly_seen();
+    wall
 }
 
 /// The corners of a wall, counter-clockwise; of a curved one those of chords along its faces.
@@ -183,6 +184,7 @@ fn opening(
     found.dedup();
     let evidence = match hole.shows {
         Shows::DrivenThrough => "driven through",
+        Shows::ClosedLeaf => CLOSED_LEAF,
         Shows::SeenThrough => "seen through",
         Shows::Frame => "frame",
     };
@@ -196,7 +198,7 @@ fn opening(
         sill_m: tidy(hole.bottom_m - floor_z_m),
         rooms: found,
         evidence: evidence.to_owned(),
-        inferred: hole.shows == Shows::Frame,
+        inferred: hole.shows == Shows::Frame || !hole.is_bottom_seen,
     };
     // What the robot drove through is as wide as the robot, and its width was seen.
     opening.inferred |= opening.is_narrow() && hole.shows != Shows::DrivenThrough;

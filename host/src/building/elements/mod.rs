@@ -46,6 +46,10 @@ pub(crate) struct Room {
     pub ceiling_z_m: f64,
     /// Area of the outline less that of the holes, square meters.
     pub area_m2: f64,
+    /// As much of that as was seen, its ceiling or over its floor: the rest is a guess. None in models of
+    /// versions that did not count it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seen_area_m2: Option<f64>,
     /// Whether walls, doors and windows go all around it.
     pub closed: bool,
     /// Share of its outline on which wall was seen.
@@ -56,7 +60,12 @@ pub(crate) struct Room {
 
 /// The narrowest doors of buildings are 0.7 m, and widths are found within 5 cm. What is narrower may be a
 /// gap beside a cupboard, or a part of a door, meters.
-const NARROWEST_DOOR_M: f64 = 0.6;
+pub(crate) const NARROWEST_DOOR_M: f64 = 0.6;
+
+/// Smaller areas that nobody saw are not worth a word, square meters.
+const MIN_GUESSED_M2: f64 = 0.05;
+/// A wall of which less was seen is a guess.
+const MIN_SEEN: f64 = 0.3;
 
 impl WallOpening {
     /// Whether it is a door that is narrower than doors are.
@@ -66,6 +75,12 @@ impl WallOpening {
 }
 
 impl Room {
+    /// Area that is a guess, of a room that is not closed, square meters; none where hardly any is.
+    pub(crate) fn guessed_m2(&self) -> Option<f64> {
+        let guessed_m2 = self.area_m2 - self.seen_area_m2?;
+        Some(guessed_m2).filter(|guessed_m2| !self.closed && *guessed_m2 >= MIN_GUESSED_M2)
+    }
+
     /// What its name stands for: `room 2` of `S1-R02`.
     pub(crate) fn long_name(&self) -> String {
         let number = self.id.rsplit_once("-R").and_then(|(_, number)| number.parse::<u32>().ok());
@@ -128,6 +143,9 @@ pub(crate) struct Wall {
     pub inferred: bool,
 }
 
+/// The evidence of a door of which a shut leaf was seen, behind the face of its wall.
+pub(crate) const CLOSED_LEAF: &str = "closed leaf";
+
 /// What an opening is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -160,9 +178,10 @@ pub(crate) struct WallOpening {
     pub sill_m: f64,
     /// The rooms on its two sides, as far as the robot entered them.
     pub rooms: Vec<String>,
-    /// What shows it: "driven through", "seen through" or "frame".
+    /// What shows it: "driven through", "seen through", "closed leaf" or "frame".
     pub evidence: String,
-    /// Whether only its frame shows it, or it is narrower than doors are and nobody drove through.
+    /// Whether only its frame or a closed leaf shows it, nothing was seen under it, or it is narrower than
+    /// doors are and nobody drove through.
     pub inferred: bool,
 }
 
@@ -225,6 +244,11 @@ impl Wall {
         let [from_rad, to_rad] = self.axis_m.map(angle_rad);
         let half_rad = (to_rad - from_rad).rem_euclid(TAU) / 2.0;
         Some((Curve { center_m, radius_m, zero_rad: from_rad + half_rad }, half_rad * radius_m))
+    }
+
+    /// Whether so little of its surface was seen that it is a guess.
+    pub(crate) fn is_hardly_seen(&self) -> bool {
+        self.seen_share < MIN_SEEN
     }
 
     /// Whether it is straight.

@@ -16,7 +16,7 @@ pub(crate) mod outline;
 pub(crate) mod raster;
 mod regions;
 
-use self::evidence::Evidence;
+use self::evidence::{Evidence, Seen};
 use self::faces::Face;
 use self::labels::Ground;
 use self::levels::{Overhead, weighted_median};
@@ -34,6 +34,9 @@ pub(crate) struct Space {
     pub walled_m: f64,
     /// Length of its outline, meters.
     pub around_m: f64,
+    /// Area inside of it over which a ceiling was seen, or at the height of the lower laser the floor; the
+    /// rest is a guess, square meters.
+    pub seen_m2: f64,
 }
 
 /// Everything about the plan that walls and openings are found with.
@@ -75,8 +78,9 @@ fn space(evidence: &Evidence<'_>, overhead: &Overhead, regions: &Regions, rings:
     let grid = evidence.grid;
     let flat: Vec<Vec<[f64; 2]>> =
         rings.iter().map(|ring| ring.iter().map(|edge| edge.from_m).collect()).collect();
-    let mut heights = Vec::new();
+    let (mut heights, mut seen) = (Vec::new(), 0_u32);
     grid.fill(&flat.iter().map(Vec::as_slice), |cell| {
+        seen += u32::from(overhead.ceiling_m[cell].is_some() || evidence.seen[cell] != Seen::Unknown);
         heights.extend(overhead.ceiling_m[cell].map(|height| (f64::from(height), 1.0)));
     });
     let (mut walled_m, mut around_m) = (0.0, 0.0);
@@ -91,5 +95,6 @@ fn space(evidence: &Evidence<'_>, overhead: &Overhead, regions: &Regions, rings:
         walled_m += length * (0..steps).filter(is_walled).count() as f64 / steps as f64;
         around_m += length;
     }
-    Space { rings, ceiling_m: weighted_median(&mut heights), walled_m, around_m }
+    let seen_m2 = f64::from(seen) * raster::CELL_M * raster::CELL_M;
+    Space { rings, ceiling_m: weighted_median(&mut heights), walled_m, around_m, seen_m2 }
 }

@@ -4,6 +4,7 @@ mod curved;
 mod inferred;
 mod rooms;
 mod surfaces;
+mod walls;
 
 use crate::building::part::Kind;
 use crate::building::plan::{self, Plan};

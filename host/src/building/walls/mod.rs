@@ -5,8 +5,10 @@
 
 mod jambs;
 pub(crate) mod openings;
+pub(crate) mod overlaps;
 pub(crate) mod rays;
 pub(crate) mod sides;
+mod sills;
 pub(crate) mod slabs;
 mod view;
 
@@ -38,7 +40,7 @@ pub(crate) const USUAL_HEIGHT_M: f64 = 2.5;
 /// All walls of a plan.
 pub(crate) fn find(evidence: &Evidence<'_>, plan: &Plan) -> Vec<OpenWall> {
     let sides = sides::find(plan);
-    let slabs = slabs::find(evidence, &sides, &plan.faces);
+    let slabs = overlaps::cut(slabs::find(evidence, &sides, &plan.faces));
     let usual_m = plan.overhead.usual_m.unwrap_or(evidence.floor_m + USUAL_HEIGHT_M);
     let open = |slab: Slab| {
         let ceilings = slab.spaces.iter().filter_map(|space| plan.spaces.get(*space)?.ceiling_m);

@@ -4,6 +4,7 @@ use std::cmp::Ordering;
 
 use super::jambs;
 use super::rays::{STEP_M, Shown};
+use super::sills::{Below, MAX_LEAF_M, MAX_THRESHOLD_M, MIN_DOOR_M};
 use super::view::WallView;
 use crate::building::elevation::{Span, extent};
 use crate::building::spaces::evidence::Seen;
@@ -21,12 +22,8 @@ const MIN_HEIGHT_M: f64 = 0.3;
 const MIN_CELLS: usize = 20;
 /// Open cells with this many between them belong together: scans and beams are further apart than cells.
 const GAP_CELLS: usize = 4;
-/// A door is at least this high, meters.
-const MIN_DOOR_M: f64 = 1.75;
 /// The fan sees nothing lower of what is near, meters.
 const MIN_SEEN_M: f64 = 0.3;
-/// What rays hit under this height is a sill, meters.
-const MAX_THRESHOLD_M: f64 = 0.75;
 /// Wider doors are passages, meters.
 const MAX_DOOR_M: f64 = 2.5;
 /// How far before and behind a wall the floor of a door is free, meters.
@@ -41,12 +38,6 @@ const MAX_SHARE: f64 = 0.92;
 const MIN_BESIDE_M: f64 = 0.05;
 /// What is open up to the ceiling from so high on is over a wardrobe, meters.
 const MAX_SILL_M: f64 = 1.4;
-/// Closed openings that are wider have panes, meters; two leaves are narrower.
-const MAX_LEAF_M: f64 = 1.6;
-/// Panes and leaves lie no deeper in a wall, meters.
-const MAX_REVEAL_M: f64 = 0.5;
-/// An opening is closed when more of the rays that come into it end there.
-const MIN_FILLED: f64 = 0.7;
 /// The head of an opening keeps at least this from the ceiling, or the wall ends there, meters.
 const UNDER_CEILING_M: f64 = 0.04;
 
@@ -55,6 +46,8 @@ const UNDER_CEILING_M: f64 = 0.04;
 pub(crate) enum Shows {
     /// Only its frame: the soffit over it.
     Frame,
+    /// Rays came behind the face of the wall and ended there: on a leaf.
+    ClosedLeaf,
     /// Rays passed.
     SeenThrough,
     /// The robot passed.
@@ -74,6 +67,8 @@ pub(crate) struct Hole {
     pub is_door: bool,
     /// What shows it.
     pub shows: Shows,
+    /// Whether wall was seen under it, or the floor in it; else its lower edge is a guess.
+    pub is_bottom_seen: bool,
 }
 
 impl Hole {
@@ -275,9 +270,11 @@ impl WallView<'_> {
         let is_open_low = open_below > 2 * wall_below;
         let may_be_door = (is_walked || is_open_low) && (candidate.is_driven || !has_sill);
         // What is closed and wider than a leaf is glazing down to the floor.
-        let is_glazed =
-            !is_walked && candidate.span[1] - candidate.span[0] > MAX_LEAF_M && self.is_filled(candidate);
-        let is_door = may_be_door && !is_glazed;
+        let is_glazed = !is_walked
+            && candidate.span[1] - candidate.span[0] > MAX_LEAF_M
+            && self.is_filled(candidate.span);
+        let below = self.below(candidate.span, [sill_m, top_m]);
+        let is_door = may_be_door && !is_glazed || self.is_shut(candidate.span, [sill_m, top_m], below);
         if !is_door
             && !is_glazed
             && (candidate.seen.is_none() || !has_sill && wall_below == 0 && sill_m < floor_m + 0.6)
@@ -290,11 +287,13 @@ impl WallView<'_> {
         let span = jambs::span(self, candidate.span, under, rows, candidate.is_driven);
         let shows = match (candidate.is_driven, candidate.seen) {
             (true, _) => Shows::DrivenThrough,
+            (false, Some(_)) if is_door && !is_walked && self.has_leaf(candidate.span) => Shows::ClosedLeaf,
             (false, Some(_)) => Shows::SeenThrough,
             (false, None) if is_walked => Shows::SeenThrough,
             (false, None) => Shows::Frame,
         };
-        let hole = Hole { span, bottom_m, top_m, is_door, shows };
+        let is_bottom_seen = if is_door { shows > Shows::ClosedLeaf } else { below == Below::Wall };
+        let hole = Hole { span, bottom_m, top_m, is_door, shows, is_bottom_seen };
         let is_large = (MIN_WIDTH_M..=MAX_WIDTH_M).contains(&hole.width_m())
             && top_m - bottom_m >= if is_door { MIN_DOOR_M } else { MIN_HEIGHT_M };
         (is_large && self.has_wall_around(&hole) && self.is_clear(&hole)).then_some(hole)
@@ -310,18 +309,6 @@ impl WallView<'_> {
         let has_head = hole.top_m < self.ceiling_m - UNDER_CEILING_M;
         let is_over_things = !has_head && hole.bottom_m > self.evidence.floor_m + MAX_SILL_M;
         hole.shows == Shows::DrivenThrough || has_head || !(is_at_end || is_over_things)
-    }
-
-    /// Whether most rays that come into an opening end within it: on a pane, on a leaf.
-    fn is_filled(&self, candidate: &Candidate) -> bool {
-        let [from, to] = candidate.span;
-        let depths = self.elevation.rays.iter().filter_map(|(place, beyond_m)| {
-            let at = f64::from(place[0]);
-            beyond_m.filter(|_| at > from && at < to).map(f64::from)
-        });
-        let (filled, all) = depths
-            .fold((0, 0), |(filled, all), depth_m| (filled + usize::from(depth_m < MAX_REVEAL_M), all + 1));
-        all > 0 && filled as f64 > MIN_FILLED * f64::from(all)
     }
 
     /// Whether not more rays end in the middle of an opening than pass it.

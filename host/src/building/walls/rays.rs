@@ -22,6 +22,9 @@ pub(crate) struct Elevation {
     /// Where each ray came to the wall: along and height, and how far behind the face it ended when it did
     /// not end there, meters.
     pub rays: Vec<([f32; 2], Option<f32>)>,
+    /// Where each ray ended that ended on the wall: along, height, and how far behind the face; negative
+    /// before it, meters.
+    pub on_face_m: Vec<[f32; 3]>,
     /// Points between the two faces, and a little behind one that has no other: along, height, and how far
     /// behind the face from which they were seen.
     pub inside_m: Vec<[f32; 3]>,
@@ -52,6 +55,7 @@ impl Elevation {
             hits: vec![0; cells],
             passes: vec![0; cells],
             rays: Vec::new(),
+            on_face_m: Vec::new(),
             inside_m: Vec::new(),
         };
         let pass_m = evidence.pass_m();
@@ -90,8 +94,10 @@ impl Elevation {
             return;
         }
         if beyond_m <= pass_m {
-            let place = [to[1], to_z];
-            self.count(place, None);
+            self.count([to[1], to_z], None);
+            if self.is_near(to[1]) {
+                self.on_face_m.push([to[1], to_z, beyond_m].map(|value| value as f32));
+            }
             return;
         }
         let Some([share, at_m]) = slab.line.crossing(ends, face_m) else { return };

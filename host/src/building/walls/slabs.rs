@@ -1,7 +1,7 @@
 //! Walls: what stands between the rooms, with its thickness where both faces were seen.
 
 use super::sides::Side;
-use crate::building::elevation::Span;
+use crate::building::elevation::{Span, extent};
 use crate::building::spaces::evidence::{Evidence, Seen};
 use crate::building::spaces::faces::{Face, covered_m, joined};
 use crate::building::spaces::line::Line;
@@ -9,7 +9,7 @@ use crate::building::spaces::raster::CELL_M;
 use biplane_geometry::vec2::dot;
 
 /// Walls are at least this thick, meters.
-const MIN_THICKNESS_M: f64 = 0.05;
+pub(super) const MIN_THICKNESS_M: f64 = 0.05;
 /// And at most this: what is thicker is a shaft, or a room that nobody saw.
 const MAX_THICKNESS_M: f64 = 0.65;
 /// Thicknesses and offsets closer than this are one, meters.
@@ -19,7 +19,7 @@ const MIN_OVERLAP_M: f64 = 0.5;
 /// A wall runs on through junctions with others up to this thick, meters.
 const JUNCTION_M: f64 = 0.7;
 /// Shorter pieces are no walls of their own, meters.
-const MIN_LENGTH_M: f64 = 0.25;
+pub(super) const MIN_LENGTH_M: f64 = 0.25;
 /// Depth that a wall is drawn with whose thickness nobody knows, meters. Stated as assumed everywhere.
 pub(crate) const NOMINAL_M: f64 = 0.2;
 /// Where the floor between two faces is free over more than this there is a gap, and no wall, meters: wider
@@ -27,12 +27,12 @@ pub(crate) const NOMINAL_M: f64 = 0.2;
 const MAX_FREE_M: f64 = 2.0;
 /// A wall of which more than this lies in another is that one.
 const SAME_SHARE: f64 = 0.5;
-/// How far beside a wall the middle of another may be that lies in it, meters.
-const BESIDE_M: f64 = 0.03;
+/// How far beside a wall another may be that lies in it, meters: its middle, or the one face seen of it.
+pub(super) const BESIDE_M: f64 = 0.03;
 /// What the cosine between the normals of two faces of one wall lacks to 1.
 const PARALLEL_FACES: f64 = 1e-4;
 /// Cosine between the normals of walls that may be one: 3 degrees.
-const NEARLY_PARALLEL: f64 = 0.9986;
+pub(super) const NEARLY_PARALLEL: f64 = 0.9986;
 
 /// What tells how thick a wall is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,6 +78,15 @@ impl Slab {
         (self.faces_m[0] + self.faces_m[1]) / 2.0
     }
 
+    /// Where across it is known to be, meters: its middle, or the only face that was seen.
+    pub(super) fn known_m(&self) -> f64 {
+        match (self.from, self.is_seen) {
+            (ThicknessFrom::Unknown, [true, false]) => self.faces_m[0],
+            (ThicknessFrom::Unknown, [false, true]) => self.faces_m[1],
+            _ => self.middle_m(),
+        }
+    }
+
     /// Its length, meters.
     pub(crate) fn length_m(&self) -> f64 {
         self.span[1] - self.span[0]
@@ -101,7 +110,7 @@ impl Slab {
     /// Whether another wall, also one that is a little off parallel, lies in this one for more than half of
     /// its length. A curved wall may hold a straight one, but not the other way round.
     fn holds(&self, other: &Self) -> bool {
-        let middle = other.point((other.span[0] + other.span[1]) / 2.0, other.middle_m());
+        let middle = other.point((other.span[0] + other.span[1]) / 2.0, other.known_m());
         let [across, at] = self.line.place(middle);
         if other.line.curve().is_some() && other.line != self.line
             || dot(self.line.normal(at), other.normal()).abs() < NEARLY_PARALLEL
@@ -119,7 +128,7 @@ impl Slab {
         self.span[0] <= other.span[1] + JUNCTION_M && other.span[0] <= self.span[1] + JUNCTION_M
     }
 
-    fn take(&mut self, other: &Self) {
+    pub(super) fn take(&mut self, other: &Self) {
         self.span = [self.span[0].min(other.span[0]), self.span[1].max(other.span[1])];
         self.spaces.extend(&other.spaces);
         self.spaces.sort_unstable();
@@ -233,7 +242,7 @@ fn pieces(evidence: &Evidence<'_>, side: &Side, sides: &[Side], faces: &[Face]) 
     out
 }
 
-/// All walls of the rooms.
+/// All walls of the rooms; some may still lie partly in others.
 pub(crate) fn find(evidence: &Evidence<'_>, sides: &[Side], faces: &[Face]) -> Vec<Slab> {
     let mut all: Vec<Slab> = sides.iter().flat_map(|side| pieces(evidence, side, sides, faces)).collect();
     all.sort_by(|a, b| b.length_m().total_cmp(&a.length_m()));
@@ -244,28 +253,37 @@ pub(crate) fn find(evidence: &Evidence<'_>, sides: &[Side], faces: &[Face]) -> V
         a.is_seen == b.is_seen
             && (0..2).any(|k| a.is_seen[k] && (a.faces_m[k] - b.faces_m[k]).abs() <= SAME_M)
     });
-    let (mut walls, mut rest) = (known, Vec::new());
+    let (mut walls, mut rest) = (known, Vec::<Slab>::new());
     for piece in unknown {
         if !extend_known(&mut walls, &piece) {
             rest.push(piece);
         }
     }
+    // So short a piece of a far face that it does not show how thick the wall around it is.
+    walls.retain(|wall| wall.length_m() >= MIN_OVERLAP_M || !rest.iter().any(|piece| piece.holds(wall)));
     let mut walls = merged(walls, |a, b| (0..2).all(|k| (a.faces_m[k] - b.faces_m[k]).abs() <= SAME_M));
     walls.extend(rest);
     walls.retain(|wall| wall.length_m() >= MIN_LENGTH_M);
     without_doubles(walls)
 }
 
-/// Gives a piece with one face to a wall on the same line that it goes on from: its thickness is that.
+/// Gives a piece with one face to a wall on the same line that it goes on from: its thickness is that. One
+/// that is at least half as long as the piece shows it alone, shorter ones where all of them say the same.
 fn extend_known(walls: &mut [Slab], piece: &Slab) -> bool {
     let seen = usize::from(!piece.is_seen[0]);
-    let same = walls.iter_mut().filter(|wall| {
+    let is_same = |wall: &Slab| {
         wall.is_parallel(piece)
             && (wall.faces_m[seen] - piece.faces_m[seen]).abs() <= SAME_M
             && wall.touches(piece)
-            && 2.0 * wall.length_m() >= piece.length_m()
-    });
-    let Some(wall) = same.max_by(|a, b| a.length_m().total_cmp(&b.length_m())) else { return false };
+    };
+    let same: Vec<&Slab> = walls.iter().filter(|wall| is_same(wall)).collect();
+    let thickness_m = |wall: &Slab| wall.faces_m[1] - wall.faces_m[0];
+    let [thin_m, thick_m] = extent(same.iter().map(|wall| thickness_m(wall)));
+    let is_agreed =
+        thick_m - thin_m <= SAME_M && same.iter().map(|wall| wall.length_m()).sum::<f64>() >= MIN_OVERLAP_M;
+    let knows = |wall: &&mut Slab| is_same(wall) && (is_agreed || 2.0 * wall.length_m() >= piece.length_m());
+    let longest = walls.iter_mut().filter(knows).max_by(|a, b| a.length_m().total_cmp(&b.length_m()));
+    let Some(wall) = longest else { return false };
     if piece.length_m() > wall.length_m() {
         wall.from = ThicknessFrom::SameLine;
     }

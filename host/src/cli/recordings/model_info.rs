@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::{Context, bail};
 use serde_json::Value;
 
-use crate::building::elements::{Room, Use, Wall, WallOpening};
+use crate::building::elements::{CLOSED_LEAF, Room, Use, Wall, WallOpening};
 
 /// The file that lists them.
 pub(super) const LIST: &str = "building.json";
@@ -106,7 +106,14 @@ fn print_rooms(out: &mut impl Write, rooms: &[Room]) -> io::Result<()> {
     writeln!(out, "  rooms: {}", rooms.len())?;
     writeln!(out, "    {:8} {:>8} {:>8}", "name", "area m2", "height m")?;
     for room in rooms {
-        let open = if room.closed { "" } else { "  not closed all around" };
+        let open = match (room.closed, room.guessed_m2()) {
+            (true, _) => String::new(),
+            (false, None) => "  not closed all around".to_owned(),
+            (false, Some(guessed_m2)) => {
+                let seen_m2 = room.area_m2 - guessed_m2;
+                format!("  not closed all around: {seen_m2:.2} seen, {guessed_m2:.2} a guess")
+            }
+        };
         let height_m = room.ceiling_z_m - room.floor_z_m;
         writeln!(out, "    {:8} {:8.2} {height_m:8.2}{open}", room.id, room.area_m2)?;
     }
@@ -125,10 +132,21 @@ fn print_openings(out: &mut impl Write, words: &str, all: &[&WallOpening]) -> io
     )?;
     for one in all {
         let (wide, high, sill, rooms) = (one.width_m, one.height_m, one.sill_m, one.rooms.join(", "));
-        let narrow = if one.is_narrow() && one.inferred { "  narrower than doors are" } else { "" };
-        writeln!(out, "    {:8} {wide:8.2} {high:8.2} {sill:8.2}  {:8} {rooms}{narrow}", one.id, one.wall)?;
+        let note = note(one);
+        writeln!(out, "    {:8} {wide:8.2} {high:8.2} {sill:8.2}  {:8} {rooms}{note}", one.id, one.wall)?;
     }
     Ok(())
+}
+
+/// What of an opening is a guess.
+fn note(opening: &WallOpening) -> &'static str {
+    match opening.kind {
+        _ if !opening.inferred => "",
+        _ if opening.is_narrow() => "  narrower than doors are",
+        Use::Door if opening.evidence == CLOSED_LEAF => "  closed: nothing was seen of its foot",
+        Use::Window => "  nothing was seen under it",
+        _ => "",
+    }
 }
 
 #[cfg(test)]
@@ -136,10 +154,12 @@ mod tests {
     use super::print;
 
     const LIST: &str = r#"{"generator": "a", "storeys": [], "rooms": [{"id": "S1-R01", "storey": "S1",
-        "outline_m": [], "holes_m": [], "floor_z_m": 0.1, "ceiling_z_m": 2.6, "area_m2": 12.345,
+        "outline_m": [], "holes_m": [], "floor_z_m": 0.1, "ceiling_z_m": 2.6, "area_m2": 12.345, "seen_area_m2": 11.5,
         "closed": false, "walled_share": 0.5, "inferred": true}], "walls": [], "openings": [{"id": "S1-N01", "kind": "window",
         "wall": "S1-W02", "center_m": [0, 0, 1], "width_m": 1.2, "height_m": 1.1, "sill_m": 0.9,
-        "rooms": ["S1-R01"], "evidence": "seen through", "inferred": false}]}"#;
+        "rooms": ["S1-R01"], "evidence": "seen through", "inferred": false},
+        {"id": "S1-D01", "kind": "door", "wall": "S1-W02", "center_m": [0, 0, 1], "width_m": 0.9, "height_m": 2,
+        "sill_m": 0, "rooms": ["S1-R01"], "evidence": "closed leaf", "inferred": true}]}"#;
 
     #[test]
     fn rooms_and_openings_of_a_model_are_listed() {
@@ -165,9 +185,11 @@ mod tests {
             "  S1-R01 is room 1 of storey 1; R: room, W: wall, D: door, P: passage, N: window",
             "  rooms: 1",
             "    name      area m2 height m",
-            "    S1-R01      12.35     2.50  not closed all around",
+            "    S1-R01      12.35     2.50  not closed all around: 11.50 seen, 0.85 a guess",
             "  walls: 0, 0 of them of known thickness",
-            "  doors: none",
+            "  doors: 1",
+            "    name      width m height m   sill m  in wall  of rooms",
+            "    S1-D01       0.90     2.00     0.00  S1-W02   S1-R01  closed: nothing was seen of its foot",
             "  passages: none",
             "  windows: 1",
             "    name      width m height m   sill m  in wall  of rooms",

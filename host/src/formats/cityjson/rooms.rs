@@ -85,7 +85,8 @@ pub(super) fn objects(
     }
     for room in &elements.rooms {
         let attributes = json!({
-            "area_m2": room.area_m2, "closed": room.closed, "inferred": room.inferred, "floor_inferred": true
+            "area_m2": room.area_m2, "seen_area_m2": room.seen_area_m2, "closed": room.closed,
+            "inferred": room.inferred, "floor_inferred": true
         });
         let geometry = room_solid(elements, room, vertices).geometry();
         all.insert(

@@ -3,10 +3,11 @@
 //!
 //! Plans are cut 1.2 m over the floor and lie at the height of their floor. Layers: WALLS (openings are
 //! gaps), OPENINGS (a line across each, and leaves of closed doors), SECTION (what else is cut), FLOOR and
-//! CEILING (outlines), LABELS (sizes of openings). Of a drive walls have their depth, with HATCH where it is
-//! known and ASSUMED for sides that nobody saw, and rooms have tags. With several storeys each has its own
-//! layers, `S1-WALLS` being the lowest. SURFACES (round things too), INFERRED and LEFTOVERS hold the model
-//! as 3D faces and are off where there is a plan. Frame `map`, turned where that is asked for, meters.
+//! CEILING (outlines), LABELS (names and sizes of openings). Of a drive walls have their depth, with HATCH
+//! where it is known and ASSUMED for sides that nobody saw, and rooms have tags. With several storeys each
+//! has its own layers, `S1-WALLS` being the lowest, and those of the lowest are on. SURFACES (round things
+//! too), INFERRED and LEFTOVERS hold the model as 3D faces and are off where there is a plan. Frame `map`,
+//! turned where that is asked for, meters.
 //! Source: Autodesk's DXF reference for release 2000 (AC1015).
 
 mod document;
@@ -41,8 +42,11 @@ const TEXT_M: f64 = 0.1;
 pub fn write(out: &mut impl Write, shapes: &Shapes<'_>, building: &Building) -> io::Result<()> {
     let mut document = Document::new(vec![super::description(shapes)]);
     let storeys = building.floors_m.len();
-    for (storey, plan) in (0..storeys).filter_map(|at| Some((at, plan::draw(shapes.model, building, at)?))) {
+    let plans = (0..storeys).filter_map(|at| Some((at, plan::draw(shapes.model, building, at)?)));
+    for (number, (storey, plan)) in plans.enumerate() {
         let prefix = if storeys > 1 { format!("S{}-", storey + 1) } else { String::new() };
+        // Plans lie on each other: the lowest one is shown.
+        let is_on = number == 0;
         let is_shown = |o: &&Opening| o.storey == storey && o.is_cut(plan.floor_m);
         let openings: Vec<&Opening> = building.openings.iter().filter(is_shown).collect();
         let elements = building.elements_at(plan.floor_m);
@@ -55,9 +59,9 @@ pub fn write(out: &mut impl Write, shapes: &Shapes<'_>, building: &Building) -> 
         };
         if let Some(elements) = &elements {
             let z_m = plan.floor_m;
-            RoomPlan { document: &mut document, prefix: &prefix, placement, z_m }.draw(elements);
+            RoomPlan { document: &mut document, prefix: &prefix, is_on, placement, z_m }.draw(elements);
         }
-        let mut drawing = Drawing { document: &mut document, prefix, placement, z_m: plan.floor_m };
+        let mut drawing = Drawing { document: &mut document, prefix, is_on, placement, z_m: plan.floor_m };
         for opening in elements.iter().flat_map(|elements| &elements.openings) {
             drawing.sizes(opening, elements.as_ref());
         }
@@ -69,7 +73,11 @@ pub fn write(out: &mut impl Write, shapes: &Shapes<'_>, building: &Building) -> 
 }
 
 /// What is written at an opening.
-struct Label {
+struct Label<'a> {
+    /// Its name, where it has one.
+    name: Option<&'a str>,
+    /// Half of how thick its wall is drawn: nothing is written on its lines, meters.
+    deep_m: f64,
     ends_m: [[f64; 2]; 2],
     width_m: f64,
     height_m: f64,
@@ -81,6 +89,7 @@ struct Label {
 struct Drawing<'a> {
     document: &'a mut Document,
     prefix: String,
+    is_on: bool,
     placement: Placement,
     z_m: f64,
 }
@@ -105,6 +114,8 @@ impl Drawing<'_> {
             self.line(Layer::OPENINGS, from, to);
             let is_window = opening.kind == OpeningKind::Window;
             self.label(&Label {
+                name: None,
+                deep_m: 0.0,
                 ends_m: opening.ends_m,
                 width_m: opening.width_m(),
                 height_m: opening.height_m(),
@@ -119,7 +130,7 @@ impl Drawing<'_> {
 
     fn layer(&mut self, layer: Layer) -> String {
         let name = format!("{}{}", self.prefix, layer.name);
-        self.document.layer(&name, layer);
+        self.document.layer(&name, layer.shown(self.is_on));
         name
     }
 
@@ -134,13 +145,15 @@ impl Drawing<'_> {
         self.document.ring(&name, &ring);
     }
 
-    /// The size of an opening in a wall with depth.
+    /// The name and the size of an opening in a wall with depth.
     fn sizes(&mut self, opening: &WallOpening, elements: Option<&Elements>) {
         let Some(wall) = elements.and_then(|elements| elements.wall(&opening.wall)) else { return };
         let [x, y] = wall.along_at(wall.place_m(opening));
         let half = opening.width_m / 2.0;
         let [cx, cy, _] = opening.center_m;
         self.label(&Label {
+            name: Some(&opening.id),
+            deep_m: wall.drawn_thickness_m / 2.0,
             ends_m: [[cx - half * x, cy - half * y], [cx + half * x, cy + half * y]],
             width_m: opening.width_m,
             height_m: opening.height_m,
@@ -148,8 +161,9 @@ impl Drawing<'_> {
         });
     }
 
-    /// The opening's size over it, the height of its sill under it, to be read from below or from the right.
-    fn label(&mut self, opening: &Label) {
+    /// The opening's name and size over it, the height of its sill under it, to be read from below or from
+    /// the right.
+    fn label(&mut self, opening: &Label<'_>) {
         let [a, b] = opening.ends_m.map(|end| self.at(end));
         let (mut dx, mut dy) = (b[0] - a[0], b[1] - a[1]);
         if dx < -1e-6 || (dx.abs() <= 1e-6 && dy < 0.0) {
@@ -157,13 +171,16 @@ impl Drawing<'_> {
         }
         let width = dx.portable_hypot(dy).max(1e-9);
         let name = self.layer(Layer::LABELS);
-        let mut put = |away: f64, text: &str| {
-            let away = away * TEXT_M / width;
+        let mut put = |lines: f64, text: &str| {
+            let away = (lines * TEXT_M + opening.deep_m.copysign(lines)) / width;
             let foot = [(a[0] + b[0]) / 2.0 - away * dy, (a[1] + b[1]) / 2.0 + away * dx];
             let degrees = dy.portable_atan2(dx).to_degrees();
             self.document.text(&name, [foot[0], foot[1], a[2]], TEXT_M, degrees, text);
         };
         put(0.5, &format!("{:.2} x {:.2}", opening.width_m, opening.height_m));
+        if let Some(name) = opening.name {
+            put(2.1, name);
+        }
         if let Some(sill_m) = opening.sill_m {
             put(-1.5, &format!("sill {sill_m:.2}"));
         }

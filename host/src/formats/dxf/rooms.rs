@@ -16,6 +16,8 @@ pub(super) struct RoomPlan<'a> {
     pub document: &'a mut Document,
     /// What layers of its storey begin with.
     pub prefix: &'a str,
+    /// Whether its layers are shown.
+    pub is_on: bool,
     /// Where it lies in the file.
     pub placement: Placement,
     /// Height of the floor.
@@ -49,7 +51,7 @@ impl RoomPlan<'_> {
 
     fn layer(&mut self, layer: Layer) -> String {
         let name = format!("{}{}", self.prefix, layer.name);
-        self.document.layer(&name, layer);
+        self.document.layer(&name, layer.shown(self.is_on));
         name
     }
 

@@ -88,6 +88,46 @@ fn storeys_have_layers_of_their_own_and_far_models_their_own_coordinates() {
     let x_m: Vec<f64> =
         upper.flat_map(|entity| entity.2).filter(|(code, _)| *code == 10).map(|v| v.1).collect();
     assert!(x_m.iter().all(|x| (3_456_800.0..=3_456_805.0).contains(x)), "{x_m:?}");
+    // The plans lie on each other: those of upper storeys are off.
+    let color = |layer: &str| -> i16 {
+        let at = pairs.windows(2).position(|pair| {
+            pair[0] == (100, "AcDbLayerTableRecord".to_owned()) && pair[1] == (2, layer.to_owned())
+        });
+        pairs[at.unwrap()..].iter().find(|(code, _)| *code == 62).unwrap().1.parse().unwrap()
+    };
+    assert!(["S1-WALLS", "S1-LABELS"].map(color).iter().all(|color| *color > 0));
+    assert!(["S2-WALLS", "S2-LABELS", "S2-OPENINGS"].map(color).iter().all(|color| *color < 0));
+}
+
+/// A room of 4 m by 3 m whose wall y = 0, 20 cm thick, has a window.
+const WINDOW: &str = r#"{"storeys": [{"id": "S1", "floor_z_m": 0, "ceiling_z_m": 2.5, "floor_inferred": true}],
+    "rooms": [{"id": "S1-R01", "storey": "S1", "outline_m": [[0, 0], [4, 0], [4, 3], [0, 3]], "holes_m": [],
+    "floor_z_m": 0, "ceiling_z_m": 2.5, "area_m2": 12, "closed": true, "walled_share": 1, "inferred": false}],
+    "walls": [{"id": "S1-W01", "storey": "S1", "axis_m": [[0, -0.1], [4, -0.1]], "outline_m": [[0, 0], [0, -0.2],
+    [4, -0.2], [4, 0]], "thickness_m": 0.2, "thickness_from": "faces", "drawn_thickness_m": 0.2, "seen_left": true,
+    "height_m": 2.5, "rooms": ["S1-R01"], "seen_share": 1, "inferred": false}], "openings": [{"id": "S1-N01",
+    "kind": "window", "wall": "S1-W01", "center_m": [2, -0.1, 1.5], "width_m": 1.2, "height_m": 1.1, "sill_m": 0.9,
+    "rooms": ["S1-R01"], "evidence": "seen through", "inferred": false}]}"#;
+
+#[test]
+fn the_name_and_the_size_of_an_opening_stand_beside_the_lines_of_its_wall() {
+    let model = room();
+    let elements = serde_json::from_str(WINDOW).unwrap();
+    let building = Building { elements, ..Building::read(&model, None) };
+    let mut bytes = Vec::new();
+    write(&mut bytes, &Shapes::new(&model), &building).unwrap();
+    let text = String::from_utf8(bytes).unwrap();
+    let lines: Vec<&str> = text.lines().map(str::trim).collect();
+    let foot_m = |label: &str| -> f64 {
+        let at = lines.iter().position(|line| *line == label).unwrap();
+        let start = lines[..at].iter().rposition(|line| *line == "AcDbText").unwrap();
+        // After the x that follows the class: code 20, y.
+        lines[start + 4].parse().unwrap()
+    };
+    // From 0.2 m under the room's side to that side there is wall.
+    assert!(foot_m("1.20 x 1.10") > 0.03, "{}", foot_m("1.20 x 1.10"));
+    assert!(foot_m("S1-N01") > foot_m("1.20 x 1.10") + 0.1, "{}", foot_m("S1-N01"));
+    assert!(foot_m("sill 0.90") < -0.2 - 0.1, "{}", foot_m("sill 0.90"));
 }
 
 #[test]

@@ -70,12 +70,14 @@ impl Architecture<'_> {
             ("VOLUME", "NetVolume", area * height_m),
         ];
         self.quantities(space, name, "Qto_SpaceBaseQuantities", &quantities);
-        let values = [
+        let mut values = vec![
             ("Source", Value::Word(if room.inferred { "inferred" } else { "measured" })),
             ("SeenShare", Value::Share(room.walled_share)),
+            ("Closed", Value::Flag(room.closed)),
             ("Entered", Value::Flag(true)),
             ("FloorIsInferred", Value::Flag(true)),
         ];
+        values.extend(room.seen_area_m2.map(|seen_m2| ("SeenArea", Value::Area(seen_m2))));
         self.evidence(space, name, &values);
         space
     }

@@ -3,7 +3,7 @@
 
 use std::fmt::Write;
 
-use crate::building::elements::{Elements, Room, Use, Wall, WallOpening};
+use crate::building::elements::{CLOSED_LEAF, Elements, Room, Use, Wall, WallOpening};
 use crate::view::markup::escaped;
 
 /// Space around the plan, meters.
@@ -49,7 +49,10 @@ pub(crate) fn section(elements: &Elements) -> String {
     for (color, words) in KEY {
         let _ = write!(html, "<span><i style=\"background:{color}\"></i>{words}</span> ");
     }
-    html.push_str("</p><p class=\"note\">Floors are inferred: no laser sees them.</p>");
+    html.push_str(
+        "<span><i class=\"guess\"></i>wall of which less than 30 % was seen</span></p>\
+         <p class=\"note\">Floors are inferred: no laser sees them.</p>",
+    );
     rooms(&mut html, &elements.rooms);
     openings(&mut html, &elements.openings);
     html.push_str("</section>");
@@ -84,7 +87,12 @@ fn plan(html: &mut String, elements: &Elements) {
     }
     for wall in &elements.walls {
         let fill = if wall.thickness_m.is_some() { KNOWN_WALL } else { WALL };
-        let _ = write!(html, "<path d=\"{}\" fill=\"{fill}\"/>", way(&wall.outline_m));
+        let way = way(&wall.outline_m);
+        let _ = if wall.is_hardly_seen() {
+            write!(html, "<path class=\"guess\" vector-effect=\"non-scaling-stroke\" d=\"{way}\"/>")
+        } else {
+            write!(html, "<path d=\"{way}\" fill=\"{fill}\"/>")
+        };
     }
     for opening in &elements.openings {
         let Some(wall) = elements.wall(&opening.wall) else { continue };
@@ -175,12 +183,14 @@ fn foot(opening: &WallOpening, wall: &Wall) -> [[f64; 2]; 4] {
 fn rooms(html: &mut String, rooms: &[Room]) {
     html.push_str(
         "<table class=\"figures\"><thead><tr><th scope=\"col\">room</th><th scope=\"col\">area, m²</th>\
-         <th scope=\"col\">height, m</th><th scope=\"col\">wall seen around it</th></tr></thead><tbody>",
+         <th scope=\"col\">of it seen, m²</th><th scope=\"col\">height, m</th>\
+         <th scope=\"col\">wall seen around it</th></tr></thead><tbody>",
     );
     for room in rooms {
+        let seen = room.seen_area_m2.map_or_else(|| "-".to_owned(), |seen_m2| format!("{seen_m2:.2}"));
         let _ = write!(
             html,
-            "<tr><th scope=\"row\">{}</th><td>{:.2}</td><td>{:.2}</td><td>{:.0} %</td></tr>",
+            "<tr><th scope=\"row\">{}</th><td>{:.2}</td><td>{seen}</td><td>{:.2}</td><td>{:.0} %</td></tr>",
             name(&room.id),
             room.area_m2,
             room.ceiling_z_m - room.floor_z_m,
@@ -188,6 +198,12 @@ fn rooms(html: &mut String, rooms: &[Room]) {
         );
     }
     html.push_str("</tbody></table>");
+    if rooms.iter().any(|room| room.guessed_m2().is_some()) {
+        html.push_str(
+            "<p class=\"note\">Rooms that are not closed go on as far as the lines of walls do: what of their area \
+             was not seen is a guess, and they may be larger.</p>",
+        );
+    }
 }
 
 fn openings(html: &mut String, openings: &[WallOpening]) {
@@ -210,6 +226,7 @@ fn openings(html: &mut String, openings: &[WallOpening]) {
     for opening in by_kind {
         let kind = match opening.kind {
             Use::Door if opening.is_narrow() && opening.inferred => "narrow door",
+            Use::Door if opening.evidence == CLOSED_LEAF => "shut door",
             Use::Door => "door",
             Use::Window => "window",
             Use::Passage => "passage",
@@ -248,7 +265,7 @@ mod tests {
     /// A corridor around a block, with a gap of 0.5 m.
     const RING: &str = r#"{"storeys": [{"id": "S1", "floor_z_m": 0, "ceiling_z_m": 2.5, "floor_inferred": true}],
         "rooms": [{"id": "S1-R01", "storey": "S1", "outline_m": [[0, 0], [12, 0], [12, 8], [0, 8]],
-        "holes_m": [[[2, 2], [2, 6], [9, 6], [9, 2]]], "floor_z_m": 0, "ceiling_z_m": 2.5, "area_m2": 68,
+        "holes_m": [[[2, 2], [2, 6], [9, 6], [9, 2]]], "floor_z_m": 0, "ceiling_z_m": 2.5, "area_m2": 68, "seen_area_m2": 66.5,
         "closed": true, "walled_share": 1, "inferred": false}], "walls": [
         {"id": "S1-W01", "storey": "S1", "axis_m": [[0, 0], [12, 0]], "outline_m": [[0, 0], [12, 0], [12, -0.2], [0, -0.2]],
         "thickness_m": null, "thickness_from": "unknown", "drawn_thickness_m": 0.2, "seen_left": true, "height_m": 2.5,
@@ -273,6 +290,20 @@ mod tests {
         let wall = "<td><span class=\"name\">S1-W01</span></td><td><span class=\"name\">S1-R01</span></td>";
         assert!(html.contains(wall) && html.contains(">in wall</th>"), "{html}");
         assert_eq!(html.matches("<i style=\"background:#").count(), 6, "a key of the colors");
+        assert!(html.contains("<td>68.00</td><td>66.50</td>") && !html.contains("path class=\"guess\""));
+        assert!(html.contains("<i class=\"guess\"></i>wall of which less than 30 %"), "{html}");
+    }
+
+    #[test]
+    fn a_wall_that_was_hardly_seen_is_dashed_and_a_leaf_makes_a_shut_door() {
+        let hardly = RING.replace("\"seen_share\": 1", "\"seen_share\": 0.29");
+        let shut =
+            hardly.replace("\"width_m\": 0.5", "\"width_m\": 0.9").replace("seen through", "closed leaf");
+        let html = section(&serde_json::from_str(&shut).unwrap());
+        assert_eq!(html.matches("<path class=\"guess\"").count(), 1, "{html}");
+        assert!(html.contains("<td>shut door</td>") && html.contains("<td>closed leaf</td>"), "{html}");
+        let open = RING.replace("\"closed\": true", "\"closed\": false");
+        assert!(section(&serde_json::from_str(&open).unwrap()).contains("Rooms that are not closed go on"));
     }
 
     #[test]
