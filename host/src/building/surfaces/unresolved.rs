@@ -11,10 +11,11 @@ use crate::model::Plane;
 use crate::reconstruct::polygons::outline::border::distance;
 use crate::reconstruct::polygons::outline::jogs::IsMet;
 use crate::reconstruct::polygons::outline::shortcuts::{Point, Rules, with_shortcuts};
-use crate::reconstruct::polygons::outline::union::{Ring, Shape, repair};
+use crate::reconstruct::polygons::outline::union::{Ring, Shape, intersection, repair};
 use crate::reconstruct::polygons::plane_frame::{Frame, STEP_M};
 use crate::reconstruct::polygons::seams::met_edges::PlaneSeams;
 use biplane_geometry::quantile::upper_median;
+use std::slice;
 
 /// A shape with no more corners is left as it is.
 const MIN_CORNERS: usize = 6;
@@ -30,7 +31,7 @@ const AROUND_M: f64 = 0.5;
 /// So many points more than are won may lose their surface at once: a tooth of one row.
 const MAX_LOST: i32 = 12;
 
-/// Shapes of a plane without corners that its points do not tell.
+/// Shapes of a plane without corners that its points do not tell. Those that have none stay bit for bit.
 pub(super) fn straightened(
     evidence: &Evidence<'_>,
     plane: &Plane,
@@ -41,10 +42,29 @@ pub(super) fn straightened(
     let is_met = |ends: [Point; 2]| seams.meet(ends);
     let ragged: Vec<usize> = (0..shapes.len()).filter(|at| may_be_ragged(&shapes[*at], &is_met)).collect();
     let sides: Vec<[Span; 2]> = ragged.iter().map(|at| sides(&shapes[*at])).collect();
-    for (at, rays) in ragged.into_iter().zip(PlaneRays::of(evidence, plane, frame, &sides)) {
-        shapes[at] = resolved(&shapes[at], rays, &is_met);
+    let mut new = Vec::new();
+    for (at, rays) in ragged.into_iter().zip(PlaneRays::of(evidence, plane, frame, &sides)).rev() {
+        let after = resolved(&shapes[at], rays, &is_met);
+        if after != shapes[at] {
+            shapes.remove(at);
+            new.push(after);
+        }
     }
-    repair(&shapes)
+    with_changed(shapes, new)
+}
+
+/// Shapes that stay as they are, and those that changed: these are repaired, with the others that they now
+/// overlap.
+fn with_changed(shapes: Vec<Shape>, mut changed: Vec<Shape>) -> Vec<Shape> {
+    let is_below = |shape: &Shape, new: &Shape| {
+        super::overlap(&sides(shape), &sides(new))
+            && !intersection(slice::from_ref(shape), slice::from_ref(new)).is_empty()
+    };
+    let (below, mut kept): (Vec<Shape>, Vec<Shape>) =
+        shapes.into_iter().partition(|shape| changed.iter().any(|new| is_below(shape, new)));
+    changed.extend(below);
+    kept.extend(repair(&changed));
+    kept
 }
 
 /// Whether a shape has fewer corners where points are as far apart as they may be.
@@ -149,7 +169,7 @@ fn turns(around: &[Point], at: Point) -> i32 {
 
 #[cfg(test)]
 mod tests {
-    use super::{PlaneRays, Point, Shape, resolved};
+    use super::{PlaneRays, Point, Shape, resolved, with_changed};
     use crate::building::surfaces::rectangle::{holds, ring};
     use crate::reconstruct::polygons::outline::union::union;
 
@@ -206,6 +226,19 @@ mod tests {
         let upper = |shape: &Shape| shape.iter().flatten().filter(|p| p.y > 29_000).count();
         assert_eq!(upper(&after), upper(&before));
         assert!(corners(&after) < corners(&before));
+    }
+
+    #[test]
+    fn only_what_changed_is_repaired_with_what_it_overlaps() {
+        // A door that reaches the foot of its wall as a hole: repair would make a notch of it.
+        let mut wall = vec![ring([[0.0, 5.0], [0.0, 3.0]])];
+        wall.push(ring([[1.0, 2.0], [0.0, 2.0]]).into_iter().rev().collect());
+        let beside = |from: f64| vec![ring([[from, from + 2.0], [0.0, 3.0]])];
+        assert_eq!(with_changed(vec![wall.clone()], Vec::new()), [wall.clone()]);
+        let apart = with_changed(vec![wall.clone()], vec![beside(6.0)]);
+        assert_eq!((apart.len(), &apart[0]), (2, &wall));
+        let one = with_changed(vec![wall.clone(), beside(9.0)], vec![beside(4.0)]);
+        assert_eq!(one.iter().map(Vec::len).collect::<Vec<_>>(), [1, 1], "{one:?}");
     }
 
     #[test]
