@@ -158,7 +158,7 @@ mod tests {
         let at = |start: f64, step: i32| start + 0.1 * f64::from(step);
         let all = (0..12).flat_map(|x| (0..17).map(move |y| [at(3.05, x), at(4.35, y)]));
         let (passes_m, hits_m): (Vec<[f64; 2]>, Vec<[f64; 2]>) = all.partition(|place| place[1] < head_m);
-        PlaneRays { blocked_m: passes_m.clone(), hits_m, passes_m }
+        PlaneRays { blocked_m: passes_m.clone(), hits_m, passes_m, ..PlaneRays::default() }
     }
 
     #[test]

@@ -194,7 +194,7 @@ mod tests {
     fn notches_that_rays_pass_stay() {
         let before = shapes(&comb());
         let passes_m: Vec<[f64; 2]> = (0..16).map(|notch| [0.45 + 0.6 * f64::from(notch), 2.4]).collect();
-        let rays = PlaneRays { blocked_m: passes_m.clone(), passes_m, hits_m: Vec::new() };
+        let rays = PlaneRays { blocked_m: passes_m.clone(), passes_m, ..PlaneRays::default() };
         let after = drawn(&before, &find(&before), &rays);
         assert!(!rays.passes_m.iter().any(|place| after.iter().any(|shape| holds(shape, *place))));
     }

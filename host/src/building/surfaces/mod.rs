@@ -13,6 +13,7 @@ pub(crate) mod inferred;
 mod notches;
 mod plane_rays;
 mod rectangle;
+mod unresolved;
 
 use std::collections::BTreeSet;
 
@@ -147,10 +148,12 @@ fn of_plane(
     let frame = Frame::new(plane, *own.first()?.outer_m.first()?);
     let before: Vec<Shape> = own.iter().map(|polygon| flat(&frame, polygon)).collect::<Option<_>>()?;
     let drawn = with_outlines(evidence, plane, &frame, before.clone(), places);
-    let notches = notches::find(&drawn, &met.of_plane(index, &frame));
+    let seams = met.of_plane(index, &frame);
+    let notches = notches::find(&drawn, &seams);
     let sides: Vec<[Span; 2]> = notches.iter().map(notches::sides).collect();
     let rays = PlaneRays::of(evidence, plane, &frame, &sides);
-    let shapes = notches::filled(drawn, &notches, &rays);
+    let filled = notches::filled(drawn, &notches, &rays);
+    let shapes = unresolved::straightened(evidence, plane, &frame, filled, &seams);
     if shapes == before {
         return None;
     }

@@ -21,15 +21,13 @@ const HAIR_M: f64 = 0.002;
 /// An edge lies along the border of a notch when its middle is this near to it, steps: rounding.
 const ALONG_STEPS: f64 = 3.0;
 
-/// The notches of each shape by itself: gaps between two surfaces are none, and neither are holes. Where a
-/// surface of another plane meets the border of a notch, it stands there.
+/// The notches of each shape by itself: gaps between two surfaces are none, and neither are holes. Behind a
+/// narrow mouth there may be a wide place, such as a window over a slit: that is a hole then. Where a surface
+/// of another plane meets the border of a notch, it stands there.
 pub(super) fn find(shapes: &[Shape], seams: &PlaneSeams) -> Vec<Shape> {
     let outer: Vec<&Ring> = shapes.iter().filter_map(|shape| shape.first()).collect();
-    let filled: Vec<Ring> = outer
-        .iter()
-        .flat_map(|ring| closed(&[vec![ring.to_vec()]], WIDTH_M))
-        .filter_map(|shape| shape.into_iter().next())
-        .collect();
+    let filled: Vec<Ring> =
+        outer.iter().flat_map(|ring| closed(&[vec![ring.to_vec()]], WIDTH_M)).flatten().collect();
     let pieces = difference(filled.iter().map(Vec::as_slice), outer.iter().map(|ring| ring.as_slice()));
     let met: Vec<FlatPoint> = outer.iter().flat_map(|ring| met_middles(ring, seams)).collect();
     pieces
@@ -153,6 +151,17 @@ mod tests {
         let notches = found(&wall(&[slit, dip]), 2.8);
         assert_eq!(notches.len(), 1, "{notches:?}");
         assert!((area(&notches) - 0.002).abs() < 1e-5, "{notches:?}");
+    }
+
+    #[test]
+    fn a_slit_below_a_window_is_filled_where_rays_pass_the_window_alone() {
+        let (slit, window) = ([[2.0, 2.2], [0.0, 1.0]], [[1.5, 2.7], [1.0, 2.0]]);
+        let before = wall(&[slit, window]);
+        let notches = found(&before, 2.8);
+        assert_eq!(notches.len(), 1, "{notches:?}");
+        let rays = PlaneRays { blocked_m: vec![[2.1, 1.5]], ..PlaneRays::default() };
+        let after = filled(before, &notches, &[rays]);
+        assert_eq!(after[0].iter().map(Vec::len).collect::<Vec<_>>(), [4, 4], "{after:?}");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use crate::building::spaces::evidence::Evidence;
 use crate::model::Plane;
+use crate::reconstruct::polygons::outline::border;
 use crate::reconstruct::polygons::plane_frame::{Frame, STEP_M};
 use biplane_geometry::vec3::distance;
 
@@ -20,6 +21,8 @@ pub(super) const AROUND_M: f64 = 0.3;
 pub(super) struct PlaneRays {
     /// Where rays ended on the plane.
     pub hits_m: Vec<[f64; 2]>,
+    /// How far each of these is from where the beam before it ended there; infinite where that one did not.
+    pub rows_m: Vec<f64>,
     /// Where rays passed it, from either side.
     pub passes_m: Vec<[f64; 2]>,
     /// Where those passed that surface would block.
@@ -47,6 +50,7 @@ impl PlaneRays {
             .map(|origin| origin.map(f64::from))
             .map(|origin| (origin, plane.distance_m(origin)))
             .collect();
+        let mut last = (u32::MAX, [0.0; 2]);
         for (point, scan) in cloud.points_m.iter().zip(&cloud.scan) {
             let Some((origin, before_m)) = origins.get(*scan as usize) else { continue };
             let point = point.map(f64::from);
@@ -59,9 +63,12 @@ impl PlaneRays {
             let at = [0, 1, 2].map(|k| origin[k] + share * (point[k] - origin[k]));
             let is_blocked = !is_hit && distance(at, point) > blocked_m;
             let at = frame.steps(at).map(|step| step * STEP_M);
+            let row_m = if is_hit && last.0 == *scan { border::distance(last.1, at) } else { f64::INFINITY };
+            last = if is_hit { (*scan, at) } else { (u32::MAX, at) };
             for (rays, rectangle) in found.iter_mut().zip(rectangles) {
                 if (0..2).all(|k| at[k] > rectangle[k][0] - AROUND_M && at[k] < rectangle[k][1] + AROUND_M) {
                     if is_hit { &mut rays.hits_m } else { &mut rays.passes_m }.push(at);
+                    rays.rows_m.extend(is_hit.then_some(row_m));
                     rays.blocked_m.extend(is_blocked.then_some(at));
                 }
             }

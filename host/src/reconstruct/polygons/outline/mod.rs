@@ -7,6 +7,7 @@ mod border_tests;
 pub(crate) mod directed_edges;
 pub(crate) mod jogs;
 pub(crate) mod line;
+pub(crate) mod shortcuts;
 pub(crate) mod slits;
 pub(crate) mod spikes;
 pub(crate) mod tolerance;
