@@ -17,7 +17,7 @@ use biplane_geometry::Pose2;
 
 use crate::map::LocalMap;
 use crate::moving::crowd::Crowd;
-use crate::moving::newcomers::Newcomers;
+use crate::moving::newcomers::{Doubt, Newcomers};
 use crate::moving::places::Places;
 use crate::moving::segments::{Seen, Segment, find_short};
 use crate::moving::track::{PLACES, Track};
@@ -172,10 +172,17 @@ impl MovingObjects {
     }
 
     /// Says which end points of a scan, taken at a pose, the map is not to learn yet because somebody may
-    /// have come there.
-    pub(crate) fn label_newcomers(&mut self, map: &LocalMap, map_from_base: &Pose2, points: &mut EndPoints) {
-        if self.follows() && self.crowd.is_dense() {
-            self.newcomers.label(map, map_from_base, points);
+    /// have come there, or because the scan contradicts the map and what it sees may not be there.
+    pub(crate) fn label_newcomers(
+        &mut self,
+        map: &LocalMap,
+        map_from_base: &Pose2,
+        points: &mut EndPoints,
+        contradicts: bool,
+    ) {
+        if self.follows() && (contradicts || self.crowd.is_dense()) {
+            let doubt = if contradicts { Doubt::Contradiction } else { Doubt::Crowd };
+            self.newcomers.label(map, map_from_base, points, doubt);
         }
     }
 

@@ -12,15 +12,40 @@ use crate::placement::Placement;
 use crate::registration::surface_map::Correspondence;
 use crate::scan::end_points::{EndPoints, Kind, Mobility};
 
-/// Farther end points are too far apart to tell, meters: a wall that is met between two that were met before
-/// looks new.
+/// In a crowd farther end points are too far apart to tell, meters: a wall that is met between two that were
+/// met before looks new.
 const NEAR_M: f32 = 5.0;
+/// The same of a scan that contradicts the map, meters. The floor is seen farther away than somebody.
+const NEAR_ENOUGH_M: f32 = 10.0;
 /// So close to a surface is on it, meters.
 const KNOWN_M: f32 = 0.1;
 /// Seen again when the base has moved so far, meters.
 const APART_M: f32 = 0.35;
+/// And not from farther away than this where a scan contradicts the map, meters: the floor may have been seen
+/// in the same place from elsewhere.
+const SAME_VISIT_M: f32 = 1.5;
 /// Places remembered; a power of two.
 const PLACES: usize = 4096;
+
+/// Why new things are not to be learned at once.
+#[derive(Copy, Clone, PartialEq, Eq, Debug)]
+pub(crate) enum Doubt {
+    /// There are many people about: what has come where beams passed may be one of them.
+    Crowd,
+    /// The scan contradicts the map: nothing new that it sees is sure, whatever was seen there before.
+    Contradiction,
+}
+
+impl Doubt {
+    fn near_m(self) -> f32 {
+        if self == Self::Crowd { NEAR_M } else { NEAR_ENOUGH_M }
+    }
+
+    /// So far the base may have come on from where it saw the same thing.
+    fn farthest_m(self) -> f32 {
+        if self == Self::Crowd { f32::INFINITY } else { SAME_VISIT_M }
+    }
+}
 
 /// A cell, and where the base was when something was first seen there.
 #[derive(Copy, Clone, Debug)]
@@ -42,10 +67,17 @@ impl Newcomers {
     }
 
     /// Marks the end points of a scan taken at a pose where something has come.
-    pub(crate) fn label(&mut self, map: &LocalMap, map_from_base: &Pose2, points: &mut EndPoints) {
+    pub(crate) fn label(
+        &mut self,
+        map: &LocalMap,
+        map_from_base: &Pose2,
+        points: &mut EndPoints,
+        doubt: Doubt,
+    ) {
         let placement = Placement::new(map_from_base);
         points.mark(Mobility::Unknown, |point| {
-            if point.mobility != Mobility::Static || point.kind == Kind::Unsure || norm(point.at_m) > NEAR_M {
+            let is_far = norm(point.at_m) > doubt.near_m();
+            if point.mobility != Mobility::Static || point.kind == Kind::Unsure || is_far {
                 return false;
             }
             let is_known = match Correspondence::find(map, point, &placement, 1.0) {
@@ -53,18 +85,23 @@ impl Newcomers {
                 Err(_) => false,
             };
             let at_m = placement.place(point.at_m);
-            !is_known && map.seen_through(at_m) && !self.stays(map.cell_of(at_m), placement.at_m)
+            let is_new = !is_known && (doubt == Doubt::Contradiction || map.seen_through(at_m));
+            is_new && !self.stays(map.cell_of(at_m), placement.at_m, doubt.farthest_m())
         });
     }
 
     /// Whether something was seen in a cell from elsewhere before. If not, it is remembered.
-    fn stays(&mut self, [x, y]: [i32; 2], from_m: [f32; 2]) -> bool {
+    fn stays(&mut self, [x, y]: [i32; 2], from_m: [f32; 2], farthest_m: f32) -> bool {
         let around = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| [x + dx, y + dy]));
         let mut is_known = false;
         for cell in around {
             if let Some(seen) = self.sightings[place(cell)].filter(|seen| seen.cell == cell) {
+                let apart_m = distance(seen.from_m, from_m);
+                if apart_m > farthest_m {
+                    continue;
+                }
                 is_known |= cell == [x, y];
-                if distance(seen.from_m, from_m) > APART_M {
+                if apart_m > APART_M {
                     return true;
                 }
             }
@@ -96,7 +133,7 @@ mod tests {
     }
 
     /// What the middle beam is taken for each time, where the base and somebody are.
-    fn taken_for(seen_at: &[(f64, f64)]) -> Vec<Mobility> {
+    fn taken_for(doubt: Doubt, seen_at: &[(f64, f64)]) -> Vec<Mobility> {
         let mut map = LocalMap::new(MapParams::default());
         for _ in 0..5 {
             map.learn(&Pose2::IDENTITY, &seen_from(0.0, None));
@@ -104,7 +141,7 @@ mod tests {
         let mut newcomers = Newcomers::new();
         let label = |(from_m, somebody_m): &(f64, f64)| {
             let mut points = seen_from(*from_m, Some(*somebody_m));
-            newcomers.label(&map, &Pose2::new(*from_m, 0.0, 0.0), &mut points);
+            newcomers.label(&map, &Pose2::new(*from_m, 0.0, 0.0), &mut points, doubt);
             assert_eq!(points.as_slice()[10].mobility, Mobility::Static, "the wall is known");
             points.as_slice()[40].mobility
         };
@@ -114,9 +151,31 @@ mod tests {
     #[test]
     fn who_comes_where_nothing_was_is_not_learned_until_seen_again_from_elsewhere() {
         use Mobility::{Static, Unknown};
-        let stands = taken_for(&[(0.0, 3.0), (0.2, 3.0), (0.4, 3.0)]);
+        let stands = taken_for(Doubt::Crowd, &[(0.0, 3.0), (0.2, 3.0), (0.4, 3.0)]);
         assert_eq!(stands, [Unknown, Unknown, Static]);
-        let walks = taken_for(&[(0.0, 3.0), (0.2, 3.2), (0.4, 3.4), (0.6, 3.6), (0.8, 3.8)]);
+        let walks = taken_for(Doubt::Crowd, &[(0.0, 3.0), (0.2, 3.2), (0.4, 3.4), (0.6, 3.6), (0.8, 3.8)]);
         assert_eq!(walks, [Unknown; 5]);
+    }
+    #[test]
+    fn where_a_scan_contradicts_the_map_a_place_is_confirmed_on_the_same_visit_only() {
+        use Mobility::{Static, Unknown};
+        let stays = [(0.0, 3.0), (0.2, 3.0), (0.4, 3.0)];
+        assert_eq!(taken_for(Doubt::Contradiction, &stays), [Unknown, Unknown, Static]);
+        // The floor is seen in the same place from two meters on, and on the next visit.
+        let floor = [(0.0, 5.2), (2.0, 5.2), (2.1, 5.2), (0.0, 5.2)];
+        assert_eq!(taken_for(Doubt::Contradiction, &floor), [Unknown; 4]);
+        assert_eq!(taken_for(Doubt::Crowd, &[(1.0, 5.2), (3.0, 5.2)]), [Unknown, Static]);
+        // Where no beam has been, nothing speaks against a wall but the scan as a whole.
+        let behind = |doubt| {
+            let mut points = seen_from(0.0, None);
+            Newcomers::new().label(
+                &LocalMap::new(MapParams::default()),
+                &Pose2::IDENTITY,
+                &mut points,
+                doubt,
+            );
+            points.as_slice()[40].mobility
+        };
+        assert_eq!([Doubt::Crowd, Doubt::Contradiction].map(behind), [Static, Unknown]);
     }
 }

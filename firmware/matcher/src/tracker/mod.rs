@@ -9,6 +9,7 @@ pub(crate) mod method;
 pub(crate) mod pair;
 pub(crate) mod range_noise;
 pub(crate) mod step_choice;
+pub(crate) mod usual_score;
 
 use nalgebra::Matrix3;
 
@@ -34,6 +35,7 @@ use crate::scan::end_points::EndPoints;
 use crate::tracker::held_match::{HeldMatches, Way};
 use crate::tracker::method::{Engine, Learned};
 use crate::tracker::step_choice::{Expectation, StepChoice, is_worth_its_contradiction};
+use crate::tracker::usual_score::UsualScore;
 use biplane_geometry::Pose2;
 
 /// What became of a scan.
@@ -86,6 +88,7 @@ pub struct Tracker {
     motion: MotionModel,
     innovation_gate: InnovationGate,
     held_matches: HeldMatches,
+    usual_score: UsualScore,
     engine: Engine,
     map_from_base: Pose2,
     /// Of the pose against the map around it: what the prior of the next match is worth.
@@ -111,6 +114,7 @@ impl Tracker {
             },
             innovation_gate: InnovationGate::default(),
             held_matches: HeldMatches::default(),
+            usual_score: UsualScore::default(),
             engine: Engine::new(&params),
             map_from_base: Pose2::IDENTITY,
             covariance: Matrix3::zeros(),
@@ -263,15 +267,14 @@ impl Tracker {
             Verdict::Found => self.accept(&alignment, &taken.prior, &taken.step),
             Verdict::Unconfirmed | Verdict::NewGround | Verdict::Lost => Outcome::Lost,
         };
+        let score = alignment.fit.score();
         if let Engine::Map(matcher) = &self.engine {
-            self.moving.label_newcomers(matcher.map(), &self.map_from_base, &mut self.points);
+            let contradicts = verdict == Verdict::Found && self.usual_score.is_contradicted_by(score);
+            self.moving.label_newcomers(matcher.map(), &self.map_from_base, &mut self.points, contradicts);
         }
         self.learn(verdict);
-        let tracked = Tracked {
-            score: alignment.fit.score(),
-            iterations: alignment.iterations,
-            ..self.unmatched(outcome)
-        };
+        self.usual_score.note(score);
+        let tracked = Tracked { score, iterations: alignment.iterations, ..self.unmatched(outcome) };
         (tracked, taken.step)
     }
 
@@ -291,9 +294,10 @@ impl Tracker {
         if verdict == Verdict::Found && step.measured() {
             let inertia = self.motion.inertia(scan.stamp_ns, &step.last_from_base);
             let expected = Expected { prior, again: *last * inertia.last_from_base, inertia: &inertia };
-            // An expected pose that explains little itself is no reason to wait.
+            // An expected pose that explains little itself is no reason to wait, unless the match does, too.
             if !self.innovation_gate.confirm(&alignment.pose, &expected)
-                && self.engine.score_at(&self.points, &prior.mean) >= LOST_BELOW_SCORE
+                && (self.usual_score.is_far_above(alignment.fit.score())
+                    || self.engine.score_at(&self.points, &prior.mean) >= LOST_BELOW_SCORE)
             {
                 return (alignment, Verdict::Unconfirmed);
             }
@@ -309,11 +313,12 @@ impl Tracker {
         (alignment, verdict)
     }
 
-    /// The match that keeps to odometry and inertia where somebody is about and another one leads away from
-    /// them, unless that one explains clearly more.
+    /// The match that keeps to odometry and inertia where somebody is about, or the scan contradicts the map,
+    /// and another one leads away from them, unless that one explains clearly more.
     fn held(&mut self, way: &Way) -> Option<Alignment> {
-        let may_mislead = self.motion.is_reliable() && self.moving.is_somebody_about();
-        if self.params.method != Method::Map || !may_mislead {
+        let contradicts = || self.usual_score.is_misled_by(way.found.fit.score());
+        let may_mislead = self.moving.is_somebody_about() || contradicts();
+        if self.params.method != Method::Map || !self.motion.is_reliable() || !may_mislead {
             return None;
         }
         let held = self.held_matches.consider(way)?;

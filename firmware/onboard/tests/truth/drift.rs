@@ -38,7 +38,7 @@ fn drift(ride: &Ride, people: u32) -> [f64; 2] {
         let run = ride.run(
             TrackerParams::default(),
             &Odometry::poor(),
-            InTheWay { people, short_share: 0.0 },
+            InTheWay { people, ..InTheWay::default() },
             seed,
         );
         let mut last = [0.0; 2];
@@ -99,7 +99,7 @@ fn somebody_who_walks_past_changes_little() {
 #[test]
 fn a_quarter_of_the_beams_falling_short_leaves_the_pose_within_3_centimeters() {
     let ride = corridor(2);
-    let way = InTheWay { people: 0, short_share: 0.25 };
+    let way = InTheWay { short_share: 0.25, ..InTheWay::default() };
     let mean_squares: Vec<f64> = seeds(4)
         .map(|seed| {
             let run = ride.run(TrackerParams::default(), &Odometry::poor(), way, seed);
@@ -114,4 +114,41 @@ fn a_quarter_of_the_beams_falling_short_leaves_the_pose_within_3_centimeters() {
     let all_m = (mean_squares.iter().sum::<f64>() / mean_squares.len() as f64).sqrt();
     println!("{:.1} cm rms; seed by seed {rms_cm:.1?}", 100.0 * all_m);
     assert!(all_m < 0.03, "{all_m} m");
+}
+
+/// Root mean square of the positions' errors, a drive a seed, ascending, meters.
+fn errors_m(ride: &Ride, way: InTheWay, seeds: std::ops::RangeInclusive<u64>) -> Vec<f64> {
+    let error_m = |seed| {
+        let run = ride.run(TrackerParams::default(), &Odometry::poor(), way, seed);
+        let squares = run.iter().zip(&ride.moments).map(|(step, moment)| {
+            let (found, truth) = (&step.tracked.map_from_base, &moment.truth);
+            (found.x_m - truth.x_m).powi(2) + (found.y_m - truth.y_m).powi(2)
+        });
+        (squares.sum::<f64>() / run.len() as f64).sqrt()
+    };
+    let mut errors_m: Vec<f64> = seeds.map(error_m).collect();
+    errors_m.sort_by(f64::total_cmp);
+    errors_m
+}
+
+#[test]
+fn a_robot_that_leans_over_sills_and_sees_the_floor_keeps_its_pose() {
+    // Both worlds have corridors, where the floor ahead is all that a scan sees across the way.
+    for ride in [corridor(4), office(1)] {
+        let medians_m = [false, true].map(|leans| {
+            let errors_m = errors_m(&ride, InTheWay { leans, ..InTheWay::default() }, seeds(5));
+            let (median_m, worst_m) = (errors_m[errors_m.len() / 2], errors_m[errors_m.len() - 1]);
+            let far = errors_m.iter().filter(|error_m| **error_m > 0.1).count();
+            println!(
+                "| {} | {} | {:.1} cm | {:.1} cm | {far} of {} |",
+                ride.name,
+                if leans { "leans" } else { "level" },
+                100.0 * median_m,
+                100.0 * worst_m,
+                errors_m.len()
+            );
+            median_m
+        });
+        assert!(medians_m[1] < 2.0 * medians_m[0], "{}: {medians_m:?} m", ride.name);
+    }
 }

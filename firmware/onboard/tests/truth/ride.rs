@@ -138,6 +138,8 @@ pub(crate) struct InTheWay {
     pub people: u32,
     /// Share of the beams that end anywhere before what they should meet: dust, rain, glare.
     pub short_share: f64,
+    /// Every 6 m the base leans forward for half a meter, as over a door sill, and the laser sees the floor.
+    pub leans: bool,
 }
 
 /// What the tracker made of a moment.
@@ -158,7 +160,8 @@ impl Moment {
             let falls_short = way.short_share > 0.0 && rng.unit() < way.short_share;
             let max_m = f64::from(range_m).min(20.0);
             let ends_m = if falls_short { rng.between(0.3, max_m) } else { f64::from(range_m) };
-            let noisy_m = ends_m.min(person_m) + RANGE_NOISE_M * rng.normal();
+            let floor_m = if way.leans { self.floor_m(cos) } else { f64::INFINITY };
+            let noisy_m = ends_m.min(person_m).min(floor_m) + RANGE_NOISE_M * rng.normal();
             let delay_s = f64::from(degrees + 90) / 360.0 * TURN_NS as f64 * 1e-9;
             Beam {
                 direction_in_base: [cos as f32, sin as f32],
@@ -166,6 +169,17 @@ impl Moment {
                 delay_s: delay_s as f32,
             }
         })
+    }
+
+    /// How far a beam gets to the floor: 3 to 5 m ahead of a base that leans by 3.5 to 5.5 degrees.
+    fn floor_m(&self, cos: f64) -> f64 {
+        const LASER_HEIGHT_M: f64 = 0.3;
+        let leaning = (self.path_m - 3.0).rem_euclid(6.0) / 0.5;
+        if self.path_m < 3.0 || leaning > 1.0 || cos <= 0.0 {
+            return f64::INFINITY;
+        }
+        let pitch_rad = (3.5 + 2.0 * (std::f64::consts::PI * leaning).sin()).to_radians();
+        LASER_HEIGHT_M / (pitch_rad.sin() * cos)
     }
 
     /// The share of the beams that end at people.
