@@ -93,19 +93,16 @@ fn without(wall: &Slab, left: &[Span], known: &Slab) -> (Vec<Span>, bool) {
     let mut out: Vec<Span> = Vec::new();
     let mut is_shorter = false;
     for part in left {
-        let mut from_m = None;
+        let mut free: Option<Span> = None;
         for at_m in stations_m(*part) {
-            match (is_in(at_m), from_m) {
-                (false, None) => from_m = Some(at_m),
-                (true, Some(from)) => {
-                    out.push([from, at_m]);
-                    from_m = None;
-                }
-                _ => {}
+            if is_in(at_m) {
+                out.extend(free.take());
+                is_shorter = true;
+            } else {
+                free = Some([free.map_or(at_m, |[from, _]| from), at_m]);
             }
-            is_shorter |= is_in(at_m);
         }
-        out.extend(from_m.map(|from| [from, part[1]]));
+        out.extend(free);
     }
     (out, is_shorter)
 }
