@@ -17,7 +17,7 @@ use biplane_geometry::Pose2;
 
 use crate::map::LocalMap;
 use crate::moving::crowd::Crowd;
-use crate::moving::newcomers::{Doubt, Newcomers};
+use crate::moving::newcomers::{Newcomers, Reason};
 use crate::moving::places::Places;
 use crate::moving::segments::{Seen, Segment, find_short};
 use crate::moving::track::{PLACES, Track};
@@ -181,8 +181,8 @@ impl MovingObjects {
         contradicts: bool,
     ) {
         if self.follows() && (contradicts || self.crowd.is_dense()) {
-            let doubt = if contradicts { Doubt::Contradiction } else { Doubt::Crowd };
-            self.newcomers.label(map, map_from_base, points, doubt);
+            let reason = if contradicts { Reason::Contradiction } else { Reason::Crowd };
+            self.newcomers.label(map, map_from_base, points, reason);
         }
     }
 

@@ -29,14 +29,14 @@ const PLACES: usize = 4096;
 
 /// Why new things are not to be learned at once.
 #[derive(Copy, Clone, PartialEq, Eq, Debug)]
-pub(crate) enum Doubt {
+pub(crate) enum Reason {
     /// There are many people about: what has come where beams passed may be one of them.
     Crowd,
     /// The scan contradicts the map: nothing new that it sees is sure, whatever was seen there before.
     Contradiction,
 }
 
-impl Doubt {
+impl Reason {
     fn near_m(self) -> f32 {
         if self == Self::Crowd { NEAR_M } else { NEAR_ENOUGH_M }
     }
@@ -72,11 +72,11 @@ impl Newcomers {
         map: &LocalMap,
         map_from_base: &Pose2,
         points: &mut EndPoints,
-        doubt: Doubt,
+        reason: Reason,
     ) {
         let placement = Placement::new(map_from_base);
         points.mark(Mobility::Unknown, |point| {
-            let is_far = norm(point.at_m) > doubt.near_m();
+            let is_far = norm(point.at_m) > reason.near_m();
             if point.mobility != Mobility::Static || point.kind == Kind::Unsure || is_far {
                 return false;
             }
@@ -85,8 +85,8 @@ impl Newcomers {
                 Err(_) => false,
             };
             let at_m = placement.place(point.at_m);
-            let is_new = !is_known && (doubt == Doubt::Contradiction || map.seen_through(at_m));
-            is_new && !self.stays(map.cell_of(at_m), placement.at_m, doubt.farthest_m())
+            let is_new = !is_known && (reason == Reason::Contradiction || map.seen_through(at_m));
+            is_new && !self.stays(map.cell_of(at_m), placement.at_m, reason.farthest_m())
         });
     }
 
@@ -133,7 +133,7 @@ mod tests {
     }
 
     /// What the middle beam is taken for each time, where the base and somebody are.
-    fn taken_for(doubt: Doubt, seen_at: &[(f64, f64)]) -> Vec<Mobility> {
+    fn taken_for(reason: Reason, seen_at: &[(f64, f64)]) -> Vec<Mobility> {
         let mut map = LocalMap::new(MapParams::default());
         for _ in 0..5 {
             map.learn(&Pose2::IDENTITY, &seen_from(0.0, None));
@@ -141,7 +141,7 @@ mod tests {
         let mut newcomers = Newcomers::new();
         let label = |(from_m, somebody_m): &(f64, f64)| {
             let mut points = seen_from(*from_m, Some(*somebody_m));
-            newcomers.label(&map, &Pose2::new(*from_m, 0.0, 0.0), &mut points, doubt);
+            newcomers.label(&map, &Pose2::new(*from_m, 0.0, 0.0), &mut points, reason);
             assert_eq!(points.as_slice()[10].mobility, Mobility::Static, "the wall is known");
             points.as_slice()[40].mobility
         };
@@ -151,31 +151,31 @@ mod tests {
     #[test]
     fn who_comes_where_nothing_was_is_not_learned_until_seen_again_from_elsewhere() {
         use Mobility::{Static, Unknown};
-        let stands = taken_for(Doubt::Crowd, &[(0.0, 3.0), (0.2, 3.0), (0.4, 3.0)]);
+        let stands = taken_for(Reason::Crowd, &[(0.0, 3.0), (0.2, 3.0), (0.4, 3.0)]);
         assert_eq!(stands, [Unknown, Unknown, Static]);
-        let walks = taken_for(Doubt::Crowd, &[(0.0, 3.0), (0.2, 3.2), (0.4, 3.4), (0.6, 3.6), (0.8, 3.8)]);
+        let walks = taken_for(Reason::Crowd, &[(0.0, 3.0), (0.2, 3.2), (0.4, 3.4), (0.6, 3.6), (0.8, 3.8)]);
         assert_eq!(walks, [Unknown; 5]);
     }
     #[test]
     fn where_a_scan_contradicts_the_map_a_place_is_confirmed_on_the_same_visit_only() {
         use Mobility::{Static, Unknown};
         let stays = [(0.0, 3.0), (0.2, 3.0), (0.4, 3.0)];
-        assert_eq!(taken_for(Doubt::Contradiction, &stays), [Unknown, Unknown, Static]);
+        assert_eq!(taken_for(Reason::Contradiction, &stays), [Unknown, Unknown, Static]);
         // The floor is seen in the same place from two meters on, and on the next visit.
         let floor = [(0.0, 5.2), (2.0, 5.2), (2.1, 5.2), (0.0, 5.2)];
-        assert_eq!(taken_for(Doubt::Contradiction, &floor), [Unknown; 4]);
-        assert_eq!(taken_for(Doubt::Crowd, &[(1.0, 5.2), (3.0, 5.2)]), [Unknown, Static]);
+        assert_eq!(taken_for(Reason::Contradiction, &floor), [Unknown; 4]);
+        assert_eq!(taken_for(Reason::Crowd, &[(1.0, 5.2), (3.0, 5.2)]), [Unknown, Static]);
         // Where no beam has been, nothing speaks against a wall but the scan as a whole.
-        let behind = |doubt| {
+        let behind = |reason| {
             let mut points = seen_from(0.0, None);
             Newcomers::new().label(
                 &LocalMap::new(MapParams::default()),
                 &Pose2::IDENTITY,
                 &mut points,
-                doubt,
+                reason,
             );
             points.as_slice()[40].mobility
         };
-        assert_eq!([Doubt::Crowd, Doubt::Contradiction].map(behind), [Static, Unknown]);
+        assert_eq!([Reason::Crowd, Reason::Contradiction].map(behind), [Static, Unknown]);
     }
 }

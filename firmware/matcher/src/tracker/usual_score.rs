@@ -1,11 +1,11 @@
 //! How much of a scan is usually explained, and which scans fall short of it.
 //!
-//! A robot that leans forward over a door sill sees the floor ahead: a line right across the way that moves as
-//! the robot leans. Such a scan explains less than the ones before it, all at once. A match of it may be led
-//! astray, and what it sees may not be there.
+//! A robot that leans forward over a door sill sees the floor ahead: a line right across the way that moves
+//! as the robot leans. Such a scan explains less than the ones before it, all at once. A match of it may be
+//! led astray, and what it sees may not be there.
 
-/// What the newest scan counts. Larger: a place that has changed is learned sooner; smaller: the floor is kept
-/// out of the map for longer.
+/// What the newest scan counts. Larger: a place that has changed is learned sooner; smaller: the floor is
+/// kept out of the map for longer.
 const RATE: f64 = 0.02;
 /// Below this share of what is usual a scan contradicts the map. Larger: more scans wait to be learned.
 const CONTRADICTS: f64 = 0.95;
