@@ -211,7 +211,7 @@ fn openings(html: &mut String, openings: &[WallOpening]) {
         return;
     }
     html.push_str(
-        "<table class=\"figures\"><thead><tr><th scope=\"col\">opening</th><th scope=\"col\">kind</th>\
+        "<table class=\"figures openings\"><thead><tr><th scope=\"col\">opening</th><th scope=\"col\">kind</th>\
          <th scope=\"col\">width, m</th><th scope=\"col\">height, m</th><th scope=\"col\">sill, m</th>\
          <th scope=\"col\">in wall</th><th scope=\"col\">rooms</th><th scope=\"col\">shown by</th></tr></thead><tbody>",
     );
