@@ -16,7 +16,7 @@ TOPICS = {"scan/horizontal": "/scan", "scan/vertical": "/scan_up", "odom": "/odo
 POSES_WITHIN_M = 0.01
 # Points a scan, a share of them; and scans that are kept.
 POINTS_WITHIN = 0.001
-KEPT_WITHIN = 2
+KEPT_WITHIN = 1
 # How much farther from the truth the model by way of a bag may be: to the truth, and what it misses of it.
 FARTHER = {"to_truth": 1.2, "from_truth": 1.05}
 

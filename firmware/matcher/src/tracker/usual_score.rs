@@ -30,17 +30,21 @@ impl UsualScore {
 
     /// Whether a scan that explains so much contradicts the map, unlike those before it.
     pub(crate) fn is_contradicted_by(self, score: f64) -> bool {
-        self.share.is_some_and(|share| score < CONTRADICTS * share)
+        self.is_short(score, CONTRADICTS)
     }
 
     /// Whether a scan that explains so much may lead its match astray.
     pub(crate) fn is_misled_by(self, score: f64) -> bool {
-        self.share.is_some_and(|share| score < MISLEADS * share)
+        self.is_short(score, MISLEADS)
     }
 
     /// Whether a scan that explains so much has hardly seen what the map knows, unlike those before it.
     pub(crate) fn is_far_above(self, score: f64) -> bool {
-        self.share.is_some_and(|share| score < HARDLY * share)
+        self.is_short(score, HARDLY)
+    }
+
+    fn is_short(self, score: f64, of_usual: f64) -> bool {
+        self.share.is_some_and(|share| score < of_usual * share)
     }
 }
 

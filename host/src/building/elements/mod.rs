@@ -158,6 +158,11 @@ pub(crate) enum Use {
     Passage,
 }
 
+impl Use {
+    /// The order in which lists have them.
+    pub(crate) const LISTED: [Self; 3] = [Self::Door, Self::Passage, Self::Window];
+}
+
 /// A door, window or passage.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

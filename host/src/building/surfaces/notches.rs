@@ -36,9 +36,9 @@ pub(super) fn find(shapes: &[Shape], seams: &PlaneSeams) -> Vec<Shape> {
         .collect()
 }
 
-/// Where to look for rays that pass a notch.
-pub(super) fn sides(notch: &Shape) -> [Span; 2] {
-    [0, 1].map(|axis| notch.first().map_or([0.0; 2], |outer| super::holes::extent(outer, axis)))
+/// From where to where a shape goes along both axes.
+pub(super) fn sides(shape: &Shape) -> [Span; 2] {
+    [0, 1].map(|axis| shape.first().map_or([0.0; 2], |outer| super::holes::extent(outer, axis)))
 }
 
 /// Shapes with the notches filled that no rays pass.

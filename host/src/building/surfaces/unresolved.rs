@@ -4,6 +4,7 @@
 //! Fewer corners say as much there, as long as a border moves by no more than rows are apart. Surface is
 //! added over half of that only, and nowhere where a ray passes.
 
+use super::notches::sides;
 use super::plane_rays::PlaneRays;
 use crate::building::elevation::{self, Span};
 use crate::building::spaces::evidence::Evidence;
@@ -73,11 +74,6 @@ fn may_be_ragged(shape: &Shape, is_met: IsMet<'_>) -> bool {
     let tolerance = |_: Point| MAX_TOLERANCE_M / STEP_M;
     let rules = Rules { tolerance: &tolerance, added_share: ADDED_SHARE, is_met, allows: &|_, _| true };
     corners(shape) > MIN_CORNERS && corners(&with_shortcuts(shape, &rules)) < corners(shape)
-}
-
-/// From where to where a shape goes along both axes.
-fn sides(shape: &Shape) -> [Span; 2] {
-    [0, 1].map(|axis| shape.first().map_or([0.0; 2], |outer| super::holes::extent(outer, axis)))
 }
 
 /// A shape without corners and pinholes that the rays near it do not tell.

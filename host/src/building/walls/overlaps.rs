@@ -4,7 +4,7 @@
 //! lies in another is that one; what is only drawn into it, because nobody knows how thick it is, is drawn
 //! thinner.
 
-use super::slabs::{BESIDE_M, MIN_LENGTH_M, MIN_THICKNESS_M, NEARLY_PARALLEL, Slab, ThicknessFrom};
+use super::slabs::{BESIDE_M, MIN_LENGTH_M, MIN_THICKNESS_M, NEARLY_PARALLEL, Slab};
 use crate::building::elevation::{Span, extent};
 use crate::building::spaces::raster::CELL_M;
 use biplane_geometry::vec2::dot;
@@ -24,9 +24,7 @@ pub(crate) fn cut(walls: Vec<Slab>) -> Vec<Slab> {
             thin_out(&mut wall, known);
             let (rest, is_shorter) = without(&wall, &left, known);
             if is_shorter {
-                let (span, is_seen) = (known.span, known.is_seen);
-                known.take(&wall);
-                (known.span, known.is_seen) = (span, is_seen);
+                known.take_spaces(&wall);
                 left = rest;
             }
         }
@@ -57,11 +55,7 @@ fn stations_m([from, to]: Span) -> impl Iterator<Item = f64> {
 
 /// Draws a wall of unknown thickness no deeper than to another one behind it.
 fn thin_out(wall: &mut Slab, known: &Slab) {
-    let seen = match (wall.from, wall.is_seen) {
-        (ThicknessFrom::Unknown, [true, false]) => 0,
-        (ThicknessFrom::Unknown, [false, true]) => 1,
-        _ => return,
-    };
+    let Some(seen) = wall.only_face() else { return };
     let before = stations_m(wall.span).filter_map(|at_m| {
         let (_, along_m) = across(wall, known, at_m);
         if along_m < known.span[0] || along_m > known.span[1] {

@@ -6,6 +6,7 @@
 use super::view::WallView;
 use crate::building::elements::NARROWEST_DOOR_M;
 use crate::building::elevation::Span;
+use biplane_geometry::quantile::upper_median;
 
 /// A door is at least this high, meters.
 pub(super) const MIN_DOOR_M: f64 = 1.75;
@@ -42,7 +43,7 @@ pub(super) enum Below {
 /// The median of some values; `None` of too few.
 fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().filter(|_| values.len() >= MIN_RAYS)
+    upper_median(&values).filter(|_| values.len() >= MIN_RAYS)
 }
 
 impl WallView<'_> {

@@ -80,10 +80,15 @@ impl Slab {
 
     /// Where across it is known to be, meters: its middle, or the only face that was seen.
     pub(super) fn known_m(&self) -> f64 {
+        self.only_face().map_or_else(|| self.middle_m(), |face| self.faces_m[face])
+    }
+
+    /// The one of its faces that was seen, where the other one is only assumed.
+    pub(super) fn only_face(&self) -> Option<usize> {
         match (self.from, self.is_seen) {
-            (ThicknessFrom::Unknown, [true, false]) => self.faces_m[0],
-            (ThicknessFrom::Unknown, [false, true]) => self.faces_m[1],
-            _ => self.middle_m(),
+            (ThicknessFrom::Unknown, [true, false]) => Some(0),
+            (ThicknessFrom::Unknown, [false, true]) => Some(1),
+            _ => None,
         }
     }
 
@@ -128,12 +133,17 @@ impl Slab {
         self.span[0] <= other.span[1] + JUNCTION_M && other.span[0] <= self.span[1] + JUNCTION_M
     }
 
-    pub(super) fn take(&mut self, other: &Self) {
+    fn take(&mut self, other: &Self) {
         self.span = [self.span[0].min(other.span[0]), self.span[1].max(other.span[1])];
+        self.take_spaces(other);
+        self.is_seen = [0, 1].map(|k| self.is_seen[k] || other.is_seen[k]);
+    }
+
+    /// What another wall bounds, it bounds as well.
+    pub(super) fn take_spaces(&mut self, other: &Self) {
         self.spaces.extend(&other.spaces);
         self.spaces.sort_unstable();
         self.spaces.dedup();
-        self.is_seen = [0, 1].map(|k| self.is_seen[k] || other.is_seen[k]);
     }
 }
 

@@ -215,15 +215,8 @@ fn openings(html: &mut String, openings: &[WallOpening]) {
          <th scope=\"col\">width, m</th><th scope=\"col\">height, m</th><th scope=\"col\">sill, m</th>\
          <th scope=\"col\">in wall</th><th scope=\"col\">rooms</th><th scope=\"col\">shown by</th></tr></thead><tbody>",
     );
-    // By kind and then by wall, as `biplane info` lists them.
-    let order = |opening: &&WallOpening| match opening.kind {
-        Use::Door => 0,
-        Use::Passage => 1,
-        Use::Window => 2,
-    };
-    let mut by_kind: Vec<&WallOpening> = openings.iter().collect();
-    by_kind.sort_by_key(order);
-    for opening in by_kind {
+    let of_kind = |kind: Use| openings.iter().filter(move |opening| opening.kind == kind);
+    for opening in Use::LISTED.into_iter().flat_map(of_kind) {
         let kind = match opening.kind {
             Use::Door if opening.is_narrow() && opening.inferred => "narrow door",
             Use::Door if opening.evidence == CLOSED_LEAF => "shut door",
