@@ -51,7 +51,7 @@ const MAX_CELLS: usize = 16_000_000;
 
 /// Finds rooms, walls, doors and windows of a drive; nothing where it is too large.
 pub(crate) fn rooms(evidence: &Evidence<'_>) -> Elements {
-    if evidence.grid.len() > MAX_CELLS {
+    if evidence.area.grid.len() > MAX_CELLS {
         return Elements::default();
     }
     let plan = Plan::find(evidence);

@@ -2,7 +2,7 @@
 
 use crate::building;
 use crate::building::elements::Elements;
-use crate::building::spaces::evidence::{Evidence, grid_around, seen_in};
+use crate::building::spaces::evidence::{Area, Evidence, seen_in};
 use crate::pipeline::BuildOutput;
 use crate::pipeline::storey_part::StoreyPart;
 use crate::recordings::deskew::StampedPose;
@@ -32,13 +32,13 @@ pub(crate) fn elements(output: &mut BuildOutput, storeys: &[StoreyDrive<'_>], as
         let (model, cloud, labels) =
             part.as_ref().map_or(whole, |part| (&part.model, &part.cloud, part.labels.as_slice()));
         let path_m: Vec<[f64; 2]> = storey.poses.iter().map(|pose| [pose.x_m, pose.y_m]).collect();
-        let grid = grid_around(model, &path_m);
+        let area = Area::around(model, &path_m);
         let evidence = Evidence {
             model,
             cloud,
             labels,
-            grid: &grid,
-            seen: &seen_in(&grid, storey.map),
+            area: &area,
+            seen: &seen_in(&area, storey.map),
             path_m: &path_m,
             floor_m: storey.floor_m,
             sigma_m: output.counts.sigma_m,

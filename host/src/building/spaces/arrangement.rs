@@ -1,8 +1,7 @@
 //! The plan cut into convex cells along the lines of its walls.
 
-use super::directions::Directions;
+use super::evidence::Area;
 use super::faces::Face;
-use super::raster::Grid;
 use crate::building::elevation::Span;
 use biplane_geometry::PortableMath;
 use biplane_geometry::vec2::{dot, minus};
@@ -52,9 +51,9 @@ impl Cell {
         low < to_m && high > from_m
     }
 
-    /// Cuts along a line; `None` when it is all on one side.
-    fn cut(&self, face: &Face, line: usize) -> Option<[Self; 2]> {
-        let away: Vec<f64> = self.corners_m.iter().map(|corner| face.before_m(*corner)).collect();
+    /// Cuts along a line; `None` when it is all on one side. `before_m` is how far a place lies before the line.
+    fn cut(&self, before_m: impl Fn([f64; 2]) -> f64, line: LineOf) -> Option<[Self; 2]> {
+        let away: Vec<f64> = self.corners_m.iter().map(|corner| before_m(*corner)).collect();
         let before = away.iter().any(|d| *d > ON_LINE_M);
         let behind = away.iter().any(|d| *d < -ON_LINE_M);
         if !before || !behind {
@@ -69,12 +68,12 @@ impl Cell {
                 if da >= -ON_LINE_M {
                     side.corners_m.push(a);
                     // From a corner on the line away to the other side: the edge is the line itself.
-                    side.lines.push(if da <= ON_LINE_M && db < -ON_LINE_M { Some(line) } else { own });
+                    side.lines.push(if da <= ON_LINE_M && db < -ON_LINE_M { line } else { own });
                 }
                 if (da > ON_LINE_M && db < -ON_LINE_M) || (da < -ON_LINE_M && db > ON_LINE_M) {
                     let share = da / (da - db);
                     side.corners_m.push([0, 1].map(|axis| a[axis] + share * (b[axis] - a[axis])));
-                    side.lines.push(if db < 0.0 { Some(line) } else { own });
+                    side.lines.push(if db < 0.0 { line } else { own });
                 }
             }
         }
@@ -82,16 +81,12 @@ impl Cell {
     }
 }
 
-/// All cells of a grid's area.
-pub(crate) fn cells(grid: &Grid, faces: &[Face], directions: &Directions) -> Vec<Cell> {
-    let [x, y] = grid.origin_m;
-    let [far_x, far_y] =
-        [0, 1].map(|axis| grid.origin_m[axis] + grid.size[axis] as f64 * super::raster::CELL_M);
-    let corners_m = vec![[x, y], [far_x, y], [far_x, far_y], [x, far_y]];
-    let mut cells = vec![Cell { corners_m, lines: vec![None; 4] }];
+/// All cells of an area.
+pub(crate) fn cells(area: &Area, faces: &[Face]) -> Vec<Cell> {
+    let mut cells = vec![Cell { corners_m: area.corners_m.to_vec(), lines: vec![None; 4] }];
     let cutting = faces.iter().enumerate().filter(|(_, face)| face.upper_length_m() >= MIN_UPPER_M);
     for (index, face) in cutting.take(MAX_LINES) {
-        let is_main = directions.has(face.normal);
+        let is_main = area.directions.has(face.normal);
         let beyond_m = |[from, to]: &Span| if is_main { BEYOND_M } else { SKEW_BEYOND * (to - from) };
         let mut next = Vec::with_capacity(cells.len() + 8);
         for cell in cells {
@@ -99,7 +94,7 @@ pub(crate) fn cells(grid: &Grid, faces: &[Face], directions: &Directions) -> Vec
                 let beyond_m = beyond_m(span);
                 cell.meets(face, span[0] - beyond_m, span[1] + beyond_m)
             });
-            match is_met.then(|| cell.cut(face, index)).flatten() {
+            match is_met.then(|| cell.cut(|place| face.before_m(place), Some(index))).flatten() {
                 Some(parts) => next.extend(parts),
                 None => next.push(cell),
             }

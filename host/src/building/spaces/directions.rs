@@ -71,6 +71,11 @@ impl Directions {
         found
     }
 
+    /// The direction of most walls, or 0, from 0 to less than a right angle, radians.
+    pub(crate) fn main_rad(&self) -> f64 {
+        self.angles_rad.first().copied().unwrap_or_default()
+    }
+
     /// Whether a normal is one of the whole building's directions.
     pub(crate) fn has(&self, normal: [f64; 2]) -> bool {
         let angle_rad = normal[1].portable_atan2(normal[0]);
@@ -92,8 +97,18 @@ fn strongest(faces: &[Facing]) -> Option<f64> {
         let bin = (face.angle_rad.rem_euclid(FRAC_PI_2) / FRAC_PI_2 * STEPS as f64) as usize;
         bins[bin.min(STEPS - 1)] += face.weight;
     }
-    let around = |bin: usize| (0..5).map(|k| bins[(bin + STEPS + k - 2) % STEPS]).sum::<f64>();
-    let best = (0..STEPS).max_by(|a, b| around(*a).total_cmp(&around(*b)).then(b.cmp(a)))?;
+    let around = |bin: usize, shares: [f64; 5]| {
+        let nearby = shares.into_iter().enumerate();
+        nearby.map(|(k, share)| share * bins[(bin + STEPS + k - 2) % STEPS]).sum::<f64>()
+    };
+    // Bins with as much around them: the one in the middle of it, or its faces may lie farther away than what is
+    // averaged.
+    let fullness = |bin: usize| [around(bin, [1.0; 5]), around(bin, [1.0, 2.0, 3.0, 2.0, 1.0])];
+    let is_fuller = |a: &usize, b: &usize| {
+        let ([all_a, middle_a], [all_b, middle_b]) = (fullness(*a), fullness(*b));
+        all_a.total_cmp(&all_b).then(middle_a.total_cmp(&middle_b)).then(b.cmp(a))
+    };
+    let best = (0..STEPS).max_by(is_fuller)?;
     let mut middle_rad = (best as f64 + 0.5) / STEPS as f64 * FRAC_PI_2;
     // Twice: the first mean comes nearer to the middle of what is averaged.
     for _ in 0..2 {
@@ -145,5 +160,19 @@ mod tests {
         let normal = |angle: f64| [angle.cos(), angle.sin()];
         assert!(found.has(normal(0.2)) && found.has(normal(0.2 - half_pi)) && !found.has(normal(0.901)));
         assert_eq!(Directions::of(&[]), Directions::default());
+    }
+
+    #[test]
+    fn walls_of_one_direction_have_it_however_the_building_stands() {
+        for tenth in 0..900 {
+            let angle_rad = (f64::from(tenth) * 0.1).to_radians();
+            let faces = [0.0, 1.0, 2.0, 3.0].map(|quarter| Facing {
+                angle_rad: angle_rad + quarter * std::f64::consts::FRAC_PI_2,
+                weight: 1.0,
+                length_m: 5.0,
+            });
+            let off = Directions::of(&faces).snapped(angle_rad + 0.01, 5.0) - angle_rad;
+            assert!(off.abs() < 1e-9, "{tenth}: {off}");
+        }
     }
 }

@@ -1,9 +1,15 @@
 //! What a drive knows of a building: surfaces, points with the place they were seen from, the floor map, the
 //! path.
 
-use super::raster::Grid;
-use crate::model::{Cloud, Model};
+use super::directions::{Directions, Facing, unit};
+use super::faces::length_m;
+use super::raster::{CELL_M, Grid};
+use crate::building::part::is_upright;
+use crate::model::{Cloud, Model, PlanarPolygon};
 use crate::slam::occupancy::OccupancyGrid;
+use biplane_geometry::PortableMath;
+use biplane_geometry::polygon_area::ring_area_m2;
+use biplane_geometry::vec2::{cross, dot, minus};
 
 /// Cells with a lower probability are free.
 const FREE: f64 = 0.35;
@@ -31,9 +37,9 @@ pub(crate) struct Evidence<'a> {
     pub cloud: &'a Cloud,
     /// The plane of each point, or -1.
     pub labels: &'a [i32],
-    /// The cells of the floor map.
-    pub grid: &'a Grid,
-    /// What is known of each.
+    /// What of the floor is looked at.
+    pub area: &'a Area,
+    /// What is known of each of its cells.
     pub seen: &'a [Seen],
     /// Where the robot was.
     pub path_m: &'a [[f64; 2]],
@@ -68,30 +74,75 @@ impl Evidence<'_> {
 /// How far around path and ceilings the floor map is looked at, meters.
 const MARGIN_M: f64 = 1.0;
 
-/// The cells around a drive: its path, and what hangs over it.
-pub(crate) fn grid_around(model: &Model, path_m: &[[f64; 2]]) -> Grid {
-    let overhead = model
-        .polygons
-        .iter()
-        .filter(|p| model.planes.get(p.plane).is_some_and(|plane| plane.normal[2] < -0.3));
-    let corners = overhead.flat_map(|polygon| polygon.outer_m.iter().map(|p| [p[0], p[1]]));
-    let (mut min, mut max) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for point in corners.chain(path_m.iter().copied()) {
-        for axis in 0..2 {
-            min[axis] = min[axis].min(point[axis] - MARGIN_M);
-            max[axis] = max[axis].max(point[axis] + MARGIN_M);
-        }
-    }
-    if min[0] > max[0] { Grid::default() } else { Grid::around(min, max) }
+/// What of a floor is looked at: a rectangle along the walls. Rooms without a wall at an end are cut off at its
+/// sides, in the same place however the building stands in the map.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Area {
+    /// The directions of the walls.
+    pub directions: Directions,
+    /// Corners of the rectangle, counter-clockwise.
+    pub corners_m: [[f64; 2]; 4],
+    /// Cells that hold it.
+    pub grid: Grid,
 }
 
-/// The floor map in cells of a grid.
-pub(crate) fn seen_in(grid: &Grid, map: &OccupancyGrid) -> Vec<Seen> {
+impl Area {
+    /// Around a drive: its path, and what hangs over it.
+    pub(crate) fn around(model: &Model, path_m: &[[f64; 2]]) -> Self {
+        let directions = directions(model);
+        let along = unit(directions.main_rad());
+        let axes = [along, [-along[1], along[0]]];
+        let is_overhead =
+            |p: &PlanarPolygon| model.planes.get(p.plane).is_some_and(|plane| plane.normal[2] < -0.3);
+        let overhead = model.polygons.iter().filter(|polygon| is_overhead(polygon));
+        let corners = overhead.flat_map(|polygon| polygon.outer_m.iter().map(|p| [p[0], p[1]]));
+        let Some([min, max]) =
+            bounds(corners.chain(path_m.iter().copied()).map(|p| axes.map(|axis| dot(axis, p))))
+        else {
+            return Self { directions, ..Self::default() };
+        };
+        let [left, low] = min.map(|value| ((value - MARGIN_M) / CELL_M).floor() * CELL_M);
+        let [right, high] = max.map(|value| ((value + MARGIN_M) / CELL_M).ceil() * CELL_M);
+        let corners_m = [[left, low], [right, low], [right, high], [left, high]]
+            .map(|[u, v]| [0, 1].map(|axis| u * axes[0][axis] + v * axes[1][axis]));
+        let grid =
+            bounds(corners_m.into_iter()).map_or_else(Grid::default, |[min, max]| Grid::around(min, max));
+        Self { directions, corners_m, grid }
+    }
+
+    /// Whether a place is in the rectangle.
+    fn holds(&self, place: [f64; 2]) -> bool {
+        let ends = self.corners_m.iter().zip(self.corners_m.iter().cycle().skip(1));
+        ends.into_iter().all(|(a, b)| cross(minus(*b, *a), minus(place, *a)) >= 0.0)
+    }
+}
+
+/// The direction pairs of all upright planes, by area.
+fn directions(model: &Model) -> Directions {
+    let upright = model.polygons.iter().filter_map(|polygon| {
+        let plane = model.planes.get(polygon.plane).filter(|plane| is_upright(plane))?;
+        let angle_rad = plane.normal[1].portable_atan2(plane.normal[0]);
+        Some(Facing { angle_rad, weight: ring_area_m2(&polygon.outer_m), length_m: length_m(&[polygon]) })
+    });
+    Directions::of(&upright.collect::<Vec<_>>())
+}
+
+/// Smallest and largest coordinates; `None` of nothing.
+fn bounds(places: impl Iterator<Item = [f64; 2]>) -> Option<[[f64; 2]; 2]> {
+    let both = places.map(|place| [place, place]);
+    both.reduce(|[min, max], [place, _]| {
+        [[0, 1].map(|axis| min[axis].min(place[axis])), [0, 1].map(|axis| max[axis].max(place[axis]))]
+    })
+}
+
+/// The floor map in the cells of an area.
+pub(crate) fn seen_in(area: &Area, map: &OccupancyGrid) -> Vec<Seen> {
+    let grid = &area.grid;
     let mut seen = vec![Seen::Unknown; grid.len()];
     let resolution_m = map.params().resolution_m;
     map.for_each_seen(|at, probability| {
         let place = at.map(|value| (f64::from(value) + 0.5) * resolution_m);
-        if let Some(cell) = grid.cell(place) {
+        if let Some(cell) = grid.cell(place).filter(|_| area.holds(place)) {
             seen[cell] = match probability {
                 p if p < FREE => Seen::Free,
                 p if p > OCCUPIED => Seen::Occupied,

@@ -1,6 +1,6 @@
 //! Upright faces as lines of the plan, with where along them there is wall.
 
-use super::directions::{Directions, Facing, unit};
+use super::directions::unit;
 use super::evidence::Evidence;
 use super::levels::Overhead;
 use super::raster::CELL_M;
@@ -108,24 +108,8 @@ pub(crate) fn joined(mut spans: Vec<Span>, gap_m: f64) -> Vec<Span> {
     out
 }
 
-/// The direction pairs of all upright planes, by area.
-pub(crate) fn directions(evidence: &Evidence<'_>) -> Directions {
-    let model = evidence.model;
-    let upright = model.polygons.iter().filter_map(|polygon| {
-        let plane = model.planes.get(polygon.plane).filter(|plane| is_upright(plane))?;
-        let angle_rad = plane.normal[1].portable_atan2(plane.normal[0]);
-        Some(Facing { angle_rad, weight: ring_area_m2(&polygon.outer_m), length_m: length_m(&[polygon]) })
-    });
-    Directions::of(&upright.collect::<Vec<_>>())
-}
-
 /// All faces, those of curved walls with them, the largest first.
-pub(crate) fn find(
-    evidence: &Evidence<'_>,
-    overhead: &Overhead,
-    directions: &Directions,
-    curved: Vec<Face>,
-) -> Vec<Face> {
+pub(crate) fn find(evidence: &Evidence<'_>, overhead: &Overhead, curved: Vec<Face>) -> Vec<Face> {
     let model = evidence.model;
     let mut polygons: Vec<Vec<&PlanarPolygon>> = vec![Vec::new(); model.planes.len()];
     for polygon in &model.polygons {
@@ -138,7 +122,7 @@ pub(crate) fn find(
     for (index, plane) in model.planes.iter().enumerate().filter(|(_, plane)| is_upright(plane)) {
         let (Some(elevation), Some(middle)) = (Elevation::new(plane), middles[index]) else { continue };
         let angle_rad = plane.normal[1].portable_atan2(plane.normal[0]);
-        let normal = unit(directions.snapped(angle_rad, length_m(&polygons[index])));
+        let normal = unit(evidence.area.directions.snapped(angle_rad, length_m(&polygons[index])));
         let mut face = Face {
             normal,
             offset_m: dot(normal, middle),
@@ -184,7 +168,7 @@ fn close_doorways(face: &mut Face, path_m: &[[f64; 2]]) {
 }
 
 /// How long polygons of one upright plane are, level, meters.
-fn length_m(polygons: &[&PlanarPolygon]) -> f64 {
+pub(super) fn length_m(polygons: &[&PlanarPolygon]) -> f64 {
     let corners = || polygons.iter().flat_map(|polygon| &polygon.outer_m);
     let extent = |axis: usize| {
         let low = corners().fold(f64::INFINITY, |low, p| low.min(p[axis]));
@@ -210,7 +194,7 @@ pub(crate) fn low_ceiling_m(evidence: &Evidence<'_>, overhead: &Overhead, place:
     let away = 3.0 * CELL_M;
     let steps = [[0.0, 0.0], [away, 0.0], [-away, 0.0], [0.0, away], [0.0, -away]];
     let heights = steps.iter().filter_map(|step| {
-        let cell = evidence.grid.cell([place[0] + step[0], place[1] + step[1]])?;
+        let cell = evidence.area.grid.cell([place[0] + step[0], place[1] + step[1]])?;
         overhead.ceiling_m[cell].map(f64::from)
     });
     heights.reduce(f64::min).or(overhead.usual_m)

@@ -45,9 +45,13 @@ pub(crate) struct Overhead {
 /// The short side of the smallest of the rectangles around a polygon that stand at steps of five degrees,
 /// meters.
 fn short_side_m(polygon: &PlanarPolygon) -> f64 {
-    let widths = (0..36).map(|step| {
-        let (sin, cos) = (f64::from(step) * 5.0).to_radians().portable_sin_cos();
-        let across = polygon.outer_m.iter().map(|p| p[0] * cos + p[1] * sin);
+    let ends = polygon.outer_m.iter().zip(polygon.outer_m.iter().cycle().skip(1));
+    let edges = ends.map(|(a, b)| (b[1] - a[1]).portable_atan2(b[0] - a[0]));
+    // Few edges of a ragged polygon run along it.
+    let all_around = (0..36).map(|step| (f64::from(step) * 5.0).to_radians());
+    let widths = edges.chain(all_around).map(|along_rad| {
+        let (sin, cos) = along_rad.portable_sin_cos();
+        let across = polygon.outer_m.iter().map(|p| p[1] * cos - p[0] * sin);
         let (low, high) =
             across.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
         high - low
@@ -73,7 +77,8 @@ fn mean_height_m(polygon: &PlanarPolygon) -> f64 {
 impl Overhead {
     /// Of what faces down over the floor.
     pub(crate) fn of(evidence: &Evidence<'_>) -> Self {
-        let Evidence { model, grid, floor_m, .. } = *evidence;
+        let Evidence { model, area, floor_m, .. } = *evidence;
+        let grid = &area.grid;
         let mut out =
             Self { ceiling_m: vec![None; grid.len()], is_soffit: vec![false; grid.len()], ..Self::default() };
         let (mut strips, mut heights) = (Vec::new(), Vec::new());

@@ -53,14 +53,13 @@ pub(crate) struct Plan {
 impl Plan {
     /// Of a drive on one floor.
     pub(crate) fn find(evidence: &Evidence<'_>) -> Self {
-        let grid = evidence.grid;
+        let grid = &evidence.area.grid;
         let overhead = Overhead::of(evidence);
-        let directions = faces::directions(evidence);
         let curved = curved_faces::find(evidence, &overhead);
-        let faces = faces::find(evidence, &overhead, &directions, curved);
+        let faces = faces::find(evidence, &overhead, curved);
         let regions = Regions::find(evidence, &overhead, &faces);
         let ground = Ground { grid, regions: &regions, is_soffit: &overhead.is_soffit };
-        let cells = arrangement::cells(grid, &faces, &directions);
+        let cells = arrangement::cells(evidence.area, &faces);
         let borders = arrangement::borders(&cells, &faces);
         let labels = labels::assign(&ground, &faces, &cells, &borders);
         let entered = regions.entered.iter().enumerate().filter(|(_, entered)| **entered);
@@ -75,7 +74,7 @@ impl Plan {
 }
 
 fn space(evidence: &Evidence<'_>, overhead: &Overhead, regions: &Regions, rings: Vec<Ring>) -> Space {
-    let grid = evidence.grid;
+    let grid = &evidence.area.grid;
     let flat: Vec<Vec<[f64; 2]>> =
         rings.iter().map(|ring| ring.iter().map(|edge| edge.from_m).collect()).collect();
     let (mut heights, mut seen) = (Vec::new(), 0_u32);

@@ -8,7 +8,7 @@ use super::evidence::{Evidence, Seen};
 use super::faces::Face;
 use super::levels::Overhead;
 use super::raster::{CELL_M, Grid};
-use biplane_geometry::UnionFind;
+use biplane_geometry::{PortableMath, UnionFind};
 
 /// Necks narrower than twice this part two rooms, meters: less than any passage for people.
 const NECK_M: f64 = 0.22;
@@ -50,7 +50,7 @@ fn wall_cells(grid: &Grid, faces: &[Face]) -> Vec<bool> {
 impl Regions {
     /// Of a drive.
     pub(crate) fn find(evidence: &Evidence<'_>, overhead: &Overhead, faces: &[Face]) -> Self {
-        let grid = evidence.grid;
+        let grid = &evidence.area.grid;
         let is_wall = wall_cells(grid, faces);
         let is_closed: Vec<bool> =
             is_wall.iter().zip(&overhead.is_soffit).map(|(wall, soffit)| *wall || *soffit).collect();
@@ -77,45 +77,74 @@ impl Regions {
     }
 }
 
-/// Lets pieces grow: under ceilings as far as these go, over free floor only a little.
+/// A step to a neighbor, and to one beyond a corner, in fifths of a cell: reach is about the same however a
+/// building stands on the cells.
+const STRAIGHT: u32 = 5;
+const DIAGONAL: u32 = 7;
+
+/// A cell that a piece comes to.
+#[derive(Clone, Copy)]
+struct Arrival {
+    cell: usize,
+    piece: u32,
+    /// How far it is from the last ceiling, in fifths of a cell.
+    away: u32,
+}
+
+/// Lets pieces grow: under ceilings as far as these go, over free floor only a little. The first one to come
+/// to a cell has it.
 fn grow(evidence: &Evidence<'_>, indoors: &[bool], is_closed: &[bool], piece_of: &mut [Option<u32>]) {
-    let grid = evidence.grid;
-    let max_steps = (REACH_M / CELL_M) as u32;
-    let mut front: Vec<(usize, u32)> =
-        piece_of.iter().enumerate().filter(|(_, piece)| piece.is_some()).map(|(cell, _)| (cell, 0)).collect();
-    while !front.is_empty() {
-        let mut next_front = Vec::new();
-        for (cell, steps) in front {
-            for next in grid.neighbors(cell) {
-                let is_free = evidence.seen[next] == Seen::Free && !is_closed[next];
-                let next_steps = if indoors[next] { 0 } else { steps + 1 };
-                if piece_of[next].is_none() && (indoors[next] || is_free && next_steps <= max_steps) {
-                    piece_of[next] = piece_of[cell];
-                    next_front.push((next, next_steps));
+    let grid = &evidence.area.grid;
+    let max_away = (REACH_M / CELL_M) as u32 * STRAIGHT;
+    let is_open = |cell: usize| indoors[cell] || evidence.seen[cell] == Seen::Free && !is_closed[cell];
+    // Who comes next, after one fifth of a cell more, after two, and so on, in a ring.
+    let mut waves: [Vec<Arrival>; DIAGONAL as usize + 1] = Default::default();
+    let known = piece_of.iter().enumerate();
+    waves[0].extend(known.filter_map(|(cell, piece)| Some(Arrival { cell, piece: (*piece)?, away: 0 })));
+    let mut wave = 0;
+    let mut begins = true;
+    while waves.iter().any(|wave| !wave.is_empty()) {
+        for Arrival { cell, piece, away } in std::mem::take(&mut waves[wave]) {
+            if !begins && piece_of[cell].is_some() {
+                continue;
+            }
+            piece_of[cell] = Some(piece);
+            let straight = grid.neighbors(cell).map(|next| (next, STRAIGHT));
+            // Between two cells that are closed nobody passes.
+            let diagonal = grid.diagonals(cell).filter(|(_, sides)| sides.iter().all(|side| is_open(*side)));
+            for (next, cost) in straight.chain(diagonal.map(|(next, _)| (next, DIAGONAL))) {
+                let away = if indoors[next] { 0 } else { away + cost };
+                if piece_of[next].is_none() && is_open(next) && away <= max_away {
+                    waves[(wave + cost as usize) % waves.len()].push(Arrival { cell: next, piece, away });
                 }
             }
         }
-        front = next_front;
+        begins = false;
+        wave = (wave + 1) % waves.len();
     }
 }
 
 /// Makes pieces one that meet over more than the width of a door.
 fn unite(grid: &Grid, piece_of: &mut [Option<u32>], pieces: usize) {
-    let mut contacts: Vec<(u32, u32)> = Vec::new();
+    let mut contacts: Vec<([u32; 2], bool)> = Vec::new();
     for (cell, piece) in piece_of.iter().enumerate() {
         for next in grid.neighbors(cell).filter(|next| *next > cell) {
             if let (Some(a), Some(b)) = (*piece, piece_of[next])
                 && a != b
             {
-                contacts.push((a.min(b), a.max(b)));
+                contacts.push(([a.min(b), a.max(b)], next == cell + 1));
             }
         }
     }
     contacts.sort_unstable();
     let mut joined = UnionFind::new(pieces);
-    for pair in contacts.chunk_by(|a, b| a == b) {
-        if pair.len() as f64 * CELL_M > MIN_CONTACT_M {
-            joined.join(pair[0].0, pair[0].1);
+    for pair in contacts.chunk_by(|(a, _), (b, _)| a == b) {
+        let beside = pair.iter().filter(|(_, is_beside)| *is_beside).count();
+        // So long is a straight line with so many steps right and up.
+        let length_m = (beside as f64).portable_hypot((pair.len() - beside) as f64) * CELL_M;
+        let [a, b] = pair[0].0;
+        if length_m > MIN_CONTACT_M {
+            joined.join(a, b);
         }
     }
     for piece in piece_of.iter_mut().flatten() {

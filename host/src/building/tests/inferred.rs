@@ -28,7 +28,7 @@ fn inferred(drive: &Drive, seen: impl Fn([f64; 2], Seen) -> Seen) -> Vec<Inferre
         let elements = rooms(evidence);
         let cells = evidence.seen.iter().enumerate();
         let cells: Vec<Seen> =
-            cells.map(|(cell, known)| seen(evidence.grid.center_m(cell), *known)).collect();
+            cells.map(|(cell, known)| seen(evidence.area.grid.center_m(cell), *known)).collect();
         let evidence = Evidence { seen: &cells, ..*evidence };
         surfaces(&evidence, &elements, &drive.model.polygons)
     })

@@ -4,6 +4,7 @@ mod curved;
 mod inferred;
 mod rooms;
 mod surfaces;
+mod turned;
 mod walls;
 
 use crate::building::part::Kind;

@@ -3,7 +3,7 @@
 use super::add;
 use crate::building::elements::{Elements, KnownBy, Use};
 use crate::building::rooms;
-use crate::building::spaces::evidence::{Evidence, Seen, grid_around};
+use crate::building::spaces::evidence::{Area, Evidence, Seen};
 use crate::building::spaces::line::Line;
 use crate::building::walls::sides::Side;
 use crate::building::walls::slabs::{self, Slab};
@@ -137,7 +137,8 @@ pub(super) fn with_free_floor<T>(
     is_free: impl Fn([f64; 2]) -> bool,
     of: impl FnOnce(&Evidence<'_>) -> T,
 ) -> T {
-    let grid = grid_around(&drive.model, path_m);
+    let area = Area::around(&drive.model, path_m);
+    let grid = &area.grid;
     let seen: Vec<Seen> = (0..grid.len())
         .map(|cell| if is_free(grid.center_m(cell)) { Seen::Free } else { Seen::Unknown })
         .collect();
@@ -145,7 +146,7 @@ pub(super) fn with_free_floor<T>(
         model: &drive.model,
         cloud: &drive.cloud,
         labels: &drive.labels,
-        grid: &grid,
+        area: &area,
         seen: &seen,
         path_m,
         floor_m: 0.0,

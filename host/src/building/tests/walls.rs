@@ -4,7 +4,7 @@ use super::rooms::{DOOR_M, Drive, HEAD_M, WINDOW_M, WINDOW_Z_M, house, through_t
 use crate::building::elements::{Use, WallOpening};
 use crate::building::rooms;
 use crate::building::spaces::faces::Face;
-use crate::building::spaces::line::Line;
+use crate::building::spaces::line::{Curve, Line};
 use crate::building::walls::overlaps;
 use crate::building::walls::sides::Side;
 use crate::building::walls::slabs::{self, Slab, ThicknessFrom};
@@ -75,6 +75,31 @@ fn a_wall_of_unknown_thickness_is_not_drawn_into_the_one_behind_it() {
     assert_eq!(found.len(), 2);
     assert!(no_overlaps(&found), "{found:?}");
     assert!(found.iter().all(|wall| wall.thickness_m().is_none()));
+}
+
+#[test]
+fn a_straight_piece_of_a_curved_wall_is_no_wall_of_its_own() {
+    let slab = |line: Line, faces_m: [f64; 2], span: [f64; 2]| Slab {
+        line,
+        faces_m,
+        is_seen: [true; 2],
+        span,
+        from: ThicknessFrom::Faces,
+        spaces: vec![0],
+    };
+    // A quarter of a circle about the origin, a chord in it, a piece that goes on from it straight on, and a wall
+    // that comes to it from inside.
+    let circle = Curve { center_m: [0.0; 2], radius_m: 5.0, zero_rad: 0.0 };
+    let arc = slab(Line::Curved(circle), [4.93, 5.07], [-3.9, 3.9]);
+    let level = Line::Straight { normal: [1.0, 0.0] };
+    let chord = slab(level, [4.9, 5.0], [-0.6, 0.6]);
+    let tangent = slab(level, [4.93, 5.07], [0.0, 3.0]);
+    let spoke = slab(Line::Straight { normal: [0.0, 1.0] }, [0.0, 0.1], [-5.0, -1.0]);
+    let found = overlaps::cut(vec![chord, tangent, spoke.clone(), arc.clone()]);
+    assert_eq!(found.len(), 3, "{found:?}");
+    assert!(found.contains(&arc) && found.contains(&spoke), "{found:?}");
+    // At 1.3 m the tangent has left the arc.
+    assert!(found.iter().any(|wall| (wall.span[0] - 1.2).abs() < 0.15 && wall.span[1] == 3.0), "{found:?}");
 }
 
 /// Whether no two walls share more than a centimeter across and along.

@@ -198,7 +198,7 @@ impl WallView<'_> {
     }
 
     fn seen_at(&self, at_m: f64, across_m: f64) -> Seen {
-        let cell = self.evidence.grid.cell(self.slab.point(at_m, across_m));
+        let cell = self.evidence.area.grid.cell(self.slab.point(at_m, across_m));
         cell.map_or(Seen::Unknown, |cell| self.evidence.seen[cell])
     }
 

@@ -11,11 +11,16 @@ use biplane_geometry::vec2::dot;
 
 /// Walls that go less deep into each other touch, meters.
 const TOUCH_M: f64 = 0.01;
+/// Cosine between the normals of a curved wall and of a straight one that may be a piece of it: 15 degrees. A
+/// strip of an arc that was taken for a plane leans no further.
+const NEARLY_ALONG_ARC: f64 = 0.966;
 
-/// Cuts what lies in walls that come earlier in the list.
+/// Cuts what lies in walls that come earlier in the list; straight walls also where they lie in curved ones.
 pub(crate) fn cut(walls: Vec<Slab>) -> Vec<Slab> {
     let mut kept: Vec<Slab> = Vec::new();
-    for mut wall in walls {
+    let (curved, straight): (Vec<Slab>, Vec<Slab>) =
+        walls.into_iter().partition(|wall| wall.line.curve().is_some());
+    for mut wall in curved.into_iter().chain(straight) {
         let mut left = vec![wall.span];
         for known in &mut kept {
             if !is_beside(known, &wall) {
@@ -35,10 +40,15 @@ pub(crate) fn cut(walls: Vec<Slab>) -> Vec<Slab> {
     kept
 }
 
-/// Whether two straight walls are as good as parallel.
+/// Whether a straight wall is as good as parallel to another one, or like a chord of a curved one.
 fn is_beside(known: &Slab, wall: &Slab) -> bool {
-    let is_straight = known.line.curve().is_none() && wall.line.curve().is_none();
-    is_straight && dot(known.normal(), wall.normal()).abs() >= NEARLY_PARALLEL
+    if wall.line.curve().is_some() {
+        return false;
+    }
+    let middle_m = wall.point((wall.span[0] + wall.span[1]) / 2.0, wall.known_m());
+    let across = known.line.normal(known.line.place(middle_m)[1]);
+    let alike = if known.line.curve().is_some() { NEARLY_ALONG_ARC } else { NEARLY_PARALLEL };
+    dot(across, wall.normal()).abs() >= alike
 }
 
 /// Where the faces of a wall lie across another, at a length along it, and where along the other that is.
@@ -55,7 +65,7 @@ fn stations_m([from, to]: Span) -> impl Iterator<Item = f64> {
 
 /// Draws a wall of unknown thickness no deeper than to another one behind it.
 fn thin_out(wall: &mut Slab, known: &Slab) {
-    let Some(seen) = wall.only_face() else { return };
+    let Some(seen) = wall.only_face().filter(|_| known.line.curve().is_none()) else { return };
     let before = stations_m(wall.span).filter_map(|at_m| {
         let (_, along_m) = across(wall, known, at_m);
         if along_m < known.span[0] || along_m > known.span[1] {

@@ -205,7 +205,7 @@ fn is_gap(evidence: &Evidence<'_>, slab: &Slab) -> bool {
     let steps = (slab.length_m() / CELL_M).ceil().max(1.0) as usize;
     let is_free = |step: &usize| {
         let at_m = slab.span[0] + slab.length_m() * (*step as f64 + 0.5) / steps as f64;
-        let cell = evidence.grid.cell(slab.point(at_m, slab.middle_m()));
+        let cell = evidence.area.grid.cell(slab.point(at_m, slab.middle_m()));
         cell.is_some_and(|cell| evidence.seen[cell] == Seen::Free)
     };
     let (mut run, mut longest) = (0, 0);

@@ -30,7 +30,7 @@ pub(super) fn surfaces(evidence: &Evidence<'_>, elements: &Elements) -> Vec<Infe
     for storey in &elements.storeys {
         let rooms: Vec<&Room> = elements.rooms.iter().filter(|room| room.storey == storey.id).collect();
         let lift = |p: &FlatPoint| {
-            let [x, y] = evidence.grid.origin_m;
+            let [x, y] = evidence.area.grid.origin_m;
             [x + f64::from(p.x) * STEP_M, y + f64::from(p.y) * STEP_M, storey.floor_z_m]
         };
         for shape in shapes(evidence, elements, &rooms) {
@@ -51,7 +51,7 @@ pub(super) fn surfaces(evidence: &Evidence<'_>, elements: &Elements) -> Vec<Infe
 
 /// The floor of some rooms, in steps from the corner of the grid.
 fn shapes(evidence: &Evidence<'_>, elements: &Elements, rooms: &[&Room]) -> Vec<Shape> {
-    let grid = evidence.grid;
+    let grid = &evidence.area.grid;
     let mut rings: Vec<Ring> = Vec::new();
     for room in rooms {
         rings.push(flat(grid, &room.outline_m));
@@ -75,7 +75,7 @@ fn flat(grid: &Grid, ring: &[[f64; 2]]) -> Ring {
 /// Whether a door leads from one room to another, and the lower laser saw the way to be free.
 fn is_crossed(evidence: &Evidence<'_>, opening: &WallOpening) -> bool {
     let [x, y, _] = opening.center_m;
-    let cell = evidence.grid.cell([x, y]);
+    let cell = evidence.area.grid.cell([x, y]);
     opening.kind != Use::Window
         && opening.rooms.len() == 2
         && cell.is_some_and(|cell| evidence.seen[cell] == Seen::Free)
@@ -95,7 +95,7 @@ fn threshold(elements: &Elements, door: &WallOpening) -> Option<[[f64; 2]; 4]> {
 
 /// The borders of what is in rooms, and that nobody saw to be free, counter-clockwise.
 fn not_free(evidence: &Evidence<'_>, rooms: &[&Room]) -> Vec<Ring> {
-    let grid = evidence.grid;
+    let grid = &evidence.area.grid;
     let (mut is_room, mut mask) = (vec![false; grid.len()], vec![false; grid.len()]);
     for room in rooms {
         let rings = std::iter::once(&room.outline_m).chain(&room.holes_m);

@@ -29,7 +29,7 @@ fn of_wall(
 /// Whether the lower laser looked through a wall: saw free floor so far behind a place on its face.
 fn is_free_behind(evidence: &Evidence<'_>, plane: &Plane, [x, y, _]: [f64; 3], behind_m: f64) -> bool {
     let [nx, ny, _] = plane.normal;
-    let cell = evidence.grid.cell([x - behind_m * nx, y - behind_m * ny]);
+    let cell = evidence.area.grid.cell([x - behind_m * nx, y - behind_m * ny]);
     cell.is_some_and(|cell| evidence.seen[cell] == Seen::Free)
 }
 
