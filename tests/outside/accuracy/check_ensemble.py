@@ -3,7 +3,7 @@
 
     check_ensemble.py LOG [RELATIONS] [--runs N] [--optimize] [--odometry CHANGE] [--set NAME=VALUE]...
                       [--json] [--worst LIMIT] [--median LIMIT] [--optimized-median LIMIT]
-                      [--optimized-worst LIMIT]
+                      [--optimized-worst LIMIT] [--optimized-share LIMIT]
 
 Needs `biplane` and `biplane-onboard` on PATH; plain Python. One run on one log is chance: a scan more or
 less sends a matcher another way. So the log is run N times (8), the first time whole, then each time with
@@ -12,7 +12,8 @@ one over 0.1 m is a blunder. Without a file of relations the bits of the map cou
 maps of right poses have few. Odometry can be altered: `signs` (its sign is wrong when the robot drives
 backward), `scaled-0.8`, `scaled-1.2`, `stalled` (5 s a minute), `jumps` (a meter ahead or back each half a
 minute), `none`. Or the robot is `carried` for 20 s three times: no scans, and odometry that stands. Exit code
-1 when a given limit, in meters or bits, is missed."""
+1 when a given limit is missed: of meters or bits, or of the share of what was while driving that each run has
+when its loops are closed."""
 
 import argparse
 import concurrent.futures
@@ -65,7 +66,7 @@ def arguments():
     parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE")
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
     parser.add_argument("--json", action="store_true")
-    for limit in ("median", "worst", "optimized-median", "optimized-worst"):
+    for limit in ("median", "worst", "optimized-median", "optimized-worst", "optimized-share"):
         parser.add_argument(f"--{limit}", type=float, metavar="LIMIT")
     return parser.parse_args()
 
@@ -166,6 +167,11 @@ def main():
         if not args.json:
             name = f"{args.log.stem} {args.odometry or ''} {kind}"
             print(f"{name}: {row(judge, spread)}{'  MISSED' if over else ''}")
+    if args.optimized_share is not None:
+        kinds = (found[kind][f"runs_{judge.unit}"] for kind in ("optimized", "incremental"))
+        share = max(optimized / incremental for optimized, incremental in zip(*kinds))
+        missed |= share > args.optimized_share
+        print(f"at most {share:.3f} of what it was while driving, allowed {args.optimized_share}")
     sys.exit(1 if missed else 0)
 
 
