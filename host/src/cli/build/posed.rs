@@ -125,9 +125,9 @@ impl<'a> Posed<'a> {
     }
 
     /// Optimized. A single recording that is optimized already, that has no loop, or whose scans have no
-    /// poses, is taken as it is. Where not all of several join, those with the longest way are taken, and it is
-    /// said what is left out. What is searched is kept in `searches`, and what a build that was killed has left there is not
-    /// searched again.
+    /// poses, is taken as it is. Where not all of several join, those with the longest way are taken, and it
+    /// is said what is left out. What is searched is kept in `searches`, and what a build that was killed has
+    /// left there is not searched again.
     pub(crate) fn optimized(runs: &'a [Run], searches: &Path, console: &Console) -> anyhow::Result<Self> {
         if let [run] = runs {
             if rewrite_recording::is_optimized(run)? {

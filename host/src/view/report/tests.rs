@@ -204,7 +204,7 @@ fn the_page_holds_the_figures_of_the_run_beside_the_paper_s() {
         "77 MB",
         "2.8 m",
         "<dt>loops closed</dt><dd>17</dd>",
-        "12.0 s, 2.8 m",
+        "12 s, 2.8 m",
         "href=\"model.glb\" download",
     ];
     for figure in figures {

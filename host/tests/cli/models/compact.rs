@@ -118,7 +118,7 @@ fn a_mesh_in_millimeters_and_a_noise_in_centimeters_are_asked_about() {
         Some(place) => place.split(' ').fold("v".to_owned(), |line, value| format!("{line} {value}000")),
         None => line.to_owned(),
     });
-    folder.write("mm.obj", &lines.map(|line| line + "\n").collect::<String>());
+    folder.write("mm.obj", lines.map(|line| line + "\n").collect::<String>());
     let words = ["2 polygons", "these spread over ", "are they in another unit?"];
     folder.expect("compact mm.obj -o mm --no-report", 0, &words);
     let words = ["--sigma 1.5 is taken as meters", "if centimeters were meant, it is --sigma 0.015"];

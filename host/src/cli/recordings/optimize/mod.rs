@@ -16,6 +16,7 @@ use crate::formats::output::error::with_suffix;
 use crate::formats::output::unfinished::Unfinished;
 use crate::recordings::run::Run;
 use crate::slam;
+use crate::slam::corrected_poses::Corrected;
 use crate::slam::keyframes::Keyframes;
 use crate::slam::loop_closure::checkpoint::Checkpoint;
 use crate::slam::refinement::spatial;
@@ -102,11 +103,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         .map_err(|error| given_up(error.into()))?;
     drop(spinner);
     if let ([run], [corrected], false) = (&runs[..], &mut corrected[..], args.planar) {
-        let _spinner = console.spinner("six directions");
-        let poses = run.poses().map_err(|error| given_up(error.into()))?;
-        let trajectory = corrected.trajectory(&poses.vertical_poses);
-        corrected.refined = spatial::refine_run(run, &trajectory).map_err(|error| given_up(error.into()))?;
-        corrected.refined.iter().for_each(|refined| console.note(refined.words()));
+        in_six_directions(run, corrected, console).map_err(given_up)?;
     }
     let spinner = console.spinner(format!("writing {}", args.output.display()));
     let delays_ns =
@@ -139,9 +136,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     }
     // What was kept to go on with is of no use any more.
     let _ = std::fs::remove_file(kept);
-    let moved: Vec<bool> =
-        (0..runs.len()).map(|run| optimized.is_closed[run] || corrected[run].refined.is_some()).collect();
-    let done = Done { runs: &runs, all_keyframes: &all_keyframes, optimized: &optimized, moved: &moved };
+    let done = Done { runs: &runs, keyframes: &all_keyframes, optimized: &optimized, corrected: &corrected };
     let report = done.report(&delays_ns, output_of, &stopwatch);
     recorded_times::note(&report, console);
     report.say(&args.output, optimized.loops_in(main), console);
@@ -149,6 +144,15 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         print_json(&report)?;
     }
     Ok(Outcome::Done)
+}
+
+/// Seeks height, roll and pitch of a single recording's poses.
+fn in_six_directions(run: &Run, corrected: &mut Corrected, console: &Console) -> anyhow::Result<()> {
+    let _spinner = console.spinner("six directions");
+    let trajectory = corrected.trajectory(&run.poses()?.vertical_poses);
+    corrected.refined = spatial::refine_run(run, &trajectory)?;
+    corrected.refined.iter().for_each(|refined| console.note(refined.words()));
+    Ok(())
 }
 
 /// Opens recordings; parts of one count as one. They come in the order in which they begin (those that begin

@@ -8,6 +8,7 @@ use serde::Serialize;
 use crate::cli::terminal::console::{Console, say};
 use crate::cli::terminal::stopwatch::Stopwatch;
 use crate::recordings::run::Run;
+use crate::slam::corrected_poses::Corrected;
 use crate::slam::keyframes::Keyframes;
 use crate::slam::pose_graph::wheel_calibration::OdometryScale;
 use crate::slam::rewrite_recording::one_by_one::NS_PER_S;
@@ -66,10 +67,9 @@ fn shared(number: usize, all_keyframes: &[Keyframes], loops: &[LoopFound]) -> (u
 /// What was done.
 pub(super) struct Done<'a> {
     pub runs: &'a [Run],
-    pub all_keyframes: &'a [Keyframes],
+    pub keyframes: &'a [Keyframes],
     pub optimized: &'a Optimized,
-    /// Whether the poses of each recording are others now.
-    pub moved: &'a [bool],
+    pub corrected: &'a [Corrected],
 }
 
 impl Done<'_> {
@@ -81,14 +81,14 @@ impl Done<'_> {
         stopwatch: &Stopwatch,
     ) -> Report {
         let (wall_s, cpu_s) = stopwatch.elapsed_s();
-        let Self { runs, all_keyframes, optimized, moved } = self;
+        let Self { runs, keyframes, optimized, corrected } = self;
         let groups = &optimized.groups;
         let recordings = runs.iter().zip(groups).enumerate().map(|(number, (run, group))| {
-            let (shared_submaps, shared_agreement) = shared(number, all_keyframes, &optimized.loops);
+            let (shared_submaps, shared_agreement) = shared(number, keyframes, &optimized.loops);
             RecordingReport {
                 path: run.path().display().to_string(),
-                scans: all_keyframes[number].scans.len(),
-                moved: moved[number],
+                scans: keyframes[number].scans.len(),
+                moved: optimized.is_closed[number] || corrected[number].refined.is_some(),
                 output: output_of(*group).display().to_string(),
                 joined: groups.iter().filter(|other| *other == group).count() > 1,
                 added_s: delays_ns[number] / NS_PER_S,

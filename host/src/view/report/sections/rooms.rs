@@ -301,7 +301,7 @@ mod tests {
         let wall = "<td><span class=\"name\">S1-W01</span></td><td><span class=\"name\">S1-R01</span></td>";
         assert!(html.contains(wall) && html.contains(">in wall</th>"), "{html}");
         assert_eq!(html.matches("<i style=\"background:#").count(), 8, "a key of the colors");
-        // A wall that a list names can be found: its name is in its middle, at 6 of 12 m, and on the wall itself.
+        // A wall that a list names can be found: its name is in its middle, at 6 of 12 m, and on itself.
         assert!(html.contains("<span class=\"tag wall\" style=\"left:50.00%;"), "{html}");
         assert!(html.contains("<title>S1-W01</title>") && html.contains("id=\"wall-names\""), "{html}");
         let narrow = format!("fill=\"{NARROW_DOOR}\" stroke=\"{NARROW_DOOR}\"><title>S1-D01, narrow door: ");
