@@ -20,6 +20,8 @@ pub(crate) mod surfaces;
 pub(crate) mod tests;
 pub(crate) mod walls;
 
+use std::collections::BTreeMap;
+
 use self::elements::{Elements, Storey};
 use self::spaces::Plan;
 use self::spaces::evidence::Evidence;
@@ -41,6 +43,11 @@ pub struct Building {
     pub leaves: Vec<(usize, usize)>,
     /// Rooms, walls and their openings, when the drive is known.
     pub(crate) elements: Elements,
+}
+
+/// The name of a storey by its place from below.
+pub(crate) fn storey_name(place: usize) -> String {
+    format!("S{}", place + 1)
 }
 
 /// Heights that differ by less are one floor, meters.
@@ -65,6 +72,23 @@ impl Building {
         let is_here = |storey: &&Storey| (storey.floor_z_m - floor_m).abs() < SAME_FLOOR_M;
         let storey = self.elements.storeys.iter().find(is_here)?;
         Some(self.elements.of_storey(storey)).filter(|elements| !elements.is_empty())
+    }
+
+    /// The name of each opening of a model without rooms, counted storey by storey as those of rooms are:
+    /// `S1-D01` a door, `S1-P01` a passage, `S1-N01` a window.
+    pub(crate) fn opening_names(&self) -> Vec<String> {
+        let mut counts: BTreeMap<(usize, char), usize> = BTreeMap::new();
+        let mut name = |opening: &Opening| {
+            let letter = match opening.kind {
+                OpeningKind::Door => 'D',
+                OpeningKind::Passage => 'P',
+                OpeningKind::Window => 'N',
+            };
+            let count = counts.entry((opening.storey, letter)).or_default();
+            *count += 1;
+            format!("{}-{letter}{count:02}", storey_name(opening.storey))
+        };
+        self.openings.iter().map(&mut name).collect()
     }
 
     /// Reads a model. `known_floor_m` is the height of a floor that is known to be there, seen or not,

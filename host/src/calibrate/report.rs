@@ -46,6 +46,9 @@ const FARTHEST_SCALE: f64 = 0.1;
 /// A correction within its standard deviation is left out of the rig.
 const AS_IT_WAS: &str = "as the rig has it";
 
+/// What the base's driver has no key for, as a Pioneer has none for turns.
+const NO_KEY: &str = "not written: a rig with this base has no key for it";
+
 /// Begins the note of such a row.
 const INSEPARABLE: &str = "not told apart from";
 
@@ -278,7 +281,7 @@ fn odometry(out: &mut Calibration, scales: &Scales, metres_per_tick: Option<f64>
         if row.observed && !takes {
             let by_hand = (row.name == "way_scale")
                 .then(|| corrected::way_by_hand(&out.rig, row.refined, row.sigma.unwrap_or_default()));
-            row.note = by_hand.flatten().unwrap_or_else(|| "no key in the rig".to_owned());
+            row.note = by_hand.flatten().unwrap_or_else(|| NO_KEY.to_owned());
         }
     }
     out.rows.extend(rows);

@@ -105,6 +105,8 @@ pub struct Counts {
     pub polygons: usize,
     /// Holes of all polygons.
     pub holes: usize,
+    /// Polygons that a bound on the model's size left out.
+    pub polygons_left_out: usize,
     /// Triangles on no plane.
     pub leftover_triangles: usize,
     /// Raw triangles dropped because they only bridge a gap along a beam, or hang on a mixed pixel.

@@ -86,8 +86,10 @@ pub(crate) enum PosesFrom {
     Recorded,
     /// The recording, which is one that was optimized before.
     OptimizedBefore,
-    /// This program, which closed the recording's loops.
+    /// This program, which closed the recording's loops. They may be refined in all six directions, too.
     Optimized,
+    /// This program, which closed no loop, and refined the recorded poses in all six directions.
+    Refined,
     /// A file.
     Given,
 }
@@ -105,6 +107,9 @@ pub(crate) struct ModelFigures {
     pub planes: usize,
     /// Polygons.
     pub polygons: usize,
+    /// Polygons that `--max-triangles` left out; absent when none were.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub polygons_left_out: usize,
     /// Holes of all polygons.
     pub holes: usize,
     /// Triangles on no plane.
@@ -115,6 +120,11 @@ pub(crate) struct ModelFigures {
     pub model_triangles: usize,
     /// What nobody measured; in none of the counts above but the last.
     pub inferred: InferredFigures,
+}
+
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde hands it over so")]
+fn is_zero(count: &usize) -> bool {
+    *count == 0
 }
 
 /// Surfaces that nobody measured.
@@ -150,8 +160,11 @@ impl InferredFigures {
 /// What a model was made of.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(crate) struct SourceFigures {
-    /// The recordings.
+    /// The recordings that are in the model.
     pub recordings: Vec<String>,
+    /// Recordings that saw no place that those saw, and are in nothing that is written.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub recordings_left_out: Vec<String>,
     /// The mesh, when the model was made of one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mesh: Option<String>,
@@ -164,7 +177,7 @@ pub(crate) struct SourceFigures {
     /// Where the poses are from, when there are any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub poses_from: Option<PosesFrom>,
-    /// Loops that were closed. Zero: none was found, and a single recording keeps its poses. Absent: none was
+    /// Loops that were closed. Zero: none was found, or those found drew a worse map. Absent: none was
     /// searched for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub loops: Option<usize>,
@@ -231,6 +244,7 @@ impl Summary {
             raw_triangles: counts.raw_triangles,
             planes: counts.planes,
             polygons: counts.polygons,
+            polygons_left_out: counts.polygons_left_out,
             holes: counts.holes,
             leftover_triangles: counts.leftover_triangles,
             reduction_percent: counts.reduction_percent(),

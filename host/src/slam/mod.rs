@@ -24,6 +24,7 @@ pub(crate) mod rewrite_recording;
 pub(crate) mod submap_alignment;
 pub(crate) mod submap_graph;
 
+use std::cmp::Reverse;
 use std::ops::Range;
 
 use biplane_matcher::Pose2;
@@ -99,6 +100,33 @@ pub struct Optimized {
     pub loops: Vec<LoopFound>,
     /// The figures.
     pub counts: Counts,
+}
+
+impl Optimized {
+    /// The group of recordings to work with where they do not all join: that with the most scans kept. They
+    /// are kept by the way, so it is the one that was driven farthest. Of equal ones the first.
+    pub(crate) fn largest_group(&self) -> usize {
+        let nodes_of = |group: usize| -> usize {
+            let members = self.poses.iter().zip(&self.groups).filter(|(_, of)| **of == group);
+            members.map(|(poses, _)| poses.len()).sum()
+        };
+        let groups = (0..self.groups.len()).filter(|&run| self.groups[run] == run);
+        groups.max_by_key(|&group| (nodes_of(group), Reverse(group))).unwrap_or(0)
+    }
+
+    /// How many loops are closed within a group of recordings; none where recorded poses are kept.
+    pub(crate) fn loops_in(&self, group: usize) -> usize {
+        let recording_of = |node: usize| {
+            let mut end = 0;
+            self.poses.iter().position(|poses| {
+                end += poses.len();
+                node < end
+            })
+        };
+        let is_in =
+            |node| recording_of(node).is_some_and(|run| self.groups[run] == group && self.is_closed[run]);
+        self.loops.iter().filter(|found| found.inlier && found.nodes.iter().copied().all(is_in)).count()
+    }
 }
 
 /// A loop that was found.

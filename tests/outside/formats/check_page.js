@@ -210,6 +210,49 @@ async function measures(page) {
   check(await measured.isHidden() && await page.locator('#marks circle').count() === 0, 'the measure stays');
 }
 
+/** In full screen all buttons are there, and the same one leads out. */
+async function fillsTheScreen(page) {
+  const whole = () => page.evaluate(() => {
+    const [root, panes] = [document.fullscreenElement, document.querySelector('#panes')];
+    const inside = ['#full', '#section'].every((id) => root?.contains(document.querySelector(id)));
+    return { inside, share: panes.clientHeight / innerHeight };
+  });
+  await page.click('#full');
+  await page.waitForFunction(() => document.fullscreenElement !== null);
+  await frame(page);
+  const { inside, share } = await whole();
+  check(inside && share > 0.7, `full screen: buttons ${inside}, ${share} of its height is the view`);
+  check(/^Leave/.test(await page.locator('#full').innerText()), 'nothing says how to leave full screen');
+  await shoot(page, 'full-screen.png');
+  await page.click('#full');
+  await page.waitForFunction(() => document.fullscreenElement === null);
+}
+
+/** Of several storeys one can be looked at; walls have their names on the plan when that is wanted. */
+async function namesStoreysAndWalls(page) {
+  const storey = page.locator('#storey');
+  if (await storey.isVisible()) {
+    const all = (await pictures(page)).model.sum;
+    await storey.selectOption('0');
+    check((await pictures(page)).model.sum !== all, 'the lowest storey alone looks like all');
+    await shoot(page, 'storey.png');
+    await page.click('[data-preset="inside"]');
+    const below = (await pictures(page)).model.sum;
+    await storey.selectOption('1');
+    check((await pictures(page)).model.sum !== below, 'one walks on one storey only');
+    await shoot(page, 'storey-inside.png');
+    await storey.selectOption('');
+    await page.click('[data-preset="outside"]');
+  }
+  const name = page.locator('.plan .wall').first();
+  if (await name.count() === 0) return;
+  check(await name.isHidden(), 'names of walls are there without being asked for');
+  await page.check('#wall-names');
+  check(await name.isVisible(), 'names of walls stay away');
+  if (shots) await page.locator('#rooms').screenshot({ path: path.join(shots, 'walls.png') });
+  await page.uncheck('#wall-names');
+}
+
 async function offersThemes(page) {
   const paper = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
   const light = await paper();
@@ -303,6 +346,10 @@ async function picks(page) {
   const heading = await page.locator('#picked h3').textContent();
   check(name === heading && /plane \d+/.test(picked), `${name} is picked as ${heading}: ${picked}`);
   await page.keyboard.press('Escape');
+  await page.locator('#planes tbody tr button').first().click();
+  check(await page.locator('#picked').isVisible(), 'a name in the list picks nothing');
+  await page.keyboard.press('Escape');
+  check(await page.locator('#picked').isHidden(), 'Escape does nothing once a name was clicked');
   await picksRound(page);
 }
 
@@ -494,6 +541,8 @@ async function withoutWebGL() {
   await compares(page);
   await cutsAndCeiling(page);
   await measures(page);
+  await fillsTheScreen(page);
+  await namesStoreysAndWalls(page);
   await offersThemes(page);
   await offersFiles(page);
   await picks(page);

@@ -58,7 +58,9 @@ pub(crate) fn elements(evidence: &Evidence<'_>, plan: &Plan, mut walls: Vec<Open
     let mut counts = [0usize; 3];
     for (number, open) in walls.iter().enumerate() {
         let wall = wall(open, format!("{storey}-W{:02}", number + 1), &names, floor_z_m);
-        for hole in &open.holes {
+        let mut holes: Vec<&Hole> = open.holes.iter().collect();
+        holes.sort_by(|a, b| beginning(&open.slab, a.span).total_cmp(&beginning(&open.slab, b.span)));
+        for hole in holes {
             out.openings.push(opening(&mut counts, open, hole, &wall, &out.rooms));
         }
         out.walls.push(wall);
@@ -67,11 +69,23 @@ pub(crate) fn elements(evidence: &Evidence<'_>, plan: &Plan, mut walls: Vec<Open
 }
 
 /// Direction, offset and beginning of a wall, in whole steps, so that noise in the last digits changes no
-/// order.
+/// order: a building that is turned by a hundredth of a degree keeps its names.
 fn order(slab: &Slab) -> [f64; 3] {
-    let normal = slab.normal();
-    let angle = normal[1].portable_atan2(normal[0]);
-    [(angle * 100.0).round(), rounded(slab.middle_m()), rounded(slab.span[0])]
+    let sign = naming_sign(slab.normal());
+    let [x, y] = slab.normal().map(|value| sign * value);
+    let angle = y.portable_atan2(x);
+    [(angle * 100.0).round(), rounded(sign * slab.middle_m()), rounded(beginning(slab, slab.span))]
+}
+
+/// Walls are named as if they faced between 45 degrees to the right and 135 to the left of x: those along the
+/// axes, which most are, are far from either.
+fn naming_sign([x, y]: [f64; 2]) -> f64 {
+    if x + y > 0.0 { 1.0 } else { -1.0 }
+}
+
+/// Where a part of a wall begins, as names count.
+fn beginning(slab: &Slab, [from_m, to_m]: [f64; 2]) -> f64 {
+    if naming_sign(slab.normal()) > 0.0 { from_m } else { -to_m }
 }
 
 /// The names of rooms, by where they are.
@@ -244,4 +258,32 @@ fn meets(wall: &Slab, other: &Slab) -> Option<(usize, [f64; 2])> {
     let at = other.faces_m.map(|face_m| (face_m - from) / rise);
     let (low, high) = (at[0].min(at[1]) - MEETS_M, at[0].max(at[1]) + MEETS_M);
     (0..2).find(|end| (low..=high).contains(&wall.span[*end])).map(|end| (end, at))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{beginning, order};
+    use crate::building::spaces::line::Line;
+    use crate::building::walls::slabs::{Slab, ThicknessFrom};
+
+    #[test]
+    fn a_building_that_is_turned_by_next_to_nothing_keeps_the_order_of_its_walls() {
+        let slab = |normal: [f64; 2], faces_m: [f64; 2], span: [f64; 2]| Slab {
+            line: Line::Straight { normal },
+            faces_m,
+            span,
+            is_seen: [true; 2],
+            spaces: Vec::new(),
+            from: ThicknessFrom::Faces,
+        };
+        // A wall along x, and one along y; turned to the other side the normal of the first is the opposite.
+        let along_y = order(&slab([1.0, 0.0], [2.0, 2.2], [0.0, 4.0]));
+        let one = slab([1e-4, 1.0], [3.0, 3.2], [-5.0, -1.0]);
+        let other = slab([1e-4, -1.0], [-3.2, -3.0], [1.0, 5.0]);
+        assert_eq!(order(&one), order(&other));
+        assert!(along_y < order(&one), "{along_y:?}");
+        // A door at 2 m of 4, and one at 3: the same one is the first.
+        assert_eq!(beginning(&one, [-3.5, -2.5]), beginning(&other, [2.5, 3.5]));
+        assert!(beginning(&other, [2.5, 3.5]) < beginning(&other, [1.5, 2.0]));
+    }
 }

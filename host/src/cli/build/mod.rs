@@ -6,7 +6,7 @@ pub(super) mod posed;
 mod rooms;
 pub(super) mod storeys;
 
-use crate::cli::models::model_args::{ModelArgs, report_noise};
+use crate::cli::models::model_args::{ModelArgs, report_noise, report_sigma};
 use crate::cli::models::viewer_file::write_viewer_file;
 use crate::cli::models::{files, formats};
 use crate::cli::recordings::optimize;
@@ -170,6 +170,7 @@ pub(super) fn run_prepared(
     let runs = optimize::open(&args.drive.recordings, console)?;
     let (runs, floors_m) =
         storeys::sorted(runs, &args.floor_z).map_err(|why| BadArgument { command: "build", why })?;
+    report_sigma(args.drive.sigma, console);
     storeys::far_apart(&floors_m).iter().for_each(|words| console.warn(format!("biplane: {words}")));
     if args.target.force {
         let read = runs.iter().flat_map(|run| run.recording().paths()).map(Path::to_owned);
@@ -242,8 +243,12 @@ pub(super) fn run_prepared(
 fn note_inputs(summary: &mut Summary, runs: &[Run], posed: &Posed<'_>, vertical: Option<&VerticalScans>) {
     (summary.source.poses_from, summary.source.loops) = (Some(posed.from), posed.loops);
     summary.source.observed = posed.observed();
-    summary.source.recordings =
-        runs.iter().flat_map(|run| run.recording().paths()).map(|path| path.display().to_string()).collect();
+    let names = |runs: &[&Run]| -> Vec<String> {
+        runs.iter().flat_map(|run| run.recording().paths()).map(|path| path.display().to_string()).collect()
+    };
+    let is_left_out = |run: &&Run| posed.left_out.iter().any(|left_out| std::ptr::eq(*left_out, *run));
+    let (left_out, used): (Vec<&Run>, Vec<&Run>) = runs.iter().partition(is_left_out);
+    (summary.source.recordings, summary.source.recordings_left_out) = (names(&used), names(&left_out));
     (summary.scans.horizontal, summary.scans.horizontal_unposed) = posed.scans();
     summary.scans.wild_poses = posed.wild_poses;
     summary.scans.vertical = vertical.map_or(0, |vertical| vertical.range_scans.len() + vertical.odd_scans);

@@ -72,12 +72,14 @@ pub(crate) struct Posed<'a> {
     pub from: PosesFrom,
     /// Loops that were closed, where any were searched for.
     pub loops: Option<usize>,
+    /// Whether loops were found that are not closed, as they draw a worse map.
+    pub has_worse_loops: bool,
     /// Poses that no motion explains, which were left out.
     pub wild_poses: usize,
     /// What the refinement in six directions found, where it found something.
     pub refined: Option<Refined>,
-    /// Recordings that match none of the others, which were left out.
-    pub left_out: usize,
+    /// Recordings that match none of those that are here.
+    pub left_out: Vec<&'a Run>,
 }
 
 impl<'a> Posed<'a> {
@@ -123,9 +125,9 @@ impl<'a> Posed<'a> {
     }
 
     /// Optimized. A single recording that is optimized already, that has no loop, or whose scans have no
-    /// poses, is taken as it is. Those of several that match none of the others are left out, and that is
-    /// said. What is searched is kept in `searches`, and what a build that was killed has left there is not
-    /// searched again.
+    /// poses, is taken as it is. Where not all of several join, those with the longest way are taken, and it
+    /// is said what is left out. What is searched is kept in `searches`, and what a build that was killed has
+    /// left there is not searched again.
     pub(crate) fn optimized(runs: &'a [Run], searches: &Path, console: &Console) -> anyhow::Result<Self> {
         if let [run] = runs {
             if rewrite_recording::is_optimized(run)? {
@@ -139,31 +141,40 @@ impl<'a> Posed<'a> {
         let all_keyframes = optimize::read(runs, &params, console)?;
         let mut checkpoint = optimize::checkpoint(searches, runs, console)?;
         let optimized = optimize::work(&all_keyframes, &params, &mut checkpoint, console);
-        let loops = optimized.counts.loops;
-        let is_better = optimized.counts.not_better == 0;
-        if runs.len() == 1 && (loops == 0 || !is_better) {
+        let kept = optimized.largest_group();
+        let loops = optimized.loops_in(kept);
+        let has_worse_loops = optimized.counts.not_better > 0;
+        if runs.len() == 1 && loops == 0 {
             // What is to be told of them was told when they were read, or searched.
-            return Ok(Self { loops: is_better.then_some(0), ..Self::untouched(runs, |_, _| ())? });
+            let untouched = Self::untouched(runs, |_, _| ())?;
+            return Ok(Self { loops: Some(0), has_worse_loops, ..untouched });
         }
         let spinner = console.spinner("every scan");
         let corrected = slam::poses_of_scans(runs, &all_keyframes, &optimized, &params)?;
         drop(spinner);
-        let (mut drives, mut wild_poses, mut left_out) = (Vec::new(), 0, 0);
+        let (mut drives, mut wild_poses, mut left_out) = (Vec::new(), 0, Vec::new());
         for (number, (run, corrected)) in runs.iter().zip(corrected).enumerate() {
-            if optimized.groups[number] != 0 {
+            if optimized.groups[number] != kept {
                 console.warn(format!(
-                    "biplane: {} saw no place that the others saw; it is left out",
-                    run.path().display()
+                    "biplane: {} saw no place that {} saw; it is left out: of those that do not join, the longest \
+                     way is kept",
+                    run.path().display(),
+                    runs[kept].path().display()
                 ));
-                left_out += 1;
+                left_out.push(run);
                 continue;
             }
             let recorded = run.poses()?;
-            let trajectory = corrected.trajectory(&recorded.vertical_poses);
-            drives.push(Drive::new(run, trajectory, corrected.scans));
             wild_poses += recorded.wild_poses;
+            drives.push(if optimized.is_closed[number] {
+                let trajectory = corrected.trajectory(&recorded.vertical_poses);
+                Drive::new(run, trajectory, corrected.scans)
+            } else {
+                Drive::new(run, recorded.trajectory(), recorded.at_scans())
+            });
         }
-        Ok(Self { wild_poses, left_out, ..Self::of(drives, PosesFrom::Optimized, Some(loops)) })
+        let from = if loops == 0 { PosesFrom::Recorded } else { PosesFrom::Optimized };
+        Ok(Self { wild_poses, left_out, has_worse_loops, ..Self::of(drives, from, Some(loops)) })
     }
 
     /// With the poses of a single recording refined in all six directions, where that explains its beams
@@ -180,7 +191,9 @@ impl<'a> Posed<'a> {
         drive.at_scans = drive.at_scans.iter().map(|pose| pose.as_ref().map(moved)).collect();
         self.trajectory = drive.trajectory.clone();
         self.used = self.known();
-        console.note(refined.words());
+        if self.from == PosesFrom::Recorded {
+            self.from = PosesFrom::Refined;
+        }
         self.refined = Some(refined);
         Ok(self)
     }
@@ -199,12 +212,22 @@ impl<'a> Posed<'a> {
         }
         let used = drives.iter().flat_map(Drive::known).collect();
         let trajectory = Trajectory::new(all);
-        Self { drives, trajectory, used, from, loops, wild_poses: 0, refined: None, left_out: 0 }
+        Self {
+            drives,
+            trajectory,
+            used,
+            from,
+            loops,
+            has_worse_loops: false,
+            wild_poses: 0,
+            refined: None,
+            left_out: Vec::new(),
+        }
     }
 
     /// A recording that is left out is data of the input that was lost.
     pub(crate) const fn outcome(&self) -> Outcome {
-        if self.left_out == 0 { Outcome::Done } else { Outcome::Lossy }
+        if self.left_out.is_empty() { Outcome::Done } else { Outcome::Lossy }
     }
 
     /// Which of height, roll and pitch the drive tells; nothing is known of others' poses.
@@ -243,18 +266,21 @@ impl<'a> Posed<'a> {
             return self;
         }
         self.drives.iter_mut().for_each(|drive| drive.floor_m = floor_m);
-        let Self { drives, from, loops, wild_poses, refined, left_out, .. } = self;
-        Self { wild_poses, refined, left_out, ..Self::of(drives, from, loops) }
+        let Self { drives, from, loops, has_worse_loops, wild_poses, refined, left_out, .. } = self;
+        Self { has_worse_loops, wild_poses, refined, left_out, ..Self::of(drives, from, loops) }
     }
 
     /// Drives of several storeys, from below, whose frames are one.
     pub(super) fn together(storeys: Vec<Self>) -> Self {
-        let from = storeys.last().map_or(PosesFrom::Recorded, |storey| storey.from);
+        let is_optimized = |storey: &Self| storey.from == PosesFrom::Optimized;
+        let changed = storeys.iter().find(|storey| is_optimized(storey)).or(storeys.last());
+        let from = changed.map_or(PosesFrom::Recorded, |storey| storey.from);
+        let has_worse_loops = storeys.iter().any(|storey| storey.has_worse_loops);
         let loops = storeys.iter().filter_map(|storey| storey.loops).reduce(|a, b| a + b);
         let wild_poses = storeys.iter().map(|storey| storey.wild_poses).sum();
-        let left_out = storeys.iter().map(|storey| storey.left_out).sum();
+        let left_out = storeys.iter().flat_map(|storey| storey.left_out.iter().copied()).collect();
         let drives = storeys.into_iter().flat_map(|storey| storey.drives).collect();
-        Self { wild_poses, left_out, ..Self::of(drives, from, loops) }
+        Self { has_worse_loops, wild_poses, left_out, ..Self::of(drives, from, loops) }
     }
 
     /// Turns stamps in the program's time into those of the recordings.

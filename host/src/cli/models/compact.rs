@@ -19,7 +19,7 @@ use crate::cli::models::files;
 use crate::cli::models::formats;
 use crate::cli::models::formats::Formats;
 use crate::cli::models::model_args::ModelArgs;
-use crate::cli::models::model_args::report_noise;
+use crate::cli::models::model_args::{report_noise, report_sigma};
 use crate::cli::models::no_planes_hint;
 use crate::cli::models::viewer_file::write_viewer_file;
 use crate::cli::terminal::console::Console;
@@ -96,6 +96,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
             file.triangles
         ));
     }
+    report_sigma(args.sigma, console);
     let build = args.model_args.parameters(args.sigma);
     let mut output = compact(std::mem::take(&mut file.mesh), &build, &mut stages);
     args.model_args.bound(&mut output)?;

@@ -74,8 +74,10 @@ impl ModelArgs {
     pub(crate) fn bound(&self, output: &mut BuildOutput) -> anyhow::Result<()> {
         let Some(maximum) = self.max_triangles else { return Ok(()) };
         let was_empty = is_empty(&output.model);
+        let before = output.model.polygons.len();
         let bounded = decimate::bound(&mut output.model, maximum);
         output.counts.recount(&output.model);
+        output.counts.polygons_left_out = before - output.counts.polygons.min(before);
         if is_empty(&output.model) && !was_empty {
             bail!("nothing of the model fits into --max-triangles {maximum}: allow more");
         }
@@ -120,6 +122,23 @@ fn is_empty(model: &Model) -> bool {
     model.polygons.is_empty() && model.leftovers.triangles.is_empty()
 }
 
+/// Noise that is larger was hardly meant in meters: no laser that maps buildings has so much.
+const USUAL_SIGMA_M: f64 = 0.25;
+
+/// Asks whether a noise was typed in centimeters, also when quiet: planes are then hardly found.
+pub(crate) fn report_sigma(sigma_m: Option<f64>, console: &Console) {
+    sigma_words(sigma_m).into_iter().for_each(|words| console.warn(format!("biplane: {words}")));
+}
+
+fn sigma_words(sigma_m: Option<f64>) -> Option<String> {
+    let sigma_m = sigma_m.filter(|sigma_m| *sigma_m > USUAL_SIGMA_M)?;
+    let (centimeters, millimeters) = (sigma_m / 100.0, sigma_m / 1000.0);
+    Some(format!(
+        "--sigma {sigma_m} is taken as meters, and no laser is as noisy: if centimeters were meant, it is \
+         --sigma {centimeters}, if millimeters {millimeters}"
+    ))
+}
+
 /// Which noise the planes were searched with.
 pub(crate) fn report_noise(counts: &Counts, console: &Console) {
     console.note(format!("noise {:.1} cm ({})", 100.0 * counts.sigma_m, counts.sigma_source.words()));
@@ -127,7 +146,15 @@ pub(crate) fn report_noise(counts: &Counts, console: &Console) {
 
 #[cfg(test)]
 mod tests {
-    use super::triangles;
+    use super::{sigma_words, triangles};
+
+    #[test]
+    fn a_noise_in_centimeters_is_pointed_out() {
+        assert_eq!(sigma_words(None), None);
+        assert_eq!(sigma_words(Some(0.25)), None);
+        let words = sigma_words(Some(1.5)).unwrap();
+        assert!(words.contains("if centimeters were meant, it is --sigma 0.015"), "{words}");
+    }
 
     #[test]
     fn a_bound_that_nothing_fits_into_is_refused() {

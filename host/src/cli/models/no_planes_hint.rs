@@ -32,10 +32,14 @@ pub(crate) fn of_cloud(points_m: &[[f32; 3]], on_planes: usize, delta_m: f64) ->
     })
 }
 
-/// Why a mesh may have become no polygon.
+/// Why a mesh may have become no polygon, or one of millimeters a few with rough borders.
 pub(crate) fn of_mesh(points_m: &[[f32; 3]], polygons: usize) -> Option<String> {
-    let why = of_size(&finite(points_m)).filter(|_| polygons == 0)?;
-    Some(format!("no polygons: {why}"))
+    let finite = finite(points_m);
+    let why = of_size(&finite)?;
+    match polygons {
+        0 => Some(format!("no polygons: {why}")),
+        _ => (size_m(&finite) > LARGE_M).then_some(why),
+    }
 }
 
 fn of_size(finite_m: &[[f32; 3]]) -> Option<String> {
@@ -93,7 +97,9 @@ mod tests {
         assert!(
             of_mesh(&grid(500.0), 0).unwrap().starts_with("no polygons: coordinates are taken as meters")
         );
-        assert_eq!(of_mesh(&grid(500.0), 1), None);
+        // A room of 5 m in millimeters has its walls, and nothing as fine as its door.
+        assert!(of_mesh(&grid(50.0), 6).unwrap().contains("are they in another unit?"));
+        assert_eq!(of_mesh(&grid(0.001), 6), None);
         assert!(of_mesh(&[], 0).is_some());
     }
 }

@@ -9,9 +9,11 @@ use crate::formats::output::{check_free, check_not_input, write_file};
 use crate::recordings::run::Run;
 use anyhow::bail;
 
+use super::rig_text;
 use crate::cli::terminal::console::Console;
 use crate::cli::terminal::threads::Threads;
 use biplane_cli::Outcome;
+use biplane_recording::Rig;
 
 /// Words of the command.
 #[derive(Debug, clap::Args)]
@@ -60,7 +62,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
             write_file(output, args.force, |out| out.write_all(found.corrected.to_toml().as_bytes()))?;
             console.note(format!("{}: the rig with {} corrected", output.display(), written(&found)));
         }
-        None if !args.json => changes(&mut out, &found)?,
+        None if !args.json => changes(&mut out, &found, &run.rig()?)?,
         None => {}
     }
     Ok(Outcome::Done)
@@ -87,8 +89,8 @@ fn table(out: &mut impl Write, found: &Calibration) -> io::Result<()> {
     }
     writeln!(
         out,
-        "  {:<12}{:<6}{:>10}{:>12}{:>10}{:>10}  observed",
-        "", "unit", "before", "correction", "refined", "sigma"
+        "  {:<12}{:<6}{:>10}{:>12}{:>10}{:>10}  {:10}remark",
+        "", "unit", "before", "correction", "refined", "sigma", "observed"
     )?;
     found.rows.iter().try_for_each(|row| line(out, row))
 }
@@ -104,29 +106,45 @@ fn line(out: &mut impl Write, row: &Row) -> io::Result<()> {
     let sigma = known.map_or("unknown".to_owned(), |sigma| format!("{sigma:.digits$}"));
     let (correction, refined) =
         if row.is_inseparable() { (0.0, row.before) } else { (row.correction, row.refined) };
-    let note = if row.note.is_empty() { String::new() } else { format!(": {}", row.note) };
+    let observed = if row.observed { "yes" } else { "no" };
+    let remark = format!("{observed:10}{}", row.note);
     writeln!(
         out,
-        "  {:<12}{:<6}{:>10.digits$}{:>+12.digits$}{:>10.digits$}{sigma:>10}  {}{note}",
+        "  {:<12}{:<6}{:>10.digits$}{:>+12.digits$}{:>10.digits$}{sigma:>10}  {}",
         row.name,
         row.unit,
         row.before,
         correction,
         refined,
-        if row.observed { "yes" } else { "no" }
+        remark.trim_end()
     )
 }
 
-/// The lines of the rig that change, as they were and as they become.
-fn changes(out: &mut impl Write, found: &Calibration) -> io::Result<()> {
-    let (before, after) = (found.rig.to_toml(), found.corrected.to_toml());
+/// The lines of the rig that change, as they were and as they become. A recording has every key, also those
+/// that no `rig.toml` has to have: what goes without saying is no line to take out.
+fn changes(out: &mut impl Write, found: &Calibration, recorded: &Rig) -> io::Result<()> {
+    let (before, after, recorded) = (found.rig.to_toml(), found.corrected.to_toml(), recorded.to_toml());
+    let recorded: Vec<&str> = recorded.lines().collect();
     let mut section = "";
     for (was, is) in before.lines().zip(after.lines()) {
         if is.starts_with('[') {
             section = is;
         }
-        if was != is {
-            writeln!(out, "{section}\n- {was}\n+ {is}")?;
+        if was == is {
+            continue;
+        }
+        let begins = recorded.iter().position(|line| *line == section).unwrap_or(0);
+        let number = recorded.iter().skip(begins).position(|line| *line == was).map(|at| begins + at);
+        let instead = match number {
+            None => Some("what the base says"),
+            Some(number) if rig_text::goes_without_saying(&recorded, number) => Some("the default"),
+            Some(_) => None,
+        };
+        match (instead, was.split_once(" = ")) {
+            (Some(source), Some((_, value))) => {
+                writeln!(out, "{section}\n+ {is}  # instead of {value}, {source}")?;
+            }
+            _ => writeln!(out, "{section}\n- {was}\n+ {is}")?,
         }
     }
     Ok(())

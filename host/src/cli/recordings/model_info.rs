@@ -7,6 +7,9 @@ use anyhow::{Context, bail};
 use serde_json::Value;
 
 use crate::building::elements::{CLOSED_LEAF, Room, Use, Wall, WallOpening};
+use crate::building::{Kind, OpeningKind};
+use crate::formats::text::model_json;
+use biplane_cli::counted;
 
 /// The file that lists them.
 pub(super) const LIST: &str = "building.json";
@@ -26,6 +29,9 @@ pub(super) fn print(out: &mut impl Write, folder: &Path, json: bool) -> anyhow::
     let path = folder.join(LIST);
     if !path.exists() {
         let shown = folder.display();
+        if folder.join(model_json::NAME).exists() {
+            return print_mesh(out, folder, json);
+        }
         if is_truth(folder) {
             bail!(
                 "{shown} is no model, and looks like the truth of a simulated drive: \
@@ -46,6 +52,41 @@ pub(super) fn print(out: &mut impl Write, folder: &Path, json: bool) -> anyhow::
     Ok(print_lists(out, folder, &lists)?)
 }
 
+/// Prints what is known of a model that `biplane compact` made of a mesh.
+fn print_mesh(out: &mut impl Write, folder: &Path, json: bool) -> anyhow::Result<()> {
+    if json {
+        bail!(
+            "{} has no {LIST}: `biplane compact` made it of a mesh, and rooms are found in drives alone; summary.json \
+             has its figures",
+            folder.display()
+        );
+    }
+    print_head(out, folder)?;
+    writeln!(out, "  no rooms: they are found in drives alone, and `biplane compact` made this of a mesh")?;
+    Ok(print_surfaces(out, folder)?)
+}
+
+/// What is drawn of a model without rooms: what its surfaces alone tell.
+fn print_surfaces(out: &mut impl Write, folder: &Path) -> io::Result<()> {
+    let bytes = std::fs::read(folder.join(model_json::NAME)).ok();
+    let Some(file) = bytes.and_then(|bytes| model_json::read(&bytes).ok()) else { return Ok(()) };
+    let building = file.building();
+    let walls = building.parts.iter().filter(|part| part.kind == Kind::Wall).count();
+    let openings =
+        |kind: OpeningKind| building.openings.iter().filter(|opening| opening.kind == kind).count();
+    writeln!(
+        out,
+        "  its surfaces alone show {}, {}, {}, {} and {}: those are in model.ifc and model.dxf\n  \
+           (`biplane export {} --formats ifc,dxf`)",
+        counted(building.floors_m.len(), "storey"),
+        counted(walls, "surface") + " of walls",
+        counted(openings(OpeningKind::Door), "door"),
+        counted(openings(OpeningKind::Passage), "passage"),
+        counted(openings(OpeningKind::Window), "window"),
+        folder.display()
+    )
+}
+
 /// Whether a folder has the files of a simulator's truth.
 fn is_truth(folder: &Path) -> bool {
     ["surfaces.ply", "poses.tum"].iter().all(|name| folder.join(name).exists())
@@ -59,15 +100,20 @@ fn lists(mut value: Value) -> serde_json::Result<Lists> {
     })
 }
 
-fn print_lists(out: &mut impl Write, folder: &Path, lists: &Lists) -> io::Result<()> {
-    let Lists { rooms, walls, openings } = lists;
+fn print_head(out: &mut impl Write, folder: &Path) -> io::Result<()> {
     writeln!(
         out,
         "{}: report.html shows it, docs/exports.md says what opens the other files",
         folder.display()
-    )?;
+    )
+}
+
+fn print_lists(out: &mut impl Write, folder: &Path, lists: &Lists) -> io::Result<()> {
+    let Lists { rooms, walls, openings } = lists;
+    print_head(out, folder)?;
     if rooms.is_empty() && walls.is_empty() && openings.is_empty() {
-        return writeln!(out, "  no room, wall, door or window was found");
+        writeln!(out, "  no room was found: the robot was in none, or saw too little of its walls")?;
+        return print_surfaces(out, folder);
     }
     print_names(out, lists)?;
     print_rooms(out, rooms)?;

@@ -29,6 +29,12 @@ pub(super) fn print(out: &mut impl Write, resolved: &str) -> io::Result<()> {
     print_defaults(out, &mut defaults)
 }
 
+/// Whether a line of a resolved rig says what a rig without it says, too. A laser's place is always said.
+pub(super) fn goes_without_saying(lines: &[&str], number: usize) -> bool {
+    let rig = Rig::parse(&lines.join("\n")).ok();
+    !lines[number].starts_with("mount") && rig.is_some_and(|rig| is_same_without(&rig, lines, number))
+}
+
 /// Whether a rig's text without one of its lines is the same rig: the line says what goes without saying.
 fn is_same_without(rig: &Rig, lines: &[&str], number: usize) -> bool {
     let others = lines.iter().enumerate().filter(|(other, _)| *other != number);

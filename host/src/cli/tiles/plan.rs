@@ -17,6 +17,7 @@ use std::io::Write;
 
 use super::folder::input;
 use crate::cli::build::{self, DriveArgs};
+use crate::cli::models::model_args::report_sigma;
 use crate::cli::recordings::optimize;
 use crate::cli::terminal::console::Console;
 use crate::cli::terminal::json::print_json;
@@ -100,6 +101,7 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         replace::check(&KNOWN, &args.output, &inputs)?;
     }
     OutputFolder::check(&args.output, args.force)?;
+    report_sigma(args.drive.sigma, console);
     needs::keep_below(args.memory).map_err(|why| anyhow!(why))?;
     build::report_needs(&runs, console)?;
     let mut stages = Stages::new(console, &["optimize", "read", "cloud", "tiles"]);

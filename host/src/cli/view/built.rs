@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use crate::formats::ply;
 use crate::formats::ply::read::Ply;
+use crate::formats::text::model_json;
 use crate::metrics::blocked_rays::{RayParams, Rays};
 use crate::model::{Mesh, part};
 use anyhow::{Context, anyhow, bail};
@@ -93,11 +94,11 @@ pub(crate) fn load_built(folder: &Path, name: &str) -> anyhow::Result<Ply> {
     check_folder(folder)?;
     let path = folder.join(name);
     if !path.exists() {
-        bail!(
-            "{} does not exist: is {} a folder of `biplane build`, with ply among its --formats?",
-            path.display(),
-            folder.display()
-        );
+        let (path, shown) = (path.display(), folder.display());
+        if name == "model.ply" && folder.join(model_json::NAME).exists() {
+            bail!("{path} does not exist: `biplane export {shown} --formats ply` writes it");
+        }
+        bail!("{path} does not exist: is {shown} a folder of `biplane build`?");
     }
     load(&path)
 }

@@ -24,12 +24,10 @@ use self::document::Document;
 use self::layer::Layer;
 use self::rooms::RoomPlan;
 use super::{Placement, Shapes};
-use crate::building::Building;
-use crate::building::Opening;
-use crate::building::OpeningKind;
 use crate::building::elements::{Elements, Use, WallOpening};
 use crate::building::part::CUT_M;
 use crate::building::plan::{self, Plan};
+use crate::building::{Building, Opening, OpeningKind, storey_name};
 use crate::model::Mesh;
 
 /// Height of labels, meters: 2 mm on paper at 1:50; the size of a window of a meter fits its width.
@@ -42,13 +40,15 @@ const TEXT_M: f64 = 0.1;
 pub fn write(out: &mut impl Write, shapes: &Shapes<'_>, building: &Building) -> io::Result<()> {
     let mut document = Document::new(vec![super::description(shapes)]);
     let storeys = building.floors_m.len();
+    let names = building.opening_names();
     let plans = (0..storeys).filter_map(|at| Some((at, plan::draw(shapes.model, building, at)?)));
     for (number, (storey, plan)) in plans.enumerate() {
-        let prefix = if storeys > 1 { format!("S{}-", storey + 1) } else { String::new() };
+        let prefix = if storeys > 1 { format!("{}-", storey_name(storey)) } else { String::new() };
         // Plans lie on each other: the lowest one is shown.
         let is_on = number == 0;
-        let is_shown = |o: &&Opening| o.storey == storey && o.is_cut(plan.floor_m);
-        let openings: Vec<&Opening> = building.openings.iter().filter(is_shown).collect();
+        let is_shown = |o: &(&Opening, &str)| o.0.storey == storey && o.0.is_cut(plan.floor_m);
+        let named = building.openings.iter().zip(names.iter().map(String::as_str));
+        let openings: Vec<(&Opening, &str)> = named.filter(is_shown).collect();
         let elements = building.elements_at(plan.floor_m);
         let placement = Placement::of(shapes);
         let corner_m = corner_m(&plan, placement);
@@ -74,8 +74,7 @@ pub fn write(out: &mut impl Write, shapes: &Shapes<'_>, building: &Building) -> 
 
 /// What is written at an opening.
 struct Label<'a> {
-    /// Its name, where it has one.
-    name: Option<&'a str>,
+    name: &'a str,
     /// Half of how thick its wall is drawn: nothing is written on its lines, meters.
     deep_m: f64,
     ends_m: [[f64; 2]; 2],
@@ -95,7 +94,7 @@ struct Drawing<'a> {
 }
 
 impl Drawing<'_> {
-    fn draw(&mut self, plan: &Plan, openings: &[&Opening]) {
+    fn draw(&mut self, plan: &Plan, openings: &[(&Opening, &str)]) {
         for outline in &plan.ceilings {
             self.outline(Layer::CEILING, outline);
         }
@@ -109,12 +108,12 @@ impl Drawing<'_> {
                 self.line(layer, *from, *to);
             }
         }
-        for opening in openings {
+        for (opening, name) in openings {
             let [from, to] = opening.ends_m;
             self.line(Layer::OPENINGS, from, to);
             let is_window = opening.kind == OpeningKind::Window;
             self.label(&Label {
-                name: None,
+                name,
                 deep_m: 0.0,
                 ends_m: opening.ends_m,
                 width_m: opening.width_m(),
@@ -152,7 +151,7 @@ impl Drawing<'_> {
         let half = opening.width_m / 2.0;
         let [cx, cy, _] = opening.center_m;
         self.label(&Label {
-            name: Some(&opening.id),
+            name: &opening.id,
             deep_m: wall.drawn_thickness_m / 2.0,
             ends_m: [[cx - half * x, cy - half * y], [cx + half * x, cy + half * y]],
             width_m: opening.width_m,
@@ -178,9 +177,7 @@ impl Drawing<'_> {
             self.document.text(&name, [foot[0], foot[1], a[2]], TEXT_M, degrees, text);
         };
         put(0.5, &format!("{:.2} x {:.2}", opening.width_m, opening.height_m));
-        if let Some(name) = opening.name {
-            put(2.1, name);
-        }
+        put(2.1, opening.name);
         if let Some(sill_m) = opening.sill_m {
             put(-1.5, &format!("sill {sill_m:.2}"));
         }

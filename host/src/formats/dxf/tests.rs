@@ -49,6 +49,7 @@ fn a_room_has_its_lines_on_their_layers_in_meters() {
     assert_eq!(counts.map(|(kind, layer)| count(&pairs, kind, layer)), [6, 2, 1, 1]);
     assert_eq!(count(&pairs, "3DFACE", "SURFACES"), Shapes::new(&model).triangles());
     assert_eq!(count(&pairs, "3DFACE", "INFERRED"), 0);
+    assert!(["S1-D01", "S1-N01"].iter().all(|name| pairs.contains(&(1, (*name).to_owned()))), "{pairs:?}");
     let texts: Vec<&str> = pairs
         .iter()
         .filter(|(code, value)| *code == 1 && value.contains('.'))

@@ -104,9 +104,10 @@ impl<'a> Elements<'a> {
                 walls.insert(index, id);
             }
         }
-        for (index, opening) in self.building.openings.iter().enumerate() {
+        let names = self.building.opening_names();
+        for (index, (opening, name)) in self.building.openings.iter().zip(&names).enumerate() {
             if let Some(wall) = walls.get(&opening.polygon) {
-                self.opening(index, opening, *wall);
+                self.opening((index, name), opening, *wall);
             }
         }
         self.leftovers();
@@ -230,19 +231,19 @@ impl<'a> Elements<'a> {
     }
 
     /// An opening, and the door or window that fills it.
-    fn opening(&mut self, index: usize, opening: &Opening, wall: Id) {
+    fn opening(&mut self, (index, name): (usize, &str), opening: &Opening, wall: Id) {
         let corners = (opening.ends_m, opening.bottom_m, opening.top_m);
         let (place, owner) = (self.foot(opening), self.project.owner);
         let [id, voids, fills, own] = ["opening", "voids", "fills", "filling"]
             .map(|word| global_id(format_args!("{word} {index} {corners:?}")));
         let hole = self.step.add(format_args!(
-            "IFCOPENINGELEMENT('{id}',{owner},'opening {index}',$,$,{place},$,'{index}',.OPENING.)"
+            "IFCOPENINGELEMENT('{id}',{owner},'opening {name}',$,$,{place},$,'{index}',.OPENING.)"
         ));
         self.quantities(hole, &id, opening);
         self.step.add(format_args!("IFCRELVOIDSELEMENT('{voids}',{owner},$,$,{wall},{hole})"));
-        let (entity, word, class) = match opening.kind {
-            OpeningKind::Door => ("IFCDOOR", "door", "DOOR"),
-            OpeningKind::Window => ("IFCWINDOW", "window", "WINDOW"),
+        let (entity, class) = match opening.kind {
+            OpeningKind::Door => ("IFCDOOR", "DOOR"),
+            OpeningKind::Window => ("IFCWINDOW", "WINDOW"),
             OpeningKind::Passage => return,
         };
         let (place, shape) = match self.leaf(index, opening) {
@@ -251,7 +252,7 @@ impl<'a> Elements<'a> {
         };
         let (height, width) = (Number(opening.height_m()), Number(opening.width_m()));
         let filling = self.step.add(format_args!(
-            "{entity}('{own}',{owner},'{word} {index}',$,$,{place},{shape},'{index}',{height},{width},.{class}.,.NOTDEFINED.,$)"
+            "{entity}('{own}',{owner},'{name}',$,$,{place},{shape},'{index}',{height},{width},.{class}.,.NOTDEFINED.,$)"
         ));
         self.step.add(format_args!("IFCRELFILLSELEMENT('{fills}',{owner},$,$,{hole},{filling})"));
         self.contained[opening.storey].push(filling);

@@ -103,8 +103,12 @@ mod tests {
         openings.for_each(|line| {
             assert_eq!(line.split(',').nth(6), Some("$"), "a shape would be cut again: {line}");
         });
-        // Without rooms a storey has no other name. A surface says the plane that it has in other files.
-        assert!(text.contains(",'storey 2',$,$,") && text.contains(",'storey 2',.ELEMENT.,3.0000)"));
+        // Storeys and openings have the names that those of rooms have. A surface says the plane that it has
+        // in other files.
+        assert!(text.contains(",'S2',$,$,") && text.contains(",'storey 2',.ELEMENT.,3.0000)"));
+        for name in ["'S1-D01'", "'S2-D01'", "'S1-N01'", "'S2-N01'", "'opening S2-N01'"] {
+            assert_eq!(text.matches(name).count(), 1, "{name}");
+        }
         assert!(text.contains("'surface 0','part of plane "), "{text}");
         // Corners are counted from their storey's floor.
         assert!(!text.contains("5.6000"));

@@ -1,8 +1,8 @@
 //! What every IFC file has: owner, units, contexts, and the tree of project, site, building and storeys.
 
 use super::step::{Id, Ids, Reals, Step, Text, global_id};
-use crate::building::Building;
 use crate::building::elements::Storey as BuildingStorey;
+use crate::building::{Building, storey_name};
 use crate::formats::text::number::Number;
 use crate::formats::{Shapes, description, generator};
 use crate::model::turn::Turn;
@@ -136,7 +136,8 @@ pub(super) fn nearest(floors_m: impl Iterator<Item = f64>, floor_m: f64) -> usiz
     away_m.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(index, _)| index)
 }
 
-/// The name and the long name of a storey: those of `building.json` where rooms were found on it.
+/// The name and the long name of a storey: those of `building.json` where rooms were found on it. Where some
+/// storeys have rooms, their names are taken, so the others have a long one alone.
 fn storey_names(building: &Building, number: usize) -> [String; 2] {
     let is_this =
         |storey: &&BuildingStorey| nearest(building.floors_m.iter().copied(), storey.floor_z_m) == number;
@@ -145,7 +146,12 @@ fn storey_names(building: &Building, number: usize) -> [String; 2] {
         true => "no floor seen".to_owned(),
         false => format!("storey {}", number + 1),
     };
-    [known.map_or_else(|| long_name.clone(), |storey| storey.id.clone()), long_name]
+    let name = match known {
+        Some(storey) => storey.id.clone(),
+        None if building.elements.is_empty() && !building.floors_m.is_empty() => storey_name(number),
+        None => long_name.clone(),
+    };
+    [name, long_name]
 }
 
 fn storeys(step: &mut Step, building: &Building, owner: Id, place: Id) -> Vec<Storey> {

@@ -68,7 +68,10 @@ fn page() -> (String, Mesh, Mesh) {
         y_m: 0.5,
         ..StampedPose::default()
     };
-    let poses = [pose(0, 0.5), pose(4, 1.5), pose(8, 2.5)];
+    // And one on the next floor, over the last one.
+    let above = StampedPose { z_m: 3.1, ..pose(1000, 2.6) };
+    let poses =
+        [pose(0, 0.5), pose(4, 1.5), pose(8, 2.5), above, StampedPose { z_m: 3.1, ..pose(1004, 3.4) }];
     let (map, _) = MapImage::new(&grid, &poses).unwrap();
     let sources = Sources {
         title: "a <b> & \"c\"",
@@ -174,6 +177,16 @@ fn the_buffers_of_the_page_are_the_meshes_to_half_a_millimeter() {
 }
 
 #[test]
+fn the_way_of_each_floor_lies_on_it() {
+    let (page, ..) = page();
+    let way = [
+        [[0.5, 0.5, 0.0], [1.5, 0.5, 0.0], [2.5, 0.5, 0.0]].to_vec(),
+        [[2.6, 0.5, 3.1], [3.4, 0.5, 3.1]].to_vec(),
+    ];
+    assert_eq!(contents(&page)["way_m"], serde_json::json!(way));
+}
+
+#[test]
 fn the_page_holds_the_figures_of_the_run_beside_the_paper_s() {
     let (page, ..) = page();
     let figures = [
@@ -189,9 +202,9 @@ fn the_page_holds_the_figures_of_the_run_beside_the_paper_s() {
         "3.25 s",
         "4.50 s",
         "77 MB",
-        "2.0 m",
+        "2.8 m",
         "<dt>loops closed</dt><dd>17</dd>",
-        "8.00 s, 2.0 m",
+        "12 s, 2.8 m",
         "href=\"model.glb\" download",
     ];
     for figure in figures {

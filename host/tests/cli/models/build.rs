@@ -115,7 +115,7 @@ fn a_model_is_compared_with_the_raw_points_and_a_closed_door_is_noticed() {
     folder.expect(
         "render other -o x.png",
         1,
-        &["other/model.ply does not exist", "with ply among its --formats?"],
+        &["other/model.ply does not exist", "is other a folder of `biplane build`?"],
     );
     for command in ["render run.mcap -o x.png", "compare run.mcap"] {
         folder.expect(

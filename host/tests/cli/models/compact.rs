@@ -93,7 +93,36 @@ fn a_plan_is_left_out_where_there_is_no_floor_and_drawn_where_one_is_given() {
     folder.expect("compact walls.obj -o out --formats dxf", 0, &["no floor with walls over it was found"]);
     let plan = |out: &str| fs::read_to_string(folder.path(out).join("model.dxf")).unwrap();
     assert!(!plan("out").contains("WALLS") && plan("out").contains("3DFACE"));
+    let words = ["out/model.ply does not exist: `biplane export out --formats ply` writes it"];
+    folder.expect("render out -o x.png", 1, &words);
     folder.expect("compact walls.obj -o given --formats dxf --floor 100", 0, &["2 polygons"]);
     assert!(plan("given").contains("floor +100.00 m") && plan("given").contains("WALLS"));
     folder.expect("compact walls.obj -o x --floor nan", 2, &["expected meters"]);
+    // Rooms are found in drives alone; what the surfaces show can be had all the same.
+    let words =
+        ["`biplane compact` made this of a mesh", "alone show 1 storey, 2 surfaces of walls, 0 doors"];
+    let printed = folder.expect("info given", 0, &[]).stdout;
+    assert!(words.iter().all(|words| printed.contains(words)), "{printed}");
+    folder.expect(
+        "info given --json",
+        1,
+        &["given has no building.json: `biplane compact` made it of a mesh"],
+    );
+}
+
+#[test]
+fn a_mesh_in_millimeters_and_a_noise_in_centimeters_are_asked_about() {
+    let folder = Folder::new("compact-units");
+    folder.write("walls.obj", WALLS);
+    let lines = WALLS.lines().map(|line| match line.strip_prefix("v ") {
+        Some(place) => place.split(' ').fold("v".to_owned(), |line, value| format!("{line} {value}000")),
+        None => line.to_owned(),
+    });
+    folder.write("mm.obj", lines.map(|line| line + "\n").collect::<String>());
+    let words = ["2 polygons", "these spread over ", "are they in another unit?"];
+    folder.expect("compact mm.obj -o mm --no-report", 0, &words);
+    let words = ["--sigma 1.5 is taken as meters", "if centimeters were meant, it is --sigma 0.015"];
+    folder.expect("--quiet compact walls.obj -o loud --sigma 1.5 --no-report", 0, &words);
+    let ran = folder.expect("compact walls.obj -o usual --sigma 0.015 --no-report", 0, &[]);
+    assert!(!ran.stderr.contains("meant") && !ran.stderr.contains("unit"), "{}", ran.stderr);
 }

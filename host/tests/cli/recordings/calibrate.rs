@@ -131,7 +131,10 @@ fn what_a_tick_was_taken_as_is_corrected_where_the_rig_leaves_it_to_the_base() {
     let BaseProtocol::P2os { metres_per_tick: Some(meters) } = rig.base.protocol else { panic!("{rig:?}") };
     assert!((meters / 0.000485 - 1.02).abs() < 0.003, "{meters}");
     let lines = folder.expect("calibrate run.mcap", 0, &[]).stdout;
-    assert!(lines.contains("- metres_per_tick = 0.000485\n+ metres_per_tick = 0.00049"), "{lines}");
+    // The rig has no such line, so none is taken out.
+    assert!(lines.contains("[base]\n+ metres_per_tick = 0.00049"), "{lines}");
+    assert!(lines.contains("  # instead of 0.000485, what the base says\n"), "{lines}");
+    assert!(!lines.contains("- metres_per_tick"), "{lines}");
     // Older recordings do not say it.
     record_of(&folder.path("old.mcap"), mount, 0, ("mounting", "fits"), None);
     folder.expect("calibrate old.mcap", 0, &[]);
@@ -159,9 +162,14 @@ fn a_laser_that_sits_elsewhere_is_found_and_what_no_scan_tells_is_left_and_said(
     assert_eq!(report["rig"], std::fs::read_to_string(folder.path("rig.toml")).unwrap());
 
     let table = folder.expect("calibrate run.mcap", 0, &[]).stdout;
-    for word in
-        ["delay_ms", "unknown  no: the drive does not tell", "- metres_per_tick = 0.001\n+ metres_per_tick"]
-    {
+    for word in [
+        "observed  remark\n",
+        "unknown  no        the drive does not tell\n",
+        "- metres_per_tick = 0.001\n+ metres_per_tick",
+        "  yes       not written: a rig with this base has no key for it\n",
+        "\n+ delay_ms = ",
+        "  # instead of 0.0, the default\n",
+    ] {
         assert!(table.contains(word), "{word}: {table}");
     }
     folder.expect("calibrate run.mcap -o rig.toml", 1, &["rig.toml exists already"]);

@@ -42,7 +42,11 @@ fn two_rounds_that_drift_apart_come_together_and_all_else_stays() {
     let folder = Folder::new("optimize");
     let truth = record(&folder.path("run.mcap"), Drive::default());
     let before_m = error_m(&poses(&folder, "run.mcap"), &truth);
-    folder.expect("optimize run.mcap -o opt.mcap --threads 1", 0, &["opt.mcap: ", " loops between "]);
+    folder.expect(
+        "optimize run.mcap -o opt.mcap --threads 1",
+        0,
+        &["opt.mcap: ", " loops, ", " scans moved"],
+    );
     let after_m = error_m(&poses(&folder, "opt.mcap"), &truth);
     assert!(before_m > 0.8 && after_m < 0.03, "{before_m} m before, {after_m} m after");
     for topic in [Topic::ScanHorizontal, Topic::Odom] {
@@ -106,7 +110,7 @@ fn two_recordings_that_began_at_different_places_come_into_one_frame_and_a_stran
     let mut truth = record(&folder.path("a.mcap"), drive);
     let other = record(&folder.path("b.mcap"), Drive { from_m: 31.0, seed: 2, ..drive });
     record(&folder.path("c.mcap"), Drive { elsewhere: true, rounds: 0.5, seed: 3, ..drive });
-    let words = ["c.mcap saw no place that the others saw; it stays apart, in opt.apart-3.mcap"];
+    let words = ["c.mcap saw no place that a.mcap saw; it stays apart, in opt.apart-3.mcap"];
     folder.expect("--quiet optimize a.mcap b.mcap c.mcap -o opt.mcap", 0, &words);
     assert_eq!(folder.names(), ["a.mcap", "b.mcap", "c.mcap", "opt.apart-3.mcap", "opt.mcap"]);
     // A model has no place for it: what it has seen is lost.
@@ -242,6 +246,49 @@ fn a_model_is_made_with_loops_closed_unless_its_recording_has_none_or_it_is_not_
     folder.expect("build part.mcap -o open", 0, &["no loop found: the poses stay as they were recorded"]);
     assert_eq!(trajectory("open"), recorded("part.mcap"));
     assert_eq!(poses_reported(&folder, "open"), (json!("recorded"), json!(0)));
+}
+
+#[test]
+fn a_drive_without_loops_is_not_said_to_move() {
+    let folder = Folder::new("optimize-none");
+    record(&folder.path("part.mcap"), Drive { rounds: 0.3, ..Drive::default() });
+    let words = ["opt.mcap: no loop found: the poses stay as they were recorded"];
+    let ran = folder.expect("optimize part.mcap -o opt.mcap --json", 0, &words);
+    assert!(!ran.stderr.contains("moved"), "{}", ran.stderr);
+    let report: Value = serde_json::from_str(&ran.stdout).unwrap();
+    assert_eq!(report["recordings"][0]["moved"], json!(false));
+    let way = |name: &str| folder.expect(&format!("traj {name} -o -"), 0, &[]).stdout;
+    assert_eq!(way("part.mcap"), way("opt.mcap"));
+}
+
+#[test]
+fn of_recordings_that_do_not_join_the_longest_way_is_kept_and_its_loops_alone_count() {
+    let folder = Folder::new("optimize-apart");
+    // The one that begins first, and the shorter one, has the loops of none.
+    let drive = Drive { elsewhere: true, rounds: 0.4, seed: 3, ..Drive::default() };
+    record(&folder.path("a.mcap"), drive);
+    record(&folder.path("b.mcap"), Drive::default());
+    let words = ["a.mcap saw no place that b.mcap saw", "opt.apart-1.mcap", "opt.mcap: ", " loops, "];
+    folder.expect("optimize a.mcap b.mcap -o opt.mcap", 0, &words);
+    let loops_of = |name: &str| {
+        let metadata = Reader::open(&folder.path(name)).unwrap().metadata().unwrap();
+        let optimize = &metadata.iter().find(|(name, _)| *name == "optimize").unwrap().1;
+        (optimize["recordings"].clone(), optimize["loops"].parse::<usize>().unwrap())
+    };
+    assert_eq!(loops_of("opt.apart-1.mcap"), ("a.mcap".to_owned(), 0));
+    let (recordings, loops) = loops_of("opt.mcap");
+    assert!(recordings == "b.mcap" && loops > 0, "{recordings} {loops}");
+    let words = ["a.mcap saw no place that b.mcap saw; it is left out", "loops closed"];
+    folder.expect("build a.mcap b.mcap -o model --no-report", 3, &words);
+    let bytes = fs::read(folder.path("model/summary.json")).unwrap();
+    let summary: Value = serde_json::from_slice(&bytes).unwrap();
+    assert_eq!(summary["recordings"], json!(["b.mcap"]));
+    assert_eq!(summary["recordings_left_out"], json!(["a.mcap"]));
+    // The other way round: the long one has no loop, and those of the short one are not its own.
+    record(&folder.path("long.mcap"), Drive { rounds: 0.8, ..drive });
+    record(&folder.path("short.mcap"), Drive { rounds: 0.3, ..Drive::default() });
+    folder.expect("build long.mcap short.mcap -o other --no-report", 3, &["no loop found: the poses stay"]);
+    assert_eq!(poses_reported(&folder, "other"), (json!("recorded"), json!(0)));
 }
 
 /// The nodes of a recording, and its loops as far as `path` has them.

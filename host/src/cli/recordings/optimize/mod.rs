@@ -3,6 +3,7 @@
 mod breaks_found;
 mod loops_found;
 mod recorded_times;
+mod report;
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
@@ -15,22 +16,23 @@ use crate::formats::output::error::with_suffix;
 use crate::formats::output::unfinished::Unfinished;
 use crate::recordings::run::Run;
 use crate::slam;
+use crate::slam::corrected_poses::Corrected;
 use crate::slam::keyframes::Keyframes;
 use crate::slam::loop_closure::checkpoint::Checkpoint;
-use crate::slam::pose_graph::wheel_calibration::OdometryScale;
 use crate::slam::refinement::spatial;
 use crate::slam::rewrite_recording::Member;
-use crate::slam::rewrite_recording::one_by_one::{self, NS_PER_S};
-use crate::slam::{Counts, LoopFound, LoopParams, Optimized, Progress, rewrite_recording};
+use crate::slam::rewrite_recording::one_by_one;
+use crate::slam::{LoopParams, Optimized, Progress, rewrite_recording};
 use anyhow::{Context, bail};
-use serde::Serialize;
 
-use crate::cli::terminal::console::{Console, say};
+use crate::cli::terminal::console::Console;
 use crate::cli::terminal::dry_run::Plan;
+use crate::cli::terminal::json::print_json;
 use crate::cli::terminal::stopwatch::Stopwatch;
 use crate::cli::terminal::threads::Threads;
-use biplane_cli::{Outcome, counted};
+use biplane_cli::Outcome;
 use biplane_recording::mcap::write::{active_path, is_being_written};
+use report::Done;
 
 /// Words of the command.
 #[derive(Clone, Debug, clap::Args)]
@@ -38,7 +40,8 @@ use biplane_recording::mcap::write::{active_path, is_being_written};
     biplane optimize monday.mcap tuesday.mcap -o both.mcap\n\n\
     Several recordings are put into one frame where they saw the same places. Neither their starts nor their order need to be \
     known: the recording that begins first gives the frame. Parts of one recording (RUN_0.mcap, RUN_1.mcap) count as one. \
-    A recording that matches none of the others is written apart, as OPT.apart-N.mcap, and that is reported.\n\
+    Where not all join, those with the longest way go to OPT.mcap; others are written apart, as OPT.apart-N.mcap, and that is \
+    reported.\n\
     After Ctrl-C the same command goes on where it was (OPT.mcap.loops).")]
 pub(crate) struct Args {
     /// Posed recordings
@@ -64,50 +67,6 @@ pub(crate) struct Args {
     loops: Option<PathBuf>,
     #[command(flatten)]
     threads: Threads,
-}
-
-/// What `--json` prints.
-#[derive(Debug, Serialize)]
-struct Report {
-    recordings: Vec<RecordingReport>,
-    #[serde(flatten)]
-    counts: Counts,
-    wall_s: f64,
-    cpu_s: f64,
-    peak_memory_bytes: Option<u64>,
-}
-
-#[derive(Debug, Serialize)]
-struct RecordingReport {
-    path: String,
-    scans: usize,
-    /// The file that it is in now.
-    output: String,
-    /// Whether it lies in one frame with another one.
-    joined: bool,
-    /// What was added to its times in that file, seconds: other recordings there overlap it in time.
-    added_s: i64,
-    /// Stretches of its way that were found in other recordings: a few are a weak reason to join.
-    #[serde(rename = "shared_stretches")]
-    shared_submaps: usize,
-    /// Share of their points that the others explain, 0 to 1, on average. Two floors of one plan come near 1,
-    /// too.
-    shared_agreement: f64,
-    /// What the drive teaches of its odometry; none where scans do not tell enough.
-    odometry: Option<OdometryScale>,
-}
-
-/// What a recording, by number, has in common with the others.
-fn shared(number: usize, all_keyframes: &[Keyframes], loops: &[LoopFound]) -> (usize, f64) {
-    let first: usize = all_keyframes[..number].iter().map(|keyframes| keyframes.nodes.len()).sum();
-    let own = first..first + all_keyframes[number].nodes.len();
-    let across = loops
-        .iter()
-        .filter(|found| found.inlier && own.contains(&found.nodes[0]) != own.contains(&found.nodes[1]));
-    let of: BTreeMap<usize, f64> = across
-        .map(|found| (found.nodes[usize::from(own.contains(&found.nodes[1]))], found.agreement.share))
-        .collect();
-    (of.len(), of.values().sum::<f64>() / of.len().max(1) as f64)
 }
 
 /// Runs the command.
@@ -144,17 +103,16 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         .map_err(|error| given_up(error.into()))?;
     drop(spinner);
     if let ([run], [corrected], false) = (&runs[..], &mut corrected[..], args.planar) {
-        let _spinner = console.spinner("six directions");
-        let poses = run.poses().map_err(|error| given_up(error.into()))?;
-        let trajectory = corrected.trajectory(&poses.vertical_poses);
-        corrected.refined = spatial::refine_run(run, &trajectory).map_err(|error| given_up(error.into()))?;
-        corrected.refined.iter().for_each(|refined| console.note(refined.words()));
+        in_six_directions(run, corrected, console).map_err(given_up)?;
     }
     let spinner = console.spinner(format!("writing {}", args.output.display()));
     let delays_ns =
         one_by_one::delays_ns(&runs, &optimized.groups).map_err(|error| given_up(error.into()))?;
-    let reported = recorded_times::reported(&runs, &optimized, &delays_ns);
-    for (path, members) in files(&optimized.groups, &args.output, &apart) {
+    let main = optimized.largest_group();
+    let output_of = |group: usize| if group == main { args.output.clone() } else { apart(group) };
+    for (group, members) in files(&optimized.groups) {
+        let path = output_of(group);
+        let reported = recorded_times::reported(&runs, &members, &delays_ns, optimized.loops_in(group));
         let member = |&number: &usize| Member {
             run: &runs[number],
             corrected: &corrected[number],
@@ -178,11 +136,23 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     }
     // What was kept to go on with is of no use any more.
     let _ = std::fs::remove_file(kept);
-    let output_of = |group: usize| if group == 0 { args.output.clone() } else { apart(group) };
-    let report = report(&runs, &all_keyframes, &optimized, &delays_ns, &output_of, &stopwatch);
+    let done = Done { runs: &runs, keyframes: &all_keyframes, optimized: &optimized, corrected: &corrected };
+    let report = done.report(&delays_ns, output_of, &stopwatch);
     recorded_times::note(&report, console);
-    print_result(args, &report, console)?;
+    report.say(&args.output, optimized.loops_in(main), console);
+    if args.json {
+        print_json(&report)?;
+    }
     Ok(Outcome::Done)
+}
+
+/// Seeks height, roll and pitch of a single recording's poses.
+fn in_six_directions(run: &Run, corrected: &mut Corrected, console: &Console) -> anyhow::Result<()> {
+    let _spinner = console.spinner("six directions");
+    let trajectory = corrected.trajectory(&run.poses()?.vertical_poses);
+    corrected.refined = spatial::refine_run(run, &trajectory)?;
+    corrected.refined.iter().for_each(|refined| console.note(refined.words()));
+    Ok(())
 }
 
 /// Opens recordings; parts of one count as one. They come in the order in which they begin (those that begin
@@ -220,7 +190,8 @@ fn in_order(runs: Vec<Run>) -> anyhow::Result<Vec<Run>> {
 }
 
 fn check_outputs(args: &Args, runs: &[Run], apart: &impl Fn(usize) -> PathBuf) -> anyhow::Result<()> {
-    let names = std::iter::once(args.output.clone()).chain((1..runs.len()).map(apart));
+    let names = std::iter::once(args.output.clone())
+        .chain((0..runs.len()).map(apart).skip(usize::from(runs.len() == 1)));
     for name in names.chain(args.loops.iter().cloned()) {
         for input in runs.iter().flat_map(|run| run.recording().paths()) {
             check_not_input(&name, ".active", input)?;
@@ -289,96 +260,17 @@ pub(crate) fn work(
     }
     if optimized.counts.not_better > 0 {
         console.warn(
-            "biplane: the loops that were found draw a worse map than the recorded poses, which stay as they were",
+            "biplane: the loops that were found draw a worse map than the recorded poses; they are not closed",
         );
     }
     optimized
 }
 
-/// The files to write, and the recordings in each: the first one's company in the output, others apart.
-fn files(groups: &[usize], output: &Path, apart: &impl Fn(usize) -> PathBuf) -> Vec<(PathBuf, Vec<usize>)> {
+/// The recordings of each file, by group.
+fn files(groups: &[usize]) -> BTreeMap<usize, Vec<usize>> {
     let mut files: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (number, group) in groups.iter().enumerate() {
         files.entry(*group).or_default().push(number);
     }
-    let name = |group: usize| if group == 0 { output.to_owned() } else { apart(group) };
-    files.into_iter().map(|(group, members)| (name(group), members)).collect()
-}
-
-fn report(
-    runs: &[Run],
-    all_keyframes: &[Keyframes],
-    optimized: &Optimized,
-    delays_ns: &[i64],
-    output_of: &impl Fn(usize) -> PathBuf,
-    stopwatch: &Stopwatch,
-) -> Report {
-    let (wall_s, cpu_s) = stopwatch.elapsed_s();
-    let groups = &optimized.groups;
-    let recordings = runs.iter().zip(groups).enumerate().map(|(number, (run, group))| {
-        let (shared_submaps, shared_agreement) = shared(number, all_keyframes, &optimized.loops);
-        RecordingReport {
-            path: run.path().display().to_string(),
-            scans: all_keyframes[number].scans.len(),
-            output: output_of(*group).display().to_string(),
-            joined: groups.iter().filter(|other| *other == group).count() > 1,
-            added_s: delays_ns[number] / NS_PER_S,
-            shared_submaps,
-            shared_agreement,
-            odometry: optimized.odometry[number],
-        }
-    });
-    Report {
-        recordings: recordings.collect(),
-        counts: optimized.counts,
-        wall_s,
-        cpu_s,
-        peak_memory_bytes: biplane_clock::peak_memory_bytes(),
-    }
-}
-
-fn print_result(args: &Args, report: &Report, console: &Console) -> anyhow::Result<()> {
-    let output = args.output.display().to_string();
-    for recording in report.recordings.iter().filter(|_| report.recordings.len() > 1) {
-        if recording.output != output {
-            // Said even when quiet: it is not in what was asked for.
-            say(&format!(
-                "biplane: {} saw no place that the others saw; it stays apart, in {}",
-                recording.path, recording.output
-            ));
-        }
-    }
-    for recording in report.recordings.iter().filter(|recording| recording.joined) {
-        console.note(format!(
-            "{}: {} stretches of its way are in other recordings, {:.0} % of their points alike",
-            recording.path,
-            recording.shared_submaps,
-            100.0 * recording.shared_agreement
-        ));
-    }
-    say_odometry(report, console);
-    console.note(format!(
-        "{output}: {} between {} of the way, {} moved, {:.1} s",
-        counted(report.counts.loops, "loop"),
-        counted(report.counts.submap_count, "part"),
-        counted(report.recordings.iter().map(|recording| recording.scans).sum::<usize>(), "scan"),
-        report.wall_s
-    ));
-    if args.json {
-        crate::cli::terminal::json::print_json(report)?;
-    }
-    Ok(())
-}
-
-/// What each drive has taught of its odometry.
-fn say_odometry(report: &Report, console: &Console) {
-    for RecordingReport { path, odometry, .. } in &report.recordings {
-        let Some(OdometryScale { way_scale: way, turn_scale: turn, .. }) = odometry else { continue };
-        console.detail(|| {
-            format!(
-                "{path}: 1 m of the odometry was {:.3} m (sigma {:.3}), 1 degree {:.3} degrees (sigma {:.3})",
-                way[0], way[1], turn[0], turn[1]
-            )
-        });
-    }
+    files
 }

@@ -2,19 +2,24 @@
 
 use std::collections::BTreeMap;
 
-use super::Report;
+use super::report::Report;
 use crate::cli::terminal::console::Console;
 use crate::recordings::run::Run;
-use crate::slam::Optimized;
 use crate::slam::rewrite_recording::one_by_one::NS_PER_S;
 
-/// The metadata record `optimize`.
-pub(super) fn reported(runs: &[Run], optimized: &Optimized, delays_ns: &[i64]) -> BTreeMap<String, String> {
+/// The metadata record `optimize` of a file with these recordings, by number, and so many loops.
+pub(super) fn reported(
+    runs: &[Run],
+    members: &[usize],
+    delays_ns: &[i64],
+    loops: usize,
+) -> BTreeMap<String, String> {
     let name = |run: &Run| run.path().file_name().map(|name| name.to_string_lossy().into_owned());
-    let names: Vec<String> = runs.iter().filter_map(name).collect();
+    let names: Vec<String> = members.iter().filter_map(|&number| name(&runs[number])).collect();
+    let delays_ns: Vec<i64> = members.iter().map(|&number| delays_ns[number]).collect();
     let mut all = BTreeMap::from([
         ("recordings".to_owned(), names.join(", ")),
-        ("loops".to_owned(), optimized.counts.loops.to_string()),
+        ("loops".to_owned(), loops.to_string()),
         ("version".to_owned(), env!("CARGO_PKG_VERSION").to_owned()),
     ]);
     if delays_ns.iter().any(|delay_ns| *delay_ns != 0) {

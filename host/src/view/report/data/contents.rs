@@ -21,6 +21,8 @@ use crate::view::report::text::grouped;
 
 /// Rows of the table of planes.
 const TABLE_ROWS: usize = 15;
+/// Between two poses one after the other no robot climbs so far, meters.
+const STOREY_M: f64 = 1.0;
 /// The robot's way has no corners nearer to each other than this, meters.
 const CORNER_M: f64 = 0.1;
 
@@ -38,7 +40,7 @@ struct Contents<'a> {
     bounds_m: [[f64; 3]; 2],
     inside: [[f64; 3]; 2],
     #[serde(rename = "way_m")]
-    path_m: Vec<[f64; 2]>,
+    path_m: Vec<Vec<[f64; 3]>>,
 }
 
 #[derive(Serialize)]
@@ -178,18 +180,25 @@ fn rounded(value: f64, digits: f64) -> f64 {
     (value * digits).round() / digits
 }
 
-fn way(poses: &[StampedPose]) -> Vec<[f64; 2]> {
-    let mut path_m: Vec<[f64; 2]> = Vec::new();
-    for pose in poses {
-        let far = path_m.last().is_none_or(|[x, y]| {
-            let (x_m, y_m) = (pose.x_m - x, pose.y_m - y);
-            x_m * x_m + y_m * y_m >= CORNER_M * CORNER_M
-        });
-        if far {
-            path_m.push([pose.x_m, pose.y_m].map(|value| (value * 100.0).round() / 100.0));
+/// The robot's way, drive by drive, at the heights that it has. Poses a step apart that no robot makes, or
+/// on floors above each other, belong to two drives.
+fn way(poses: &[StampedPose]) -> Vec<Vec<[f64; 3]>> {
+    let is_one = |a: &StampedPose, b: &StampedPose| {
+        a.step_m(b) <= StampedPose::LONGEST_STEP_M && (b.z_m - a.z_m).abs() <= STOREY_M
+    };
+    let corners = |drive: &[StampedPose]| {
+        let mut path_m: Vec<[f64; 3]> = Vec::new();
+        for pose in drive {
+            let at = [pose.x_m, pose.y_m, pose.z_m];
+            let step2 =
+                |last: &[f64; 3]| (0..3).map(|axis| (at[axis] - last[axis]) * (at[axis] - last[axis])).sum();
+            if path_m.last().map(step2).is_none_or(|step2: f64| step2 >= CORNER_M * CORNER_M) {
+                path_m.push(at.map(|value| (value * 100.0).round() / 100.0 + 0.0));
+            }
         }
-    }
-    path_m
+        path_m
+    };
+    poses.chunk_by(is_one).map(corners).collect()
 }
 
 /// The name of a round thing, the same as in the other files of the model.

@@ -121,8 +121,10 @@ fn exactness(summary: &Summary) -> String {
         _ => "estimated from the points",
     };
     let on_planes = 100.0 * errors.points as f64 / summary.counts.raw_points.max(1) as f64;
+    // A drawn mesh has few points of its own: planes are found on points that are put on its triangles.
+    let points = (errors.points <= summary.counts.raw_points)
+        .then(|| ("points on planes", format!("{} ({on_planes:.1} %)", grouped(errors.points))));
     let rows = [
-        ("points on planes", format!("{} ({on_planes:.1} %)", grouped(errors.points))),
         (
             "planes, polygons, openings",
             format!(
@@ -136,8 +138,9 @@ fn exactness(summary: &Summary) -> String {
         ("RMS of the worst plane", format!("{:.2} cm", 100.0 * errors.worst_plane_rms_m)),
         (&*format!("noise of one point, {source}"), format!("{:.2} cm", 100.0 * errors.sigma_m)),
         ("triangles of the whole model", grouped(summary.counts.model_triangles)),
-    ]
-    .map(|(name, value)| (name.to_owned(), value));
+    ];
+    let rows: Vec<(String, String)> =
+        points.into_iter().chain(rows).map(|(name, value)| (name.to_owned(), value)).collect();
     format!("<section><h2>How well planes fit</h2>{}{}</section>", pairs(&rows), inferred(summary))
 }
 
@@ -203,7 +206,7 @@ fn pairs(rows: &[(String, String)]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{PathFigures, beside_paper, lead};
+    use super::{PathFigures, beside_paper, exactness, lead};
     use crate::model::sample;
     use crate::pipeline::Counts;
     use crate::pipeline::summary::Summary;
@@ -216,6 +219,16 @@ mod tests {
         let summary = Summary::new(&counts, &sample::model(), 100);
         for html in [lead(&summary, &PathFigures::default()), beside_paper(&summary)] {
             assert!(html.contains("99.996 %") && !html.contains("100.0"), "{html}");
+        }
+    }
+
+    #[test]
+    fn of_a_drawn_mesh_no_share_of_its_points_is_given() {
+        // The sample's planes have 1400 points.
+        for (raw_points, is_there) in [(1400, true), (1399, false)] {
+            let counts = Counts { raw_points, ..Counts::default() };
+            let html = exactness(&Summary::new(&counts, &sample::model(), 100));
+            assert_eq!(html.contains("points on planes"), is_there, "{raw_points}: {html}");
         }
     }
 

@@ -17,12 +17,14 @@ const SCALES_M: [f64; 7] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
 const SCALE_SHARE: f64 = 0.25;
 
 /// What has which color in the plan.
-const KEY: [(&str, &str); 6] = [
+const KEY: [(&str, &str); 8] = [
     (ROOM, "room"),
     (OPEN_ROOM, "room that is partly a guess"),
     (KNOWN_WALL, "wall seen from both sides"),
     (WALL, "wall seen from one side, its depth assumed"),
     (DOOR, "door or passage"),
+    (SHUT_DOOR, "shut door"),
+    (NARROW_DOOR, "narrow door, perhaps none"),
     (WINDOW, "window"),
 ];
 const ROOM: &str = "#e6edf5";
@@ -30,6 +32,8 @@ const OPEN_ROOM: &str = "#f3efe4";
 const KNOWN_WALL: &str = "#555d66";
 const WALL: &str = "#c3c9d0";
 const DOOR: &str = "#4f9d5b";
+const SHUT_DOOR: &str = "#9a6b3f";
+const NARROW_DOOR: &str = "#b4dcb9";
 const WINDOW: &str = "#4f8fd0";
 
 /// The section; empty where no room was found. The plan's unit is a meter, y points down in it. Names are
@@ -38,7 +42,10 @@ pub(crate) fn section(elements: &Elements) -> String {
     if elements.is_empty() {
         return String::new();
     }
-    let mut html = String::from("<section id=\"rooms\"><h2>Rooms, doors and windows</h2>");
+    let mut html = String::from(
+        "<section id=\"rooms\"><h2>Rooms, doors and windows</h2>\
+         <input type=\"checkbox\" id=\"wall-names\"> <label for=\"wall-names\">Names of walls</label>",
+    );
     for storey in &elements.storeys {
         if elements.storeys.len() > 1 {
             let _ = write!(html, "<h3>{}: floor at {:.2} m</h3>", escaped(&storey.id), storey.floor_z_m);
@@ -88,18 +95,20 @@ fn plan(html: &mut String, elements: &Elements) {
     for wall in &elements.walls {
         let fill = if wall.thickness_m.is_some() { KNOWN_WALL } else { WALL };
         let way = way(&wall.outline_m);
-        let _ = if wall.is_hardly_seen() {
-            write!(html, "<path class=\"guess\" vector-effect=\"non-scaling-stroke\" d=\"{way}\"/>")
-        } else {
-            write!(html, "<path d=\"{way}\" fill=\"{fill}\"/>")
+        let look = match wall.is_hardly_seen() {
+            true => "class=\"guess\" vector-effect=\"non-scaling-stroke\"".to_owned(),
+            false => format!("fill=\"{fill}\""),
         };
+        let _ = write!(html, "<path {look} d=\"{way}\"><title>{}</title></path>", escaped(&wall.id));
     }
     for opening in &elements.openings {
         let Some(wall) = elements.wall(&opening.wall) else { continue };
-        let fill = if opening.kind == Use::Window { WINDOW } else { DOOR };
+        let (kind, fill) = kind_of(opening);
+        // Its border covers the dashes of a wall that was hardly seen.
         let _ = write!(
             html,
-            "<path d=\"{}\" fill=\"{fill}\"><title>{}: {:.2} x {:.2} m</title></path>",
+            "<path class=\"opening\" vector-effect=\"non-scaling-stroke\" d=\"{}\" fill=\"{fill}\" stroke=\"{fill}\">\
+             <title>{}, {kind}: {:.2} x {:.2} m</title></path>",
             way(&foot(opening, wall)),
             escaped(&opening.id),
             opening.width_m,
@@ -116,6 +125,10 @@ fn plan(html: &mut String, elements: &Elements) {
         let Some(wall) = elements.wall(&opening.wall) else { continue };
         let tag = sheet.tag(sheet.side_of(opening, wall), [opening.center_m[0], opening.center_m[1]]);
         let _ = write!(html, "{tag}{}</span>", escaped(&opening.id));
+    }
+    for wall in &elements.walls {
+        let tag = sheet.tag("wall", wall.point(wall.length_m() / 2.0, 0.0));
+        let _ = write!(html, "{tag}{}</span>", escaped(&wall.id));
     }
     for room in &elements.rooms {
         let tag = sheet.tag("room", room.label_place_m());
@@ -180,9 +193,20 @@ fn foot(opening: &WallOpening, wall: &Wall) -> [[f64; 2]; 4] {
     [place(-half, -deep), place(half, -deep), place(half, deep), place(-half, deep)]
 }
 
+/// What an opening is called, and its color.
+fn kind_of(opening: &WallOpening) -> (&'static str, &'static str) {
+    match opening.kind {
+        Use::Door if opening.is_narrow() && opening.inferred => ("narrow door", NARROW_DOOR),
+        Use::Door if opening.evidence == CLOSED_LEAF => ("shut door", SHUT_DOOR),
+        Use::Door => ("door", DOOR),
+        Use::Window => ("window", WINDOW),
+        Use::Passage => ("passage", DOOR),
+    }
+}
+
 fn rooms(html: &mut String, rooms: &[Room]) {
     html.push_str(
-        "<table class=\"figures\"><thead><tr><th scope=\"col\">room</th><th scope=\"col\">area, m²</th>\
+        "<div class=\"scroll\"><table class=\"figures\"><thead><tr><th scope=\"col\">room</th><th scope=\"col\">area, m²</th>\
          <th scope=\"col\">of it seen, m²</th><th scope=\"col\">height, m</th>\
          <th scope=\"col\">wall seen around it</th></tr></thead><tbody>",
     );
@@ -197,7 +221,7 @@ fn rooms(html: &mut String, rooms: &[Room]) {
             100.0 * room.walled_share
         );
     }
-    html.push_str("</tbody></table>");
+    html.push_str("</tbody></table></div>");
     if rooms.iter().any(|room| room.guessed_m2().is_some()) {
         html.push_str(
             "<p class=\"note\">Rooms that are not closed go on as far as the lines of walls do: what of their area \
@@ -211,19 +235,13 @@ fn openings(html: &mut String, openings: &[WallOpening]) {
         return;
     }
     html.push_str(
-        "<table class=\"figures openings\"><thead><tr><th scope=\"col\">opening</th><th scope=\"col\">kind</th>\
+        "<div class=\"scroll\"><table class=\"figures openings\"><thead><tr><th scope=\"col\">opening</th><th scope=\"col\">kind</th>\
          <th scope=\"col\">width, m</th><th scope=\"col\">height, m</th><th scope=\"col\">sill, m</th>\
          <th scope=\"col\">in wall</th><th scope=\"col\">rooms</th><th scope=\"col\">shown by</th></tr></thead><tbody>",
     );
     let of_kind = |kind: Use| openings.iter().filter(move |opening| opening.kind == kind);
     for opening in Use::LISTED.into_iter().flat_map(of_kind) {
-        let kind = match opening.kind {
-            Use::Door if opening.is_narrow() && opening.inferred => "narrow door",
-            Use::Door if opening.evidence == CLOSED_LEAF => "shut door",
-            Use::Door => "door",
-            Use::Window => "window",
-            Use::Passage => "passage",
-        };
+        let kind = kind_of(opening).0;
         let _ = write!(
             html,
             "<tr><th scope=\"row\">{}</th><td>{kind}</td><td>{:.2}</td><td>{:.2}</td><td>{:.2}</td><td>{}</td><td>{}</td><td>{}</td></tr>",
@@ -236,7 +254,7 @@ fn openings(html: &mut String, openings: &[WallOpening]) {
             escaped(&opening.evidence)
         );
     }
-    html.push_str("</tbody></table>");
+    html.push_str("</tbody></table></div>");
     if openings.iter().any(|opening| opening.is_narrow() && opening.inferred) {
         html.push_str(
             "<p class=\"note\">Narrow doors are narrower than doors of buildings are: each may be a gap beside a cupboard, \
@@ -252,7 +270,7 @@ fn name(id: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{scale_m, section};
+    use super::{NARROW_DOOR, SHUT_DOOR, scale_m, section};
     use crate::building::elements::Elements;
 
     /// A corridor around a block, with a gap of 0.5 m.
@@ -282,7 +300,12 @@ mod tests {
         assert!(html.contains("<td>narrow door</td>") && html.contains("a gap beside a cupboard"), "{html}");
         let wall = "<td><span class=\"name\">S1-W01</span></td><td><span class=\"name\">S1-R01</span></td>";
         assert!(html.contains(wall) && html.contains(">in wall</th>"), "{html}");
-        assert_eq!(html.matches("<i style=\"background:#").count(), 6, "a key of the colors");
+        assert_eq!(html.matches("<i style=\"background:#").count(), 8, "a key of the colors");
+        // A wall that a list names can be found: its name is in its middle, at 6 of 12 m, and on itself.
+        assert!(html.contains("<span class=\"tag wall\" style=\"left:50.00%;"), "{html}");
+        assert!(html.contains("<title>S1-W01</title>") && html.contains("id=\"wall-names\""), "{html}");
+        let narrow = format!("fill=\"{NARROW_DOOR}\" stroke=\"{NARROW_DOOR}\"><title>S1-D01, narrow door: ");
+        assert!(html.contains(&narrow), "{html}");
         assert!(html.contains("<td>68.00</td><td>66.50</td>") && !html.contains("path class=\"guess\""));
         assert!(html.contains("<i class=\"guess\"></i>wall of which less than 30 %"), "{html}");
     }
@@ -294,6 +317,7 @@ mod tests {
             hardly.replace("\"width_m\": 0.5", "\"width_m\": 0.9").replace("seen through", "closed leaf");
         let html = section(&serde_json::from_str(&shut).unwrap());
         assert_eq!(html.matches("<path class=\"guess\"").count(), 1, "{html}");
+        assert!(html.contains(&format!("fill=\"{SHUT_DOOR}\"")), "{html}");
         assert!(html.contains("<td>shut door</td>") && html.contains("<td>closed leaf</td>"), "{html}");
         let open = RING.replace("\"closed\": true", "\"closed\": false");
         assert!(section(&serde_json::from_str(&open).unwrap()).contains("Rooms that are not closed go on"));

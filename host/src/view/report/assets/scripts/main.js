@@ -1,10 +1,10 @@
 // Starts the 3D view: the model first, because it is small and can be looked at while the raw mesh is still on its way.
 
-/** Places at a height, as positions of a mesh are. */
-function onLattice(places, height_m, { origin_m, step_m }) {
+/** Places, as positions of a mesh are. */
+function onLattice(places, { origin_m, step_m }) {
   const positions = new Uint16Array(4 * places.length);
-  places.forEach(([x, y], index) => {
-    [x, y, height_m].forEach((value, axis) => {
+  places.forEach((place, index) => {
+    place.forEach((value, axis) => {
       positions[4 * index + axis] = clamp(Math.round((value - origin_m[axis]) / step_m), 0, 65535);
     });
   });
@@ -12,15 +12,21 @@ function onLattice(places, height_m, { origin_m, step_m }) {
 }
 
 /** A grid on the floor, of meters or, of a large building, of five: many recordings have no floor to stand on. */
-function gridLines({ bounds_m: [low, high] }) {
+function gridLines({ bounds_m: [low, high] }, height_m) {
   const side = Math.max(high[0] - low[0], high[1] - low[1]) > 60 ? 5 : 1;
   const lines = [];
   for (const axis of [0, 1]) {
     for (let at = Math.ceil(low[axis] / side) * side; at <= high[axis]; at += side) {
-      for (const end of [low, high]) lines.push(axis === 0 ? [at, end[1]] : [end[0], at]);
+      for (const end of [low, high]) lines.push(axis === 0 ? [at, end[1], height_m] : [end[0], at, height_m]);
     }
   }
   return lines;
+}
+
+/** The robot's way a little over its floor, each piece with both ends: drives are not joined. */
+function wayLines({ way_m }) {
+  const over = ([x, y, z]) => [x, y, z + 0.03];
+  return way_m.flatMap((drive) => drive.slice(1).flatMap((at, index) => [over(drive[index]), over(at)]));
 }
 
 /** Colors, plane normals and numbers of a model's surfaces, for each of its vertices. */
@@ -49,8 +55,8 @@ function dress(mesh, normals, { polygons, planes, rounds, inferred }) {
 }
 
 /** What a view should hold: the way, and corners of the model with their normals, some thousand at most. */
-function placesToSee({ positions, normals, surfaces }, { origin_m, step_m, way_m, bounds_m: [low, high] }, floor_m) {
-  const places = way_m.map(([x, y]) => ({ at: [x, y, floor_m], normal: [0, 0, 1] }));
+function placesToSee({ positions, normals, surfaces }, { origin_m, step_m, way_m, bounds_m: [low, high] }) {
+  const places = way_m.flat().map((at) => ({ at, normal: [0, 0, 1] }));
   const every = Math.ceil(surfaces.length / 6000);
   for (let v = 0; v < surfaces.length; v += every) {
     const [steps, normal] = [positions, normals].map((from) => [from[4 * v], from[4 * v + 1], from[4 * v + 2]]);
@@ -66,13 +72,13 @@ async function loadMesh(viewer, note) {
   const say = (part) => { pane.status.textContent = `loading ${Math.round(100 * part)} %`; };
   const mesh = await unpack(note, await bytesOf(note.name), say);
   const { contents, camera: { floor_m } } = viewer;
-  mesh.way = onLattice(contents.way_m, floor_m + 0.03, contents);
-  mesh.grid = onLattice(gridLines(contents), floor_m, contents);
+  mesh.way = onLattice(wayLines(contents), contents);
+  mesh.grid = onLattice(gridLines(contents, floor_m), contents);
   mesh.normals = await facing(mesh);
   if (note.name === 'model') {
     dress(mesh, mesh.normals, viewer.contents);
     viewer.model = mesh;
-    viewer.camera.places = placesToSee(mesh, contents, floor_m);
+    viewer.camera.places = placesToSee(mesh, contents);
     viewer.resized();
   }
   await pane.load(mesh, viewer.contents);

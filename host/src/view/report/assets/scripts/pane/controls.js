@@ -83,7 +83,11 @@ class Controls {
   }
 
   keyDown(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey || event.target.tagName !== 'CANVAS') return;
+    if (event.target.tagName === 'CANVAS') this.act(event);
+  }
+
+  act(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
     const { viewer } = this;
     const act = {
       o: () => viewer.preset('outside'), i: () => viewer.preset('inside'), t: () => viewer.preset('top'), r: () => viewer.reset(),

@@ -48,8 +48,8 @@ class Pane {
       if (corners !== mesh.corners) this.coarse.push(await this.part(mesh, corners));
     }
     this.borders = mesh.borders && this.lines(mesh.borders);
-    this.way = this.floorLines(mesh.way, gl.LINE_STRIP, WAY);
-    this.grid = this.floorLines(mesh.grid, gl.LINES, GRID);
+    this.way = this.floorLines(mesh.way, WAY);
+    this.grid = this.floorLines(mesh.grid, GRID);
     this.mesh = mesh;
   }
 
@@ -64,12 +64,12 @@ class Pane {
     return { buffer: indices(this.gl, vertices), count: vertices.length };
   }
 
-  floorLines(positions, kind, ink) {
+  floorLines(positions, ink) {
     const { gl } = this;
     const vertices = gl.createVertexArray();
     gl.bindVertexArray(vertices);
     attribute(gl, 0, positions, 3, gl.UNSIGNED_SHORT, false, 8);
-    return { vertices, count: positions.length / 4, kind, ink };
+    return { vertices, count: positions.length / 4, ink };
   }
 
   /** Fits the canvas to its place. */
@@ -91,7 +91,7 @@ class Pane {
     this.drawSurfaces(frame, matrix, look);
     if (this.borders && !look.wireframe) this.drawLines(this.borders, matrix, frame, look);
     if (look.wireframe && (look.level === 0 || this.coarse.length === 0)) this.drawLines(this.wires ||= this.lines(allEdges(this.mesh.corners)), matrix, frame, look);
-    if (look.way) for (const lines of [this.grid, this.way]) this.drawFloor(lines, matrix, frame);
+    if (look.way) for (const lines of [this.grid, this.way]) this.drawFloor(lines, matrix, frame, look);
   }
 
   drawSurfaces(frame, matrix, look) {
@@ -124,14 +124,15 @@ class Pane {
     gl.disable(gl.BLEND);
   }
 
-  drawFloor({ vertices, count, kind, ink }, matrix, frame) {
+  /** A section cuts off the way above it, too. */
+  drawFloor({ vertices, count, ink }, matrix, frame, { section_m }) {
     const { gl, line } = this;
-    this.use(line, frame, matrix, { cut: false, ceiling: true, section_m: FAR_M, ceiling_from_m: FAR_M });
+    this.use(line, frame, matrix, { cut: false, ceiling: true, section_m, ceiling_from_m: FAR_M });
     gl.uniform4fv(line.at('ink'), ink);
     gl.bindVertexArray(vertices);
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
-    gl.drawArrays(kind, 0, count);
+    gl.drawArrays(gl.LINES, 0, count);
     gl.disable(gl.BLEND);
   }
 

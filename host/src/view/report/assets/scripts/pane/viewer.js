@@ -3,17 +3,39 @@
 // Surfaces that face down are a ceiling from this height above the floor.
 const CEILING_FROM_M = 1.6;
 
+// A storey is cut off so far under the floor of the next one.
+const UNDER_FLOOR_M = 0.1;
+// Drives that begin so far above each other are on two storeys.
+const STOREY_M = 2;
+
+/** Heights of the floors on which was driven, from below; of a model without a way its lowest place. */
+function floorsOf({ way_m, bounds_m }) {
+  const heights_m = way_m.map(([[, , height_m]]) => height_m).sort((a, b) => a - b);
+  const floors_m = heights_m.filter((height_m, at) => at === 0 || height_m - heights_m[at - 1] > STOREY_M);
+  return floors_m.length > 0 ? floors_m : [bounds_m[0][2]];
+}
+
+/** Where one walks first on a floor: as in the picture from inside, on others in the middle of the way there. */
+function startOn({ way_m, inside }, floor_m) {
+  const drive = way_m.find(([[, , height_m]]) => Math.abs(height_m - floor_m) < STOREY_M);
+  if (!drive || drive === way_m[0] || drive.length < 2) return inside;
+  const at = Math.floor((drive.length - 1) / 2);
+  return [drive[at], sub(drive[at + 1], drive[at])];
+}
+
 class Viewer {
   constructor(section, contents) {
     this.section = section;
     this.contents = contents;
     this.panes = [...section.querySelectorAll('.pane')].map((figure) => new Pane(figure));
-    const floor_m = contents.way_m.length > 0 ? 0 : contents.bounds_m[0][2];
+    const floors_m = floorsOf(contents);
+    const [floor_m] = floors_m;
     this.camera = new Camera({ bounds_m: contents.bounds_m, inside: contents.inside, floor_m });
     this.look = { coloring: 0, wireframe: false, cut: true, way: true, picked: -1, ceiling: true, section_m: FAR_M, ceiling_from_m: floor_m + CEILING_FROM_M, inferred: true, inferred_from: contents.polygons.length + contents.rounds.length };
     this.hideAbsent();
     this.startTheme(matchMedia('(prefers-color-scheme: dark)'));
-    this.startSection(section.querySelector('#section'), floor_m);
+    this.startSection(section.querySelector('#section'));
+    this.startStoreys(section.querySelector('#storey'), floors_m);
     this.panel = new Panel(contents, section.querySelector('#picked'));
     this.pace = new Pace();
     this.measure = new Measure(section.querySelector('#panes'));
@@ -55,15 +77,33 @@ class Viewer {
   }
 
   /** The height above which nothing is drawn; at its end nothing is cut. */
-  startSection(slider, floor_m) {
+  startSection(slider) {
     const [low, high] = this.contents.bounds_m.map((corner) => corner[2]);
     slider.min = (Math.ceil(20 * low) / 20 + 0.1).toFixed(2);
     slider.max = (Math.ceil(20 * high) / 20 + 0.1).toFixed(2);
     slider.value = slider.max;
     slider.addEventListener('input', () => {
       const isOff = Number(slider.value) >= Number(slider.max) - 0.01;
-      this.section.querySelector('#section-at').textContent = isOff ? 'no cut' : `${(Number(slider.value) - floor_m).toFixed(2)} m`;
+      this.section.querySelector('#section-at').textContent = isOff ? 'no cut' : `${(Number(slider.value) - this.camera.floor_m).toFixed(2)} m`;
       this.set('section_m', isOff ? FAR_M : Number(slider.value));
+    });
+  }
+
+  /** Of several storeys one can be chosen: what lies over it is cut off, and one walks on its floor. */
+  startStoreys(select, floors_m) {
+    select.parentElement.hidden = floors_m.length < 2;
+    floors_m.forEach((floor_m, place) => select.add(new Option(`S${place + 1}: floor at ${floor_m.toFixed(2)} m`, place)));
+    select.addEventListener('change', () => {
+      const place = select.value === '' ? 0 : Number(select.value);
+      const walks = this.camera.walking;
+      this.camera.floor_m = floors_m[place];
+      this.camera.start = startOn(this.contents, floors_m[place]);
+      this.look.ceiling_from_m = floors_m[place] + CEILING_FROM_M;
+      const slider = this.section.querySelector('#section');
+      const above_m = select.value === '' ? undefined : floors_m[place + 1];
+      slider.value = above_m === undefined ? slider.max : above_m - UNDER_FLOOR_M;
+      slider.dispatchEvent(new Event('input'));
+      if (walks) this.preset('inside');
     });
   }
 
@@ -78,7 +118,10 @@ class Viewer {
     on('#measure', 'click', () => this.startMeasuring());
     const panes = section.querySelector('#panes');
     on('#split', 'input', (slider) => panes.style.setProperty('--split', `${slider.value}%`));
-    on('#full', 'click', () => (document.fullscreenElement ? document.exitFullscreen() : panes.requestFullscreen()));
+    on('#full', 'click', () => (document.fullscreenElement ? document.exitFullscreen() : section.requestFullscreen()));
+    document.addEventListener('fullscreenchange', () => {
+      section.querySelector('#full').textContent = document.fullscreenElement ? 'Leave full screen' : 'Full screen';
+    });
     on('[data-key]', 'pointerdown', (button) => {
       this.controls.hold(`Key${button.dataset.key.toUpperCase()}`);
       this.changed();
@@ -87,6 +130,10 @@ class Viewer {
     document.querySelectorAll('.surfaces tr[data-surface]').forEach((row) => row.addEventListener('click', () => {
       this.pick(Number(row.dataset.surface));
       section.scrollIntoView({ block: 'nearest' });
+    }));
+    // The name that was clicked in a list keeps the focus, and answers to the keys of picking.
+    document.querySelectorAll('.surfaces').forEach((list) => list.addEventListener('keydown', (event) => {
+      if (/^(n|p|escape)$/i.test(event.key)) this.controls.act(event);
     }));
     document.addEventListener('stand', ({ detail }) => {
       this.camera.stand(detail);
