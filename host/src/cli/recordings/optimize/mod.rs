@@ -30,7 +30,7 @@ use crate::cli::terminal::dry_run::Plan;
 use crate::cli::terminal::stopwatch::Stopwatch;
 use crate::cli::terminal::threads::Threads;
 use biplane_cli::{Outcome, counted};
-use biplane_recording::mcap::write::{active_path, is_being_written};
+use biplane_recording::mcap::write::{active_path, check_apart, is_being_written};
 
 /// Words of the command.
 #[derive(Clone, Debug, clap::Args)]
@@ -220,8 +220,12 @@ fn in_order(runs: Vec<Run>) -> anyhow::Result<Vec<Run>> {
 }
 
 fn check_outputs(args: &Args, runs: &[Run], apart: &impl Fn(usize) -> PathBuf) -> anyhow::Result<()> {
-    let names = std::iter::once(args.output.clone()).chain((1..runs.len()).map(apart));
-    for name in names.chain(args.loops.iter().cloned()) {
+    let recordings = std::iter::once(args.output.clone()).chain((1..runs.len()).map(apart));
+    let names: Vec<PathBuf> = recordings.chain(args.loops.iter().cloned()).collect();
+    // What is kept to go on with is removed in the end.
+    let kept = with_suffix(&args.output, ".loops");
+    check_apart(&names.iter().chain([&kept]).map(PathBuf::as_path).collect::<Vec<_>>())?;
+    for name in names {
         for input in runs.iter().flat_map(|run| run.recording().paths()) {
             check_not_input(&name, ".active", input)?;
         }
