@@ -3,6 +3,7 @@
 
 use super::{BaseProtocol, Laser, Mount};
 use crate::rig::robot::Rig;
+use biplane_geometry::PortableMath;
 use std::f64::consts::FRAC_PI_4;
 
 /// People write radians with two digits behind the point and more: so near is such a value to a multiple of
@@ -82,7 +83,7 @@ fn parallel_hint(horizontal: &Mount, vertical: &Mount) -> Option<String> {
 fn between_planes_deg(one: &Mount, other: &Mount) -> f64 {
     let normal = |mount: &Mount| mount.matrix().map(|row| row[2]);
     let cosine: f64 = normal(one).iter().zip(normal(other)).map(|(a, b)| a * b).sum();
-    cosine.abs().min(1.0).acos().to_degrees()
+    cosine.abs().min(1.0).portable_acos().to_degrees()
 }
 
 fn tick_hint(protocol: BaseProtocol) -> Option<String> {
