@@ -31,7 +31,10 @@ pub(crate) fn raise_priority(thread: &str, priority: i32) {
     match schedule(libc::SCHED_FIFO, priority) {
         Ok(()) => tracing::debug!("thread `{thread}` has real-time priority {priority}"),
         Err(error) => {
-            tracing::warn!("thread `{thread}` has no real-time priority: {}", plain_error(&error.to_string()))
+            tracing::warn!(
+                "thread `{thread}` has no real-time priority: {}",
+                plain_error(&error.to_string())
+            );
         }
     }
 }

@@ -10,8 +10,8 @@ use super::target::{active_path, is_being_written, is_same_file, with_suffix};
 /// Refuses outputs that would destroy what the run reads, or one another, under their own names or those
 /// that they have until they are finished. Refuses an output that is there, unless `overwrite` is set.
 ///
-/// Whoever writes a recording asks [`PartsWriter::check`](super::PartsWriter::check) besides, which knows more
-/// about unfinished ones.
+/// Whoever writes a recording asks [`PartsWriter::check`](super::PartsWriter::check) besides, which knows
+/// more about unfinished ones.
 ///
 /// # Errors
 /// [`WriteError::IsInput`], [`WriteError::IsOutput`], [`WriteError::NotAFile`], [`WriteError::BeingWritten`]
