@@ -5,10 +5,10 @@
 //! attached. Times are nanoseconds on the input's clock; a stretch is given in seconds since its first serial
 //! byte.
 
-use crate::capture::same_file::{SameFile, refuse_same_file};
 use biplane_recording::capture::SerialBytes;
 use biplane_recording::capture::serial;
 use biplane_recording::mcap::read::RIG_ATTACHMENT;
+use biplane_recording::mcap::write::check_outputs;
 use biplane_recording::{ReadError, Reader, WriteError, WriteReport, Writer, WriterOptions};
 use std::path::PathBuf;
 
@@ -36,9 +36,6 @@ pub enum ExtractError {
     /// The output.
     #[error(transparent)]
     Write(#[from] WriteError),
-    /// The output is the input.
-    #[error(transparent)]
-    SameFile(#[from] SameFile),
     /// No serial bytes, or none in the stretch.
     #[error(
         "{}: no serial bytes (/serial/...) {}",
@@ -55,7 +52,7 @@ pub enum ExtractError {
 
 /// Writes the capture.
 pub fn extract(options: &ExtractOptions) -> Result<WriteReport, ExtractError> {
-    refuse_same_file(&options.input, &options.output)?;
+    check_outputs(&[&options.output], std::slice::from_ref(&options.input), options.overwrite)?;
     let reader = Reader::open(&options.input)?;
     let Some(first) = serial(&reader).next().transpose()? else {
         return Err(ExtractError::Nothing { input: options.input.clone(), is_range: false });

@@ -3,5 +3,6 @@
 pub mod encode;
 pub mod extract;
 pub mod file;
-pub mod same_file;
 pub mod source;
+#[cfg(test)]
+mod tests;

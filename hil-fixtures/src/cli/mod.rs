@@ -9,6 +9,7 @@ mod worlds;
 
 use std::process::ExitCode;
 
+use crate::world::NAMES;
 use biplane_cli::{BAD_ARGUMENTS, Completions, FAILED, Man, plain_error, print_result, say};
 use clap::{CommandFactory, Parser, Subcommand};
 
@@ -30,10 +31,16 @@ pub fn main() -> ExitCode {
 ///
 /// Exit codes: 0 done; 1 failed; 2 bad arguments; 3 done, with loss.
 #[derive(Debug, Parser)]
-#[command(version, about, propagate_version = true)]
+#[command(version, about, propagate_version = true, after_help = built_in_worlds())]
 struct Cli {
     #[command(subcommand)]
     command: Command,
+}
+
+/// What stands below the help of the program.
+fn built_in_worlds() -> String {
+    let names = NAMES.join(", ");
+    biplane_cli::paragraph(&format!("Built-in worlds of `serve` and `simulate`: {names}."), 100, "")
 }
 
 #[derive(Debug, Subcommand)]
@@ -112,12 +119,28 @@ pub struct BadArgument(pub String);
 
 #[cfg(test)]
 mod tests {
-    use super::Cli;
+    use super::{Cli, NAMES};
     use clap::{CommandFactory, Parser};
 
     #[test]
     fn every_command_has_an_example_and_every_example_is_a_command() {
         assert_eq!(biplane_cli::faulty_examples(Cli::command()), Vec::<String>::new());
+    }
+
+    #[test]
+    fn every_built_in_world_stands_in_the_help_of_the_program_and_of_what_drives_through_it() {
+        let mut cli = Cli::command();
+        let mut helps = vec![cli.render_help().to_string()];
+        for name in ["serve", "simulate"] {
+            let command = cli.find_subcommand_mut(name).expect("a command");
+            let world = command.get_arguments().find(|arg| arg.get_id() == "world").expect("a world");
+            helps.push(world.get_help().expect("help").to_string());
+            assert!(helps.last().is_some_and(|help| help.contains("OBJ, PLY or IFC")), "{helps:?}");
+        }
+        for (help, name) in helps.iter().flat_map(|help| NAMES.map(|name| (help, name))) {
+            let is_there = help.split([' ', ',', '.', '\n']).any(|word| word == name);
+            assert!(is_there, "{name}: {help}");
+        }
     }
 
     #[test]

@@ -14,6 +14,9 @@ use crate::rig::tick::metres_per_tick;
 use biplane_cli::counted;
 
 use crate::serve::{PortReport, ServeOptions, Source, serve};
+use crate::simulate::truth_folder::truth_files;
+use biplane_recording::WriteError;
+use biplane_recording::mcap::write::check_outputs;
 use biplane_recording::rig::{BaseProtocol, Laser};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -78,7 +81,9 @@ pub(super) struct Serve {
 /// The world that is driven through, and its truth.
 #[derive(Debug, clap::Args)]
 struct Drive {
-    /// World to drive through: a built-in name, or an OBJ or PLY file.
+    /// World to drive through: a built-in name, or an OBJ, PLY or IFC file. Built in are corridor, building,
+    /// office, ramp-up, ramp-level, ramp-down, ramp-curved, sill, decks, hall, street and pillars. Of an
+    /// IFC file the lowest storey is taken, with its doors closed.
     #[arg(long, value_name = "W")]
     world: Option<String>,
     /// Path through the world: a built-in name or a .toml file; the usual one when left out.
@@ -94,6 +99,17 @@ struct Drive {
     /// Replace an earlier truth in that folder.
     #[arg(long, visible_alias = "overwrite", requires = "truth")]
     force: bool,
+}
+
+impl Drive {
+    /// Looks before the world is read: no file of the truth may be one that is read.
+    fn check_truth(&self) -> Result<(), WriteError> {
+        let Some(folder) = &self.truth else { return Ok(()) };
+        let named = [&self.world, &self.path].into_iter().flatten().map(PathBuf::from);
+        let read: Vec<PathBuf> = named.chain(self.rig.clone()).collect();
+        let truth = truth_files(folder);
+        check_outputs(&truth.iter().map(PathBuf::as_path).collect::<Vec<_>>(), &read, self.force)
+    }
 }
 
 /// What goes wrong, and the chance behind it.
@@ -189,6 +205,7 @@ impl Serve {
         faults.latency_timer = (self.chance.latency_timer_ms > 0.0).then_some(timer);
         faults.unplugs.clone_from(&self.chance.unplugs);
         faults.check(Place::Serve).map_err(|error| BadArgument(error.to_string()))?;
+        self.drive.check_truth()?;
         let source = self.source()?;
         let mut options = ServeOptions::new(source, self.links.clone());
         options.speed = self.speed;

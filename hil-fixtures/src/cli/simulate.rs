@@ -74,8 +74,9 @@ enum Doors {
 /// What drives where.
 #[derive(Debug, clap::Args)]
 struct Drive {
-    /// World: a built-in name, or an OBJ, PLY or IFC file. An IFC file needs no path: the drive leads
-    /// through all rooms that the robot reaches, and the seed varies it.
+    /// World: a built-in name, or an OBJ, PLY or IFC file. Built in are corridor, building, office, ramp-up,
+    /// ramp-level, ramp-down, ramp-curved, sill, decks, hall, street and pillars. An IFC file needs no path:
+    /// the drive leads through all rooms that the robot reaches, and the seed varies it.
     #[arg(long, value_name = "W")]
     world: String,
     /// Storey of an IFC file, counted from 0 at the lowest.

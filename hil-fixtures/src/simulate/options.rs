@@ -1,6 +1,5 @@
 //! What is simulated, what came of it, and why it could not be.
 
-use crate::capture::same_file::SameFile;
 use crate::devices::cola::ColaParams;
 use crate::devices::scip::ScipParams;
 use crate::faults::{Faults, Misplaced};
@@ -145,9 +144,6 @@ pub enum SimulateError {
     /// A fault that a capture without a client cannot have.
     #[error(transparent)]
     Fault(#[from] Misplaced),
-    /// The output is the world, path or rig.
-    #[error(transparent)]
-    SameFile(#[from] SameFile),
     /// A telegram.
     #[error("a telegram could not be put together: {0:?}")]
     Telegram(WireError),

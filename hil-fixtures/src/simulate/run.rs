@@ -7,22 +7,22 @@ use super::options::START_UTC_NS;
 use super::times::Times;
 use super::{SimulateError, SimulateOptions, SimulateReport};
 use crate::capture::file::{About, InertialReads, write_capture};
-use crate::capture::same_file::{SameFile, refuse_same_file};
 use crate::faults::Place;
 use crate::rig::simulated::{LaserRole, SimulatedLaser, SimulatedRig, variant_of};
 use crate::simulate::truth::Truth;
-use crate::simulate::truth_folder::prepare;
+use crate::simulate::truth_folder::{prepare, truth_files};
 use crate::world::World;
 use crate::world::path::Path as DrivePath;
 use biplane_ifc::Plan;
-use biplane_recording::Rig;
+use biplane_recording::mcap::write::check_outputs;
 use biplane_recording::rig::Laser;
+use biplane_recording::{Rig, WriteError};
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Simulates and writes the files.
 pub fn run(options: &SimulateOptions) -> Result<SimulateReport, SimulateError> {
-    refuse_inputs(options)?;
+    check_files(options)?;
     options.faults.check(Place::Simulate)?;
     let world = World::open_storey(&options.world, &options.storey)?;
     let (path, plan) = drive_path(&world, options)?;
@@ -107,10 +107,13 @@ fn record_any_laser(
     }
 }
 
-fn refuse_inputs(options: &SimulateOptions) -> Result<(), SameFile> {
-    let files =
-        [Some(options.world.as_ref()), options.path.as_deref().map(Path::new), options.rig.as_deref()];
-    files.into_iter().flatten().try_for_each(|input| refuse_same_file(input, &options.output))
+/// World, path and rig may be files that are read; capture and truth are written.
+fn check_files(options: &SimulateOptions) -> Result<(), WriteError> {
+    let read = [Some(options.world.as_ref()), options.path.as_deref().map(Path::new), options.rig.as_deref()];
+    let read: Vec<PathBuf> = read.into_iter().flatten().map(Path::to_owned).collect();
+    let truth = options.truth.as_deref().map(truth_files).unwrap_or_default();
+    let written: Vec<&Path> = std::iter::once(&options.output).chain(&truth).map(PathBuf::as_path).collect();
+    check_outputs(&written, &read, options.overwrite)
 }
 
 /// How many rooms of a plan the drive enters, and of how many, where that is known.

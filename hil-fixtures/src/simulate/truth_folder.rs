@@ -35,10 +35,15 @@ pub enum TruthError {
     },
 }
 
+/// Every file that a truth in this folder may have.
+pub fn truth_files(folder: &Path) -> Vec<PathBuf> {
+    FILES.iter().map(|name| folder.join(name)).collect()
+}
+
 /// Makes the folder; refuses one that holds a truth, unless that may be overwritten.
 pub fn prepare(folder: &Path, overwrite: bool) -> Result<(), TruthError> {
     fs::create_dir_all(folder).map_err(|source| TruthError::Io { path: folder.to_owned(), source })?;
-    let existing = FILES.iter().map(|name| folder.join(name)).find(|path| path.symlink_metadata().is_ok());
+    let existing = truth_files(folder).into_iter().find(|path| path.symlink_metadata().is_ok());
     match existing {
         Some(path) if !overwrite => Err(TruthError::Exists { path }),
         _ => Ok(()),

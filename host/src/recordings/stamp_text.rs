@@ -6,6 +6,18 @@
 const NS_DIGITS: i32 = 9;
 const NS_PER_S: u64 = 1_000_000_000;
 
+/// From the first to the last of some stamps, "1.5 to 2.0 s"; nothing where there is none.
+pub(crate) fn format_span(stamps_ns: impl Iterator<Item = i64>) -> String {
+    let span = stamps_ns.fold(None, |span: Option<[i64; 2]>, stamp_ns| {
+        let [first_ns, last_ns] = span.unwrap_or([stamp_ns; 2]);
+        Some([first_ns.min(stamp_ns), last_ns.max(stamp_ns)])
+    });
+    span.map_or_else(
+        || "nothing".to_owned(),
+        |[first_ns, last_ns]| format!("{} to {} s", format_seconds(first_ns), format_seconds(last_ns)),
+    )
+}
+
 /// Writes nanoseconds as seconds with nine decimals.
 pub fn format_seconds(stamp_ns: i64) -> String {
     let sign = if stamp_ns < 0 { "-" } else { "" };

@@ -78,27 +78,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
     };
     start_log(cli.verbose, cli.quiet);
     biplane_cli::clean_up_by("biplane-onboard", signals::clean_up);
-    let result = match &cli.command {
-        Command::Probe(args) => devices::probe::run(args),
-        Command::Record(args) => runs::record::run(args, cli.quiet),
-        Command::Replay(args) => runs::replay::run(args),
-        Command::Basin(args) => measure::basin::run(args),
-        Command::Bench(args) => measure::bench::run(args),
-        Command::CheckConfig(args) => devices::check_config::run(args),
-        Command::Parameters(args) => Ok(measure::parameters::run(args)),
-        Command::Salvage(args) => runs::salvage::run(args),
-        Command::Ports(args) => devices::ports::run(args),
-        Command::UdevRule(args) => devices::udev_rule::run(args),
-        Command::Completions(args) => {
-            print_result(&String::from_utf8_lossy(&args.text(Cli::command())));
-            Ok(Outcome::Done.code())
-        }
-        Command::Man(args) => {
-            let failed = |source| OnboardError::System { what: "write the manual pages", source };
-            args.write(Cli::command()).map(|()| Outcome::Done.code()).map_err(failed)
-        }
-    };
-    result.unwrap_or_else(|error| {
+    cli.command.carry_out(cli.quiet).unwrap_or_else(|error| {
         if let OnboardError::StoppedWaiting { .. } | OnboardError::StoppedWaitingForRoom { .. } = error {
             // Asked to stop, and nothing was under way.
             tracing::info!("{error}");
@@ -107,6 +87,32 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         say(&format!("biplane-onboard: {}", sentence(&error)));
         FAILED
     })
+}
+
+impl Command {
+    /// Does it, and returns the exit code.
+    fn carry_out(&self, quiet: bool) -> Result<u8, OnboardError> {
+        match self {
+            Self::Probe(args) => devices::probe::run(args),
+            Self::Record(args) => runs::record::run(args, quiet),
+            Self::Replay(args) => runs::replay::run(args),
+            Self::Basin(args) => measure::basin::run(args),
+            Self::Bench(args) => measure::bench::run(args),
+            Self::CheckConfig(args) => devices::check_config::run(args),
+            Self::Parameters(args) => Ok(measure::parameters::run(args)),
+            Self::Salvage(args) => runs::salvage::run(args),
+            Self::Ports(args) => devices::ports::run(args),
+            Self::UdevRule(args) => devices::udev_rule::run(args),
+            Self::Completions(args) => {
+                print_result(&String::from_utf8_lossy(&args.text(Cli::command())));
+                Ok(Outcome::Done.code())
+            }
+            Self::Man(args) => {
+                let failed = |source| OnboardError::System { what: "write the manual pages", source };
+                args.write(Cli::command()).map(|()| Outcome::Done.code()).map_err(failed)
+            }
+        }
+    }
 }
 
 /// The exit code when words are no command, or ask for help or the version.

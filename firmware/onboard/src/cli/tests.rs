@@ -2,7 +2,9 @@
 
 use std::ffi::OsString;
 use std::fs;
+use std::path::Path;
 
+use biplane_recording::{Writer, WriterOptions};
 use clap::CommandFactory;
 
 use super::*;
@@ -190,4 +192,74 @@ fn a_rig_is_checked_by_its_name_alone_too() {
     assert_eq!(refused(&["check-config"]), Some(2));
     assert_eq!(refused(&["check-config", &good, "--rig", &good]), Some(2));
     fs::remove_file(&good).unwrap();
+}
+
+#[test]
+fn no_output_replaces_a_file_unasked_nor_an_input_or_another_output_at_all() {
+    let folder = std::env::temp_dir().join(format!("biplane-cli-outputs-{}", std::process::id()));
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir(&folder).unwrap();
+    let name = |name: &str| folder.join(name).to_string_lossy().into_owned();
+    let capture = name("a.mcap");
+    fs::write(name("rig.toml"), PORTS).unwrap();
+    fs::write(name("there.csv"), "somebody's").unwrap();
+    fs::write(name("pairs.txt"), "1 2 0.5 0 0\n").unwrap();
+    Writer::create(Path::new(&capture), &WriterOptions::default()).unwrap().finish().unwrap();
+    let (rig, pairs) = (name("rig.toml"), name("pairs.txt"));
+    let replay = ["replay", &capture, "--rig", &rig];
+    let record = ["record", "--rig", &rig];
+    let basin = ["basin", &capture, &pairs, "--rig", &rig];
+    let there = "exists already; it is not overwritten without --force";
+    let (input, twice) = ("is an input: it is not overwritten", "is another output of the same run");
+    let files = || ["a.mcap", "rig.toml", "there.csv", "pairs.txt"].map(|file| fs::read(name(file)).unwrap());
+    let before = files();
+    for (command, output, journal, forced, expected) in [
+        (&replay[..], "o.mcap", "there.csv", false, there),
+        (&replay, "o.mcap", "a.mcap", true, input),
+        (&replay, "o.mcap", "rig.toml", true, input),
+        (&replay, "rig.toml", "j.csv", true, input),
+        (&replay, "o.mcap", "o.mcap", true, twice),
+        (&replay, "o.mcap", "o.mcap.active", true, twice),
+        (&record, "o.mcap", "there.csv", false, there),
+        (&record, "o.mcap", "rig.toml", true, input),
+        (&record, "rig.toml", "j.csv", true, input),
+        (&record, "o.mcap", "o.mcap", false, twice),
+        (&basin, "there.csv", "j.csv", false, there),
+        (&basin, "b.csv", "there.csv", false, there),
+        (&basin, "pairs.txt", "j.csv", true, input),
+        (&basin, "b.csv", "a.mcap", true, input),
+        (&basin, "rig.toml", "j.csv", true, input),
+        (&basin, "b.csv", "b.csv", true, twice),
+    ] {
+        let (output, journal) = (name(output), name(journal));
+        let words =
+            [command, &["-o", &output, "--journal", &journal], if forced { &["--force"] } else { &[] }];
+        let words = words.concat();
+        let error = Cli::try_parse_from(with_program(&words)).unwrap().command.carry_out(false).unwrap_err();
+        assert!(error.to_string().contains(expected), "{words:?}: {error}");
+        assert!(files() == before, "{words:?}");
+        assert_eq!(fs::read_dir(&folder).unwrap().count(), before.len(), "{words:?}: something was begun");
+    }
+    fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn a_device_that_the_rig_has_not_is_asked_with_a_word_of_what_is_missing() {
+    let without = "[horizontal]\nport = \"/nowhere/a\"\n[base]\nprotocol = \"none\"\n";
+    let rig = rig_file("only", without);
+    let carried = rig_file("only-imu", &format!("{without}[imu]\n"));
+    for (rig, device, words) in [
+        (&rig, "imu", "there is no inertial unit to ask: the rig has no [imu]"),
+        (&rig, "vertical", "there is no vertical laser to ask: the rig has no [vertical]"),
+        (&rig, "base", "there is no base to ask: the rig has protocol = \"none\" in [base]"),
+        (&carried, "imu", "there is no inertial unit to ask: its samples come with"),
+    ] {
+        let words_of_command = ["probe", "--rig", rig, "--only", device];
+        let cli = Cli::try_parse_from(with_program(&words_of_command)).unwrap();
+        let error = cli.command.carry_out(false).unwrap_err().to_string();
+        assert!(error.starts_with(words), "{error}");
+    }
+    for file in [rig, carried] {
+        fs::remove_file(file).unwrap();
+    }
 }

@@ -3,6 +3,7 @@
 
 use std::io;
 
+use biplane_cli::plain_error;
 use rustix::mm::{MlockAllFlags, mlockall};
 use rustix::process::{Resource, getrlimit};
 
@@ -18,7 +19,8 @@ pub(crate) fn is_allowed() -> bool {
     let tried = schedule(libc::SCHED_FIFO, READER_PRIORITY).and_then(|()| schedule(libc::SCHED_OTHER, 0));
     if let Err(error) = &tried {
         tracing::warn!(
-            "no real-time priority: {error} (it needs CAP_SYS_NICE, or LimitRTPRIO= of at least {READER_PRIORITY})"
+            "no real-time priority: {} (it needs CAP_SYS_NICE, or LimitRTPRIO= of at least {READER_PRIORITY})",
+            plain_error(&error.to_string())
         );
     }
     tried.is_ok()
@@ -28,7 +30,12 @@ pub(crate) fn is_allowed() -> bool {
 pub(crate) fn raise_priority(thread: &str, priority: i32) {
     match schedule(libc::SCHED_FIFO, priority) {
         Ok(()) => tracing::debug!("thread `{thread}` has real-time priority {priority}"),
-        Err(error) => tracing::warn!("thread `{thread}` has no real-time priority: {error}"),
+        Err(error) => {
+            tracing::warn!(
+                "thread `{thread}` has no real-time priority: {}",
+                plain_error(&error.to_string())
+            );
+        }
     }
 }
 
@@ -52,7 +59,9 @@ pub(crate) fn lock_memory() {
     // Memory that is only reserved, as the map's, is locked once it is used.
     match mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE | MlockAllFlags::ONFAULT) {
         Ok(()) => tracing::debug!("memory is locked"),
-        Err(error) => tracing::warn!("memory is not locked: {error} ({HINT})"),
+        Err(error) => {
+            tracing::warn!("memory is not locked: {} ({HINT})", plain_error(&error.to_string()));
+        }
     }
 }
 

@@ -26,6 +26,7 @@ use crate::output::tap::Tap;
 use crate::types::error::OnboardError;
 use crate::types::live_address::LiveAddress;
 use crate::types::web_origin::WebOrigin;
+use biplane_cli::plain_error;
 use biplane_recording::Rig;
 
 /// Opens the door that viewers come in by, if there shall be one; nobody is let in yet, and web pages later
@@ -43,7 +44,7 @@ pub(crate) fn open(
     match Listener::open(address, allowed_origins) {
         Ok(listener) => Ok(Some(listener)),
         Err(error) if lenient => {
-            tracing::error!("{error}; recording without a live view");
+            tracing::error!("{}; recording without a live view", plain_error(&error.to_string()));
             Ok(None)
         }
         Err(error) => Err(error),

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use std::thread::{self, JoinHandle};
 
 use biplane_matcher::Iteration;
+use biplane_recording::mcap::write::check_outputs;
 use rtrb::{Consumer, Producer, RingBuffer};
 
 use crate::types::error::OnboardError;
@@ -32,11 +33,12 @@ pub(crate) struct JournalFile {
 }
 
 impl JournalFile {
-    /// Begins a table; one that is there is replaced.
+    /// Begins a table; a file that is there is replaced only when asked.
     ///
     /// # Errors
     /// When it cannot be made.
-    pub(crate) fn create(path: &Path) -> Result<Self, OnboardError> {
+    pub(crate) fn create(path: &Path, overwrite: bool) -> Result<Self, OnboardError> {
+        check_outputs(&[path], &[], overwrite)?;
         let place = |source| OnboardError::Place { path: path.to_owned(), source };
         let mut out = BufWriter::new(File::create(path).map_err(place)?);
         writeln!(out, "{HEADER}").map_err(place)?;
@@ -112,8 +114,8 @@ impl JournalThread {
     ///
     /// # Errors
     /// When the file cannot be made, or the thread not be started.
-    pub(crate) fn start(path: &Path) -> Result<(JournalQueue, Self), OnboardError> {
-        let file = JournalFile::create(path)?;
+    pub(crate) fn start(path: &Path, overwrite: bool) -> Result<(JournalQueue, Self), OnboardError> {
+        let file = JournalFile::create(path, overwrite)?;
         let (queue, source) = queue(QUEUE_ROWS);
         let thread = thread::Builder::new()
             .name("journal".to_owned())
@@ -180,7 +182,7 @@ mod tests {
     #[test]
     fn a_row_is_what_the_header_says_also_before_1970() {
         let path = path("row");
-        let mut file = JournalFile::create(&path).unwrap();
+        let mut file = JournalFile::create(&path, false).unwrap();
         file.write(976_052_857_337_532_000, &[step(0), step(1)]);
         file.write(-1_000, &[step(2)]);
         file.finish().unwrap();
@@ -198,7 +200,7 @@ mod tests {
     #[test]
     fn what_the_loop_hands_over_is_written_when_the_loop_has_gone() {
         let path = path("thread");
-        let (mut queue, thread) = JournalThread::start(&path).unwrap();
+        let (mut queue, thread) = JournalThread::start(&path, false).unwrap();
         for scan in 0..50 {
             queue.push(scan, &[step(0), step(1)]);
         }
@@ -226,7 +228,7 @@ mod tests {
         let mut file = JournalFile { path: path.clone(), out, failed: None, dropped: 0 };
         file.write(0, &[step(0)]);
         assert!(file.finish().unwrap_err().to_string().contains("read-only"));
-        assert!(JournalFile::create(Path::new("/nowhere/j.csv")).is_err());
+        assert!(JournalFile::create(Path::new("/nowhere/j.csv"), false).is_err());
         std::fs::remove_file(path).unwrap();
     }
 }

@@ -58,7 +58,7 @@ pub struct RecordOptions {
     pub matcher: TrackerParams,
     /// A table of the iterations of all matches, to be made besides.
     pub journal: Option<PathBuf>,
-    /// Replace an existing output.
+    /// Replace existing outputs.
     pub overwrite: bool,
     /// When the output's next part begins.
     pub rotation: Rotation,
@@ -157,7 +157,8 @@ pub(crate) fn record_with(
     let (tap, view) = live::start(listener, &options.rig)?;
     let file = FileToWrite { writer, folder, stop_bytes: options.stop_free_bytes, files_taken_away };
     let writing = Writing::start(file, source, clock, tap)?;
-    let (journal_in, journal) = options.journal.as_deref().map(JournalThread::start).transpose()?.unzip();
+    let begin_journal = |path: &Path| JournalThread::start(path, options.overwrite);
+    let (journal_in, journal) = options.journal.as_deref().map(begin_journal).transpose()?.unzip();
     let engine = engine(options, sink.with_journal(journal_in), start_ns);
     if options.realtime {
         realtime::lock_memory();

@@ -15,6 +15,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use biplane_matcher::TrackerParams;
 use biplane_recording::mcap::read::RIG_ASSUMED;
+use biplane_recording::mcap::write::check_outputs;
 use biplane_recording::{PartsWriter, Recording, Rig, Rotation, WriterOptions};
 
 use crate::engine::Engine;
@@ -84,7 +85,7 @@ pub struct ReplayOptions {
     pub matcher: TrackerParams,
     /// A table of the iterations of all matches, to be made besides.
     pub journal: Option<PathBuf>,
-    /// Replace an existing output.
+    /// Replace existing outputs.
     pub overwrite: bool,
     /// When the output's next part begins.
     pub rotation: Rotation,
@@ -117,14 +118,14 @@ impl ReplayOptions {
 /// that nothing is made from a file that is damaged.
 pub fn replay(options: &ReplayOptions, stop: &AtomicBool) -> Result<RunReport, OnboardError> {
     let input = Recording::open(&options.inputs)?;
-    if let Some(path) = input.paths().find(|path| same_file(path, &options.output)) {
-        return Err(OnboardError::OutputIsInput { path: path.to_owned() });
-    }
-    let writer_options = WriterOptions {
-        overwrite: options.overwrite,
-        inputs: input.paths().map(Path::to_owned).collect(),
-        ..WriterOptions::default()
-    };
+    let inputs: Vec<PathBuf> = input.paths().map(Path::to_owned).collect();
+    let outputs: Vec<&Path> = [Some(&options.output), options.journal.as_ref()]
+        .into_iter()
+        .flatten()
+        .map(PathBuf::as_path)
+        .collect();
+    check_outputs(&outputs, &inputs, options.overwrite)?;
+    let writer_options = WriterOptions { overwrite: options.overwrite, inputs, ..WriterOptions::default() };
     PartsWriter::check(&options.output, &writer_options, options.rotation)?;
     let rig = match &options.rig {
         Some(rig) => rig.clone(),
@@ -179,7 +180,8 @@ fn run_into(
     provenance::write(&mut writer, &rig, assumed, &options.matcher, "biplane-onboard replay", start_ns)?;
     let (tap, view) = live::start(listener, &rig)?;
     let engine_options = EngineOptions { rig, matcher: options.matcher, feed: Feed::Recorded, raw: false };
-    let journal = options.journal.as_deref().map(JournalFile::create).transpose()?;
+    let begin_journal = |path: &Path| JournalFile::create(path, options.overwrite);
+    let journal = options.journal.as_deref().map(begin_journal).transpose()?;
     let keeps_journal = journal.is_some();
     let mut engine = Engine::new(&engine_options, DirectSink::new(writer, journal, tap), start_ns);
     if keeps_journal {
@@ -195,13 +197,6 @@ fn run_into(
     let written = writer.finish()?;
     journal.map_or(Ok(()), JournalFile::finish)?;
     Ok(RunReport { end, live: view.map(LiveView::finish), ..report.with_files(&written) })
-}
-
-fn same_file(input: &Path, output: &Path) -> bool {
-    match (input.canonicalize(), output.canonicalize()) {
-        (Ok(input), Ok(output)) => input == output,
-        _ => false,
-    }
 }
 
 /// Lets simulated time pass as fast as asked.

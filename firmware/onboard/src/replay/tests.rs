@@ -186,7 +186,7 @@ fn an_output_that_exists_is_kept_unless_told_otherwise() {
     run(&ReplayOptions { overwrite: true, ..options(input.clone(), output.clone()) }).unwrap();
     assert!(Reader::open(&output).is_ok());
     let itself = ReplayOptions { overwrite: true, ..options(input.clone(), input.clone()) };
-    assert!(matches!(run(&itself), Err(OnboardError::OutputIsInput { .. })));
+    assert!(matches!(run(&itself), Err(OnboardError::Write(WriteError::IsInput { .. }))));
     assert!(Reader::open(&input).is_ok());
 }
 

@@ -1,5 +1,6 @@
 //! Why a run could not be made. One sentence each, naming what and where.
 
+use std::io::ErrorKind;
 use std::path::PathBuf;
 
 use crate::types::live_address::LiveAddress;
@@ -59,12 +60,6 @@ pub enum OnboardError {
         /// The input.
         path: PathBuf,
     },
-    /// Input and output are one file.
-    #[error("{} is the input, it cannot be the output as well", path.display())]
-    OutputIsInput {
-        /// The file.
-        path: PathBuf,
-    },
     /// A folder cannot be worked in, or a port not be looked up.
     #[error("{}: {source}", path.display())]
     Place {
@@ -120,8 +115,8 @@ pub enum OnboardError {
     },
     /// The address of the live view cannot be had.
     #[error(
-        "cannot serve a live view at {address}: {source} (is another recording there? --live {}:PORT takes another port)",
-        address.socket().ip()
+        "cannot serve a live view at {address}: {source}{}",
+        live_hint(*address, source)
     )]
     LiveView {
         /// The address.
@@ -134,6 +129,14 @@ pub enum OnboardError {
         "this program was built without the live view (feature `live` of biplane-onboard): leave out --live"
     )]
     NoLiveView,
+    /// A device was named that the rig has not, or on no port.
+    #[error("there is no {device} to ask: {why}")]
+    NotInRig {
+        /// The device.
+        device: &'static str,
+        /// What is missing in the rig.
+        why: &'static str,
+    },
     /// Devices that share ports.
     #[error("{}", shared.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
     SharedPorts {
@@ -221,6 +224,22 @@ pub struct PortRefused {
     pub device: &'static str,
     /// What the system said, in words.
     pub reason: String,
+}
+
+/// What to do about an address that cannot be had.
+fn live_hint(address: LiveAddress, source: &std::io::Error) -> String {
+    let ip = address.socket().ip();
+    match source.kind() {
+        ErrorKind::AddrInUse => {
+            format!(" (is another recording there? --live {ip}:PORT takes another port)")
+        }
+        ErrorKind::AddrNotAvailable => format!(
+            " ({ip} is no address of this machine: `ip address` lists them; --live 127.0.0.1 is for viewers on it, --live 0.0.0.0 for \
+             all networks)"
+        ),
+        ErrorKind::PermissionDenied => format!(" (ports below 1024 need a right: --live {ip}:8765)"),
+        _ => String::new(),
+    }
 }
 
 /// Ports with their devices, for a sentence.

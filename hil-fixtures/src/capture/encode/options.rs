@@ -1,6 +1,5 @@
 //! What is encoded, what came of it, and why it could not be.
 
-use crate::capture::same_file::SameFile;
 use crate::devices::cola::ColaParams;
 use crate::devices::scip::ScipParams;
 use crate::line::ReadParams;
@@ -84,9 +83,6 @@ pub enum EncodeError {
     /// The capture.
     #[error(transparent)]
     Write(#[from] WriteError),
-    /// The output is the input.
-    #[error(transparent)]
-    SameFile(#[from] SameFile),
     /// Nothing to encode.
     #[error("{} holds no scans (topic {})", path.display(), Topic::ScanHorizontal.name())]
     NoScans {

@@ -6,18 +6,19 @@ use super::laser::LaserLine;
 use super::rates;
 use super::{EncodeError, EncodeOptions, EncodeReport};
 use crate::capture::file::{About, InertialReads, LineReads, write_capture};
-use crate::capture::same_file::refuse_same_file;
 use crate::faults::clock_step::HostClock;
+use biplane_recording::mcap::write::check_outputs;
 use biplane_recording::messages::LaserScan;
 use biplane_recording::rig::{Laser, LaserProtocol};
 use biplane_recording::{AnyMessage, Port, Reader, Rig, Topic};
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 /// Encodes and writes the capture.
 pub fn run(options: &EncodeOptions) -> Result<EncodeReport, EncodeError> {
-    for input in [Some(&options.input), options.rig.as_ref()].into_iter().flatten() {
-        refuse_same_file(input, &options.output)?;
-    }
+    let read: Vec<PathBuf> =
+        [Some(&options.input), options.rig.as_ref()].into_iter().flatten().cloned().collect();
+    check_outputs(&[&options.output], &read, options.overwrite)?;
     let reader = Reader::open(&options.input)?;
     let given = options.rig.as_deref().map(Rig::load).transpose()?;
     let fixed = given.is_some();

@@ -43,6 +43,11 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         check_free(output, args.force)?;
     }
     let run = Run::open(&args.recordings)?;
+    for (output, recording) in
+        args.output.iter().flat_map(|output| run.recording().paths().map(move |p| (output, p)))
+    {
+        check_not_input(output, ".part", recording)?;
+    }
     console.report_missing(run.recording());
     let found = calibrate(&run)?;
     let mut out = io::stdout().lock();
@@ -56,9 +61,6 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     }
     match &args.output {
         Some(output) => {
-            for recording in run.recording().paths() {
-                check_not_input(output, ".part", recording)?;
-            }
             write_file(output, args.force, |out| out.write_all(found.corrected.to_toml().as_bytes()))?;
             console.note(format!("{}: the rig with {} corrected", output.display(), written(&found)));
         }

@@ -7,6 +7,7 @@ use std::path::Path;
 use crate::formats::text::trajectory::read_poses;
 use crate::recordings::deskew::StampedPose;
 use crate::recordings::run::Run;
+use crate::recordings::stamp_text::format_span;
 use anyhow::{Context, bail};
 use biplane_recording::file_kind::{FileKind, KIND_BYTES, describe};
 
@@ -29,6 +30,20 @@ pub(crate) fn read(path: &Path, console: &Console) -> anyhow::Result<Vec<Stamped
     let run = Run::open(&[path.to_owned()])?;
     console.report_missing(run.recording());
     Ok(run.poses()?.at_scans().into_iter().flatten().collect())
+}
+
+/// Why nothing is compared: no pose of a trajectory is near in time to one of another.
+pub(crate) fn none_nearby(
+    [judged, reference]: [&Path; 2],
+    poses: [&[StampedPose]; 2],
+    max_dt_s: f64,
+) -> String {
+    let [of_judged, of_reference] = poses.map(|poses| format_span(poses.iter().map(|pose| pose.stamp_ns)));
+    let (judged, reference) = (judged.display(), reference.display());
+    format!(
+        "no pose of {judged} is within {max_dt_s} s of one of {reference}: {judged} is from {of_judged}, {reference} from {of_reference}; \
+         --max-dt takes poses that are farther apart in time"
+    )
 }
 
 /// Names what a file is that holds no poses.

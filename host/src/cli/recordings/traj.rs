@@ -3,7 +3,7 @@
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use crate::formats::output::{check_not_input, write_file};
+use crate::formats::output::{check_free, check_not_input, write_file};
 use crate::formats::text::trajectory::{TrajectoryFormat, write_poses};
 use crate::recordings::deskew::StampedPose;
 use crate::recordings::run::Run;
@@ -64,6 +64,12 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         return Err(BadArgument { command: "traj", why }.into());
     }
     let run = Run::open(&args.recordings)?;
+    if !to_stdout {
+        for recording in run.recording().paths() {
+            check_not_input(&args.output, ".part", recording)?;
+        }
+        check_free(&args.output, args.force)?;
+    }
     console.report_missing(run.recording());
     let poses = run.poses()?;
     console.report_poses(run.recording(), &poses);
@@ -79,9 +85,6 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         write_poses(&mut out, &known, format)?;
         out.flush()?;
     } else {
-        for recording in run.recording().paths() {
-            check_not_input(&args.output, ".part", recording)?;
-        }
         write_file(&args.output, args.force, |out| write_poses(out, &known, format))?;
         if args.json {
             let output = args.output.display().to_string();

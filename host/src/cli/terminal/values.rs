@@ -16,13 +16,14 @@ pub(crate) fn tile_size(text: &str) -> Result<f64, String> {
     }
 }
 
-/// An amount of memory, bytes: a number with K, M, G or T behind it (1024 each), or without.
+/// An amount of memory, bytes: a number with K, M, G or T behind it (1000 each, as all messages count), or
+/// without.
 pub(crate) fn memory(text: &str) -> Result<u64, String> {
     let bare = text.strip_suffix(['B', 'b']).unwrap_or(text);
-    let units = [(['K', 'k'], 10), (['M', 'm'], 20), (['G', 'g'], 30), (['T', 't'], 40)];
-    let unit = units.into_iter().find_map(|(letters, shift)| Some((bare.strip_suffix(letters)?, shift)));
-    let (number, shift) = unit.unwrap_or((bare, 0));
-    match number.parse::<f64>().map(|number| number * (1_u64 << shift) as f64) {
+    let units = [(['K', 'k'], 1e3), (['M', 'm'], 1e6), (['G', 'g'], 1e9), (['T', 't'], 1e12)];
+    let unit = units.into_iter().find_map(|(letters, bytes)| Some((bare.strip_suffix(letters)?, bytes)));
+    let (number, unit) = unit.unwrap_or((bare, 1.0));
+    match number.parse::<f64>().map(|number| number * unit) {
         Ok(bytes) if (1e6..=1e18).contains(&bytes) => Ok(bytes as u64),
         _ => Err("expected an amount of memory of at least 1M, such as 500M or 4G".to_owned()),
     }
@@ -50,10 +51,12 @@ mod tests {
 
     #[test]
     fn memory_is_a_number_with_a_unit_or_without() {
-        assert_eq!(memory("4G"), Ok(4 << 30));
+        assert_eq!(memory("4G"), Ok(4_000_000_000));
+        // What is asked for is what messages say.
+        assert_eq!(memory("10M").map(biplane_cli::memory::megabytes), Ok("10 MB".to_owned()));
         assert_eq!(
             [memory("1.5M"), memory("500mb"), memory("2000000")],
-            [Ok(3 << 19), Ok(500 << 20), Ok(2_000_000)]
+            [Ok(1_500_000), Ok(500_000_000), Ok(2_000_000)]
         );
         for text in ["", "G", "-4G", "4X", "nan", "1e30", "10"] {
             assert!(memory(text).is_err(), "{text}");

@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
-use crate::formats::output::{check_free, check_not_input, write_file};
+use crate::formats::output::{OutputError, check_free, check_not_input, write_file};
 use crate::formats::ply::read::Ply;
 use crate::formats::text::trajectory::read_poses;
 use crate::model::Mesh;
@@ -126,6 +126,16 @@ impl Args {
     }
 }
 
+impl Args {
+    /// Whether the picture may be written: it replaces nothing unasked, and nothing of the model at all.
+    pub(crate) fn check(&self) -> Result<(), OutputError> {
+        for name in ["model.ply", "planes.ply", "raw.ply", "trajectory.tum"] {
+            check_not_input(&self.output, ".part", &self.folder.join(name))?;
+        }
+        check_free(&self.output, self.force)
+    }
+}
+
 fn percent(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(percent) if (0.0..=100.0).contains(&percent) => Ok(percent),
@@ -147,10 +157,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     if args.at.is_some() && !matches!(args.view, ViewName::Inside) {
         bail!("--at goes with --view inside");
     }
-    for name in ["model.ply", "planes.ply", "raw.ply", "trajectory.tum"] {
-        check_not_input(&args.output, ".part", &args.folder.join(name))?;
-    }
-    check_free(&args.output, args.force)?;
+    args.check()?;
     let spinner = console.spinner("drawing");
     let view = match args.view {
         ViewName::Outside => View::Outside,

@@ -36,7 +36,7 @@ pub(crate) enum OutputError {
         path: PathBuf,
     },
     /// Writing would destroy what is read.
-    #[error("{} is {}, which is read: name another output", output.display(), input.display())]
+    #[error("{}: name another output", words_of_input(output, input))]
     IsInput {
         /// What would be written.
         output: PathBuf,
@@ -58,6 +58,14 @@ pub(crate) enum OutputError {
 impl OutputError {
     pub(crate) fn io(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
         move |source| Self::Io { action, path: path.to_owned(), source }
+    }
+}
+
+/// "a.mcap is read"; by another name "link.mcap is a.mcap, which is read".
+fn words_of_input(output: &Path, input: &Path) -> String {
+    match output == input {
+        true => format!("{} is read", output.display()),
+        false => format!("{} is {}, which is read", output.display(), input.display()),
     }
 }
 

@@ -10,7 +10,7 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use biplane_recording::mcap::write::{active_path, is_being_written};
+use biplane_recording::mcap::write::{active_path, is_being_written, is_same_file};
 
 pub(crate) use error::{OutputError, with_suffix};
 pub(crate) use folder::{MARKER, OutputFolder};
@@ -44,22 +44,6 @@ pub(crate) fn check_not_input(output: &Path, suffix: &str, input: &Path) -> Resu
         }
     }
     Ok(())
-}
-
-/// Whether both names are of one regular file, also through links.
-#[cfg(unix)]
-fn is_same_file(one: &Path, other: &Path) -> bool {
-    use std::os::unix::fs::MetadataExt;
-    match (fs::metadata(one), fs::metadata(other)) {
-        (Ok(one), Ok(other)) => one.is_file() && (one.dev(), one.ino()) == (other.dev(), other.ino()),
-        _ => false,
-    }
-}
-
-/// Whether both names are of one file, also through symbolic links.
-#[cfg(not(unix))]
-fn is_same_file(one: &Path, other: &Path) -> bool {
-    matches!((one.canonicalize(), other.canonicalize()), (Ok(one), Ok(other)) if one == other)
 }
 
 /// Writes a file through `fill`. When that fails nothing of the name is left behind, and what was there

@@ -108,6 +108,8 @@ fn a_trajectory_is_laid_upon_the_truth_before_it_is_judged_unless_told_otherwise
     assert!(ran.stdout.contains("nothing is that far apart"), "{}", ran.stdout);
     folder.write("later.txt", "10 0 0 0\n");
     folder.expect("evaluate trajectory truth.txt later.txt", 1, &["no pose of later.txt is within 0.01 s"]);
+    let spans = "later.txt is from 10.000000000 to 10.000000000 s, truth.txt from ";
+    folder.expect("evaluate trajectory truth.txt later.txt", 1, &[spans, "; --max-dt takes poses"]);
     folder.expect("evaluate trajectory gone.txt later.txt", 1, &["gone.txt"]);
     for wrong in ["1", "0.5f", "-1m", "m", "1é"] {
         let words = format!("evaluate trajectory truth.txt turned.txt --delta={wrong}");

@@ -115,7 +115,7 @@ fn paths_are_laid_upon_their_reference_and_drawn_over_a_map() {
     folder.expect(
         "plot trajectory later.txt --reference truth.txt -o f.svg",
         1,
-        &["no pose of later.txt is within 0.01 s of one of truth.txt"],
+        &["no pose of later.txt is within 0.01 s of one of truth.txt", "truth.txt from ", "--max-dt"],
     );
     folder.expect("plot trajectory way.tum --map way.tum -o f.svg", 1, &["way.tum"]);
     folder.expect("plot trajectory one.svg -o one.svg --force", 1, &["is read"]);

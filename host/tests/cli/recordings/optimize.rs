@@ -59,7 +59,7 @@ fn two_rounds_that_drift_apart_come_together_and_all_else_stays() {
     frames_give_the_poses(&folder.path("opt.mcap"));
     assert_eq!(folder.names(), ["opt.mcap", "run.mcap"]);
     folder.expect("optimize run.mcap -o opt.mcap", 1, &["opt.mcap exists already", "--force"]);
-    folder.expect("optimize run.mcap -o run.mcap --force", 1, &["run.mcap is run.mcap, which is read"]);
+    folder.expect("optimize run.mcap -o run.mcap --force", 1, &["run.mcap is read: name another output"]);
     // Once more: what it was at the very first stays.
     folder.expect("optimize opt.mcap -o again.mcap", 0, &[]);
     assert_eq!(old, messages(&folder.path("again.mcap"), Topic::PoseIncremental));

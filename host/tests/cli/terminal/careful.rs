@@ -41,10 +41,54 @@ fn no_output_is_the_input_under_its_own_or_its_temporary_name() {
         "traj t.part -o t",
         "map s.pgm -o s --force",
     ] {
-        folder.expect(command, 1, &["which is read: name another output"]);
+        folder.expect(command, 1, &["read: name another output"]);
     }
     assert_eq!(folder.names(), names);
     assert_eq!(fs::read_to_string(folder.path("w.active")).unwrap(), LOG);
+}
+
+#[test]
+fn an_input_under_its_own_name_is_named_once_and_under_another_with_both() {
+    let folder = Folder::new("words");
+    room::record(&folder.path("run.mcap"), Content { poses: true, vertical: false });
+    std::os::unix::fs::symlink("run.mcap", folder.path("link.mcap")).unwrap();
+    folder.expect("traj run.mcap -o run.mcap", 1, &["biplane: run.mcap is read: name another output"]);
+    let words = "biplane: link.mcap is run.mcap, which is read: name another output";
+    folder.expect("traj run.mcap -o link.mcap --force", 1, &[words]);
+}
+
+#[test]
+fn two_outputs_are_two_files() {
+    let folder = Folder::new("two");
+    room::record(&folder.path("run.mcap"), Content { poses: true, vertical: true });
+    folder.expect("build run.mcap -o out --no-optimize", 0, &[]);
+    let names = folder.names();
+    for command in [
+        "optimize run.mcap -o o.mcap --loops o.mcap",
+        "optimize run.mcap -o o.mcap --loops ./o.mcap --force",
+        "optimize run.mcap -o o.mcap --loops o.mcap.loops",
+        "compare out --pictures p.png --report p.png --force",
+    ] {
+        folder.expect(command, 1, &["is another output of the same run"]);
+        assert_eq!(folder.names(), names, "{command}");
+    }
+}
+
+#[test]
+fn what_cannot_be_written_is_said_before_anything_is_computed() {
+    let folder = Folder::new("early");
+    room::record(&folder.path("run.mcap"), Content { poses: true, vertical: true });
+    folder.expect("build run.mcap -o out --no-optimize", 0, &[]);
+    folder.write("mine", "mine");
+    for (command, words) in [
+        ("compare out --pictures mine", "mine exists already"),
+        ("compare out --report mine", "mine exists already"),
+        ("compare out --truth out/raw.ply --report out/raw.ply --force", "raw.ply is read"),
+        ("calibrate run.mcap -o run.mcap --force", "run.mcap is read"),
+    ] {
+        let ran = folder.expect(command, 1, &[words]);
+        assert_eq!(ran.stdout, "", "{command}");
+    }
 }
 
 #[test]

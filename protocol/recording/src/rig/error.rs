@@ -73,6 +73,22 @@ pub enum RigError {
         /// What could.
         allowed: String,
     },
+    /// Two devices on one port, or at one address.
+    #[error(
+        "line {line}: `{key}` is {port:?}, as is `{other}` in line {other_line}: each device needs its own"
+    )]
+    SharedPort {
+        /// Counted from 1.
+        line: usize,
+        /// The second one's key with its table.
+        key: String,
+        /// The port or the address.
+        port: String,
+        /// The first one's key.
+        other: String,
+        /// Where that stands.
+        other_line: usize,
+    },
     /// More than one thing is wrong; what has a line comes in the order of the text.
     #[error("{} faults{}:{}", faults.len() + more, first(*more), faults.iter().map(|fault| format!("\n  {fault}")).collect::<String>())]
     Several {
@@ -100,9 +116,10 @@ impl RigError {
     /// Where in the text it is, counted from 1.
     fn line(&self) -> Option<usize> {
         match self {
-            Self::Syntax { line, .. } | Self::UnknownKey { line, .. } | Self::Value { line, .. } => {
-                Some(*line)
-            }
+            Self::Syntax { line, .. }
+            | Self::UnknownKey { line, .. }
+            | Self::Value { line, .. }
+            | Self::SharedPort { line, .. } => Some(*line),
             Self::MissingKey { line, .. } => *line,
             Self::File { .. }
             | Self::NoText { .. }
@@ -115,9 +132,10 @@ impl RigError {
     /// The key that it is about, with its tables.
     pub(crate) fn key(&self) -> Option<&str> {
         match self {
-            Self::UnknownKey { key, .. } | Self::MissingKey { key, .. } | Self::Value { key, .. } => {
-                Some(key)
-            }
+            Self::UnknownKey { key, .. }
+            | Self::MissingKey { key, .. }
+            | Self::Value { key, .. }
+            | Self::SharedPort { key, .. } => Some(key),
             Self::File { .. }
             | Self::NoText { .. }
             | Self::In { .. }

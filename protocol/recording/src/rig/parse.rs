@@ -20,6 +20,8 @@ const MAX_SYNTAX_FAULTS: usize = 8;
 const LASER_PROTOCOLS: [(&str, &str); 3] =
     [("lms2xx", "SICK LMS 2xx on a serial line"), ("cola", "SICK on a network"), ("scip", "Hokuyo")];
 
+const DEVICES: [&str; 4] = ["horizontal", "vertical", "base", "imu"];
+
 const LASER_KEYS: [&str; 12] = [
     "protocol",
     "port",
@@ -43,13 +45,26 @@ pub(crate) struct Devices {
     pub(crate) imu: Option<InertialUnit>,
 }
 
+/// Whether devices may share a port: those of a recording are not opened any more.
+#[derive(Copy, Clone, PartialEq, Eq, Debug)]
+pub(crate) enum Ports {
+    /// They may.
+    Any,
+    /// Each has its own.
+    Apart,
+}
+
 /// Reads the text of a `rig.toml`.
-pub(crate) fn parse(text: &str) -> Result<Devices, RigError> {
+pub(crate) fn parse(text: &str, ports: Ports) -> Result<Devices, RigError> {
     let (parsed, errors) = DeTable::parse_recoverable(text);
     // What a text that is not TOML says is not known: its values are judged when it is.
     not_toml(text, &errors).map_or(Ok(()), Err)?;
     let faults = Faults::default();
-    let devices = devices(&Table::whole(text, parsed.get_ref(), &faults), &faults);
+    let whole = Table::whole(text, parsed.get_ref(), &faults);
+    let devices = devices(&whole, &faults);
+    if ports == Ports::Apart {
+        shared_ports(&whole, &faults);
+    }
     RigError::of(faults.into_vec(), 0).map_or(Ok(devices), Err)
 }
 
@@ -67,7 +82,7 @@ fn not_toml(text: &str, errors: &[toml::de::Error]) -> Option<RigError> {
 }
 
 fn devices(whole: &Table, faults: &Faults) -> Devices {
-    whole.only(&["horizontal", "vertical", "base", "imu"]);
+    whole.only(&DEVICES);
     if !whole.has("horizontal") {
         faults.note(RigError::MissingKey { line: None, key: "horizontal.port".to_owned() });
     }
@@ -80,6 +95,26 @@ fn devices(whole: &Table, faults: &Faults) -> Devices {
         vertical: whole.table("vertical").map(|table| laser(&table, &Laser::vertical())),
         base: whole.table("base").map(|table| Base::parse(&table)).unwrap_or_default(),
         imu: whole.table("imu").map(|table| InertialUnit::parse(&table, mount_of)),
+    }
+}
+
+/// Notes each device that is where one before it is.
+fn shared_ports(whole: &Table, faults: &Faults) {
+    let mut seen: Vec<(String, usize, &str)> = Vec::new();
+    for device in DEVICES {
+        let Some(table) = whole.inner(device) else { continue };
+        for (key, line, port) in ["port", "address"].iter().filter_map(|key| table.placed_text(key)) {
+            if let Some((other, other_line, _)) = seen.iter().find(|(.., other)| *other == port) {
+                faults.note(RigError::SharedPort {
+                    line,
+                    key: key.clone(),
+                    port: port.to_owned(),
+                    other: other.clone(),
+                    other_line: *other_line,
+                });
+            }
+            seen.push((key, line, port));
+        }
     }
 }
 
@@ -99,7 +134,9 @@ fn laser(table: &Table, template: &Laser) -> Laser {
 }
 
 fn network_laser(table: &Table, placed: &Laser) -> Laser {
-    table.only(&[&cola::KEYS[..], &["delay_ms"]].concat());
+    let known = [&cola::KEYS[..], &["delay_ms"]].concat();
+    // A port is refused by its reader, with what takes its place.
+    table.only_but(&known, "port");
     Laser { protocol: LaserProtocol::Cola(cola::parse(table)), port: String::new(), ..placed.clone() }
 }
 
@@ -193,14 +230,35 @@ fn mount(table: &Table, template: Mount) -> Mount {
 
 #[cfg(test)]
 mod tests {
-    use super::{MAX_SYNTAX_FAULTS, parse};
+    use super::{MAX_SYNTAX_FAULTS, Ports, parse};
 
     #[test]
     fn a_text_of_another_kind_is_not_named_line_by_line() {
         let log = "FLASER 180 81.83\n".repeat(50);
-        let Err(error) = parse(&log) else { panic!("a log is no rig") };
+        let Err(error) = parse(&log, Ports::Any) else { panic!("a log is no rig") };
         let error = error.to_string();
         assert!(error.starts_with("50 faults, the first of them:\n  line 1: not TOML: "), "{error}");
         assert_eq!(error.lines().count(), 1 + MAX_SYNTAX_FAULTS, "{error}");
+    }
+
+    #[test]
+    fn devices_that_share_a_port_are_named_with_their_lines_beside_all_other_faults() {
+        let text = "[horizontal]\nport = \"/dev/a\"\nbaud = 7\n[vertical]\nport = \"/dev/a\"\n[base]\nport = \"/dev/a\"\n";
+        let of = |text: &str, ports| parse(text, ports).err().map(|error| error.to_string());
+        let all = of(text, Ports::Apart).unwrap();
+        for words in [
+            "3 faults:",
+            "line 3: `horizontal.baud` is 7",
+            "line 5: `vertical.port` is \"/dev/a\", as is `horizontal.port` in line 2: each device needs its own",
+            "line 7: `base.port` is \"/dev/a\", as is `horizontal.port` in line 2: each device needs its own",
+        ] {
+            assert!(all.contains(words), "{all}");
+        }
+        let sound = text.replace("baud = 7\n", "");
+        assert_eq!(of(&sound, Ports::Any), None, "a recording's devices are not opened");
+        let lasers = ["horizontal", "vertical"]
+            .map(|name| format!("[{name}]\nprotocol = \"cola\"\naddress = \"10.0.0.1:2112\"\n"));
+        let network = format!("{}[base]\nprotocol = \"none\"\n", lasers.concat());
+        assert!(of(&network, Ports::Apart).unwrap().contains("`vertical.address` is \"10.0.0.1:2112\""));
     }
 }

@@ -1,6 +1,6 @@
 //! The rig as a whole: read from a text, and written as one.
 
-use super::parse::{self, Devices};
+use super::parse::{self, Devices, Ports};
 use super::print::print;
 use super::{Base, InertialUnit, Laser, RigError};
 use crate::file_kind::{KIND_BYTES, describe};
@@ -28,7 +28,11 @@ impl Rig {
     /// # Errors
     /// All that is wrong, each with line, key, what was found and what is allowed.
     pub fn parse(text: &str) -> Result<Self, RigError> {
-        let Devices { horizontal, vertical, base, imu } = parse::parse(text)?;
+        Self::parse_with(text, Ports::Any)
+    }
+
+    fn parse_with(text: &str, ports: Ports) -> Result<Self, RigError> {
+        let Devices { horizontal, vertical, base, imu } = parse::parse(text, ports)?;
         Ok(Self { horizontal, vertical, base, imu })
     }
 
@@ -37,12 +41,25 @@ impl Rig {
     /// # Errors
     /// That the file cannot be read, or what [`Rig::parse`] says of it, with the file's name.
     pub fn load(path: &Path) -> Result<Self, RigError> {
+        Self::load_with(path, Ports::Any)
+    }
+
+    /// The same of a rig whose devices are to be opened: each needs a port or an address of its own.
+    ///
+    /// # Errors
+    /// As [`Rig::load`]; devices that share a port are named together with all else that is wrong.
+    pub fn load_to_open(path: &Path) -> Result<Self, RigError> {
+        Self::load_with(path, Ports::Apart)
+    }
+
+    fn load_with(path: &Path, ports: Ports) -> Result<Self, RigError> {
         let bytes = std::fs::read(path).map_err(|source| RigError::File { path: path.to_owned(), source })?;
         let Ok(text) = std::str::from_utf8(&bytes) else {
             let start = &bytes[..bytes.len().min(KIND_BYTES as usize)];
             return Err(RigError::NoText { path: path.to_owned(), what: describe(start) });
         };
-        Self::parse(text).map_err(|source| RigError::In { path: path.to_owned(), source: Box::new(source) })
+        Self::parse_with(text, ports)
+            .map_err(|source| RigError::In { path: path.to_owned(), source: Box::new(source) })
     }
 
     /// The resolved `rig.toml`: every key with its value, but for settings that are left to the device.

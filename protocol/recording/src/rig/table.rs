@@ -98,7 +98,13 @@ impl<'a> Table<'a> {
 
     /// Refuses every key that is not among `known`.
     pub(crate) fn only(&self, known: &[&str]) {
-        for (key, _) in self.keys.iter().filter(|(key, _)| !known.contains(&key.get_ref().as_ref())) {
+        self.only_but(known, "");
+    }
+
+    /// The same but for one key, which is judged elsewhere.
+    pub(crate) fn only_but(&self, known: &[&str], other: &str) {
+        let is_known = |key: &str| key == other || known.contains(&key);
+        for (key, _) in self.keys.iter().filter(|(key, _)| !is_known(key.get_ref())) {
             self.faults.note(RigError::UnknownKey {
                 line: line_at(self.text, key.span().start),
                 key: self.path(key.get_ref()),
@@ -109,11 +115,16 @@ impl<'a> Table<'a> {
 
     /// The table inside under a key; `None` when the key is not there.
     pub(crate) fn table(&self, key: &str) -> Option<Table<'a>> {
-        let value = self.get(key)?;
-        let Some(keys) = value.get_ref().as_table() else {
+        if self.has(key) && self.inner(key).is_none() {
             self.refuse(key, "a table");
-            return None;
-        };
+        }
+        self.inner(key)
+    }
+
+    /// The same, where nothing else under the key is noted again.
+    pub(crate) fn inner(&self, key: &str) -> Option<Table<'a>> {
+        let value = self.get(key)?;
+        let keys = value.get_ref().as_table()?;
         let line = Some(line_at(self.text, value.span().start));
         let prefix = format!("{}.", self.path(key));
         Some(Table { text: self.text, prefix, line, keys, faults: self.faults })
@@ -131,12 +142,24 @@ impl<'a> Table<'a> {
 
     /// One of a few numbers.
     pub(crate) fn one_of(&self, key: &str, default: f64, allowed: &[f64]) -> f64 {
+        self.one_of_or(key, default, allowed, &[])
+    }
+
+    /// The same, with numbers that are other words for one of them: taken, and not listed.
+    pub(crate) fn one_of_or(&self, key: &str, default: f64, allowed: &[f64], also: &[f64]) -> f64 {
         let Some(value) = self.get(key) else { return default };
-        as_number(value.get_ref()).filter(|number| allowed.contains(number)).unwrap_or_else(|| {
+        let is_allowed = |number: &f64| allowed.contains(number) || also.contains(number);
+        as_number(value.get_ref()).filter(is_allowed).unwrap_or_else(|| {
             let words: Vec<String> = allowed.iter().map(f64::to_string).collect();
             self.refuse(key, &words.join(", "));
             default
         })
+    }
+
+    /// A text with its key and its line, where there is one.
+    pub(crate) fn placed_text(&self, key: &str) -> Option<(String, usize, &'a str)> {
+        let value = self.get(key)?;
+        Some((self.path(key), line_at(self.text, value.span().start), value.get_ref().as_str()?))
     }
 
     /// Whether a key is there.

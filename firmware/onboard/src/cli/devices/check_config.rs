@@ -27,8 +27,7 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args) -> Result<u8, OnboardError> {
     // One of both is there: the command line asks for it.
     let path = args.file.as_deref().or(args.rig.as_deref()).unwrap_or(Path::new("rig.toml"));
-    let rig = rig::load(path)?;
-    crate::io::port_check::check(&rig)?;
+    let rig = rig::load_to_open(path)?;
     crate::io::port_check::warn(&rig);
     say_hints(&rig);
     let text = rig.to_toml();

@@ -28,7 +28,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> Result<u8, OnboardError> {
-    let reports = crate::io::probe::probe(&rig::load(&args.rig)?, &args.only)?;
+    let reports = crate::io::probe::probe(&rig::load_to_open(&args.rig)?, &args.only)?;
     if args.json {
         let text = serde_json::to_string_pretty(&reports).unwrap_or_default();
         crate::cli::print_result(&(text + "\n"));

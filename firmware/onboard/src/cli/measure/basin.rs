@@ -9,6 +9,8 @@ use crate::replay::basin::trial::Basin;
 use crate::replay::basin::{BasinOptions, measure};
 use crate::types::error::OnboardError;
 use biplane_cli::counted;
+use biplane_recording::Recording;
+use biplane_recording::mcap::write::check_outputs;
 
 /// Measures the basin of convergence: the second scan of each pair is found in the first one alone, from 52
 /// wrong starts.
@@ -36,18 +38,24 @@ pub(crate) struct Args {
     /// A table of what each iteration of each pair's first start did (CSV).
     #[arg(long, value_name = "JOURNAL.csv")]
     journal: Option<PathBuf>,
+    /// Replace outputs that exist.
+    #[arg(long)]
+    force: bool,
     /// The result as JSON.
     #[arg(long)]
     json: bool,
 }
 
 pub(crate) fn run(args: &Args) -> Result<u8, OnboardError> {
+    let inputs = vec![args.input.clone()];
+    check(args, &inputs)?;
     let options = BasinOptions {
-        inputs: vec![args.input.clone()],
+        inputs,
         rig: args.rig.as_deref().map(rig::load).transpose()?,
         pairs: args.pairs.clone(),
         matcher: args.matcher.params(),
         journal: args.journal.clone(),
+        overwrite: args.force,
     };
     let basin = measure(&options)?;
     let name = options.matcher.method.name();
@@ -61,6 +69,15 @@ pub(crate) fn run(args: &Args) -> Result<u8, OnboardError> {
         crate::cli::print_result(&text(&summary));
     }
     Ok(0)
+}
+
+/// Nothing that is read may be written, and no table onto the other.
+fn check(args: &Args, inputs: &[PathBuf]) -> Result<(), OnboardError> {
+    let recording = Recording::open(inputs)?;
+    let beside = [Some(&args.pairs), args.rig.as_ref()].into_iter().flatten().cloned();
+    let read: Vec<PathBuf> = recording.paths().map(Path::to_owned).chain(beside).collect();
+    let outputs = [&args.output, &args.journal].into_iter().flatten().map(PathBuf::as_path);
+    Ok(check_outputs(&outputs.collect::<Vec<_>>(), &read, args.force)?)
 }
 
 fn write(path: &Path, text: &str) -> Result<(), OnboardError> {

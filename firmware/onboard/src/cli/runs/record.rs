@@ -48,7 +48,7 @@ pub(crate) struct Args {
     realtime: bool,
     #[command(flatten)]
     live: crate::cli::args::live::LiveArgs,
-    /// Replace the output if it exists.
+    /// Replace outputs that exist.
     #[arg(long)]
     force: bool,
     /// The account as JSON on stdout.
@@ -67,6 +67,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<u8, OnboardError> {
             _ => OnboardError::Place { path: args.output.clone(), source },
         },
     )?;
+    super::check(&output, args.journal.as_deref(), std::slice::from_ref(&args.rig), args.force)?;
     let options = RecordOptions {
         duration: args.duration,
         raw: args.raw,
@@ -83,7 +84,7 @@ pub(crate) fn run(args: &Args, quiet: bool) -> Result<u8, OnboardError> {
             (false, false) => StatusMode::Line,
             (false, true) => StatusMode::Silent,
         },
-        ..RecordOptions::new(rig::load(&args.rig)?, output)
+        ..RecordOptions::new(rig::load_to_open(&args.rig)?, output)
     };
     let stop = signals::stop(&options.output, Remains::Kept)?;
     let rotate = signals::rotate()?;

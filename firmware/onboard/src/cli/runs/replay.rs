@@ -36,7 +36,7 @@ pub(crate) struct Args {
     journal: Option<PathBuf>,
     #[command(flatten)]
     rotation: crate::cli::args::rotation::RotationArgs,
-    /// Replace the output if it exists.
+    /// Replace outputs that exist.
     #[arg(long)]
     force: bool,
     /// The account as JSON on stdout.
@@ -45,6 +45,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> Result<u8, OnboardError> {
+    super::check(&args.output, args.journal.as_deref(), args.rig.as_slice(), args.force)?;
     let rig = args.rig.as_deref().map(rig::load).transpose()?;
     let options = ReplayOptions {
         inputs: args.inputs.clone(),

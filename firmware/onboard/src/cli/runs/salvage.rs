@@ -1,7 +1,7 @@
 //! `salvage`: recordings that a power cut left unfinished.
 
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::output::salvage::{Leftover, Salvaged};
 use crate::types::error::OnboardError;
@@ -26,12 +26,11 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args) -> Result<u8, OnboardError> {
     let listed = crate::output::salvage::salvage(&args.folder);
     let leftovers = listed.map_err(|source| OnboardError::Place { path: args.folder.clone(), source })?;
-    let mut code = 0;
-    for leftover in &leftovers {
+    for line in lines(&leftovers, &args.folder) {
         // A log that is full stops no salvage.
-        let _ = writeln!(std::io::stderr(), "{}", line(leftover));
-        code = code.max(exit_code(&leftover.outcome));
+        let _ = writeln!(std::io::stderr(), "{line}");
     }
+    let code = leftovers.iter().map(|leftover| exit_code(&leftover.outcome)).max().unwrap_or(0);
     if args.json {
         let list: Vec<_> = leftovers.iter().map(json).collect();
         crate::cli::print_result(&format!("{:#}\n", serde_json::Value::from(list)));
@@ -42,6 +41,15 @@ pub(crate) fn run(args: &Args) -> Result<u8, OnboardError> {
     } else {
         code
     })
+}
+
+/// What became of each; a folder without any is said to be one.
+fn lines(leftovers: &[Leftover], folder: &Path) -> Vec<String> {
+    if leftovers.is_empty() {
+        let folder = folder.display();
+        return vec![format!("{folder}: no unfinished recording (NAME.mcap.active), nothing to salvage")];
+    }
+    leftovers.iter().map(line).collect()
 }
 
 fn exit_code(outcome: &Salvaged) -> u8 {
@@ -92,5 +100,19 @@ fn line(leftover: &Leftover) -> String {
         Salvaged::BeingWritten => format!("{from}: is being written, left alone"),
         Salvaged::NameTaken => format!("{from}: left alone, because {to} is there already"),
         Salvaged::Failed(error) => format!("{from}: {error}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_that_needs_nothing_is_answered_with_a_line() {
+        let words = ["recordings: no unfinished recording (NAME.mcap.active), nothing to salvage"];
+        assert_eq!(lines(&[], Path::new("recordings")), words);
+        let (unfinished, recording) = ("a.mcap.active".into(), "a.mcap".into());
+        let leftover = Leftover { unfinished, recording, messages: 0, outcome: Salvaged::Empty };
+        assert_eq!(lines(&[leftover], Path::new("recordings")), ["a.mcap.active: was empty, removed"]);
     }
 }

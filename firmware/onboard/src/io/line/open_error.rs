@@ -2,6 +2,7 @@
 
 use std::io;
 
+use biplane_cli::plain_error;
 use rustix::io::Errno;
 
 /// What the system said of a port, in words.
@@ -10,9 +11,11 @@ pub(crate) fn reason(error: &io::Error) -> String {
     let is = |errno: Errno| error.raw_os_error() == Some(errno.raw_os_error());
     match error.kind() {
         io::ErrorKind::ResourceBusy => "another program has it open".to_owned(),
-        io::ErrorKind::PermissionDenied => format!("{error}: users of serial ports are in the group dialout"),
+        io::ErrorKind::PermissionDenied => {
+            format!("{}: users of serial ports are in the group dialout", plain_error(&error.to_string()))
+        }
         _ if is(Errno::NOTTY) || is(Errno::ISDIR) => "it is not a serial port".to_owned(),
-        _ => error.to_string(),
+        _ => plain_error(&error.to_string()),
     }
 }
 
@@ -33,6 +36,8 @@ mod tests {
         std::fs::remove_file(file).unwrap();
         let denied = io::Error::from(io::ErrorKind::PermissionDenied);
         assert!(reason(&denied).ends_with("users of serial ports are in the group dialout"));
+        let missing = io::Error::from_raw_os_error(Errno::NOENT.raw_os_error());
+        assert_eq!(reason(&missing), "No such file or directory");
         assert_eq!(reason(&io::ErrorKind::ResourceBusy.into()), "another program has it open");
     }
 }

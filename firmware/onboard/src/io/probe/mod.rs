@@ -41,10 +41,16 @@ const READ_TIMEOUT_NS: i64 = 50_000_000;
 /// named.
 ///
 /// # Errors
-/// When the rig names one port twice, or a base that cannot be talked to.
+/// When the rig names one port twice, or has not what is wanted.
 pub fn probe(rig: &Rig, wanted: &[Port]) -> Result<Vec<DeviceReport>, OnboardError> {
     port_check::check(rig)?;
     let mut devices = port_check::of_rig(rig);
+    if let Some(missing) = wanted.iter().find(|wanted| !devices.iter().any(|port| port.device == **wanted)) {
+        return Err(OnboardError::NotInRig {
+            device: device_name(*missing),
+            why: why_not_asked(rig, *missing),
+        });
+    }
     devices.retain(|port| wanted.is_empty() || wanted.contains(&port.device));
     Ok(thread::scope(|scope| {
         // A thread that is refused: its device is asked here and now.
@@ -57,6 +63,19 @@ pub fn probe(rig: &Rig, wanted: &[Port]) -> Result<Vec<DeviceReport>, OnboardErr
             .collect();
         asked.into_iter().map(|(device, asked)| report(device, asked)).collect()
     }))
+}
+
+/// Why a device that was named is on no port of the rig.
+fn why_not_asked(rig: &Rig, device: Port) -> &'static str {
+    match device {
+        Port::Imu if rig.imu.is_some() => {
+            "its samples come with the base's or from a bag, and not from a port of its own"
+        }
+        Port::Imu => "the rig has no [imu]",
+        Port::Base => "the rig has protocol = \"none\" in [base]",
+        Port::Vertical => "the rig has no [vertical]",
+        Port::Horizontal => "the rig has no [horizontal]",
+    }
 }
 
 /// What a device's thread says, or what was asked without one.

@@ -311,3 +311,12 @@ fn an_address_that_is_taken_is_refused_in_words_or_left_to_the_other() {
     drop(tap);
     assert_eq!(view.finish(), LiveReport::default());
 }
+
+#[test]
+fn an_address_of_another_machine_is_said_to_be_no_address_of_this_one() {
+    // Kept for documentation: no machine has it.
+    let foreign: LiveAddress = "192.0.2.1:8765".parse().unwrap();
+    let refused = super::super::open(Some(foreign), &[], false).unwrap_err().to_string();
+    assert!(refused.contains("192.0.2.1 is no address of this machine"), "{refused}");
+    assert!(!refused.contains("another recording"), "{refused}");
+}

@@ -15,7 +15,7 @@ pub(crate) mod summary;
 mod tests;
 pub(crate) mod trial;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use biplane_clock::thread_cpu_ns;
 use biplane_matcher::{PairMatcher, Scan, TrackerParams};
@@ -44,6 +44,8 @@ pub(crate) struct BasinOptions {
     pub matcher: TrackerParams,
     /// A table of the iterations of each pair's first start, to be made besides.
     pub journal: Option<PathBuf>,
+    /// Replace an existing table.
+    pub overwrite: bool,
 }
 
 /// Matches every pair from every start.
@@ -54,7 +56,8 @@ pub(crate) fn measure(options: &BasinOptions) -> Result<Basin, OnboardError> {
     let pairs = read_pairs(&options.pairs)?;
     let kept = kept_scans(&options.inputs, options.rig.as_ref(), &options.matcher)?;
     let mut matcher = PairMatcher::new(options.matcher);
-    let mut journal = options.journal.as_deref().map(JournalFile::create).transpose()?;
+    let begin_journal = |path: &Path| JournalFile::create(path, options.overwrite);
+    let mut journal = options.journal.as_deref().map(begin_journal).transpose()?;
     let mut basin = Basin { pairs, ambiguous: Vec::new(), prepare_ns: Vec::new(), trials: Vec::new() };
     for index in 0..basin.pairs.len() {
         let pair = basin.pairs[index];

@@ -50,6 +50,7 @@ fn options(folder: &Folder, method: Method) -> BasinOptions {
         pairs: folder.0.join("pairs.txt"),
         matcher: TrackerParams::for_method(method),
         journal: Some(folder.0.join("journal.csv")),
+        overwrite: false,
     }
 }
 

@@ -10,6 +10,7 @@ mod table;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use crate::formats::output::{check_free, check_not_input};
 use crate::metrics::building::Frames;
 use crate::metrics::compare::{BothWays, CompareParams, Reference, faces_seen};
 use crate::metrics::surface_distance::Surface;
@@ -24,6 +25,7 @@ use crate::cli::view::built::Built;
 use crate::cli::view::render;
 use crate::cli::view::render::ViewName;
 use biplane_cli::Outcome;
+use biplane_recording::mcap::write::check_apart;
 
 pub(crate) use self::figures::Report;
 use self::figures::{Equal, Figures};
@@ -98,6 +100,11 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     if args.building.is_some() || args.ifc.is_some() {
         return compare_building(args);
     }
+    let picture = args
+        .pictures
+        .as_ref()
+        .map(|picture| render::Args::for_comparison(&args.folder, picture, args.view, args.force));
+    check_outputs(args, picture.as_ref())?;
     let mut parameters = CompareParams::default();
     parameters.rays.margin_m = args.margin;
     let spinner = console.spinner("measuring");
@@ -113,10 +120,22 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     if let Some(page) = &args.report {
         write_compared(&args.folder, page, &report, args.force)?;
     }
-    if let Some(picture) = &args.pictures {
-        render::run(&render::Args::for_comparison(&args.folder, picture, args.view, args.force), console)?;
+    if let Some(picture) = &picture {
+        render::run(picture, console)?;
     }
     Ok(Outcome::Done)
+}
+
+/// Looks before anything is measured: picture and report are two files, replace none unasked, and the truth
+/// not at all.
+fn check_outputs(args: &Args, picture: Option<&render::Args>) -> anyhow::Result<()> {
+    let outputs: Vec<&Path> = args.pictures.iter().chain(&args.report).map(PathBuf::as_path).collect();
+    check_apart(&outputs)?;
+    for output in outputs {
+        args.truth.iter().try_for_each(|truth| check_not_input(output, ".part", truth))?;
+        check_free(output, args.force)?;
+    }
+    Ok(picture.map_or(Ok(()), render::Args::check)?)
 }
 
 /// Compares the building of a folder with the true one.

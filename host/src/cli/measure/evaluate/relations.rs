@@ -9,7 +9,7 @@ use crate::metrics::evaluate::relations::{
     Relation, RelationError, RelationsParams, RelationsReport, read_relations, relation_errors, report,
 };
 use crate::recordings::deskew::StampedPose;
-use crate::recordings::stamp_text::format_seconds;
+use crate::recordings::stamp_text::{format_seconds, format_span};
 use anyhow::{Context, bail};
 
 use super::order::Files;
@@ -102,18 +102,13 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
 
 /// Why nothing was measured: nothing of the relations is in the trajectory.
 fn all_outside(relations: &[Relation], poses: &[StampedPose], judged: &Path, reference: &Path) -> String {
-    let span = |stamps_ns: &mut dyn Iterator<Item = i64>| {
-        let (first_ns, last_ns) =
-            stamps_ns.fold((i64::MAX, i64::MIN), |(first, last), stamp| (first.min(stamp), last.max(stamp)));
-        format!("{} to {} s", format_seconds(first_ns), format_seconds(last_ns))
-    };
     let times_ns = relations.iter().flat_map(|relation| [relation.stamp_a_ns, relation.stamp_b_ns]);
     format!(
         "no relation of {} lies in the time of {}: the relations are from {}, the poses from {}",
         reference.display(),
         judged.display(),
-        span(&mut times_ns.into_iter()),
-        span(&mut poses.iter().map(|pose| pose.stamp_ns))
+        format_span(times_ns),
+        format_span(poses.iter().map(|pose| pose.stamp_ns))
     )
 }
 

@@ -86,12 +86,7 @@ pub(super) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let pairs = associate(&estimate, &truth, (args.max_dt * 1e9) as u64);
     let moved = if args.no_align { Pose2::IDENTITY } else { alignment(&pairs) };
     let Some(absolute) = absolute(&pairs, &moved) else {
-        bail!(
-            "no pose of {} is within {} s of one of {}",
-            files.judged.display(),
-            args.max_dt,
-            files.reference.display()
-        )
+        bail!("{}", poses::none_nearby([files.judged, files.reference], [&estimate, &truth], args.max_dt))
     };
     let deltas = match &args.delta[..] {
         [] => &[Step::Frames(1), Step::Meters(1.0), Step::Seconds(1.0)],

@@ -31,7 +31,7 @@ use crate::cli::terminal::json::print_json;
 use crate::cli::terminal::stopwatch::Stopwatch;
 use crate::cli::terminal::threads::Threads;
 use biplane_cli::Outcome;
-use biplane_recording::mcap::write::{active_path, is_being_written};
+use biplane_recording::mcap::write::{active_path, check_apart, is_being_written};
 use report::Done;
 
 /// Words of the command.
@@ -190,9 +190,13 @@ fn in_order(runs: Vec<Run>) -> anyhow::Result<Vec<Run>> {
 }
 
 fn check_outputs(args: &Args, runs: &[Run], apart: &impl Fn(usize) -> PathBuf) -> anyhow::Result<()> {
-    let names = std::iter::once(args.output.clone())
+    let recordings = std::iter::once(args.output.clone())
         .chain((0..runs.len()).map(apart).skip(usize::from(runs.len() == 1)));
-    for name in names.chain(args.loops.iter().cloned()) {
+    let names: Vec<PathBuf> = recordings.chain(args.loops.iter().cloned()).collect();
+    // What is kept to go on with is removed in the end.
+    let kept = with_suffix(&args.output, ".loops");
+    check_apart(&names.iter().chain([&kept]).map(PathBuf::as_path).collect::<Vec<_>>())?;
+    for name in names {
         for input in runs.iter().flat_map(|run| run.recording().paths()) {
             check_not_input(&name, ".active", input)?;
         }

@@ -102,12 +102,9 @@ impl<'a> Reference<'a> {
         let moved = if self.no_align { Pose2::IDENTITY } else { alignment(&pairs) };
         match absolute(&pairs, &moved) {
             Some(errors) => Ok((moved, errors.translation_m.rmse)),
-            None => bail!(
-                "no pose of {} is within {} s of one of {}",
-                file.display(),
-                self.max_dt_s,
-                self.file.display()
-            ),
+            None => {
+                bail!("{}", poses::none_nearby([file, self.file], [poses, &self.poses], self.max_dt_s))
+            }
         }
     }
 }

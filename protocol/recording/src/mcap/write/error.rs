@@ -29,12 +29,18 @@ pub enum WriteError {
         path: PathBuf,
     },
     /// Output, or the name under which it is written until it is finished, is an input.
-    #[error("{} is the input {}: it is not overwritten; choose another output", path.display(), input.display())]
+    #[error("{}: it is not overwritten; name another output", names_of_input(path, input))]
     IsInput {
         /// The output's name.
         path: PathBuf,
         /// The input, as it was named.
         input: PathBuf,
+    },
+    /// Two outputs of one run are one file.
+    #[error("{} is another output of the same run: name two different files", path.display())]
+    IsOutput {
+        /// The second one's name.
+        path: PathBuf,
     },
     /// A folder, a device, a pipe: nothing that a file could replace.
     #[error("{} is there and is not a regular file: it is not replaced", path.display())]
@@ -91,6 +97,14 @@ pub enum WriteError {
         /// Why.
         what: String,
     },
+}
+
+/// "a.mcap is an input"; by another name "link.mcap is the input a.mcap".
+fn names_of_input(path: &Path, input: &Path) -> String {
+    match path == input {
+        true => format!("{} is an input", path.display()),
+        false => format!("{} is the input {}", path.display(), input.display()),
+    }
 }
 
 pub(crate) fn refused(action: &'static str, path: &Path, source: io::Error) -> WriteError {

@@ -6,6 +6,7 @@
 
 mod error;
 mod options;
+mod outputs;
 mod parts;
 mod report;
 mod saving;
@@ -18,6 +19,7 @@ mod writer;
 
 pub use error::WriteError;
 pub use options::WriterOptions;
+pub use outputs::{check_apart, check_outputs};
 pub use parts::{PartsReport, PartsWriter, Rotation, part_path};
 pub(crate) use parts::{part_of, parts_on_disk};
 pub use report::{TakenAway, WriteReport};
@@ -25,5 +27,5 @@ pub use saving::PROMISED_NS;
 pub use shown::{Shown, write_shown};
 pub use storage::{Disk, Storage, StoredFile, Whereabouts};
 pub(crate) use target::recovering_path;
-pub use target::{active_path, is_being_written};
+pub use target::{active_path, is_being_written, is_same_file};
 pub use writer::Writer;

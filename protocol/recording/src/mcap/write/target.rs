@@ -7,9 +7,8 @@
 use super::error::refused;
 use super::{StoredFile, WriteError, WriterOptions};
 use std::ffi::OsString;
-use std::fs::{File, Metadata, TryLockError};
+use std::fs::{File, TryLockError};
 use std::io::{self, Read};
-use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -40,6 +39,26 @@ pub(crate) fn sync_folder(path: &Path, options: &WriterOptions) -> Result<(), Wr
     };
     let synced = options.disk.storage().sync_folder(folder);
     synced.map_err(|source| refused("sync the folder of", path, source))
+}
+
+/// Whether both names are of one file, also through links. A file that is not there yet is known by its
+/// folder and its name. What is no regular file (`/dev/null`, say) is never the same as another.
+#[must_use]
+pub fn is_same_file(one: &Path, other: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    match (one.metadata(), other.metadata()) {
+        (Ok(one), Ok(other)) => one.is_file() && (one.dev(), one.ino()) == (other.dev(), other.ino()),
+        (Err(_), Err(_)) => place(one).is_some_and(|place_of_one| Some(place_of_one) == place(other)),
+        _ => false,
+    }
+}
+
+/// Folder and name of a file that is not there.
+fn place(path: &Path) -> Option<PathBuf> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    // A folder that is yet to be made is known by its words alone.
+    let folder = folder.canonicalize().or_else(|_| std::path::absolute(folder)).ok()?;
+    Some(folder.join(path.file_name()?))
 }
 
 /// Whether a process holds the lock of a recording that it writes under this name. A file system without
@@ -74,7 +93,7 @@ pub(crate) fn check_name(path: &Path, options: &WriterOptions) -> Result<(), Wri
         let may_replace = options.overwrite || !entry.is_symlink();
         return if may_replace { Ok(()) } else { Err(WriteError::Exists { path: path.to_owned() }) };
     };
-    refuse_input(path, &found, options)?;
+    refuse_input(path, options)?;
     if !found.is_file() {
         return Err(WriteError::NotAFile { path: path.to_owned() });
     }
@@ -85,8 +104,7 @@ pub(crate) fn check_name(path: &Path, options: &WriterOptions) -> Result<(), Wri
 /// not whatever else has such a name.
 pub(crate) fn check_temporary(temporary: &Path, options: &WriterOptions) -> Result<(), WriteError> {
     let Ok(entry) = temporary.symlink_metadata() else { return Ok(()) };
-    let found = temporary.metadata().unwrap_or_else(|_dangling| entry.clone());
-    refuse_input(temporary, &found, options)?;
+    refuse_input(temporary, options)?;
     if !entry.is_file() {
         return Err(WriteError::NotAFile { path: temporary.to_owned() });
     }
@@ -146,10 +164,8 @@ pub(crate) fn remove_replaced(path: &Path, options: &WriterOptions) -> Result<()
     options.disk.storage().remove(path).map_err(|source| refused("replace", path, source))
 }
 
-fn refuse_input(path: &Path, found: &Metadata, options: &WriterOptions) -> Result<(), WriteError> {
-    let is_found = |input: &&PathBuf| {
-        input.metadata().is_ok_and(|input| (input.dev(), input.ino()) == (found.dev(), found.ino()))
-    };
+fn refuse_input(path: &Path, options: &WriterOptions) -> Result<(), WriteError> {
+    let is_found = |input: &&PathBuf| is_same_file(path, input);
     match options.inputs.iter().find(is_found) {
         Some(input) => Err(WriteError::IsInput { path: path.to_owned(), input: input.clone() }),
         None => Ok(()),

@@ -9,7 +9,9 @@ use std::fmt::Write;
 /// Scan rates that any device offers, in Hz.
 const RATES_HZ: [f64; 6] = [15.0, 25.0, 35.0, 50.0, 75.0, 100.0];
 /// Steps that any device offers, in degrees, as they are written in rigs.
-const STEPS_DEG: [f64; 7] = [0.1667, 0.25, 0.3333, 0.5, 0.6667, 1.0, 0.333];
+const STEPS_DEG: [f64; 6] = [0.1667, 0.25, 0.3333, 0.5, 0.6667, 1.0];
+/// A third of a degree, as many write it.
+const SHORT_STEPS_DEG: [f64; 1] = [0.333];
 /// The widest fan is that of an LMS1xx or a TiM.
 const FOV_DEG: (f64, f64) = (1.0, 270.0);
 
@@ -38,10 +40,17 @@ pub struct ColaLaser {
 /// Reads the table of such a laser.
 pub(crate) fn parse(table: &Table) -> ColaLaser {
     let some = |key, value: f64| table.has(key).then_some(value);
+    let step_deg = table.one_of_or("resolution_deg", 1.0, &STEPS_DEG, &SHORT_STEPS_DEG);
+    let has_port = table.has("port");
+    if has_port {
+        table.refuse("port", "nothing: a laser on a network has `address` instead of `port`");
+    }
+    // Said once: who names a port has no address yet.
+    let is_port_alone = has_port && !table.has("address");
     let laser = ColaLaser {
-        address: address(table, "192.168.0.1:2112"),
+        address: if is_port_alone { String::new() } else { address(table, "192.168.0.1:2112") },
         fov_deg: some("fov_deg", table.number("fov_deg", FOV_DEG.1, FOV_DEG)),
-        resolution_deg: some("resolution_deg", table.one_of("resolution_deg", 1.0, &STEPS_DEG)),
+        resolution_deg: some("resolution_deg", step_deg),
         scan_hz: some("scan_hz", table.one_of("scan_hz", 25.0, &RATES_HZ)),
         remission: table.flag("remission"),
         login: table.flag("login").unwrap_or(false),

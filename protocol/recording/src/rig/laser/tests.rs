@@ -32,7 +32,7 @@ fn what_no_laser_on_a_network_offers_is_refused_with_what_some_do() {
         ("scan_hz = 40", "line 4: `horizontal.scan_hz` is 40; allowed: 15, 25, 35, 50, 75, 100"),
         (
             "resolution_deg = 0.1",
-            "line 4: `horizontal.resolution_deg` is 0.1; allowed: 0.1667, 0.25, 0.3333, 0.5, 0.6667, 1, 0.333",
+            "line 4: `horizontal.resolution_deg` is 0.1; allowed: 0.1667, 0.25, 0.3333, 0.5, 0.6667, 1",
         ),
         ("fov_deg = 360", "line 4: `horizontal.fov_deg` is 360; allowed: a number from 1 to 270"),
         (
@@ -42,6 +42,13 @@ fn what_no_laser_on_a_network_offers_is_refused_with_what_some_do() {
     ] {
         assert_eq!(with(keys), error);
     }
+    let short = Rig::parse(&NETWORK.replace("[base]", "resolution_deg = 0.333\n[base]")).unwrap();
+    assert_eq!(short.horizontal.cola().unwrap().resolution_deg, Some(0.333));
+    let instead = "allowed: nothing: a laser on a network has `address` instead of `port`";
+    let port = NETWORK.replace("address = \"192.168.0.1:2112\"", "port = \"/dev/ttyUSB0\"");
+    let port = Rig::parse(&port).unwrap_err().to_string();
+    assert_eq!(port, format!("line 3: `horizontal.port` is \"/dev/ttyUSB0\"; {instead}"));
+    assert_eq!(with("port = \"a\""), format!("line 4: `horizontal.port` is \"a\"; {instead}"));
     assert!(with("baud = 38400").contains("`horizontal.baud`"), "{}", with("baud = 38400"));
     for address in ["192.168.0.1", "192.168.0.1:", ":2112", "laser:cola", "laser:0"] {
         let refused = Rig::parse(&NETWORK.replace("192.168.0.1:2112", address)).unwrap_err().to_string();
