@@ -51,7 +51,7 @@ impl Cell {
         low < to_m && high > from_m
     }
 
-    /// Cuts along a line; `None` when it is all on one side. `before_m` is how far a place lies before the line.
+    /// Cuts along a line; `None` when it is all on one side. `before_m` is how far a place lies before it.
     fn cut(&self, before_m: impl Fn([f64; 2]) -> f64, line: LineOf) -> Option<[Self; 2]> {
         let away: Vec<f64> = self.corners_m.iter().map(|corner| before_m(*corner)).collect();
         let before = away.iter().any(|d| *d > ON_LINE_M);

@@ -1,6 +1,9 @@
 //! The directions in which a building's walls stand, and lines turned into them.
 
+use crate::building::part::is_upright;
+use crate::model::{Model, PlanarPolygon};
 use biplane_geometry::PortableMath;
+use biplane_geometry::polygon_area::ring_area_m2;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Faces within this of a direction take it over, radians: 4 degrees, more than planes of noisy points are
@@ -50,6 +53,16 @@ fn limit_rad(length_m: f64) -> f64 {
 }
 
 impl Directions {
+    /// Of all upright planes of a model, by area.
+    pub(crate) fn of_model(model: &Model) -> Self {
+        let upright = model.polygons.iter().filter_map(|polygon| {
+            let plane = model.planes.get(polygon.plane).filter(|plane| is_upright(plane))?;
+            let angle_rad = plane.normal[1].portable_atan2(plane.normal[0]);
+            Some(Facing { angle_rad, weight: ring_area_m2(&polygon.outer_m), length_m: length_m(&[polygon]) })
+        });
+        Self::of(&upright.collect::<Vec<_>>())
+    }
+
     /// Of all faces.
     pub(crate) fn of(faces: &[Facing]) -> Self {
         let total: f64 = faces.iter().map(|face| face.weight).sum();
@@ -101,8 +114,8 @@ fn strongest(faces: &[Facing]) -> Option<f64> {
         let nearby = shares.into_iter().enumerate();
         nearby.map(|(k, share)| share * bins[(bin + STEPS + k - 2) % STEPS]).sum::<f64>()
     };
-    // Bins with as much around them: the one in the middle of it, or its faces may lie farther away than what is
-    // averaged.
+    // Bins with as much around them: the one in the middle of it, or its faces may lie farther away than what
+    // is averaged.
     let fullness = |bin: usize| [around(bin, [1.0; 5]), around(bin, [1.0, 2.0, 3.0, 2.0, 1.0])];
     let is_fuller = |a: &usize, b: &usize| {
         let ([all_a, middle_a], [all_b, middle_b]) = (fullness(*a), fullness(*b));
@@ -122,6 +135,16 @@ fn strongest(faces: &[Facing]) -> Option<f64> {
         middle_rad += sum / weights;
     }
     Some(middle_rad.rem_euclid(FRAC_PI_2))
+}
+
+/// How long polygons of one upright plane are, level, meters.
+pub(super) fn length_m(polygons: &[&PlanarPolygon]) -> f64 {
+    let corners = || polygons.iter().flat_map(|polygon| &polygon.outer_m);
+    let extent = |axis: usize| {
+        let low = corners().fold(f64::INFINITY, |low, p| low.min(p[axis]));
+        corners().fold(f64::NEG_INFINITY, |high, p| high.max(p[axis])) - low
+    };
+    extent(0).max(0.0).portable_hypot(extent(1).max(0.0))
 }
 
 /// An angle from -pi to pi as the unit vector it stands for.

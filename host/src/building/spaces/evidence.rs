@@ -1,14 +1,10 @@
 //! What a drive knows of a building: surfaces, points with the place they were seen from, the floor map, the
 //! path.
 
-use super::directions::{Directions, Facing, unit};
-use super::faces::length_m;
+use super::directions::{Directions, unit};
 use super::raster::{CELL_M, Grid};
-use crate::building::part::is_upright;
 use crate::model::{Cloud, Model, PlanarPolygon};
 use crate::slam::occupancy::OccupancyGrid;
-use biplane_geometry::PortableMath;
-use biplane_geometry::polygon_area::ring_area_m2;
 use biplane_geometry::vec2::{cross, dot, minus};
 
 /// Cells with a lower probability are free.
@@ -74,8 +70,8 @@ impl Evidence<'_> {
 /// How far around path and ceilings the floor map is looked at, meters.
 const MARGIN_M: f64 = 1.0;
 
-/// What of a floor is looked at: a rectangle along the walls. Rooms without a wall at an end are cut off at its
-/// sides, in the same place however the building stands in the map.
+/// What of a floor is looked at: a rectangle along the walls. Rooms without a wall at an end are cut off at
+/// its sides, in the same place however the building stands in the map.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Area {
     /// The directions of the walls.
@@ -89,7 +85,7 @@ pub(crate) struct Area {
 impl Area {
     /// Around a drive: its path, and what hangs over it.
     pub(crate) fn around(model: &Model, path_m: &[[f64; 2]]) -> Self {
-        let directions = directions(model);
+        let directions = Directions::of_model(model);
         let along = unit(directions.main_rad());
         let axes = [along, [-along[1], along[0]]];
         let is_overhead =
@@ -115,16 +111,6 @@ impl Area {
         let ends = self.corners_m.iter().zip(self.corners_m.iter().cycle().skip(1));
         ends.into_iter().all(|(a, b)| cross(minus(*b, *a), minus(place, *a)) >= 0.0)
     }
-}
-
-/// The direction pairs of all upright planes, by area.
-fn directions(model: &Model) -> Directions {
-    let upright = model.polygons.iter().filter_map(|polygon| {
-        let plane = model.planes.get(polygon.plane).filter(|plane| is_upright(plane))?;
-        let angle_rad = plane.normal[1].portable_atan2(plane.normal[0]);
-        Some(Facing { angle_rad, weight: ring_area_m2(&polygon.outer_m), length_m: length_m(&[polygon]) })
-    });
-    Directions::of(&upright.collect::<Vec<_>>())
 }
 
 /// Smallest and largest coordinates; `None` of nothing.

@@ -1,6 +1,6 @@
 //! Upright faces as lines of the plan, with where along them there is wall.
 
-use super::directions::unit;
+use super::directions::{length_m, unit};
 use super::evidence::Evidence;
 use super::levels::Overhead;
 use super::raster::CELL_M;
@@ -165,16 +165,6 @@ fn close_doorways(face: &mut Face, path_m: &[[f64; 2]]) {
     }
     face.upper_m.extend(closed);
     face.upper_m = joined(std::mem::take(&mut face.upper_m), MAX_GAP_M);
-}
-
-/// How long polygons of one upright plane are, level, meters.
-pub(super) fn length_m(polygons: &[&PlanarPolygon]) -> f64 {
-    let corners = || polygons.iter().flat_map(|polygon| &polygon.outer_m);
-    let extent = |axis: usize| {
-        let low = corners().fold(f64::INFINITY, |low, p| low.min(p[axis]));
-        corners().fold(f64::NEG_INFINITY, |high, p| high.max(p[axis])) - low
-    };
-    extent(0).max(0.0).portable_hypot(extent(1).max(0.0))
 }
 
 /// The middle of the points of each plane.

@@ -87,8 +87,8 @@ fn a_straight_piece_of_a_curved_wall_is_no_wall_of_its_own() {
         from: ThicknessFrom::Faces,
         spaces: vec![0],
     };
-    // A quarter of a circle about the origin, a chord in it, a piece that goes on from it straight on, and a wall
-    // that comes to it from inside.
+    // A quarter of a circle about the origin, a chord in it, a piece that goes on from it straight on, and a
+    // wall that comes to it from inside.
     let circle = Curve { center_m: [0.0; 2], radius_m: 5.0, zero_rad: 0.0 };
     let arc = slab(Line::Curved(circle), [4.93, 5.07], [-3.9, 3.9]);
     let level = Line::Straight { normal: [1.0, 0.0] };

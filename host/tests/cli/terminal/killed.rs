@@ -16,8 +16,8 @@ const FIRST_MS: u64 = 30;
 /// More runs than this are not needed.
 const MAX_RUNS: u64 = 40;
 
-/// When a run is killed, milliseconds: each later than the one before by seven tenths, until one has come to its
-/// end.
+/// When a run is killed, milliseconds: each later than the one before by seven tenths, until one has come to
+/// its end.
 fn after_ms(run: u64) -> u64 {
     (0..run).fold(FIRST_MS, |after_ms, _| after_ms * 17 / 10)
 }
