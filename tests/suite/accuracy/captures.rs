@@ -107,7 +107,8 @@ fn late_reads_ns(capture: &Path) -> i64 {
     sidecar.get("late_reads_ms").map_or(0, |value| value.as_integer().unwrap() * 1_000_000)
 }
 
-fn compare(name: &str, live: &[PosedScan], file: &[PosedScan], late_ns: i64) {
+/// Says what differs; prints how much is the same.
+fn compare(name: &str, live: &[PosedScan], file: &[PosedScan], late_ns: i64) -> Result<(), String> {
     let pairs = twins(live, file);
     let tolerance_ns = STAMP_TOLERANCE_NS + late_ns;
     let late_s = late_ns as f64 / 1e9;
@@ -116,50 +117,65 @@ fn compare(name: &str, live: &[PosedScan], file: &[PosedScan], late_ns: i64) {
     // A start-up may cost a scan. Telegrams that a stalled adapter delivered all at once cannot leave a line
     // all at once: the mock skips some, as a laser does whose line is busy.
     let min_percent = if late_ns > 0 { 90 } else { 98 };
-    assert!(
-        pairs.len() * 100 >= file.len() * min_percent,
-        "{name}: only {} of {} replayed scans were recorded as well ({} recorded)",
-        pairs.len(),
-        file.len(),
-        live.len()
-    );
+    if pairs.len() * 100 < file.len() * min_percent {
+        return Err(format!(
+            "{name}: only {} of {} replayed scans were recorded as well ({} recorded)",
+            pairs.len(),
+            file.len(),
+            live.len()
+        ));
+    }
     let (first_live, first_file) = pairs[0];
     for (scan, twin) in &pairs {
         let apart_ns = (scan.stamp_ns - first_live.stamp_ns) - (twin.stamp_ns - first_file.stamp_ns);
-        assert!(apart_ns.abs() <= tolerance_ns, "{name}: stamps {apart_ns} ns apart at {}", twin.stamp_ns);
+        if apart_ns.abs() > tolerance_ns {
+            return Err(format!("{name}: stamps {apart_ns} ns apart at {}", twin.stamp_ns));
+        }
         let [x_m, y_m, turn_rad] =
             seen_from(seen_from(first_file.pose, twin.pose), seen_from(first_live.pose, scan.pose));
-        assert!(
-            x_m.hypot(y_m) <= tolerance_m && turn_rad.abs() <= tolerance_rad,
-            "{name}: poses {:.4} m and {:.4} rad apart at {}",
-            x_m.hypot(y_m),
-            turn_rad,
-            twin.stamp_ns
-        );
+        if x_m.hypot(y_m) > tolerance_m || turn_rad.abs() > tolerance_rad {
+            return Err(format!(
+                "{name}: poses {:.4} m and {turn_rad:.4} rad apart at {}",
+                x_m.hypot(y_m),
+                twin.stamp_ns
+            ));
+        }
     }
     println!("{name}: {} of {} scans the same in both", pairs.len(), file.len());
+    Ok(())
+}
+
+/// Serves and records a capture, and compares both lasers' scans with those of its replay; says how many were
+/// compared.
+fn served_is_as_replayed(capture: &Path) -> Result<usize, String> {
+    let name = capture.file_stem().unwrap().to_string_lossy().into_owned();
+    let work = folder(&format!("captures-{name}"));
+    let (from_file, from_ports) = (work.join("replayed.mcap"), work.join("recorded.mcap"));
+    let rig = Reader::open(capture).unwrap().rig().unwrap().unwrap();
+    replayed(capture, &from_file);
+    served_and_recorded(capture, &rig, &work, &from_ports);
+    let mut compared = 0;
+    for (topic, pose) in [(Topic::ScanHorizontal, Topic::Pose), (Topic::ScanVertical, Topic::PoseVertical)] {
+        let [live, file] = [&from_ports, &from_file].map(|path| posed_scans(path, topic, pose));
+        if !file.is_empty() {
+            compare(&format!("{name} {}", topic.name()), &live, &file, late_reads_ns(capture))?;
+            compared += 1;
+        }
+    }
+    Ok(compared)
 }
 
 #[test]
 fn a_capture_served_on_pseudo_terminals_and_recorded_is_the_same_as_replayed() {
-    let mut compared = 0;
-    for capture in captures() {
-        let name = capture.file_stem().unwrap().to_string_lossy().into_owned();
-        let work = folder(&format!("captures-{name}"));
-        let (from_file, from_ports) = (work.join("replayed.mcap"), work.join("recorded.mcap"));
-        let rig = Reader::open(&capture).unwrap().rig().unwrap().unwrap();
-        replayed(&capture, &from_file);
-        served_and_recorded(&capture, &rig, &work, &from_ports);
-        for (topic, pose) in
-            [(Topic::ScanHorizontal, Topic::Pose), (Topic::ScanVertical, Topic::PoseVertical)]
-        {
-            let [live, file] = [&from_ports, &from_file].map(|path| posed_scans(path, topic, pose));
-            if !file.is_empty() {
-                compare(&format!("{name} {}", topic.name()), &live, &file, late_reads_ns(&capture));
-                compared += 1;
-            }
-        }
-    }
+    // The mock serves in real time, and a machine that stands still for a tenth of a second shows in the
+    // stamps: what differs is measured once more, and has to differ again.
+    let compared_of = |capture: PathBuf| {
+        served_is_as_replayed(&capture).or_else(|found| {
+            println!("once more: {found}");
+            served_is_as_replayed(&capture)
+        })
+    };
+    let compared: usize = captures().into_iter().map(|capture| compared_of(capture).unwrap()).sum();
     assert!(compared >= 4, "only {compared} streams compared: captures are missing");
 }
 

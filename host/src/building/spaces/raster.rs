@@ -61,10 +61,9 @@ impl Grid {
         let (x, y) = (cell % width, cell / width);
         let left_and_right = [(x > 0).then(|| cell - 1), (x + 1 < width).then(|| cell + 1)];
         let rows = [(y > 0).then(|| cell - width), (y + 1 < height).then(|| cell + width)];
-        let pairs = rows.into_iter().flatten().flat_map(move |row| {
+        rows.into_iter().flatten().flat_map(move |row| {
             left_and_right.into_iter().flatten().map(move |beside| (row + beside - cell, [row, beside]))
-        });
-        pairs
+        })
     }
 
     /// Visits the cells whose middle is in an area bounded by rings (even-odd).
