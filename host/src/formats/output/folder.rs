@@ -2,7 +2,8 @@
 //!
 //! Until then it is `NAME.part`, and holds a file that its run keeps locked. A run that was killed leaves the
 //! folder behind; the next one sees by the lock that nobody is at it any more, and takes it over. A folder of
-//! that name without the file is somebody's, and stays.
+//! that name without the file is somebody's, and stays, unless it is empty: killed in its first moment, a run
+//! leaves that.
 
 use std::fs::{self, File, TryLockError};
 use std::io;
@@ -128,7 +129,7 @@ fn look(path: &Path, overwrite: bool) -> Result<(PathBuf, PathBuf, Found), Outpu
     if !overwrite && holds_something(&path) {
         return Err(OutputError::NotEmpty { path });
     }
-    if !part.exists() {
+    if !part.exists() || is_empty_folder(&part) {
         return Ok((path, part, Found::Nothing));
     }
     let Ok(marker) = File::options().write(true).open(part.join(MARKER)) else {
@@ -144,7 +145,9 @@ fn look(path: &Path, overwrite: bool) -> Result<(PathBuf, PathBuf, Found), Outpu
 fn begin(path: &Path, part: &Path) -> Result<File, OutputError> {
     let above = parent(part);
     fs::create_dir_all(above).map_err(OutputError::io("create", above))?;
-    fs::create_dir(part).map_err(|source| taken_or("create", part, path, source))?;
+    if !is_empty_folder(part) {
+        fs::create_dir(part).map_err(|source| taken_or("create", part, path, source))?;
+    }
     let name = part.join(MARKER);
     let marker = File::create(&name).map_err(OutputError::io("create", &name))?;
     marker.try_lock().map_err(|error| match error {
@@ -181,6 +184,11 @@ fn sync(folder: &Path) -> Result<(), OutputError> {
 
 fn parent(path: &Path) -> &Path {
     path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// Whether it is a folder itself, and no link to one, with nothing in it.
+fn is_empty_folder(path: &Path) -> bool {
+    path.symlink_metadata().is_ok_and(|found| found.is_dir()) && !holds_something(path)
 }
 
 fn holds_something(path: &Path) -> bool {
@@ -260,6 +268,22 @@ mod tests {
         second.finish().unwrap();
         assert_eq!(names(&parent), ["result"]);
         assert_eq!(names(&path), ["raw.ply"]);
+        fs::remove_dir_all(parent).unwrap();
+    }
+
+    #[test]
+    fn what_a_run_leaves_that_is_killed_in_its_first_moment_is_taken_and_a_folder_with_anything_is_not() {
+        let parent = scratch("first-moment");
+        let (path, part) = (parent.join("result"), parent.join("result.part"));
+        fs::create_dir(&part).unwrap();
+        OutputFolder::check(&path, false).unwrap();
+        OutputFolder::create(&path, false).unwrap().finish().unwrap();
+        assert_eq!(names(&parent), ["result"]);
+        fs::create_dir(&part).unwrap();
+        fs::write(part.join("thesis.txt"), b"somebody's").unwrap();
+        let refused = OutputFolder::create(&path, true).unwrap_err();
+        assert!(matches!(refused, OutputError::PartExists { .. }), "{refused}");
+        assert!(part.join("thesis.txt").exists());
         fs::remove_dir_all(parent).unwrap();
     }
 
