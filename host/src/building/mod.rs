@@ -22,7 +22,7 @@ pub(crate) mod walls;
 
 use std::collections::BTreeMap;
 
-use self::elements::{Elements, Storey};
+use self::elements::{Elements, Storey, Use, storey_name};
 use self::spaces::Plan;
 use self::spaces::evidence::Evidence;
 use crate::model::Model;
@@ -43,11 +43,6 @@ pub struct Building {
     pub leaves: Vec<(usize, usize)>,
     /// Rooms, walls and their openings, when the drive is known.
     pub(crate) elements: Elements,
-}
-
-/// The name of a storey by its place from below.
-pub(crate) fn storey_name(place: usize) -> String {
-    format!("S{}", place + 1)
 }
 
 /// Heights that differ by less are one floor, meters.
@@ -77,16 +72,12 @@ impl Building {
     /// The name of each opening of a model without rooms, counted storey by storey as those of rooms are:
     /// `S1-D01` a door, `S1-P01` a passage, `S1-N01` a window.
     pub(crate) fn opening_names(&self) -> Vec<String> {
-        let mut counts: BTreeMap<(usize, char), usize> = BTreeMap::new();
+        let mut counts: BTreeMap<usize, [usize; 3]> = BTreeMap::new();
         let mut name = |opening: &Opening| {
-            let letter = match opening.kind {
-                OpeningKind::Door => 'D',
-                OpeningKind::Passage => 'P',
-                OpeningKind::Window => 'N',
-            };
-            let count = counts.entry((opening.storey, letter)).or_default();
-            *count += 1;
-            format!("{}-{letter}{count:02}", storey_name(opening.storey))
+            let kind = Use::from(opening.kind);
+            let number = &mut counts.entry(opening.storey).or_default()[kind as usize];
+            *number += 1;
+            kind.name(&storey_name(opening.storey + 1), *number)
         };
         self.openings.iter().map(&mut name).collect()
     }

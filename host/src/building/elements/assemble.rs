@@ -1,6 +1,8 @@
 //! Rooms and walls as they were found, put in order and named.
 
-use super::{CLOSED_LEAF, Elements, KnownBy, Room, Storey, Use, Wall, WallCurve, WallOpening, stations_m};
+use super::{
+    CLOSED_LEAF, Elements, KnownBy, Room, Storey, Use, Wall, WallCurve, WallOpening, stations_m, storey_name,
+};
 use crate::building::spaces::evidence::Evidence;
 use crate::building::spaces::line::Line;
 use crate::building::spaces::outline::signed_area_m2;
@@ -40,7 +42,7 @@ pub(crate) fn elements(evidence: &Evidence<'_>, plan: &Plan, mut walls: Vec<Open
         return Elements::default();
     }
     join_corners(&mut walls);
-    let storey = format!("S{}", evidence.storey);
+    let storey = storey_name(evidence.storey);
     let floor_z_m = evidence.floor_m;
     let names = room_names(&plan.spaces, &storey);
     let mut out = Elements {
@@ -179,12 +181,13 @@ fn opening(
     rooms: &[Room],
 ) -> WallOpening {
     let slab = &open.slab;
-    let (kind, letter, place) = match (hole.is_door, hole.is_passage()) {
-        (true, true) => (Use::Passage, 'P', 0),
-        (true, false) => (Use::Door, 'D', 1),
-        (false, _) => (Use::Window, 'N', 2),
+    let kind = match (hole.is_door, hole.is_passage()) {
+        (true, true) => Use::Passage,
+        (true, false) => Use::Door,
+        (false, _) => Use::Window,
     };
-    counts[place] += 1;
+    let number = &mut counts[kind as usize];
+    *number += 1;
     let at = (hole.span[0] + hole.span[1]) / 2.0;
     let [x, y] = slab.point(at, slab.middle_m());
     let floor_z_m = rooms.first().map_or(0.0, |room| room.floor_z_m);
@@ -203,7 +206,7 @@ fn opening(
         Shows::Frame => "frame",
     };
     let mut opening = WallOpening {
-        id: format!("{}-{letter}{:02}", wall.storey, counts[place]),
+        id: kind.name(&wall.storey, *number),
         kind,
         wall: wall.id.clone(),
         center_m: [tidy(x), tidy(y), tidy((hole.bottom_m + hole.top_m) / 2.0)],

@@ -6,6 +6,7 @@
 pub(crate) mod assemble;
 mod label_place;
 
+use crate::building::openings::OpeningKind;
 use crate::building::spaces::line::{Curve, Line, chords};
 use biplane_geometry::PortableMath;
 use serde::{Deserialize, Serialize};
@@ -143,6 +144,11 @@ pub(crate) struct Wall {
     pub inferred: bool,
 }
 
+/// The name of a storey by its number, from 1 at the lowest one.
+pub(crate) fn storey_name(number: usize) -> String {
+    format!("S{number}")
+}
+
 /// The evidence of a door of which a shut leaf was seen, behind the face of its wall.
 pub(crate) const CLOSED_LEAF: &str = "closed leaf";
 
@@ -161,6 +167,35 @@ pub(crate) enum Use {
 impl Use {
     /// The order in which lists have them.
     pub(crate) const LISTED: [Self; 3] = [Self::Door, Self::Passage, Self::Window];
+
+    /// What it is called.
+    pub(crate) const fn word(self) -> &'static str {
+        match self {
+            Self::Door => "door",
+            Self::Window => "window",
+            Self::Passage => "passage",
+        }
+    }
+
+    /// The name of the opening of that kind which is so many-th of its storey, from 1: `S1-D01`.
+    pub(crate) fn name(self, storey: &str, number: usize) -> String {
+        let letter = match self {
+            Self::Door => 'D',
+            Self::Window => 'N',
+            Self::Passage => 'P',
+        };
+        format!("{storey}-{letter}{number:02}")
+    }
+}
+
+impl From<OpeningKind> for Use {
+    fn from(kind: OpeningKind) -> Self {
+        match kind {
+            OpeningKind::Door => Self::Door,
+            OpeningKind::Passage => Self::Passage,
+            OpeningKind::Window => Self::Window,
+        }
+    }
 }
 
 /// A door, window or passage.

@@ -51,9 +51,9 @@ impl Cell {
         low < to_m && high > from_m
     }
 
-    /// Cuts along a line; `None` when it is all on one side. `before_m` is how far a place lies before it.
-    fn cut(&self, before_m: impl Fn([f64; 2]) -> f64, line: LineOf) -> Option<[Self; 2]> {
-        let away: Vec<f64> = self.corners_m.iter().map(|corner| before_m(*corner)).collect();
+    /// Cuts along a line; `None` when it is all on one side.
+    fn cut(&self, face: &Face, line: usize) -> Option<[Self; 2]> {
+        let away: Vec<f64> = self.corners_m.iter().map(|corner| face.before_m(*corner)).collect();
         let before = away.iter().any(|d| *d > ON_LINE_M);
         let behind = away.iter().any(|d| *d < -ON_LINE_M);
         if !before || !behind {
@@ -68,12 +68,12 @@ impl Cell {
                 if da >= -ON_LINE_M {
                     side.corners_m.push(a);
                     // From a corner on the line away to the other side: the edge is the line itself.
-                    side.lines.push(if da <= ON_LINE_M && db < -ON_LINE_M { line } else { own });
+                    side.lines.push(if da <= ON_LINE_M && db < -ON_LINE_M { Some(line) } else { own });
                 }
                 if (da > ON_LINE_M && db < -ON_LINE_M) || (da < -ON_LINE_M && db > ON_LINE_M) {
                     let share = da / (da - db);
                     side.corners_m.push([0, 1].map(|axis| a[axis] + share * (b[axis] - a[axis])));
-                    side.lines.push(if db < 0.0 { line } else { own });
+                    side.lines.push(if db < 0.0 { Some(line) } else { own });
                 }
             }
         }
@@ -94,7 +94,7 @@ pub(crate) fn cells(area: &Area, faces: &[Face]) -> Vec<Cell> {
                 let beyond_m = beyond_m(span);
                 cell.meets(face, span[0] - beyond_m, span[1] + beyond_m)
             });
-            match is_met.then(|| cell.cut(|place| face.before_m(place), Some(index))).flatten() {
+            match is_met.then(|| cell.cut(face, index)).flatten() {
                 Some(parts) => next.extend(parts),
                 None => next.push(cell),
             }

@@ -1,5 +1,6 @@
 //! The directions in which a building's walls stand, and lines turned into them.
 
+use crate::building::elevation::extent;
 use crate::building::part::is_upright;
 use crate::model::{Model, PlanarPolygon};
 use biplane_geometry::PortableMath;
@@ -140,11 +141,11 @@ fn strongest(faces: &[Facing]) -> Option<f64> {
 /// How long polygons of one upright plane are, level, meters.
 pub(super) fn length_m(polygons: &[&PlanarPolygon]) -> f64 {
     let corners = || polygons.iter().flat_map(|polygon| &polygon.outer_m);
-    let extent = |axis: usize| {
-        let low = corners().fold(f64::INFINITY, |low, p| low.min(p[axis]));
-        corners().fold(f64::NEG_INFINITY, |high, p| high.max(p[axis])) - low
-    };
-    extent(0).max(0.0).portable_hypot(extent(1).max(0.0))
+    let [x_m, y_m] = [0, 1].map(|axis| {
+        let [low, high] = extent(corners().map(|p| p[axis]));
+        (high - low).max(0.0)
+    });
+    x_m.portable_hypot(y_m)
 }
 
 /// An angle from -pi to pi as the unit vector it stands for.

@@ -3,6 +3,7 @@
 
 use super::directions::{Directions, unit};
 use super::raster::{CELL_M, Grid};
+use crate::building::elevation::extent;
 use crate::model::{Cloud, Model, PlanarPolygon};
 use crate::slam::occupancy::OccupancyGrid;
 use biplane_geometry::vec2::{cross, dot, minus};
@@ -92,17 +93,19 @@ impl Area {
             |p: &PlanarPolygon| model.planes.get(p.plane).is_some_and(|plane| plane.normal[2] < -0.3);
         let overhead = model.polygons.iter().filter(|polygon| is_overhead(polygon));
         let corners = overhead.flat_map(|polygon| polygon.outer_m.iter().map(|p| [p[0], p[1]]));
-        let Some([min, max]) =
-            bounds(corners.chain(path_m.iter().copied()).map(|p| axes.map(|axis| dot(axis, p))))
-        else {
-            return Self { directions, ..Self::default() };
+        let places = || corners.clone().chain(path_m.iter().copied());
+        let around = |axis| {
+            let [min, max] = extent(places().map(|place| dot(axis, place)));
+            [((min - MARGIN_M) / CELL_M).floor() * CELL_M, ((max + MARGIN_M) / CELL_M).ceil() * CELL_M]
         };
-        let [left, low] = min.map(|value| ((value - MARGIN_M) / CELL_M).floor() * CELL_M);
-        let [right, high] = max.map(|value| ((value + MARGIN_M) / CELL_M).ceil() * CELL_M);
+        let [[left, right], [low, high]] = axes.map(around);
+        if left > right {
+            return Self { directions, ..Self::default() };
+        }
         let corners_m = [[left, low], [right, low], [right, high], [left, high]]
             .map(|[u, v]| [0, 1].map(|axis| u * axes[0][axis] + v * axes[1][axis]));
-        let grid =
-            bounds(corners_m.into_iter()).map_or_else(Grid::default, |[min, max]| Grid::around(min, max));
+        let [[min_x, max_x], [min_y, max_y]] = [0, 1].map(|axis| extent(corners_m.iter().map(|p| p[axis])));
+        let grid = Grid::around([min_x, min_y], [max_x, max_y]);
         Self { directions, corners_m, grid }
     }
 
@@ -111,14 +114,6 @@ impl Area {
         let ends = self.corners_m.iter().zip(self.corners_m.iter().cycle().skip(1));
         ends.into_iter().all(|(a, b)| cross(minus(*b, *a), minus(place, *a)) >= 0.0)
     }
-}
-
-/// Smallest and largest coordinates; `None` of nothing.
-fn bounds(places: impl Iterator<Item = [f64; 2]>) -> Option<[[f64; 2]; 2]> {
-    let both = places.map(|place| [place, place]);
-    both.reduce(|[min, max], [place, _]| {
-        [[0, 1].map(|axis| min[axis].min(place[axis])), [0, 1].map(|axis| max[axis].max(place[axis]))]
-    })
 }
 
 /// The floor map in the cells of an area.

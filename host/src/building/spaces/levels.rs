@@ -5,6 +5,7 @@ use biplane_geometry::polygon_area::ring_area_m2;
 
 use super::evidence::Evidence;
 use super::raster::Grid;
+use crate::building::elevation::extent;
 use crate::model::PlanarPolygon;
 
 /// Normals that rise less face down, slanted ceilings too: 17 degrees beyond level and more.
@@ -42,8 +43,8 @@ pub(crate) struct Overhead {
     pub usual_m: Option<f64>,
 }
 
-/// The short side of the smallest of the rectangles around a polygon that stand at steps of five degrees,
-/// meters.
+/// The short side of the smallest of the rectangles around a polygon that stand along its edges or at steps
+/// of five degrees, meters.
 fn short_side_m(polygon: &PlanarPolygon) -> f64 {
     let ends = polygon.outer_m.iter().zip(polygon.outer_m.iter().cycle().skip(1));
     let edges = ends.map(|(a, b)| (b[1] - a[1]).portable_atan2(b[0] - a[0]));
@@ -51,9 +52,7 @@ fn short_side_m(polygon: &PlanarPolygon) -> f64 {
     let all_around = (0..36).map(|step| (f64::from(step) * 5.0).to_radians());
     let widths = edges.chain(all_around).map(|along_rad| {
         let (sin, cos) = along_rad.portable_sin_cos();
-        let across = polygon.outer_m.iter().map(|p| p[1] * cos - p[0] * sin);
-        let (low, high) =
-            across.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        let [low, high] = extent(polygon.outer_m.iter().map(|p| p[1] * cos - p[0] * sin));
         high - low
     });
     widths.fold(f64::INFINITY, f64::min)

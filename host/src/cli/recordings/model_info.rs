@@ -120,25 +120,17 @@ fn print_lists(out: &mut impl Write, folder: &Path, lists: &Lists) -> io::Result
     let thick = walls.iter().filter(|wall| wall.thickness_m.is_some()).count();
     writeln!(out, "  walls: {}, {thick} of them of known thickness", walls.len())?;
     for kind in Use::LISTED {
-        let words = format!("{}s", name_of(kind));
+        let words = format!("{}s", kind.word());
         let all: Vec<_> = openings.iter().filter(|opening| opening.kind == kind).collect();
         print_openings(out, &words, &all)?;
     }
     Ok(())
 }
 
-const fn name_of(kind: Use) -> &'static str {
-    match kind {
-        Use::Door => "door",
-        Use::Passage => "passage",
-        Use::Window => "window",
-    }
-}
-
 /// What names mean, by one that is in the list.
 fn print_names(out: &mut impl Write, lists: &Lists) -> io::Result<()> {
     let room = || lists.rooms.first().map(|room| (&room.id, "room"));
-    let opening = || lists.openings.first().map(|opening| (&opening.id, name_of(opening.kind)));
+    let opening = || lists.openings.first().map(|opening| (&opening.id, opening.kind.word()));
     let wall = || lists.walls.first().map(|wall| (&wall.id, "wall"));
     let Some((id, kind)) = room().or_else(opening).or_else(wall) else { return Ok(()) };
     write!(out, "  ")?;

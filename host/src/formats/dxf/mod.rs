@@ -24,10 +24,10 @@ use self::document::Document;
 use self::layer::Layer;
 use self::rooms::RoomPlan;
 use super::{Placement, Shapes};
-use crate::building::elements::{Elements, Use, WallOpening};
+use crate::building::elements::{Elements, Use, WallOpening, storey_name};
 use crate::building::part::CUT_M;
 use crate::building::plan::{self, Plan};
-use crate::building::{Building, Opening, OpeningKind, storey_name};
+use crate::building::{Building, Opening, OpeningKind};
 use crate::model::Mesh;
 
 /// Height of labels, meters: 2 mm on paper at 1:50; the size of a window of a meter fits its width.
@@ -43,7 +43,7 @@ pub fn write(out: &mut impl Write, shapes: &Shapes<'_>, building: &Building) -> 
     let names = building.opening_names();
     let plans = (0..storeys).filter_map(|at| Some((at, plan::draw(shapes.model, building, at)?)));
     for (number, (storey, plan)) in plans.enumerate() {
-        let prefix = if storeys > 1 { format!("{}-", storey_name(storey)) } else { String::new() };
+        let prefix = if storeys > 1 { format!("{}-", storey_name(storey + 1)) } else { String::new() };
         // Plans lie on each other: the lowest one is shown.
         let is_on = number == 0;
         let is_shown = |o: &(&Opening, &str)| o.0.storey == storey && o.0.is_cut(plan.floor_m);

@@ -1,8 +1,8 @@
 //! What every IFC file has: owner, units, contexts, and the tree of project, site, building and storeys.
 
 use super::step::{Id, Ids, Reals, Step, Text, global_id};
-use crate::building::elements::Storey as BuildingStorey;
-use crate::building::{Building, storey_name};
+use crate::building::Building;
+use crate::building::elements::{Storey as BuildingStorey, storey_name};
 use crate::formats::text::number::Number;
 use crate::formats::{Shapes, description, generator};
 use crate::model::turn::Turn;
@@ -148,7 +148,7 @@ fn storey_names(building: &Building, number: usize) -> [String; 2] {
     };
     let name = match known {
         Some(storey) => storey.id.clone(),
-        None if building.elements.is_empty() && !building.floors_m.is_empty() => storey_name(number),
+        None if building.elements.is_empty() && !building.floors_m.is_empty() => storey_name(number + 1),
         None => long_name.clone(),
     };
     [name, long_name]

@@ -198,9 +198,8 @@ fn kind_of(opening: &WallOpening) -> (&'static str, &'static str) {
     match opening.kind {
         Use::Door if opening.is_narrow() && opening.inferred => ("narrow door", NARROW_DOOR),
         Use::Door if opening.evidence == CLOSED_LEAF => ("shut door", SHUT_DOOR),
-        Use::Door => ("door", DOOR),
-        Use::Window => ("window", WINDOW),
-        Use::Passage => ("passage", DOOR),
+        Use::Window => (opening.kind.word(), WINDOW),
+        Use::Door | Use::Passage => (opening.kind.word(), DOOR),
     }
 }
 
