@@ -9,12 +9,13 @@ use crate::slam::refinement::spatial::choice::Refined;
 use biplane_cli::counted;
 
 use crate::cli::build::posed::Posed;
+use crate::cli::recordings::optimize::report::{poses_stay, without_loops};
 use crate::cli::terminal::console::Console;
 
 /// What became of the recorded poses.
 pub(super) fn report_poses(posed: &Posed<'_>, console: &Console) {
     let refined = posed.refined.as_ref().map(Refined::words);
-    let found = if posed.has_worse_loops { "no loop closed" } else { "no loop found" };
+    let found = without_loops(posed.has_worse_loops);
     poses_words(posed.from, posed.loops, found, refined).iter().for_each(|words| console.note(words));
 }
 
@@ -30,7 +31,7 @@ fn poses_words(from: PosesFrom, loops: Option<usize>, found: &str, refined: Opti
         (PosesFrom::Refined, Some(_)) => {
             return refined.into_iter().map(|words| format!("{found}; {words}")).collect();
         }
-        (_, Some(_)) => Some(format!("{found}: the poses stay as they were recorded")),
+        (_, Some(_)) => Some(poses_stay(found)),
         _ => None,
     };
     first.into_iter().chain(refined).collect()

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use crate::formats::output::unfinished::Unfinished;
-use crate::formats::output::with_suffix;
+use biplane_recording::mcap::write::with_suffix;
 use biplane_recording::{RecoverError, RecoverReport, WriteError};
 use serde::Serialize;
 

@@ -1,6 +1,5 @@
 //! Why a file or a folder of results could not be written.
 
-use std::ffi::OsString;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -67,13 +66,6 @@ fn words_of_input(output: &Path, input: &Path) -> String {
         true => format!("{} is read", output.display()),
         false => format!("{} is {}, which is read", output.display(), input.display()),
     }
-}
-
-/// `path` with `suffix` added to its whole name.
-pub(crate) fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
-    let mut name = OsString::from(path.as_os_str());
-    name.push(suffix);
-    PathBuf::from(name)
 }
 
 /// Why `part` could not be made; what is not its being there names `path`, which was asked for.

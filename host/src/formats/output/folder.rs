@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 
 use crate::formats::output::error::OutputError;
 use crate::formats::output::error::taken_or;
-use crate::formats::output::error::with_suffix;
 use crate::formats::output::unfinished::Unfinished;
+use biplane_recording::mcap::write::with_suffix;
 
 /// The file that says whose an unfinished folder is. Killed in the moment of finishing, a run leaves it in
 /// the finished folder.

@@ -10,9 +10,9 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
-use biplane_recording::mcap::write::{active_path, is_being_written, is_same_file};
+use biplane_recording::mcap::write::{active_path, is_being_written, is_same_file, with_suffix};
 
-pub(crate) use error::{OutputError, with_suffix};
+pub(crate) use error::OutputError;
 pub(crate) use folder::{MARKER, OutputFolder};
 use unfinished::Unfinished;
 

@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 
 use crate::formats::output;
 use crate::recordings::deskew::StampedPose;
+use biplane_recording::mcap::write::with_suffix;
 
 pub(crate) use crate::view::floor_map::picture::{write_cells_png, write_png};
 
@@ -69,7 +70,7 @@ fn yaml_text(text: &str) -> String {
 pub(crate) fn map_paths(name: &Path) -> [PathBuf; 3] {
     let known = name.extension().is_some_and(|end| ["pgm", "yaml", "png"].iter().any(|known| end == *known));
     let stem = if known { name.with_extension("") } else { name.to_owned() };
-    ["pgm", "yaml", "png"].map(|end| output::with_suffix(&stem, &format!(".{end}")))
+    ["pgm", "yaml", "png"].map(|end| with_suffix(&stem, &format!(".{end}")))
 }
 
 /// Writes all three files of a map, the trajectory on the picture.

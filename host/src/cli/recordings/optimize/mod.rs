@@ -3,7 +3,7 @@
 mod breaks_found;
 mod loops_found;
 mod recorded_times;
-mod report;
+pub(crate) mod report;
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
@@ -12,7 +12,6 @@ use std::time::UNIX_EPOCH;
 
 use crate::formats::output::check_free;
 use crate::formats::output::check_not_input;
-use crate::formats::output::error::with_suffix;
 use crate::formats::output::unfinished::Unfinished;
 use crate::recordings::run::Run;
 use crate::slam;
@@ -31,7 +30,7 @@ use crate::cli::terminal::json::print_json;
 use crate::cli::terminal::stopwatch::Stopwatch;
 use crate::cli::terminal::threads::Threads;
 use biplane_cli::Outcome;
-use biplane_recording::mcap::write::{active_path, check_apart, is_being_written};
+use biplane_recording::mcap::write::{active_path, check_apart, is_being_written, with_suffix};
 use report::Done;
 
 /// Words of the command.

@@ -133,14 +133,21 @@ impl Report {
         say_odometry(self, console);
         let moved: usize = here.iter().filter(|one| one.moved).map(|one| one.scans).sum();
         let what = match (loops, moved) {
-            (0, 0) if self.counts.not_better > 0 => {
-                "no loop closed: the poses stay as they were recorded".to_owned()
-            }
-            (0, 0) => "no loop found: the poses stay as they were recorded".to_owned(),
+            (0, 0) => poses_stay(without_loops(self.counts.not_better > 0)),
             _ => format!("{}, {} moved", counted(loops, "loop"), counted(moved, "scan")),
         };
         console.note(format!("{output}: {what}, {:.1} s", self.wall_s));
     }
+}
+
+/// What is said where no loop was closed; loops that draw a worse map are not.
+pub(crate) const fn without_loops(has_worse_loops: bool) -> &'static str {
+    if has_worse_loops { "no loop closed" } else { "no loop found" }
+}
+
+/// What is said where poses are not changed, and why.
+pub(crate) fn poses_stay(why: &str) -> String {
+    format!("{why}: the poses stay as they were recorded")
 }
 
 /// What each drive has taught of its odometry.

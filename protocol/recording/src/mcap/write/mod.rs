@@ -27,5 +27,5 @@ pub use saving::PROMISED_NS;
 pub use shown::{Shown, write_shown};
 pub use storage::{Disk, Storage, StoredFile, Whereabouts};
 pub(crate) use target::recovering_path;
-pub use target::{active_path, is_being_written, is_same_file};
+pub use target::{active_path, is_being_written, is_same_file, with_suffix};
 pub use writer::Writer;

@@ -20,7 +20,9 @@ pub fn active_path(path: &Path) -> PathBuf {
     with_suffix(path, ".active")
 }
 
-pub(crate) fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
+/// A path with `suffix` added to its whole name.
+#[must_use]
+pub fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     let mut name = OsString::from(path.as_os_str());
     name.push(suffix);
     PathBuf::from(name)
