@@ -24,6 +24,8 @@ pub enum FileKind {
     Ply,
     /// A point cloud as LAS or LAZ.
     Las,
+    /// Point clouds as ASTM E57.
+    E57,
     /// A point cloud of the Point Cloud Library.
     Pcd,
     /// A mesh or cloud as Wavefront OBJ.
@@ -41,14 +43,16 @@ pub enum FileKind {
 }
 
 /// How files begin.
-const STARTS: [(&[u8], FileKind); 22] = [
+const STARTS: [(&[u8], FileKind); 24] = [
     (b"\x89MCAP", FileKind::Mcap),
     (b"#ROSBAG V", FileKind::RosBag),
     (b"SQLite format 3\0", FileKind::Sqlite),
     (b"ply\n", FileKind::Ply),
     (b"ply\r", FileKind::Ply),
     (b"LASF", FileKind::Las),
+    (b"ASTM-E57", FileKind::E57),
     (b"# .PCD", FileKind::Pcd),
+    (b"VERSION 0.7\nFIELDS", FileKind::Pcd),
     (b"VERSION .7\nFIELDS", FileKind::Pcd),
     (b"glTF", FileKind::Glb),
     (b"ISO-10303-21", FileKind::Ifc),
@@ -106,7 +110,8 @@ impl fmt::Display for FileKind {
             Self::Sqlite => "an SQLite database, as ROS 2 bags are",
             Self::Ply => "a PLY file (`biplane planes` reads clouds, `biplane compact` meshes)",
             Self::Las => "a LAS or LAZ cloud (`biplane planes` reads it)",
-            Self::Pcd => "a PCD cloud; `biplane planes` reads PLY, LAS and LAZ",
+            Self::E57 => "an E57 cloud (`biplane planes` reads it)",
+            Self::Pcd => "a PCD cloud (`biplane planes` reads it)",
             Self::Obj => "a Wavefront OBJ file (`biplane compact` reads meshes)",
             Self::Glb => "a glTF model",
             Self::Ifc => {
@@ -119,8 +124,8 @@ impl fmt::Display for FileKind {
     }
 }
 
-/// What a file is that begins so, in words for an error: "is empty", "is a PLY file", "is a text that begins with",
-/// "begins with 68 65 6c".
+/// What a file is that begins so, in words for an error: "is empty", "is a PLY file", "is a text that begins
+/// with", "begins with 68 65 6c".
 #[must_use]
 pub fn describe(start: &[u8]) -> String {
     if start.is_empty() {
@@ -138,7 +143,8 @@ pub fn describe(start: &[u8]) -> String {
 }
 
 /// The start as text, if it is one; a character that the end cuts in two is left out.
-fn text_of(start: &[u8]) -> Option<&str> {
+#[must_use]
+pub fn text_of(start: &[u8]) -> Option<&str> {
     let text = match std::str::from_utf8(start) {
         Ok(text) => text,
         Err(error) if error.error_len().is_none() => {
@@ -156,12 +162,14 @@ mod tests {
 
     #[test]
     fn files_are_known_by_how_they_begin() {
-        let table: [(&[u8], FileKind); 10] = [
+        let table: [(&[u8], FileKind); 12] = [
             (b"\x89MCAP0\r\n\x01", FileKind::Mcap),
             (b"#ROSBAG V2.0\n", FileKind::RosBag),
             (b"SQLite format 3\0\x10", FileKind::Sqlite),
             (b"ply\nformat ascii 1.0\n", FileKind::Ply),
             (b"LASF\0\0", FileKind::Las),
+            (b"ASTM-E57\x01\0", FileKind::E57),
+            (b"# .PCD v0.7 - Point Cloud Data\n", FileKind::Pcd),
             (b"PARAM robot_front_laser_max 81.9\n", FileKind::Carmen),
             (b"# message_name [message contents]\nFLASER 180 1.2", FileKind::Carmen),
             (b"# a comment\nv 0 0 0\n", FileKind::Obj),

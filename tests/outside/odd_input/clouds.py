@@ -4,8 +4,9 @@ import json
 from pathlib import Path
 
 import numpy as np
+from pypcd4 import Encoding
 
-from odd_input.files import las, ply
+from odd_input.files import e57, las, pcd, ply, xyz
 from odd_input.shapes import flat, random, room
 from odd_input.trials import expect, fails, run
 
@@ -86,7 +87,19 @@ def files_of_one_room(inside):
         ("room14.las", "1.4", 7),
     ):
         planes(las(name, inside, version=version, form=form), inside, 6, 6, on=(0.98, 1))
+    for scans in (1, 3):
+        planes(e57("room.e57", inside, scans), inside, 6, 6, on=(0.98, 1))
+    for encoding in Encoding:
+        planes(pcd("room.pcd", inside, encoding), inside, 6, 6, on=(0.98, 1))
+    for name, header, separator in (
+        ("room.xyz", "", " "),
+        ("room.csv", "x,y,z", ","),
+        ("room.pts", str(len(inside)), " "),
+    ):
+        planes(xyz(name, inside, header, separator), inside, 6, 6, on=(0.98, 1))
     utm = inside + [6e6, 5.5e6, 300.0]
+    planes(e57("utm.e57", utm), utm, 6, 6, on=(0.98, 1))
+    planes(xyz("utm.xyz", utm), utm, 6, 6, on=(0.98, 1))
     planes(ply("utm.ply", utm, "<f8"), utm, 6, 6, on=(0.98, 1))
     planes(las("utm.laz", utm), utm, 6, 6, on=(0.98, 1))
     stray = np.vstack([utm, np.zeros((5, 3))])
@@ -136,6 +149,7 @@ def broken_clouds():
     inside = room(6000)
     broken_ply(inside)
     broken_las(inside)
+    broken_others(inside)
     broken_words()
 
 
@@ -188,6 +202,18 @@ def broken_las(inside):
             run(f"{name} with byte {at} damaged", "planes", name, "-o", "out", "--force")
     fails(las("nothing.las", np.zeros((0, 3))), "holds no point")
     fails("no/such/file.ply", "no/such/file.ply does not exist")
+
+
+def broken_others(inside):
+    """Files that are cut off, of formats whose points only count."""
+    for make, name in ((e57, "cut.e57"), (pcd, "cut.pcd")):
+        whole = Path(make(name, inside)).read_bytes()
+        for end in (48, 300, len(whole) // 2, len(whole) - 1):
+            Path(name).write_bytes(whole[:end])
+            fails(name, f"the {name[-3:].upper()} file")
+    words = Path(xyz("words.xyz", inside[:5]))
+    words.write_text(words.read_text() + "1 zwei 3\n")
+    fails("words.xyz", "line 6", "zwei")
 
 
 def broken_words():

@@ -1,10 +1,12 @@
-"""Clouds and meshes as files of the current folder: PLY, OBJ, LAS. Each function returns the name that it was
-given."""
+"""Clouds and meshes as files of the current folder: PLY, OBJ, LAS, E57, PCD, XYZ. Each
+function returns the name that it was given."""
 
 from pathlib import Path
 
 import laspy
 import numpy as np
+import pye57
+from pypcd4 import Encoding, PointCloud
 
 
 def ply(name, points, numbers="<f4", columns=None, claim=None, faces=None, header=None):
@@ -50,4 +52,41 @@ def las(name, points, scale=0.001, version="1.2", form=0):
     data = laspy.LasData(header)
     data.x, data.y, data.z = points.T
     data.write(name)
+    return name
+
+
+def e57(name, points, scans=1):
+    """An E57 file whose scans each have a pose of their own, and points that it has to be applied to."""
+    Path(name).unlink(missing_ok=True)
+    file = pye57.E57(str(name), mode="w")
+    for number, own in enumerate(np.array_split(np.asarray(points, float), scans)):
+        half = 0.3 * (number + 1)
+        cos, sin = np.cos(2 * half), np.sin(2 * half)
+        world_from_scan = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
+        place = np.array([10.0 * number, 3, 0.5])
+        columns = dict(
+            zip(
+                ("cartesianX", "cartesianY", "cartesianZ"),
+                ((own - place) @ world_from_scan).T.copy(),
+                strict=True,
+            )
+        )
+        file.write_scan_raw(columns, rotation=np.array([np.cos(half), 0, 0, np.sin(half)]), translation=place)
+    file.close()
+    return name
+
+
+def pcd(name, points, encoding=Encoding.BINARY):
+    """A PCD file with a color between, as cameras write it."""
+    points = np.asarray(points, np.float32)
+    colors = np.arange(len(points), dtype=np.float32)
+    PointCloud.from_points(
+        np.c_[points[:, :2], colors, points[:, 2]], ("x", "y", "rgb", "z"), (np.float32,) * 4
+    ).save(name, encoding=encoding)
+    return name
+
+
+def xyz(name, points, header="", separator=" "):
+    """A point a line."""
+    np.savetxt(name, points, fmt="%.4f", delimiter=separator, header=header, comments="")
     return name

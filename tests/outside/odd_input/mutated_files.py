@@ -5,9 +5,10 @@ import re
 from pathlib import Path
 
 import numpy as np
+from pypcd4 import Encoding
 
 from lib.programs import RIGS
-from odd_input.files import las, obj, ply
+from odd_input.files import e57, las, obj, pcd, ply, xyz
 from odd_input.shapes import flat, room, woven
 
 NUMBERS = [b"nan", b"inf", b"-inf", b"1e308", b"-1e308", b"1e39", b"-1", b"0", b"1e-320", b"4294967296"]
@@ -142,6 +143,14 @@ def base_shapes(work):
         ("cloud", "room.ply", written(ply, "room.ply", points, columns=beams), binary),
         ("cloud", "room.las", written(las, "room.las", points), packed),
         ("cloud", "room.laz", written(las, "room.laz", points, version="1.4", form=6), packed),
+        ("cloud", "room.e57", written(e57, "room.e57", points, 2), [mutated_bytes]),
+        (
+            "cloud",
+            "room.pcd",
+            written(pcd, "room.pcd", points, Encoding.BINARY_COMPRESSED),
+            [mutated_bytes, mutated_text],
+        ),
+        ("cloud", "room.xyz", written(xyz, "room.xyz", points), text),
         ("mesh", "floor.ply", written(ply, "floor.ply", grid, faces=triangles), binary),
         ("mesh", "words.ply", words_of_ply(grid, triangles), text),
         ("mesh", "floor.obj", written(obj, "floor.obj", grid, triangles), text),

@@ -72,8 +72,8 @@ pub(super) fn model_json(input: &[u8]) {
     }
 }
 
-/// A LAS or LAZ file, by its first bytes.
-pub(super) fn las(input: &[u8]) {
+/// A cloud of any kind, by its first bytes.
+pub(super) fn cloud(input: &[u8]) {
     let _ = read_cloud(&MemoryFile::of(input).path());
 }
 

@@ -83,7 +83,12 @@ pub const TARGETS: &[Target] = &[
     // Six other formats are made of it.
     Target { own_bytes: 16 << 20, ..target("model_json", Form::Text, 1024, geometry::model_json) },
     // The tables of a LAZ decompressor, and points that pack well.
-    Target { own_bytes: 16 << 20, ..target("las", Form::Binary, 4096, geometry::las) },
+    Target { own_bytes: 16 << 20, ..target("las", Form::Binary, 4096, geometry::cloud) },
+    // Points that take a bit each.
+    Target { own_bytes: 16 << 20, ..target("e57", Form::Binary, 4096, geometry::cloud) },
+    // A byte of LZF is up to 88 of points.
+    target("pcd", Form::Binary, 1024, geometry::cloud),
+    target("xyz", Form::Text, 64, geometry::cloud),
     target("world_path", Form::Text, 400, rigs::world_path),
     target("live_request", Form::Text, 64, words::live_request),
     target("words", Form::Text, 64, words::command_line),

@@ -22,6 +22,7 @@ use crate::reconstruct::shapes;
 use crate::reconstruct::shapes::params::ShapeParams;
 use anyhow::{Context, bail};
 
+use crate::cli::models::model_args::report_sigma;
 use crate::cli::models::no_planes_hint;
 use crate::cli::terminal::console::Console;
 use crate::cli::terminal::replace;
@@ -39,7 +40,7 @@ use biplane_cli::{Outcome, counted};
     A PLY whose points have the properties `scan` and `beam` is taken as organized. \
     An element `scan` with x, y, z says where each scan was taken from. Coordinates are meters.")]
 pub(crate) struct Args {
-    /// A point cloud: PLY (ASCII or binary), LAS or LAZ
+    /// A point cloud: PLY, LAS, LAZ, E57, PCD, or text with x y z in each line (XYZ, TXT, ASC, CSV, PTS)
     #[arg(value_name = "CLOUD")]
     cloud: PathBuf,
     /// The folder to write
@@ -152,6 +153,7 @@ impl Args {
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let method = args.method();
     args.threads.take()?;
+    report_sigma(args.sigma, console);
     if args.force {
         replace::check(&KNOWN, &args.output, std::slice::from_ref(&args.cloud))?;
     }

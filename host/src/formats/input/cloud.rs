@@ -1,4 +1,5 @@
-//! Point clouds from files of other programs: PLY and LAS or LAZ, told apart by their first bytes.
+//! Point clouds from files of other programs: PLY, LAS or LAZ, E57, PCD and text. Their first bytes say
+//! which.
 //!
 //! Coordinates are taken as meters; those far from zero are moved near it ([`crate::formats::input::shift`]).
 //! A PLY whose points say their scan and beam is taken as organized ([`organize`]). No length in a file
@@ -7,12 +8,13 @@
 use crate::formats::input::cloud_file::CloudFile;
 use crate::formats::input::cloud_file::CloudFileError;
 use crate::formats::input::shift::Shift;
+use crate::formats::input::{pcd, xyz};
 use crate::formats::ply;
 use crate::formats::ply::error::PlyError;
 use crate::formats::ply::read::Wanted;
-use biplane_recording::file_kind::KIND_BYTES;
+use biplane_recording::file_kind::{FileKind, KIND_BYTES};
 use std::fs::File;
-use std::io::Read;
+use std::io::{BufReader, Read};
 use std::path::Path;
 
 /// Coordinates with larger steps are worth a word, meters: planes of a good scanner begin to suffer.
@@ -34,7 +36,16 @@ pub fn read(path: &Path) -> Result<CloudFile, CloudFileError> {
         }
         [b'L', b'A', b'S', b'F', ..] => from_las(file)?,
         [] => return Err(CloudFileError::NoPoints),
-        _ => return Err(CloudFileError::Unknown { found: start }),
+        _ => match FileKind::of(&start) {
+            Some(FileKind::E57) => from_e57(file)?,
+            Some(FileKind::Pcd) => {
+                let mut bytes = start;
+                file.read_to_end(&mut bytes)?;
+                pcd::read(&bytes)?
+            }
+            None if xyz::is_xyz(&start) => xyz::read(BufReader::new(start.chain(file)))?,
+            _ => return Err(CloudFileError::Unknown { found: start }),
+        },
     };
     let points = found.cloud.len();
     if points == 0 {
@@ -62,6 +73,16 @@ pub fn from_ply(bytes: &[u8]) -> Result<CloudFile, PlyError> {
         ));
     }
     Ok(found)
+}
+
+#[cfg(feature = "e57")]
+fn from_e57(file: File) -> Result<CloudFile, CloudFileError> {
+    crate::formats::input::e57::read(file)
+}
+
+#[cfg(not(feature = "e57"))]
+fn from_e57(_file: File) -> Result<CloudFile, CloudFileError> {
+    Err(CloudFileError::WithoutE57)
 }
 
 #[cfg(feature = "las")]

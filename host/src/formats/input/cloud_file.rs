@@ -1,5 +1,6 @@
 //! A cloud as it was in a file, and why a file gives none.
 
+use crate::formats::input::shift::{Shift, moved};
 use crate::formats::ply::error::PlyError;
 use crate::model::Cloud;
 use biplane_recording::file_kind::describe;
@@ -21,6 +22,13 @@ pub struct CloudFile {
 }
 
 impl CloudFile {
+    /// Points in the order of the file, of which nothing else is known; moved near zero.
+    pub(crate) fn of_positions(positions_m: &[[f64; 3]]) -> Self {
+        let shift_m = Shift::Find.of(positions_m);
+        let cloud = Cloud { points_m: moved(positions_m, shift_m), ..Cloud::default() };
+        Self { cloud, shift_m, ..Self::default() }
+    }
+
     /// Whether the points know their scan and beam.
     pub fn is_organized(&self) -> bool {
         self.cloud.beams_per_scan > 0
@@ -56,8 +64,34 @@ pub enum CloudFileError {
     /// LAS was left out when the program was built.
     #[error("this program was built without the feature `las` and reads no LAS or LAZ files")]
     WithoutLas,
+    /// It is an E57 that cannot be read.
+    #[error("the E57 file {what}")]
+    E57 {
+        /// What is wrong, and where.
+        what: String,
+    },
+    /// E57 was left out when the program was built.
+    #[error("this program was built without the feature `e57` and reads no E57 files")]
+    WithoutE57,
+    /// It is a PCD that cannot be read.
+    #[error("the PCD file {what}")]
+    Pcd {
+        /// What is wrong, and where.
+        what: String,
+    },
+    /// A line of a text is no point.
+    #[error("line {line}: expected x, y and z as numbers, found `{found}`")]
+    NoPoint {
+        /// Line in the file, from 1.
+        line: usize,
+        /// What stands there.
+        found: String,
+    },
     /// It is something else.
-    #[error("expected a PLY, LAS or LAZ cloud; this file {}", describe(found))]
+    #[error(
+        "expected a cloud as PLY, LAS, LAZ, E57, PCD or as text with x y z in each line; this file {}",
+        describe(found)
+    )]
     Unknown {
         /// How the file begins.
         found: Vec<u8>,

@@ -209,3 +209,89 @@ mod las {
         assert!(error.contains("claims 274877906948 bytes"), "{error}");
     }
 }
+
+/// Coordinates of a file as they are, the shift put back.
+fn positions_of(name: &str, bytes: &[u8]) -> Result<Vec<[f64; 3]>, String> {
+    let scratch = Scratch::new(name, bytes);
+    let file = read(&scratch.0).map_err(|error| error.to_string())?;
+    let back = |p: &[f32; 3]| std::array::from_fn(|k| f64::from(p[k]) + file.shift_m[k]);
+    Ok(file.cloud.points_m.iter().map(back).collect())
+}
+
+#[test]
+fn text_is_read_with_any_separators_headers_and_columns() {
+    let expected = vec![[1.5, 2.0, 3.0], [-4.0, 0.25, 1e3]];
+    for text in [
+        "1.5 2 3\n-4 0.25 1e3\n",
+        "# a comment\n\n1.5\t2\t3 17 0 0\r\n-4\t.25\t1000 9 0 0\r\n",
+        "//X Y Z\n1.5 2 3\n-4 0.25 1e3",
+        "2\n1.5 2 3 -1000 0 0 0\n-4 0.25 1000 5 6 7 8\n",
+        "\u{feff}x,y,z\n1.5,2,3\n-4,0.25,1000\n",
+        "id;\"Z\";\"X\";\"Y\"\n7;3;1,5;2\n8;1000;-4;0,25\n",
+        "1,5; 2; 3\n-4; 0,25; 1000\n",
+        "east north up\n1.5 2 3\n-4 0.25 1e3\n",
+    ] {
+        assert_eq!(positions_of("text", text.as_bytes()).as_ref(), Ok(&expected), "{text}");
+    }
+    let far = positions_of("text", b"500000.125 5400000 180\n500001 5400001.5 181\n").unwrap();
+    assert_eq!(far, [[500000.125, 5400000.0, 180.0], [500001.0, 5400001.5, 181.0]]);
+}
+
+#[test]
+fn a_text_that_is_no_cloud_says_in_which_line() {
+    let error = |text: &str| positions_of("no_text", text.as_bytes()).unwrap_err();
+    assert_eq!(error("1 2 3\n1 zwei 3\n"), "line 2: expected x, y and z as numbers, found `1 zwei 3`");
+    assert_eq!(error("1 2 3\n4 5"), "line 2: expected x, y and z as numbers, found `4 5`");
+    assert_eq!(error("1 2\n4 5 6\n"), "line 1: expected x, y and z as numbers, found `1 2`");
+    assert!(error("hello world\nno numbers here\n").ends_with("is a text that begins with \"hello world\""));
+}
+
+/// Header of the PCD files below, as another program (pypcd4) wrote it.
+const PCD_HEAD: &str = "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 4\nHEIGHT 1\n\
+    VIEWPOINT 0.0 0.0 0.0 1.0 0.0 0.0 0.0\nPOINTS 4\nDATA ";
+/// What follows `DATA binary_compressed`, from the same program.
+const PCD_PACKED: [u8; 46] = [
+    0x26, 0, 0, 0, 0x30, 0, 0, 0, 8, 0, 0, 0x80, 0x3f, 0, 0, 0, 0xbf, 0, 0x60, 7, 0x60, 0x0b, 0, 0x40, 0x20,
+    7, 0, 0x3e, 0x20, 0x13, 0x20, 7, 0x40, 3, 0, 0x40, 0x20, 7, 1, 0x7a, 0x44, 0x80, 7, 1, 0x40, 0x40,
+];
+const PCD_POINTS: [[f64; 3]; 4] = [[1.0, 2.0, 3.0], [-0.5, 0.25, 1e3], [1.0, 2.0, 3.0], [1.0, 2.0, 3.0]];
+
+#[test]
+fn pcd_files_of_another_program_are_read_and_every_cut_is_an_error() {
+    let ascii = "1.0 2.0 3.0\n-0.5 0.25 1000.0\n1.0 2.0 3.0\n1.0 2.0 3.0\n";
+    let binary: Vec<u8> = PCD_POINTS.iter().flatten().flat_map(|v| (*v as f32).to_le_bytes()).collect();
+    for (kind, body) in
+        [("ascii", ascii.as_bytes()), ("binary", binary.as_slice()), ("binary_compressed", &PCD_PACKED)]
+    {
+        let bytes = [PCD_HEAD.as_bytes(), kind.as_bytes(), b"\n", body].concat();
+        assert_eq!(positions_of("pcd", &bytes), Ok(PCD_POINTS.to_vec()), "{kind}");
+        // In ASCII the last digits may be missing, and nobody knows.
+        let sure = if kind == "ascii" { bytes.len() - 12 } else { bytes.len() };
+        for end in 19..sure {
+            assert!(positions_of("pcd", &bytes[..end]).is_err(), "{kind} cut at {end}");
+        }
+    }
+}
+
+#[test]
+fn pcd_fields_have_any_type_and_order_and_lies_take_no_memory() {
+    let head = "# .PCD v.7 - Point Cloud Data file format\nVERSION .7\nFIELDS rgb normal z y x\nSIZE 4 4 8 2 1\n\
+        TYPE U F F I U\nCOUNT 1 3 1 1 1\nWIDTH 1\nHEIGHT 1\nPOINTS 1\nDATA binary\n";
+    let mut body = vec![9; 16];
+    body.extend(2.5_f64.to_le_bytes());
+    body.extend((-7_i16).to_le_bytes());
+    body.push(200);
+    let bytes = [head.as_bytes(), &body].concat();
+    assert_eq!(positions_of("types", &bytes), Ok(vec![[200.0, -7.0, 2.5]]));
+    for (from, to, says) in [
+        ("POINTS 1", "POINTS 18446744073709551615", "ends after point 1 of 18446744073709551615"),
+        ("COUNT 1 3", "COUNT 1 18446744073709551615", "no or of endless length"),
+        ("y x", "y w", "has no field x"),
+        ("SIZE 4 4 8 2 1", "SIZE 4 4 3 2 1", "header line that cannot be read: `SIZE 4 4 3 2 1`"),
+        ("binary", "zipped", "data of the kind `zipped`"),
+    ] {
+        let lie = [head.replace(from, to).as_bytes(), &body].concat();
+        let error = positions_of("lie", &lie).unwrap_err();
+        assert!(error.starts_with("the PCD file ") && error.contains(says), "{error}");
+    }
+}

@@ -4,6 +4,13 @@ pub(crate) mod cloud;
 pub(crate) mod cloud_file;
 #[cfg(test)]
 pub(crate) mod cloud_tests;
+#[cfg(feature = "e57")]
+pub(crate) mod e57;
+pub(crate) mod lzf;
 pub(crate) mod mesh;
 pub(crate) mod organize;
+pub(crate) mod pcd;
+#[cfg(any(feature = "e57", feature = "las"))]
+pub(crate) mod quietly;
 pub(crate) mod shift;
+pub(crate) mod xyz;

@@ -6,16 +6,11 @@
 
 pub(crate) use crate::formats::input::cloud_file::CloudFile;
 pub(crate) use crate::formats::input::cloud_file::CloudFileError;
-use crate::formats::input::shift::{Shift, moved};
+use crate::formats::input::quietly::quietly;
 use crate::formats::las::claims::broken;
-use crate::model::Cloud;
 use las::{PointDataBuilder, Reader};
-use std::cell::Cell;
 use std::fs::File;
 use std::io::{BufReader, Seek};
-use std::panic::{self, AssertUnwindSafe};
-use std::sync::Once;
-use std::thread;
 
 /// Bytes of points a portion.
 const PORTION_BYTES: u64 = 1 << 20;
@@ -35,31 +30,7 @@ pub(crate) fn read(mut file: File) -> Result<CloudFile, CloudFileError> {
     let positions_m = read.unwrap_or_else(|_| {
         Err(CloudFileError::Las { what: "is damaged: its points cannot be decompressed".to_owned() })
     })?;
-    let shift_m = Shift::Find.of(&positions_m);
-    let cloud = Cloud { points_m: moved(&positions_m, shift_m), ..Cloud::default() };
-    Ok(CloudFile { cloud, shift_m, ..CloudFile::default() })
-}
-
-thread_local! {
-    /// Whether a panic of this thread is caught and said in other words.
-    static IS_CAUGHT: Cell<bool> = const { Cell::new(false) };
-}
-
-/// What `work` returns; an error where it panics, of which nothing is printed.
-fn quietly<T>(work: impl FnOnce() -> T) -> thread::Result<T> {
-    static HOOK: Once = Once::new();
-    HOOK.call_once(|| {
-        let others = panic::take_hook();
-        panic::set_hook(Box::new(move |info| {
-            if !IS_CAUGHT.get() {
-                others(info);
-            }
-        }));
-    });
-    IS_CAUGHT.set(true);
-    let done = panic::catch_unwind(AssertUnwindSafe(work));
-    IS_CAUGHT.set(false);
-    done
+    Ok(CloudFile::of_positions(&positions_m))
 }
 
 fn positions(file: File) -> Result<Vec<[f64; 3]>, CloudFileError> {
