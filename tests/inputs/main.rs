@@ -96,6 +96,9 @@ targets!(
     ply,
     model_json,
     las,
+    e57,
+    pcd,
+    xyz,
     world_path,
     live_request,
     words
