@@ -56,14 +56,15 @@ def las(name, points, scale=0.001, version="1.2", form=0):
 
 
 def e57(name, points, scans=1):
-    """An E57 file whose scans each have a pose of their own, and points that it has to be applied to."""
+    """An E57 file whose scans each have a pose of their own, and points that it has to be applied to. pye57
+    writes coordinates in 32 bits, so the pose has to bring points that are far away."""
     Path(name).unlink(missing_ok=True)
     file = pye57.E57(str(name), mode="w")
     for number, own in enumerate(np.array_split(np.asarray(points, float), scans)):
         half = 0.3 * (number + 1)
         cos, sin = np.cos(2 * half), np.sin(2 * half)
         world_from_scan = np.array([[cos, -sin, 0], [sin, cos, 0], [0, 0, 1]])
-        place = np.array([10.0 * number, 3, 0.5])
+        place = np.floor(own.mean(axis=0)) + [10.0 * number, 3, 0.5]
         columns = dict(
             zip(
                 ("cartesianX", "cartesianY", "cartesianZ"),
