@@ -10,8 +10,8 @@ ended by a signal, takes longer, fails without a sentence, leaves something behi
 when it does not.
 
 The number of a file is its seed: `--first 17 --recordings 1` makes one again. Files with faults stay in
-WORKDIR/faults. Needs `biplane`, `biplane-onboard` and `biplane-mock` on PATH, and numpy, laspy with lazrs and
-mcap. A thousand of each take three minutes on two busy cores."""
+WORKDIR/faults. Needs `biplane`, `biplane-onboard` and `biplane-mock` on PATH, and numpy, laspy with lazrs,
+pye57, pypcd4 and mcap. A thousand of each take three minutes on two busy cores."""
 
 import argparse
 import os

@@ -7,7 +7,7 @@ or a clear error each.
 Every run ends within a minute, in less than 1.5 GB, without a panic, with exit code 0, 1 or 2. What `planes`
 calls a plane is flat within the noise; what `compact` writes passes the validators, covers about as much
 surface as the mesh has, and lies on it. Needs `biplane` on PATH, gltf-validator on NODE_PATH, and numpy,
-shapely, cjio, laspy with lazrs. Takes three minutes."""
+shapely, cjio, laspy with lazrs, pye57, pypcd4. Takes three minutes."""
 
 import os
 import sys
