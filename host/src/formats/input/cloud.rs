@@ -14,7 +14,7 @@ use crate::formats::ply::error::PlyError;
 use crate::formats::ply::read::Wanted;
 use biplane_recording::file_kind::{FileKind, KIND_BYTES};
 use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::{self, BufReader, Read};
 use std::path::Path;
 
 /// Coordinates with larger steps are worth a word, meters: planes of a good scanner begin to suffer.
@@ -28,24 +28,15 @@ pub fn read(path: &Path) -> Result<CloudFile, CloudFileError> {
     let mut file = File::open(path)?;
     let mut start = Vec::new();
     Read::by_ref(&mut file).take(KIND_BYTES).read_to_end(&mut start)?;
-    let found = match start.as_slice() {
-        [b'p', b'l', b'y', _, ..] => {
-            let mut bytes = start;
-            file.read_to_end(&mut bytes)?;
-            from_ply(&bytes)?
-        }
-        [b'L', b'A', b'S', b'F', ..] => from_las(file)?,
-        [] => return Err(CloudFileError::NoPoints),
-        _ => match FileKind::of(&start) {
-            Some(FileKind::E57) => from_e57(file)?,
-            Some(FileKind::Pcd) => {
-                let mut bytes = start;
-                file.read_to_end(&mut bytes)?;
-                pcd::read(&bytes)?
-            }
-            None if xyz::is_xyz(&start) => xyz::read(BufReader::new(start.chain(file)))?,
-            _ => return Err(CloudFileError::Unknown { found: start }),
-        },
+    let found = match FileKind::of(&start) {
+        _ if start.is_empty() => return Err(CloudFileError::NoPoints),
+        // Also where no line ends behind the word: the parser of PLY says what is wrong there.
+        _ if start.starts_with(b"ply") && start.len() > 3 => from_ply(&whole(start, file)?)?,
+        Some(FileKind::Las) => from_las(file)?,
+        Some(FileKind::E57) => from_e57(file)?,
+        Some(FileKind::Pcd) => pcd::read(&whole(start, file)?)?,
+        None if xyz::is_xyz(&start) => xyz::read(BufReader::new(start.chain(file)))?,
+        _ => return Err(CloudFileError::Unknown { found: start }),
     };
     let points = found.cloud.len();
     if points == 0 {
@@ -55,6 +46,13 @@ pub fn read(path: &Path) -> Result<CloudFile, CloudFileError> {
         return Err(CloudFileError::NoFinitePoints { points });
     }
     Ok(found)
+}
+
+/// All bytes of a file of which these are the first.
+fn whole(start: Vec<u8>, mut file: File) -> io::Result<Vec<u8>> {
+    let mut bytes = start;
+    file.read_to_end(&mut bytes)?;
+    Ok(bytes)
 }
 
 /// The cloud in a PLY file's bytes.

@@ -286,6 +286,7 @@ fn pcd_fields_have_any_type_and_order_and_lies_take_no_memory() {
     for (from, to, says) in [
         ("POINTS 1", "POINTS 18446744073709551615", "ends after point 1 of 18446744073709551615"),
         ("COUNT 1 3", "COUNT 1 18446744073709551615", "no or of endless length"),
+        ("COUNT 1 3", "COUNT 4611686018427387901 3", "no or of endless length"),
         ("y x", "y w", "has no field x"),
         ("SIZE 4 4 8 2 1", "SIZE 4 4 3 2 1", "header line that cannot be read: `SIZE 4 4 3 2 1`"),
         ("binary", "zipped", "data of the kind `zipped`"),

@@ -7,6 +7,7 @@
 use crate::formats::input::cloud_file::{CloudFile, CloudFileError};
 use crate::formats::input::lzf;
 use crate::formats::input::xyz;
+use crate::formats::text::short::short;
 
 /// The cloud in a PCD file's bytes.
 pub(crate) fn read(bytes: &[u8]) -> Result<CloudFile, CloudFileError> {
@@ -60,8 +61,7 @@ impl Header {
                 return Ok((header, rest));
             }
             header.take(key, &words).ok_or_else(|| {
-                let line: String = line.chars().take(60).collect();
-                broken(format!("has a header line that cannot be read: `{line}`"))
+                broken(format!("has a header line that cannot be read: `{}`", short(&line)))
             })?;
         }
         Err(broken("has a header without the line DATA"))
@@ -118,10 +118,13 @@ impl Header {
         Ok([find("x")?, find("y")?, find("z")?])
     }
 
-    /// Bytes of a point; `None` for none, or more than there can be.
-    fn stride(&self) -> Option<usize> {
-        let bytes = self.fields.iter().map(|field| field.size.checked_mul(field.count));
-        bytes.sum::<Option<usize>>().filter(|stride| *stride > 0)
+    /// Bytes of a point, at least one.
+    fn stride(&self) -> Result<usize, CloudFileError> {
+        let bytes = self
+            .fields
+            .iter()
+            .try_fold(0_usize, |sum, field| sum.checked_add(field.size.checked_mul(field.count)?));
+        bytes.filter(|bytes| *bytes > 0).ok_or_else(|| broken("has points of no or of endless length"))
     }
 
     fn ascii(&self, body: &[u8]) -> Result<CloudFile, CloudFileError> {
@@ -130,10 +133,8 @@ impl Header {
         let rows = String::from_utf8_lossy(body);
         let rows = rows.lines().filter(|row| !row.trim().is_empty());
         for (index, row) in rows.take(self.points).enumerate() {
-            let point_m = xyz::position(row, columns).ok_or_else(|| {
-                let row: String = row.chars().take(60).collect();
-                broken(format!("has no coordinates in point {index}: `{row}`"))
-            })?;
+            let point_m = xyz::position(row, columns)
+                .ok_or_else(|| broken(format!("has no coordinates in point {index}: `{}`", short(row))))?;
             positions_m.push(point_m);
         }
         self.whole(positions_m.len())?;
@@ -142,7 +143,7 @@ impl Header {
 
     fn binary(&self, body: &[u8]) -> Result<CloudFile, CloudFileError> {
         let coordinates = self.coordinates()?;
-        let stride = self.stride().ok_or_else(|| broken("has points of no or of endless length"))?;
+        let stride = self.stride()?;
         self.whole(body.len() / stride)?;
         let position = |point: &[u8]| coordinates.map(|(_, start, field)| value(point, start, field));
         let positions_m: Vec<_> = body.chunks_exact(stride).take(self.points).map(position).collect();
@@ -151,7 +152,7 @@ impl Header {
 
     fn compressed(&self, body: &[u8]) -> Result<CloudFile, CloudFileError> {
         let coordinates = self.coordinates()?;
-        let stride = self.stride().ok_or_else(|| broken("has points of no or of endless length"))?;
+        let stride = self.stride()?;
         let (sizes, packed) = body.split_at_checked(8).ok_or_else(|| broken("ends before its points"))?;
         let packed_bytes = u32::from_le_bytes([sizes[0], sizes[1], sizes[2], sizes[3]]) as usize;
         let bytes = u32::from_le_bytes([sizes[4], sizes[5], sizes[6], sizes[7]]) as usize;

@@ -9,11 +9,10 @@ use std::io::{BufRead, Read};
 use biplane_recording::file_kind::text_of;
 
 use crate::formats::input::cloud_file::{CloudFile, CloudFileError};
+use crate::formats::text::short::short;
 
 /// No line of a cloud is longer, bytes.
 const MAX_LINE: u64 = 1 << 16;
-/// Characters of a line that are shown.
-const SHOWN_CHARS: usize = 60;
 /// What editors of some systems put at the start of a text.
 const BYTE_ORDER_MARK: char = '\u{feff}';
 
@@ -93,15 +92,9 @@ fn named_columns(row: &str) -> Option<[usize; 3]> {
 
 /// The numbers in these columns of a row, if they are there.
 pub(crate) fn position(row: &str, columns: [usize; 3]) -> Option<[f64; 3]> {
-    let mut point_m = [None; 3];
-    for (place, field) in fields(row).enumerate() {
-        for (value, column) in point_m.iter_mut().zip(columns) {
-            if column == place {
-                *value = Some(number(field, row.contains(';'))?);
-            }
-        }
-    }
-    let [x, y, z] = point_m;
+    let has_decimal_commas = row.contains(';');
+    let value = |column| number(fields(row).nth(column)?, has_decimal_commas);
+    let [x, y, z] = columns.map(value);
     Some([x?, y?, z?])
 }
 
@@ -113,5 +106,5 @@ fn number(field: &str, has_decimal_commas: bool) -> Option<f64> {
 }
 
 fn no_point(row: &str, line: usize) -> CloudFileError {
-    CloudFileError::NoPoint { line, found: row.chars().take(SHOWN_CHARS).collect() }
+    CloudFileError::NoPoint { line, found: short(row) }
 }

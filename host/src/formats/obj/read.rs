@@ -3,6 +3,8 @@
 //! Coordinates as in the file (meters by convention). Source: the OBJ format appendix of Wavefront's Advanced
 //! Visualizer manual.
 
+use crate::formats::text::short::short;
+
 /// Vertices and triangles of a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Obj {
@@ -71,10 +73,6 @@ fn corner(word: &str, vertices: usize) -> Option<u32> {
     let number: i64 = word.split('/').next()?.parse().ok()?;
     let index = if number < 0 { number.checked_add(i64::try_from(vertices).ok()?)? } else { number - 1 };
     u32::try_from(index).ok().filter(|index| (*index as usize) < vertices)
-}
-
-fn short(text: &str) -> String {
-    text.trim().chars().take(60).collect()
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 //! Seconds, meters, radians. Which of both forms a file has is seen from its first pose; `t x y theta` is a
 //! pose on the flat floor.
 
+use crate::formats::text::short::short;
 use crate::recordings::deskew::FARTHEST_M;
 use crate::recordings::deskew::{orientation_xyzw, roll_pitch_yaw_rad};
 use std::io::{self, BufRead, Write};
@@ -76,7 +77,7 @@ pub fn read_poses(input: impl BufRead) -> Result<Vec<StampedPose>, TrajectoryErr
         poses.push(parse_line(text, format).ok_or_else(|| TrajectoryError::Line {
             line: index + 1,
             format,
-            found: text.chars().take(60).collect(),
+            found: short(text),
         })?);
     }
     if poses.is_empty() { Err(TrajectoryError::Empty) } else { Ok(poses) }
