@@ -26,6 +26,7 @@ pub use map::{LocalMap, MapParams, MapSize};
 pub use motion::odometry::Odometry;
 pub use motion::odometry_scale::{Estimate, OdometryScale};
 pub use motion::params::MotionParams;
+pub use moving::segments::free_standing;
 pub use parameter_group::Parameter;
 pub use params::{Method, ParameterError, TrackerParams, UnknownMethod};
 pub use placement::Placement;

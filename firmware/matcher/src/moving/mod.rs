@@ -10,7 +10,7 @@
 mod crowd;
 mod newcomers;
 mod places;
-mod segments;
+pub(crate) mod segments;
 mod track;
 
 use biplane_geometry::Pose2;

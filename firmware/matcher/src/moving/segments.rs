@@ -122,6 +122,16 @@ enum Border {
     Open,
 }
 
+/// The end points on what is short and stands free, by number: what may be somebody who walks.
+#[must_use]
+pub fn free_standing(points: &EndPoints) -> Vec<usize> {
+    let count = points.as_slice().len();
+    let (mut seen, mut segments) = (Seen::with_capacity(count), Vec::with_capacity(count));
+    find_short(points, &mut seen, &mut segments);
+    let free = segments.iter().filter(|segment| segment.stands_free());
+    free.flat_map(|segment| segment.first..=segment.last).collect()
+}
+
 /// Finds what is short, in the order of the beams; no more than fits into `segments` without allocating.
 pub(crate) fn find_short(points: &EndPoints, seen: &mut Seen, segments: &mut Vec<Segment>) {
     segments.clear();
@@ -180,7 +190,10 @@ mod tests {
         let mut segments = Vec::with_capacity(16);
         find_short(&points, &mut Seen::with_capacity(181), &mut segments);
         let free = segments.iter().filter(|segment| segment.stands_free());
-        free.map(|segment| (segment.first, segment.last)).collect()
+        let free: Vec<(usize, usize)> = free.map(|segment| (segment.first, segment.last)).collect();
+        let numbers: Vec<usize> = free.iter().flat_map(|(first, last)| *first..=*last).collect();
+        assert_eq!(free_standing(&points), numbers);
+        free
     }
 
     #[test]

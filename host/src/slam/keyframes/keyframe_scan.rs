@@ -5,7 +5,7 @@
 //! matcher's own (`points` of `biplane-matcher`), so that a scan is the same here and on the robot.
 
 use biplane_geometry::PortableMath;
-use biplane_matcher::{Beam, EndPoint, EndPoints, Placement, PointParams, Pose2, Scan};
+use biplane_matcher::{Beam, EndPoint, EndPoints, Placement, PointParams, Pose2, Scan, free_standing};
 use biplane_recording::messages::LaserScan;
 use biplane_recording::rig::Laser;
 use nalgebra::Vector3;
@@ -24,9 +24,18 @@ pub struct KeyframeScan {
     pub points: Vec<EndPoint>,
     /// Where they were seen from.
     pub laser_m: [f32; 2],
+    /// The numbers of those on something short that stands free, ascending: it may be somebody who walks.
+    pub free_standing: Vec<usize>,
 }
 
 impl KeyframeScan {
+    /// The end points on what cannot be somebody who walks.
+    pub(crate) fn rooted(&self) -> impl Iterator<Item = &EndPoint> {
+        let mut free = self.free_standing.iter().copied().peekable();
+        let is_rooted = move |(number, _): &(usize, &EndPoint)| free.next_if_eq(number).is_none();
+        self.points.iter().enumerate().filter(is_rooted).map(|(_, point)| point)
+    }
+
     /// One in so many of its beams when it was taken at a pose: where each begins and ends.
     pub(crate) fn beams(&self, pose: &Pose2, every: usize) -> impl Iterator<Item = [[f32; 2]; 2]> {
         let placement = Placement::new(pose);
@@ -35,14 +44,16 @@ impl KeyframeScan {
     }
 }
 
-/// All points of keyframe scans, each placed by its pose.
-pub(crate) fn merged<'a>(keyframe_scans: impl Iterator<Item = (Pose2, &'a KeyframeScan)>) -> Vec<EndPoint> {
-    let mut points = Vec::new();
-    for (pose, keyframe_scan) in keyframe_scans {
+/// The points of several keyframe scans, each placed by its scan's pose.
+pub(crate) fn merged<'a>(
+    scans: impl Iterator<Item = (Pose2, impl IntoIterator<Item = &'a EndPoint>)>,
+) -> Vec<EndPoint> {
+    let mut merged = Vec::new();
+    for (pose, points) in scans {
         let placement = Placement::new(&pose);
-        points.extend(keyframe_scan.points.iter().map(|point| point.placed(&placement)));
+        merged.extend(points.into_iter().map(|point| point.placed(&placement)));
     }
-    points
+    merged
 }
 
 /// Makes keyframe scans of one laser, in the same memory one after the other.
@@ -88,7 +99,11 @@ impl KeyframeScanner {
             beams: &self.beams,
             twist_in_base: twist(scan, geometry, pose, trajectory),
         });
-        KeyframeScan { points: self.points.as_slice().to_vec(), laser_m: self.points.laser_in_base_m() }
+        KeyframeScan {
+            points: self.points.as_slice().to_vec(),
+            laser_m: self.points.laser_in_base_m(),
+            free_standing: free_standing(&self.points),
+        }
     }
 }
 

@@ -4,6 +4,7 @@
 pub(crate) mod cell_index;
 pub(crate) mod free_space;
 pub(crate) mod keyframe_scan;
+mod odometry_stalls;
 pub(crate) mod passed_through;
 pub(crate) mod submap;
 
@@ -52,6 +53,9 @@ pub struct Node {
     pub recorded: Pose2,
     /// The odometry's pose, where there is one.
     pub odometry: Option<Pose2>,
+    /// The odometry's pose if its counters stalled wherever it stands still in the midst of the drive, where
+    /// it does so anywhere.
+    pub unstalled: Option<Pose2>,
     /// Whether the recorded poses leap on the way from the last node, and the odometry does not: farther from
     /// one scan to the next than this base drives. That is how a matcher finds back to places that it had
     /// mapped before it drifted.
@@ -66,7 +70,15 @@ pub struct Node {
 impl Node {
     /// One that saw this from there, without odometry.
     pub(crate) fn at(recorded: Pose2, keyframe_scan: KeyframeScan) -> Self {
-        Self { scan: 0, recorded, odometry: None, leaps: false, after_gap: false, keyframe_scan }
+        Self {
+            scan: 0,
+            recorded,
+            odometry: None,
+            unstalled: None,
+            leaps: false,
+            after_gap: false,
+            keyframe_scan,
+        }
     }
 }
 
@@ -89,6 +101,7 @@ impl Keyframes {
     pub fn read(run: &Run, poses: &RunPoses, params: &KeyframeParams) -> Result<Self, RunError> {
         let mut keyframes = Self { nodes: Vec::new(), scans: poses.at_scans(), odometry: Vec::new() };
         let odometry = poses.odometry_at_scans();
+        let unstalled = odometry_stalls::filled(&odometry);
         let trajectory = poses.trajectory();
         let mut scanner = KeyframeScanner::new(run.rig()?.horizontal, params.longest_m);
         let mut scan_number = 0;
@@ -105,12 +118,13 @@ impl Keyframes {
                 return;
             }
             let keyframe_scan = scanner.keyframe_scan(&scan, pose, &trajectory);
-            let odometry = odometry.get(number).copied().flatten().map(|pose| pose.pose());
+            let pose_of = |poses: &[Option<StampedPose>]| Some((*poses.get(number)?)?.pose());
             let [recorded_leaps, odometry_leaps, after_gap] = std::mem::take(&mut met);
             keyframes.nodes.push(Node {
                 scan: number,
                 recorded: pose.pose(),
-                odometry,
+                odometry: pose_of(&odometry),
+                unstalled: unstalled.as_deref().and_then(pose_of),
                 leaps: recorded_leaps && !odometry_leaps,
                 after_gap,
                 keyframe_scan,

@@ -25,6 +25,9 @@ const TWO_SUFFICE_UP_TO_M: f64 = 16.0;
 /// Beyond it the loops that agree have to lie along so many submaps of both ways (4 m each). More: a place
 /// passed but shortly is not found again from afar; fewer: chance suffices.
 const SUBMAPS_ALONG: usize = 5;
+/// A loop is found close to where it is expected when the window is so many times as wide: by chance one of
+/// sixteen is.
+const CLOSE: f64 = 4.0;
 /// Submaps before and after the two of a loop.
 const BESIDE: [(isize, isize); 8] = [(0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (-1, -1), (1, -1), (-1, 1)];
 /// Around where a loop says that they are, meters and radians.
@@ -112,7 +115,10 @@ impl LoopCloser<'_> {
     }
 
     fn asked(&self, at: usize) -> (usize, usize) {
-        asked(self.loops[at].half_m, self.params.alone_up_to_m)
+        let Loop { submap_ids, found, half_m } = &self.loops[at];
+        let [from, to] = submap_ids.map(|submap_id| self.poses[submap_id]);
+        let away_m = from.between(&to).between(&found.pose).distance_m();
+        asked(doubt_m(*half_m, away_m), self.params.alone_up_to_m)
     }
 
     /// Bare corridor found from afar lies anywhere along the corridor: it leads on to what tells, and holds
@@ -174,6 +180,12 @@ impl LoopCloser<'_> {
     }
 }
 
+/// How much is in doubt of a loop found so far away from where the graph expects it. Found close to that place
+/// it is no more in doubt than in a smaller window: of all that looks alike in a wide one, little lies there.
+fn doubt_m(half_m: f64, away_m: f64) -> f64 {
+    if half_m.is_finite() { half_m.min((CLOSE * away_m).max(TWO_SUFFICE_UP_TO_M)) } else { half_m }
+}
+
 /// How many others have to agree with a loop when so much is uncertain, and along how many submaps. Of
 /// another recording's place nothing is known at first: [`super::join_recordings`] asks for more by
 /// itself.
@@ -220,7 +232,7 @@ fn covariance(information: &Matrix3<f64>) -> Option<Matrix3<f64>> {
 mod tests {
     use biplane_matcher::Pose2;
 
-    use super::{MAX_CYCLE_SQUARED, along_both, asked};
+    use super::{MAX_CYCLE_SQUARED, along_both, asked, doubt_m};
     use crate::slam::pose_graph::graduated_non_convexity::MAX_LOOP_SQUARED;
     use crate::slam::pose_graph::tests::edge;
 
@@ -244,6 +256,15 @@ mod tests {
     fn the_more_is_in_doubt_the_more_has_to_agree_and_along_more_of_the_way() {
         let cases = [1.0, 3.0, 10.0, 60.0, f64::INFINITY].map(|uncertainty_m| asked(uncertainty_m, 1.5));
         assert_eq!(cases, [(0, 0), (1, 0), (2, 0), (2, 5), (2, 0)]);
+    }
+
+    #[test]
+    fn a_loop_found_close_to_where_it_is_expected_is_less_in_doubt() {
+        let cases = [(30.0, 2.0), (30.0, 5.0), (30.0, 20.0), (3.0, 2.0), (f64::INFINITY, 2.0)];
+        assert_eq!(
+            cases.map(|(half_m, away_m)| doubt_m(half_m, away_m)),
+            [16.0, 20.0, 30.0, 3.0, f64::INFINITY]
+        );
     }
 
     #[test]

@@ -23,6 +23,7 @@ use biplane_matcher::Pose2;
 
 use crate::slam::keyframes::Node;
 use crate::slam::pose_graph::Edge;
+use crate::slam::pose_graph::odometry_edges::alike;
 use crate::slam::refinement::conjugate_gradient::ConjugateGradient;
 use crate::slam::refinement::observations::Observations;
 
@@ -36,7 +37,7 @@ pub(crate) fn refine_some(
     progress: &mut dyn FnMut(usize),
 ) {
     let place = |node: usize| members.binary_search(&node).ok();
-    let inner = |edge: &Edge| Some(Edge { from: place(edge.from)?, to: place(edge.to)?, ..*edge });
+    let inner = |edge: &Edge| Some(Edge { from: place(edge.from)?, to: place(edge.to)?, ..alike(edge) });
     let chain: Vec<Edge> = chain.iter().filter_map(inner).collect();
     let nodes: Vec<&Node> = members.iter().map(|&node| &nodes[node]).collect();
     let mut moving: Vec<Pose2> = members.iter().map(|&node| poses[node]).collect();
@@ -97,7 +98,7 @@ pub(crate) mod tests {
             points.push(wall([4.0, along - 3.0], [-1.0, 0.0]));
             points.push(wall([-4.0, along - 3.0], [1.0, 0.0]));
         }
-        KeyframeScan { points, laser_m: [0.0; 2] }
+        KeyframeScan { points, laser_m: [0.0; 2], ..KeyframeScan::default() }
     }
 
     fn drive() -> (Vec<Pose2>, Vec<Node>) {
@@ -170,7 +171,7 @@ pub(crate) mod tests {
                 points.push(EndPoint { at_m, kind: Kind::Point, weight: 1.0, ..EndPoint::default() });
             }
         }
-        Node::at(truth, KeyframeScan { points, laser_m: [0.0; 2] })
+        Node::at(truth, KeyframeScan { points, laser_m: [0.0; 2], ..KeyframeScan::default() })
     }
 
     #[test]

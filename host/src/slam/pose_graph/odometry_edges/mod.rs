@@ -6,6 +6,8 @@
 //! motion; or the odometry slipped) both are tried, and the scan tells which it was. Where it lies nowhere
 //! among those before it, the way breaks ([`crate::slam::pose_graph::breaks`]).
 
+mod rivals;
+
 use biplane_matcher::{PointAlignment, PointMap, Pose2};
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
@@ -45,6 +47,11 @@ impl Default for ChainParams {
     }
 }
 
+/// Standard deviations of a step count so many times where many scans are weighed against it: errors of steps
+/// that follow each other are alike. With 2 and with 3 the errors of five real recordings differ by less than
+/// 1 %. With 1 a building of 250 m is 0.1 % too long where the odometry is 5 % long: each recorded step leans
+/// to it by a little.
+pub(crate) const ALIKE: f64 = 3.0;
 /// Standard deviations of odometry a meter driven: meters, radians; and a radian turned: meters, radians.
 const ODOMETRY: [f64; 4] = [0.1, 0.05, 0.05, 0.15];
 /// A scan that leaves position or heading open by more, meters and radians, does not tell the step.
@@ -66,7 +73,7 @@ pub(crate) fn edges(
     let sure: Vec<Option<SureStep>> = laid.iter().map(Laid::sure).collect();
     let wheels = WheelCalibration::learn(&sure);
     let agreed = |laid: &Laid| match laid.contradicting() {
-        None => Ok(chain.agreed(laid, wheels.as_ref())),
+        None => Ok(chain.unless_stalled(laid, chain.agreed(laid, wheels.as_ref()), wheels.as_ref())),
         Some(odometry) => Err(odometry),
     };
     let agreed: Vec<Result<Step, Pose2>> = laid.par_iter().map(agreed).collect();
@@ -95,8 +102,11 @@ struct Chain<'a> {
 /// A node among the last ones, from where it was recorded.
 #[derive(Clone, Debug)]
 struct Laid {
+    at: usize,
     recorded: Pose2,
     odometry: Option<Pose2>,
+    /// The odometry's step if its counters stalled during it.
+    unstalled: Option<Pose2>,
     found: PointAlignment,
     /// The first node that it was laid among: those before a break say nothing of it.
     first: usize,
@@ -130,10 +140,14 @@ impl Chain<'_> {
     /// The surfaces that the last nodes before this one saw, from `first` on, seen from the last one, which
     /// knows where the others were.
     fn surfaces(&self, at: usize, first: usize, last_from: impl Fn(usize) -> Pose2) -> PointMap {
-        // The last ones, and fewer of those farther back: they see the same walls again.
+        let near = self.before(at, first);
+        PointMap::new(&merged(near.map(|at| (last_from(at), &self.nodes[at].keyframe_scan.points))))
+    }
+
+    /// The last nodes before this one, and fewer of those farther back: they see the same walls again.
+    fn before(&self, at: usize, first: usize) -> impl Iterator<Item = usize> {
         let back = BACK.iter().filter(|back| **back <= self.params.behind);
-        let near = back.filter_map(|back| at.checked_sub(*back)).filter(|near| *near >= first);
-        PointMap::new(&merged(near.map(|at| (last_from(at), &self.nodes[at].keyframe_scan))))
+        back.filter_map(move |back| at.checked_sub(*back)).filter(move |near| *near >= first)
     }
 
     fn lay(&self, at: usize, surfaces: &PointMap, prior: &Pose2, sigma: &[f64; 3]) -> PointAlignment {
@@ -144,7 +158,10 @@ impl Chain<'_> {
     fn laid(&self, at: usize, first: usize) -> Laid {
         let (last, node) = (&self.nodes[at - 1], &self.nodes[at]);
         let recorded = last.recorded.between(&node.recorded);
-        let odometry = last.odometry.zip(node.odometry).map(|(last, now)| last.between(&now));
+        let between = |poses: Option<(Pose2, Pose2)>| poses.map(|(last, now)| last.between(&now));
+        let odometry = between(last.odometry.zip(node.odometry));
+        let unstalled = between(last.unstalled.zip(node.unstalled));
+        let unstalled = unstalled.filter(|step| rivals::is_other(step, odometry.as_ref()));
         let surfaces = self.surfaces(at, first, |at| last.recorded.between(&self.nodes[at].recorded));
         let found = self.lay(at, &surfaces, &recorded, &recorded_sigma(&recorded, self.params));
         let min_share = breaks::min_share(node, &recorded, odometry.as_ref());
@@ -154,7 +171,7 @@ impl Chain<'_> {
                 let found = self.lay(at, &surfaces, &odometry, &odometry_sigma(&odometry));
                 breaks::is_strange(node, found.explained_share, &odometry, min_share)
             });
-        Laid { recorded, odometry, found, first, is_break }
+        Laid { at, recorded, odometry, unstalled, found, first, is_break }
     }
 
     /// Whether some of the next nodes lies where it was recorded among those before a strange one: then that
@@ -207,34 +224,6 @@ impl Chain<'_> {
         (step, with_floor(&(seen + counts), &recorded_sigma(&step, self.params)))
     }
 
-    /// A step that odometry and recorded poses contradict each other of: either may be wrong, and the scan
-    /// tells which, laid among the last ones where the steps before have put them. Where it does not, wheels
-    /// that are known are believed against poses that leap.
-    fn judged(
-        &self,
-        laid: &Laid,
-        odometry: &Pose2,
-        steps: &[Step],
-        wheels: Option<&WheelCalibration>,
-    ) -> Step {
-        let at = steps.len() + 1;
-        let surfaces = self.surfaces(at, laid.first, |back| {
-            let way = steps[back..].iter().fold(Pose2::IDENTITY, |way, (step, _)| way * *step);
-            way.inverse()
-        });
-        let sigma = recorded_sigma(&laid.recorded, self.params);
-        let found = self.lay(at, &surfaces, &laid.recorded, &sigma);
-        let known = wheels.filter(|_| self.nodes[at].leaps).map(|wheels| wheels.of(odometry).0);
-        let needed = if known.is_some() { -CLEARLY } else { CLEARLY };
-        // It may have stalled for a while, too: it is not as exact as wheels that are known.
-        let (counted, counted_sigma) = (known.unwrap_or(*odometry), odometry_sigma(odometry));
-        let other = self.lay(at, &surfaces, &counted, &counted_sigma);
-        if other.explained_share > found.explained_share + needed {
-            return self.accepted(&counted, &counted_sigma, &other, false);
-        }
-        self.accepted(&laid.recorded, &sigma, &found, true)
-    }
-
     /// The step when this was expected and the scan was found there.
     fn accepted(&self, prior: &Pose2, sigma: &[f64; 3], found: &PointAlignment, is_recorded: bool) -> Step {
         let away = Vector3::from(found.map_from_points.step_from(prior));
@@ -252,14 +241,17 @@ impl Chain<'_> {
     }
 }
 
+/// An edge of the chain where many scans are weighed against it.
+pub(crate) fn alike(edge: &Edge) -> Edge {
+    Edge { information: edge.information / (ALIKE * ALIKE), ..*edge }
+}
+
 /// How far back the nodes lie that a node is matched with.
 const BACK: [usize; 8] = [1, 2, 3, 5, 8, 12, 17, 23];
 /// Of a step: a larger scale lets the scan slide along a wall to the next door frame; with a smaller one a
 /// base that slipped is not followed. Fewer iterations than after a search: it begins where the matcher or
 /// the odometry saw it.
 const OF_A_STEP: Approach = Approach { capture_m: 0.2, max_iterations: 5 };
-/// The odometry's step has to explain so much more of the scan than the recorded one.
-const CLEARLY: f64 = 0.1;
 /// A scan of which less is explained by those before it says nothing.
 const MIN_SHARE: f64 = 0.5;
 /// A recorded step closer than this to where the scan lies among the last ones is taken as it is: the matcher
@@ -294,14 +286,18 @@ pub(crate) fn information(sigma: &[f64; 3]) -> Matrix3<f64> {
 
 /// The information when an error of these standard deviations comes on top.
 pub(crate) fn with_floor(known: &Matrix3<f64>, sigma: &[f64; 3]) -> Matrix3<f64> {
-    let floor = Matrix3::from_diagonal(&Vector3::from(sigma.map(|sigma| sigma * sigma)));
+    with_error(known, &Matrix3::from_diagonal(&Vector3::from(sigma.map(|sigma| sigma * sigma))))
+}
+
+/// The information when an error of this covariance comes on top.
+fn with_error(known: &Matrix3<f64>, error: &Matrix3<f64>) -> Matrix3<f64> {
     let Some(factors) = known.cholesky() else { return Matrix3::zeros() };
-    let covariance = factors.inverse() + floor;
+    let covariance = factors.inverse() + error;
     covariance.cholesky().map_or_else(Matrix3::zeros, |factors| factors.inverse())
 }
 
 #[cfg(test)]
-mod tests {
+pub(in crate::slam::pose_graph::odometry_edges) mod tests {
     use biplane_matcher::{EndPoint, Kind, Pose2};
 
     use super::{ChainParams, edges};
@@ -310,22 +306,22 @@ mod tests {
     use crate::slam::pose_graph::breaks;
 
     /// Nodes in a room, and how many of the way along a wall follow.
-    const IN_ROOM: usize = 60;
-    const ALONG_WALL: usize = 15;
+    pub(super) const IN_ROOM: usize = 60;
+    pub(super) const ALONG_WALL: usize = 15;
     /// True and counted way from node to node, meters.
-    const STEP_M: f64 = 0.3;
-    const COUNTED_M: f64 = 0.309;
+    pub(super) const STEP_M: f64 = 0.3;
+    pub(super) const COUNTED_M: f64 = 0.309;
+
+    /// An end point.
+    pub(super) fn point(at: [f64; 2], normal: [f64; 2], kind: Kind) -> EndPoint {
+        let [at_m, normal] = [at, normal].map(|of| of.map(|value| value as f32));
+        EndPoint { at_m, normal, kind, weight: 1.0, ..EndPoint::default() }
+    }
 
     /// What is seen of the walls from a place: of a room 8 m by 6 m, or of its lower wall alone, which has no
     /// end.
     fn seen(x_m: f64, phase_m: f64, in_room: bool) -> KeyframeScan {
-        let wall = |at: [f64; 2], normal: [f64; 2]| EndPoint {
-            at_m: [(at[0] - x_m) as f32, at[1] as f32],
-            normal: normal.map(|value| value as f32),
-            kind: Kind::Line,
-            weight: 1.0,
-            ..EndPoint::default()
-        };
+        let wall = |at: [f64; 2], normal| point([at[0] - x_m, at[1]], normal, Kind::Line);
         let mut points = Vec::new();
         for step in 0..60 {
             let along = f64::from(step) * 0.1 + phase_m - 3.0;
@@ -337,12 +333,12 @@ mod tests {
                 points.push(wall([-4.0, along], [1.0, 0.0]));
             }
         }
-        KeyframeScan { points, laser_m: [0.0; 2] }
+        KeyframeScan { points, laser_m: [0.0; 2], ..KeyframeScan::default() }
     }
 
     /// To and fro in the room, then along the wall. Wheels count 3 % too much, and recorded poses are right
     /// in the room and follow the wheels along the wall.
-    fn drive() -> Vec<Node> {
+    pub(super) fn drive() -> Vec<Node> {
         let (mut x_m, mut recorded_m, mut counted_m) = (-3.0, -3.0, 0.0);
         let node = |at: usize| {
             let ahead = if at < IN_ROOM && at / 20 % 2 == 1 { -1.0 } else { 1.0 };
@@ -387,16 +383,5 @@ mod tests {
             edges.iter().filter(|edge| breaks::is_broken(edge)).map(|edge| edge.to).collect()
         };
         assert_eq!((broken(&nodes), broken(&drive())), (vec![at], vec![]));
-    }
-
-    #[test]
-    fn poses_that_leap_where_the_scan_says_nothing_are_no_motion() {
-        let at = IN_ROOM + 5;
-        let mut nodes = drive();
-        nodes[at..].iter_mut().for_each(|node| node.recorded.x_m -= 1.0);
-        let step_m = |nodes: &[Node]| edges(nodes, 0, &ChainParams::default()).0[at - 1].measured.x_m;
-        assert!((step_m(&nodes) - (COUNTED_M - 1.0)).abs() < 0.05, "a base that slips drives as recorded");
-        nodes[at].leaps = true;
-        assert!((step_m(&nodes) - STEP_M).abs() < 2e-3);
     }
 }

@@ -1,0 +1,144 @@
+//! The odometry as it would be if its counters had stalled wherever it stands still in the midst of a drive.
+//!
+//! A base that stops for a moment and counters that stall look the same: from one scan to the next the
+//! odometry stands, and a moment later it goes on as fast as before. Scans tell which it was, but along a
+//! bare corridor they do not. There both are possible, and the way is as uncertain as the two are apart.
+//! Units: meters, nanoseconds.
+
+use biplane_matcher::Pose2;
+
+use crate::recordings::deskew::StampedPose;
+
+/// A stand is at least so long, nanoseconds. Shorter: odometry that comes less often than scans seems to
+/// stand between two reports.
+const SHORTEST_NS: i64 = 400_000_000;
+/// And at most so long: counters do not stall longer, robots that wait do.
+const LONGEST_NS: i64 = 5_000_000_000;
+/// Speed before and after is measured over so long, nanoseconds. Longer: a base that brakes counts as fast.
+const SPEED_NS: i64 = 400_000_000;
+/// Slower bases stand, meters a second.
+const SLOW_M_PER_S: f64 = 0.1;
+/// During a stand it goes at most this share of the speed before.
+const STANDING_SHARE: f64 = 0.02;
+/// Speeds before and after are within this factor of each other.
+const SAME_SPEED: f64 = 2.0;
+
+/// The odometry at each scan, with the way that stalled counters would have missed put in: ahead, with the
+/// speed before and after. `None` where it never stands so.
+pub(super) fn filled(odometry: &[Option<StampedPose>]) -> Option<Vec<Option<StampedPose>>> {
+    let known: Vec<(usize, StampedPose)> =
+        odometry.iter().enumerate().filter_map(|(scan, pose)| Some((scan, (*pose)?))).collect();
+    let poses: Vec<StampedPose> = known.iter().map(|(_, pose)| *pose).collect();
+    let mut missed_m = vec![0.0; poses.len()];
+    let mut at = 0;
+    while at + 1 < poses.len() {
+        let end = stand_end(&poses, at);
+        for (missed_m, pair) in missed_m[at + 1..=end].iter_mut().zip(poses[at..=end].windows(2)) {
+            *missed_m = missed_speed(&poses, at, end) * seconds(&pair[0], &pair[1]);
+        }
+        at = end.max(at + 1);
+    }
+    if missed_m.iter().all(|missed_m| *missed_m == 0.0) {
+        return None;
+    }
+    let mut filled = vec![None; odometry.len()];
+    let (mut last, mut now) = (poses[0].pose(), poses[0].pose());
+    for ((scan, pose), missed_m) in known.into_iter().zip(missed_m) {
+        now = now * Pose2::new(missed_m, 0.0, 0.0) * last.between(&pose.pose());
+        last = pose.pose();
+        filled[scan] = Some(StampedPose::planar(pose.stamp_ns, now));
+    }
+    Some(filled)
+}
+
+/// The last pose of the stand that begins at this one; the pose itself where it goes on.
+fn stand_end(poses: &[StampedPose], at: usize) -> usize {
+    let Some(speed) = speed_before(poses, at).filter(|speed| speed.abs() > SLOW_M_PER_S) else { return at };
+    let stands = |pair: &[StampedPose]| {
+        let way_m = pair[0].pose().between(&pair[1].pose()).distance_m();
+        way_m <= STANDING_SHARE * speed.abs() * seconds(&pair[0], &pair[1]).max(0.0)
+    };
+    at + poses[at..].windows(2).take_while(|pair| stands(pair)).count()
+}
+
+/// How fast the base would have gone in a stand, meters a second ahead; zero where it is none.
+fn missed_speed(poses: &[StampedPose], at: usize, end: usize) -> f64 {
+    let lasted_ns = poses[end].stamp_ns - poses[at].stamp_ns;
+    if !(SHORTEST_NS..=LONGEST_NS).contains(&lasted_ns) {
+        return 0.0;
+    }
+    let Some((before, after)) = speed_before(poses, at).zip(speed_after(poses, end)) else { return 0.0 };
+    let is_alike = before * after > 0.0 && (1.0 / SAME_SPEED..=SAME_SPEED).contains(&(after / before));
+    if is_alike { 0.5 * (before + after) } else { 0.0 }
+}
+
+/// How fast the odometry came here, meters a second ahead.
+fn speed_before(poses: &[StampedPose], at: usize) -> Option<f64> {
+    let from = poses[..at].iter().rev().find(|pose| poses[at].stamp_ns - pose.stamp_ns >= SPEED_NS)?;
+    speed(from, &poses[at])
+}
+
+/// How fast it goes on.
+fn speed_after(poses: &[StampedPose], at: usize) -> Option<f64> {
+    let to = poses[at + 1..].iter().find(|pose| pose.stamp_ns - poses[at].stamp_ns >= SPEED_NS)?;
+    speed(&poses[at], to)
+}
+
+fn speed(from: &StampedPose, to: &StampedPose) -> Option<f64> {
+    let seconds = seconds(from, to);
+    (seconds > 0.0).then(|| from.pose().between(&to.pose()).x_m / seconds)
+}
+
+fn seconds(from: &StampedPose, to: &StampedPose) -> f64 {
+    (to.stamp_ns - from.stamp_ns) as f64 * 1e-9
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A base that goes 0.15 m each 0.2 s; from one scan to another its counters stand.
+    fn drive(stand: std::ops::Range<usize>, speed_after: f64) -> Vec<Option<StampedPose>> {
+        let mut x_m = 0.0;
+        let pose = |scan: usize| {
+            let step_m = if stand.contains(&scan) { 0.0 } else { 0.15 };
+            x_m += if scan >= stand.end { speed_after * step_m } else { step_m };
+            Some(StampedPose::planar(200_000_000 * scan as i64, Pose2::new(x_m, 0.0, 0.0)))
+        };
+        (0..40).map(pose).collect()
+    }
+
+    /// What a drive misses up to each scan, centimeters.
+    fn missed_cm(drive: &[Option<StampedPose>]) -> Vec<i64> {
+        let Some(filled) = filled(drive) else { return Vec::new() };
+        let x_m = |pose: &Option<StampedPose>| pose.unwrap().pose().x_m;
+        filled
+            .iter()
+            .zip(drive)
+            .map(|(filled, was)| (100.0 * (x_m(filled) - x_m(was))).round() as i64)
+            .collect()
+    }
+
+    #[test]
+    fn a_stand_in_the_midst_of_a_drive_may_have_missed_the_way_of_its_time() {
+        let missed_cm = missed_cm(&drive(10..15, 1.0));
+        assert_eq!(missed_cm[9..17], [0, 15, 30, 45, 60, 75, 75, 75]);
+    }
+
+    #[test]
+    fn short_and_long_stands_and_those_that_end_otherwise_are_none() {
+        for (stand, speed_after) in [(10..11, 1.0), (8..36, 1.0), (10..15, 0.3), (10..15, -1.0)] {
+            assert!(missed_cm(&drive(stand, speed_after)).is_empty(), "{speed_after}");
+        }
+    }
+
+    #[test]
+    fn scans_without_odometry_and_stamps_that_repeat_are_passed_over() {
+        let mut gaps = drive(10..15, 1.0);
+        gaps[12] = None;
+        let filled = filled(&gaps).unwrap();
+        assert!(filled[12].is_none() && filled[13].is_some());
+        let same = vec![Some(StampedPose::planar(0, Pose2::IDENTITY)); 30];
+        assert!(super::filled(&same).is_none());
+    }
+}

@@ -1,0 +1,185 @@
+//! Steps of which there is more than one account: recorded poses and odometry contradict each other, or the
+//! odometry stands still where the base may have gone on.
+//!
+//! The scan tells which it was, laid among the last ones; of both without what stands free. Somebody who walks
+//! along would say that the base stands. Along a bare corridor the scan suits all of them: then the step is in
+//! doubt by how far they are apart, and loops may say where the way goes on.
+
+use biplane_matcher::{EndPoint, PointAlignment, PointMap, Pose2};
+use nalgebra::Vector3;
+
+use super::{Chain, Laid, MIN_SHARE, OF_A_STEP, Step, odometry_sigma, recorded_sigma, with_error};
+use crate::slam::keyframes::keyframe_scan::merged;
+use crate::slam::pose_graph::wheel_calibration::WheelCalibration;
+use crate::slam::submap_alignment;
+
+/// Another account has to explain so much more of the scan than the recorded step.
+const CLEARLY: f64 = 0.1;
+/// Counters may have stalled when so much way may be missing, meters.
+const STALL_M: f64 = 0.05;
+
+/// Whether a step is another one than the odometry's.
+pub(super) fn is_other(step: &Pose2, odometry: Option<&Pose2>) -> bool {
+    odometry.is_some_and(|odometry| step.between(odometry).distance_m() > STALL_M)
+}
+
+/// A node's end points and those of the last ones, without what may walk.
+struct Rooted {
+    surfaces: PointMap,
+    points: Vec<EndPoint>,
+}
+
+impl Rooted {
+    fn lay(&self, prior: &Pose2, sigma: &[f64; 3]) -> PointAlignment {
+        submap_alignment::align(&self.surfaces, &self.points, prior, sigma, OF_A_STEP)
+    }
+}
+
+impl Chain<'_> {
+    fn rooted(&self, laid: &Laid, last_from: impl Fn(usize) -> Pose2) -> Rooted {
+        let near = self.before(laid.at, laid.first);
+        let surfaces =
+            PointMap::new(&merged(near.map(|at| (last_from(at), self.nodes[at].keyframe_scan.rooted()))));
+        Rooted { surfaces, points: self.nodes[laid.at].keyframe_scan.rooted().copied().collect() }
+    }
+
+    /// A step that odometry and recorded poses contradict each other of: either may be wrong, and the scan
+    /// tells which, laid among the last ones where the steps before have put them. Where it does not, wheels
+    /// that are known are believed against poses that leap.
+    pub(super) fn judged(
+        &self,
+        laid: &Laid,
+        odometry: &Pose2,
+        steps: &[Step],
+        wheels: Option<&WheelCalibration>,
+    ) -> Step {
+        let rooted = self.rooted(laid, |back| {
+            let way = steps[back..].iter().fold(Pose2::IDENTITY, |way, (step, _)| way * *step);
+            way.inverse()
+        });
+        let sigma = recorded_sigma(&laid.recorded, self.params);
+        let found = rooted.lay(&laid.recorded, &sigma);
+        let known = wheels.filter(|_| self.nodes[laid.at].leaps).map(|wheels| wheels.of(odometry).0);
+        let needed = if known.is_some() { -CLEARLY } else { CLEARLY };
+        // It may have stalled for a while, too: it is not as exact as wheels that are known.
+        let (counted, counted_sigma) = (known.unwrap_or(*odometry), odometry_sigma(odometry));
+        let other = rooted.lay(&counted, &counted_sigma);
+        let (step, share, rival) = match other.explained_share > found.explained_share + needed {
+            true => {
+                let step = self.accepted(&counted, &counted_sigma, &other, false);
+                (step, other.explained_share, laid.recorded)
+            }
+            false => (self.accepted(&laid.recorded, &sigma, &found, true), found.explained_share, counted),
+        };
+        let step = self.doubted(&rooted, (step, share), &rival);
+        laid.unstalled
+            .map_or(step, |unstalled| self.doubted(&rooted, (step, share), &read(wheels, &unstalled)))
+    }
+
+    /// A step that recorded poses and odometry agree on, unless both stand still where the base may have gone
+    /// on.
+    pub(super) fn unless_stalled(&self, laid: &Laid, step: Step, wheels: Option<&WheelCalibration>) -> Step {
+        let Some(unstalled) = laid.unstalled else { return step };
+        let last = self.nodes[laid.at - 1].recorded;
+        let rooted = self.rooted(laid, |at| last.between(&self.nodes[at].recorded));
+        let found = rooted.lay(&step.0, &recorded_sigma(&laid.recorded, self.params));
+        self.doubted(&rooted, (step, found.explained_share), &read(wheels, &unstalled))
+    }
+
+    /// A step that explains this share of the scan, in doubt by how far a rival is away that explains about
+    /// as much; the rival where it explains clearly more.
+    fn doubted(&self, rooted: &Rooted, (step, share): (Step, f64), rival: &Pose2) -> Step {
+        let sigma = odometry_sigma(rival);
+        let found = rooted.lay(rival, &sigma);
+        if found.explained_share < MIN_SHARE.min(share) || found.explained_share < share - CLEARLY {
+            return step;
+        }
+        if found.explained_share > share + CLEARLY {
+            return self.accepted(rival, &sigma, &found, false);
+        }
+        let away = Vector3::from(found.map_from_points.step_from(&step.0));
+        (step.0, with_error(&step.1, &(away * away.transpose())))
+    }
+}
+
+/// The odometry's step as it truly is.
+fn read(wheels: Option<&WheelCalibration>, counted: &Pose2) -> Pose2 {
+    wheels.map_or(*counted, |wheels| wheels.of(counted).0)
+}
+
+#[cfg(test)]
+mod tests {
+    use biplane_matcher::Kind;
+
+    use super::super::tests::{ALONG_WALL, COUNTED_M, IN_ROOM, STEP_M, drive, point};
+    use super::super::{ChainParams, edges};
+    use crate::slam::keyframes::Node;
+    use crate::slam::pose_graph::Edge;
+
+    fn step_to(nodes: &[Node], at: usize) -> Edge {
+        edges(nodes, 0, &ChainParams::default()).0[at - 1]
+    }
+
+    /// How far a step is in doubt ahead, meters.
+    fn doubt_m(edge: &Edge) -> f64 {
+        edge.information.try_inverse().unwrap()[(0, 0)].sqrt()
+    }
+
+    #[test]
+    fn poses_that_leap_where_the_scan_says_nothing_are_no_motion() {
+        let at = IN_ROOM + 5;
+        let mut nodes = drive();
+        nodes[at..].iter_mut().for_each(|node| node.recorded.x_m -= 1.0);
+        let slipped = step_to(&nodes, at);
+        assert!(
+            (slipped.measured.x_m - (COUNTED_M - 1.0)).abs() < 0.05,
+            "a base that slips drives as recorded"
+        );
+        assert!((0.7..1.3).contains(&doubt_m(&slipped)), "{}", doubt_m(&slipped));
+        nodes[at].leaps = true;
+        let leapt = step_to(&nodes, at);
+        assert!((leapt.measured.x_m - STEP_M).abs() < 2e-3);
+        assert!((0.7..1.3).contains(&doubt_m(&leapt)), "{}", doubt_m(&leapt));
+    }
+
+    #[test]
+    fn counters_that_may_have_stalled_leave_the_way_in_doubt_where_the_scan_says_nothing() {
+        for (at, is_told) in [(IN_ROOM + 5, false), (IN_ROOM - 5, true)] {
+            let mut nodes = drive();
+            nodes.iter_mut().for_each(|node| node.unstalled = node.odometry);
+            assert!(doubt_m(&step_to(&nodes, at)) < 0.03);
+            for pose in nodes[at..].iter_mut().flat_map(|node| &mut node.unstalled) {
+                pose.x_m += 0.4;
+            }
+            let step = step_to(&nodes, at);
+            assert!((step.measured.x_m.abs() - STEP_M).abs() < 2e-3, "{step:?}");
+            let expected = if is_told { 0.0..0.03 } else { 0.35..0.45 };
+            assert!(expected.contains(&doubt_m(&step)), "{is_told}: {}", doubt_m(&step));
+        }
+    }
+
+    #[test]
+    fn somebody_who_walks_along_does_not_say_that_the_base_stands() {
+        let at = IN_ROOM + ALONG_WALL - 2;
+        let walks_along = |is_known: bool| {
+            let mut nodes = drive();
+            // Ahead, off the wall, always in the same place as the base sees it.
+            for node in &mut nodes {
+                let scan = &mut node.keyframe_scan;
+                let first = scan.points.len();
+                scan.points.extend((0..40).map(|step| {
+                    let across_m = 0.02 * f64::from(step);
+                    point([2.0, across_m - 0.4], [-1.0, 0.0], Kind::Line)
+                }));
+                if is_known {
+                    scan.free_standing = (first..first + 40).collect();
+                }
+            }
+            // The matcher went with them for a step.
+            nodes[at..].iter_mut().for_each(|node| node.recorded.x_m -= COUNTED_M);
+            step_to(&nodes, at)
+        };
+        assert!(doubt_m(&walks_along(false)) < 0.05, "as if it stood");
+        assert!(doubt_m(&walks_along(true)) > 0.2);
+    }
+}
