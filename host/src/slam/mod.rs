@@ -92,7 +92,7 @@ pub struct Optimized {
     pub odometry: Vec<Option<OdometryScale>>,
     /// The same, to read steps with.
     pub(crate) wheels: Vec<Option<WheelCalibration>>,
-    /// The steps between nodes, by recording.
+    /// The steps between nodes that refined them, by recording.
     pub(crate) chain: Vec<Vec<Edge>>,
     /// The scans before which the way breaks, as no sensor tells the step: numbers by recording, ascending.
     pub breaks: Vec<Vec<usize>>,
@@ -204,10 +204,19 @@ pub fn optimize(
     pose_graph::optimize(&mut poses, &all, &vec![1.0; all.len()], &structure);
     let groups = parts.groups(runs.len(), &part_groups);
     let mut is_closed = closed(&loop_closer, &groups, &parts);
+    let leaning = |(chain, wheels): (&Vec<Edge>, &Option<_>)| odometry_edges::leaning(chain, wheels.as_ref());
+    let leaning: Vec<Vec<Edge>> = by_run.iter().zip(&wheels).map(leaning).collect();
     for members in frames(&runs, &groups, &is_closed) {
-        refinement::refine_some(&members, &nodes, &mut poses, &chain, &params.joint, &mut |round| {
-            progress(Progress::Joint(round, params.joint.rounds()));
-        });
+        refinement::refine_some(
+            &members,
+            &nodes,
+            &mut poses,
+            &leaning.concat(),
+            &params.joint,
+            &mut |round| {
+                progress(Progress::Joint(round, params.joint.rounds()));
+            },
+        );
     }
     let not_better = keep_recorded(&mut is_closed, &groups, |run: usize| {
         map_entropy::is_worse(&nodes[runs[run].clone()], &poses[runs[run].clone()])
@@ -241,7 +250,7 @@ pub fn optimize(
         odometry: wheels.iter().map(|wheels| Some(wheels.as_ref()?.scale())).collect(),
         wheels,
         breaks: all_keyframes.iter().zip(&by_run).map(|(of, chain)| breaks::first_scans(of, chain)).collect(),
-        chain: by_run,
+        chain: leaning,
         loops: loops_found(&loop_closer, &submaps),
         counts,
     }

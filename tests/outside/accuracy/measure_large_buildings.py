@@ -75,14 +75,18 @@ def figures(recording, name):
 def wrong(name):
     """Loops believed, and those of them that are wrong."""
     truth = np.loadtxt(name + ".truth")
-    at = {round(row[0], 3): row[1:] for row in truth}
+
+    def at(stamp_s):
+        """The true pose nearest in time: stamps are written with more digits here than there."""
+        return truth[np.abs(truth[:, 0] - stamp_s).argmin(), 1:]
+
     counts = [0, 0]
     with open(name + ".loops.csv") as table:
         for row in csv.DictReader(table):
             if row.pop("believed") != "1":
                 continue
             value = {key: float(text) for key, text in row.items()}
-            x, y, theta = seen_from(at[round(value["t1"], 3)], at[round(value["t2"], 3)])
+            x, y, theta = seen_from(at(value["t1"]), at(value["t2"]))
             off = np.array([value["x"] - x, value["y"] - y, math.remainder(value["theta"] - theta, math.tau)])
             xx, xy, xt, yy, yt, tt = (value[key] for key in ("ixx", "ixy", "ixt", "iyy", "iyt", "itt"))
             counts[0] += 1

@@ -24,9 +24,9 @@ use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
 use crate::slam::keyframes::Node;
-use crate::slam::pose_graph::odometry_edges::ALIKE;
 use crate::slam::pose_graph::{self, Edge, Parts};
 use crate::slam::refinement::JointParams;
+use crate::slam::refinement::every_scan::ALIKE;
 use crate::slam::refinement::observations::Observations;
 use knots::Knots;
 use map_motion::{about, back_from};

@@ -23,7 +23,6 @@ use biplane_matcher::Pose2;
 
 use crate::slam::keyframes::Node;
 use crate::slam::pose_graph::Edge;
-use crate::slam::pose_graph::odometry_edges::alike;
 use crate::slam::refinement::conjugate_gradient::ConjugateGradient;
 use crate::slam::refinement::observations::Observations;
 
@@ -37,7 +36,7 @@ pub(crate) fn refine_some(
     progress: &mut dyn FnMut(usize),
 ) {
     let place = |node: usize| members.binary_search(&node).ok();
-    let inner = |edge: &Edge| Some(Edge { from: place(edge.from)?, to: place(edge.to)?, ..alike(edge) });
+    let inner = |edge: &Edge| Some(Edge { from: place(edge.from)?, to: place(edge.to)?, ..*edge });
     let chain: Vec<Edge> = chain.iter().filter_map(inner).collect();
     let nodes: Vec<&Node> = members.iter().map(|&node| &nodes[node]).collect();
     let mut moving: Vec<Pose2> = members.iter().map(|&node| poses[node]).collect();
