@@ -231,13 +231,7 @@ pub fn optimize(
         breaks_left,
         not_better,
     };
-    let mut covariances = vec![None; nodes.len()];
-    for members in frames(&runs, &groups, &is_closed) {
-        let found = pose_covariance::of_poses(&members, &nodes, &poses, &chain, &params.joint);
-        for (node, covariance) in members.into_iter().zip(found.into_iter().flatten()) {
-            covariances[node] = Some(covariance);
-        }
-    }
+    let covariances = covariances(frames(&runs, &groups, &is_closed), &nodes, &poses, &chain, &params.joint);
     let of_run = |(run, closed): (&Range<usize>, &bool)| match closed {
         true => poses[run.clone()].to_vec(),
         false => nodes[run.clone()].iter().map(|node| node.recorded).collect(),
@@ -254,6 +248,24 @@ pub fn optimize(
         loops: loops_found(&loop_closer, &submaps),
         counts,
     }
+}
+
+/// The covariances of the poses of each frame; none of the others.
+fn covariances(
+    frames: Vec<Vec<usize>>,
+    nodes: &[Node],
+    poses: &[Pose2],
+    chain: &[Edge],
+    params: &JointParams,
+) -> Vec<Option<Matrix3<f64>>> {
+    let mut covariances = vec![None; nodes.len()];
+    for members in frames {
+        let found = pose_covariance::of_poses(&members, nodes, poses, chain, params);
+        for (node, covariance) in members.into_iter().zip(found.into_iter().flatten()) {
+            covariances[node] = Some(covariance);
+        }
+    }
+    covariances
 }
 
 /// The poses of all scans of each recording, with the covariances of the nodes: each scan at its own place
