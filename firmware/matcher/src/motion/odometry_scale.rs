@@ -77,14 +77,6 @@ pub struct OdometryScale {
 }
 
 impl OdometryScale {
-    /// The odometry's step by all that is known of its scales: where scans do not tell the way, a hundredth of
-    /// it adds up.
-    pub(crate) fn exactly(&self, step: &Pose2) -> Pose2 {
-        let value = |scale: Option<Estimate>| scale.map_or(1.0, |scale| scale.value);
-        let (way, turn) = (value(self.way), value(self.turn));
-        Pose2::new(way * step.x_m, way * step.y_m, turn * step.theta_rad)
-    }
-
     /// The odometry's step as it truly is, where its scales are clearly wrong. Smaller errors change nothing
     /// that scans tell, and each change of a step sends a long drive another way.
     pub(crate) fn of(&self, step: &Pose2) -> Pose2 {
@@ -92,6 +84,13 @@ impl OdometryScale {
         let way = wrong(self.way).unwrap_or(1.0);
         let turn = wrong(self.turn).unwrap_or(1.0);
         Pose2::new(way * step.x_m, way * step.y_m, turn * step.theta_rad)
+    }
+
+    /// The same, with all that is known of the way's scale: where scans do not tell the way, a hundredth of it
+    /// adds up.
+    pub(crate) fn of_open_way(&self, step: &Pose2) -> Pose2 {
+        let way = self.way.map_or(1.0, |way| way.value);
+        Pose2 { x_m: way * step.x_m, y_m: way * step.y_m, ..self.of(step) }
     }
 }
 
