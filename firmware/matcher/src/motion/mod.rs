@@ -182,15 +182,9 @@ impl MotionModel {
         Ok(Step { last_from_base: self.read(&step), sigma, odometry })
     }
 
-    /// The odometry's step in true meters and radians, with the right sign; to the last that is known of the
-    /// way's scale where the last scan has left the way open. Where scans tell it, that would change nothing but
-    /// which of two near choices falls: taken everywhere, 2 of 96 runs of Intel had 0.028 and 0.069 m, and
-    /// without none has more than 0.0251 m.
+    /// The odometry's step in true meters and radians, with the right sign.
     fn read(&self, step: &Pose2) -> Pose2 {
-        let scale = self.scale.scale();
-        let is_open = self.unshown_s > 0.0 && self.is_reliable();
-        let step = if is_open { scale.of_open_way(step) } else { scale.of(step) };
-        self.consistency.reading().of(&step)
+        self.consistency.reading().of(&self.scale.scale().of(step))
     }
 
     /// Whether hardly any step of the odometry has been wrong lately.
@@ -366,19 +360,6 @@ mod tests {
             assert_eq!(seconds[..5], [Odometry::Contradicted; 5], "{found:?}");
             assert_eq!(seconds[7..], [Odometry::Used; 3], "{found:?}");
         }
-    }
-
-    #[test]
-    fn a_scale_that_is_little_wrong_is_taken_where_the_last_scan_left_the_way_open() {
-        let mut model = MotionModel::new(MotionParams::default());
-        let counted = |scan: i64| Some(Pose2::new(0.104 * scan as f64, 0.0, 0.0));
-        let matched = (&Pose2::IDENTITY, &Pose2::new(0.1, 0.0, 0.0));
-        (0..300).for_each(|scan| model.update(scan * S, counted(scan), matched, Found::Surely));
-        let expected_m =
-            |model: &MotionModel, scan: i64| model.predict(scan * S, counted(scan)).step.last_from_base.x_m;
-        assert!((expected_m(&model, 300) - 0.104).abs() < 1e-9);
-        model.update(300 * S, counted(300), matched, Found::ButForTheWay);
-        assert!((expected_m(&model, 301) - 0.1).abs() < 5e-4, "{}", expected_m(&model, 301));
     }
 
     #[test]

@@ -85,13 +85,6 @@ impl OdometryScale {
         let turn = wrong(self.turn).unwrap_or(1.0);
         Pose2::new(way * step.x_m, way * step.y_m, turn * step.theta_rad)
     }
-
-    /// The same, with all that is known of the way's scale: where scans do not tell the way, a hundredth of it
-    /// adds up.
-    pub(crate) fn of_open_way(&self, step: &Pose2) -> Pose2 {
-        let way = self.way.map_or(1.0, |way| way.value);
-        Pose2 { x_m: way * step.x_m, y_m: way * step.y_m, ..self.of(step) }
-    }
 }
 
 /// Learns the scales from step to step.
