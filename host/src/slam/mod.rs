@@ -204,20 +204,9 @@ pub fn optimize(
     pose_graph::optimize(&mut poses, &all, &vec![1.0; all.len()], &structure);
     let groups = parts.groups(runs.len(), &part_groups);
     let mut is_closed = closed(&loop_closer, &groups, &parts);
-    let leaning = |(chain, wheels): (&Vec<Edge>, &Option<_>)| odometry_edges::leaning(chain, wheels.as_ref());
-    let leaning: Vec<Vec<Edge>> = by_run.iter().zip(&wheels).map(leaning).collect();
-    for members in frames(&runs, &groups, &is_closed) {
-        refinement::refine_some(
-            &members,
-            &nodes,
-            &mut poses,
-            &leaning.concat(),
-            &params.joint,
-            &mut |round| {
-                progress(Progress::Joint(round, params.joint.rounds()));
-            },
-        );
-    }
+    let leaning = leaning(&by_run, &wheels);
+    let joint = (&params.joint, &leaning.concat()[..]);
+    refine_frames(frames(&runs, &groups, &is_closed), &nodes, &mut poses, joint, progress);
     let not_better = keep_recorded(&mut is_closed, &groups, |run: usize| {
         map_entropy::is_worse(&nodes[runs[run].clone()], &poses[runs[run].clone()])
     });
@@ -247,6 +236,27 @@ pub fn optimize(
         chain: leaning,
         loops: loops_found(&loop_closer, &submaps),
         counts,
+    }
+}
+
+/// The steps of each recording as all scans are weighed against them.
+fn leaning(by_run: &[Vec<Edge>], wheels: &[Option<WheelCalibration>]) -> Vec<Vec<Edge>> {
+    let of = |(chain, wheels): (&Vec<Edge>, &Option<_>)| odometry_edges::leaning(chain, wheels.as_ref());
+    by_run.iter().zip(wheels).map(of).collect()
+}
+
+/// The last step, in each frame by itself.
+fn refine_frames(
+    frames: Vec<Vec<usize>>,
+    nodes: &[Node],
+    poses: &mut [Pose2],
+    (params, chain): (&JointParams, &[Edge]),
+    progress: &mut dyn FnMut(Progress),
+) {
+    for members in frames {
+        refinement::refine_some(&members, nodes, poses, chain, params, &mut |round| {
+            progress(Progress::Joint(round, params.rounds()));
+        });
     }
 }
 
