@@ -118,7 +118,7 @@ impl LoopCloser<'_> {
         let Loop { submap_ids, found, half_m } = &self.loops[at];
         let [from, to] = submap_ids.map(|submap_id| self.poses[submap_id]);
         let away_m = from.between(&to).between(&found.pose).distance_m();
-        asked(doubt_m(*half_m, away_m), self.params.alone_up_to_m)
+        asked(uncertain_m(*half_m, away_m), self.params.alone_up_to_m)
     }
 
     /// Bare corridor found from afar lies anywhere along the corridor: it leads on to what tells, and holds
@@ -180,9 +180,10 @@ impl LoopCloser<'_> {
     }
 }
 
-/// How much is in doubt of a loop found so far away from where the graph expects it. Found close to that place
-/// it is no more in doubt than in a smaller window: of all that looks alike in a wide one, little lies there.
-fn doubt_m(half_m: f64, away_m: f64) -> f64 {
+/// How much is in doubt of a loop found so far away from where the graph expects it. Found close to that
+/// place it is no more in doubt than in a smaller window: of all that looks alike in a wide one, little
+/// lies there.
+fn uncertain_m(half_m: f64, away_m: f64) -> f64 {
     if half_m.is_finite() { half_m.min((CLOSE * away_m).max(TWO_SUFFICE_UP_TO_M)) } else { half_m }
 }
 
@@ -232,7 +233,7 @@ fn covariance(information: &Matrix3<f64>) -> Option<Matrix3<f64>> {
 mod tests {
     use biplane_matcher::Pose2;
 
-    use super::{MAX_CYCLE_SQUARED, along_both, asked, doubt_m};
+    use super::{MAX_CYCLE_SQUARED, along_both, asked, uncertain_m};
     use crate::slam::pose_graph::graduated_non_convexity::MAX_LOOP_SQUARED;
     use crate::slam::pose_graph::tests::edge;
 
@@ -262,7 +263,7 @@ mod tests {
     fn a_loop_found_close_to_where_it_is_expected_is_less_in_doubt() {
         let cases = [(30.0, 2.0), (30.0, 5.0), (30.0, 20.0), (3.0, 2.0), (f64::INFINITY, 2.0)];
         assert_eq!(
-            cases.map(|(half_m, away_m)| doubt_m(half_m, away_m)),
+            cases.map(|(half_m, away_m)| uncertain_m(half_m, away_m)),
             [16.0, 20.0, 30.0, 3.0, f64::INFINITY]
         );
     }

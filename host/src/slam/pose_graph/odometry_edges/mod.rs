@@ -47,11 +47,11 @@ impl Default for ChainParams {
     }
 }
 
-/// Variances of steps count so many times more for each square of what a meter of the odometry is off by, as a
-/// share: each recorded step leans to the odometry by a little, and all of them the same way. With odometry
-/// that is 5 % long a building of 250 m was 0.1 % too long (0.11 m) where steps counted in full, and 0.03 m
-/// off where their variances count nine times. Counted nine times everywhere, drives with odometry that is 1 %
-/// long were 5 to 13 % worse.
+/// Variances of steps count so many times more for each square of what a meter of the odometry is off by,
+/// as a share: each recorded step leans to the odometry by a little, and all of them the same way. With
+/// odometry that is 5 % long a building of 250 m was 0.1 % too long (0.11 m) where steps counted in full,
+/// and 0.03 m off where their variances count nine times. Counted nine times everywhere, drives with
+/// odometry that is 1 % long were 5 to 13 % worse.
 const LEANS: f64 = 3200.0;
 /// Standard deviations of odometry a meter driven: meters, radians; and a radian turned: meters, radians.
 const ODOMETRY: [f64; 4] = [0.1, 0.05, 0.05, 0.15];

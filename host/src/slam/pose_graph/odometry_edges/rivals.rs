@@ -1,9 +1,9 @@
 //! Steps of which there is more than one account: recorded poses and odometry contradict each other, or the
 //! odometry stands still where the base may have gone on.
 //!
-//! The scan tells which it was, laid among the last ones; of both without what stands free. Somebody who walks
-//! along would say that the base stands. Along a bare corridor the scan suits all of them: then the step is in
-//! doubt by how far they are apart, and loops may say where the way goes on.
+//! The scan tells which it was, laid among the last ones; of both without what stands free. Somebody who
+//! walks along would say that the base stands. Along a bare corridor the scan suits all of them: then the
+//! step is in doubt by how far they are apart, and loops may say where the way goes on.
 
 use biplane_matcher::{EndPoint, PointAlignment, PointMap, Pose2};
 use nalgebra::Vector3;
@@ -121,7 +121,7 @@ mod tests {
     }
 
     /// How far a step is in doubt ahead, meters.
-    fn doubt_m(edge: &Edge) -> f64 {
+    fn uncertain_m(edge: &Edge) -> f64 {
         edge.information.try_inverse().unwrap()[(0, 0)].sqrt()
     }
 
@@ -135,26 +135,26 @@ mod tests {
             (slipped.measured.x_m - (COUNTED_M - 1.0)).abs() < 0.05,
             "a base that slips drives as recorded"
         );
-        assert!((0.7..1.3).contains(&doubt_m(&slipped)), "{}", doubt_m(&slipped));
+        assert!((0.7..1.3).contains(&uncertain_m(&slipped)), "{}", uncertain_m(&slipped));
         nodes[at].leaps = true;
         let leapt = step_to(&nodes, at);
         assert!((leapt.measured.x_m - STEP_M).abs() < 2e-3);
-        assert!((0.7..1.3).contains(&doubt_m(&leapt)), "{}", doubt_m(&leapt));
+        assert!((0.7..1.3).contains(&uncertain_m(&leapt)), "{}", uncertain_m(&leapt));
     }
 
     #[test]
     fn counters_that_may_have_stalled_leave_the_way_in_doubt_where_the_scan_says_nothing() {
-        for (at, is_told) in [(IN_ROOM + 5, false), (IN_ROOM - 5, true)] {
+        for (at, is_known) in [(IN_ROOM + 5, false), (IN_ROOM - 5, true)] {
             let mut nodes = drive();
             nodes.iter_mut().for_each(|node| node.unstalled = node.odometry);
-            assert!(doubt_m(&step_to(&nodes, at)) < 0.03);
+            assert!(uncertain_m(&step_to(&nodes, at)) < 0.03);
             for pose in nodes[at..].iter_mut().flat_map(|node| &mut node.unstalled) {
                 pose.x_m += 0.4;
             }
             let step = step_to(&nodes, at);
             assert!((step.measured.x_m.abs() - STEP_M).abs() < 2e-3, "{step:?}");
-            let expected = if is_told { 0.0..0.03 } else { 0.35..0.45 };
-            assert!(expected.contains(&doubt_m(&step)), "{is_told}: {}", doubt_m(&step));
+            let expected = if is_known { 0.0..0.03 } else { 0.35..0.45 };
+            assert!(expected.contains(&uncertain_m(&step)), "{is_known}: {}", uncertain_m(&step));
         }
     }
 
@@ -179,7 +179,7 @@ mod tests {
             nodes[at..].iter_mut().for_each(|node| node.recorded.x_m -= COUNTED_M);
             step_to(&nodes, at)
         };
-        assert!(doubt_m(&walks_along(false)) < 0.05, "as if it stood");
-        assert!(doubt_m(&walks_along(true)) > 0.2);
+        assert!(uncertain_m(&walks_along(false)) < 0.05, "as if it stood");
+        assert!(uncertain_m(&walks_along(true)) > 0.2);
     }
 }
