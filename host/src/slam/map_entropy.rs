@@ -121,8 +121,7 @@ mod tests {
                 let range_m = to_side.min(to_end);
                 EndPoint { at_m: [range_m * cos, range_m * sin].map(|m| m as f32), ..EndPoint::default() }
             });
-            let keyframe_scan =
-                KeyframeScan { points: beams.collect(), laser_m: [0.0; 2], ..KeyframeScan::default() };
+            let keyframe_scan = KeyframeScan { points: beams.collect(), laser_m: [0.0; 2] };
             Node::at(Pose2::new(x_m, 0.0, 0.0), keyframe_scan)
         };
         (1..30).map(|step| at(0.3 * f64::from(step))).collect()

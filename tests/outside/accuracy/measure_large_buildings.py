@@ -22,7 +22,8 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
 from lib import np
-from lib.planar import seen_from
+from lib.carmen_log import Track
+from lib.planar import read_numbers, seen_from
 from lib.programs import json_of, output_of, run_check
 
 # Options of make_large_building.py, and the largest position error (m) after optimize, where a bound makes
@@ -74,19 +75,16 @@ def figures(recording, name):
 
 def wrong(name):
     """Loops believed, and those of them that are wrong."""
-    truth = np.loadtxt(name + ".truth")
-
-    def at(stamp_s):
-        """The true pose nearest in time: stamps are written with more digits here than there."""
-        return truth[np.abs(truth[:, 0] - stamp_s).argmin(), 1:]
-
+    truth = Track(read_numbers(name + ".truth"))
     counts = [0, 0]
     with open(name + ".loops.csv") as table:
         for row in csv.DictReader(table):
             if row.pop("believed") != "1":
                 continue
             value = {key: float(text) for key, text in row.items()}
-            x, y, theta = seen_from(at(value["t1"]), at(value["t2"]))
+            # Stamps are written with more digits here than there.
+            one, other = (truth.rows[truth.nearest(value[end])][1:] for end in ("t1", "t2"))
+            x, y, theta = seen_from(one, other)
             off = np.array([value["x"] - x, value["y"] - y, math.remainder(value["theta"] - theta, math.tau)])
             xx, xy, xt, yy, yt, tt = (value[key] for key in ("ixx", "ixy", "ixt", "iyy", "iyt", "itt"))
             counts[0] += 1

@@ -110,8 +110,7 @@ mod tests {
     fn seen_from_the_origin(points: &[[f32; 2]]) -> FreeSpace {
         let points: Vec<EndPoint> =
             points.iter().map(|&at_m| EndPoint { at_m, ..EndPoint::default() }).collect();
-        let keyframe_scan =
-            KeyframeScan { points: points.clone(), laser_m: [0.0; 2], ..KeyframeScan::default() };
+        let keyframe_scan = KeyframeScan { points: points.clone(), laser_m: [0.0; 2] };
         let node = Node::at(Pose2::IDENTITY, keyframe_scan);
         FreeSpace::new(&[node], &[Pose2::IDENTITY], &points)
     }

@@ -24,18 +24,9 @@ pub struct KeyframeScan {
     pub points: Vec<EndPoint>,
     /// Where they were seen from.
     pub laser_m: [f32; 2],
-    /// The numbers of those on something short that stands free, ascending: it may be somebody who walks.
-    pub free_standing: Vec<usize>,
 }
 
 impl KeyframeScan {
-    /// The end points on what cannot be somebody who walks.
-    pub(crate) fn rooted(&self) -> impl Iterator<Item = &EndPoint> {
-        let mut free = self.free_standing.iter().copied().peekable();
-        let is_rooted = move |(number, _): &(usize, &EndPoint)| free.next_if_eq(number).is_none();
-        self.points.iter().enumerate().filter(is_rooted).map(|(_, point)| point)
-    }
-
     /// One in so many of its beams when it was taken at a pose: where each begins and ends.
     pub(crate) fn beams(&self, pose: &Pose2, every: usize) -> impl Iterator<Item = [[f32; 2]; 2]> {
         let placement = Placement::new(pose);
@@ -99,11 +90,12 @@ impl KeyframeScanner {
             beams: &self.beams,
             twist_in_base: twist(scan, geometry, pose, trajectory),
         });
-        KeyframeScan {
-            points: self.points.as_slice().to_vec(),
-            laser_m: self.points.laser_in_base_m(),
-            free_standing: free_standing(&self.points),
-        }
+        KeyframeScan { points: self.points.as_slice().to_vec(), laser_m: self.points.laser_in_base_m() }
+    }
+
+    /// The numbers of the last scan's end points on something short that stands free, ascending.
+    pub(crate) fn free_standing(&self) -> Vec<usize> {
+        free_standing(&self.points)
     }
 }
 

@@ -10,7 +10,7 @@ pub(crate) mod submap;
 
 use biplane_geometry::PortableMath;
 use biplane_geometry::quantile::nearest_rank;
-use biplane_matcher::{Pose2, wrap_angle};
+use biplane_matcher::{EndPoint, Pose2, wrap_angle};
 use biplane_recording::Topic;
 
 use crate::recordings::deskew::StampedPose;
@@ -64,6 +64,18 @@ pub struct Node {
     pub after_gap: bool,
     /// What it saw.
     pub keyframe_scan: KeyframeScan,
+    /// The numbers of its end points on something short that stands free, ascending: it may be somebody who
+    /// walks.
+    pub free_standing: Vec<usize>,
+}
+
+impl Node {
+    /// The end points on what cannot be somebody who walks.
+    pub(crate) fn rooted(&self) -> impl Iterator<Item = &EndPoint> {
+        let mut free = self.free_standing.iter().copied().peekable();
+        let is_rooted = move |(number, _): &(usize, &EndPoint)| free.next_if_eq(number).is_none();
+        self.keyframe_scan.points.iter().enumerate().filter(is_rooted).map(|(_, point)| point)
+    }
 }
 
 #[cfg(test)]
@@ -78,6 +90,7 @@ impl Node {
             leaps: false,
             after_gap: false,
             keyframe_scan,
+            free_standing: Vec::new(),
         }
     }
 }
@@ -128,6 +141,7 @@ impl Keyframes {
                 leaps: recorded_leaps && !odometry_leaps,
                 after_gap,
                 keyframe_scan,
+                free_standing: scanner.free_standing(),
             });
         })?;
         keyframes.odometry = odometry;

@@ -16,6 +16,8 @@ const SHORTEST_NS: i64 = 400_000_000;
 const LONGEST_NS: i64 = 5_000_000_000;
 /// Speed before and after is measured over so long, nanoseconds. Longer: a base that brakes counts as fast.
 const SPEED_NS: i64 = 400_000_000;
+/// And over so many scans at most: stamps may repeat for ever.
+const SPEED_SCANS: usize = 1000;
 /// Slower bases stand, meters a second.
 const SLOW_M_PER_S: f64 = 0.1;
 /// During a stand it goes at most this share of the speed before.
@@ -33,8 +35,9 @@ pub(super) fn filled(odometry: &[Option<StampedPose>]) -> Option<Vec<Option<Stam
     let mut at = 0;
     while at + 1 < poses.len() {
         let end = stand_end(&poses, at);
+        let missed_m_per_s = missed_speed(&poses, at, end);
         for (missed_m, pair) in missed_m[at + 1..=end].iter_mut().zip(poses[at..=end].windows(2)) {
-            *missed_m = missed_speed(&poses, at, end) * seconds(&pair[0], &pair[1]);
+            *missed_m = missed_m_per_s * seconds(&pair[0], &pair[1]);
         }
         at = end.max(at + 1);
     }
@@ -74,13 +77,20 @@ fn missed_speed(poses: &[StampedPose], at: usize, end: usize) -> f64 {
 
 /// How fast the odometry came here, meters a second ahead.
 fn speed_before(poses: &[StampedPose], at: usize) -> Option<f64> {
-    let from = poses[..at].iter().rev().find(|pose| poses[at].stamp_ns - pose.stamp_ns >= SPEED_NS)?;
+    let from = poses[..at]
+        .iter()
+        .rev()
+        .take(SPEED_SCANS)
+        .find(|pose| poses[at].stamp_ns - pose.stamp_ns >= SPEED_NS)?;
     speed(from, &poses[at])
 }
 
 /// How fast it goes on.
 fn speed_after(poses: &[StampedPose], at: usize) -> Option<f64> {
-    let to = poses[at + 1..].iter().find(|pose| pose.stamp_ns - poses[at].stamp_ns >= SPEED_NS)?;
+    let to = poses[at + 1..]
+        .iter()
+        .take(SPEED_SCANS)
+        .find(|pose| pose.stamp_ns - poses[at].stamp_ns >= SPEED_NS)?;
     speed(&poses[at], to)
 }
 

@@ -170,8 +170,7 @@ mod tests {
                 };
                 EndPoint { at_m: [range_m * cos, range_m * sin], normal, weight: 1.0, ..EndPoint::default() }
             });
-            let keyframe_scan =
-                KeyframeScan { points: points.collect(), laser_m: [0.0; 2], ..KeyframeScan::default() };
+            let keyframe_scan = KeyframeScan { points: points.collect(), laser_m: [0.0; 2] };
             Node { scan: at, ..Node::at(Pose2::new(f64::from(base_m), 0.0, 0.0), keyframe_scan) }
         };
         let nodes: Vec<Node> = (0..8).map(node).collect();

@@ -4,7 +4,6 @@
 //! these (pairwise consistency, after Mangelson et al. 2018). Where a loop has no support yet, the submaps
 //! before and after its two are looked for.
 
-use biplane_geometry::PortableMath;
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
@@ -115,20 +114,22 @@ impl LoopCloser<'_> {
     }
 
     fn asked(&self, at: usize) -> (usize, usize) {
-        let Loop { submap_ids, found, half_m } = &self.loops[at];
-        let [from, to] = submap_ids.map(|submap_id| self.poses[submap_id]);
-        let away_m = from.between(&to).between(&found.pose).distance_m();
-        asked(uncertain_m(*half_m, away_m), self.params.alone_up_to_m)
+        let found = &self.loops[at];
+        asked(uncertain_m(found.half_m, self.away_m(found)), self.params.alone_up_to_m)
+    }
+
+    /// How far from where the graph expects it a loop was found.
+    fn away_m(&self, found: &Loop) -> f64 {
+        let [from, to] = found.submap_ids.map(|submap_id| self.poses[submap_id]);
+        from.between(&to).between(&found.found.pose).distance_m()
     }
 
     /// Bare corridor found from afar lies anywhere along the corridor: it leads on to what tells, and holds
     /// only where it is when that is known.
     fn lies_anywhere(&self, found: &Loop) -> bool {
-        let [from, to] = found.submap_ids.map(|submap_id| self.poses[submap_id]);
-        let away = from.between(&to).step_from(&found.found.pose);
         found.half_m > self.refine.narrow_m
             && !self.refine.constrains_along(&found.found.agreement)
-            && away[0].portable_hypot(away[1]) > self.refine.narrow_m
+            && self.away_m(found) > self.refine.narrow_m
     }
 
     /// The other loops that agree with each of those that are asked for; of the others none. Bare corridor

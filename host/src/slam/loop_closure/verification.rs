@@ -328,10 +328,7 @@ mod tests {
                     add(begin + 1.0, y, [-1.0, 0.0]);
                 }
             }
-            Node::at(
-                Pose2::new(at_m, 0.0, 0.0),
-                KeyframeScan { points, laser_m: [0.0; 2], ..KeyframeScan::default() },
-            )
+            Node::at(Pose2::new(at_m, 0.0, 0.0), KeyframeScan { points, laser_m: [0.0; 2] })
         };
         let nodes: Vec<Node> = (0..20).map(|at| node(0.4 * f64::from(at))).collect();
         let poses: Vec<Pose2> = nodes.iter().map(|node| node.recorded).collect();

@@ -168,7 +168,7 @@ mod tests {
                 wall([seen_m + random(), f64::from(step) * 0.1], [-1.0, 0.0]);
             }
         }
-        let keyframe_scan = KeyframeScan { points, laser_m: [0.0; 2], ..KeyframeScan::default() };
+        let keyframe_scan = KeyframeScan { points, laser_m: [0.0; 2] };
         Node::at(Pose2::new(x_m, 0.0, 0.0), keyframe_scan)
     }
 

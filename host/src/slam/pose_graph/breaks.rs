@@ -231,8 +231,7 @@ mod tests {
     fn the_way_breaks_behind_the_longest_pause_between_two_nodes() {
         let scan = |stamp_s: i64| Some(StampedPose::planar(stamp_s * 1_000_000_000, Pose2::IDENTITY));
         let node = |scan: usize| {
-            let keyframe_scan =
-                KeyframeScan { points: Vec::new(), laser_m: [0.0; 2], ..KeyframeScan::default() };
+            let keyframe_scan = KeyframeScan { points: Vec::new(), laser_m: [0.0; 2] };
             Node { scan, ..Node::at(Pose2::IDENTITY, keyframe_scan) }
         };
         let keyframes = Keyframes {
@@ -247,11 +246,7 @@ mod tests {
     #[test]
     fn a_scan_is_strange_when_little_of_it_is_explained_unless_it_is_small_or_has_turned() {
         let node = |points: usize, after_gap: bool| {
-            let keyframe_scan = KeyframeScan {
-                points: vec![EndPoint::default(); points],
-                laser_m: [0.0; 2],
-                ..KeyframeScan::default()
-            };
+            let keyframe_scan = KeyframeScan { points: vec![EndPoint::default(); points], laser_m: [0.0; 2] };
             Node { after_gap, ..Node::at(Pose2::IDENTITY, keyframe_scan) }
         };
         let turned = |turn_rad: f64| Pose2::new(0.3, 0.0, turn_rad);

@@ -97,7 +97,7 @@ pub(crate) mod tests {
             points.push(wall([4.0, along - 3.0], [-1.0, 0.0]));
             points.push(wall([-4.0, along - 3.0], [1.0, 0.0]));
         }
-        KeyframeScan { points, laser_m: [0.0; 2], ..KeyframeScan::default() }
+        KeyframeScan { points, laser_m: [0.0; 2] }
     }
 
     fn drive() -> (Vec<Pose2>, Vec<Node>) {
@@ -170,7 +170,7 @@ pub(crate) mod tests {
                 points.push(EndPoint { at_m, kind: Kind::Point, weight: 1.0, ..EndPoint::default() });
             }
         }
-        Node::at(truth, KeyframeScan { points, laser_m: [0.0; 2], ..KeyframeScan::default() })
+        Node::at(truth, KeyframeScan { points, laser_m: [0.0; 2] })
     }
 
     #[test]

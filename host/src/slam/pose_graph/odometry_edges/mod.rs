@@ -336,7 +336,7 @@ pub(in crate::slam::pose_graph::odometry_edges) mod tests {
                 points.push(wall([-4.0, along], [1.0, 0.0]));
             }
         }
-        KeyframeScan { points, laser_m: [0.0; 2], ..KeyframeScan::default() }
+        KeyframeScan { points, laser_m: [0.0; 2] }
     }
 
     /// To and fro in the room, then along the wall. Wheels count 3 % too much, and recorded poses are right

@@ -29,18 +29,31 @@ struct Rooted {
     points: Vec<EndPoint>,
 }
 
+/// A step that may have been, within these standard deviations, and what the scan says of it.
+struct Account {
+    step: Pose2,
+    sigma: [f64; 3],
+    found: PointAlignment,
+}
+
 impl Rooted {
-    fn lay(&self, prior: &Pose2, sigma: &[f64; 3]) -> PointAlignment {
-        submap_alignment::align(&self.surfaces, &self.points, prior, sigma, OF_A_STEP)
+    fn account(&self, step: Pose2, sigma: [f64; 3]) -> Account {
+        let found = submap_alignment::align(&self.surfaces, &self.points, &step, &sigma, OF_A_STEP);
+        Account { step, sigma, found }
+    }
+}
+
+impl Account {
+    fn explained_share(&self) -> f64 {
+        self.found.explained_share
     }
 }
 
 impl Chain<'_> {
     fn rooted(&self, laid: &Laid, last_from: impl Fn(usize) -> Pose2) -> Rooted {
         let near = self.before(laid.at, laid.first);
-        let surfaces =
-            PointMap::new(&merged(near.map(|at| (last_from(at), self.nodes[at].keyframe_scan.rooted()))));
-        Rooted { surfaces, points: self.nodes[laid.at].keyframe_scan.rooted().copied().collect() }
+        let surfaces = PointMap::new(&merged(near.map(|at| (last_from(at), self.nodes[at].rooted()))));
+        Rooted { surfaces, points: self.nodes[laid.at].rooted().copied().collect() }
     }
 
     /// A step that odometry and recorded poses contradict each other of: either may be wrong, and the scan
@@ -57,23 +70,17 @@ impl Chain<'_> {
             let way = steps[back..].iter().fold(Pose2::IDENTITY, |way, (step, _)| way * *step);
             way.inverse()
         });
-        let sigma = recorded_sigma(&laid.recorded, self.params);
-        let found = rooted.lay(&laid.recorded, &sigma);
+        let recorded = rooted.account(laid.recorded, recorded_sigma(&laid.recorded, self.params));
         let known = wheels.filter(|_| self.nodes[laid.at].leaps).map(|wheels| wheels.of(odometry).0);
         let needed = if known.is_some() { -CLEARLY } else { CLEARLY };
         // It may have stalled for a while, too: it is not as exact as wheels that are known.
-        let (counted, counted_sigma) = (known.unwrap_or(*odometry), odometry_sigma(odometry));
-        let other = rooted.lay(&counted, &counted_sigma);
-        let (step, share, rival) = match other.explained_share > found.explained_share + needed {
-            true => {
-                let step = self.accepted(&counted, &counted_sigma, &other, false);
-                (step, other.explained_share, laid.recorded)
-            }
-            false => (self.accepted(&laid.recorded, &sigma, &found, true), found.explained_share, counted),
-        };
-        let step = self.doubted(&rooted, (step, share), &rival);
-        laid.unstalled
-            .map_or(step, |unstalled| self.doubted(&rooted, (step, share), &read(wheels, &unstalled)))
+        let counted = rooted.account(known.unwrap_or(*odometry), odometry_sigma(odometry));
+        let is_counted = counted.explained_share() > recorded.explained_share() + needed;
+        let (taken, rival) = if is_counted { (&counted, &recorded) } else { (&recorded, &counted) };
+        let step = self.accepted(&taken.step, &taken.sigma, &taken.found, !is_counted);
+        let step = self.doubted(step, taken.explained_share(), rival);
+        let Some(unstalled) = laid.unstalled else { return step };
+        self.doubted(step, taken.explained_share(), &stalled(&rooted, &unstalled, wheels))
     }
 
     /// A step that recorded poses and odometry agree on, unless both stand still where the base may have gone
@@ -82,29 +89,29 @@ impl Chain<'_> {
         let Some(unstalled) = laid.unstalled else { return step };
         let last = self.nodes[laid.at - 1].recorded;
         let rooted = self.rooted(laid, |at| last.between(&self.nodes[at].recorded));
-        let found = rooted.lay(&step.0, &recorded_sigma(&laid.recorded, self.params));
-        self.doubted(&rooted, (step, found.explained_share), &read(wheels, &unstalled))
+        let taken = rooted.account(step.0, recorded_sigma(&laid.recorded, self.params));
+        self.doubted(step, taken.explained_share(), &stalled(&rooted, &unstalled, wheels))
     }
 
     /// A step that explains this share of the scan, in doubt by how far a rival is away that explains about
     /// as much; the rival where it explains clearly more.
-    fn doubted(&self, rooted: &Rooted, (step, share): (Step, f64), rival: &Pose2) -> Step {
-        let sigma = odometry_sigma(rival);
-        let found = rooted.lay(rival, &sigma);
-        if found.explained_share < MIN_SHARE.min(share) || found.explained_share < share - CLEARLY {
+    fn doubted(&self, step: Step, share: f64, rival: &Account) -> Step {
+        let rival_share = rival.explained_share();
+        if rival_share < MIN_SHARE.min(share) || rival_share < share - CLEARLY {
             return step;
         }
-        if found.explained_share > share + CLEARLY {
-            return self.accepted(rival, &sigma, &found, false);
+        if rival_share > share + CLEARLY {
+            return self.accepted(&rival.step, &rival.sigma, &rival.found, false);
         }
-        let away = Vector3::from(found.map_from_points.step_from(&step.0));
+        let away = Vector3::from(rival.found.map_from_points.step_from(&step.0));
         (step.0, with_error(&step.1, &(away * away.transpose())))
     }
 }
 
-/// The odometry's step as it truly is.
-fn read(wheels: Option<&WheelCalibration>, counted: &Pose2) -> Pose2 {
-    wheels.map_or(*counted, |wheels| wheels.of(counted).0)
+/// The account of counters that have stalled.
+fn stalled(rooted: &Rooted, unstalled: &Pose2, wheels: Option<&WheelCalibration>) -> Account {
+    let step = wheels.map_or(*unstalled, |wheels| wheels.of(unstalled).0);
+    rooted.account(step, odometry_sigma(&step))
 }
 
 #[cfg(test)]
@@ -165,14 +172,13 @@ mod tests {
             let mut nodes = drive();
             // Ahead, off the wall, always in the same place as the base sees it.
             for node in &mut nodes {
-                let scan = &mut node.keyframe_scan;
-                let first = scan.points.len();
-                scan.points.extend((0..40).map(|step| {
+                let first = node.keyframe_scan.points.len();
+                node.keyframe_scan.points.extend((0..40).map(|step| {
                     let across_m = 0.02 * f64::from(step);
                     point([2.0, across_m - 0.4], [-1.0, 0.0], Kind::Line)
                 }));
                 if is_known {
-                    scan.free_standing = (first..first + 40).collect();
+                    node.free_standing = (first..first + 40).collect();
                 }
             }
             // The matcher went with them for a step.
