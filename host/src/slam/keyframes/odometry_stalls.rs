@@ -22,6 +22,8 @@ const SPEED_SCANS: usize = 1000;
 const SLOW_M_PER_S: f64 = 0.1;
 /// During a stand it goes at most this share of the speed before.
 const STANDING_SHARE: f64 = 0.02;
+/// And turns by at most this, radians a second: counters that stall count no turn either.
+const STANDING_RAD_PER_S: f64 = 0.02;
 /// Speeds before and after are within this factor of each other.
 const SAME_SPEED: f64 = 2.0;
 
@@ -58,8 +60,10 @@ pub(super) fn filled(odometry: &[Option<StampedPose>]) -> Option<Vec<Option<Stam
 fn stand_end(poses: &[StampedPose], at: usize) -> usize {
     let Some(speed) = speed_before(poses, at).filter(|speed| speed.abs() > SLOW_M_PER_S) else { return at };
     let stands = |pair: &[StampedPose]| {
-        let way_m = pair[0].pose().between(&pair[1].pose()).distance_m();
-        way_m <= STANDING_SHARE * speed.abs() * seconds(&pair[0], &pair[1]).max(0.0)
+        let step = pair[0].pose().between(&pair[1].pose());
+        let seconds = seconds(&pair[0], &pair[1]).max(0.0);
+        step.distance_m() <= STANDING_SHARE * speed.abs() * seconds
+            && step.theta_rad.abs() <= STANDING_RAD_PER_S * seconds
     };
     at + poses[at..].windows(2).take_while(|pair| stands(pair)).count()
 }
@@ -140,6 +144,16 @@ mod tests {
         for (stand, speed_after) in [(10..11, 1.0), (8..36, 1.0), (10..15, 0.3), (10..15, -1.0)] {
             assert!(missed_cm(&drive(stand, speed_after)).is_empty(), "{speed_after}");
         }
+    }
+
+    #[test]
+    fn a_base_that_turns_in_place_does_not_stand() {
+        let mut turned = drive(10..15, 1.0);
+        for (scan, pose) in turned.iter_mut().flatten().enumerate() {
+            let theta_rad = 0.2 * (scan.clamp(9, 14) - 9) as f64;
+            *pose = StampedPose::planar(pose.stamp_ns, Pose2 { theta_rad, ..pose.pose() });
+        }
+        assert!(missed_cm(&turned).is_empty());
     }
 
     #[test]
