@@ -98,6 +98,7 @@ targets!(
     las,
     e57,
     pcd,
+    ptx,
     xyz,
     world_path,
     live_request,

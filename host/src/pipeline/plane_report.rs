@@ -40,6 +40,28 @@ pub(crate) struct Cost {
     pub threads: usize,
 }
 
+/// What was known of the input's scans.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(crate) struct ScanFigures {
+    /// Whether scans and beams were known.
+    #[serde(rename = "organised")]
+    pub organized: bool,
+    /// Whether it was known where scans were taken from.
+    pub origins: bool,
+    /// Which points were left out because of their range; when asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub range_limit: Option<RangeLimit>,
+}
+
+/// Points farther from their scan's position than this are nowhere.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub(crate) struct RangeLimit {
+    /// The longest range, meters.
+    pub max_range_m: f64,
+    /// Points beyond.
+    pub points_left_out: usize,
+}
+
 /// The paper's search: its limits, and the seed of its random starts.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct PaperSearch {
@@ -74,11 +96,9 @@ pub(crate) struct PlaneReport {
     /// Time of the extraction alone.
     #[serde(flatten)]
     pub cost: Cost,
-    /// Whether scans and beams were known.
-    #[serde(rename = "organised")]
-    pub organized: bool,
-    /// Whether it was known where scans were taken from.
-    pub origins: bool,
+    /// What was known of scans.
+    #[serde(flatten)]
+    pub scans: ScanFigures,
     /// What was taken off the coordinates while working, meters. Equations and points are in the input's
     /// coordinates again.
     pub shift_m: [f64; 3],
@@ -110,8 +130,11 @@ impl PlaneReport {
             sigma_m: knows_noise.then_some(found.sigma_m),
             sigma_source: knows_noise.then_some(found.sigma_source),
             cost,
-            organized: file.is_organized(),
-            origins: !file.cloud.origins_m.is_empty(),
+            scans: ScanFigures {
+                organized: file.is_organized(),
+                origins: !file.cloud.origins_m.is_empty(),
+                range_limit: None,
+            },
             shift_m: file.shift_m,
             method,
             planes: found

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from pypcd4 import Encoding
 
-from odd_input.files import e57, las, pcd, ply, xyz
+from odd_input.files import e57, las, pcd, ply, ptx, xyz
 from odd_input.shapes import flat, random, room
 from odd_input.trials import expect, fails, run
 
@@ -97,8 +97,17 @@ def files_of_one_room(inside):
         ("room.pts", str(len(inside)), " "),
     ):
         planes(xyz(name, inside, header, separator), inside, 6, 6, on=(0.98, 1))
+    halves = [Path(xyz("half.pts", half, str(len(half)))).read_text() for half in np.array_split(inside, 2)]
+    Path("two.pts").write_text("".join(halves))
+    planes("two.pts", inside, 6, 6, on=(0.98, 1))
+    for count in (1, 3):
+        planes(ptx("room.ptx", inside, count), inside, 6, 6, on=(0.98, 1))
+    holes = inside.copy()
+    holes[::3] = np.nan
+    planes(ptx("holes.ptx", holes), holes, 6, 6, on=(0.6, 0.67))
     utm = inside + [6e6, 5.5e6, 300.0]
     planes(e57("utm.e57", utm), utm, 6, 6, on=(0.98, 1))
+    planes(ptx("utm.ptx", utm), utm, 6, 6, on=(0.98, 1))
     planes(xyz("utm.xyz", utm), utm, 6, 6, on=(0.98, 1))
     planes(ply("utm.ply", utm, "<f8"), utm, 6, 6, on=(0.98, 1))
     planes(las("utm.laz", utm), utm, 6, 6, on=(0.98, 1))
@@ -211,6 +220,10 @@ def broken_others(inside):
         for end in (48, 300, len(whole) // 2, len(whole) - 1):
             Path(name).write_bytes(whole[:end])
             fails(name, f"the {name[-3:].upper()} file")
+    whole = Path(ptx("cut.ptx", inside)).read_text()
+    for end, says in ((20, "line 3"), (3 * len(whole) // 4, "in scan 1"), (len(whole) - 20, "in scan 1")):
+        Path("cut.ptx").write_text(whole[:end])
+        fails("cut.ptx", says)
     words = Path(xyz("words.xyz", inside[:5]))
     words.write_text(words.read_text() + "1 zwei 3\n")
     fails("words.xyz", "line 6", "zwei")

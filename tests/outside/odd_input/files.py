@@ -87,6 +87,27 @@ def pcd(name, points, encoding=Encoding.BINARY):
     return name
 
 
+def ptx(name, points, scans=2):
+    """A PTX file of scans in one column each, turned and moved by their matrices (row vectors). Points that
+    are nowhere were not seen."""
+
+    def words(values, digits):
+        return " ".join(f"{value:.{digits}f}" for value in values)
+
+    lines = []
+    for number, own in enumerate(np.array_split(np.asarray(points, float), scans)):
+        turn = 0.6 * (number + 1)
+        axes = np.array([[np.cos(turn), np.sin(turn), 0], [-np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
+        place = np.floor(np.nanmean(own, axis=0)) + [10.0 * number, 3, 0.5]
+        seen = np.isfinite(own).all(axis=1)[:, None]
+        lines += ["1", str(len(own)), words(place, 9)]
+        lines += [words(axis, 12) for axis in axes]
+        lines += [words(axis, 12) + " 0" for axis in axes] + [words(place, 9) + " 1"]
+        lines += [words(row, 5) + " 0.5" for row in np.where(seen, (own - place) @ axes.T, 0)]
+    Path(name).write_text("\n".join(lines) + "\n")
+    return name
+
+
 def xyz(name, points, header="", separator=" "):
     """A point a line."""
     np.savetxt(name, points, fmt="%.4f", delimiter=separator, header=header, comments="")

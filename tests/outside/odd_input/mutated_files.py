@@ -8,7 +8,7 @@ import numpy as np
 from pypcd4 import Encoding
 
 from lib.programs import RIGS
-from odd_input.files import e57, las, obj, pcd, ply, xyz
+from odd_input.files import e57, las, obj, pcd, ply, ptx, xyz
 from odd_input.shapes import flat, room, woven
 
 NUMBERS = [b"nan", b"inf", b"-inf", b"1e308", b"-1e308", b"1e39", b"-1", b"0", b"1e-320", b"4294967296"]
@@ -150,6 +150,7 @@ def base_shapes(work):
             written(pcd, "room.pcd", points, Encoding.BINARY_COMPRESSED),
             [mutated_bytes, mutated_text],
         ),
+        ("cloud", "room.ptx", written(ptx, "room.ptx", points), text),
         ("cloud", "room.xyz", written(xyz, "room.xyz", points), text),
         ("mesh", "floor.ply", written(ply, "floor.ply", grid, faces=triangles), binary),
         ("mesh", "words.ply", words_of_ply(grid, triangles), text),

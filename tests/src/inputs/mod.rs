@@ -88,6 +88,7 @@ pub const TARGETS: &[Target] = &[
     Target { own_bytes: 16 << 20, ..target("e57", Form::Binary, 4096, geometry::cloud) },
     // A byte of LZF is up to 88 of points.
     target("pcd", Form::Binary, 1024, geometry::cloud),
+    target("ptx", Form::Text, 64, geometry::cloud),
     target("xyz", Form::Text, 64, geometry::cloud),
     target("world_path", Form::Text, 400, rigs::world_path),
     target("live_request", Form::Text, 64, words::live_request),

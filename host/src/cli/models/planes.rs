@@ -11,7 +11,7 @@ use crate::formats::ply;
 use crate::formats::ply::write::PointRows;
 use crate::formats::source_name;
 use crate::formats::text::shapes_json;
-use crate::pipeline::plane_report::{Cost, Method, PaperSearch, PlaneReport};
+use crate::pipeline::plane_report::{Cost, Method, PaperSearch, PlaneReport, RangeLimit};
 use crate::reconstruct::planes;
 use crate::reconstruct::planes::labeled::Planes;
 use crate::reconstruct::planes::labels::explain::{self, Explanation, Limits};
@@ -29,7 +29,7 @@ use crate::cli::terminal::replace;
 use crate::cli::terminal::replace::Known;
 use crate::cli::terminal::stopwatch::Stopwatch;
 use crate::cli::terminal::threads::Threads;
-use crate::cli::terminal::values::length;
+use crate::cli::terminal::values::{length, range};
 use biplane_cli::{Outcome, counted};
 
 /// Words of the command.
@@ -40,7 +40,7 @@ use biplane_cli::{Outcome, counted};
     A PLY whose points have the properties `scan` and `beam` is taken as organized. \
     An element `scan` with x, y, z says where each scan was taken from. Coordinates are meters.")]
 pub(crate) struct Args {
-    /// A point cloud: PLY, LAS, LAZ, E57, PCD, or text with x y z in each line (XYZ, TXT, ASC, CSV, PTS)
+    /// A point cloud: PLY, LAS, LAZ, E57, PCD, PTX, or text with x y z in each line (XYZ, TXT, ASC, CSV, PTS)
     #[arg(value_name = "CLOUD")]
     cloud: PathBuf,
     /// The folder to write
@@ -50,6 +50,10 @@ pub(crate) struct Args {
     /// smaller: a wall becomes several planes [default: estimated from the cloud]
     #[arg(long, value_name = "M", value_parser = length)]
     sigma: Option<f64>,
+    /// Leave out points farther than this from where their scan was taken from, meters. For files that say
+    /// so: PTX, E57 with poses, PLY with origins [default: all points]
+    #[arg(long, value_name = "M", value_parser = range)]
+    max_range: Option<f64>,
     /// Look for no round things: their points are on planes, or on none
     #[arg(long)]
     no_shapes: bool,
@@ -158,7 +162,8 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         replace::check(&KNOWN, &args.output, std::slice::from_ref(&args.cloud))?;
     }
     let folder = OutputFolder::create(&args.output, args.force)?;
-    let file = load(&args.cloud, console)?;
+    let mut file = load(&args.cloud, console)?;
+    let range_limit = args.max_range.map(|range_m| limit(&mut file, range_m, args, console)).transpose()?;
     let others = args.against.as_deref().map(|path| labels_of(path, file.cloud.len())).transpose()?;
     let (mut found, cost) = extract(&method, &file, console);
     let start = Stopwatch::now();
@@ -171,6 +176,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let mut report = PlaneReport::new(&file, &found, method, cost);
     report.cylinders = rounds.cylinders.iter().map(|one| shapes_json::figures(one, file.shift_m)).collect();
     report.shapes_cpu_s = shapes_cpu_s;
+    report.scans.range_limit = range_limit;
     if args.explain {
         report.explanation = Some(explain(&report.method, &file, &found, console));
     }
@@ -191,6 +197,28 @@ fn load(path: &Path, console: &Console) -> anyhow::Result<CloudFile> {
     drop(spinner);
     file.notes.iter().for_each(|note| console.note(format!("{}: {note}", path.display())));
     Ok(file)
+}
+
+/// Leaves out what lies too far from its scan.
+fn limit(
+    file: &mut CloudFile,
+    max_range_m: f64,
+    args: &Args,
+    console: &Console,
+) -> anyhow::Result<RangeLimit> {
+    let points_left_out = file
+        .leave_out_beyond(max_range_m)
+        .with_context(|| format!("--max-range does not work with {}", args.cloud.display()))?;
+    if !file.cloud.points_m.iter().any(|p| p.iter().all(|v| v.is_finite())) {
+        bail!("{}: no point lies within {max_range_m} m of its scan's position", args.cloud.display());
+    }
+    console.note(format!(
+        "{}: {} of {} beyond {max_range_m} m are left out",
+        args.cloud.display(),
+        points_left_out,
+        counted(file.cloud.len(), "point")
+    ));
+    Ok(RangeLimit { max_range_m, points_left_out })
 }
 
 fn extract(method: &Method, file: &CloudFile, console: &Console) -> (Planes, Cost) {
@@ -270,7 +298,7 @@ fn print_result(args: &Args, report: &PlaneReport, console: &Console) -> anyhow:
         (Some(sigma_m), Some(source)) => format!(", noise {:.1} cm ({})", 100.0 * sigma_m, source.words()),
         _ => String::new(),
     };
-    let kind = match (report.organized, report.origins) {
+    let kind = match (report.scans.organized, report.scans.origins) {
         (true, true) => "organized",
         (true, false) => "organized, without origins",
         _ => "unorganized",

@@ -8,6 +8,14 @@ pub(crate) fn length(text: &str) -> Result<f64, String> {
     }
 }
 
+/// The longest range of a scanner, meters.
+pub(crate) fn range(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value <= 100_000.0 => Ok(value),
+        _ => Err("expected meters, more than 0 and at most 100000".to_owned()),
+    }
+}
+
 /// The side of a tile, or its margin, meters.
 pub(crate) fn tile_size(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {

@@ -1,5 +1,5 @@
-//! Point clouds from files of other programs: PLY, LAS or LAZ, E57, PCD and text. Their first bytes say
-//! which.
+//! Point clouds from files of other programs: PLY, LAS or LAZ, E57, PCD, PTX and other text. Their first
+//! bytes say which.
 //!
 //! Coordinates are taken as meters; those far from zero are moved near it ([`crate::formats::input::shift`]).
 //! A PLY whose points say their scan and beam is taken as organized ([`organize`]). No length in a file
@@ -7,8 +7,9 @@
 
 use crate::formats::input::cloud_file::CloudFile;
 use crate::formats::input::cloud_file::CloudFileError;
+use crate::formats::input::lines::{ptx, xyz};
+use crate::formats::input::pcd;
 use crate::formats::input::shift::Shift;
-use crate::formats::input::{pcd, xyz};
 use crate::formats::ply;
 use crate::formats::ply::error::PlyError;
 use crate::formats::ply::read::Wanted;
@@ -35,6 +36,7 @@ pub fn read(path: &Path) -> Result<CloudFile, CloudFileError> {
         Some(FileKind::Las) => from_las(file)?,
         Some(FileKind::E57) => from_e57(file)?,
         Some(FileKind::Pcd) => pcd::read(&whole(start, file)?)?,
+        None if ptx::is_ptx(&start) => ptx::read(BufReader::new(start.chain(file)))?,
         None if xyz::is_xyz(&start) => xyz::read(BufReader::new(start.chain(file)))?,
         _ => return Err(CloudFileError::Unknown { found: start }),
     };

@@ -2,6 +2,7 @@
 
 use crate::formats::input::shift::{Shift, moved};
 use crate::formats::ply::error::PlyError;
+use crate::formats::text::short::short;
 use crate::model::Cloud;
 use biplane_recording::file_kind::describe;
 use std::io;
@@ -17,8 +18,19 @@ pub struct CloudFile {
     pub order: Option<Vec<u32>>,
     /// The file's number of each scan of `cloud`.
     pub scan_numbers: Vec<u32>,
+    /// Its scans and where they were taken from, where its points stand scan by scan and it says so.
+    pub(crate) scans: Vec<ScanStart>,
     /// What of the file could not be used, in words.
     pub notes: Vec<String>,
+}
+
+/// A scan of a file whose points stand one behind the other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ScanStart {
+    /// Its first point in the file; its last is that before the next scan's.
+    pub first_point: usize,
+    /// Where the scanner stood, meters in the file's coordinates; `None` where the file does not say.
+    pub position_m: Option<[f64; 3]>,
 }
 
 impl CloudFile {
@@ -87,9 +99,19 @@ pub enum CloudFileError {
         /// What stands there.
         found: String,
     },
+    /// A line of a text of several scans is not what should stand there.
+    #[error("line {line}: expected {expected}, found {found}")]
+    Line {
+        /// Line in the file, from 1.
+        line: usize,
+        /// What should stand there.
+        expected: String,
+        /// What stands there.
+        found: String,
+    },
     /// It is something else.
     #[error(
-        "expected a cloud as PLY, LAS, LAZ, E57, PCD or as text with x y z in each line; this file {}",
+        "expected a cloud as PLY, LAS, LAZ, E57, PCD, PTX or as text with x y z in each line; this file {}",
         describe(found)
     )]
     Unknown {
@@ -105,4 +127,12 @@ pub enum CloudFileError {
         /// How many there are.
         points: usize,
     },
+}
+
+impl CloudFileError {
+    /// Something else than what was expected in a line; `None` is the end of the file.
+    pub(crate) fn line(line: usize, expected: String, found: Option<&str>) -> Self {
+        let found = found.map_or_else(|| "the end of the file".to_owned(), |row| format!("`{}`", short(row)));
+        Self::Line { line, expected, found }
+    }
 }

@@ -238,6 +238,31 @@ fn text_is_read_with_any_separators_headers_and_columns() {
 }
 
 #[test]
+fn each_scan_of_a_pts_begins_with_its_count() {
+    let two = "2\n1.5 2 3 -1000 0 0 0\n-4 0.25 1000 5 6 7 8\n\n1\r\n7 8 9 1 2 3 4\r\n0\n";
+    let points = vec![[1.5, 2.0, 3.0], [-4.0, 0.25, 1e3], [7.0, 8.0, 9.0]];
+    assert_eq!(positions_of("pts", two.as_bytes()).as_ref(), Ok(&points));
+    // What stands behind the counted points are points.
+    assert_eq!(positions_of("pts", two.replacen('2', "1", 1).as_bytes()).as_ref(), Ok(&points));
+    let error = |from: &str, to: &str| positions_of("pts", two.replacen(from, to, 1).as_bytes()).unwrap_err();
+    assert_eq!(
+        error("2\n", "3\n"),
+        "line 5: expected point 2 of 3 in scan 0 (line 1 counts them), found `1`"
+    );
+    assert_eq!(
+        error("1\r\n", "5\r\n"),
+        "line 7: expected point 1 of 5 in scan 1 (line 5 counts them), found `0`"
+    );
+    assert_eq!(
+        error("4\r\n0\n", "4\r\n18446744073709551615"),
+        "line 8: expected point 0 of 18446744073709551615 in scan 2 (line 7 counts them), found the end of the file"
+    );
+    assert_eq!(error("1\r\n", "eins\n"), "line 5: expected x, y and z as numbers, found `eins`");
+    let no_pts = positions_of("pts", b"1 2 3\n2\n4 5 6\n").unwrap_err();
+    assert_eq!(no_pts, "line 2: expected x, y and z as numbers, found `2`");
+}
+
+#[test]
 fn a_text_that_is_no_cloud_says_in_which_line() {
     let error = |text: &str| positions_of("no_text", text.as_bytes()).unwrap_err();
     assert_eq!(error("1 2 3\n1 zwei 3\n"), "line 2: expected x, y and z as numbers, found `1 zwei 3`");

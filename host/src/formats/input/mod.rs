@@ -6,11 +6,11 @@ pub(crate) mod cloud_file;
 pub(crate) mod cloud_tests;
 #[cfg(feature = "e57")]
 pub(crate) mod e57;
-pub(crate) mod lzf;
+pub(crate) mod lines;
 pub(crate) mod mesh;
 pub(crate) mod organize;
 pub(crate) mod pcd;
 #[cfg(any(feature = "e57", feature = "las"))]
 pub(crate) mod quietly;
+pub(crate) mod range_limit;
 pub(crate) mod shift;
-pub(crate) mod xyz;

@@ -148,3 +148,52 @@ fn the_paper_s_search_agrees_with_the_fast_one_on_a_floor_and_a_wall() {
         &["expected 4 for each of the 9600 points"],
     );
 }
+
+/// Two scans of a floor of 6 m by 6 m, a point every 10 cm, as PTX: the scanner stands at its corner, then at
+/// the corner across. The second is turned by half a circle.
+fn two_scans() -> String {
+    let mut text = String::new();
+    for (place, turn) in [("100 200 1", 1), ("106 206 1", -1)] {
+        text += &format!("60\n60\n{place}\n{turn} 0 0\n0 {turn} 0\n0 0 1\n");
+        text += &format!("{turn} 0 0 0\n0 {turn} 0 0\n0 0 1 0\n{place} 1\n");
+        for k in 0..3600u32 {
+            let [x, y] = [0.1 * f64::from(k / 60), 0.1 * f64::from(k % 60)];
+            let off = 0.005 * (f64::from((k * 7) % 11) / 5.0 - 1.0);
+            let seen = k % 10 > 0;
+            text +=
+                &if seen { format!("{x:.3} {y:.3} {:.4} 0.5\n", off - 1.0) } else { "0 0 0 0.5\n".into() };
+        }
+    }
+    text
+}
+
+#[test]
+fn scans_of_a_ptx_are_one_cloud_and_points_too_far_from_their_scan_are_left_out() {
+    let folder = Folder::new("planes-ptx");
+    folder.write("scans.ptx", two_scans());
+    folder.expect("planes scans.ptx -o all", 0, &["7200 points (unorganized), 6480 of them on 1 plane"]);
+    let all = report(&folder, "all");
+    let plane = &all["planes"][0];
+    assert!(plane["normal"][2].as_f64().unwrap().abs() > 0.9999, "{plane}");
+    assert!(plane["offset_m"].as_f64().unwrap().abs() < 0.005, "{plane}");
+    assert!(all["range_limit"].is_null());
+
+    // Within 3 m of the scanner, 1 m above the floor, lies a quarter of a circle of 2.83 m: 628 places.
+    folder.expect("planes scans.ptx -o near --max-range 3", 0, &["of 7200 points beyond 3 m are left out"]);
+    let near = report(&folder, "near");
+    let left_out = near["range_limit"]["points_left_out"].as_u64().unwrap();
+    let on_planes = near["points_on_planes"].as_u64().unwrap();
+    assert_eq!(left_out + on_planes, 6480, "{near}");
+    assert!(on_planes.abs_diff(2 * 628 * 9 / 10) < 60, "{near}");
+    assert_eq!(fs::read(folder.path("near/labels.bin")).unwrap().len(), 4 * 7200);
+
+    folder.expect("planes scans.ptx -o no --max-range 0.5", 1, &["no point lies within 0.5 m"]);
+    folder.expect("planes scans.ptx -o no --max-range 0", 2, &["--max-range", "more than 0"]);
+    folder.write("cloud.ply", corner([0.0; 3]));
+    folder.expect(
+        "planes cloud.ply -o no --max-range 5",
+        1,
+        &["--max-range does not work with cloud.ply", "does not say where points were seen from"],
+    );
+    assert_eq!(folder.names(), ["all", "cloud.ply", "near", "scans.ptx"]);
+}

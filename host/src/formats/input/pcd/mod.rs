@@ -4,9 +4,10 @@
 //! The header's counts are checked against what the file holds before anyone believes them. Source: the PCD
 //! file format (pointclouds.org); compressed points are LZF, one field after the other.
 
+pub(crate) mod lzf;
+
 use crate::formats::input::cloud_file::{CloudFile, CloudFileError};
-use crate::formats::input::lzf;
-use crate::formats::input::xyz;
+use crate::formats::input::lines::xyz;
 use crate::formats::text::short::short;
 
 /// The cloud in a PCD file's bytes.

@@ -2,19 +2,17 @@
 //!
 //! Numbers stand between blanks, commas or semicolons; between semicolons a comma is a decimal one. Lines
 //! that are empty or begin with `#` or `//` are left out. The first other line may name the columns or, in
-//! PTS, count the points. Coordinates are the columns named x, y and z, or the first three.
+//! PTS, count the points; then each further scan begins with a count, too ([`Counts`]). Coordinates are the
+//! columns named x, y and z, or the first three.
 
-use std::io::{BufRead, Read};
+use std::io::BufRead;
 
 use biplane_recording::file_kind::text_of;
 
 use crate::formats::input::cloud_file::{CloudFile, CloudFileError};
+use crate::formats::input::lines::pts::Counts;
+use crate::formats::input::lines::{BYTE_ORDER_MARK, Lines};
 use crate::formats::text::short::short;
-
-/// No line of a cloud is longer, bytes.
-const MAX_LINE: u64 = 1 << 16;
-/// What editors of some systems put at the start of a text.
-const BYTE_ORDER_MARK: char = '\u{feff}';
 
 /// Whether a file that begins so is a cloud in text: one of its first three lines that are no comments has
 /// three numbers.
@@ -28,17 +26,13 @@ pub(crate) fn is_xyz(start: &[u8]) -> bool {
 }
 
 /// Reads the points of a text.
-pub(crate) fn read(mut text: impl BufRead) -> Result<CloudFile, CloudFileError> {
+pub(crate) fn read(text: impl BufRead) -> Result<CloudFile, CloudFileError> {
     let mut positions_m = Vec::new();
     let mut columns = [0, 1, 2];
-    let mut bytes = Vec::new();
+    let mut lines = Lines::of(text);
+    let mut counts = Counts::default();
     let mut is_first = true;
-    for line in 1.. {
-        bytes.clear();
-        if text.by_ref().take(MAX_LINE).read_until(b'\n', &mut bytes)? == 0 {
-            break;
-        }
-        let whole = String::from_utf8_lossy(&bytes);
+    while let Some((line, whole)) = lines.next_line()? {
         let row = content(&whole);
         if row.is_empty() {
             if let Some(named) = named_columns(comment(&whole)).filter(|_| is_first) {
@@ -48,22 +42,27 @@ pub(crate) fn read(mut text: impl BufRead) -> Result<CloudFile, CloudFileError> 
         }
         match position(row, columns) {
             Some(point_m) => positions_m.push(point_m),
-            None if is_first => columns = first_line(row, line)?.unwrap_or(columns),
-            None => return Err(no_point(row, line)),
+            None => match row.parse::<u64>() {
+                Ok(points) if is_first || counts.are_there() => {
+                    counts.begin(points, line, positions_m.len())?;
+                }
+                _ if is_first => columns = first_line(row, line)?.unwrap_or(columns),
+                _ => return Err(no_point(row, line)),
+            },
         }
         is_first = false;
     }
+    counts.end(lines.number, positions_m.len(), None)?;
     Ok(CloudFile::of_positions(&positions_m))
 }
 
-/// The columns that a first line without a point names, `None` for a count of points.
+/// The columns that a first line without a point names, `None` for words above unnamed columns.
 fn first_line(row: &str, line: usize) -> Result<Option<[usize; 3]>, CloudFileError> {
-    match (named_columns(row), row.parse::<u64>()) {
-        (Some(columns), _) => Ok(Some(columns)),
-        (None, Ok(_)) => Ok(None),
-        // A line of words above unnamed columns; a line that has a number is a damaged point.
-        (None, Err(_)) if fields(row).all(|field| field.parse::<f64>().is_err()) => Ok(None),
-        (None, Err(_)) => Err(no_point(row, line)),
+    match named_columns(row) {
+        Some(columns) => Ok(Some(columns)),
+        None if fields(row).all(|field| field.parse::<f64>().is_err()) => Ok(None),
+        // A line that has a number is a damaged point.
+        None => Err(no_point(row, line)),
     }
 }
 
