@@ -362,18 +362,18 @@ fn write_all(
         }
         anyhow::Ok(((), written))
     })?;
-    let elements = file.elements().clone();
+    let is_reported = !args.target.model_args.no_report;
+    let building = is_reported.then(|| building.unwrap_or_else(|| file.building()));
     // Nothing that comes asks for single points.
     (output.cloud, output.labels) = Default::default();
     output.revisits = Default::default();
-    let page = if args.target.model_args.no_report {
-        None
-    } else {
+    let page = building.map(|building| {
         let known = posed.known();
         let floor = Some((&image, &known[..]));
         let page = report::prepare(&posed.named(report::title), &output, &shapes, floor, stages)?;
-        Some(page.with_rooms(&elements))
-    };
+        anyhow::Ok(page.with_building(&building))
+    });
+    let page = page.transpose()?;
     let mut summary = Summary::new(&output.counts, &output.model, shapes.triangles());
     summary.source.poses = args.drive.poses.as_ref().map(|path| path.display().to_string());
     summary.scans = ScanFigures {

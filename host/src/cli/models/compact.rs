@@ -117,7 +117,9 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let page = if args.model_args.no_report {
         None
     } else {
-        Some(report::prepare(&report::title(&args.mesh), &output, &shapes, None, &mut stages)?)
+        let page = report::prepare(&report::title(&args.mesh), &output, &shapes, None, &mut stages)?;
+        let shown = building.clone().unwrap_or_else(|| lossless.building());
+        Some(page.with_building(&shown))
     };
     let mut summary = Summary::new(&output.counts, &output.model, shapes.triangles());
     summary.counts.raw_points = file.vertex_of.len();

@@ -19,7 +19,7 @@ use std::io::{self, Write};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
-use crate::building::elements::Elements;
+use crate::building::Building;
 use crate::pipeline::summary::Summary;
 use crate::view::markup::escaped;
 use crate::view::report::data::pack::Lattice;
@@ -84,9 +84,14 @@ impl Page {
         })
     }
 
-    /// With a plan and lists of rooms, doors and windows.
-    pub(crate) fn with_rooms(self, elements: &Elements) -> Self {
-        Self { rooms: sections::rooms::section(elements), ..self }
+    /// With a plan and lists of rooms, doors and windows; of a model without rooms with a list of what
+    /// openings its surfaces show.
+    pub(crate) fn with_building(self, building: &Building) -> Self {
+        let rooms = match building.elements.is_empty() {
+            true => sections::openings::section(building),
+            false => sections::rooms::section(&building.elements),
+        };
+        Self { rooms, ..self }
     }
 
     /// Writes the page with links to `files`, the names of those beside it.

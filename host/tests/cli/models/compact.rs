@@ -63,6 +63,37 @@ fn drawn_walls_far_from_zero_become_rectangles_where_they_were_in_every_format()
 }
 
 #[test]
+fn the_report_of_a_model_without_rooms_lists_the_openings_of_its_surfaces() {
+    let folder = Folder::new("compact-openings");
+    // A wall of 4 m by 3 m with a window of 1 m by 1.2 m, 0.9 m over the floor before it.
+    let corners = [
+        [0.0, 2.0, 0.0],
+        [4.0, 2.0, 0.0],
+        [4.0, 2.0, 3.0],
+        [0.0, 2.0, 3.0],
+        [1.0, 2.0, 0.9],
+        [2.0, 2.0, 0.9],
+        [2.0, 2.0, 2.1],
+        [1.0, 2.0, 2.1],
+        [0.0, 0.0, 0.0],
+        [4.0, 0.0, 0.0],
+    ];
+    let vertices: String = corners.iter().map(|[x, y, z]| format!("v {x} {y} {z}\n")).collect();
+    let house = vertices + "f 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\nf 9 10 2 1\n";
+    folder.write("house.obj", &house);
+    let list = "<h2>Doors and windows</h2>";
+    let row = "S1-N01</span></th><td>window</td><td>1.00</td><td>1.20</td><td>0.90</td><td><span class=\"name\">surface 0<";
+    for formats in ["glb", "glb,ifc"] {
+        folder.expect(&format!("compact house.obj -o house --force --formats {formats}"), 0, &[]);
+        let report = fs::read_to_string(folder.path("house/report.html")).unwrap();
+        assert!(report.contains(list) && report.contains(row), "{formats}");
+    }
+    folder.write("walls.obj", WALLS);
+    folder.expect("compact walls.obj -o walls", 0, &[]);
+    assert!(!fs::read_to_string(folder.path("walls/report.html")).unwrap().contains(list));
+}
+
+#[test]
 fn the_raw_mesh_of_a_build_becomes_about_the_model_of_the_build_on_any_number_of_threads() {
     let folder = Folder::new("compact-raw");
     room::record(&folder.path("run.mcap"), Content { poses: true, vertical: true });
