@@ -2,17 +2,18 @@
 
 /// A length in meters: more than 0, and at most what makes sense for noise and distances of points.
 pub(crate) fn length(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(value) if value > 0.0 && value <= 10.0 => Ok(value),
-        _ => Err("expected meters, more than 0 and at most 10".to_owned()),
-    }
+    meters_up_to(10.0, text)
 }
 
 /// The longest range of a scanner, meters.
 pub(crate) fn range(text: &str) -> Result<f64, String> {
+    meters_up_to(100_000.0, text)
+}
+
+fn meters_up_to(longest: f64, text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
-        Ok(value) if value > 0.0 && value <= 100_000.0 => Ok(value),
-        _ => Err("expected meters, more than 0 and at most 100000".to_owned()),
+        Ok(value) if value > 0.0 && value <= longest => Ok(value),
+        _ => Err(format!("expected meters, more than 0 and at most {longest}")),
     }
 }
 

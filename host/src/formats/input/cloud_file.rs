@@ -91,15 +91,7 @@ pub enum CloudFileError {
         /// What is wrong, and where.
         what: String,
     },
-    /// A line of a text is no point.
-    #[error("line {line}: expected x, y and z as numbers, found `{found}`")]
-    NoPoint {
-        /// Line in the file, from 1.
-        line: usize,
-        /// What stands there.
-        found: String,
-    },
-    /// A line of a text of several scans is not what should stand there.
+    /// A line of a text is not what should stand there.
     #[error("line {line}: expected {expected}, found {found}")]
     Line {
         /// Line in the file, from 1.

@@ -9,6 +9,7 @@ use std::io::{BufReader, Seek};
 
 use biplane_geometry::quantile::upper_median;
 use e57::{CartesianCoordinate, E57Reader, PointCloud, RecordDataType, RecordName, Transform};
+use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 use crate::formats::input::cloud_file::{CloudFile, CloudFileError, ScanStart};
 use crate::formats::input::quietly::quietly;
@@ -61,7 +62,8 @@ fn scans(file: File) -> Result<Scans, CloudFileError> {
             return Err(broken(what));
         }
         let first = found.positions_m.len();
-        let position_m = scan.transform.as_ref().map(|pose| moved([0.0; 3], pose));
+        let pose = scan.transform.as_ref().map(turn_and_place);
+        let position_m = pose.map(|(_, place)| place.into());
         found.starts.push(ScanStart { first_point: first, position_m });
         let mut steps = Steps::of(scan);
         let error = |read: usize, error: &e57::Error| {
@@ -75,12 +77,12 @@ fn scans(file: File) -> Result<Scans, CloudFileError> {
         points.apply_pose(false);
         for point in points {
             let point = point.map_err(|damage| error(found.positions_m.len() - first, &damage))?;
-            found.positions_m.push(match (point.cartesian, &scan.transform) {
-                (CartesianCoordinate::Valid { x, y, z }, pose) => {
+            found.positions_m.push(match point.cartesian {
+                CartesianCoordinate::Valid { x, y, z } => {
                     steps.see([x, y, z], found.positions_m.len() - first);
-                    pose.as_ref().map_or([x, y, z], |pose| moved([x, y, z], pose))
+                    pose.map_or([x, y, z], |(turn, place)| (turn * Vector3::new(x, y, z) + place).into())
                 }
-                (CartesianCoordinate::Direction { .. } | CartesianCoordinate::Invalid, _) => [f64::NAN; 3],
+                CartesianCoordinate::Direction { .. } | CartesianCoordinate::Invalid => [f64::NAN; 3],
             });
         }
         found.step_m = found.step_m.max(steps.step_m());
@@ -88,17 +90,11 @@ fn scans(file: File) -> Result<Scans, CloudFileError> {
     Ok(found)
 }
 
-/// A point of a scan where its pose puts it.
-fn moved([x, y, z]: [f64; 3], pose: &Transform) -> [f64; 3] {
+/// A scan's pose in the file. Its rotation is taken as it stands: other programs' are of unit length.
+fn turn_and_place(pose: &Transform) -> (Matrix3<f64>, Vector3<f64>) {
     let (q, t) = (&pose.rotation, &pose.translation);
-    let (ww, xx, yy, zz) = (q.w * q.w, q.x * q.x, q.y * q.y, q.z * q.z);
-    let rows = [
-        [ww + xx - yy - zz, 2.0 * (q.x * q.y - q.w * q.z), 2.0 * (q.x * q.z + q.w * q.y)],
-        [2.0 * (q.x * q.y + q.w * q.z), ww + yy - xx - zz, 2.0 * (q.y * q.z - q.w * q.x)],
-        [2.0 * (q.x * q.z - q.w * q.y), 2.0 * (q.y * q.z + q.w * q.x), ww + zz - xx - yy],
-    ];
-    let [u, v, w] = rows.map(|row| row[0] * x + row[1] * y + row[2] * z);
-    [u + t.x, v + t.y, w + t.z]
+    let turn = UnitQuaternion::new_unchecked(Quaternion::new(q.w, q.x, q.y, q.z));
+    (turn.to_rotation_matrix().into_inner(), Vector3::new(t.x, t.y, t.z))
 }
 
 /// How finely a scan's coordinates are written, after some of its points.

@@ -38,7 +38,7 @@ impl CloudFile {
             let position_m = start.position_m.ok_or(RangeError::NoPosition { scan })?;
             let near_m = std::array::from_fn(|k| position_m[k] - self.shift_m[k]);
             let (before, points_m) = rest.split_at_mut(start.first_point.min(rest.len()));
-            count += points_m.iter_mut().filter_map(|point_m| leave_out(point_m, near_m, range_m)).count();
+            count += points_m.iter_mut().map(|point_m| leave_out(point_m, near_m, range_m)).sum::<usize>();
             rest = before;
         }
         Ok(count)
@@ -52,17 +52,22 @@ impl CloudFile {
         let mut count = 0;
         for (point_m, scan) in points_m.iter_mut().zip(scan) {
             let origin_m = origins_m.get(*scan as usize).ok_or(RangeError::NoPositions)?;
-            count += usize::from(leave_out(point_m, origin_m.map(f64::from), range_m).is_some());
+            count += leave_out(point_m, origin_m.map(f64::from), range_m);
         }
         Ok(count)
     }
 }
 
-/// Makes a point nowhere if it is that far away; one that is nowhere already does not count.
-fn leave_out(point_m: &mut [f32; 3], position_m: [f64; 3], range_m: f64) -> Option<()> {
+/// Makes a point nowhere if it is that far away. How many that are, one or none: one that is nowhere already
+/// does not count.
+fn leave_out(point_m: &mut [f32; 3], position_m: [f64; 3], range_m: f64) -> usize {
     let away_m: [f64; 3] = std::array::from_fn(|k| f64::from(point_m[k]) - position_m[k]);
     let square_m2: f64 = away_m.iter().map(|v| v * v).sum();
-    (square_m2 > range_m * range_m).then(|| *point_m = [f32::NAN; 3])
+    let is_beyond = square_m2 > range_m * range_m;
+    if is_beyond {
+        *point_m = [f32::NAN; 3];
+    }
+    usize::from(is_beyond)
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use std::io::{self, BufRead, Read};
 /// No line of a cloud is longer, bytes.
 const MAX_LINE: u64 = 1 << 16;
 /// What editors of some systems put at the start of a text.
-const BYTE_ORDER_MARK: char = '\u{feff}';
+const BYTE_ORDER_MARK: &str = "\u{feff}";
 
 /// The lines of a text, one after the other.
 #[derive(Debug)]
@@ -35,7 +35,7 @@ impl<R: BufRead> Lines<R> {
         if self.text.by_ref().take(MAX_LINE).read_until(b'\n', &mut self.bytes)? == 0 {
             return Ok(None);
         }
-        let line = self.bytes.strip_prefix(BYTE_ORDER_MARK.to_string().as_bytes()).unwrap_or(&self.bytes);
+        let line = self.bytes.strip_prefix(BYTE_ORDER_MARK.as_bytes()).unwrap_or(&self.bytes);
         Ok(Some((self.number, String::from_utf8_lossy(line.trim_ascii()))))
     }
 }

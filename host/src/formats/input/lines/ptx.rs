@@ -11,7 +11,7 @@ use std::io::BufRead;
 use biplane_recording::file_kind::text_of;
 
 use crate::formats::input::cloud_file::{CloudFile, CloudFileError, ScanStart};
-use crate::formats::input::lines::Lines;
+use crate::formats::input::lines::{BYTE_ORDER_MARK, Lines};
 
 /// How far the last column of a matrix may be off that of a motion.
 const LAST_COLUMN_TOLERANCE: f64 = 1e-6;
@@ -20,7 +20,7 @@ const LAST_COLUMN_TOLERANCE: f64 = 1e-6;
 pub(crate) fn is_ptx(start: &[u8]) -> bool {
     let Some(text) = text_of(start) else { return false };
     let mut lines =
-        text.trim_start_matches('\u{feff}').lines().map(str::trim).filter(|line| !line.is_empty());
+        text.trim_start_matches(BYTE_ORDER_MARK).lines().map(str::trim).filter(|line| !line.is_empty());
     let mut is_count = || lines.next().is_some_and(|line| line.parse::<u64>().is_ok());
     is_count() && is_count()
 }

@@ -12,7 +12,6 @@ use biplane_recording::file_kind::text_of;
 use crate::formats::input::cloud_file::{CloudFile, CloudFileError};
 use crate::formats::input::lines::pts::Counts;
 use crate::formats::input::lines::{BYTE_ORDER_MARK, Lines};
-use crate::formats::text::short::short;
 
 /// Whether a file that begins so is a cloud in text: one of its first three lines that are no comments has
 /// three numbers.
@@ -105,5 +104,5 @@ fn number(field: &str, has_decimal_commas: bool) -> Option<f64> {
 }
 
 fn no_point(row: &str, line: usize) -> CloudFileError {
-    CloudFileError::NoPoint { line, found: short(row) }
+    CloudFileError::line(line, "x, y and z as numbers".to_owned(), Some(row))
 }
