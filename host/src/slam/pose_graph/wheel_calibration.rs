@@ -33,6 +33,10 @@ const WORST: [f64; 2] = [0.06, 0.04];
 /// And none is better than this.
 const BEST: [f64; 2] = [0.005, 0.005];
 
+/// Recorded steps lean to the odometry where a meter is off by more than this share, and in full at that one.
+const LEAN_FROM: f64 = 0.02;
+const LEAN_TO: f64 = 0.05;
+
 /// A step that scans tell in every direction: as the odometry counted it, and as it was.
 pub(crate) type SureStep = (Pose2, Pose2);
 
@@ -67,10 +71,11 @@ impl WheelCalibration {
         let (mut learned, mut learned_sigma) = (GRANTED, SVector::from(GRANTED_SIGMA));
         let mut sigma = AT_FIRST;
         for _ in 0..ROUNDS {
-            (learned, learned_sigma) = solve(&segments, &learned, &sigma)?;
+            let headed: Vec<Headed> = segments.iter().map(|segment| segment.headed(&learned)).collect();
+            (learned, learned_sigma) = solve(&headed, &learned, &sigma)?;
             for (axis, sigma) in sigma.iter_mut().enumerate() {
                 let mut off: Vec<f64> =
-                    segments.iter().map(|segment| segment.off(&learned)[axis].abs()).collect();
+                    headed.iter().map(|segment| segment.off(&learned)[axis].abs()).collect();
                 off.sort_unstable_by(f64::total_cmp);
                 *sigma = (1.4826 * upper_median(&off)?).clamp(0.1 * AT_FIRST[axis], 3.0 * AT_FIRST[axis]);
             }
@@ -92,64 +97,101 @@ impl WheelCalibration {
         OdometryScale { way_scale, turn_scale, drift_rad_per_m }
     }
 
+    /// How much known wheels count beside a scan that leaves no direction open: not at all where a meter is
+    /// off by less than 2 %, in full from 5 % on.
+    pub(crate) fn lean_share(&self) -> f64 {
+        let off = (self.learned[0] - 1.0).abs();
+        ((off - LEAN_FROM) / (LEAN_TO - LEAN_FROM)).clamp(0.0, 1.0).powi(2)
+    }
+
     /// The step when the odometry counted this one, and its standard deviations.
     pub(crate) fn of(&self, counted: &Pose2) -> (Pose2, [f64; 3]) {
-        let [x_m, y_m, theta_rad] = (effects(counted) * self.learned).into();
+        let headed = headed(counted, &self.learned);
+        let [x_m, y_m, _] = (effects(&headed) * self.learned).into();
         let root_m = (counted.distance_m() + counted.theta_rad.abs() + 0.01).sqrt();
         let [position, heading] = self.sigma.map(|sigma| sigma * root_m);
-        (Pose2::new(x_m, y_m, theta_rad), [position, position, heading])
+        (Pose2::new(x_m, y_m, headed.theta_rad), [position, position, heading])
     }
 }
 
 /// Some steps together.
 #[derive(Clone, Copy, Debug)]
 struct Segment {
-    effects: SMatrix<f64, 3, UNKNOWNS>,
-    matched: [f64; 3],
+    counted: [Pose2; SEGMENT],
+    /// Where they led: x and y from the first pose, and all turns together.
+    matched: SVector<f64, 3>,
     way_m: f64,
 }
 
 impl Segment {
     fn new(steps: &[Option<SureStep>]) -> Option<Self> {
-        let (mut counted, mut matched, mut way_m) = (Pose2::IDENTITY, Pose2::IDENTITY, 0.0);
-        let (mut counted_rad, mut matched_rad) = (0.0, 0.0);
-        for step in steps {
+        let (mut matched, mut matched_rad, mut way_m) = (Pose2::IDENTITY, 0.0, 0.0);
+        let mut counted = [Pose2::IDENTITY; SEGMENT];
+        for (step, counted) in steps.iter().zip(&mut counted) {
             let (odometry, scans) = (*step)?;
-            (counted, matched) = (counted * odometry, matched * scans);
-            counted_rad += odometry.theta_rad;
+            *counted = odometry;
+            matched = matched * scans;
             matched_rad += scans.theta_rad;
             way_m += odometry.distance_m();
         }
-        let mut effects = effects(&counted);
-        effects[(2, 1)] = counted_rad;
-        effects[(2, 2)] = way_m;
-        // Ahead is where the segment leads.
-        let (sin, cos) = counted.y_m.portable_atan2(counted.x_m).portable_sin_cos();
-        let turned = SMatrix::<f64, 3, 3>::new(cos, sin, 0.0, -sin, cos, 0.0, 0.0, 0.0, 1.0);
-        let matched = turned * SVector::<f64, 3>::new(matched.x_m, matched.y_m, matched_rad);
-        Some(Self { effects: turned * effects, matched: matched.into(), way_m })
+        Some(Self { counted, matched: SVector::<f64, 3>::new(matched.x_m, matched.y_m, matched_rad), way_m })
     }
 
+    /// What each unknown makes of the segment when its headings are as learned so far. They bend the way: of
+    /// headings as counted, a drift made the point lie a meter off.
+    fn headed(&self, learned: &SVector<f64, UNKNOWNS>) -> Headed {
+        let (mut way, mut counted_rad) = (Pose2::IDENTITY, 0.0);
+        for counted in &self.counted {
+            way = way * headed(counted, learned);
+            counted_rad += wrap_angle(counted.theta_rad);
+        }
+        let mut effects = effects(&way);
+        effects[(2, 1)] = counted_rad;
+        effects[(2, 2)] = self.way_m;
+        // Ahead is where the segment leads.
+        let (sin, cos) = way.y_m.portable_atan2(way.x_m).portable_sin_cos();
+        let turned = SMatrix::<f64, 3, 3>::new(cos, sin, 0.0, -sin, cos, 0.0, 0.0, 0.0, 1.0);
+        Headed { effects: turned * effects, matched: (turned * self.matched).into() }
+    }
+}
+
+/// A segment whose headings are as learned.
+#[derive(Clone, Copy, Debug)]
+struct Headed {
+    effects: SMatrix<f64, 3, UNKNOWNS>,
+    matched: [f64; 3],
+}
+
+impl Headed {
     fn off(&self, learned: &SVector<f64, UNKNOWNS>) -> [f64; 3] {
         let foretold = self.effects * learned;
         std::array::from_fn(|axis| self.matched[axis] - foretold[axis])
     }
 }
 
-/// What each unknown makes of a step: x, y, turn.
-fn effects(counted: &Pose2) -> SMatrix<f64, 3, UNKNOWNS> {
-    let (sin, cos) = counted.theta_rad.portable_sin_cos();
-    let Pose2 { x_m, y_m, theta_rad } = *counted;
+/// A counted step with its turn as learned; its way is the chord of an arc, and turns by half of what the arc
+/// turns more.
+fn headed(counted: &Pose2, learned: &SVector<f64, UNKNOWNS>) -> Pose2 {
+    let counted_rad = wrap_angle(counted.theta_rad);
+    let theta_rad = learned[1] * counted_rad + learned[2] * counted.distance_m();
+    let (sin, cos) = (0.5 * (theta_rad - counted_rad)).portable_sin_cos();
+    let Pose2 { x_m, y_m, .. } = *counted;
+    Pose2::new(cos * x_m - sin * y_m, sin * x_m + cos * y_m, theta_rad)
+}
+
+/// What each unknown makes of a way: x, y, turn. Turn and drift bend it, too: that is in the way.
+fn effects(way: &Pose2) -> SMatrix<f64, 3, UNKNOWNS> {
+    let (sin, cos) = way.theta_rad.portable_sin_cos();
     SMatrix::<f64, 3, UNKNOWNS>::from_rows(&[
-        [x_m, 0.0, 0.0, 1.0 - cos, sin].into(),
-        [y_m, 0.0, 0.0, -sin, 1.0 - cos].into(),
-        [0.0, wrap_angle(theta_rad), counted.distance_m(), 0.0, 0.0].into(),
+        [way.x_m, 0.0, 0.0, 1.0 - cos, sin].into(),
+        [way.y_m, 0.0, 0.0, -sin, 1.0 - cos].into(),
+        [0.0; UNKNOWNS].into(),
     ])
 }
 
 /// The unknowns by least squares, and their standard deviations.
 fn solve(
-    segments: &[Segment],
+    segments: &[Headed],
     before: &SVector<f64, UNKNOWNS>,
     sigma: &[f64; 3],
 ) -> Option<(SVector<f64, UNKNOWNS>, SVector<f64, UNKNOWNS>)> {

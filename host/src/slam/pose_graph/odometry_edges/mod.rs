@@ -123,17 +123,8 @@ impl Laid {
 
     /// The step as counted and as it was, where the scan tells it in every direction.
     fn sure(&self) -> Option<SureStep> {
-        let is_sure = self.contradicting().is_none() && !self.is_unsure();
+        let is_sure = self.contradicting().is_none() && !is_unsure(&self.found);
         self.odometry.filter(|_| is_sure).map(|odometry| (odometry, self.recorded))
-    }
-
-    /// Whether the scan leaves some direction open.
-    fn is_unsure(&self) -> bool {
-        let known = submap_alignment::information(&self.found) + Matrix3::identity() * 1e-6;
-        let Some(covariance) = known.cholesky().map(|factors| factors.inverse()) else { return true };
-        let position = covariance.fixed_view::<2, 2>(0, 0).symmetric_eigenvalues().max();
-        let is_open = position > UNSURE_M * UNSURE_M || covariance[(2, 2)] > UNSURE_RAD * UNSURE_RAD;
-        is_open || self.found.explained_share < MIN_SHARE
     }
 }
 
@@ -206,23 +197,31 @@ impl Chain<'_> {
 
     /// A step that recorded poses and odometry agree on. Where the scan leaves a direction open, that one is
     /// the odometry's. In the others the recorded step stays: the matcher saw the whole map, and its errors
-    /// do not add up from step to step.
+    /// do not add up from step to step. Where it seems to leave none open, the recorded step leans to the
+    /// odometry as it counts: wheels that are known are weighed against the scan where it tells least.
     fn agreed(&self, laid: &Laid, wheels: Option<&WheelCalibration>) -> Step {
         let Laid { recorded, odometry, found, .. } = laid;
         let accepted = self.accepted(recorded, &recorded_sigma(recorded, self.params), found, true);
-        let Some((odometry, wheels)) = odometry.zip(wheels).filter(|_| laid.is_unsure()) else {
-            return accepted;
-        };
+        let Some((odometry, wheels)) = odometry.zip(wheels) else { return accepted };
         let (counted, sigma) = wheels.of(&odometry);
         let seen = match found.explained_share < MIN_SHARE {
             true => Matrix3::zeros(),
             false => submap_alignment::information(found),
         };
-        let counts = information(&sigma);
+        let is_unsure = is_unsure(found);
+        let counts = match is_unsure {
+            true => information(&sigma),
+            false if laid.unstalled.is_some() => return accepted,
+            false => in_open_direction(&seen, &sigma, &found.map_from_points.step_from(&counted))
+                * wheels.lean_share(),
+        };
         let Some(factors) = (seen + counts).cholesky() else { return accepted };
         let away = Vector3::from(counted.step_from(&accepted.0));
         let step = accepted.0.stepped(factors.solve(&(counts * away)).into());
-        (step, with_floor(&(seen + counts), &recorded_sigma(&step, self.params)))
+        match is_unsure {
+            true => (step, with_floor(&(seen + counts), &recorded_sigma(&step, self.params))),
+            false => (step, accepted.1),
+        }
     }
 
     /// The step when this was expected and the scan was found there.
@@ -260,8 +259,35 @@ const MIN_SHARE: f64 = 0.5;
 /// A recorded step closer than this to where the scan lies among the last ones is taken as it is: the matcher
 /// saw more of the map. Squared Mahalanobis distance.
 const AGREES_SQUARED: f64 = 9.0;
+/// A scan farther from where known wheels have it contradicts them: squared Mahalanobis distance.
+const WHEELS_AGREE_SQUARED: f64 = 9.0;
 /// A scan that is drawn farther from what was expected was drawn astray: squared Mahalanobis distance.
 const FARTHEST_SQUARED: f64 = 40.0;
+
+/// Whether the scan leaves some direction open.
+fn is_unsure(found: &PointAlignment) -> bool {
+    let known = submap_alignment::information(found) + Matrix3::identity() * 1e-6;
+    let Some(covariance) = known.cholesky().map(|factors| factors.inverse()) else { return true };
+    let position = covariance.fixed_view::<2, 2>(0, 0).symmetric_eigenvalues().max();
+    let is_open = position > UNSURE_M * UNSURE_M || covariance[(2, 2)] > UNSURE_RAD * UNSURE_RAD;
+    is_open || found.explained_share < MIN_SHARE
+}
+
+/// What wheels say of the direction that the scan tells least of, where the scan, this far away from them,
+/// does not contradict them.
+fn in_open_direction(seen: &Matrix3<f64>, sigma: &[f64; 3], away: &[f64; 3]) -> Matrix3<f64> {
+    let Some(covariance) = seen.cholesky().map(|factors| factors.inverse()) else { return Matrix3::zeros() };
+    let position = covariance.fixed_view::<2, 2>(0, 0).symmetric_eigen();
+    let open = position.eigenvalues.imax();
+    let along = position.eigenvectors.column(open);
+    let away_m = along[0] * away[0] + along[1] * away[1];
+    let variance = sigma[0] * sigma[0];
+    if away_m * away_m > WHEELS_AGREE_SQUARED * (variance + position.eigenvalues[open]) {
+        return Matrix3::zeros();
+    }
+    let along = Vector3::new(along[0], along[1], 0.0);
+    along * along.transpose() / variance
+}
 
 fn is_jump(recorded: &Pose2, odometry: &Pose2) -> bool {
     let [x, y, turn] = odometry_sigma(odometry);

@@ -8,7 +8,7 @@
 use biplane_matcher::{EndPoint, PointAlignment, PointMap, Pose2};
 use nalgebra::Vector3;
 
-use super::{Chain, Laid, MIN_SHARE, OF_A_STEP, Step, odometry_sigma, recorded_sigma, with_error};
+use super::{Chain, Laid, MIN_SHARE, OF_A_STEP, Step, is_unsure, odometry_sigma, recorded_sigma, with_error};
 use crate::slam::keyframes::keyframe_scan::merged;
 use crate::slam::pose_graph::wheel_calibration::WheelCalibration;
 use crate::slam::submap_alignment;
@@ -71,11 +71,15 @@ impl Chain<'_> {
             way.inverse()
         });
         let recorded = rooted.account(laid.recorded, recorded_sigma(&laid.recorded, self.params));
-        let known = wheels.filter(|_| self.nodes[laid.at].leaps).map(|wheels| wheels.of(odometry).0);
-        let needed = if known.is_some() { -CLEARLY } else { CLEARLY };
+        let is_open = laid.unstalled.is_none() && is_unsure(&recorded.found);
+        let is_known = is_open || self.nodes[laid.at].leaps;
+        let known = wheels.filter(|_| is_known).map(|wheels| wheels.of(odometry).0);
         // It may have stalled for a while, too: it is not as exact as wheels that are known.
         let counted = rooted.account(known.unwrap_or(*odometry), odometry_sigma(odometry));
-        let is_counted = counted.explained_share() > recorded.explained_share() + needed;
+        let is_counted = match known.is_some() {
+            true => !is_clearly_less(counted.explained_share(), recorded.explained_share()),
+            false => is_clearly_less(recorded.explained_share(), counted.explained_share()),
+        };
         let (taken, rival) = if is_counted { (&counted, &recorded) } else { (&recorded, &counted) };
         let step = self.accepted(&taken.step, &taken.sigma, &taken.found, !is_counted);
         let step = self.doubted(step, taken.explained_share(), rival);
@@ -97,15 +101,21 @@ impl Chain<'_> {
     /// as much; the rival where it explains clearly more.
     fn doubted(&self, step: Step, share: f64, rival: &Account) -> Step {
         let rival_share = rival.explained_share();
-        if rival_share < MIN_SHARE.min(share) || rival_share < share - CLEARLY {
+        if rival_share < MIN_SHARE.min(share) || is_clearly_less(rival_share, share) {
             return step;
         }
-        if rival_share > share + CLEARLY {
+        if is_clearly_less(share, rival_share) {
             return self.accepted(&rival.step, &rival.sigma, &rival.found, false);
         }
         let away = Vector3::from(rival.found.map_from_points.step_from(&step.0));
         (step.0, with_error(&step.1, &(away * away.transpose())))
     }
+}
+
+/// Whether one account explains clearly less than another one does: by a tenth of the scan, and by more than
+/// the other one leaves unexplained.
+fn is_clearly_less(share: f64, other: f64) -> bool {
+    other - share > CLEARLY.max(1.0 - other)
 }
 
 /// The account of counters that have stalled.
