@@ -218,21 +218,34 @@ fn solve(
 mod tests {
     use super::*;
 
+    /// How wheels count.
+    #[derive(Clone, Copy)]
+    struct Wheels {
+        longer: f64,
+        drift_rad_per_m: f64,
+    }
+    const WHEELS: Wheels = Wheels { longer: 1.03, drift_rad_per_m: 0.01 };
+
     /// Steps of a base that drives arcs to and fro, as wheels count that are 3 % too long, turn 2 % too far,
     /// drift by 0.01 rad a meter and sit 8 cm behind; every fortieth step is a slip where `slips`.
     fn steps(count: usize, slips: bool) -> Vec<Option<SureStep>> {
-        let point = Pose2::new(-0.08, 0.0, 0.0);
+        counted_by(WHEELS, count, slips)
+    }
+
+    fn counted_by(wheels: Wheels, count: usize, slips: bool) -> Vec<Option<SureStep>> {
+        let point = Pose2::new(POINT_M, 0.0, 0.0);
         let step = |at: usize| {
             let turn = if (at / 5).is_multiple_of(2) { 0.15 } else { -0.1 };
             let of_point = Pose2::new(0.3, 0.0, turn);
             let true_step = point * of_point * point.inverse();
-            let way_m = of_point.x_m * 1.03;
-            let counted = Pose2::new(way_m, 0.0, (turn + 0.01 * way_m) * 1.02);
+            let way_m = of_point.x_m * wheels.longer;
+            let counted = Pose2::new(way_m, 0.0, (turn + wheels.drift_rad_per_m * way_m) * 1.02);
             let slip = if slips && at % 40 == 3 { Pose2::new(0.2, 0.0, 0.1) } else { Pose2::IDENTITY };
             Some((counted * slip, true_step))
         };
         (0..count).map(step).collect()
     }
+    const POINT_M: f64 = -0.08;
 
     #[test]
     fn length_turn_drift_and_point_are_learned_and_foretell_steps() {
@@ -249,6 +262,30 @@ mod tests {
             assert!((way - 1.0 / 1.03).abs() < if slips { 0.02 } else { 0.002 }, "{slips}: {way}");
             assert!(sigma > 0.0 && sigma < 0.02, "{sigma}");
         }
+    }
+
+    #[test]
+    fn a_drift_that_bends_the_way_does_not_move_the_point() {
+        for drift_rad_per_m in [0.0, 0.035, -0.07] {
+            let wheels = Wheels { drift_rad_per_m, ..WHEELS };
+            let learned = WheelCalibration::learn(&counted_by(wheels, 200, false)).unwrap().learned;
+            let [way, _, _, point_m, across_m] = learned.into();
+            assert!((way - 1.0 / 1.03).abs() < 0.002, "{drift_rad_per_m}: {way}");
+            assert!(
+                (point_m - POINT_M).abs() < 0.02 && across_m.abs() < 0.02,
+                "{drift_rad_per_m}: {learned}"
+            );
+        }
+    }
+
+    #[test]
+    fn steps_lean_to_known_wheels_only_where_their_length_is_clearly_off() {
+        let share = |longer| {
+            let wheels = Wheels { longer, ..WHEELS };
+            WheelCalibration::learn(&counted_by(wheels, 200, false)).unwrap().lean_share()
+        };
+        assert_eq!([share(1.0), share(0.985), share(1.015)], [0.0; 3]);
+        assert!((0.05..0.2).contains(&share(1.03)) && share(1.06) == 1.0 && share(0.94) == 1.0);
     }
 
     #[test]
