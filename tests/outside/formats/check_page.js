@@ -423,6 +423,13 @@ async function mapAnswers(page) {
   await frame(page);
   const moved = await page.locator('#here').getAttribute('transform');
   check(moved !== arrow, 'a click on the map does not move the camera');
+  // Wherever the cells are turned to, one stands where one clicked.
+  const [sheet, here] = [await page.locator('#map').boundingBox(), await page.locator('#here').boundingBox()];
+  const apart = ['x', 'y'].map((axis, side) => {
+    const middle = (box) => box[axis] + [box.width, box.height][side] / 2;
+    return middle(sheet) - middle(here);
+  });
+  check(Math.hypot(...apart) < 0.04 * sheet.width, `a click on the map moves the camera ${apart} pixels away from there`);
 }
 
 /** Frames while the view turns, by held keys: the middle of the times between them, milliseconds. */

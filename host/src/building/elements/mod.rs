@@ -5,6 +5,7 @@
 
 pub(crate) mod assemble;
 mod label_place;
+mod turned;
 
 use crate::building::openings::OpeningKind;
 use crate::building::spaces::line::{Curve, Line, chords};

@@ -20,6 +20,8 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 
 use crate::building::Building;
+use crate::formats::Shapes;
+use crate::model::turn::Turn;
 use crate::pipeline::summary::Summary;
 use crate::view::markup::escaped;
 use crate::view::report::data::pack::Lattice;
@@ -39,6 +41,8 @@ const BLOCK_BYTES: usize = 3 << 18;
 #[derive(Clone, Debug)]
 pub(crate) struct Page {
     title: String,
+    /// By what plan and floor map are turned.
+    turn: Turn,
     way: sections::figures::PathFigures,
     floor: String,
     rooms: String,
@@ -71,12 +75,15 @@ impl Page {
     /// When a picture cannot be encoded.
     pub(crate) fn new(sources: &Sources<'_>) -> io::Result<Self> {
         let view = if sources.raw.triangles.is_empty() { None } else { Some(View::new(sources)?) };
+        let Shapes { model, faces, .. } = sources.shapes;
+        let turn = Turn::along_walls(model, faces).unwrap_or_default();
         let floor = match sources.map {
-            Some(map) => sections::floor::section(map, sources.poses)?,
+            Some(map) => sections::floor::section(map, sources.poses, &turn)?,
             None => String::new(),
         };
         Ok(Self {
             title: sources.title.to_owned(),
+            turn,
             way: sections::figures::PathFigures::of(sources.poses),
             floor,
             rooms: String::new(),
@@ -89,7 +96,7 @@ impl Page {
     pub(crate) fn with_building(self, building: &Building) -> Self {
         let rooms = match building.elements.is_empty() {
             true => sections::openings::section(building),
-            false => sections::rooms::section(&building.elements),
+            false => sections::rooms::section(&building.elements, &self.turn),
         };
         Self { rooms, ..self }
     }

@@ -1,6 +1,21 @@
 //! Numbers as people read them.
 
+use crate::model::turn::Turn;
 pub(super) use crate::view::render::sheet::grouped;
+
+/// A smaller turn is not worth a word, degrees.
+const TURNED_DEG: f64 = 0.5;
+
+/// That a drawing is turned, and by how much, where that is worth a word.
+pub(super) fn turned_words(turn: &Turn) -> Option<String> {
+    let turned_deg = turn.angle_rad.to_degrees();
+    let way = if turned_deg > 0.0 { "counter-clockwise" } else { "clockwise" };
+    let words = format!(
+        " Drawn turned by {:.1} degrees {way}, so that walls lie along the page. The files beside this page are not turned.",
+        turned_deg.abs()
+    );
+    (turned_deg.abs() >= TURNED_DEG).then_some(words)
+}
 
 /// Seconds as people say them.
 pub(super) fn duration(seconds: f64) -> String {

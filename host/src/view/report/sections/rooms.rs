@@ -4,7 +4,9 @@
 use std::fmt::Write;
 
 use crate::building::elements::{CLOSED_LEAF, Elements, Room, Use, Wall, WallOpening};
+use crate::model::turn::Turn;
 use crate::view::markup::escaped;
+use crate::view::report::text::turned_words;
 
 /// Space around the plan, meters.
 const MARGIN_M: f64 = 0.6;
@@ -37,8 +39,9 @@ const NARROW_DOOR: &str = "#b4dcb9";
 const WINDOW: &str = "#4f8fd0";
 
 /// The section; empty where no room was found. The plan's unit is a meter, y points down in it. Names are
-/// text over the plan: they keep their size on a small screen, where the plan shrinks.
-pub(crate) fn section(elements: &Elements) -> String {
+/// text over the plan: they keep their size on a small screen, where the plan shrinks. The plan is turned, so
+/// that walls lie along the page.
+pub(crate) fn section(elements: &Elements, turn: &Turn) -> String {
     if elements.is_empty() {
         return String::new();
     }
@@ -50,7 +53,7 @@ pub(crate) fn section(elements: &Elements) -> String {
         if elements.storeys.len() > 1 {
             let _ = write!(html, "<h3>{}: floor at {:.2} m</h3>", escaped(&storey.id), storey.floor_z_m);
         }
-        plan(&mut html, &elements.of_storey(storey));
+        plan(&mut html, &elements.of_storey(storey).turned(turn));
     }
     html.push_str("<p class=\"note key\">");
     for (color, words) in KEY {
@@ -58,8 +61,10 @@ pub(crate) fn section(elements: &Elements) -> String {
     }
     html.push_str(
         "<span><i class=\"guess\"></i>wall of which less than 30 % was seen</span></p>\
-         <p class=\"note\">Floors are inferred: no laser sees them.</p>",
+         <p class=\"note\">Floors are inferred: no laser sees them.",
     );
+    html.extend(turned_words(turn));
+    html.push_str("</p>");
     rooms(&mut html, &elements.rooms);
     openings(&mut html, &elements.openings);
     html.push_str("</section>");
@@ -271,6 +276,7 @@ fn name(id: &str) -> String {
 mod tests {
     use super::{NARROW_DOOR, SHUT_DOOR, scale_m, section};
     use crate::building::elements::Elements;
+    use crate::model::turn::Turn;
 
     /// A corridor around a block, with a gap of 0.5 m.
     const RING: &str = r#"{"storeys": [{"id": "S1", "floor_z_m": 0, "ceiling_z_m": 2.5, "floor_inferred": true}],
@@ -285,7 +291,7 @@ mod tests {
     #[test]
     fn names_stand_where_there_is_room_and_a_scale_below() {
         let elements: Elements = serde_json::from_str(RING).unwrap();
-        let html = section(&elements);
+        let html = section(&elements, &Turn::default());
         // The plan goes from -0.6 to 12.6 m; the widest leg of the ring is at its right.
         let left = html.split("<span class=\"tag room\" style=\"left:").nth(1).unwrap();
         let left: f64 = left.split('%').next().unwrap().parse().unwrap();
@@ -314,12 +320,26 @@ mod tests {
         let hardly = RING.replace("\"seen_share\": 1", "\"seen_share\": 0.29");
         let shut =
             hardly.replace("\"width_m\": 0.5", "\"width_m\": 0.9").replace("seen through", "closed leaf");
-        let html = section(&serde_json::from_str(&shut).unwrap());
+        let html = section(&serde_json::from_str(&shut).unwrap(), &Turn::default());
         assert_eq!(html.matches("<path class=\"guess\"").count(), 1, "{html}");
         assert!(html.contains(&format!("fill=\"{SHUT_DOOR}\"")), "{html}");
         assert!(html.contains("<td>shut door</td>") && html.contains("<td>closed leaf</td>"), "{html}");
         let open = RING.replace("\"closed\": true", "\"closed\": false");
-        assert!(section(&serde_json::from_str(&open).unwrap()).contains("Rooms that are not closed go on"));
+        assert!(
+            section(&serde_json::from_str(&open).unwrap(), &Turn::default())
+                .contains("Rooms that are not closed go on")
+        );
+    }
+
+    #[test]
+    fn an_askew_building_lies_along_the_page() {
+        let elements: Elements = serde_json::from_str(RING).unwrap();
+        let askew = elements.clone().turned(&Turn { angle_rad: 0.3 });
+        let plan = |html: &str| html.split_once("</svg>").unwrap().0.replace("-0.000", "0.000");
+        let straight = section(&elements, &Turn::default());
+        let turned_back = section(&askew, &Turn { angle_rad: -0.3 });
+        assert_eq!(plan(&turned_back), plan(&straight));
+        assert!(turned_back.contains("turned by 17.2 degrees clockwise") && !straight.contains("turned by"));
     }
 
     #[test]

@@ -1,10 +1,11 @@
-// The floor map: zoomed and moved by its view box. A click says where to stand in the 3D view, which says where its camera is.
+// The floor map: zoomed and moved by its view box; its cells are turned in it. A click says where to stand in the 3D view, which says where its camera is.
 
 function startMap(svg) {
   const whole = svg.viewBox.baseVal;
   const all = { x: 0, y: 0, width: whole.width, height: whole.height };
   let box = { ...all };
-  const [originX, originY, cell] = ['originX', 'originY', 'cell'].map((name) => Number(svg.dataset[name]));
+  const [originX, originY, cell, rows] = ['originX', 'originY', 'cell', 'rows'].map((name) => Number(svg.dataset[name]));
+  const cells = document.getElementById('cells');
 
   const apply = () => {
     box.x = Math.min(Math.max(box.x, -box.width / 2), all.width - box.width / 2);
@@ -17,8 +18,8 @@ function startMap(svg) {
     box = { x: x - (x - box.x) * by, y: y - (y - box.y) * by, width, height: box.height * by };
     apply();
   };
-  const place = (event) => {
-    const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse());
+  const place = (event, within = svg) => {
+    const at = new DOMPoint(event.clientX, event.clientY).matrixTransform(within.getScreenCTM().inverse());
     return [at.x, at.y];
   };
   const showAll = () => {
@@ -53,8 +54,8 @@ function startMap(svg) {
   });
   const up = (event) => {
     if (pointers.delete(event.pointerId) && event.type === 'pointerup' && still) {
-      const [x, y] = place(event);
-      const detail = [originX + x * cell, originY + (all.height - y) * cell];
+      const [x, y] = place(event, cells);
+      const detail = [originX + x * cell, originY + (rows - y) * cell];
       document.dispatchEvent(new CustomEvent('stand', { detail }));
     }
   };
@@ -82,7 +83,7 @@ function startMap(svg) {
   new IntersectionObserver(([entry]) => { onScreen = entry.isIntersecting; }).observe(svg);
   document.addEventListener('seen', ({ detail: { eye, yaw, still } }) => {
     if (!onScreen && !still) return;
-    const [x, y] = [(eye[0] - originX) / cell, all.height - (eye[1] - originY) / cell];
+    const [x, y] = [(eye[0] - originX) / cell, rows - (eye[1] - originY) / cell];
     const here = document.getElementById('here');
     const size = box.width / 60;
     here.setAttribute('transform', `translate(${x} ${y}) rotate(${-yaw * 180 / Math.PI}) scale(${size})`);
