@@ -19,8 +19,8 @@ const CORNER_M: f64 = 0.05;
 /// Space around what was seen, cells.
 const MARGIN_CELLS: f64 = 8.0;
 
-/// The section. The picture's unit is a cell; y points down. Cells and way are turned, so that walls lie along
-/// the page.
+/// The section. The picture's unit is a cell; y points down. Cells and way are turned, so that walls lie
+/// along the page.
 ///
 /// # Errors
 /// When the picture cannot be encoded.
@@ -70,8 +70,8 @@ pub(crate) fn section(map: &MapImage<'_>, poses: &[StampedPose], turn: &Turn) ->
     Ok(html)
 }
 
-/// What a drawing shows of turned cells: as much as holds all that was seen. Its unit is a cell, and the upper
-/// left corner of the picture of cells is zero.
+/// What a drawing shows of turned cells: as much as holds all that was seen. Its unit is a cell, and the
+/// upper left corner of the picture of cells is zero.
 struct Sheet {
     low: [f64; 2],
     size: [f64; 2],
