@@ -132,7 +132,7 @@ impl PlaneReport {
             cost,
             scans: ScanFigures {
                 organized: file.is_organized(),
-                origins: !file.cloud.origins_m.is_empty(),
+                origins: file.has_positions(),
                 range_limit: None,
             },
             shift_m: file.shift_m,

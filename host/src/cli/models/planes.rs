@@ -51,7 +51,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "M", value_parser = length)]
     sigma: Option<f64>,
     /// Leave out points farther than this from where their scan was taken from, meters. For files that say
-    /// so: PTX, E57 with poses, PLY with origins [default: all points]
+    /// so: PTX, E57 with poses, PCD with a viewpoint, PLY with origins [default: all points]
     #[arg(long, value_name = "M", value_parser = range)]
     max_range: Option<f64>,
     /// Look for no round things: their points are on planes, or on none
@@ -166,6 +166,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let range_limit = args.max_range.map(|range_m| limit(&mut file, range_m, args, console)).transpose()?;
     let others = args.against.as_deref().map(|path| labels_of(path, file.cloud.len())).transpose()?;
     let (mut found, cost) = extract(&method, &file, console);
+    found.face(&file.cloud, |index| file.seen_from(index));
     let start = Stopwatch::now();
     let params = ShapeParams {
         enabled: !args.no_shapes && matches!(method, Method::Fast(_)),
@@ -301,7 +302,8 @@ fn print_result(args: &Args, report: &PlaneReport, console: &Console) -> anyhow:
     let kind = match (report.scans.organized, report.scans.origins) {
         (true, true) => "organized",
         (true, false) => "organized, without origins",
-        _ => "unorganized",
+        (false, true) => "unorganized, with origins",
+        (false, false) => "unorganized",
     };
     console.note(format!(
         "{}: {} ({kind}), {} of them on {}{noise}; {:.3} s of processor time",

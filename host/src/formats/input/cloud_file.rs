@@ -46,6 +46,18 @@ impl CloudFile {
         self.cloud.beams_per_scan > 0
     }
 
+    /// Whether the file says of some scan where it was taken from.
+    pub(crate) fn has_positions(&self) -> bool {
+        !self.cloud.origins_m.is_empty() || self.scans.iter().any(|scan| scan.position_m.is_some())
+    }
+
+    /// Where a point of a cloud that stands scan by scan was seen from, meters without the shift.
+    pub(crate) fn seen_from(&self, index: usize) -> Option<[f64; 3]> {
+        let before = self.scans.partition_point(|scan| scan.first_point <= index);
+        let position_m = self.scans[..before].last()?.position_m?;
+        Some(std::array::from_fn(|k| position_m[k] - self.shift_m[k]))
+    }
+
     /// Values of the cloud's points in the order of the file.
     pub fn in_file_order<T: Copy>(&self, values: &[T]) -> Vec<T> {
         let mut out = values.to_vec();

@@ -282,6 +282,22 @@ const PCD_PACKED: [u8; 46] = [
 const PCD_POINTS: [[f64; 3]; 4] = [[1.0, 2.0, 3.0], [-0.5, 0.25, 1e3], [1.0, 2.0, 3.0], [1.0, 2.0, 3.0]];
 
 #[test]
+fn a_viewpoint_of_a_pcd_says_from_where_its_points_were_seen() {
+    let seen_from = |viewpoint: &str| {
+        let head = PCD_HEAD.replace("VIEWPOINT 0.0 0.0 0.0 1.0 0.0 0.0 0.0\n", viewpoint);
+        let body = "500001.0 2.0 3.0\n500002.0 2.0 3.0\n500001.0 7.0 3.0\n500001.0 2.0 4.0\n";
+        let found = crate::formats::input::pcd::read(format!("{head}ascii\n{body}").as_bytes()).unwrap();
+        assert_eq!(found.seen_from(0), found.seen_from(3));
+        found.seen_from(3).map(|place| [0, 1, 2].map(|k| place[k] + found.shift_m[k]))
+    };
+    assert_eq!(seen_from("VIEWPOINT 500000 -1.5 2 0.5 0.5 0.5 0.5\n"), Some([500_000.0, -1.5, 2.0]));
+    assert_eq!(seen_from("VIEWPOINT 0 0 0 0.5 0.5 0.5 0.5\n"), Some([0.0; 3]));
+    for unsaid in ["", "VIEWPOINT 0 0 0 1 0 0 0\n", "VIEWPOINT 1 2 3\n", "VIEWPOINT 1 2 nan 1 0 0 0\n"] {
+        assert_eq!(seen_from(unsaid), None, "{unsaid}");
+    }
+}
+
+#[test]
 fn pcd_files_of_another_program_are_read_and_every_cut_is_an_error() {
     let ascii = "1.0 2.0 3.0\n-0.5 0.25 1000.0\n1.0 2.0 3.0\n1.0 2.0 3.0\n";
     let binary: Vec<u8> = PCD_POINTS.iter().flatten().flat_map(|v| (*v as f32).to_le_bytes()).collect();

@@ -10,7 +10,7 @@ pub(crate) enum RangeError {
     /// The file has no scans, or not one says where it was taken from.
     #[error(
         "ranges are not known: the file does not say where points were seen from \
-         (PTX, E57 with poses, and PLY with scan, beam and origins do)"
+         (PTX, E57 with poses, PCD with a viewpoint, and PLY with scan, beam and origins do)"
     )]
     NoPositions,
     /// A scan does not say so.

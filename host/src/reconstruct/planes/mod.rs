@@ -3,6 +3,7 @@
 //! A set of points is a plane when each lies close to another of the set, the mean squared distance to the
 //! best plane stays small and no point is far from it. Frame `map`, meters.
 
+mod facing;
 mod finish;
 pub(crate) mod fit;
 pub(crate) mod labeled;

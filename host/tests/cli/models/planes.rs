@@ -149,9 +149,9 @@ fn the_paper_s_search_agrees_with_the_fast_one_on_a_floor_and_a_wall() {
     );
 }
 
-/// Two scans of a floor of 6 m by 6 m, a point every 10 cm, as PTX: the scanner stands at its corner, then at
-/// the corner across. The second is turned by half a circle.
-fn two_scans() -> String {
+/// Two scans of a floor of 6 m by 6 m, a point every 10 cm, as PTX: the scanner stands so far above its
+/// corner, then above the corner across. The second is turned by half a circle.
+fn two_scans(above_m: f64) -> String {
     let mut text = String::new();
     for (place, turn) in [("100 200 1", 1), ("106 206 1", -1)] {
         text += &format!("60\n60\n{place}\n{turn} 0 0\n0 {turn} 0\n0 0 1\n");
@@ -161,7 +161,7 @@ fn two_scans() -> String {
             let off = 0.005 * (f64::from((k * 7) % 11) / 5.0 - 1.0);
             let seen = k % 10 > 0;
             text +=
-                &if seen { format!("{x:.3} {y:.3} {:.4} 0.5\n", off - 1.0) } else { "0 0 0 0.5\n".into() };
+                &if seen { format!("{x:.3} {y:.3} {:.4} 0.5\n", off - above_m) } else { "0 0 0 0.5\n".into() };
         }
     }
     text
@@ -170,11 +170,12 @@ fn two_scans() -> String {
 #[test]
 fn scans_of_a_ptx_are_one_cloud_and_points_too_far_from_their_scan_are_left_out() {
     let folder = Folder::new("planes-ptx");
-    folder.write("scans.ptx", two_scans());
-    folder.expect("planes scans.ptx -o all", 0, &["7200 points (unorganized), 6480 of them on 1 plane"]);
+    folder.write("scans.ptx", two_scans(1.0));
+    let expected = "7200 points (unorganized, with origins), 6480 of them on 1 plane";
+    folder.expect("planes scans.ptx -o all", 0, &[expected]);
     let all = report(&folder, "all");
     let plane = &all["planes"][0];
-    assert!(plane["normal"][2].as_f64().unwrap().abs() > 0.9999, "{plane}");
+    assert!(plane["normal"][2].as_f64().unwrap() > 0.9999, "a floor was seen from above: {plane}");
     assert!(plane["offset_m"].as_f64().unwrap().abs() < 0.005, "{plane}");
     assert!(all["range_limit"].is_null());
 
@@ -196,4 +197,9 @@ fn scans_of_a_ptx_are_one_cloud_and_points_too_far_from_their_scan_are_left_out(
         &["--max-range does not work with cloud.ply", "does not say where points were seen from"],
     );
     assert_eq!(folder.names(), ["all", "cloud.ply", "near", "scans.ptx"]);
+
+    folder.write("ceiling.ptx", two_scans(-1.5));
+    folder.expect("planes ceiling.ptx -o ceiling", 0, &["on 1 plane"]);
+    let plane = &report(&folder, "ceiling")["planes"][0];
+    assert!(plane["normal"][2].as_f64().unwrap() < -0.9999, "a ceiling was seen from below: {plane}");
 }

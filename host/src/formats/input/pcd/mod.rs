@@ -6,21 +6,23 @@
 
 pub(crate) mod lzf;
 
-use crate::formats::input::cloud_file::{CloudFile, CloudFileError};
+use crate::formats::input::cloud_file::{CloudFile, CloudFileError, ScanStart};
 use crate::formats::input::lines::xyz;
 use crate::formats::text::short::short;
 
 /// The cloud in a PCD file's bytes.
 pub(crate) fn read(bytes: &[u8]) -> Result<CloudFile, CloudFileError> {
     let (header, body) = Header::parse(bytes)?;
-    match header.data.as_str() {
+    let found = match header.data.as_str() {
         "ascii" => header.ascii(body),
         "binary" => header.binary(body),
         "binary_compressed" => header.compressed(body),
         other => Err(broken(format!(
             "has data of the kind `{other}`: expected ascii, binary or binary_compressed"
         ))),
-    }
+    }?;
+    let scan = |position_m| ScanStart { first_point: 0, position_m: Some(position_m) };
+    Ok(CloudFile { scans: header.viewpoint_m.map(scan).into_iter().collect(), ..found })
 }
 
 fn broken(what: impl Into<String>) -> CloudFileError {
@@ -43,8 +45,13 @@ struct Field {
 struct Header {
     fields: Vec<Field>,
     points: usize,
+    /// From where all points were seen, in their own coordinates.
+    viewpoint_m: Option<[f64; 3]>,
     data: String,
 }
+
+/// `VIEWPOINT` where nobody has said from where points were seen: place and quaternion.
+const NO_VIEWPOINT: [f64; 7] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0];
 
 impl Header {
     /// The header, and the bytes behind it.
@@ -91,6 +98,7 @@ impl Header {
             // Older files have no POINTS.
             "WIDTH" => self.points = words.first()?.parse().ok()?,
             "HEIGHT" => self.points = self.points.checked_mul(words.first()?.parse().ok()?)?,
+            "VIEWPOINT" => self.viewpoint_m = viewpoint_m(words),
             _ => {}
         }
         Some(())
@@ -181,6 +189,14 @@ impl Header {
         }
         Ok(())
     }
+}
+
+/// The place in a viewpoint. Points stand where they were seen already, and are not moved by it: that is how
+/// the Point Cloud Library turns normals.
+fn viewpoint_m(words: &[&str]) -> Option<[f64; 3]> {
+    let values: Vec<f64> = words.iter().filter_map(|word| word.parse().ok()).collect();
+    let is_said = values.len() == 7 && values.iter().all(|v| v.is_finite()) && values != NO_VIEWPOINT;
+    is_said.then(|| [values[0], values[1], values[2]])
 }
 
 /// A value in little endian; NaN where it does not stand.
