@@ -3,6 +3,7 @@
 //! The names of the top-level counts stay as they are, because scripts read them. Measured times and memory
 //! are the only figures that differ between two runs over the same input.
 
+#[cfg(feature = "cli")]
 use biplane_cli::counted;
 use serde::Serialize;
 
@@ -263,7 +264,8 @@ impl Summary {
         }
     }
 
-    /// What the raw triangles became, in words.
+    /// What the raw triangles became, in words: for the command line.
+    #[cfg(feature = "cli")]
     pub(crate) fn reduction(&self) -> String {
         format!(
             "{} -> {} with {} on {} + {}: {} fewer",

@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
 """How good are the poses of a log when a few of its scans are missing, each time others?
 
-    check_ensemble.py LOG [RELATIONS] [--runs N] [--optimize] [--odometry CHANGE] [--set NAME=VALUE]...
+    check_ensemble.py LOG [RELATIONS | --truth TRUTH] [--runs N] [--optimize] [--odometry CHANGE] [--set NAME=VALUE]...
                       [--json] [--worst LIMIT] [--median LIMIT] [--optimized-median LIMIT]
                       [--optimized-worst LIMIT] [--optimized-share LIMIT]
 
 Needs `biplane` and `biplane-onboard` on PATH; plain Python. One run on one log is chance: a scan more or
 less sends a matcher another way. So the log is run N times (8), the first time whole, then each time with
 another 1 % of its scans left out. The error is the mean over all relations (metric of Kuemmerle et al. 2009);
-one over 0.1 m is a blunder. Without a file of relations the bits of the map count (`evaluate map`): sharp
-maps of right poses have few. Odometry can be altered: `signs` (its sign is wrong when the robot drives
+one over 0.1 m is a blunder. With the truth (`make_large_building.py`) it is the root mean square of the
+positions. Without either the bits of the map count (`evaluate map`): sharp maps of right poses have few. Odometry can be altered: `signs` (its sign is wrong when the robot drives
 backward), `scaled-0.8`, `scaled-1.2`, `stalled` (5 s a minute), `jumps` (a meter ahead or back each half a
 minute), `none`. Or the robot is `carried` for 20 s three times: no scans, and odometry that stands. Exit code
 1 when a given limit is missed: of meters or bits, or of the share of what was while driving that each run has
@@ -60,6 +60,7 @@ def arguments():
     )
     parser.add_argument("log", type=Path)
     parser.add_argument("relations", nargs="?")
+    parser.add_argument("--truth", help="true poses instead of relations: position errors")
     parser.add_argument("--runs", type=int, default=8)
     parser.add_argument("--optimize", action="store_true", help="close loops too")
     parser.add_argument("--odometry", choices=tuple(CHANGES))
@@ -107,6 +108,22 @@ class RelationsError:
         }
 
 
+class PositionError:
+    """Judges a recording by its positions: their root mean square, laid on the truth, in meters."""
+
+    unit, decimals = "m", 3
+
+    def __init__(self, truth):
+        self.truth = truth
+
+    def of(self, recording):
+        found = json_of("biplane", "evaluate", "trajectory", self.truth, recording, "--json")
+        return found["absolute"]["translation_m"]["rmse"]
+
+    def summary(self, errors):
+        return {"median_m": statistics.median(errors), "worst_m": max(errors), "runs_m": errors}
+
+
 class MapBits:
     """Judges a recording by the bits of its map."""
 
@@ -117,6 +134,12 @@ class MapBits:
 
     def summary(self, bits):
         return {"median_bits": statistics.median(bits), "worst_bits": max(bits), "runs_bits": bits}
+
+
+def judge_of(args):
+    if args.truth:
+        return PositionError(args.truth)
+    return RelationsError(args.log, args.relations) if args.relations else MapBits()
 
 
 def one_run(args, number, judge):
@@ -150,7 +173,7 @@ def row(judge, spread):
 
 def main():
     args = arguments()
-    judge = RelationsError(args.log, args.relations) if args.relations else MapBits()
+    judge = judge_of(args)
     with concurrent.futures.ThreadPoolExecutor(args.jobs) as pool:
         runs = list(pool.map(lambda i: one_run(args, i, judge), range(args.runs)))
     found = {kind: judge.summary([run[kind] for run in runs]) for kind in runs[0]}
