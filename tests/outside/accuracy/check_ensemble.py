@@ -1,15 +1,16 @@
 #!/usr/bin/env python3
 """How good are the poses of a log when a few of its scans are missing, each time others?
 
-    check_ensemble.py LOG [RELATIONS | --truth TRUTH] [--runs N] [--optimize] [--odometry CHANGE] [--set NAME=VALUE]...
-                      [--json] [--worst LIMIT] [--median LIMIT] [--optimized-median LIMIT]
-                      [--optimized-worst LIMIT] [--optimized-share LIMIT]
+    check_ensemble.py LOG [RELATIONS | --truth TRUTH] [--runs N] [--optimize] [--odometry CHANGE]
+                      [--set NAME=VALUE]... [--json] [--worst LIMIT] [--median LIMIT]
+                      [--optimized-median LIMIT] [--optimized-worst LIMIT] [--optimized-share LIMIT]
 
 Needs `biplane` and `biplane-onboard` on PATH; plain Python. One run on one log is chance: a scan more or
 less sends a matcher another way. So the log is run N times (8), the first time whole, then each time with
 another 1 % of its scans left out. The error is the mean over all relations (metric of Kuemmerle et al. 2009);
 one over 0.1 m is a blunder. With the truth (`make_large_building.py`) it is the root mean square of the
-positions. Without either the bits of the map count (`evaluate map`): sharp maps of right poses have few. Odometry can be altered: `signs` (its sign is wrong when the robot drives
+positions. Without either the bits of the map count (`evaluate map`): sharp maps of right poses have few.
+Odometry can be altered: `signs` (its sign is wrong when the robot drives
 backward), `scaled-0.8`, `scaled-1.2`, `stalled` (5 s a minute), `jumps` (a meter ahead or back each half a
 minute), `none`. Or the robot is `carried` for 20 s three times: no scans, and odometry that stands. Exit code
 1 when a given limit is missed: of meters or bits, or of the share of what was while driving that each run has

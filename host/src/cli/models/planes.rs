@@ -324,14 +324,20 @@ fn print(out: &mut impl Write, report: &PlaneReport) -> io::Result<()> {
     )?;
     for plane in &report.planes {
         let [x, y, z] = plane.normal;
+        // Far from zero four digits of a normal say nothing of an offset from there.
+        let near_m: f64 = plane.normal.iter().zip(report.shift_m).map(|(n, shift_m)| n * shift_m).sum();
         writeln!(
             out,
             "{:>6} {:>9} {:>6.2} cm   {x:>8.4} {y:>8.4} {z:>8.4}   {:>12.3} m",
             plane.plane,
             plane.points,
             100.0 * plane.rms_m,
-            plane.offset_m
+            plane.offset_m - near_m
         )?;
+    }
+    if report.shift_m != [0.0; 3] {
+        let [x, y, z] = report.shift_m;
+        writeln!(out, "offsets are counted from {x:.0}, {y:.0}, {z:.0} (planes.json has those from zero)")?;
     }
     for round in &report.cylinders {
         let (kind, points) = (round["kind"].as_str().unwrap_or(""), round["points"].as_u64().unwrap_or(0));

@@ -35,7 +35,7 @@ impl SigmaSource {
         match self {
             Self::Given => "as given",
             Self::Estimated => "estimated",
-            Self::Assumed => "assumed: too few points to tell",
+            Self::Assumed => "assumed: the points do not show it",
         }
     }
 }

@@ -74,9 +74,9 @@ impl Page {
     /// # Errors
     /// When a picture cannot be encoded.
     pub(crate) fn new(sources: &Sources<'_>) -> io::Result<Self> {
-        let view = if sources.raw.triangles.is_empty() { None } else { Some(View::new(sources)?) };
         let Shapes { model, faces, .. } = sources.shapes;
         let turn = Turn::along_walls(model, faces).unwrap_or_default();
+        let view = if sources.raw.triangles.is_empty() { None } else { Some(View::new(sources, &turn)?) };
         let floor = match sources.map {
             Some(map) => sections::floor::section(map, sources.poses, &turn)?,
             None => String::new(),
@@ -128,7 +128,7 @@ impl Page {
 }
 
 impl View {
-    fn new(sources: &Sources<'_>) -> io::Result<Self> {
+    fn new(sources: &Sources<'_>, turn: &Turn) -> io::Result<Self> {
         // Before anything else: their triangles take more memory than all that comes.
         let pictures = sections::pictures::draw(sources)?;
         let fitting = data::reduce::to_fit(sources.raw, MAX_RAW_TRIANGLES);
@@ -160,7 +160,7 @@ impl View {
             );
             packed.push((name, bytes));
         }
-        let contents = data::contents::json(sources, &lattice, &packed, &pictures)?;
+        let contents = data::contents::json(sources, &lattice, &packed, &pictures, turn)?;
         let mut table = data::contents::table(sources.shapes);
         table.push_str(&data::contents::table_of_rounds(sources.shapes.model));
         Ok(Self {

@@ -160,8 +160,11 @@ fn two_scans(above_m: f64) -> String {
             let [x, y] = [0.1 * f64::from(k / 60), 0.1 * f64::from(k % 60)];
             let off = 0.005 * (f64::from((k * 7) % 11) / 5.0 - 1.0);
             let seen = k % 10 > 0;
-            text +=
-                &if seen { format!("{x:.3} {y:.3} {:.4} 0.5\n", off - above_m) } else { "0 0 0 0.5\n".into() };
+            text += &if seen {
+                format!("{x:.3} {y:.3} {:.4} 0.5\n", off - above_m)
+            } else {
+                "0 0 0 0.5\n".into()
+            };
         }
     }
     text

@@ -195,8 +195,8 @@ impl Header {
 /// the Point Cloud Library turns normals.
 fn viewpoint_m(words: &[&str]) -> Option<[f64; 3]> {
     let values: Vec<f64> = words.iter().filter_map(|word| word.parse().ok()).collect();
-    let is_said = values.len() == 7 && values.iter().all(|v| v.is_finite()) && values != NO_VIEWPOINT;
-    is_said.then(|| [values[0], values[1], values[2]])
+    let is_given = values.len() == 7 && values.iter().all(|v| v.is_finite()) && values != NO_VIEWPOINT;
+    is_given.then(|| [values[0], values[1], values[2]])
 }
 
 /// A value in little endian; NaN where it does not stand.

@@ -12,6 +12,7 @@ use crate::model::area::area_m2;
 use crate::model::cylinder::Cylinder;
 use crate::model::palette;
 use crate::model::palette::{Orientation, Rgb};
+use crate::model::turn::Turn;
 use crate::model::{Mesh, Model};
 use crate::recordings::deskew::StampedPose;
 use crate::view::markup::inline_json;
@@ -39,6 +40,8 @@ struct Contents<'a> {
     inferred: Vec<InferredNote>,
     bounds_m: [[f64; 3]; 2],
     inside: [[f64; 3]; 2],
+    /// By what the plan is turned, and the view from above with it.
+    turned_rad: f64,
     #[serde(rename = "way_m")]
     path_m: Vec<Vec<[f64; 3]>>,
 }
@@ -119,6 +122,7 @@ pub(crate) fn json(
     lattice: &Lattice,
     packed: &[(&str, Packed)],
     drawn: &Drawn,
+    turn: &Turn,
 ) -> io::Result<String> {
     let model = sources.shapes.model;
     let planes = model.planes.iter().enumerate().map(|(index, plane)| PlaneNote {
@@ -171,6 +175,7 @@ pub(crate) fn json(
         inferred: inferred.collect(),
         bounds_m: drawn.bounds_m,
         inside: drawn.inside,
+        turned_rad: turn.angle_rad,
         path_m: way(sources.poses),
     };
     Ok(inline_json(&serde_json::to_string(&contents)?))

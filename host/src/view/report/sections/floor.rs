@@ -61,7 +61,7 @@ pub(crate) fn section(map: &MapImage<'_>, poses: &[StampedPose], turn: &Turn) ->
         "<figcaption><span>{:.1} × {:.1} m, cells of {:.0} cm</span><span><i class=\"start\"></i>start <i class=\"end\"></i>end</span>\
          <span class=\"tools\"><button type=\"button\" id=\"map-in\" aria-label=\"Zoom in\">+</button><button type=\"button\" id=\"map-out\" \
          aria-label=\"Zoom out\">−</button><button type=\"button\" id=\"map-all\">All</button></span></figcaption></figure>\
-         <p class=\"note\"><span id=\"map-note\">Wheel or two fingers zoom, drag moves.</span>{}</p></section>",
+         <p class=\"note\"><span id=\"map-note\">A click puts the 3D view there. Drag moves; two fingers zoom, and so does the wheel after a click.</span>{}</p></section>",
         width * map.resolution_m(),
         height * map.resolution_m(),
         100.0 * map.resolution_m(),

@@ -38,7 +38,8 @@ pub(crate) fn laser_plan(
         let [period_ms, longest_s] = [period_ns as f64 / 1e6, longest_ns as f64 / 1e9];
         let topic = &seen.topic;
         notes.push(format!(
-            "{topic}: {gaps} gaps, the longest of {longest_s:.2} s (a scan comes every {period_ms:.1} ms)"
+            "{topic}: {gaps} {}, the longest of {longest_s:.2} s (a scan comes every {period_ms:.1} ms)",
+            if gaps == 1 { "gap" } else { "gaps" }
         ));
     }
     let mount = given.mount.or(laser.mount).unwrap_or_else(|| {

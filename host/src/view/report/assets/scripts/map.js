@@ -1,16 +1,27 @@
 // The floor map: zoomed and moved by its view box; its cells are turned in it. A click says where to stand in the 3D view, which says where its camera is.
 
+/** Half the length of the arrow, as many pixels. */
+const ARROW_PIXELS = 11;
+
 function startMap(svg) {
   const whole = svg.viewBox.baseVal;
   const all = { x: 0, y: 0, width: whole.width, height: whole.height };
   let box = { ...all };
   const [originX, originY, cell, rows] = ['originX', 'originY', 'cell', 'rows'].map((name) => Number(svg.dataset[name]));
-  const cells = document.getElementById('cells');
+  const [cells, here] = ['cells', 'here'].map((id) => document.getElementById(id));
 
+  // The arrow keeps its size on the screen, whatever the zoom.
+  let eye;
+  const showEye = () => {
+    if (!eye) return;
+    const size = ARROW_PIXELS * Math.max(box.width / (svg.clientWidth || 1), box.height / (svg.clientHeight || 1));
+    here.setAttribute('transform', `translate(${eye.x} ${eye.y}) rotate(${eye.turned}) scale(${size})`);
+  };
   const apply = () => {
     box.x = Math.min(Math.max(box.x, -box.width / 2), all.width - box.width / 2);
     box.y = Math.min(Math.max(box.y, -box.height / 2), all.height - box.height / 2);
     svg.setAttribute('viewBox', `${box.x} ${box.y} ${box.width} ${box.height}`);
+    showEye();
   };
   const zoom = (factor, [x, y] = [box.x + box.width / 2, box.y + box.height / 2]) => {
     const width = Math.min(Math.max(box.width / factor, all.width / 60), all.width);
@@ -79,14 +90,14 @@ function startMap(svg) {
   for (const [id, act] of [['map-in', () => zoom(1.4)], ['map-out', () => zoom(1 / 1.4)], ['map-all', showAll]]) {
     document.getElementById(id).addEventListener('click', act);
   }
+  new ResizeObserver(showEye).observe(svg);
   let onScreen = true;
   new IntersectionObserver(([entry]) => { onScreen = entry.isIntersecting; }).observe(svg);
-  document.addEventListener('seen', ({ detail: { eye, yaw, still } }) => {
+  document.addEventListener('seen', ({ detail: { eye: at, yaw, still } }) => {
     if (!onScreen && !still) return;
-    const [x, y] = [(eye[0] - originX) / cell, rows - (eye[1] - originY) / cell];
-    const here = document.getElementById('here');
-    const size = box.width / 60;
-    here.setAttribute('transform', `translate(${x} ${y}) rotate(${-yaw * 180 / Math.PI}) scale(${size})`);
+    const [x, y] = [(at[0] - originX) / cell, rows - (at[1] - originY) / cell];
+    eye = { x, y, turned: -yaw * 180 / Math.PI };
+    showEye();
     if (!here.firstChild) {
       const arrow = document.createElementNS(svg.namespaceURI, 'path');
       arrow.setAttribute('d', 'M1.2 0L-0.8 0.8L-0.4 0L-0.8 -0.8Z');

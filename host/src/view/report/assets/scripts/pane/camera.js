@@ -4,9 +4,9 @@ const EYE_M = 1.7;
 const STEEPEST = 1.55;
 
 class Camera {
-  /** `bounds`: least and greatest corner of most of the building; `inside`: an eye and a direction; `floor_m`: height of the floor. */
-  constructor({ bounds_m, inside, floor_m }) {
-    Object.assign(this, { bounds: bounds_m, start: inside, floor_m, aspect: 1 });
+  /** `bounds`: least and greatest corner of most of the building; `inside`: an eye and a direction; `floor_m`: height of the floor; `turned`: by what the plan is turned. */
+  constructor({ bounds_m, inside, turned, floor_m }) {
+    Object.assign(this, { bounds: bounds_m, start: inside, turned, floor_m, aspect: 1 });
     this.outside();
   }
 
@@ -19,7 +19,7 @@ class Camera {
 
   top() {
     const size = sub(this.bounds[1], this.bounds[0]);
-    this.orbit(size[0] >= size[1] === this.aspect >= 1 ? Math.PI / 2 : 0, -STEEPEST, 0.3);
+    this.orbit((size[0] >= size[1] === this.aspect >= 1 ? Math.PI / 2 : 0) - this.turned, -STEEPEST, 0.3);
     this.preset = 'top';
   }
 

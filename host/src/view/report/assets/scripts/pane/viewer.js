@@ -30,7 +30,7 @@ class Viewer {
     this.panes = [...section.querySelectorAll('.pane')].map((figure) => new Pane(figure));
     const floors_m = floorsOf(contents);
     const [floor_m] = floors_m;
-    this.camera = new Camera({ bounds_m: contents.bounds_m, inside: contents.inside, floor_m });
+    this.camera = new Camera({ bounds_m: contents.bounds_m, inside: contents.inside, turned: contents.turned_rad, floor_m });
     this.look = { coloring: 0, wireframe: false, cut: true, way: true, picked: -1, ceiling: true, section_m: FAR_M, ceiling_from_m: floor_m + CEILING_FROM_M, inferred: true, inferred_from: contents.polygons.length + contents.rounds.length };
     this.hideAbsent();
     this.startTheme(matchMedia('(prefers-color-scheme: dark)'));
