@@ -429,7 +429,8 @@ async function mapAnswers(page) {
     const middle = (box) => box[axis] + [box.width, box.height][side] / 2;
     return middle(sheet) - middle(here);
   });
-  check(Math.hypot(...apart) < 0.04 * sheet.width, `a click on the map moves the camera ${apart} pixels away from there`);
+  const isThere = Math.hypot(...apart) < 0.04 * sheet.width;
+  check(isThere, `a click on the map moves the camera ${apart} pixels away from there`);
 }
 
 /** Frames while the view turns, by held keys: the middle of the times between them, milliseconds. */

@@ -33,7 +33,8 @@ const WORST: [f64; 2] = [0.06, 0.04];
 /// And none is better than this.
 const BEST: [f64; 2] = [0.005, 0.005];
 
-/// Recorded steps lean to the odometry where a meter is off by more than this share, and in full at that one.
+/// Known wheels count beside a sure scan where a meter is off by more than this share, and in full at that
+/// one.
 const LEAN_FROM: f64 = 0.02;
 const LEAN_TO: f64 = 0.05;
 

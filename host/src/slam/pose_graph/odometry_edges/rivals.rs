@@ -58,7 +58,7 @@ impl Chain<'_> {
 
     /// A step that odometry and recorded poses contradict each other of: either may be wrong, and the scan
     /// tells which, laid among the last ones where the steps before have put them. Where it does not, wheels
-    /// that are known are believed against poses that leap.
+    /// that are known are believed, unless they may have stalled: against poses that leap always.
     pub(super) fn judged(
         &self,
         laid: &Laid,
