@@ -10,7 +10,8 @@ pub(crate) struct DriveArgs {
     /// Posed recordings; of one in parts all of them, in any order, or its name without the number
     #[arg(required = true, value_name = "RUN.mcap")]
     pub recordings: Vec<PathBuf>,
-    /// Use this trajectory (TUM: t x y z qx qy qz qw) instead of the recorded one. Loops are not closed then
+    /// Use this trajectory (TUM: t x y z qx qy qz qw), or the poses of this recording, instead of the
+    /// recorded ones. Loops are not closed then
     #[arg(long, value_name = "T.tum")]
     pub poses: Option<PathBuf>,
     /// Take the poses as they were recorded; several recordings are then in one frame already. Otherwise

@@ -34,6 +34,7 @@ use crate::recordings::run::{Run, VerticalScans};
 use crate::slam::occupancy::OccupancyGrid;
 use crate::view::floor_map::FloorMapParams;
 use crate::view::floor_map::map_image::MapImage;
+use crate::view::report::Floor;
 use crate::view::report::Page;
 use anyhow::{anyhow, bail};
 use biplane_cli::Outcome;
@@ -369,8 +370,9 @@ fn write_all(
     output.revisits = Default::default();
     let page = building.map(|building| {
         let known = posed.known();
-        let floor = Some((&image, &known[..]));
-        let page = report::prepare(&posed.named(report::title), &output, &shapes, floor, stages)?;
+        let floor = Floor { map: &image, poses: lowest };
+        let title = posed.named(report::title);
+        let page = report::prepare(&title, &output, &shapes, (Some(floor), &known), stages)?;
         anyhow::Ok(page.with_building(&building))
     });
     let page = page.transpose()?;

@@ -5,10 +5,8 @@
 //! time is shifted inside the program to follow the one before; no stamp that is written is changed.
 
 use std::fs::File;
-use std::io::BufReader;
 use std::path::Path;
 
-use crate::formats::text::trajectory::read_poses;
 use crate::pipeline::summary::PosesFrom;
 use crate::recordings::deskew::{StampedPose, Trajectory};
 use crate::recordings::run::{Run, RunPoses, VerticalScans};
@@ -24,7 +22,7 @@ use crate::view::floor_map;
 use crate::view::floor_map::{FloorMapParams, PosedDrive};
 use anyhow::{Context, bail};
 
-use crate::cli::recordings::optimize;
+use crate::cli::recordings::{optimize, poses};
 use crate::cli::terminal::console::Console;
 use biplane_cli::Outcome;
 
@@ -83,11 +81,10 @@ pub(crate) struct Posed<'a> {
 }
 
 impl<'a> Posed<'a> {
-    /// Somebody else's trajectory.
-    pub(crate) fn foreign(runs: &'a [Run], path: &Path) -> anyhow::Result<Self> {
-        let file = File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
-        let mut used =
-            read_poses(BufReader::new(file)).with_context(|| format!("cannot read {}", path.display()))?;
+    /// Somebody else's trajectory: a text, or the poses of another recording.
+    pub(crate) fn foreign(runs: &'a [Run], path: &Path, console: &Console) -> anyhow::Result<Self> {
+        File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
+        let mut used = poses::read(path, console)?;
         let wild_poses = remove_wild(&mut used);
         let trajectory = Trajectory::new(used.clone());
         let mut drives = Vec::new();

@@ -86,7 +86,7 @@ pub(crate) fn poses<'a>(
 ) -> anyhow::Result<Posed<'a>> {
     match &args.poses {
         Some(path) => {
-            let posed = Posed::foreign(runs, path)?;
+            let posed = Posed::foreign(runs, path, console)?;
             console.report_wild_poses(path, posed.wild_poses);
             Ok(posed)
         }

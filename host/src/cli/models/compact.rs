@@ -117,7 +117,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let page = if args.model_args.no_report {
         None
     } else {
-        let page = report::prepare(&report::title(&args.mesh), &output, &shapes, None, &mut stages)?;
+        let page = report::prepare(&report::title(&args.mesh), &output, &shapes, (None, &[]), &mut stages)?;
         let shown = building.clone().unwrap_or_else(|| lossless.building());
         Some(page.with_building(&shown))
     };

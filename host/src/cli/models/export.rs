@@ -4,6 +4,7 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+use crate::formats::gltf::tileset;
 use crate::formats::output::{MARKER, check_free};
 use crate::formats::ply::points_file::PointsFile;
 use crate::formats::text::model_json::{self, ModelFile};
@@ -66,7 +67,7 @@ struct Written {
 
 #[derive(Debug, Serialize)]
 struct WrittenFile {
-    name: &'static str,
+    name: String,
     bytes: u64,
 }
 
@@ -158,12 +159,16 @@ fn read(folder: &Path) -> anyhow::Result<ModelFile<'static>> {
 }
 
 fn written(folder: &Path, file: &ModelFile<'_>, names: &[&'static str]) -> anyhow::Result<Written> {
-    let size = |name: &'static str| {
-        let path = folder.join(name);
+    let size = |name: String| {
+        let path = folder.join(&name);
         let found = fs::metadata(&path).with_context(|| format!("cannot read {}", path.display()))?;
         anyhow::Ok(WrittenFile { name, bytes: found.len() })
     };
-    let files = names.iter().map(|name| size(name)).collect::<anyhow::Result<_>>()?;
+    let mut all: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
+    if names.contains(&"tileset.json") {
+        all.extend(tiles_in(folder)?);
+    }
+    let files = all.into_iter().map(size).collect::<anyhow::Result<_>>()?;
     Ok(Written {
         folder: folder.display().to_string(),
         source: file.source.clone().into_owned(),
@@ -172,13 +177,26 @@ fn written(folder: &Path, file: &ModelFile<'_>, names: &[&'static str]) -> anyho
     })
 }
 
+/// The tiles that the tileset names, in the order of the alphabet.
+fn tiles_in(folder: &Path) -> anyhow::Result<Vec<String>> {
+    let tiles = folder.join(tileset::FOLDER);
+    let cannot_read = || format!("cannot read {}", tiles.display());
+    let mut names = Vec::new();
+    for entry in fs::read_dir(&tiles).with_context(cannot_read)? {
+        let name = entry.with_context(cannot_read)?.file_name();
+        names.push(format!("{}/{}", tileset::FOLDER, name.to_string_lossy()));
+    }
+    names.sort_unstable();
+    Ok(names)
+}
+
 fn print_result(args: &Args, written: &Written) -> anyhow::Result<()> {
     if args.json {
         return print_json(written);
     }
     let mut out = io::stdout().lock();
     for file in &written.files {
-        let path = args.folder.join(file.name);
+        let path = args.folder.join(&file.name);
         writeln!(out, "{:>12} bytes  {}", file.bytes, path.display())?;
     }
     Ok(())

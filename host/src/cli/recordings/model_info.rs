@@ -39,8 +39,14 @@ pub(super) fn print(out: &mut impl Write, folder: &Path, json: bool) -> anyhow::
                  `biplane evaluate trajectory {shown}/poses.tum RUN.mcap` take it"
             );
         }
+        if folder.join("planes.json").exists() {
+            bail!(
+                "{shown} holds planes that `biplane planes` found in a cloud, and no building: planes.json lists them"
+            );
+        }
         bail!(
-            "{shown} is a folder without {LIST}, which `biplane build` writes of a drive with a vertical laser"
+            "{shown} is a folder without {LIST}, which `biplane build` writes of a drive with a vertical laser{}",
+            if folder.join("map.yaml").exists() { "; it holds the map of one without" } else { "" }
         );
     }
     let text = std::fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;

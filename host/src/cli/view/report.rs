@@ -10,10 +10,8 @@ use crate::pipeline::BuildOutput;
 use crate::pipeline::summary::Summary;
 use crate::reconstruct::simplify::fewer;
 use crate::recordings::deskew::StampedPose;
-use crate::view::floor_map::map_image::MapImage;
-use crate::view::report::Page;
-use crate::view::report::Sources;
 use crate::view::report::data::reduce::to_fit;
+use crate::view::report::{Floor, Page, Sources};
 
 /// The page's name in a folder.
 pub(crate) const NAME: &str = "report.html";
@@ -32,12 +30,13 @@ pub(crate) fn title(path: &Path) -> String {
     path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// Prepares the page of a build or a mesh: its figures come last, when everything else is done.
+/// Prepares the page of a build or a mesh, with its map and the poses of all scans: its figures come last,
+/// when everything else is done.
 pub(crate) fn prepare(
     title: &str,
     output: &BuildOutput,
     shapes: &Shapes<'_>,
-    floor: Option<(&MapImage<'_>, &[StampedPose])>,
+    (floor, poses): (Option<Floor<'_>>, &[StampedPose]),
     stages: &mut Stages<'_>,
 ) -> anyhow::Result<Page> {
     stages.time("report", || {
@@ -54,8 +53,8 @@ pub(crate) fn prepare(
             drawn: drawn.as_ref().unwrap_or(base),
             simple: simple.as_ref(),
             shapes,
-            map: floor.map(|(map, _)| map),
-            poses: floor.map_or(&[], |(_, poses)| poses),
+            floor,
+            poses,
         })?;
         Ok((page, 1))
     })

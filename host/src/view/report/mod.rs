@@ -27,7 +27,7 @@ use crate::view::markup::escaped;
 use crate::view::report::data::pack::Lattice;
 
 pub(crate) use crate::view::report::sections::comparison::{Row, with_comparison};
-pub(crate) use crate::view::report::sources::Sources;
+pub(crate) use crate::view::report::sources::{Floor, Sources};
 
 /// Triangles of the raw mesh that a page shows at most. More would make the file larger than 20 MB and
 /// turning it jerky.
@@ -77,8 +77,8 @@ impl Page {
         let Shapes { model, faces, .. } = sources.shapes;
         let turn = Turn::along_walls(model, faces).unwrap_or_default();
         let view = if sources.raw.triangles.is_empty() { None } else { Some(View::new(sources, &turn)?) };
-        let floor = match sources.map {
-            Some(map) => sections::floor::section(map, sources.poses, &turn)?,
+        let floor = match sources.floor {
+            Some(floor) => sections::floor::section(floor.map, floor.poses, &turn)?,
             None => String::new(),
         };
         Ok(Self {

@@ -19,7 +19,16 @@ pub(crate) struct Sources<'a> {
     /// The model.
     pub shapes: &'a Shapes<'a>,
     /// The floor map, when there is one.
-    pub map: Option<&'a MapImage<'a>>,
+    pub floor: Option<Floor<'a>>,
     /// The poses of the horizontal scans.
+    pub poses: &'a [StampedPose],
+}
+
+/// The floor that has a map: of several storeys the lowest.
+#[derive(Clone, Copy)]
+pub(crate) struct Floor<'a> {
+    /// Its map.
+    pub map: &'a MapImage<'a>,
+    /// The poses of the scans that were taken on it.
     pub poses: &'a [StampedPose],
 }

@@ -11,7 +11,7 @@ use crate::slam::occupancy::OccupancyGrid;
 use crate::slam::occupancy::OccupancyParams;
 use crate::slam::occupancy::Ray;
 use crate::view::floor_map::map_image::MapImage;
-use crate::view::report::sources::Sources;
+use crate::view::report::sources::{Floor, Sources};
 use serde_json::Value;
 
 /// A rough floor, 4 m by 2 m in steps of 10 cm.
@@ -79,7 +79,7 @@ fn page() -> (String, Mesh, Mesh) {
         drawn: &raw,
         simple: Some(&shapes.faces[1]),
         shapes: &shapes,
-        map: Some(&map),
+        floor: Some(Floor { map: &map, poses: &poses[..3] }),
         poses: &poses,
     };
     let mut bytes = Vec::new();
@@ -233,7 +233,7 @@ fn a_page_without_a_model_has_map_and_figures_only() {
         drawn: &raw,
         simple: None,
         shapes: &shapes,
-        map: None,
+        floor: None,
         poses: &[],
     };
     let mut bytes = Vec::new();

@@ -211,6 +211,10 @@ pub(crate) fn read(runs: &[Run], params: &LoopParams, console: &Console) -> anyh
         let _spinner = console.spinner(format!("reading {}", run.path().display()));
         let poses = run.poses()?;
         console.report_poses(run.recording(), &poses);
+        if rewrite_recording::is_optimized(run)? {
+            let shown = run.path().display();
+            console.note(format!("{shown} is optimized already: its optimized poses are where this begins"));
+        }
         let keyframes = Keyframes::read(run, &poses, &params.keyframes)?;
         if keyframes.nodes.is_empty() {
             bail!("no scan of {} has a pose", run.path().display());

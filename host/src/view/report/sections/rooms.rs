@@ -5,6 +5,7 @@ use std::fmt::Write;
 
 use crate::building::elements::{CLOSED_LEAF, Elements, Room, Use, Wall, WallOpening};
 use crate::model::turn::Turn;
+use crate::pipeline::storey_fit;
 use crate::view::markup::escaped;
 use crate::view::report::text::turned_words;
 
@@ -54,6 +55,9 @@ pub(crate) fn section(elements: &Elements, turn: &Turn) -> String {
             let _ = write!(html, "<h3>{}: floor at {:.2} m</h3>", escaped(&storey.id), storey.floor_z_m);
         }
         plan(&mut html, &elements.of_storey(storey).turned(turn));
+    }
+    for words in storey_fit::contradictions(elements) {
+        let _ = write!(html, "<p class=\"note\">{}.</p>", escaped(&words));
     }
     html.push_str("<p class=\"note key\">");
     for (color, words) in KEY {
@@ -132,7 +136,7 @@ fn plan(html: &mut String, elements: &Elements) {
         let _ = write!(html, "{tag}{}</span>", escaped(&opening.id));
     }
     for wall in &elements.walls {
-        let tag = sheet.tag("wall", wall.point(wall.length_m() / 2.0, 0.0));
+        let tag = sheet.tag("wall", wall.point(free_place_m(wall, &elements.openings), 0.0));
         let _ = write!(html, "{tag}{}</span>", escaped(&wall.id));
     }
     for room in &elements.rooms {
@@ -140,6 +144,24 @@ fn plan(html: &mut String, elements: &Elements) {
         let _ = write!(html, "{tag}{}<small>{:.1} m²</small></span>", escaped(&room.id), room.area_m2);
     }
     let _ = write!(html, "{}{scale_m} m</span></figure>", sheet.tag("length", [x + scale_m, -y]));
+}
+
+/// The middle of the longest piece of a wall that has no opening, meters from its beginning: there its name
+/// hides none of theirs.
+fn free_place_m(wall: &Wall, openings: &[WallOpening]) -> f64 {
+    let own = openings.iter().filter(|opening| opening.wall == wall.id);
+    let mut taken: Vec<[f64; 2]> = own
+        .map(|opening| [-1.0, 1.0].map(|side| wall.place_m(opening) + 0.5 * side * opening.width_m))
+        .collect();
+    taken.sort_by(|one, other| one[0].total_cmp(&other[0]));
+    let (mut from_m, mut longest) = (0.0_f64, [0.0, 0.0]);
+    for [begin_m, end_m] in taken.into_iter().chain([[wall.length_m(); 2]]) {
+        if begin_m - from_m > longest[1] - longest[0] {
+            longest = [from_m, begin_m];
+        }
+        from_m = from_m.max(end_m);
+    }
+    0.5 * (longest[0] + longest[1])
 }
 
 /// The part of a storey that a plan shows.
@@ -306,8 +328,9 @@ mod tests {
         let wall = "<td><span class=\"name\">S1-W01</span></td><td><span class=\"name\">S1-R01</span></td>";
         assert!(html.contains(wall) && html.contains(">in wall</th>"), "{html}");
         assert_eq!(html.matches("<i style=\"background:#").count(), 8, "a key of the colors");
-        // A wall that a list names can be found: its name is in its middle, at 6 of 12 m, and on itself.
-        assert!(html.contains("<span class=\"tag wall\" style=\"left:50.00%;"), "{html}");
+        // A wall that a list names can be found: its name is on it, and in the middle of what is left of it
+        // before its door, 2.875 of 12 m.
+        assert!(html.contains("<span class=\"tag wall\" style=\"left:26.33%;"), "{html}");
         assert!(html.contains("<title>S1-W01</title>") && html.contains("id=\"wall-names\""), "{html}");
         let narrow = format!("fill=\"{NARROW_DOOR}\" stroke=\"{NARROW_DOOR}\"><title>S1-D01, narrow door: ");
         assert!(html.contains(&narrow), "{html}");
