@@ -184,6 +184,10 @@ fn the_way_of_each_floor_lies_on_it() {
         [[2.6, 0.5, 3.1], [3.4, 0.5, 3.1]].to_vec(),
     ];
     assert_eq!(contents(&page)["way_m"], serde_json::json!(way));
+    // On the floor map there is that of its own floor.
+    let drawn = page.split("class=\"way\"").nth(1).unwrap().split(" d=\"").nth(1).unwrap();
+    let drawn = drawn.split('"').next().unwrap();
+    assert_eq!((drawn.matches('M').count(), drawn.matches('L').count()), (1, 2), "{drawn}");
 }
 
 #[test]
