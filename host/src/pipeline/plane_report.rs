@@ -2,6 +2,7 @@
 //!
 //! Equations hold in the coordinates of the input: `normal . p = offset_m`. Meters.
 
+use biplane_geometry::vec3::dot;
 use serde::Serialize;
 use serde_json::Value;
 
@@ -154,7 +155,7 @@ impl PlaneReport {
 
 /// A plane in the coordinates of the input.
 fn figures(index: usize, plane: &Plane, shift_m: [f64; 3]) -> PlaneFigures {
-    let moved_m: f64 = plane.normal.iter().zip(shift_m).map(|(n, s)| n * s).sum();
+    let moved_m = dot(plane.normal, shift_m);
     PlaneFigures {
         plane: index,
         normal: plane.normal,

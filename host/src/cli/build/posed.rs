@@ -83,6 +83,7 @@ pub(crate) struct Posed<'a> {
 impl<'a> Posed<'a> {
     /// Somebody else's trajectory: a text, or the poses of another recording.
     pub(crate) fn foreign(runs: &'a [Run], path: &Path, console: &Console) -> anyhow::Result<Self> {
+        // The poses may be those of a recording, but not of one in parts: the name is that of a file.
         File::open(path).with_context(|| format!("cannot read {}", path.display()))?;
         let mut used = poses::read(path, console)?;
         let wild_poses = remove_wild(&mut used);

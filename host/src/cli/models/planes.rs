@@ -31,6 +31,7 @@ use crate::cli::terminal::stopwatch::Stopwatch;
 use crate::cli::terminal::threads::Threads;
 use crate::cli::terminal::values::{length, range};
 use biplane_cli::{Outcome, counted};
+use biplane_geometry::vec3::dot;
 
 /// Words of the command.
 #[derive(Clone, Debug, clap::Args)]
@@ -166,7 +167,7 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let range_limit = args.max_range.map(|range_m| limit(&mut file, range_m, args, console)).transpose()?;
     let others = args.against.as_deref().map(|path| labels_of(path, file.cloud.len())).transpose()?;
     let (mut found, cost) = extract(&method, &file, console);
-    found.face(&file.cloud, |index| file.seen_from(index));
+    found.face(|index| file.seen_from(index));
     let start = Stopwatch::now();
     let params = ShapeParams {
         enabled: !args.no_shapes && matches!(method, Method::Fast(_)),
@@ -325,7 +326,7 @@ fn print(out: &mut impl Write, report: &PlaneReport) -> io::Result<()> {
     for plane in &report.planes {
         let [x, y, z] = plane.normal;
         // Far from zero four digits of a normal say nothing of an offset from there.
-        let near_m: f64 = plane.normal.iter().zip(report.shift_m).map(|(n, shift_m)| n * shift_m).sum();
+        let near_m = dot(plane.normal, report.shift_m);
         writeln!(
             out,
             "{:>6} {:>9} {:>6.2} cm   {x:>8.4} {y:>8.4} {z:>8.4}   {:>12.3} m",

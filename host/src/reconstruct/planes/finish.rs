@@ -23,7 +23,6 @@ pub(super) fn finish(
         .zip(before)
         .map(|(s, b)| s.fit_again(b.as_ref()).filter(|f| f.count >= params.min_points as f64))
         .collect();
-    let towards = towards(cloud, &labels, &fits);
     let geometry = of_one_scan(cloud, &labels, count);
     let mut kept: Vec<(usize, Fit)> = fits
         .iter()
@@ -35,38 +34,19 @@ pub(super) fn finish(
     let mut new_label = vec![-1; count];
     let mut planes = Vec::new();
     for (old, fit) in kept {
-        let sign = if towards[old] < 0 { -1.0 } else { 1.0 };
         new_label[old] = planes.len() as i32;
         planes.push(Plane {
-            normal: fit.normal.map(|v| sign * v),
-            offset_m: sign * fit.offset_m,
+            normal: fit.normal,
+            offset_m: fit.offset_m,
             points: fit.count as usize,
             rms_m: fit.variances_m2[0].sqrt(),
         });
     }
     let rename = |label: &mut i32| *label = usize::try_from(*label).map_or(-1, |old| new_label[old]);
     labels.par_iter_mut().with_min_len(POINTS_PER_PIECE).for_each(rename);
-    Planes { planes, labels, sigma_m, ..Planes::default() }
-}
-
-/// How many more points of each plane were seen from its normal's side than from the other.
-fn towards(cloud: &Cloud, labels: &[i32], fits: &[Option<Fit>]) -> Vec<i64> {
-    let none = || vec![0i64; fits.len()];
-    if cloud.origins_m.is_empty() {
-        return none();
-    }
-    let counted = |mut towards: Vec<i64>, (index, label): (usize, &i32)| {
-        let fit = usize::try_from(*label).ok().and_then(|label| fits[label]);
-        if let (Some(fit), Some(origin)) = (fit, cloud.origin_of(index)) {
-            towards[*label as usize] += if fit.distance_m(origin.map(f64::from)) >= 0.0 { 1 } else { -1 };
-        }
-        towards
-    };
-    let added = |mut a: Vec<i64>, b: Vec<i64>| {
-        a.iter_mut().zip(b).for_each(|(a, b)| *a += b);
-        a
-    };
-    labels.par_iter().enumerate().with_min_len(POINTS_PER_PIECE).fold(none, counted).reduce(none, added)
+    let mut found = Planes { planes, labels, sigma_m, ..Planes::default() };
+    found.face(|index| Some(cloud.origin_of(index)?.map(f64::from)));
+    found
 }
 
 /// Which labels have all their points from one scan: the plane of a fan of beams, not of a surface. None in
