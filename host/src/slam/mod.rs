@@ -6,9 +6,9 @@
 //! recordings, or parts of one, [`loop_closure::join_recordings`]) -> the place: the matcher's search and
 //! alignment, with what differs from the tracker in [`submap_alignment`], and the questions of
 //! [`loop_closure::verification`] and [`loop_closure::pairwise_consistency`] -> which loops are inliers
-//! ([`pose_graph::graduated_non_convexity`]) -> kept scans among all kept scans around them
-//! ([`refinement`]) -> every scan among these ([`refinement::every_scan`]) -> the recording again
-//! ([`rewrite_recording`]).
+//! ([`pose_graph::graduated_non_convexity`]; of whole passages [`loop_closure::perceptual_aliasing`]) -> kept
+//! scans among all kept scans around them ([`refinement`]) -> every scan among these
+//! ([`refinement::every_scan`]) -> the recording again ([`rewrite_recording`]).
 //!
 //! Frame `map`, meters, radians. Results do not depend on the number of threads.
 

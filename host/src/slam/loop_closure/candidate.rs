@@ -34,7 +34,7 @@ pub(crate) struct Loop {
 }
 
 impl Loop {
-    fn edge(&self, pose_of: impl Fn(usize) -> usize) -> Edge {
+    pub(crate) fn edge(&self, pose_of: impl Fn(usize) -> usize) -> Edge {
         let [from, to] = self.submap_ids.map(pose_of);
         Edge { from, to, measured: self.found.pose, information: self.found.information }
     }
@@ -56,6 +56,8 @@ pub(crate) struct LoopCloser<'a> {
     pub loops: Vec<Loop>,
     /// Whether each is believed.
     pub inlier: Vec<bool>,
+    /// Whether each was refused with its group, as that holds a false place ([`super::perceptual_aliasing`]).
+    pub(crate) refused: Vec<bool>,
     /// What was searched, and around which guess.
     pub(crate) tried: BTreeMap<[usize; 2], (Pose2, f64)>,
     /// Loops whose support was looked for, and those found so.
@@ -100,7 +102,7 @@ const WIDENING: f64 = 2.0;
 /// is looked for, too. Larger: slower; smaller: loops are missed where steps claim too much.
 const WINDOW_FLOOR_M: f64 = 0.3;
 /// The same of the heading, radians.
-const WINDOW_FLOOR_RAD: f64 = 0.03;
+pub(crate) const WINDOW_FLOOR_RAD: f64 = 0.03;
 /// A window between so many times the size of one that was searched is no other one. Closer to 1: pairs are
 /// searched again in vain.
 const SAME_SIZE: (f64, f64) = (0.3, 1.5);
@@ -111,7 +113,9 @@ const SAME_GUESS_SHARE: f64 = 0.5;
 const SAME_GUESS_RAD: f64 = 0.1;
 /// A loop of more weight than this is believed: weights end at 0 or 1 but for few
 /// ([`graduated_non_convexity::optimize`]).
-const INLIER_WEIGHT: f64 = 0.5;
+pub(crate) const INLIER_WEIGHT: f64 = 0.5;
+/// Groups of loops refused in a run at most: one that is found again and again is left.
+const MAX_REFUSALS: usize = 16;
 /// Pairs between two savings of what was found.
 const BATCH: usize = 256;
 
@@ -134,6 +138,7 @@ impl<'a> LoopCloser<'a> {
             poses,
             loops: vec![],
             inlier: vec![],
+            refused: vec![],
             tried,
             sought: BTreeSet::new(),
             settled: vec![false; submaps.len()],
@@ -148,6 +153,13 @@ impl<'a> LoopCloser<'a> {
     pub(crate) fn run(&mut self, checkpoint: &mut Checkpoint, progress: &mut dyn FnMut(usize, usize)) {
         for share in [self.params.first_share, 1.0] {
             self.run_with(share, checkpoint, progress);
+            for _ in 0..MAX_REFUSALS {
+                if !self.refuse_aliased(checkpoint, progress) {
+                    break;
+                }
+                self.settled.fill(false);
+                self.run_with(share, checkpoint, progress);
+            }
         }
     }
 
@@ -202,6 +214,7 @@ impl<'a> LoopCloser<'a> {
                 self.tried.insert(pair.submap_ids, (pair.guess, pair.window.half_m));
                 if let Some(found) = *found {
                     self.found_pairs.insert(pair.submap_ids);
+                    self.refused.push(false);
                     self.loops.push(Loop {
                         submap_ids: pair.submap_ids,
                         found,
@@ -285,7 +298,7 @@ impl<'a> LoopCloser<'a> {
             && self.poses[query].between(&self.poses[other]).distance_m() < self.params.near_m
     }
 
-    fn is_before(&self, other: usize, query: usize) -> bool {
+    pub(crate) fn is_before(&self, other: usize, query: usize) -> bool {
         other < query && self.submaps[other].nodes.end < self.submaps[query].nodes.start
     }
 
@@ -350,7 +363,7 @@ impl<'a> LoopCloser<'a> {
         self.weighed = self.loops.len();
         let edges = self.edges();
         let supported = self.supported(&edges);
-        let chosen: Vec<usize> = (0..edges.len()).filter(|&at| supported[at]).collect();
+        let chosen: Vec<usize> = (0..edges.len()).filter(|&at| supported[at] && !self.refused[at]).collect();
         let loops: Vec<Edge> = chosen.iter().map(|&at| edges[at]).collect();
         let weights = graduated_non_convexity::optimize(&mut self.poses, self.chain, &loops);
         self.inlier = vec![false; edges.len()];

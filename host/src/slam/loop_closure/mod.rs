@@ -6,4 +6,5 @@ pub(crate) mod checkpoint;
 pub(crate) mod join_recordings;
 pub(crate) mod pairwise_consistency;
 pub(crate) mod params;
+pub(crate) mod perceptual_aliasing;
 pub(crate) mod verification;

@@ -26,7 +26,7 @@ const TWO_SUFFICE_UP_TO_M: f64 = 16.0;
 const SUBMAPS_ALONG: usize = 5;
 /// A loop is found close to where it is expected when the window is so many times as wide: by chance one of
 /// sixteen is.
-const CLOSE: f64 = 4.0;
+pub(crate) const CLOSE: f64 = 4.0;
 /// Submaps before and after the two of a loop.
 const BESIDE: [(isize, isize); 8] = [(0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (-1, -1), (1, -1), (-1, 1)];
 /// Around where a loop says that they are, meters and radians.
@@ -138,7 +138,7 @@ impl LoopCloser<'_> {
         let path_covariances = PathCovariances::new(self.submaps.len(), self.chain.iter());
         let mut loops_from: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         for (at, edge) in edges.iter().enumerate() {
-            if self.refine.constrains_along(&self.loops[at].found.agreement) {
+            if self.refine.constrains_along(&self.loops[at].found.agreement) && !self.refused[at] {
                 loops_from.entry(edge.from).or_default().push(at);
             }
         }

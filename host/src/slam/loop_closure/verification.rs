@@ -120,8 +120,9 @@ const RIVALS: usize = 4;
 /// Of the others the points that tell hardly lie on anything: their score is at most so much of this place's.
 const RIVAL_SCORE: f64 = 0.5;
 /// A rival's agreement is at most so much worse, and its share of points along at most so many times smaller.
-const RIVAL_SHARE: f64 = 0.04;
-const RIVAL_ALONG: f64 = 0.75;
+pub(crate) const RIVAL_SHARE: f64 = 0.04;
+/// See [`RIVAL_SHARE`].
+pub(crate) const RIVAL_ALONG: f64 = 0.75;
 
 /// Whether there is another place along the direction that is known least that looks the same: the next door,
 /// the next pillar.
