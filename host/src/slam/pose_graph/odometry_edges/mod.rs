@@ -74,7 +74,10 @@ pub(crate) fn edges(
     let sure: Vec<Option<SureStep>> = laid.iter().map(Laid::sure).collect();
     let wheels = WheelCalibration::learn(&sure);
     let agreed = |laid: &Laid| match laid.contradicting() {
-        None => Ok(chain.unless_stalled(laid, chain.agreed(laid, wheels.as_ref()), wheels.as_ref())),
+        None => {
+            let step = chain.unless_stalled(laid, chain.agreed(laid, wheels.as_ref()), wheels.as_ref());
+            Ok(chain.unless_drawn_along(laid, step, wheels.as_ref()))
+        }
         Some(odometry) => Err(odometry),
     };
     let agreed: Vec<Result<Step, Pose2>> = laid.par_iter().map(agreed).collect();

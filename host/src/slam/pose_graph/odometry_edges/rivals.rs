@@ -15,6 +15,9 @@ use crate::slam::submap_alignment;
 
 /// Another account has to explain so much more of the scan than the recorded step.
 const CLEARLY: f64 = 0.1;
+/// A step so many standard deviations from what known wheels say contradicts them clearly. Fewer: more steps
+/// are asked about; more: people take the matcher along unnoticed.
+const FAR_FROM_WHEELS: f64 = 6.0;
 /// Counters may have stalled when so much way may be missing, meters.
 const STALL_M: f64 = 0.05;
 
@@ -97,6 +100,30 @@ impl Chain<'_> {
         self.doubted(step, taken.explained_share(), &stalled(&rooted, &unstalled, wheels))
     }
 
+    /// A step that a scan seems to tell, unless wheels that are known and cannot have stalled contradict it
+    /// clearly and the scan suits them as well: somebody who walks towards the base takes the matcher along.
+    pub(super) fn unless_drawn_along(
+        &self,
+        laid: &Laid,
+        step: Step,
+        wheels: Option<&WheelCalibration>,
+    ) -> Step {
+        let Some((odometry, wheels)) = laid.odometry.zip(wheels) else { return step };
+        if laid.unstalled.is_some() || is_unsure(&laid.found) {
+            return step;
+        }
+        let (counted, sigma) = wheels.of(&odometry);
+        let away = step.0.step_from(&counted);
+        if away[0].powi(2) + away[1].powi(2) < (FAR_FROM_WHEELS * sigma[0]).powi(2) {
+            return step;
+        }
+        let last = self.nodes[laid.at - 1].recorded;
+        let rooted = self.rooted(laid, |at| last.between(&self.nodes[at].recorded));
+        let taken = rooted.account(step.0, recorded_sigma(&laid.recorded, self.params));
+        let rival = rooted.account(counted, odometry_sigma(&odometry));
+        self.doubted(step, taken.explained_share(), &rival)
+    }
+
     /// A step that explains this share of the scan, in doubt by how far a rival is away that explains about
     /// as much; the rival where it explains clearly more.
     fn doubted(&self, step: Step, share: f64, rival: &Account) -> Step {
@@ -128,7 +155,7 @@ fn stalled(rooted: &Rooted, unstalled: &Pose2, wheels: Option<&WheelCalibration>
 mod tests {
     use biplane_matcher::Kind;
 
-    use super::super::tests::{ALONG_WALL, COUNTED_M, IN_ROOM, STEP_M, drive, point};
+    use super::super::tests::{ALONG_WALL, COUNTED_M, IN_ROOM, STEP_M, drive, drive_along, point};
     use super::super::{ChainParams, edges};
     use crate::slam::keyframes::Node;
     use crate::slam::pose_graph::Edge;
@@ -174,6 +201,43 @@ mod tests {
             let expected = if is_known { 0.0..0.03 } else { 0.35..0.45 };
             assert!(expected.contains(&uncertain_m(&step)), "{is_known}: {}", uncertain_m(&step));
         }
+    }
+
+    /// A step along a wall with an edge each meter whose poses are recorded too far ahead, as somebody comes
+    /// towards the base, whom the scan tells best of.
+    fn towards_somebody(ahead_m: f64) -> Edge {
+        let at = IN_ROOM + ALONG_WALL - 2;
+        let mut nodes = drive_along(COUNTED_M, STEP_M, true);
+        for (number, node) in nodes.iter_mut().enumerate() {
+            let first = node.keyframe_scan.points.len();
+            let away_m = 2.0 - STEP_M * (number as f64 - at as f64 + 1.0);
+            let away_m = if number >= at { away_m - ahead_m } else { away_m };
+            node.keyframe_scan.points.extend(
+                (0..40).map(|step| point([away_m, 0.02 * f64::from(step) - 0.4], [-1.0, 0.0], Kind::Line)),
+            );
+            node.free_standing = (first..first + 40).collect();
+        }
+        nodes[at..].iter_mut().for_each(|node| node.recorded.x_m += ahead_m);
+        step_to(&nodes, at)
+    }
+
+    #[test]
+    fn somebody_who_comes_leaves_the_way_in_doubt_where_known_wheels_say_another() {
+        let undisturbed = towards_somebody(0.0);
+        assert!(uncertain_m(&undisturbed) < 0.05, "{}", uncertain_m(&undisturbed));
+        let step = towards_somebody(0.2);
+        let off_m = (step.measured.x_m - STEP_M).abs();
+        assert!(off_m < 0.02 || uncertain_m(&step) > 0.1, "{step:?}");
+    }
+
+    #[test]
+    fn wheels_that_slip_leave_no_doubt_where_the_scan_tells_the_way() {
+        let at = IN_ROOM - 5;
+        let mut nodes = drive();
+        nodes[at..].iter_mut().flat_map(|node| &mut node.odometry).for_each(|pose| pose.x_m -= 0.2);
+        let step = step_to(&nodes, at);
+        assert!((step.measured.x_m.abs() - STEP_M).abs() < 2e-3, "{step:?}");
+        assert!(uncertain_m(&step) < 0.03, "{}", uncertain_m(&step));
     }
 
     #[test]

@@ -47,7 +47,7 @@ pub(super) fn drive() -> Vec<Node> {
 }
 
 /// The same, with what wheels count for a step and what is recorded along the wall.
-fn drive_along(step_counted_m: f64, step_recorded_m: f64, with_edges: bool) -> Vec<Node> {
+pub(super) fn drive_along(step_counted_m: f64, step_recorded_m: f64, with_edges: bool) -> Vec<Node> {
     let (mut x_m, mut recorded_m, mut counted_m) = (-3.0, -3.0, 0.0);
     let node = |at: usize| {
         let ahead = if at < IN_ROOM && at / 20 % 2 == 1 { -1.0 } else { 1.0 };
