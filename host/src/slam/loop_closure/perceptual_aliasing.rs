@@ -9,6 +9,7 @@
 
 use std::ops::{ControlFlow, Range};
 
+use biplane_geometry::quantile::upper_median;
 use biplane_matcher::{Pose2, Window};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
@@ -216,7 +217,7 @@ fn passages(mut left: Vec<usize>, edges: &[Edge]) -> Vec<Vec<usize>> {
 /// The median; of none zero.
 fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
+    upper_median(&values).unwrap_or(0.0)
 }
 
 /// How surely the heading of one submap is known from another, radians.
@@ -233,14 +234,14 @@ fn heading_sigma_rad(path_covariances: &PathCovariances, from: usize, to: usize)
 mod tests {
     use std::ops::Range;
 
-    use biplane_matcher::{EndPoint, Pose2, Window};
+    use biplane_matcher::{Pose2, Window};
 
     use super::{Loop, LoopCloser, passages};
     use crate::slam::keyframes::Node;
-    use crate::slam::keyframes::keyframe_scan::KeyframeScan;
     use crate::slam::keyframes::submap::{Submap, SubmapParams, submap_ranges};
     use crate::slam::loop_closure::checkpoint::Checkpoint;
     use crate::slam::loop_closure::params::CandidateParams;
+    use crate::slam::loop_closure::verification::tests::scan_of_corridor;
     use crate::slam::loop_closure::verification::{RefineParams, find};
     use crate::slam::pose_graph::Edge;
     use crate::slam::pose_graph::tests::edge;
@@ -262,31 +263,6 @@ mod tests {
             .collect()
     }
 
-    /// What is seen of a corridor of 2.4 m along x with recesses of 1 m.
-    fn scan(at_m: f64, recesses: &[(f64, f64)]) -> KeyframeScan {
-        let mut points = Vec::new();
-        let mut add = |x: f64, y: f64, normal: [f32; 2]| {
-            if (x - at_m).abs() < 6.0 {
-                let at_m = [(x - at_m) as f32, y as f32];
-                points.push(EndPoint { at_m, normal, weight: 1.0, ..EndPoint::default() });
-            }
-        };
-        for step in -200..1000 {
-            let x = 0.05 * f64::from(step);
-            add(x, -1.2, [0.0, 1.0]);
-            let within = recesses.iter().find(|(begin, _)| (0.0..1.0).contains(&(x - begin)));
-            add(x, 1.2 + within.map_or(0.0, |(_, deep)| *deep), [0.0, -1.0]);
-        }
-        for (begin, deep) in recesses {
-            for step in 0..(deep / 0.05) as i32 {
-                let y = 1.2 + 0.05 * f64::from(step);
-                add(*begin, y, [1.0, 0.0]);
-                add(begin + 1.0, y, [-1.0, 0.0]);
-            }
-        }
-        KeyframeScan { points, laser_m: [0.0; 2] }
-    }
-
     /// Submaps of a corridor that was driven along twice, 40 m each time, the second time really so far
     /// ahead; how many submaps the first time; and the steps between them. They are known within centimeters
     /// but for the one between both drives, and know nothing of being ahead.
@@ -295,7 +271,7 @@ mod tests {
         let params = SubmapParams::default();
         let ranges = submap_ranges(&poses, &params);
         let drive = |first: usize, ahead_m: f64| {
-            let node = |&pose: &Pose2| Node::at(pose, scan(pose.x_m + ahead_m, recesses));
+            let node = |&pose: &Pose2| Node::at(pose, scan_of_corridor(pose.x_m + ahead_m, recesses));
             let nodes: Vec<Node> = poses.iter().map(node).collect();
             let of = |range: &Range<usize>| {
                 Submap::new(&nodes[range.clone()], &poses[range.clone()], first + range.start, &params)

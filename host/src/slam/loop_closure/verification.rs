@@ -297,7 +297,7 @@ fn weakest(points: &[EndPoint]) -> [f32; 2] {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use biplane_matcher::{EndPoint, Pose2, Window};
 
     use super::{RefineParams, find};
@@ -305,32 +305,35 @@ mod tests {
     use crate::slam::keyframes::keyframe_scan::KeyframeScan;
     use crate::slam::keyframes::submap::{Submap, SubmapParams};
 
-    /// A corridor of 2.4 m along x, seen from 20 places 0.4 m apart, with recesses of 1 m at these places,
-    /// each so deep.
-    fn corridor(recesses: &[(f64, f64)]) -> Submap {
-        let node = |at_m: f64| {
-            let mut points = Vec::new();
-            let mut add = |x: f64, y: f64, normal: [f32; 2]| {
-                if (x - at_m).abs() < 6.0 {
-                    let at_m = [(x - at_m) as f32, y as f32];
-                    points.push(EndPoint { at_m, normal, weight: 1.0, ..EndPoint::default() });
-                }
-            };
-            for step in -200..400 {
-                let x = 0.05 * f64::from(step);
-                add(x, -1.2, [0.0, 1.0]);
-                let within = recesses.iter().find(|(begin, _)| (0.0..1.0).contains(&(x - begin)));
-                add(x, 1.2 + within.map_or(0.0, |(_, deep)| *deep), [0.0, -1.0]);
+    /// What is seen from a place of a corridor of 2.4 m along x, with recesses of 1 m at these places, each
+    /// so deep.
+    pub(crate) fn scan_of_corridor(at_m: f64, recesses: &[(f64, f64)]) -> KeyframeScan {
+        let mut points = Vec::new();
+        let mut add = |x: f64, y: f64, normal: [f32; 2]| {
+            if (x - at_m).abs() < 6.0 {
+                let at_m = [(x - at_m) as f32, y as f32];
+                points.push(EndPoint { at_m, normal, weight: 1.0, ..EndPoint::default() });
             }
-            for (begin, deep) in recesses {
-                for step in 0..(deep / 0.05) as i32 {
-                    let y = 1.2 + 0.05 * f64::from(step);
-                    add(*begin, y, [1.0, 0.0]);
-                    add(begin + 1.0, y, [-1.0, 0.0]);
-                }
-            }
-            Node::at(Pose2::new(at_m, 0.0, 0.0), KeyframeScan { points, laser_m: [0.0; 2] })
         };
+        for step in -200..1000 {
+            let x = 0.05 * f64::from(step);
+            add(x, -1.2, [0.0, 1.0]);
+            let within = recesses.iter().find(|(begin, _)| (0.0..1.0).contains(&(x - begin)));
+            add(x, 1.2 + within.map_or(0.0, |(_, deep)| *deep), [0.0, -1.0]);
+        }
+        for (begin, deep) in recesses {
+            for step in 0..(deep / 0.05) as i32 {
+                let y = 1.2 + 0.05 * f64::from(step);
+                add(*begin, y, [1.0, 0.0]);
+                add(begin + 1.0, y, [-1.0, 0.0]);
+            }
+        }
+        KeyframeScan { points, laser_m: [0.0; 2] }
+    }
+
+    /// The corridor, seen from 20 places 0.4 m apart.
+    fn corridor(recesses: &[(f64, f64)]) -> Submap {
+        let node = |at_m: f64| Node::at(Pose2::new(at_m, 0.0, 0.0), scan_of_corridor(at_m, recesses));
         let nodes: Vec<Node> = (0..20).map(|at| node(0.4 * f64::from(at))).collect();
         let poses: Vec<Pose2> = nodes.iter().map(|node| node.recorded).collect();
         Submap::new(&nodes, &poses, 0, &SubmapParams::default())

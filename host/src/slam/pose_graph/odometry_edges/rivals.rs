@@ -90,13 +90,19 @@ impl Chain<'_> {
         self.doubted(step, taken.explained_share(), &stalled(&rooted, &unstalled, wheels))
     }
 
+    /// What the scan says of a step that recorded poses and odometry agree on, and what it is laid among.
+    fn taken(&self, laid: &Laid, step: &Step) -> (Rooted, Account) {
+        let last = self.nodes[laid.at - 1].recorded;
+        let rooted = self.rooted(laid, |at| last.between(&self.nodes[at].recorded));
+        let taken = rooted.account(step.0, recorded_sigma(&laid.recorded, self.params));
+        (rooted, taken)
+    }
+
     /// A step that recorded poses and odometry agree on, unless both stand still where the base may have gone
     /// on.
     pub(super) fn unless_stalled(&self, laid: &Laid, step: Step, wheels: Option<&WheelCalibration>) -> Step {
         let Some(unstalled) = laid.unstalled else { return step };
-        let last = self.nodes[laid.at - 1].recorded;
-        let rooted = self.rooted(laid, |at| last.between(&self.nodes[at].recorded));
-        let taken = rooted.account(step.0, recorded_sigma(&laid.recorded, self.params));
+        let (rooted, taken) = self.taken(laid, &step);
         self.doubted(step, taken.explained_share(), &stalled(&rooted, &unstalled, wheels))
     }
 
@@ -117,9 +123,7 @@ impl Chain<'_> {
         if away[0].powi(2) + away[1].powi(2) < (FAR_FROM_WHEELS * sigma[0]).powi(2) {
             return step;
         }
-        let last = self.nodes[laid.at - 1].recorded;
-        let rooted = self.rooted(laid, |at| last.between(&self.nodes[at].recorded));
-        let taken = rooted.account(step.0, recorded_sigma(&laid.recorded, self.params));
+        let (rooted, taken) = self.taken(laid, &step);
         let rival = rooted.account(counted, odometry_sigma(&odometry));
         self.doubted(step, taken.explained_share(), &rival)
     }
