@@ -16,6 +16,7 @@ use biplane_recording::Topic;
 use crate::recordings::deskew::StampedPose;
 use crate::recordings::run::{Run, RunError, RunPoses};
 use crate::slam::keyframes::keyframe_scan::{KeyframeScan, KeyframeScanner};
+pub(crate) use crate::slam::keyframes::odometry_stalls::Unstalled;
 
 /// This share of all steps from scan to scan is as far as the base drives, or less.
 const DRIVEN_SHARE: f64 = 0.95;
@@ -49,13 +50,15 @@ impl Default for KeyframeParams {
 pub struct Node {
     /// Its number among the recording's horizontal scans.
     pub scan: usize,
+    /// Its time.
+    pub stamp_ns: i64,
     /// The recorded pose.
     pub recorded: Pose2,
     /// The odometry's pose, where there is one.
     pub odometry: Option<Pose2>,
-    /// The odometry's pose if its counters stalled wherever it stands still in the midst of the drive, where
+    /// The odometry if its counters stalled wherever it stands still in the midst of the drive, where
     /// it does so anywhere.
-    pub unstalled: Option<Pose2>,
+    pub unstalled: Option<Unstalled>,
     /// Whether the recorded poses leap on the way from the last node, and the odometry does not: farther from
     /// one scan to the next than this base drives. That is how a matcher finds back to places that it had
     /// mapped before it drifted.
@@ -84,6 +87,7 @@ impl Node {
     pub(crate) fn at(recorded: Pose2, keyframe_scan: KeyframeScan) -> Self {
         Self {
             scan: 0,
+            stamp_ns: 0,
             recorded,
             odometry: None,
             unstalled: None,
@@ -135,9 +139,10 @@ impl Keyframes {
             let [recorded_leaps, odometry_leaps, after_gap] = std::mem::take(&mut met);
             keyframes.nodes.push(Node {
                 scan: number,
+                stamp_ns: pose.stamp_ns,
                 recorded: pose.pose(),
                 odometry: pose_of(&odometry),
-                unstalled: unstalled.as_deref().and_then(pose_of),
+                unstalled: unstalled.as_ref().and_then(|poses| *poses.get(number)?),
                 leaps: recorded_leaps && !odometry_leaps,
                 after_gap,
                 keyframe_scan,

@@ -3,7 +3,8 @@
 //! A base that stops for a moment and counters that stall look the same: from one scan to the next the
 //! odometry stands, and a moment later it goes on as fast as before. Scans tell which it was, but along a
 //! bare corridor they do not. There both are possible, and the way is as uncertain as the two are apart.
-//! Units: meters, nanoseconds.
+//! Which of them is likelier, the odometry itself tells: a base brakes and starts over some tenths of a
+//! second, counters stop and go on between two reports. Units: meters, nanoseconds.
 
 use biplane_matcher::Pose2;
 
@@ -26,32 +27,56 @@ const STANDING_SHARE: f64 = 0.02;
 const STANDING_RAD_PER_S: f64 = 0.02;
 /// Speeds before and after are within this factor of each other.
 const SAME_SPEED: f64 = 2.0;
+/// A base that brakes is slower over the last so long before it stands, nanoseconds. Shorter: one step of
+/// few counts says little; longer: a base that brakes hard seems sudden.
+const BRAKES_NS: i64 = 150_000_000;
+/// Than this share of its speed before. The same holds for one that starts.
+const BRAKES: f64 = 0.75;
+
+/// Where the odometry would be if its counters had stalled wherever it stands in the midst of a drive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unstalled {
+    /// The pose.
+    pub pose: Pose2,
+    /// How much of the way up to here is put in where the odometry stood and went on more suddenly than a
+    /// base brakes and starts, meters.
+    pub sudden_m: f64,
+}
+
+/// How far counters would have gone on in a step of a stand.
+#[derive(Clone, Copy, Default)]
+struct Missed {
+    way_m: f64,
+    is_sudden: bool,
+}
 
 /// The odometry at each scan, with the way that stalled counters would have missed put in: ahead, with the
 /// speed before and after. `None` where it never stands so.
-pub(super) fn filled(odometry: &[Option<StampedPose>]) -> Option<Vec<Option<StampedPose>>> {
+pub(super) fn filled(odometry: &[Option<StampedPose>]) -> Option<Vec<Option<Unstalled>>> {
     let known: Vec<(usize, StampedPose)> =
         odometry.iter().enumerate().filter_map(|(scan, pose)| Some((scan, (*pose)?))).collect();
     let poses: Vec<StampedPose> = known.iter().map(|(_, pose)| *pose).collect();
-    let mut missed_m = vec![0.0; poses.len()];
+    let mut missed = vec![Missed::default(); poses.len()];
     let mut at = 0;
     while at + 1 < poses.len() {
         let end = stand_end(&poses, at);
         let missed_m_per_s = missed_speed(&poses, at, end);
-        for (missed_m, pair) in missed_m[at + 1..=end].iter_mut().zip(poses[at..=end].windows(2)) {
-            *missed_m = missed_m_per_s * seconds(&pair[0], &pair[1]);
+        let is_sudden = missed_m_per_s != 0.0 && is_sudden(&poses, at, end);
+        for (missed, pair) in missed[at + 1..=end].iter_mut().zip(poses[at..=end].windows(2)) {
+            *missed = Missed { way_m: missed_m_per_s * seconds(&pair[0], &pair[1]), is_sudden };
         }
         at = end.max(at + 1);
     }
-    if missed_m.iter().all(|missed_m| *missed_m == 0.0) {
+    if missed.iter().all(|missed| missed.way_m == 0.0) {
         return None;
     }
     let mut filled = vec![None; odometry.len()];
-    let (mut last, mut now) = (poses[0].pose(), poses[0].pose());
-    for ((scan, pose), missed_m) in known.into_iter().zip(missed_m) {
-        now = now * Pose2::new(missed_m, 0.0, 0.0) * last.between(&pose.pose());
+    let (mut last, mut now) = (poses[0].pose(), Unstalled { pose: poses[0].pose(), sudden_m: 0.0 });
+    for ((scan, pose), missed) in known.into_iter().zip(missed) {
+        now.pose = now.pose * Pose2::new(missed.way_m, 0.0, 0.0) * last.between(&pose.pose());
+        now.sudden_m += if missed.is_sudden { missed.way_m.abs() } else { 0.0 };
         last = pose.pose();
-        filled[scan] = Some(StampedPose::planar(pose.stamp_ns, now));
+        filled[scan] = Some(now);
     }
     Some(filled)
 }
@@ -77,6 +102,32 @@ fn missed_speed(poses: &[StampedPose], at: usize, end: usize) -> f64 {
     let Some((before, after)) = speed_before(poses, at).zip(speed_after(poses, end)) else { return 0.0 };
     let is_alike = before * after > 0.0 && (1.0 / SAME_SPEED..=SAME_SPEED).contains(&(after / before));
     if is_alike { 0.5 * (before + after) } else { 0.0 }
+}
+
+/// Whether the odometry stands and goes on more suddenly than a base brakes and starts. The steps next to the
+/// stand do not count: counters stop and go on in the midst of them.
+fn is_sudden(poses: &[StampedPose], at: usize, end: usize) -> bool {
+    let back = |from: usize, lasts_ns: i64| {
+        let is_before = |earlier: &usize| poses[from].stamp_ns - poses[*earlier].stamp_ns >= lasts_ns;
+        (0..from).rev().take(SPEED_SCANS).find(is_before)
+    };
+    let on = |from: usize, lasts_ns: i64| {
+        let is_behind = |later: &usize| poses[*later].stamp_ns - poses[from].stamp_ns >= lasts_ns;
+        (from + 1..poses.len()).take(SPEED_SCANS).find(is_behind)
+    };
+    let before = || {
+        let brakes = at.checked_sub(1)?;
+        let from = back(brakes, BRAKES_NS)?;
+        let speed_before = speed(&poses[back(from, SPEED_NS)?], &poses[from])?;
+        Some(speed(&poses[from], &poses[brakes])? / speed_before)
+    };
+    let after = || {
+        let starts = end + 1;
+        let to = on(starts, BRAKES_NS).filter(|_| starts < poses.len())?;
+        let speed_after = speed(&poses[to], &poses[on(to, SPEED_NS)?])?;
+        Some(speed(&poses[starts], &poses[to])? / speed_after)
+    };
+    [before(), after()].iter().all(|share| share.is_some_and(|share| share >= BRAKES))
 }
 
 /// How fast the odometry came here, meters a second ahead.
@@ -125,12 +176,27 @@ mod tests {
     /// What a drive misses up to each scan, centimeters.
     fn missed_cm(drive: &[Option<StampedPose>]) -> Vec<i64> {
         let Some(filled) = filled(drive) else { return Vec::new() };
-        let x_m = |pose: &Option<StampedPose>| pose.unwrap().pose().x_m;
-        filled
+        let missed_m = filled
             .iter()
             .zip(drive)
-            .map(|(filled, was)| (100.0 * (x_m(filled) - x_m(was))).round() as i64)
-            .collect()
+            .map(|(filled, was)| filled.unwrap().pose.x_m - was.as_ref().unwrap().pose().x_m);
+        missed_m.map(|missed_m| (100.0 * missed_m).round() as i64).collect()
+    }
+
+    /// The way that a drive misses in stands that no base makes, meters.
+    fn sudden_m(drive: &[Option<StampedPose>]) -> f64 {
+        filled(drive).unwrap().last().unwrap().unwrap().sudden_m
+    }
+
+    /// Goes, brakes over some scans, stands, and starts over some: steps in shares of the full one.
+    fn steps(brakes: &[f64], starts: &[f64]) -> Vec<Option<StampedPose>> {
+        let shares = [&[1.0; 10], brakes, &[0.0; 5], starts, &[1.0; 10]].concat();
+        let mut x_m = 0.0;
+        let pose = |(scan, share): (usize, &f64)| {
+            x_m += 0.15 * share;
+            Some(StampedPose::planar(200_000_000 * scan as i64, Pose2::new(x_m, 0.0, 0.0)))
+        };
+        shares.iter().enumerate().map(pose).collect()
     }
 
     #[test]
@@ -143,6 +209,18 @@ mod tests {
     fn short_and_long_stands_and_those_that_end_otherwise_are_none() {
         for (stand, speed_after) in [(10..11, 1.0), (8..36, 1.0), (10..15, 0.3), (10..15, -1.0)] {
             assert!(missed_cm(&drive(stand, speed_after)).is_empty(), "{speed_after}");
+        }
+    }
+
+    #[test]
+    fn counters_stop_and_go_on_within_a_step_and_bases_brake_and_start() {
+        for (brakes, starts) in [(vec![], vec![]), (vec![0.3], vec![]), (vec![0.6], vec![0.1])] {
+            let sudden_m = sudden_m(&steps(&brakes, &starts));
+            assert!((0.5..0.8).contains(&sudden_m), "{brakes:?} {starts:?}: {sudden_m}");
+        }
+        let ramp = vec![0.8, 0.6, 0.4];
+        for (brakes, starts) in [(ramp.clone(), vec![]), (vec![], vec![0.4, 0.6, 0.8]), (ramp, vec![0.5])] {
+            assert_eq!(sudden_m(&steps(&brakes, &starts)), 0.0, "{brakes:?} {starts:?}");
         }
     }
 

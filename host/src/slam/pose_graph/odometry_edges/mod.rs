@@ -111,6 +111,10 @@ struct Laid {
     odometry: Option<Pose2>,
     /// The odometry's step if its counters stalled during it.
     unstalled: Option<Pose2>,
+    /// Whether they stood and went on more suddenly than a base does.
+    is_sudden: bool,
+    /// Whether the odometry goes on as fast as before and after.
+    is_steady: bool,
     found: PointAlignment,
     /// The first node that it was laid among: those before a break say nothing of it.
     first: usize,
@@ -155,8 +159,10 @@ impl Chain<'_> {
         let recorded = last.recorded.between(&node.recorded);
         let between = |poses: Option<(Pose2, Pose2)>| poses.map(|(last, now)| last.between(&now));
         let odometry = between(last.odometry.zip(node.odometry));
-        let unstalled = between(last.unstalled.zip(node.unstalled));
+        let stalls = last.unstalled.zip(node.unstalled);
+        let unstalled = between(stalls.map(|(last, now)| (last.pose, now.pose)));
         let unstalled = unstalled.filter(|step| rivals::is_other(step, odometry.as_ref()));
+        let is_sudden = stalls.is_some_and(|(last, now)| now.sudden_m - last.sudden_m > rivals::STALL_M);
         let surfaces = self.surfaces(at, first, |at| last.recorded.between(&self.nodes[at].recorded));
         let found = self.lay(at, &surfaces, &recorded, &recorded_sigma(&recorded, self.params));
         let min_share = breaks::min_share(node, &recorded, odometry.as_ref());
@@ -166,7 +172,32 @@ impl Chain<'_> {
                 let found = self.lay(at, &surfaces, &odometry, &odometry_sigma(&odometry));
                 breaks::is_strange(node, found.explained_share, &odometry, min_share)
             });
-        Laid { at, recorded, odometry, unstalled, found, first, is_break }
+        Laid {
+            at,
+            recorded,
+            odometry,
+            unstalled,
+            is_sudden,
+            is_steady: self.is_steady(at),
+            found,
+            first,
+            is_break,
+        }
+    }
+
+    /// Whether the odometry of a step is as fast as before and after it: neither do its counters jump, nor do
+    /// they begin to stall. Both by the clock and by scans: stamps may be wrong, and scans may be lost.
+    fn is_steady(&self, at: usize) -> bool {
+        let speeds = |from: usize, to: usize| {
+            let (from, to) = (self.nodes.get(from)?, self.nodes.get(to)?);
+            let way_m = from.odometry?.between(&to.odometry?).x_m;
+            Some([to.stamp_ns - from.stamp_ns, to.scan as i64 - from.scan as i64].map(|of| way_m / of as f64))
+        };
+        let Some(now) = speeds(at - 1, at) else { return false };
+        let before = at.checked_sub(1 + STEADY_NODES).and_then(|from| speeds(from, at - 1));
+        let after = speeds(at, at + STEADY_NODES);
+        let alike = |(now, other): (f64, f64)| (STEADY..=1.0 / STEADY).contains(&(now / other));
+        [before, after].iter().all(|other| other.is_some_and(|other| now.into_iter().zip(other).all(alike)))
     }
 
     /// Whether some of the next nodes lies where it was recorded among those before a strange one: then that
@@ -211,22 +242,19 @@ impl Chain<'_> {
             true => Matrix3::zeros(),
             false => submap_alignment::information(found),
         };
-        let is_unsure = is_unsure(found);
-        let counts = match is_unsure {
-            true => information(&sigma),
-            false if laid.unstalled.is_some() => return accepted,
-            false => {
-                in_open_direction(&seen, &sigma, &found.map_from_points.step_from(&counted))
-                    * wheels.lean_share()
-            }
-        };
-        let Some(factors) = (seen + counts).cholesky() else { return accepted };
         let away = Vector3::from(counted.step_from(&accepted.0));
-        let step = accepted.0.stepped(factors.solve(&(counts * away)).into());
-        match is_unsure {
-            true => (step, with_floor(&(seen + counts), &recorded_sigma(&step, self.params))),
-            false => (step, accepted.1),
+        if is_unsure(found) {
+            let (moved, counts) = where_open(&seen, &sigma, &away);
+            let step = accepted.0.stepped(moved.into());
+            return (step, with_floor(&(seen + counts), &recorded_sigma(&step, self.params)));
         }
+        if laid.unstalled.is_some() {
+            return accepted;
+        }
+        let from_found = found.map_from_points.step_from(&counted);
+        let counts = in_open_direction(&seen, &sigma, &from_found) * wheels.lean_share();
+        let Some(factors) = (seen + counts).cholesky() else { return accepted };
+        (accepted.0.stepped(factors.solve(&(counts * away)).into()), accepted.1)
     }
 
     /// The step when this was expected and the scan was found there.
@@ -261,6 +289,11 @@ const BACK: [usize; 8] = [1, 2, 3, 5, 8, 12, 17, 23];
 const OF_A_STEP: Approach = Approach { capture_m: 0.2, max_iterations: 5 };
 /// A scan of which less is explained by those before it says nothing.
 const MIN_SHARE: f64 = 0.5;
+/// A base goes on as before when its speed is this share of that over so many nodes before and after, or less
+/// than one over it.
+const STEADY: f64 = 0.75;
+/// See [`STEADY`].
+const STEADY_NODES: usize = 3;
 /// A recorded step closer than this to where the scan lies among the last ones is taken as it is: the matcher
 /// saw more of the map. Squared Mahalanobis distance.
 const AGREES_SQUARED: f64 = 9.0;
@@ -276,6 +309,28 @@ fn is_unsure(found: &PointAlignment) -> bool {
     let position = covariance.fixed_view::<2, 2>(0, 0).symmetric_eigenvalues().max();
     let is_open = position > UNSURE_M * UNSURE_M || covariance[(2, 2)] > UNSURE_RAD * UNSURE_RAD;
     is_open || found.explained_share < MIN_SHARE
+}
+
+/// How far wheels, this far away, move a step along the directions that the scan leaves open, and their
+/// heading where that is open; and their information there. Of what the scan tells they say nothing: their
+/// turn slips, and errors of the heading add up from step to step.
+fn where_open(seen: &Matrix3<f64>, sigma: &[f64; 3], away: &Vector3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
+    // Each as far as it is open while the others are known: with a way that is open all others are, a little.
+    let variance = |information: f64| 1.0 / information.max(1e-6);
+    let position = seen.fixed_view::<2, 2>(0, 0).symmetric_eigen();
+    let places = position.eigenvalues.iter().zip(position.eigenvectors.column_iter());
+    let places =
+        places.map(|(known, along)| (variance(*known), Vector3::new(along[0], along[1], 0.0), UNSURE_M));
+    let heading = (variance(seen[(2, 2)]), Vector3::z(), UNSURE_RAD);
+    let (mut moved, mut counts) = (Vector3::zeros(), Matrix3::zeros());
+    for (variance, along, unsure) in places.chain([heading]) {
+        if variance > unsure * unsure {
+            let of_wheels = if along[2] == 0.0 { sigma[0] * sigma[0] } else { sigma[2] * sigma[2] };
+            moved += along * (along.dot(away) * variance / (variance + of_wheels));
+            counts += along * along.transpose() / of_wheels;
+        }
+    }
+    (moved, counts)
 }
 
 /// What wheels say of the direction that the scan tells least of, where the scan, this far away from them,

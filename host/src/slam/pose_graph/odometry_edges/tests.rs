@@ -13,6 +13,10 @@ pub(super) const ALONG_WALL: usize = 15;
 /// True and counted way from node to node, meters.
 pub(super) const STEP_M: f64 = 0.3;
 pub(super) const COUNTED_M: f64 = 0.309;
+/// How long a step takes, nanoseconds.
+pub(super) const STEP_NS: i64 = 400_000_000;
+/// And how many scans.
+pub(super) const STEP_SCANS: usize = 10;
 
 /// An end point.
 pub(super) fn point(at: [f64; 2], normal: [f64; 2], kind: Kind) -> EndPoint {
@@ -54,7 +58,10 @@ pub(super) fn drive_along(step_counted_m: f64, step_recorded_m: f64, with_edges:
         let in_room = at < IN_ROOM;
         let keyframe_scan = seen(x_m, 0.013 * (at % 7) as f64, in_room, with_edges && !in_room);
         let odometry = Some(Pose2::new(counted_m, 0.0, 0.0));
-        let node = Node { odometry, ..Node::at(Pose2::new(recorded_m, 0.0, 0.0), keyframe_scan) };
+        let stamp_ns = STEP_NS * at as i64;
+        let scan = STEP_SCANS * at;
+        let node =
+            Node { scan, odometry, stamp_ns, ..Node::at(Pose2::new(recorded_m, 0.0, 0.0), keyframe_scan) };
         x_m += ahead * STEP_M;
         counted_m += ahead * step_counted_m;
         recorded_m += ahead * if at + 1 < IN_ROOM { STEP_M } else { step_recorded_m };
@@ -85,6 +92,21 @@ fn along_a_wall_the_way_is_the_odometry_s_at_the_scale_that_the_room_has_taught(
         assert!((edge.measured.x_m - STEP_M).abs() < 2e-3, "{edge:?}");
         assert!(edge.measured.y_m.abs() < 2e-3 && edge.measured.theta_rad.abs() < 1e-3, "{edge:?}");
     }
+}
+
+#[test]
+fn along_a_wall_wheels_tell_the_way_and_nothing_of_the_heading() {
+    let at = IN_ROOM + 5;
+    let mut nodes = drive();
+    // A wheel slips: from there on the odometry is turned by 0.1 radians.
+    let slipped = nodes[at].odometry.unwrap();
+    let turned = Pose2 { theta_rad: 0.1, ..slipped };
+    for node in &mut nodes[at..] {
+        node.odometry = node.odometry.map(|pose| turned * slipped.between(&pose));
+    }
+    let (edges, _) = edges(&nodes, 0, &ChainParams::default());
+    let step = edges[at - 1].measured;
+    assert!((step.x_m - STEP_M).abs() < 2e-3 && step.theta_rad.abs() < 1e-3, "{step:?}");
 }
 
 #[test]
