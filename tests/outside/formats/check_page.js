@@ -228,6 +228,26 @@ async function fillsTheScreen(page) {
   await page.waitForFunction(() => document.fullscreenElement === null);
 }
 
+/** However small the screen is: a plan is as wide as its names need. */
+async function wallNamesStandApart(page) {
+  const size = page.viewportSize();
+  for (const width of [size.width, 400]) {
+    await page.setViewportSize({ width, height: size.height });
+    const touching = await page.evaluate(() => [...document.querySelectorAll('.plan')].flatMap((plan) => {
+      const names = [...plan.querySelectorAll('.wall')];
+      const boxes = names.map((name) => name.getBoundingClientRect());
+      const touch = (one, other) => one.left < other.right && other.left < one.right
+        && one.top < other.bottom && other.top < one.bottom;
+      const pairs = boxes.flatMap((box, number) => boxes.slice(0, number).map((other, before) => [
+        touch(box, other), `${names[number].textContent} and ${names[before].textContent}`,
+      ]));
+      return pairs.filter(([is]) => is).map(([, both]) => both);
+    }));
+    check(touching.length === 0, `names of walls touch at ${width} pixels: ${touching}`);
+  }
+  await page.setViewportSize(size);
+}
+
 /** Of several storeys one can be looked at; walls have their names on the plan when that is wanted. */
 async function namesStoreysAndWalls(page) {
   const storey = page.locator('#storey');
@@ -249,6 +269,7 @@ async function namesStoreysAndWalls(page) {
   check(await name.isHidden(), 'names of walls are there without being asked for');
   await page.check('#wall-names');
   check(await name.isVisible(), 'names of walls stay away');
+  await wallNamesStandApart(page);
   if (shots) await page.locator('#rooms').screenshot({ path: path.join(shots, 'walls.png') });
   await page.uncheck('#wall-names');
 }
@@ -431,6 +452,9 @@ async function mapAnswers(page) {
   });
   const isThere = Math.hypot(...apart) < 0.04 * sheet.width;
   check(isThere, `a click on the map moves the camera ${apart} pixels away from there`);
+  const view = await page.locator('#panes').boundingBox();
+  const isSeen = view.y >= -1 && view.y + view.height <= page.viewportSize().height + 1;
+  check(isSeen, `a click on the map leaves the 3D view out of sight, at ${view.y} pixels`);
 }
 
 /** Frames while the view turns, by held keys: the middle of the times between them, milliseconds. */

@@ -39,6 +39,14 @@ const SHUT_DOOR: &str = "#9a6b3f";
 const NARROW_DOOR: &str = "#b4dcb9";
 const WINDOW: &str = "#4f8fd0";
 
+/// Names above their openings, and left of them.
+const OVER: &str = "opening over";
+const LEFT: &str = "opening left";
+/// Width and height of a wall's name, rem.
+const NAME_REM: [f64; 2] = [2.9, 0.95];
+/// A plan is drawn no wider than this so that names stand apart, rem: walls may lie in one place.
+const WIDEST_REM: f64 = 160.0;
+
 /// The section; empty where no room was found. The plan's unit is a meter, y points down in it. Names are
 /// text over the plan: they keep their size on a small screen, where the plan shrinks. The plan is turned, so
 /// that walls lie along the page.
@@ -89,9 +97,10 @@ fn plan(html: &mut String, elements: &Elements) {
     let [width, height] = sheet.size();
     let _ = write!(
         html,
-        "<figure class=\"plan\" style=\"aspect-ratio:{width:.2}/{height:.2};max-width:calc(70vh*{:.3})\">\
+        "<div class=\"scroll\"><figure class=\"plan\" style=\"aspect-ratio:{width:.2}/{height:.2};max-width:calc(70vh*{:.3});--names-apart:{:.1}rem\">\
          <svg viewBox=\"{:.2} {:.2} {width:.2} {height:.2}\" role=\"img\" aria-label=\"Plan of the rooms\">",
         width / height,
+        names_apart_rem(elements, width),
         low[0],
         -high[1],
     );
@@ -132,18 +141,50 @@ fn plan(html: &mut String, elements: &Elements) {
     );
     for opening in &elements.openings {
         let Some(wall) = elements.wall(&opening.wall) else { continue };
-        let tag = sheet.tag(sheet.side_of(opening, wall), [opening.center_m[0], opening.center_m[1]]);
+        let side = sheet.side_of(opening, wall);
+        let tag = sheet.tag(side, name_place_m(opening, wall, side));
         let _ = write!(html, "{tag}{}</span>", escaped(&opening.id));
     }
     for wall in &elements.walls {
-        let tag = sheet.tag("wall", wall.point(free_place_m(wall, &elements.openings), 0.0));
+        let tag = sheet.tag("wall", wall_name_place_m(wall, &elements.openings));
         let _ = write!(html, "{tag}{}</span>", escaped(&wall.id));
     }
     for room in &elements.rooms {
         let tag = sheet.tag("room", room.label_place_m());
         let _ = write!(html, "{tag}{}<small>{:.1} m²</small></span>", escaped(&room.id), room.area_m2);
     }
-    let _ = write!(html, "{}{scale_m} m</span></figure>", sheet.tag("length", [x + scale_m, -y]));
+    let _ = write!(html, "{}{scale_m} m</span></figure></div>", sheet.tag("length", [x + scale_m, -y]));
+}
+
+/// Where the name of an opening stands: at the edge of its wall, however thick it is.
+fn name_place_m(opening: &WallOpening, wall: &Wall, side: &str) -> [f64; 2] {
+    let [x, y, _] = opening.center_m;
+    let half_m = |part: f64| 0.5 * wall.drawn_thickness_m * part.abs();
+    let [along_x, along_y] = wall.along_at(wall.place_m(opening));
+    match side {
+        OVER => [x, y + half_m(along_x)],
+        LEFT => [x - half_m(along_y), y],
+        _ => [x + half_m(along_y), y],
+    }
+}
+
+fn wall_name_place_m(wall: &Wall, openings: &[WallOpening]) -> [f64; 2] {
+    wall.point(free_place_m(wall, openings), 0.0)
+}
+
+/// How wide a plan has to be drawn so that no two names of walls touch, rem. On a small screen it is moved
+/// sideways then.
+fn names_apart_rem(elements: &Elements, width_m: f64) -> f64 {
+    let places: Vec<[f64; 2]> =
+        elements.walls.iter().map(|wall| wall_name_place_m(wall, &elements.openings)).collect();
+    let apart = |one: &[f64; 2], other: &[f64; 2]| {
+        let [x, y] = [0, 1].map(|axis| NAME_REM[axis] / (one[axis] - other[axis]).abs());
+        x.min(y)
+    };
+    let pairs = places.iter().enumerate();
+    let pairs = pairs.flat_map(|(number, one)| places[..number].iter().map(move |other| (one, other)));
+    let rem_per_m = pairs.map(|(one, other)| apart(one, other)).fold(0.0, f64::max);
+    (width_m * rem_per_m).min(WIDEST_REM)
 }
 
 /// The middle of the longest piece of a wall that has no opening, meters from its beginning: there its name
@@ -180,8 +221,8 @@ impl Sheet {
         let [along_x, along_y] = wall.along_at(wall.place_m(opening));
         let is_right = opening.center_m[0] > (self.low[0] + self.high[0]) / 2.0;
         match (along_x.abs() > along_y.abs(), is_right) {
-            (true, _) => "opening over",
-            (false, true) => "opening left",
+            (true, _) => OVER,
+            (false, true) => LEFT,
             (false, false) => "opening right",
         }
     }
@@ -296,8 +337,8 @@ fn name(id: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{NARROW_DOOR, SHUT_DOOR, scale_m, section};
-    use crate::building::elements::Elements;
+    use super::{LEFT, NARROW_DOOR, OVER, SHUT_DOOR, name_place_m, names_apart_rem, scale_m, section};
+    use crate::building::elements::{Elements, Wall};
     use crate::model::turn::Turn;
 
     /// A corridor around a block, with a gap of 0.5 m.
@@ -352,6 +393,35 @@ mod tests {
             section(&serde_json::from_str(&open).unwrap(), &Turn::default())
                 .contains("Rooms that are not closed go on")
         );
+    }
+
+    #[test]
+    fn names_of_openings_stand_at_the_edges_of_walls_however_thick() {
+        let elements: Elements = serde_json::from_str(RING).unwrap();
+        let wall = |drawn_thickness_m: f64| Wall { drawn_thickness_m, ..elements.walls[0].clone() };
+        let place = |thickness_m, side| name_place_m(&elements.openings[0], &wall(thickness_m), side);
+        assert_eq!(place(0.2, OVER), [6.0, 0.1]);
+        assert_eq!(place(1.0, OVER), [6.0, 0.5]);
+        assert_eq!(place(1.0, LEFT), [6.0, 0.0], "the wall goes to the left");
+    }
+
+    #[test]
+    fn a_plan_is_so_wide_that_names_of_walls_stand_apart() {
+        let mut elements: Elements = serde_json::from_str(RING).unwrap();
+        assert_eq!(names_apart_rem(&elements, 13.2), 0.0, "a name alone");
+        let mut beside = |id: &str, x_m: f64, y_m: f64| {
+            let mut wall = elements.walls[0].clone();
+            wall.id = id.to_owned();
+            wall.axis_m = [[x_m, y_m], [x_m + 12.0, y_m]];
+            elements.walls.push(wall);
+            names_apart_rem(&elements, 13.2)
+        };
+        // The name of the first one stands at 2.875 m, theirs at 6 m after their beginnings.
+        let far = beside("S1-W02", 0.0, 8.0);
+        assert!((far - 13.2 * 0.95 / 8.0).abs() < 1e-9, "one above the other: {far}");
+        let near = beside("S1-W03", 1.0, 8.0);
+        assert!((near - 13.2 * 2.9).abs() < 1e-9, "a meter apart: {near}");
+        assert_eq!(beside("S1-W04", 1.0, 8.0), 160.0, "in one place");
     }
 
     #[test]

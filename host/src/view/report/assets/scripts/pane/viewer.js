@@ -138,6 +138,7 @@ class Viewer {
     document.addEventListener('stand', ({ detail }) => {
       this.camera.stand(detail);
       this.changed();
+      panes.scrollIntoView({ block: 'nearest' });
     });
   }
 
