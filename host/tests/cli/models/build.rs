@@ -92,6 +92,10 @@ fn a_report_of_several_recordings_names_them_all() {
     assert!(report().contains("<h1>first, zw\u{f6}lf</h1>") && !report().contains("loops closed"));
 }
 
+/// A wall far from everything.
+const ELSEWHERE: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+    element face 1\nproperty list uchar int vertex_indices\nend_header\n30 0 0\n30 5 0\n30 5 2\n3 0 1 2\n";
+
 #[test]
 fn a_model_is_compared_with_the_raw_points_and_a_closed_door_is_noticed() {
     let folder = Folder::new("compare");
@@ -106,6 +110,14 @@ fn a_model_is_compared_with_the_raw_points_and_a_closed_door_is_noticed() {
     let report = fs::read_to_string(folder.path("compared.html")).unwrap();
     assert!(report.contains("How true it is") && report.contains("Distances to raw points"));
     folder.expect("compare out --report compared.html", 1, &["compared.html exists already"]);
+    let own = folder.expect("compare out --truth out/raw.ply", 0, &[]);
+    assert!(!own.stderr.contains("frame `map`"), "{}", own.stderr);
+    folder.write("elsewhere.ply", ELSEWHERE);
+    folder.expect(
+        "compare out --truth elsewhere.ply",
+        0,
+        &["m from elsewhere.ply in the mean: is that in the frame `map`"],
+    );
     folder.expect("render out -o planes.png --what planes --width 300", 0, &["planes.png: 300 x"]);
     folder.expect(
         "render out -o half.png --view inside --at 50 --width 300 --height 200",

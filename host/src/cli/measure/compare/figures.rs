@@ -74,3 +74,21 @@ pub(crate) struct Report {
     /// How it was measured.
     pub parameters: CompareParams,
 }
+
+/// A raw mesh that lies farther than this from the truth in the mean lies in another frame, meters: poses of
+/// a drive that tore are off by less over most of it.
+const OTHER_FRAME_M: f64 = 0.3;
+
+impl Report {
+    /// What to look at first where the truth seems to lie in another frame.
+    pub(super) fn other_frame(&self) -> Option<String> {
+        let away_m = self.raw.to_truth.mean_m;
+        (away_m > OTHER_FRAME_M).then(|| {
+            format!(
+                "biplane: the raw mesh lies {away_m:.2} m from {} in the mean: is that in the frame `map` of the \
+                 recording, and in meters?",
+                self.reference
+            )
+        })
+    }
+}

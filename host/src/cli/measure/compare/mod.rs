@@ -98,7 +98,7 @@ fn margin(text: &str) -> Result<f64, String> {
 pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     Threads::default().take()?;
     if args.building.is_some() || args.ifc.is_some() {
-        return compare_building(args);
+        return compare_building(args, console);
     }
     let picture = args
         .pictures
@@ -116,6 +116,9 @@ pub(crate) fn run(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
         writeln!(out)?;
     } else {
         table::print(&mut out, &report)?;
+    }
+    if args.truth.is_some() {
+        report.other_frame().into_iter().for_each(|words| console.warn(words));
     }
     if let Some(page) = &args.report {
         write_compared(&args.folder, page, &report, args.force)?;
@@ -139,7 +142,7 @@ fn check_outputs(args: &Args, picture: Option<&render::Args>) -> anyhow::Result<
 }
 
 /// Compares the building of a folder with the true one.
-fn compare_building(args: &Args) -> anyhow::Result<Outcome> {
+fn compare_building(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     let (truth, path, frames) = match (&args.building, &args.ifc) {
         (Some(path), _) => (building::read_truth(path)?, path, Frames::Same),
         (None, Some(path)) => (building::read_ifc(path, args.storey)?, path, Frames::Unknown),
@@ -153,6 +156,12 @@ fn compare_building(args: &Args) -> anyhow::Result<Outcome> {
         writeln!(out)?;
     } else {
         building::print(&mut out, &figures)?;
+    }
+    if figures.rooms.merged.matched == 0 {
+        console.warn(format!(
+            "biplane: no room lies where one of {} does: is that in the frame `map` of the recording, and in meters?",
+            figures.reference
+        ));
     }
     Ok(Outcome::Done)
 }

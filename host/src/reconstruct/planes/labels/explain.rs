@@ -11,6 +11,7 @@ use crate::reconstruct::planes::labeled::Planes;
 use crate::reconstruct::planes::paper::params::ReferenceParams;
 use crate::reconstruct::planes::params::PlaneParams;
 use crate::reconstruct::planes::search::grid::Grid;
+use biplane_cli::counted;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -301,31 +302,32 @@ impl Ending {
             (
                 self.beyond_gamma_on_others,
                 format!(
-                    "other surfaces meet it: {} points off it by more than gamma",
-                    self.beyond_gamma_on_others
+                    "other surfaces meet it: {} off it by more than gamma",
+                    counted(self.beyond_gamma_on_others, "point")
                 ),
             ),
-            (taken, format!("taken by other planes: {taken} points ({})", by.join(", "))),
+            (taken, format!("taken by other planes: {} ({})", counted(taken, "point"), by.join(", "))),
             (
                 free_beyond,
                 format!(
-                    "gamma: {free_beyond} free points lie further off it, the nearest {}",
+                    "gamma: {} near it but farther off, the nearest {}",
+                    counted(free_beyond, "free point"),
                     cm(self.next_gamma_m)
                 ),
             ),
             (
                 self.scattered,
                 format!(
-                    "scatter: {} free points lie near it, but those around it scatter by {}",
-                    self.scattered,
+                    "scatter: {} on it, but those around it scatter by {}",
+                    counted(self.scattered, "free point"),
                     cm(self.scatter_m)
                 ),
             ),
             (
                 self.beyond_delta,
                 format!(
-                    "delta: {} free points would fit it, the nearest {} away",
-                    self.beyond_delta,
+                    "delta: {} that would fit it, the nearest {} away",
+                    counted(self.beyond_delta, "free point"),
                     cm(self.next_delta_m)
                 ),
             ),
@@ -343,8 +345,10 @@ impl Free {
     /// In words.
     pub(crate) fn words(&self) -> String {
         format!(
-            "on no plane: {} points, {} of them in groups with too few points, {} nowhere",
-            self.points, self.in_small_groups, self.nowhere
+            "on no plane: {}, {} of them in groups with too few points, {} nowhere",
+            counted(self.points, "point"),
+            self.in_small_groups,
+            self.nowhere
         )
     }
 }
