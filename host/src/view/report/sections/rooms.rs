@@ -44,8 +44,9 @@ const OVER: &str = "opening over";
 const LEFT: &str = "opening left";
 /// Width and height of a wall's name, rem.
 const NAME_REM: [f64; 2] = [2.9, 0.95];
-/// A plan is drawn no wider than this so that names stand apart, rem: walls may lie in one place.
-const WIDEST_REM: f64 = 160.0;
+/// A plan is drawn no wider than this so that names stand apart, rem: those of walls that lie in one place
+/// touch at any width.
+const WIDEST_REM: f64 = 100.0;
 
 /// The section; empty where no room was found. The plan's unit is a meter, y points down in it. Names are
 /// text over the plan: they keep their size on a small screen, where the plan shrinks. The plan is turned, so
@@ -172,7 +173,7 @@ fn wall_name_place_m(wall: &Wall, openings: &[WallOpening]) -> [f64; 2] {
     wall.point(free_place_m(wall, openings), 0.0)
 }
 
-/// How wide a plan has to be drawn so that no two names of walls touch, rem. On a small screen it is moved
+/// How wide a plan has to be drawn so that names of walls do not touch, rem. On a small screen it is moved
 /// sideways then.
 fn names_apart_rem(elements: &Elements, width_m: f64) -> f64 {
     let places: Vec<[f64; 2]> =
@@ -183,8 +184,8 @@ fn names_apart_rem(elements: &Elements, width_m: f64) -> f64 {
     };
     let pairs = places.iter().enumerate();
     let pairs = pairs.flat_map(|(number, one)| places[..number].iter().map(move |other| (one, other)));
-    let rem_per_m = pairs.map(|(one, other)| apart(one, other)).fold(0.0, f64::max);
-    (width_m * rem_per_m).min(WIDEST_REM)
+    let widths_rem = pairs.map(|(one, other)| width_m * apart(one, other));
+    widths_rem.filter(|width_rem| *width_rem <= WIDEST_REM).fold(0.0, f64::max)
 }
 
 /// The middle of the longest piece of a wall that has no opening, meters from its beginning: there its name
@@ -421,7 +422,7 @@ mod tests {
         assert!((far - 13.2 * 0.95 / 8.0).abs() < 1e-9, "one above the other: {far}");
         let near = beside("S1-W03", 1.0, 8.0);
         assert!((near - 13.2 * 2.9).abs() < 1e-9, "a meter apart: {near}");
-        assert_eq!(beside("S1-W04", 1.0, 8.0), 160.0, "in one place");
+        assert_eq!(beside("S1-W04", 1.0, 8.0), near, "in one place");
     }
 
     #[test]
