@@ -107,46 +107,39 @@ fn missed_speed(poses: &[StampedPose], at: usize, end: usize) -> f64 {
 /// Whether the odometry stands and goes on more suddenly than a base brakes and starts. The steps next to the
 /// stand do not count: counters stop and go on in the midst of them.
 fn is_sudden(poses: &[StampedPose], at: usize, end: usize) -> bool {
-    let back = |from: usize, lasts_ns: i64| {
-        let is_before = |earlier: &usize| poses[from].stamp_ns - poses[*earlier].stamp_ns >= lasts_ns;
-        (0..from).rev().take(SPEED_SCANS).find(is_before)
-    };
-    let on = |from: usize, lasts_ns: i64| {
-        let is_behind = |later: &usize| poses[*later].stamp_ns - poses[from].stamp_ns >= lasts_ns;
-        (from + 1..poses.len()).take(SPEED_SCANS).find(is_behind)
-    };
     let before = || {
         let brakes = at.checked_sub(1)?;
-        let from = back(brakes, BRAKES_NS)?;
-        let speed_before = speed(&poses[back(from, SPEED_NS)?], &poses[from])?;
-        Some(speed(&poses[from], &poses[brakes])? / speed_before)
+        let from = back(poses, brakes, BRAKES_NS)?;
+        Some(speed(&poses[from], &poses[brakes])? / speed_before(poses, from)?)
     };
     let after = || {
         let starts = end + 1;
-        let to = on(starts, BRAKES_NS).filter(|_| starts < poses.len())?;
-        let speed_after = speed(&poses[to], &poses[on(to, SPEED_NS)?])?;
-        Some(speed(&poses[starts], &poses[to])? / speed_after)
+        let to = on(poses, starts, BRAKES_NS)?;
+        Some(speed(&poses[starts], &poses[to])? / speed_after(poses, to)?)
     };
     [before(), after()].iter().all(|share| share.is_some_and(|share| share >= BRAKES))
 }
 
 /// How fast the odometry came here, meters a second ahead.
 fn speed_before(poses: &[StampedPose], at: usize) -> Option<f64> {
-    let from = poses[..at]
-        .iter()
-        .rev()
-        .take(SPEED_SCANS)
-        .find(|pose| poses[at].stamp_ns - pose.stamp_ns >= SPEED_NS)?;
-    speed(from, &poses[at])
+    speed(&poses[back(poses, at, SPEED_NS)?], &poses[at])
 }
 
 /// How fast it goes on.
 fn speed_after(poses: &[StampedPose], at: usize) -> Option<f64> {
-    let to = poses[at + 1..]
-        .iter()
-        .take(SPEED_SCANS)
-        .find(|pose| pose.stamp_ns - poses[at].stamp_ns >= SPEED_NS)?;
-    speed(&poses[at], to)
+    speed(&poses[at], &poses[on(poses, at, SPEED_NS)?])
+}
+
+/// The last pose that was so long before this one.
+fn back(poses: &[StampedPose], at: usize, lasts_ns: i64) -> Option<usize> {
+    let is_before = |from: &usize| poses[at].stamp_ns - poses[*from].stamp_ns >= lasts_ns;
+    (0..at).rev().take(SPEED_SCANS).find(is_before)
+}
+
+/// The first pose that is so long after this one.
+fn on(poses: &[StampedPose], at: usize, lasts_ns: i64) -> Option<usize> {
+    let is_behind = |to: &usize| poses[*to].stamp_ns - poses[at].stamp_ns >= lasts_ns;
+    (at + 1..poses.len()).take(SPEED_SCANS).find(is_behind)
 }
 
 fn speed(from: &StampedPose, to: &StampedPose) -> Option<f64> {

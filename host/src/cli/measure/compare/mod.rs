@@ -157,7 +157,8 @@ fn compare_building(args: &Args, console: &Console) -> anyhow::Result<Outcome> {
     } else {
         building::print(&mut out, &figures)?;
     }
-    if figures.rooms.merged.matched == 0 {
+    // An IFC file may lie anywhere: there the place was searched for.
+    if frames == Frames::Same && figures.rooms.merged.matched == 0 {
         console.warn(format!(
             "biplane: no room lies where one of {} does: is that in the frame `map` of the recording, and in meters?",
             figures.reference

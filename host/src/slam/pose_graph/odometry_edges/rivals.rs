@@ -134,7 +134,7 @@ impl Chain<'_> {
         if !is_open || is_clearly_less(rival.explained_share(), share) {
             return self.doubted(step, share, &rival);
         }
-        doubted_by(self.accepted(&rival.step, &rival.sigma, &rival.found, false), taken)
+        doubted_by(self.step_of(&rival), taken)
     }
 
     /// A step that a scan seems to tell, unless wheels that are known and cannot have stalled contradict it
@@ -157,9 +157,14 @@ impl Chain<'_> {
         let (rooted, taken) = self.taken(laid, &step);
         let rival = rooted.account(counted, odometry_sigma(&odometry));
         if laid.is_carried(Some(wheels), &taken, &rival) {
-            return doubted_by(self.accepted(&rival.step, &rival.sigma, &rival.found, false), &taken);
+            return doubted_by(self.step_of(&rival), &taken);
         }
         self.doubted(step, taken.explained_share(), &rival)
+    }
+
+    /// The step of an account that is not the recorded one.
+    fn step_of(&self, account: &Account) -> Step {
+        self.accepted(&account.step, &account.sigma, &account.found, false)
     }
 
     /// A step that explains this share of the scan, in doubt by how far a rival is away that explains about
@@ -170,7 +175,7 @@ impl Chain<'_> {
             return step;
         }
         if is_clearly_less(share, rival_share) {
-            return self.accepted(&rival.step, &rival.sigma, &rival.found, false);
+            return self.step_of(rival);
         }
         doubted_by(step, rival)
     }
