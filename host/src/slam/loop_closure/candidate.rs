@@ -19,7 +19,6 @@ use crate::slam::loop_closure::checkpoint::{Asked, Checkpoint};
 use crate::slam::loop_closure::params::CandidateParams;
 use crate::slam::loop_closure::verification::{Found, RefineParams, find};
 use crate::slam::pose_graph::Edge;
-use crate::slam::pose_graph::graduated_non_convexity;
 use crate::slam::pose_graph::relative_covariance::{Known, LEVER_M, PathCovariances, reversed};
 
 /// A loop between two submaps.
@@ -37,6 +36,12 @@ impl Loop {
     pub(crate) fn edge(&self, pose_of: impl Fn(usize) -> usize) -> Edge {
         let [from, to] = self.submap_ids.map(pose_of);
         Edge { from, to, measured: self.found.pose, information: self.found.information }
+    }
+
+    /// How far from where these poses have it the second submap was found, meters.
+    pub(crate) fn away_m(&self, poses: &[Pose2]) -> f64 {
+        let [from, to] = self.submap_ids.map(|submap_id| poses[submap_id]);
+        from.between(&to).between(&self.found.pose).distance_m()
     }
 }
 
@@ -63,13 +68,22 @@ pub(crate) struct LoopCloser<'a> {
     /// Loops whose support was looked for, and those found so.
     pub(crate) sought: BTreeSet<[usize; 2]>,
     /// Submaps whose place is known: with nothing left to search around them, they are asked no more.
-    settled: Vec<bool>,
+    pub(crate) settled: Vec<bool>,
     /// The pairs of `loops`.
     pub(crate) found_pairs: BTreeSet<[usize; 2]>,
-    /// Of `loops`, so many were weighed when it was last chosen which to believe.
-    weighed: usize,
+    /// What was weighed when it was last chosen which to believe.
+    pub(crate) weighed: Weighed,
     /// Pairs searched.
     pub searched: usize,
+}
+
+/// What was weighed.
+#[derive(Clone, Copy, Default, Debug)]
+pub(crate) struct Weighed {
+    /// So many loops, the first ones found.
+    pub count: usize,
+    /// Also those that may hold the next door.
+    pub with_ambiguous: bool,
 }
 
 /// A pair to be searched.
@@ -143,7 +157,7 @@ impl<'a> LoopCloser<'a> {
             sought: BTreeSet::new(),
             settled: vec![false; submaps.len()],
             found_pairs: BTreeSet::new(),
-            weighed: 0,
+            weighed: Weighed::default(),
             searched: 0,
         }
     }
@@ -151,7 +165,10 @@ impl<'a> LoopCloser<'a> {
     /// Looks until nothing more is found, with windows of a small drift first. `progress` hears of pairs
     /// searched and loops believed.
     pub(crate) fn run(&mut self, checkpoint: &mut Checkpoint, progress: &mut dyn FnMut(usize, usize)) {
-        for share in [self.params.first_share, 1.0] {
+        for (share, weighs_ambiguous) in [(self.params.first_share, false), (1.0, false), (1.0, true)] {
+            if !self.weigh_ambiguous(weighs_ambiguous) && weighs_ambiguous {
+                return; // nothing new
+            }
             self.run_with(share, checkpoint, progress);
             for _ in 0..MAX_REFUSALS {
                 if !self.refuse_aliased(checkpoint, progress) {
@@ -353,23 +370,6 @@ impl<'a> LoopCloser<'a> {
     pub(crate) fn inlier_edges(&self, pose_of: impl Fn(usize) -> usize) -> Vec<Edge> {
         let inlier = self.loops.iter().zip(&self.inlier).filter(|(_, inlier)| **inlier);
         inlier.map(|(found, _)| found.edge(&pose_of)).collect()
-    }
-
-    /// Which loops are believed now, and the poses that they make.
-    pub(crate) fn select_inliers(&mut self) {
-        if self.weighed == self.loops.len() {
-            return; // with nothing new the same ones are chosen
-        }
-        self.weighed = self.loops.len();
-        let edges = self.edges();
-        let supported = self.supported(&edges);
-        let chosen: Vec<usize> = (0..edges.len()).filter(|&at| supported[at] && !self.refused[at]).collect();
-        let loops: Vec<Edge> = chosen.iter().map(|&at| edges[at]).collect();
-        let weights = graduated_non_convexity::optimize(&mut self.poses, self.chain, &loops);
-        self.inlier = vec![false; edges.len()];
-        for (&at, weight) in chosen.iter().zip(weights) {
-            self.inlier[at] = weight > INLIER_WEIGHT;
-        }
     }
 }
 

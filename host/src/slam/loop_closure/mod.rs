@@ -7,4 +7,5 @@ pub(crate) mod join_recordings;
 pub(crate) mod pairwise_consistency;
 pub(crate) mod params;
 pub(crate) mod perceptual_aliasing;
+pub(crate) mod selection;
 pub(crate) mod verification;
