@@ -55,7 +55,7 @@ mod tests {
     /// steps have them, with so many points each that tell the place: how many are believed before and after
     /// those are weighed that may hold the next door.
     fn inlier_counts(loops: usize, ahead_m: f64, along_points: usize) -> [usize; 2] {
-        let (submaps, count, chain) = twice(&alike(4.0), 0.0);
+        let (submaps, count, chain) = twice(&alike(4.0), 0.0, 0.4);
         let mut poses = vec![Pose2::IDENTITY];
         for step in &chain {
             poses.push(poses[step.from] * step.measured);
