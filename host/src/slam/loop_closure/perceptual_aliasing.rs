@@ -249,7 +249,7 @@ pub(crate) mod tests {
     use crate::slam::loop_closure::verification::tests::scan_of_corridor;
     use crate::slam::loop_closure::verification::{RefineParams, find};
     use crate::slam::pose_graph::Edge;
-    use crate::slam::pose_graph::tests::edge;
+    use crate::slam::pose_graph::tests::{chained, edge};
 
     /// Recesses of a corridor, where they begin and how deep they are: all alike, one so often.
     pub(crate) fn alike(every_m: f64) -> Vec<(f64, f64)> {
@@ -299,28 +299,35 @@ pub(crate) mod tests {
         (submaps, ranges.len(), chain)
     }
 
+    /// Adds loops between both drives, of the second one's first submap and those behind it, so many: found
+    /// so far ahead of where the poses have them, where so widely was searched.
+    pub(crate) fn add_loops(
+        closer: &mut LoopCloser<'_>,
+        (first_to, loops): (usize, usize),
+        ahead_m: f64,
+        half_m: f64,
+    ) {
+        for (from, to) in (first_to..first_to + loops).enumerate() {
+            let window = Window { half_m: 0.5, half_rad: 0.02 };
+            let guess = closer.poses[from].between(&closer.poses[to]) * Pose2::new(ahead_m, 0.0, 0.0);
+            let [reference, query] = [from, to].map(|submap_id| &closer.submaps[submap_id]);
+            let found = find(reference, query, &guess, (window, 0.5), &closer.refine).unwrap();
+            closer.loops.push(Loop { submap_ids: [from, to], found, half_m });
+            closer.refused.push(false);
+        }
+    }
+
     /// Loops between both drives that were found so far ahead, and believed; how many of them are refused,
     /// and how far from where the steps have it the last submap lies then along the corridor.
     fn refused(recesses: &[(f64, f64)], ahead_m: [f64; 2], open_m: f64) -> (usize, f64) {
         let [really_ahead_m, found_ahead_m] = ahead_m;
         let (submaps, count, chain) = twice(recesses, really_ahead_m, open_m);
-        let mut poses = vec![Pose2::IDENTITY];
-        for step in &chain {
-            poses.push(poses[step.from] * step.measured);
-        }
+        let poses = chained(&chain);
         let last_m = poses[poses.len() - 1].x_m;
         let recording_of = vec![0; submaps.len()];
-        let (params, refine) = (CandidateParams::default(), RefineParams::default());
-        let mut closer = LoopCloser::new(&submaps, &recording_of, &chain, poses, (params, refine));
-        for from in 0..count - 1 {
-            let to = count + from;
-            let window = Window { half_m: 0.5, half_rad: 0.02 };
-            let ahead = Pose2::new(found_ahead_m, 0.0, 0.0);
-            let guess = closer.poses[from].between(&closer.poses[to]) * ahead;
-            let found = find(&submaps[from], &submaps[to], &guess, (window, 0.5), &refine).unwrap();
-            closer.loops.push(Loop { submap_ids: [from, to], found, half_m: 1.0 });
-            closer.refused.push(false);
-        }
+        let params = (CandidateParams::default(), RefineParams::default());
+        let mut closer = LoopCloser::new(&submaps, &recording_of, &chain, poses, params);
+        add_loops(&mut closer, (count, count - 1), found_ahead_m, 1.0);
         closer.select_inliers();
         assert_eq!(closer.inlier_count(), count - 1, "all of them are believed at first");
         closer.refuse_aliased(&mut Checkpoint::default(), &mut |_, _| {});

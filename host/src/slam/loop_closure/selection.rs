@@ -41,12 +41,11 @@ impl LoopCloser<'_> {
 
 #[cfg(test)]
 mod tests {
-    use biplane_matcher::{Pose2, Window};
-
-    use super::super::candidate::{Loop, LoopCloser};
+    use super::super::candidate::LoopCloser;
     use super::super::params::CandidateParams;
-    use super::super::perceptual_aliasing::tests::{alike, twice};
-    use super::super::verification::{RefineParams, find};
+    use super::super::perceptual_aliasing::tests::{add_loops, alike, twice};
+    use super::super::verification::RefineParams;
+    use crate::slam::pose_graph::tests::chained;
 
     /// From so far a place is looked for, meters.
     const AFAR_M: f64 = 20.0;
@@ -56,22 +55,11 @@ mod tests {
     /// those are weighed that may hold the next door.
     fn inlier_counts(loops: usize, ahead_m: f64, along_points: usize) -> [usize; 2] {
         let (submaps, count, chain) = twice(&alike(4.0), 0.0, 0.4);
-        let mut poses = vec![Pose2::IDENTITY];
-        for step in &chain {
-            poses.push(poses[step.from] * step.measured);
-        }
         let recording_of = vec![0; submaps.len()];
-        let (params, refine) = (CandidateParams::default(), RefineParams::default());
-        let mut closer = LoopCloser::new(&submaps, &recording_of, &chain, poses, (params, refine));
-        for from in 0..loops {
-            let to = count + from;
-            let window = Window { half_m: 0.5, half_rad: 0.02 };
-            let guess = closer.poses[from].between(&closer.poses[to]) * Pose2::new(ahead_m, 0.0, 0.0);
-            let mut found = find(&submaps[from], &submaps[to], &guess, (window, 0.5), &refine).unwrap();
-            found.agreement.along_points = along_points;
-            closer.loops.push(Loop { submap_ids: [from, to], found, half_m: AFAR_M });
-            closer.refused.push(false);
-        }
+        let params = (CandidateParams::default(), RefineParams::default());
+        let mut closer = LoopCloser::new(&submaps, &recording_of, &chain, chained(&chain), params);
+        add_loops(&mut closer, (count, loops), ahead_m, AFAR_M);
+        closer.loops.iter_mut().for_each(|added| added.found.agreement.along_points = along_points);
         closer.select_inliers();
         let at_first = closer.inlier_count();
         closer.weigh_ambiguous(true);
