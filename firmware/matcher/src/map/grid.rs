@@ -100,6 +100,22 @@ pub(crate) fn whole(floor: f32) -> i32 {
     (floor + ROUND).to_bits().wrapping_sub(ROUND.to_bits()) as i32
 }
 
+/// A row of cells that lie in one tile.
+pub(crate) struct TileRow<'a> {
+    cells: &'a [Cell; TILE as usize],
+    /// Which of the blocks along the row a beam has passed through; a bit a block.
+    seen_through: u32,
+}
+
+impl TileRow<'_> {
+    /// The cell in this column of the tile, and whether a beam has passed through its block.
+    #[inline(always)]
+    pub(crate) fn look(&self, column: i32) -> (Cell, bool) {
+        let column = column & (TILE - 1);
+        (self.cells[column as usize], self.seen_through >> (column >> BLOCK_BITS) & 1 != 0)
+    }
+}
+
 /// The tiled plane.
 #[derive(Clone, Debug)]
 pub(crate) struct Grid {
@@ -179,16 +195,14 @@ impl Grid {
             .map_or(Cell::default(), |slot| self.cells[slot * TILE_CELLS + within_tile(x, y)])
     }
 
-    /// A cell, and whether a beam has passed through its block.
+    /// The row of a tile that a cell lies in; `None` where no tile is.
     #[inline(always)]
-    pub(crate) fn look(&self, x: i32, y: i32) -> (Cell, bool) {
-        match self.slot(x >> TILE_BITS, y >> TILE_BITS) {
-            Some(slot) => (
-                self.cells[slot * TILE_CELLS + within_tile(x, y)],
-                self.blocks[slot].seen_through >> block_bit(block_of(x, y)) & 1 != 0,
-            ),
-            None => (Cell::default(), false),
-        }
+    pub(crate) fn tile_row(&self, x: i32, y: i32) -> Option<TileRow<'_>> {
+        let slot = self.slot(x >> TILE_BITS, y >> TILE_BITS)?;
+        let start = slot * TILE_CELLS + within_tile(0, y);
+        let cells = self.cells.get(start..start + TILE as usize)?.try_into().ok()?;
+        let row = block_bit(block_of(0, y));
+        Some(TileRow { cells, seen_through: (self.blocks[slot].seen_through >> row) as u32 })
     }
 
     /// The cell for writing; `None` where no tile is.

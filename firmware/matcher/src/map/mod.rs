@@ -20,7 +20,7 @@ pub use params::MapParams;
 pub use size::MapSize;
 
 use crate::lanes::{InLanes, widest};
-use crate::map::grid::{Cell, Grid, TILE, cell_of};
+use crate::map::grid::{Grid, TILE, TileRow, cell_of};
 use crate::map::pools::Pools;
 use crate::map::rasterize::{MAX_REACH, Stamp};
 use crate::map::raycast_free::Carving;
@@ -143,13 +143,13 @@ impl LocalMap {
     #[inline]
     pub fn seen_through(&self, point_m: [f32; 2]) -> bool {
         let [x, y] = self.cell_of(point_m);
-        self.look([x, y]).1
+        self.tile_row([x, y]).is_some_and(|row| row.look(x).1)
     }
 
-    /// What a cell knows of the nearest surface, and whether beams have passed through its surroundings.
-    #[inline]
-    pub(crate) fn look(&self, [x, y]: [i32; 2]) -> (Cell, bool) {
-        self.pools.grid.look(x, y)
+    /// The row of cells of the tile that this cell lies in; `None` where nothing was ever mapped.
+    #[inline(always)]
+    pub(crate) fn tile_row(&self, [x, y]: [i32; 2]) -> Option<TileRow<'_>> {
+        self.pools.grid.tile_row(x, y)
     }
 
     /// Adds a scan taken at this pose: first what its beams passed through, then where they ended.

@@ -8,7 +8,8 @@ use crate::map::LocalMap;
 use crate::map::grid::{floor_in_lanes, whole};
 use crate::parameter_group::parameter_group;
 use crate::placement::Placement;
-use crate::registration::search::{Candidate, Window, likelihood};
+use crate::registration::search::shift_sums::ShiftSums;
+use crate::registration::search::{Candidate, Window};
 use crate::scan::end_points::EndPoints;
 use biplane_geometry::{Pose2, wrap_angle};
 
@@ -52,53 +53,35 @@ const MAX_TURNS: f64 = 15.0;
 /// End points used at most: one in three of a scan of 181 beams. More: surer and slower. Starts found 96.2 %
 /// halved, 96.2 % doubled.
 const BEAMS: usize = 60;
-/// Width of the likelihood about a surface, meters: the lattice step. Less, and the right place falls between
-/// two steps; more, and places look alike. Starts found 95.6 % halved, 96.0 % doubled.
-const BLUR_M: f64 = 0.1;
-/// What an end point in free space costs, in end points on a surface. Larger: moved things and people mislead
-/// more; smaller: walls beyond reach of the right place do not count against a wrong one. Starts found 95.4 %
-/// halved, 95.6 % doubled.
-const FREE_SPACE_COST: f32 = 0.3;
-
-/// Where in the likelihoods that of the unknown stands.
-const UNKNOWN: usize = 256;
 
 /// The search's memory.
 #[derive(Clone, Debug)]
 pub(crate) struct Search {
     params: SearchParams,
-    /// Likelihood of an end point by the squared cell distance of the nearest surface, then without one: in
-    /// the unknown and in free space.
-    likelihood: [f32; UNKNOWN + 2],
-    /// The lattice's step in cells.
-    step_cells: i32,
     step_m: f64,
     placed: Vec<[i32; 2]>,
     /// The end points that are tried, meters.
     tried_m: [[f32; BEAMS]; 2],
+    /// What the end points find at each shift of a heading.
+    sums: ShiftSums,
 }
 
 /// So many end points tell a pose at the least.
 const MIN_BEAMS: usize = 8;
-/// After so many end points a pose that cannot come among the best any more is given up.
-const LOOK_EVERY: usize = 6;
+/// The end points are looked up in so many parts; after each, a heading that can no longer hold a pose to be
+/// kept is given up.
+const PARTS: usize = 4;
 
 impl Search {
     /// Memory for scans of this many end points over cells of this size. The lattice's step becomes a whole
     /// number of cells.
     pub(crate) fn new(params: SearchParams, cell_m: f64) -> Self {
-        let likelihood = std::array::from_fn(|index| match index {
-            ..UNKNOWN => likelihood(index as f64 * cell_m * cell_m, BLUR_M) as f32,
-            UNKNOWN => 0.0,
-            _ => -FREE_SPACE_COST,
-        });
         let step_cells = (STEP_M / cell_m).round().max(1.0) as i32;
         Self {
-            likelihood,
-            step_cells,
             step_m: f64::from(step_cells) * cell_m,
             placed: Vec::with_capacity(BEAMS),
             tried_m: [[0.0; BEAMS]; 2],
+            sums: ShiftSums::new(MAX_SHIFTS as usize, step_cells, cell_m),
             params,
         }
     }
@@ -137,27 +120,33 @@ impl Search {
     ) -> [Candidate; KEPT] {
         let mut best = [Candidate::default(); KEPT];
         let (turns, shifts, beams) = self.lattice(window);
-        let stride = points.as_slice().len().div_ceil(beams).max(1);
-        let mut count = 0;
-        for (point, place) in points.as_slice().iter().step_by(stride).zip(0..BEAMS) {
-            [self.tried_m[0][place], self.tried_m[1][place]] = point.at_m;
-            count = place + 1;
-        }
+        let count = self.choose(points, beams);
         for turn in -turns..=turns {
             let theta_rad = wrap_angle(guess.theta_rad + f64::from(turn) * STEP_RAD);
             let placement = Placement::new(&Pose2 { theta_rad, ..*guess });
             self.place(&placement, map.cells_per_m(), count);
-            for y in -shifts..=shifts {
-                for x in -shifts..=shifts {
-                    let shift = [x * self.step_cells, y * self.step_cells];
-                    let score = self.score(map, shift, best[KEPT - 1].score);
-                    let (dx, dy) = (f64::from(x) * self.step_m, f64::from(y) * self.step_m);
-                    let pose = Pose2::new(guess.x_m + dx, guess.y_m + dy, theta_rad);
-                    self.keep(&mut best, Candidate { pose, score });
-                }
+            if self.sum_up(map, shifts, best[KEPT - 1].score) {
+                self.keep_best(&mut best, &Pose2 { theta_rad, ..*guess }, shifts);
             }
         }
         best
+    }
+
+    /// Keeps the best of the shifts of a heading that were summed up.
+    #[inline(always)]
+    fn keep_best(&self, best: &mut [Candidate], guess: &Pose2, shifts: i32) {
+        let count = self.placed.len().max(1) as f32;
+        let mut sums = self.sums.as_slice().iter();
+        for y in -shifts..=shifts {
+            for (x, sum) in (-shifts..=shifts).zip(&mut sums) {
+                let score = sum / count;
+                if score > best[best.len() - 1].score {
+                    let (dx, dy) = (f64::from(x) * self.step_m, f64::from(y) * self.step_m);
+                    let pose = Pose2 { x_m: guess.x_m + dx, y_m: guess.y_m + dy, ..*guess };
+                    self.keep(best, Candidate { pose, score });
+                }
+            }
+        }
     }
 
     /// The cells in which the end points that are tried lie.
@@ -184,26 +173,33 @@ impl Search {
         (turns, shifts, beams.min(BEAMS))
     }
 
-    /// Mean likelihood of the end points, shifted by whole cells; something not above `least` when that is
-    /// all it can come to.
+    /// Chooses so many end points, evenly spread.
     #[inline(always)]
-    fn score(&self, map: &LocalMap, [shift_x, shift_y]: [i32; 2], minimum: f32) -> f32 {
-        let count = self.placed.len().max(1) as f32;
-        let (mut sum, mut possible) = (0.0, count);
-        for some in self.placed.chunks(LOOK_EVERY) {
-            for [x, y] in some {
-                let (cell, seen_through) = map.look([x.wrapping_add(shift_x), y.wrapping_add(shift_y)]);
-                // Without a branch: what an end point finds cannot be foreseen.
-                let nothing = UNKNOWN + usize::from(seen_through);
-                let index = if cell.surfel().is_some() { usize::from(cell.squared()) } else { nothing };
-                sum += self.likelihood[index];
-            }
-            possible -= some.len() as f32;
-            if sum + possible <= minimum * count {
-                return minimum;
+    fn choose(&mut self, points: &EndPoints, beams: usize) -> usize {
+        let stride = points.as_slice().len().div_ceil(beams).max(1);
+        let mut count = 0;
+        for (point, place) in points.as_slice().iter().step_by(stride).zip(0..BEAMS) {
+            [self.tried_m[0][place], self.tried_m[1][place]] = point.at_m;
+            count = place + 1;
+        }
+        count
+    }
+
+    /// Sums up the likelihoods of the end points at all shifts, row by row. `false` when none of the means
+    /// can be above `minimum` any more.
+    #[inline(always)]
+    fn sum_up(&mut self, map: &LocalMap, shifts: i32, minimum: f32) -> bool {
+        self.sums.clear(shifts);
+        let count = self.placed.len().max(1);
+        let mut possible = count as f32;
+        for part in self.placed.chunks(count.div_ceil(PARTS)) {
+            part.iter().for_each(|cell| self.sums.add(map, *cell));
+            possible -= part.len() as f32;
+            if self.sums.best() + possible <= minimum * count as f32 {
+                return false;
             }
         }
-        sum / count
+        true
     }
 
     /// Inserts a candidate in order; of neighbors only the better one stays.
@@ -257,6 +253,7 @@ impl<const KEPT: usize> InLanes for Try<'_, KEPT> {
 mod tests {
     use super::*;
     use crate::map::MapParams;
+    use crate::registration::search::shift_sums::{BLUR_M, FREE_SPACE_COST};
     use crate::scan::end_points::PointParams;
     use crate::scan::{Beam, Scan};
 

@@ -7,6 +7,7 @@
 mod branch_and_bound;
 pub(crate) mod correlative;
 pub(crate) mod score_pyramid;
+mod shift_sums;
 
 use crate::map::grid::cell_of;
 use crate::placement::Placement;
