@@ -10,11 +10,11 @@ less sends a matcher another way. So the log is run N times (8), the first time 
 another 1 % of its scans left out. The error is the mean over all relations (metric of Kuemmerle et al. 2009);
 one over 0.1 m is a blunder. With the truth (`make_large_building.py`) it is the root mean square of the
 positions. Without either the bits of the map count (`evaluate map`): sharp maps of right poses have few.
-Odometry can be altered: `signs` (its sign is wrong when the robot drives
-backward), `scaled-0.8`, `scaled-1.2`, `stalled` (5 s a minute), `jumps` (a meter ahead or back each half a
-minute), `none`. Or the robot is `carried` for 20 s three times: no scans, and odometry that stands. Exit code
-1 when a given limit is missed: of meters or bits, or of the share of what was while driving that each run has
-when its loops are closed."""
+Odometry can be altered: `signs` (its sign is wrong when the robot drives backward), `scaled-0.8`,
+`scaled-1.2`, `stalled` (5 s a minute), `jumps` (a meter ahead or back each half a minute), `standing` (no
+wheel ever turns), `none`. Or the robot is `carried` for 20 s three times: no scans, and odometry that stands.
+Exit code 1 when a given limit is missed: of meters or bits, or of the share of what was while driving that
+each run has when its loops are closed."""
 
 import argparse
 import concurrent.futures
@@ -37,6 +37,7 @@ from lib.carmen_log import (
     score,
     signs_wrong_backward,
     stalled,
+    standing,
     without_odometry,
 )
 from lib.planar import read_numbers
@@ -51,6 +52,7 @@ CHANGES = {
     "stalled": stalled,
     "jumps": jumps,
     "none": without_odometry,
+    "standing": standing,
     "carried": carried,
 }
 

@@ -309,6 +309,14 @@ impl Tracker {
             if !is_worth_its_contradiction(&alignment, prior, unmoved) {
                 return (alignment, Verdict::Unconfirmed);
             }
+        } else if verdict == Verdict::Found && steadiness.is_worth() {
+            // Only inertia expects the base somewhere, but a scan that hardly fits is no reason to leap.
+            let expected = Expected { prior, again: prior.mean, inertia: step };
+            if !self.innovation_gate.confirm(&alignment.pose, &expected)
+                && self.usual_score.forbids_a_leap_by(alignment.fit.score())
+            {
+                return (alignment, Verdict::Unconfirmed);
+            }
         }
         (alignment, verdict)
     }

@@ -14,6 +14,9 @@ const MISLEADS: f64 = 0.9;
 /// Below this share a scan has hardly seen what the map knows. A match of it that nothing expects has to be
 /// confirmed.
 const HARDLY: f64 = 0.8;
+/// Below this share a match of it that leaps away from where inertia alone expects the base has to be
+/// confirmed, too. Larger: where the base turns and scans come irregularly, right matches wait.
+const LEAPS: f64 = 0.65;
 
 /// The share of the end points that scans explained lately.
 #[derive(Copy, Clone, Debug, Default)]
@@ -43,6 +46,12 @@ impl UsualScore {
         self.is_short(score, HARDLY)
     }
 
+    /// Whether a scan that explains so much is no reason for a leap where only inertia expects the base
+    /// somewhere.
+    pub(crate) fn forbids_a_leap_by(self, score: f64) -> bool {
+        self.is_short(score, LEAPS)
+    }
+
     fn is_short(self, score: f64, of_usual: f64) -> bool {
         self.share.is_some_and(|share| score < of_usual * share)
     }
@@ -60,15 +69,21 @@ mod tests {
             usual
         };
         let judged = |usual: UsualScore, score| {
-            [usual.is_contradicted_by(score), usual.is_misled_by(score), usual.is_far_above(score)]
+            [
+                usual.is_contradicted_by(score),
+                usual.is_misled_by(score),
+                usual.is_far_above(score),
+                usual.forbids_a_leap_by(score),
+            ]
         };
-        assert_eq!(judged(UsualScore::default(), 0.1), [false; 3], "nothing is known yet");
-        assert_eq!(judged(after(&[(0.97, 1)]), 0.95), [false; 3]);
-        assert_eq!(judged(after(&[(0.97, 50)]), 0.9), [true, false, false]);
-        assert_eq!(judged(after(&[(0.97, 50)]), 0.8), [true, true, false]);
-        assert_eq!(judged(after(&[(0.97, 50)]), 0.6), [true; 3]);
+        assert_eq!(judged(UsualScore::default(), 0.1), [false; 4], "nothing is known yet");
+        assert_eq!(judged(after(&[(0.97, 1)]), 0.95), [false; 4]);
+        assert_eq!(judged(after(&[(0.97, 50)]), 0.9), [true, false, false, false]);
+        assert_eq!(judged(after(&[(0.97, 50)]), 0.8), [true, true, false, false]);
+        assert_eq!(judged(after(&[(0.97, 50)]), 0.7), [true, true, true, false]);
+        assert_eq!(judged(after(&[(0.97, 50)]), 0.6), [true; 4]);
         // The floor is seen for a second or two; a door that was shut stays shut.
-        assert_eq!(judged(after(&[(0.97, 50), (0.8, 20)]), 0.8), [true, true, false]);
-        assert_eq!(judged(after(&[(0.97, 50), (0.8, 80)]), 0.8), [false; 3]);
+        assert_eq!(judged(after(&[(0.97, 50), (0.8, 20)]), 0.8), [true, true, false, false]);
+        assert_eq!(judged(after(&[(0.97, 50), (0.8, 80)]), 0.8), [false; 4]);
     }
 }

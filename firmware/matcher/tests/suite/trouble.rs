@@ -186,6 +186,37 @@ fn a_base_carried_half_a_meter_is_found_again() {
     assert!(meters < 0.03 && degrees < 0.5, "{meters} m, {degrees} deg, {found:?}");
 }
 
+/// Where the base is said to be without odometry, in ten scans after twenty ordinary ones. So many of the ten
+/// see the room from a place 45 cm farther on, and clutter with every second beam.
+fn seen_from_elsewhere(strange: i32) -> Vec<(Tracked, Pose2)> {
+    let (world, mut noise) = (World::room(), Noise(5));
+    let mut tracker = Tracker::new(TrackerParams::default());
+    let mut run = Vec::new();
+    for i in 0..30 {
+        let is_strange = (20..20 + strange).contains(&i);
+        let place = straight(i) * Pose2::new(if is_strange { 0.45 } else { 0.0 }, 0.0, 0.0);
+        let mut beams = look(&world, &place, &mut noise);
+        if is_strange {
+            beams.iter_mut().step_by(2).for_each(|beam| beam.range_m *= 0.6 + 0.3 * noise.even() as f32);
+        }
+        run.push((track(&mut tracker, 100_000_000 * i64::from(i), &beams, None), place));
+    }
+    run.split_off(20)
+}
+
+#[test]
+fn without_odometry_a_leap_by_a_scan_that_hardly_fits_has_to_be_confirmed() {
+    let away_m = |(tracked, place): &(Tracked, Pose2)| error(&tracked.map_from_base, place).0;
+    let once = seen_from_elsewhere(1);
+    assert_eq!(once[0].0.outcome, Outcome::Lost);
+    assert!((away_m(&once[0]) - 0.45).abs() < 0.05, "the motion goes on: {:?}", once[0]);
+    assert!(once[1..].iter().all(|seen| away_m(seen) < 0.03), "{once:?}");
+    let carried = seen_from_elsewhere(3);
+    let outcomes: Vec<Outcome> = carried.iter().map(|(tracked, _)| tracked.outcome).collect();
+    assert_eq!(outcomes[..3], [Outcome::Lost, Outcome::Lost, Outcome::Matched]);
+    assert!(away_m(&carried[2]) < 0.05, "{carried:?}");
+}
+
 /// A tracker that drove straight on, and turned once about itself first when it `knows_all_round`. Then the
 /// base was moved a little and turned by so much, which the odometry did not feel: its place, and five scans.
 fn turned_by_hand(turn_rad: f64, knows_all_round: bool) -> (Pose2, Vec<Tracked>) {
