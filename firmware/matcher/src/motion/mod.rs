@@ -218,13 +218,15 @@ impl MotionModel {
     }
 
     /// What inertia makes of a step that the odometry has measured: the last step again, stretched over a
-    /// gap in the stamps only when that comes closer to the odometry. Stamps may leap where no scan is
-    /// missing, and where they come in bursts they always do.
+    /// gap in the stamps only when that comes closer to the odometry, or when that has leapt far from both.
+    /// Stamps may leap where no scan is missing, and where they come in bursts they always do.
     pub(crate) fn inertia(&self, stamp_ns: i64, measured: &Pose2) -> Step {
-        let off_m = |step: &Step| step.last_from_base.between(measured).distance_m();
+        let off = |step: &Step| step.last_from_base.between(measured);
         let (once, stretched) = (self.stretched(1.0), self.same_again(stamp_ns));
-        let is_late = !self.cadence.is_disordered() && off_m(&stretched) < off_m(&once);
-        if is_late { stretched } else { once }
+        let steadiness = Steadiness::after(self.cadence.mean_gap_s());
+        let has_leapt = [&once, &stretched].iter().all(|step| steadiness.is_sudden(&off(step)));
+        let is_late = has_leapt || off(&stretched).distance_m() < off(&once).distance_m();
+        if is_late && !self.cadence.is_disordered() { stretched } else { once }
     }
 
     fn stretched(&self, scale: f64) -> Step {
@@ -387,7 +389,8 @@ mod tests {
     #[test]
     fn inertia_bridges_dropped_scans_but_not_a_leap_of_the_stamps_alone() {
         let model = after_steps(&[0, S, 2 * S]);
-        for (driven_m, expected_m) in [(0.19, 0.2), (0.11, 0.1)] {
+        // Wheels that have leapt themselves tell nothing of it, and the stamps count.
+        for (driven_m, expected_m) in [(0.19, 0.2), (0.11, 0.1), (4.0, 0.2), (-4.0, 0.2)] {
             let inertia = model.inertia(4 * S, &Pose2::new(driven_m, 0.0, 0.0));
             assert!((inertia.last_from_base.x_m - expected_m).abs() < 1e-9);
         }

@@ -47,6 +47,11 @@ impl Steadiness {
         (apart.distance_m() / self.position_m).powi(2) + (apart.theta_rad / self.heading_rad).powi(2)
     }
 
+    /// Whether a motion is so far from the one before that no base makes it.
+    pub(crate) fn is_sudden(&self, apart: &Pose2) -> bool {
+        self.squared(apart) > SUDDEN * SUDDEN
+    }
+
     /// What speaks against a motion that is so far from the one before: minus its log-likelihood.
     pub(crate) fn neg_log_likelihood(&self, apart: &Pose2) -> f64 {
         cauchy(self.squared(apart), SUDDEN)
