@@ -10,7 +10,7 @@ use crate::pose_covariance::Evidence;
 use crate::registration::gauss_newton::correspondences::Correspondences;
 use crate::registration::gauss_newton::on_map::OnMap;
 use crate::registration::gauss_newton::params::AlignParams;
-use crate::registration::gauss_newton::prior::Prior;
+use crate::registration::gauss_newton::prior::{CAUCHY_SCALE, Prior};
 use crate::registration::gauss_newton::{Alignment, Laid, align};
 use crate::registration::journal::Journal;
 use crate::registration::search::correlative::Search;
@@ -143,15 +143,17 @@ impl MapMatcher {
                 }
             }
         }
-        if Verdict::of(&best.fit) == Verdict::Lost {
+        let contradicts = prior.squared(&best.pose) > CAUCHY_SCALE * CAUCHY_SCALE;
+        let explains_little = best.fit.score() < SEARCH_BELOW_SCORE && is_informative(&best.fit);
+        if Verdict::of(&best.fit) == Verdict::Lost || (contradicts && explains_little) {
             self.all_headings(points, prior, &mut best);
         }
         (best, Verdict::of(&best.fit))
     }
 
-    /// Looks at the headings that the searches before left out: wheels that slipped in a turn, or a base that
-    /// was turned by hand. What is found there is kept when it explains nearly all of the scan only: places
-    /// look alike when they are turned round.
+    /// Looks at the headings that the searches before left out: wheels that slipped in a turn, a turn that
+    /// the odometry missed, or a base that was turned by hand. What is found there is kept when it explains
+    /// nearly all of the scan only: places look alike when they are turned round.
     fn all_headings(&mut self, points: &EndPoints, prior: &Prior, best: &mut Alignment) {
         let sector = Window { half_m: SECTOR_HALF_M, half_rad: 0.5 * SECTOR_RAD };
         let mut seen = Candidate::default();

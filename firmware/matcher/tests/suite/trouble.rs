@@ -242,6 +242,15 @@ fn a_base_turned_round_that_its_odometry_did_not_feel_is_found_again_where_the_m
 }
 
 #[test]
+fn a_match_that_explains_little_and_contradicts_the_odometry_gives_way_to_a_heading_that_explains_all() {
+    for turn_rad in [1.8, -1.8, 2.4] {
+        let (turned, seen) = turned_by_hand(turn_rad, true);
+        let (meters, degrees) = error(&seen[0].map_from_base, &turned);
+        assert!(meters < 0.03 && degrees < 0.5, "{turn_rad}: {meters} m, {degrees} deg, {:?}", seen[0]);
+    }
+}
+
+#[test]
 fn a_base_turned_to_what_the_map_does_not_know_is_lost_and_not_found_elsewhere() {
     for turn_rad in [1.9, -1.9, -2.6] {
         let (_, seen) = turned_by_hand(turn_rad, false);
