@@ -8,7 +8,7 @@
 //! expected base's frame. Units: meters, radians.
 
 use crate::motion::Step;
-use crate::registration::gauss_newton::prior::{CAUCHY_SCALE, Prior};
+use crate::registration::gauss_newton::prior::Prior;
 use biplane_geometry::PortableMath;
 use biplane_geometry::{Pose2, wrap_angle};
 
@@ -33,7 +33,7 @@ pub(crate) struct Expected<'a> {
 impl Expected<'_> {
     /// Whether odometry and inertia agree with each other, and neither with this pose.
     fn contradicts(&self, pose: &Pose2) -> bool {
-        self.prior.squared(pose) > CAUCHY_SCALE * CAUCHY_SCALE
+        self.prior.is_contradicted_by(pose)
             && self.same(&self.prior.mean, &self.again)
             && !self.same(pose, &self.again)
     }

@@ -221,11 +221,11 @@ impl MotionModel {
     /// gap in the stamps only when that comes closer to the odometry, or when that has leapt far from both.
     /// Stamps may leap where no scan is missing, and where they come in bursts they always do.
     pub(crate) fn inertia(&self, stamp_ns: i64, measured: &Pose2) -> Step {
-        let off = |step: &Step| step.last_from_base.between(measured);
         let (once, stretched) = (self.stretched(1.0), self.same_again(stamp_ns));
+        let off = [&once, &stretched].map(|step| step.last_from_base.between(measured));
         let steadiness = Steadiness::after(self.cadence.mean_gap_s());
-        let has_leapt = [&once, &stretched].iter().all(|step| steadiness.is_sudden(&off(step)));
-        let is_late = has_leapt || off(&stretched).distance_m() < off(&once).distance_m();
+        let has_leapt = off.iter().all(|off| steadiness.is_sudden(off));
+        let is_late = has_leapt || off[1].distance_m() < off[0].distance_m();
         if is_late && !self.cadence.is_disordered() { stretched } else { once }
     }
 
@@ -389,7 +389,7 @@ mod tests {
     #[test]
     fn inertia_bridges_dropped_scans_but_not_a_leap_of_the_stamps_alone() {
         let model = after_steps(&[0, S, 2 * S]);
-        // Wheels that have leapt themselves tell nothing of it, and the stamps count.
+        // Odometry that has leapt says nothing of the gap, and the stamps count.
         for (driven_m, expected_m) in [(0.19, 0.2), (0.11, 0.1), (4.0, 0.2), (-4.0, 0.2)] {
             let inertia = model.inertia(4 * S, &Pose2::new(driven_m, 0.0, 0.0));
             assert!((inertia.last_from_base.x_m - expected_m).abs() < 1e-9);

@@ -8,9 +8,10 @@ use crate::map::LocalMap;
 use crate::params::TrackerParams;
 use crate::pose_covariance::Evidence;
 use crate::registration::gauss_newton::correspondences::Correspondences;
+use crate::registration::gauss_newton::fit::Fit;
 use crate::registration::gauss_newton::on_map::OnMap;
 use crate::registration::gauss_newton::params::AlignParams;
-use crate::registration::gauss_newton::prior::{CAUCHY_SCALE, Prior};
+use crate::registration::gauss_newton::prior::Prior;
 use crate::registration::gauss_newton::{Alignment, Laid, align};
 use crate::registration::journal::Journal;
 use crate::registration::search::correlative::Search;
@@ -133,7 +134,7 @@ impl MapMatcher {
         } else {
             self.near_prior(points, prior, heading_window)
         };
-        if best.fit.score() < SEARCH_BELOW_SCORE && is_informative(&best.fit) {
+        if explains_little(&best.fit) {
             for other in others {
                 self.try_from(points, *other, prior, &mut best);
             }
@@ -143,9 +144,8 @@ impl MapMatcher {
                 }
             }
         }
-        let contradicts = prior.squared(&best.pose) > CAUCHY_SCALE * CAUCHY_SCALE;
-        let explains_little = best.fit.score() < SEARCH_BELOW_SCORE && is_informative(&best.fit);
-        if Verdict::of(&best.fit) == Verdict::Lost || (contradicts && explains_little) {
+        let contradicts = explains_little(&best.fit) && prior.is_contradicted_by(&best.pose);
+        if contradicts || Verdict::of(&best.fit) == Verdict::Lost {
             self.all_headings(points, prior, &mut best);
         }
         (best, Verdict::of(&best.fit))
@@ -260,6 +260,11 @@ impl MapMatcher {
             away_m >= LEARN_EVERY_M || turned_rad >= LEARN_EVERY_RAD
         })
     }
+}
+
+/// Whether an alignment explains so little of a scan that the surroundings are searched.
+fn explains_little(fit: &Fit) -> bool {
+    fit.score() < SEARCH_BELOW_SCORE && is_informative(fit)
 }
 
 /// The sectors to search, after so many lost scans in a row: all of them at the first lost scan, when the

@@ -9,7 +9,7 @@ use crate::motion::{Prediction, Step};
 use crate::registration::covariance::weakest_sigma_m;
 use crate::registration::gauss_newton::Alignment;
 use crate::registration::gauss_newton::params::WEAK_M;
-use crate::registration::gauss_newton::prior::{CAUCHY_SCALE, Prior};
+use crate::registration::gauss_newton::prior::Prior;
 use crate::registration::verdict::Verdict;
 use biplane_geometry::Pose2;
 
@@ -108,7 +108,7 @@ pub(crate) fn is_worth_its_contradiction(
     prior: &Prior,
     unmoved: impl FnOnce() -> f64,
 ) -> bool {
-    if prior.squared(&alignment.pose) <= CAUCHY_SCALE * CAUCHY_SCALE || alignment.gain() >= FAULT {
+    if !prior.is_contradicted_by(&alignment.pose) || alignment.gain() >= FAULT {
         return true;
     }
     let gained = alignment.gain() * (1.0 - unmoved() / alignment.fit.score());

@@ -38,6 +38,11 @@ impl Prior {
         residual.dot(&(self.information * residual))
     }
 
+    /// Whether a pose is so far off that the prior counts less than half.
+    pub(crate) fn is_contradicted_by(&self, pose: &Pose2) -> bool {
+        self.squared(pose) > CAUCHY_SCALE * CAUCHY_SCALE
+    }
+
     /// The information that is left to the prior when this pose is the truth (Cauchy weight).
     pub(crate) fn information_at(&self, pose: &Pose2) -> Matrix3<f64> {
         if !self.gives_way {

@@ -123,10 +123,10 @@ impl Search {
         let count = self.choose(points, beams);
         for turn in -turns..=turns {
             let theta_rad = wrap_angle(guess.theta_rad + f64::from(turn) * STEP_RAD);
-            let placement = Placement::new(&Pose2 { theta_rad, ..*guess });
-            self.place(&placement, map.cells_per_m(), count);
+            let turned = Pose2 { theta_rad, ..*guess };
+            self.place(&Placement::new(&turned), map.cells_per_m(), count);
             if self.sum_up(map, shifts, best[KEPT - 1].score) {
-                self.keep_best(&mut best, &Pose2 { theta_rad, ..*guess }, shifts);
+                self.keep_best(&mut best, &turned, shifts);
             }
         }
         best
@@ -139,12 +139,9 @@ impl Search {
         let mut sums = self.sums.as_slice().iter();
         for y in -shifts..=shifts {
             for (x, sum) in (-shifts..=shifts).zip(&mut sums) {
-                let score = sum / count;
-                if score > best[best.len() - 1].score {
-                    let (dx, dy) = (f64::from(x) * self.step_m, f64::from(y) * self.step_m);
-                    let pose = Pose2 { x_m: guess.x_m + dx, y_m: guess.y_m + dy, ..*guess };
-                    self.keep(best, Candidate { pose, score });
-                }
+                let (dx, dy) = (f64::from(x) * self.step_m, f64::from(y) * self.step_m);
+                let pose = Pose2 { x_m: guess.x_m + dx, y_m: guess.y_m + dy, ..*guess };
+                self.keep(best, Candidate { pose, score: sum / count });
             }
         }
     }
