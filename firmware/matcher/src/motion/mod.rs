@@ -14,7 +14,7 @@ pub(crate) mod params;
 pub(crate) mod propagation;
 pub(crate) mod steadiness;
 
-use crate::motion::cadence::{Cadence, LONGEST_GAP_S};
+use crate::motion::cadence::{Cadence, LONGEST_GAP_S, LONGEST_GUESS};
 use crate::motion::consistency::{Consistency, Reading};
 use crate::motion::leap_record::LeapRecord;
 use crate::motion::leaps::LeapWatch;
@@ -192,9 +192,9 @@ impl MotionModel {
         self.consistency.is_reliable()
     }
 
-    /// So many scans usually come in the time since the last one, 1 or more.
+    /// So many scans usually come in the time since the last one, 1 to 4.
     pub(crate) fn scans_since_last(&self, stamp_ns: i64) -> f64 {
-        self.cadence.scans_since_last(stamp_ns)
+        self.cadence.scans_since_last(stamp_ns).min(LONGEST_GUESS)
     }
 
     /// What scans have shown of the odometry's scales.
@@ -214,7 +214,7 @@ impl MotionModel {
     /// The last step again, longer when scans seem to have been dropped. Stamps that repeat, step back or
     /// jitter change nothing.
     pub(crate) fn same_again(&self, stamp_ns: i64) -> Step {
-        self.stretched(self.cadence.scans_since_last(stamp_ns))
+        self.stretched(self.cadence.steps_since_last(stamp_ns).min(LONGEST_GUESS))
     }
 
     /// What inertia makes of a step that the odometry has measured: the last step again, stretched over a
@@ -226,7 +226,7 @@ impl MotionModel {
         let steadiness = Steadiness::after(self.cadence.mean_gap_s());
         let has_leapt = off.iter().all(|off| steadiness.is_sudden(off));
         let is_late = has_leapt || off[1].distance_m() < off[0].distance_m();
-        if is_late && !self.cadence.is_disordered() { stretched } else { once }
+        if is_late { stretched } else { once }
     }
 
     fn stretched(&self, scale: f64) -> Step {
@@ -239,8 +239,9 @@ impl MotionModel {
         }
     }
 
-    /// Takes note of where the scan was found in the end. What is only a guess is worth less and less as a
-    /// guess for the next one.
+    /// Takes note of where the scan was found in the end. What has been done while scans were dropped is
+    /// shared out among them, or the next gap would stretch it once more. What is only a guess is worth less
+    /// and less as a guess for the next one.
     pub(crate) fn update(
         &mut self,
         stamp_ns: i64,
@@ -254,6 +255,7 @@ impl MotionModel {
         let is_matched = matches!(found, Found::Surely | Found::ButForTheWay);
         let passed_s = gap_s.unwrap_or(0.0).min(LONGEST_GAP_S);
         self.unshown_s = if found == Found::Surely { 0.0 } else { self.unshown_s + passed_s };
+        let steps = self.cadence.steps_since_last(stamp_ns);
         self.cadence.note(stamp_ns);
         if let (Some(step), Found::Surely, true) = (odometry_step, found, self.weighs_odometry) {
             let sigma = self.odometry_sigma(&step);
@@ -271,7 +273,7 @@ impl MotionModel {
             }
             _ => self.stall.unmatched(),
         }
-        let worth = if found == Found::Guessed { 0.5 } else { 1.0 };
+        let worth = if found == Found::Guessed { 0.5 / steps.min(LONGEST_GUESS) } else { 1.0 / steps };
         let step = map_from_last.between(map_from_base);
         let Pose2 { x_m, y_m, theta_rad } = step;
         self.last_step = Pose2::new(worth * x_m, worth * y_m, worth * theta_rad);
@@ -383,7 +385,19 @@ mod tests {
     fn a_gap_of_two_scans_doubles_the_guess() {
         let model = after_steps(&[0, S, 2 * S, 3 * S]);
         assert!((model.same_again(5 * S).last_from_base.x_m - 0.2).abs() < 1e-9);
+        assert!((model.same_again(i64::MAX).last_from_base.x_m - 0.4).abs() < 1e-9, "and no more than four");
         assert_eq!(model.same_again(4 * S).last_from_base, STEP);
+    }
+
+    #[test]
+    fn what_was_done_in_a_gap_is_no_step_from_scan_to_scan() {
+        let mut model = after_steps(&[0, S, 2 * S, 3 * S]);
+        let gone = Pose2::new(0.3, 0.0, 0.15);
+        model.update(6 * S, None, (&Pose2::IDENTITY, &gone), Found::Surely);
+        let again = model.same_again(7 * S).last_from_base;
+        assert!((again.x_m - 0.1).abs() < 1e-9 && (again.theta_rad - 0.05).abs() < 1e-9, "{again:?}");
+        let (bursts, _) = in_bursts();
+        assert_eq!(bursts.same_again(14 * S).last_from_base, STEP, "their gaps say nothing");
     }
 
     #[test]
