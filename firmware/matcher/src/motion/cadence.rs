@@ -5,7 +5,7 @@
 /// A gap so many times the usual one means dropped scans.
 const DROPPED: f64 = 1.5;
 /// A guess is not stretched over more than this many scans.
-pub(crate) const LONGEST_GUESS: f64 = 4.0;
+const LONGEST_GUESS: f64 = 4.0;
 /// Longer gaps between scans are a leap of the clock, seconds.
 pub(crate) const LONGEST_GAP_S: f64 = 10.0;
 /// Scans that come after less than this share of the mean gap come at once.
@@ -43,19 +43,28 @@ impl Cadence {
         self.disorder >= DISORDERED
     }
 
-    /// So many scans have usually come in the time since the last one: more than one when some seem to have
-    /// been dropped. Stamps that repeat, step back or jitter change nothing.
+    /// So many scans have usually come in the time since the last one, four at most: more than one when some
+    /// seem to have been dropped. Stamps that repeat, step back or jitter change nothing.
     pub(crate) fn scans_since_last(&self, stamp_ns: i64) -> f64 {
-        match (self.gap_s(stamp_ns), self.usual_gap_s) {
-            (Some(gap_s), Some(usual_s)) if gap_s > DROPPED * usual_s => gap_s / usual_s,
-            _ => 1.0,
-        }
+        self.usual_gaps(stamp_ns).min(LONGEST_GUESS)
     }
 
     /// What the base has done since the last scan counts as so many steps from scan to scan: one where scans
     /// come in disorder, as gaps between them say nothing then.
     pub(crate) fn steps_since_last(&self, stamp_ns: i64) -> f64 {
-        if self.is_disordered() { 1.0 } else { self.scans_since_last(stamp_ns) }
+        if self.is_disordered() { 1.0 } else { self.usual_gaps(stamp_ns) }
+    }
+
+    /// So many of these steps a guess goes on for.
+    pub(crate) fn steps_to_guess(&self, stamp_ns: i64) -> f64 {
+        self.steps_since_last(stamp_ns).min(LONGEST_GUESS)
+    }
+
+    fn usual_gaps(&self, stamp_ns: i64) -> f64 {
+        match (self.gap_s(stamp_ns), self.usual_gap_s) {
+            (Some(gap_s), Some(usual_s)) if gap_s > DROPPED * usual_s => gap_s / usual_s,
+            _ => 1.0,
+        }
     }
 
     /// Takes note of a scan's stamp.
@@ -96,10 +105,11 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_counts_as_scans_and_odd_stamps_as_one() {
+    fn a_gap_counts_as_scans_up_to_four_and_odd_stamps_as_one() {
         let cadence = after((0..4).map(|number| number * S));
         assert_eq!(cadence.scans_since_last(5 * S), 2.0);
-        assert_eq!(cadence.steps_since_last(5 * S), 2.0);
+        assert_eq!(cadence.scans_since_last(i64::MAX), 4.0);
+        assert_eq!([cadence.steps_since_last(9 * S), cadence.steps_to_guess(9 * S)], [6.0, 4.0]);
         for stamp_ns in [4 * S, 3 * S, 0, i64::MIN] {
             assert_eq!(cadence.scans_since_last(stamp_ns), 1.0, "{stamp_ns}");
         }

@@ -14,7 +14,7 @@ pub(crate) mod params;
 pub(crate) mod propagation;
 pub(crate) mod steadiness;
 
-use crate::motion::cadence::{Cadence, LONGEST_GAP_S, LONGEST_GUESS};
+use crate::motion::cadence::{Cadence, LONGEST_GAP_S};
 use crate::motion::consistency::{Consistency, Reading};
 use crate::motion::leap_record::LeapRecord;
 use crate::motion::leaps::LeapWatch;
@@ -194,7 +194,7 @@ impl MotionModel {
 
     /// So many scans usually come in the time since the last one, 1 to 4.
     pub(crate) fn scans_since_last(&self, stamp_ns: i64) -> f64 {
-        self.cadence.scans_since_last(stamp_ns).min(LONGEST_GUESS)
+        self.cadence.scans_since_last(stamp_ns)
     }
 
     /// What scans have shown of the odometry's scales.
@@ -214,7 +214,7 @@ impl MotionModel {
     /// The last step again, longer when scans seem to have been dropped. Stamps that repeat, step back or
     /// jitter change nothing.
     pub(crate) fn same_again(&self, stamp_ns: i64) -> Step {
-        self.stretched(self.cadence.steps_since_last(stamp_ns).min(LONGEST_GUESS))
+        self.stretched(self.cadence.steps_to_guess(stamp_ns))
     }
 
     /// What inertia makes of a step that the odometry has measured: the last step again, stretched over a
@@ -255,7 +255,10 @@ impl MotionModel {
         let is_matched = matches!(found, Found::Surely | Found::ButForTheWay);
         let passed_s = gap_s.unwrap_or(0.0).min(LONGEST_GAP_S);
         self.unshown_s = if found == Found::Surely { 0.0 } else { self.unshown_s + passed_s };
-        let steps = self.cadence.steps_since_last(stamp_ns);
+        let worth = match found {
+            Found::Guessed => 0.5 / self.cadence.steps_to_guess(stamp_ns),
+            _ => 1.0 / self.cadence.steps_since_last(stamp_ns),
+        };
         self.cadence.note(stamp_ns);
         if let (Some(step), Found::Surely, true) = (odometry_step, found, self.weighs_odometry) {
             let sigma = self.odometry_sigma(&step);
@@ -273,7 +276,6 @@ impl MotionModel {
             }
             _ => self.stall.unmatched(),
         }
-        let worth = if found == Found::Guessed { 0.5 / steps.min(LONGEST_GUESS) } else { 1.0 / steps };
         let step = map_from_last.between(map_from_base);
         let Pose2 { x_m, y_m, theta_rad } = step;
         self.last_step = Pose2::new(worth * x_m, worth * y_m, worth * theta_rad);
