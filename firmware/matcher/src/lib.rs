@@ -37,7 +37,7 @@ pub use registration::journal::{Iteration, Journal};
 pub use registration::likelihood_field::GradientParams;
 pub use registration::search::correlative::SearchParams;
 pub use registration::search::score_pyramid::ScorePyramid;
-pub use registration::search::{Candidate, Window};
+pub use registration::search::{Candidate, Strip, Window};
 pub use scan::end_points::{EndPoint, EndPoints, Kind, Mobility, PointParams};
 pub use scan::{Beam, Scan};
 pub use tracker::pair::{Guess, PairMatch, PairMatcher};

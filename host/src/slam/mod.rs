@@ -141,7 +141,7 @@ pub struct LoopFound {
     /// How far around the guess was searched, meters.
     pub half_m: f64,
     /// How well it fits.
-    pub agreement: loop_closure::verification::Agreement,
+    pub agreement: loop_closure::agreement::Agreement,
     /// Whether the others agree with it.
     pub inlier: bool,
 }

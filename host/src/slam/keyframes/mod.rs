@@ -7,6 +7,7 @@ pub(crate) mod keyframe_scan;
 mod odometry_stalls;
 pub(crate) mod passed_through;
 pub(crate) mod submap;
+pub(crate) mod viewpoints;
 
 use biplane_geometry::PortableMath;
 use biplane_geometry::quantile::nearest_rank;

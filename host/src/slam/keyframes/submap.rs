@@ -10,6 +10,7 @@ use biplane_matcher::{EndPoint, PointMap, Pose2, ScorePyramid};
 use crate::slam::keyframes::Node;
 use crate::slam::keyframes::free_space::FreeSpace;
 use crate::slam::keyframes::passed_through::standing;
+use crate::slam::keyframes::viewpoints::Viewpoints;
 
 /// How submaps are cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,6 +52,8 @@ pub(crate) struct Submap {
     cell_m: f32,
     /// Where its beams went through.
     pub free: FreeSpace,
+    /// From where it was seen.
+    pub viewpoints: Viewpoints,
 }
 
 /// Ranges of nodes with about the same way, in order.
@@ -94,6 +97,7 @@ impl Submap {
             pyramid: OnceLock::new(),
             cell_m: params.cell_m as f32,
             free,
+            viewpoints: Viewpoints::new(nodes, &from_node),
             points,
         }
     }

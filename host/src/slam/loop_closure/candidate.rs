@@ -10,13 +10,14 @@ use biplane_geometry::PortableMath;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::ControlFlow;
 
-use biplane_matcher::{Pose2, Window};
+use biplane_matcher::{Pose2, Strip, Window};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 use crate::slam::keyframes::submap::Submap;
 use crate::slam::loop_closure::checkpoint::{Asked, Checkpoint};
 use crate::slam::loop_closure::params::CandidateParams;
+use crate::slam::loop_closure::search_region::{SearchRegion, smallest};
 use crate::slam::loop_closure::verification::{Found, RefineParams, find};
 use crate::slam::pose_graph::Edge;
 use crate::slam::pose_graph::relative_covariance::{Known, LEVER_M, PathCovariances, reversed};
@@ -36,6 +37,11 @@ impl Loop {
     pub(crate) fn edge(&self, pose_of: impl Fn(usize) -> usize) -> Edge {
         let [from, to] = self.submap_ids.map(pose_of);
         Edge { from, to, measured: self.found.pose, information: self.found.information }
+    }
+
+    /// Whether it tells where along a corridor one is.
+    pub(crate) fn constrains_along(&self, params: &RefineParams) -> bool {
+        params.constrains_along(&self.found.agreement, self.half_m)
     }
 
     /// How far from where these poses have it the second submap was found, meters.
@@ -89,11 +95,7 @@ pub(crate) struct Weighed {
 /// A pair to be searched.
 pub(crate) struct Pair {
     pub(crate) submap_ids: [usize; 2],
-    pub(crate) guess: Pose2,
-    pub(crate) window: Window,
-    /// How widely the place was searched before: a guess that comes from a loop found in a wide window is as
-    /// doubtful as that.
-    pub(crate) uncertainty_m: f64,
+    pub(crate) region: SearchRegion,
 }
 
 /// A submap, another one, and what the graph knows of the two, seen from `query`.
@@ -117,6 +119,9 @@ const WIDENING: f64 = 2.0;
 const WINDOW_FLOOR_M: f64 = 0.3;
 /// The same of the heading, radians.
 pub(crate) const WINDOW_FLOOR_RAD: f64 = 0.03;
+/// Windows reach this far to each side in the direction that the graph knows best, or farther, meters.
+/// Smaller: surer and faster, but what steps claim to know of a short way may be as wrong as that.
+const STRIP_FLOOR_M: f64 = 4.0;
 /// A window between so many times the size of one that was searched is no other one. Closer to 1: pairs are
 /// searched again in vain.
 const SAME_SIZE: (f64, f64) = (0.3, 1.5);
@@ -210,32 +215,22 @@ impl<'a> LoopCloser<'a> {
         for batch in pairs.chunks(BATCH) {
             let known: &Checkpoint = checkpoint;
             let answer = |pair: &Pair| {
-                let asked = Asked::new(pair.submap_ids, &pair.guess, pair.window, pair.uncertainty_m);
-                if let Some(found) = known.answer(&asked) {
-                    return (asked, found);
-                }
-                let [a, b] = pair.submap_ids;
-                (
-                    asked,
-                    find(
-                        &self.submaps[a],
-                        &self.submaps[b],
-                        &pair.guess,
-                        (pair.window, pair.uncertainty_m),
-                        &self.refine,
-                    ),
-                )
+                let asked = Asked::new(pair.submap_ids, &pair.region);
+                let [a, b] = pair.submap_ids.map(|submap_id| &self.submaps[submap_id]);
+                let found = known.answer(&asked).unwrap_or_else(|| find(a, b, &pair.region, &self.refine));
+                (asked, found)
             };
             let answers: Vec<(Asked, Option<Found>)> = batch.par_iter().map(answer).collect();
             for (pair, (_, found)) in batch.iter().zip(&answers) {
-                self.tried.insert(pair.submap_ids, (pair.guess, pair.window.half_m));
+                let SearchRegion { guess, window, uncertainty_m, .. } = pair.region;
+                self.tried.insert(pair.submap_ids, (guess, window.half_m));
                 if let Some(found) = *found {
                     self.found_pairs.insert(pair.submap_ids);
                     self.refused.push(false);
                     self.loops.push(Loop {
                         submap_ids: pair.submap_ids,
                         found,
-                        half_m: pair.window.half_m.max(pair.uncertainty_m),
+                        half_m: window.half_m.max(uncertainty_m),
                     });
                 }
             }
@@ -291,7 +286,7 @@ impl<'a> LoopCloser<'a> {
             if query.is_multiple_of(2) { self.params.pairs_per_round / 2 } else { 0 },
         ];
         pairs.into_iter().map(|(_, pair)| pair).filter(move |pair| {
-            let left = &mut left[usize::from(pair.window.half_m > SPARING_BEYOND_M)];
+            let left = &mut left[usize::from(pair.region.window.half_m > SPARING_BEYOND_M)];
             let chosen = *left > 0;
             *left = left.saturating_sub(1);
             chosen
@@ -351,15 +346,15 @@ impl<'a> LoopCloser<'a> {
             }
         }
         let half_rad = share * self.params.sigmas * covariance[(2, 2)].sqrt() + WINDOW_FLOOR_RAD;
-        Some((
-            away_m + uncertainty_m,
-            Pair {
-                submap_ids: [other, query],
-                guess,
-                window: Window { half_m, half_rad },
-                uncertainty_m: share.sqrt() * uncertainty_m + WINDOW_FLOOR_M,
-            },
-        ))
+        let (across, variance_m2) = smallest(&covariance);
+        let across_m = self.half_m(variance_m2.sqrt(), known.path_m, share).max(STRIP_FLOOR_M);
+        let region = SearchRegion {
+            guess,
+            window: Window { half_m, half_rad },
+            strip: (across_m < half_m).then_some(Strip { across, half_m: across_m }),
+            uncertainty_m: share.sqrt() * uncertainty_m + WINDOW_FLOOR_M,
+        };
+        Some((away_m + uncertainty_m, Pair { submap_ids: [other, query], region }))
     }
 
     pub(crate) fn edges(&self) -> Vec<Edge> {

@@ -11,21 +11,30 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, BufRead, BufReader, BufWriter, Write};
 use std::path::Path;
 
-use biplane_matcher::{Pose2, Window};
+use biplane_matcher::Pose2;
 use nalgebra::Matrix3;
 
-use crate::slam::loop_closure::verification::{Agreement, Found};
+use crate::slam::loop_closure::agreement::Agreement;
+use crate::slam::loop_closure::search_region::SearchRegion;
+use crate::slam::loop_closure::verification::Found;
 
-/// What was asked: which submaps, around which guess, in which window; numbers by their bits.
+/// Numbers of a question.
+const ASKED: usize = 11;
+
+/// What was asked: which submaps, and in which region; numbers by their bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Asked([u64; 8]);
+pub struct Asked([u64; ASKED]);
 
 impl Asked {
     /// The question of a search.
-    pub fn new(submap_ids: [usize; 2], guess: &Pose2, window: Window, uncertainty_m: f64) -> Self {
+    pub fn new(submap_ids: [usize; 2], region: &SearchRegion) -> Self {
+        let &SearchRegion { guess, window, strip, uncertainty_m } = region;
         let [a, b] = submap_ids.map(|number| number as u64);
         let [x, y, t] = [guess.x_m, guess.y_m, guess.theta_rad].map(f64::to_bits);
-        Self([a, b, x, y, t, window.half_m.to_bits(), window.half_rad.to_bits(), uncertainty_m.to_bits()])
+        let [half_m, half_rad] = [window.half_m, window.half_rad].map(f64::to_bits);
+        let [across_x, across_y, across_m] =
+            strip.map_or([0; 3], |strip| [strip.across[0], strip.across[1], strip.half_m].map(f64::to_bits));
+        Self([a, b, x, y, t, half_m, half_rad, across_x, across_y, across_m, uncertainty_m.to_bits()])
     }
 }
 
@@ -112,7 +121,7 @@ fn of_agreement(agreement: &Agreement) -> [f64; 4] {
 
 fn parse(line: &str) -> Option<(Asked, Option<Found>)> {
     let numbers: Vec<u64> = serde_json::from_str(line).ok()?;
-    let (asked, rest) = numbers.split_first_chunk::<8>()?;
+    let (asked, rest) = numbers.split_first_chunk::<ASKED>()?;
     let found = match rest.len() {
         0 => None,
         FOUND => {
@@ -135,13 +144,17 @@ fn parse(line: &str) -> Option<(Asked, Option<Found>)> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Agreement, Asked, Checkpoint, Found};
-    use biplane_matcher::{Pose2, Window};
+    use super::{Agreement, Asked, Checkpoint, Found, SearchRegion};
+    use biplane_matcher::{Pose2, Strip, Window};
     use nalgebra::Matrix3;
 
     fn asked(number: usize) -> Asked {
         let window = Window { half_m: 1.0 / 3.0, half_rad: 0.1 };
-        Asked::new([number, 7], &Pose2::new(0.1, -0.0, 3.0), window, 2.0)
+        let strip = Some(Strip { across: [0.6, 0.8], half_m: 0.1 });
+        Asked::new(
+            [number, 7],
+            &SearchRegion { guess: Pose2::new(0.1, -0.0, 3.0), window, strip, uncertainty_m: 2.0 },
+        )
     }
 
     fn found() -> Found {

@@ -9,6 +9,7 @@ use biplane_matcher::{Pose2, Window};
 
 use super::checkpoint::Checkpoint;
 use crate::slam::loop_closure::candidate::{LoopCloser, Pair};
+use crate::slam::loop_closure::search_region::SearchRegion;
 use crate::slam::pose_graph::Edge;
 use crate::slam::pose_graph::breaks::groups;
 
@@ -82,9 +83,7 @@ impl LoopCloser<'_> {
             let asked = of(earlier).filter(|other| !self.tried.contains_key(&[*other, query]));
             let pair = |other: usize| Pair {
                 submap_ids: [other, query],
-                guess: Pose2::IDENTITY,
-                window,
-                uncertainty_m: f64::INFINITY,
+                region: SearchRegion::square(Pose2::IDENTITY, window, f64::INFINITY),
             };
             let pairs: Vec<Pair> = asked.map(pair).collect();
             if pairs.is_empty() {
@@ -110,7 +109,7 @@ impl LoopCloser<'_> {
         let joins = |at: &usize| {
             apart(&edges[*at])
                 && support[*at].len() >= min_support
-                && self.refine.constrains_along(&self.loops[*at].found.agreement)
+                && self.loops[*at].constrains_along(&self.refine)
         };
         let best = (0..edges.len()).filter(joins).max_by(|&a, &b| {
             (support[a].len(), self.loops[a].found.agreement.share)

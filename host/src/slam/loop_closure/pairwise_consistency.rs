@@ -13,6 +13,7 @@ use rayon::prelude::*;
 
 use super::candidate::{Loop, LoopCloser, Pair};
 use crate::slam::loop_closure::checkpoint::Checkpoint;
+use crate::slam::loop_closure::search_region::SearchRegion;
 use crate::slam::pose_graph::Edge;
 use crate::slam::pose_graph::relative_covariance::{PathCovariances, joined};
 
@@ -76,7 +77,7 @@ impl LoopCloser<'_> {
                 return;
             }
             self.search(&pairs, checkpoint, progress);
-            let ends_here = |pair: &&Pair| asked(pair.uncertainty_m, self.params.alone_up_to_m).1 == 0;
+            let ends_here = |pair: &&Pair| asked(pair.region.uncertainty_m, self.params.alone_up_to_m).1 == 0;
             self.sought.extend(pairs.iter().filter(ends_here).map(|pair| pair.submap_ids));
         }
     }
@@ -102,7 +103,8 @@ impl LoopCloser<'_> {
                     * found.found.pose
                     * self.poses[b].between(&self.poses[two]);
                 let window = Window { half_m: BESIDE_M, half_rad: BESIDE_RAD };
-                let pair = Pair { submap_ids: [one, two], guess, window, uncertainty_m: found.half_m };
+                let region = SearchRegion::square(guess, window, found.half_m);
+                let pair = Pair { submap_ids: [one, two], region };
                 pairs.entry(pair.submap_ids).or_insert(pair);
             }
         }
@@ -142,7 +144,7 @@ impl LoopCloser<'_> {
     /// only where it is when that is known.
     fn lies_anywhere(&self, found: &Loop) -> bool {
         found.half_m > self.refine.narrow_m
-            && !self.refine.constrains_along(&found.found.agreement)
+            && !found.constrains_along(&self.refine)
             && found.away_m(&self.poses) > self.refine.narrow_m
     }
 
@@ -152,7 +154,7 @@ impl LoopCloser<'_> {
         let path_covariances = PathCovariances::new(self.submaps.len(), self.chain.iter());
         let mut loops_from: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         for (at, edge) in edges.iter().enumerate() {
-            if self.refine.constrains_along(&self.loops[at].found.agreement) && !self.refused[at] {
+            if self.loops[at].constrains_along(&self.refine) && !self.refused[at] {
                 loops_from.entry(edge.from).or_default().push(at);
             }
         }

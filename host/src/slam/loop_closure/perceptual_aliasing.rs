@@ -15,9 +15,11 @@ use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 use super::candidate::{INLIER_WEIGHT, Loop, LoopCloser, Pair, WINDOW_FLOOR_RAD};
+use crate::slam::loop_closure::agreement::Agreement;
 use crate::slam::loop_closure::checkpoint::Checkpoint;
 use crate::slam::loop_closure::pairwise_consistency::{CLOSE, OTHER_PLACE_M};
-use crate::slam::loop_closure::verification::{Agreement, RIVAL_ALONG, RIVAL_SHARE};
+use crate::slam::loop_closure::search_region::SearchRegion;
+use crate::slam::loop_closure::verification::{RIVAL_ALONG, RIVAL_SHARE};
 use crate::slam::pose_graph::graduated_non_convexity::{self, MAX_LOOP_SQUARED};
 use crate::slam::pose_graph::relative_covariance::PathCovariances;
 use crate::slam::pose_graph::{self, Edge};
@@ -117,7 +119,7 @@ impl LoopCloser<'_> {
             let sigma_rad = heading_sigma_rad(&path_covariances, from, to);
             let half_rad = self.params.sigmas * sigma_rad + WINDOW_FLOOR_RAD;
             let window = Window { half_m, half_rad };
-            Some(Pair { submap_ids: [from, to], guess, window, uncertainty_m: half_m })
+            Some(Pair { submap_ids: [from, to], region: SearchRegion::square(guess, window, half_m) })
         };
         from_ids.filter_map(pair).collect()
     }
@@ -140,7 +142,7 @@ impl LoopCloser<'_> {
     /// Whether enough loops were found since that tell where along a corridor one is, and agree as well as
     /// those of a group. Places that are truly one agree better than look-alikes.
     fn agrees_as_well(&self, group: &[usize], since: usize) -> bool {
-        let informative = |found: &&Loop| self.refine.constrains_along(&found.found.agreement);
+        let informative = |found: &&Loop| found.constrains_along(&self.refine);
         let elsewhere: Vec<&Loop> = self.loops[since..].iter().filter(informative).collect();
         let known: Vec<&Loop> = group.iter().map(|&at| &self.loops[at]).filter(informative).collect();
         let of = |loops: &[&Loop], part: fn(&Agreement) -> f64| {
@@ -246,6 +248,7 @@ pub(crate) mod tests {
     use crate::slam::keyframes::submap::{Submap, SubmapParams, submap_ranges};
     use crate::slam::loop_closure::checkpoint::Checkpoint;
     use crate::slam::loop_closure::params::CandidateParams;
+    use crate::slam::loop_closure::search_region::SearchRegion;
     use crate::slam::loop_closure::verification::tests::scan_of_corridor;
     use crate::slam::loop_closure::verification::{RefineParams, find};
     use crate::slam::pose_graph::Edge;
@@ -311,7 +314,8 @@ pub(crate) mod tests {
             let window = Window { half_m: 0.5, half_rad: 0.02 };
             let guess = closer.poses[from].between(&closer.poses[to]) * Pose2::new(ahead_m, 0.0, 0.0);
             let [reference, query] = [from, to].map(|submap_id| &closer.submaps[submap_id]);
-            let found = find(reference, query, &guess, (window, 0.5), &closer.refine).unwrap();
+            let found =
+                find(reference, query, &SearchRegion::square(guess, window, 0.5), &closer.refine).unwrap();
             closer.loops.push(Loop { submap_ids: [from, to], found, half_m });
             closer.refused.push(false);
         }

@@ -6,10 +6,12 @@
 //! so that a loop there holds only across.
 
 use biplane_geometry::PortableMath;
-use biplane_matcher::{EndPoint, Placement, PointAlignment, Pose2, Window};
+use biplane_matcher::{EndPoint, PointAlignment, Pose2};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::slam::keyframes::submap::Submap;
+use crate::slam::loop_closure::agreement::{Agreement, seen_from};
+use crate::slam::loop_closure::search_region::{SearchRegion, smallest};
 use crate::slam::pose_graph::odometry_edges::with_floor;
 use crate::slam::submap_alignment::{self, Approach};
 
@@ -30,6 +32,10 @@ pub struct RefineParams {
     /// So many points are needed to tell that; with fewer the loop holds only across. Smaller: noise passes
     /// for structure.
     pub along_points: usize,
+    /// The same in a wide window: at one of its many places few of them lie on something by chance. Smaller:
+    /// more loops, more false ones. Larger: the way back along a corridor is not found, as it shows other
+    /// faces than the way there.
+    pub along_points_wide: usize,
     /// Share of one submap's points that the other one explains. Smaller: loops where little is common.
     pub min_overlap: f64,
     /// Windows up to this are narrow, meters. Larger: look-alikes pass.
@@ -45,9 +51,10 @@ impl Default for RefineParams {
         Self {
             min_score: 0.45,
             min_agreement: 0.72,
-            min_agreement_wide: 0.84,
-            min_along: 0.6,
+            min_agreement_wide: 0.87,
+            min_along: 0.7,
             along_points: 12,
+            along_points_wide: 30,
             min_overlap: 0.4,
             narrow_m: 1.5,
             floor_m: 0.03,
@@ -57,9 +64,10 @@ impl Default for RefineParams {
 }
 
 impl RefineParams {
-    /// Whether there is enough to tell where along a corridor one is.
-    pub fn constrains_along(&self, agreement: &Agreement) -> bool {
-        agreement.along_points >= self.along_points
+    /// Whether there is enough to tell where along a corridor one is, of all places in a window so wide.
+    pub fn constrains_along(&self, agreement: &Agreement, searched_m: f64) -> bool {
+        let wide = searched_m > self.narrow_m;
+        agreement.along_points >= if wide { self.along_points_wide } else { self.along_points }
     }
 }
 
@@ -74,16 +82,15 @@ pub struct Found {
     pub agreement: Agreement,
 }
 
-/// Looks for a submap in another one. `uncertainty_m` is how widely the place was searched before the guess
-/// came about.
+/// Looks for a submap in another one.
 pub(crate) fn find(
     reference: &Submap,
     query: &Submap,
-    guess: &Pose2,
-    (window, uncertainty_m): (Window, f64),
+    region: &SearchRegion,
     params: &RefineParams,
 ) -> Option<Found> {
-    let peak = reference.pyramid().search(&query.few, guess, window, params.min_score)?;
+    let &SearchRegion { guess, window, strip, uncertainty_m } = region;
+    let peak = reference.pyramid().search(&query.few, &guess, (window, strip), params.min_score)?;
     let aligned = settle(reference, query, &peak.pose);
     let weak = weakest(&reference.points);
     let agreement = Agreement::of(reference, query, &aligned.map_from_points, weak);
@@ -97,11 +104,11 @@ pub(crate) fn find(
         return None;
     }
     let mut information = submap_alignment::information(&aligned);
-    if !params.constrains_along(&agreement) {
+    if !params.constrains_along(&agreement, uncertainty_m) {
         if window.half_m > params.narrow_m {
             return None; // the same corridor, perhaps, but who knows where
         }
-        information = without(&information, Vector3::new(f64::from(weak[0]), f64::from(weak[1]), 0.0));
+        information = without_weakest(&information);
     } else if agreement.along < params.min_along {
         return None;
     } else if wide && has_rival((reference, query), &aligned.map_from_points, &agreement, weak, uncertainty_m)
@@ -164,13 +171,6 @@ fn has_rival(
     })
 }
 
-/// A direction in the axes of a pose.
-fn seen_from(pose: &Pose2, [x, y]: [f32; 2]) -> [f32; 2] {
-    let (sin, cos) = pose.theta_rad.portable_sin_cos();
-    let (sin, cos) = (sin as f32, cos as f32);
-    [cos * x + sin * y, cos * y - sin * x]
-}
-
 /// After a search: its best cell is off by up to its own side, and as much by the heading's step at the far
 /// end. A larger scale: a neighboring row of doors draws, too. Fewer iterations: cheaper, and some end on the
 /// way.
@@ -186,11 +186,17 @@ fn settle(reference: &Submap, query: &Submap, pose: &Pose2) -> PointAlignment {
     submap_alignment::align(&reference.surfaces, &query.points, pose, &sigma, AFTER_SEARCH)
 }
 
-/// Information that is left when a direction is not known.
-fn without(information: &Matrix3<f64>, direction: Vector3<f64>) -> Matrix3<f64> {
-    let direction = direction.normalize();
+/// What counts as nothing known along a direction, as a share of all that is known.
+const NOTHING_SHARE: f64 = 1e-6;
+
+/// Information that is left when the direction that is known least is not known at all. Any other direction,
+/// off by a degree, would take what is known across a corridor with it.
+fn without_weakest(information: &Matrix3<f64>) -> Matrix3<f64> {
+    let ([x, y], _) = smallest(information);
+    let direction = Vector3::new(x, y, 0.0);
     let held = information * direction;
-    let along = direction.dot(&held);
+    // Where nothing at all is known along it, its rounding errors are no direction.
+    let along = direction.dot(&held) + NOTHING_SHARE * (information[(0, 0)] + information[(1, 1)]);
     if along <= 0.0 { *information } else { information - held * held.transpose() / along }
 }
 
@@ -199,89 +205,6 @@ fn known_with_floor(information: &Matrix3<f64>, params: &RefineParams) -> Matrix
     const MINIMUM: f64 = 1e-3;
     let known = information + Matrix3::identity() * MINIMUM;
     with_floor(&known, &[params.floor_m, params.floor_m, params.floor_rad])
-}
-
-/// How two submaps agree at a pose.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Agreement {
-    /// Of the points that lie where the other submap looked, the share that it explains; the smaller of both
-    /// ways.
-    pub share: f64,
-    /// The same of the points whose surfaces face along the direction that is known least: a corridor's door
-    /// jambs and ends.
-    pub along: f64,
-    /// How many such points there are to tell.
-    pub along_points: usize,
-    /// Share of all points that the other submap explains; the larger of both ways.
-    pub overlap: f64,
-}
-
-impl Agreement {
-    /// At a pose of `query` in `reference`; `weak` is the direction known least, in the reference's axes.
-    fn of(reference: &Submap, query: &Submap, pose: &Pose2, weak: [f32; 2]) -> Self {
-        let back = pose.inverse();
-        let turned = seen_from(pose, weak);
-        let one = Tally::of(reference, &query.points, pose, weak);
-        let other = Tally::of(query, &reference.points, &back, turned);
-        Self {
-            share: one.all.share().min(other.all.share()),
-            along: one.along.share().min(other.along.share()),
-            along_points: one.along.judged().min(other.along.judged()),
-            overlap: one.overlap().max(other.overlap()),
-        }
-    }
-}
-
-/// Points of one kind, counted.
-#[derive(Clone, Copy, Debug, Default)]
-struct Votes {
-    explained: usize,
-    contradicted: usize,
-}
-
-impl Votes {
-    fn judged(&self) -> usize {
-        self.explained + self.contradicted
-    }
-
-    fn share(&self) -> f64 {
-        self.explained as f64 / self.judged().max(1) as f64
-    }
-}
-
-/// What a submap says of another one's points.
-#[derive(Clone, Copy, Debug, Default)]
-struct Tally {
-    all: Votes,
-    along: Votes,
-    points: usize,
-}
-
-/// A point farther from every surface than this, and not in free space, lies where nobody looked, meters.
-const DISPLACED_M: f32 = 0.3;
-
-impl Tally {
-    fn of(submap: &Submap, points: &[EndPoint], pose: &Pose2, weak: [f32; 2]) -> Self {
-        let placement = Placement::new(pose);
-        let mut tally = Self { points: points.len(), ..Self::default() };
-        for point in points {
-            let point = point.placed(&placement);
-            let is_along = (point.normal[0] * weak[0] + point.normal[1] * weak[1]).abs() > 0.7;
-            let explained = submap.surfaces.explains(&point, submap_alignment::EXPLAINED_M as f32);
-            // Beside a surface, not on it: a wall that has moved.
-            let contradicted = !explained
-                && (submap.free.is_free(point.at_m) || submap.surfaces.explains(&point, DISPLACED_M));
-            for votes in [Some(&mut tally.all), is_along.then_some(&mut tally.along)].into_iter().flatten() {
-                votes.explained += usize::from(explained);
-                votes.contradicted += usize::from(contradicted);
-            }
-        }
-        tally
-    }
-
-    fn overlap(&self) -> f64 {
-        self.all.explained as f64 / self.points.max(1) as f64
-    }
 }
 
 /// The direction of the plane that the points' normals say least of.
@@ -300,7 +223,7 @@ fn weakest(points: &[EndPoint]) -> [f32; 2] {
 pub(crate) mod tests {
     use biplane_matcher::{EndPoint, Pose2, Window};
 
-    use super::{RefineParams, find};
+    use super::{RefineParams, SearchRegion, find};
     use crate::slam::keyframes::Node;
     use crate::slam::keyframes::keyframe_scan::KeyframeScan;
     use crate::slam::keyframes::submap::{Submap, SubmapParams};
@@ -345,7 +268,8 @@ pub(crate) mod tests {
     fn found(recesses: &[(f64, f64)], uncertainty_m: f64) -> Option<super::Found> {
         let (one, other) = (corridor(recesses), corridor(recesses));
         let window = Window { half_m: uncertainty_m.min(1.0), half_rad: 0.05 };
-        find(&one, &other, &Pose2::new(0.2, -0.1, 0.0), (window, uncertainty_m), &RefineParams::default())
+        let region = SearchRegion::square(Pose2::new(0.2, -0.1, 0.0), window, uncertainty_m);
+        find(&one, &other, &region, &RefineParams::default())
     }
 
     #[test]
@@ -353,7 +277,8 @@ pub(crate) mod tests {
         assert!(found(&NEXT_DOORS, 20.0).is_none());
         let sure = found(&NEXT_DOORS, 1.0).unwrap();
         assert!(
-            RefineParams::default().constrains_along(&sure.agreement) && sure.information[(0, 0)] > 100.0,
+            RefineParams::default().constrains_along(&sure.agreement, 1.0)
+                && sure.information[(0, 0)] > 100.0,
             "{sure:?}"
         );
     }
@@ -361,7 +286,7 @@ pub(crate) mod tests {
     #[test]
     fn doors_that_differ_tell_it_however_much_is_in_doubt() {
         let loop_ = found(&ODD_ONES, 20.0).unwrap();
-        assert!(RefineParams::default().constrains_along(&loop_.agreement), "{loop_:?}");
+        assert!(RefineParams::default().constrains_along(&loop_.agreement, 20.0), "{loop_:?}");
         assert!(loop_.pose.distance_m() < 0.03 && loop_.information[(0, 0)] > 100.0, "{loop_:?}");
     }
 
@@ -370,7 +295,84 @@ pub(crate) mod tests {
         let (one, other) =
             (corridor(&ODD_ONES), corridor(&[(-1.5, 0.9), (1.0, 0.3), (3.9, 0.9), (6.6, 0.3)]));
         let window = Window { half_m: 7.0, half_rad: 0.05 };
-        let found = find(&one, &other, &Pose2::IDENTITY, (window, 20.0), &RefineParams::default());
+        let region = SearchRegion::square(Pose2::IDENTITY, window, 20.0);
+        let found = find(&one, &other, &region, &RefineParams::default());
         assert!(found.is_none(), "{found:?}");
+    }
+
+    /// A corridor as one line a side: recesses of 1 m in one wall, edges and pilasters (40 cm) out of the
+    /// other one.
+    fn walls(recesses: &[(f64, f64)], edges: &[f64], pilasters: &[f64]) -> [Vec<[f64; 2]>; 2] {
+        let recess = |&(begin, deep): &(f64, f64)| {
+            [[begin, 1.2], [begin, 1.2 + deep], [begin + 1.0, 1.2 + deep], [begin + 1.0, 1.2]]
+        };
+        let edge = |&at: &f64| [[at - 0.5, -1.2], [at, -0.7], [at + 0.5, -1.2]];
+        let pilaster = |&at: &f64| [[at, -1.2], [at, -0.95], [at + 0.4, -0.95], [at + 0.4, -1.2]];
+        let whole = |wall: Vec<[f64; 2]>, y: f64| [vec![[-30.0, y]], wall, vec![[60.0, y]]].concat();
+        let mut out: Vec<Vec<[f64; 2]>> = edges.iter().map(|at| edge(at).to_vec()).collect();
+        out.extend(pilasters.iter().map(|at| pilaster(at).to_vec()));
+        out.sort_by(|one, other| one[0][0].total_cmp(&other[0][0]));
+        [whole(recesses.iter().flat_map(recess).collect(), 1.2), whole(out.concat(), -1.2)]
+    }
+
+    /// What a laser sees that looks half around, up to 8 m, at a place of the corridor's middle: a beam each
+    /// half degree.
+    fn seen_ahead(at_m: f64, heading_rad: f64, walls: &[Vec<[f64; 2]>]) -> KeyframeScan {
+        let beam = |step: i32| {
+            let (sin, cos) = (0.5 * f64::from(step)).to_radians().sin_cos();
+            let (turn_sin, turn_cos) = heading_rad.sin_cos();
+            let towards = [turn_cos * cos - turn_sin * sin, turn_sin * cos + turn_cos * sin];
+            let hit = |ends: &[[f64; 2]]| {
+                let ([x, y], wall) = (ends[0], [ends[1][0] - ends[0][0], ends[1][1] - ends[0][1]]);
+                let crossed = towards[0] * wall[1] - towards[1] * wall[0];
+                let range_m = ((x - at_m) * wall[1] - y * wall[0]) / crossed;
+                let share = ((x - at_m) * towards[1] - y * towards[0]) / crossed;
+                let facing = -crossed.signum() / wall[0].hypot(wall[1]);
+                let normal = [facing * wall[1], -facing * wall[0]];
+                // As the base sees it.
+                let normal = [
+                    turn_cos * normal[0] + turn_sin * normal[1],
+                    turn_cos * normal[1] - turn_sin * normal[0],
+                ];
+                let is_hit = range_m > 0.0 && range_m < 8.0 && (0.0..1.0).contains(&share);
+                is_hit.then_some((range_m, normal))
+            };
+            let hits = walls.iter().flat_map(|wall| wall.windows(2).filter_map(hit));
+            let (range_m, normal) = hits.min_by(|one, other| one.0.total_cmp(&other.0))?;
+            let at_m = [(range_m * cos) as f32, (range_m * sin) as f32];
+            let normal = normal.map(|part| part as f32);
+            Some(EndPoint { at_m, normal, weight: 1.0, ..EndPoint::default() })
+        };
+        KeyframeScan { points: (-180..=180).filter_map(beam).collect(), laser_m: [0.0; 2] }
+    }
+
+    #[test]
+    fn a_loop_of_bare_corridor_holds_across_it_and_not_along_it() {
+        let found = found(&[], 1.0).unwrap();
+        assert!(!RefineParams::default().constrains_along(&found.agreement, 1.0), "{found:?}");
+        assert!(found.information[(1, 1)] > 100.0 && found.information[(0, 0)] < 1.0, "{found:?}");
+    }
+
+    #[test]
+    fn who_comes_back_the_other_way_does_not_miss_what_only_the_way_there_shows() {
+        let walls = walls(&ODD_ONES, &[0.4, 3.1, 8.2], &[-0.81, 1.59, 4.39, 5.39, 6.79]);
+        let drive = |heading_rad: f64, places: [f64; 2]| {
+            let node = |step: usize| {
+                let at_m = places[0] + (places[1] - places[0]) * step as f64 / 19.0;
+                Node::at(Pose2::new(at_m, 0.0, heading_rad), seen_ahead(at_m, heading_rad, &walls))
+            };
+            let nodes: Vec<Node> = (0..20).map(node).collect();
+            let poses: Vec<Pose2> = nodes.iter().map(|node| node.recorded).collect();
+            Submap::new(&nodes, &poses, 0, &SubmapParams::default())
+        };
+        let half_turn = std::f64::consts::PI;
+        let (there, back) = (drive(0.0, [0.0, 7.6]), drive(half_turn, [7.6, 0.0]));
+        let window = Window { half_m: 1.0, half_rad: 0.05 };
+        let region = SearchRegion::square(Pose2::new(-0.1, 0.1, half_turn), window, 1.0);
+        let found = find(&there, &back, &region, &RefineParams::default()).unwrap();
+        // The middles are at 4.0 and 3.6 m.
+        assert!((found.pose.x_m + 0.4).abs() < 0.03 && found.pose.y_m.abs() < 0.03, "{found:?}");
+        assert!(RefineParams::default().constrains_along(&found.agreement, 1.0), "{found:?}");
+        assert!(found.agreement.along > 0.95 && found.agreement.share > 0.98, "{found:?}");
     }
 }

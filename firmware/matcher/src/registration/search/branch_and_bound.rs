@@ -7,7 +7,7 @@
 //! long.
 
 use crate::registration::search::score_pyramid::{CERTAIN, LEVELS, ScorePyramid};
-use crate::registration::search::{Candidate, Window};
+use crate::registration::search::{Candidate, Strip, Window};
 use crate::scan::end_points::EndPoint;
 use biplane_geometry::Pose2;
 use biplane_geometry::vec2::norm;
@@ -36,27 +36,34 @@ struct Search<'a> {
     turned: Vec<Turned>,
     guess: Pose2,
     half: i32,
+    strip: Option<Strip>,
     points: usize,
     best: Option<Branch>,
     floor: u32,
 }
 
 impl ScorePyramid {
-    /// The best place for points within a window around a guess, if its score is above `min_score` (0 to 1).
+    /// The best place for points within a window around a guess, or within a strip of it, if its score is
+    /// above `min_score` (0 to 1).
     #[must_use]
     pub fn search(
         &self,
         points: &[EndPoint],
         guess: &Pose2,
-        window: Window,
+        (window, strip): (Window, Option<Strip>),
         min_score: f64,
     ) -> Option<Candidate> {
-        Search::new(self, points, guess, window).run(min_score)
+        Search::new(self, points, guess, (window, strip)).run(min_score)
     }
 }
 
 impl<'a> Search<'a> {
-    fn new(pyramid: &'a ScorePyramid, points: &[EndPoint], guess: &Pose2, window: Window) -> Self {
+    fn new(
+        pyramid: &'a ScorePyramid,
+        points: &[EndPoint],
+        guess: &Pose2,
+        (window, strip): (Window, Option<Strip>),
+    ) -> Self {
         let reach_m = points.iter().map(|point| norm(point.at_m)).fold(1.0, f32::max);
         let step_rad = pyramid.cell_m() / f64::from(reach_m.min(FARTHEST_M));
         let half_rad = window.half_rad.min(std::f64::consts::PI);
@@ -71,6 +78,7 @@ impl<'a> Search<'a> {
             turned: (-steps..=steps).map(turned).collect(),
             guess: *guess,
             half: (window.half_m / pyramid.cell_m()).ceil() as i32,
+            strip,
             points: points.len(),
             best: None,
             floor: 0,
@@ -98,13 +106,23 @@ impl<'a> Search<'a> {
     }
 
     fn push(&self, branches: &mut Vec<Branch>, level: usize, turned: usize, shift: [i32; 2]) {
-        if shift[0] > self.half || shift[1] > self.half {
+        if shift[0] > self.half || shift[1] > self.half || !self.meets_strip(level, shift) {
             return;
         }
         let bound = self.bound(level, turned, shift);
         if bound > self.floor {
             branches.push(Branch { bound, turned, shift });
         }
+    }
+
+    /// Whether any shift of a square lies within the strip.
+    fn meets_strip(&self, level: usize, shift: [i32; 2]) -> bool {
+        let Some(strip) = self.strip else { return true };
+        let half_side = 0.5 * f64::from((1 << level) - 1);
+        let [x, y] = shift.map(|corner| f64::from(corner) + half_side);
+        let [across_x, across_y] = strip.across;
+        let away = (x * across_x + y * across_y).abs() - half_side * (across_x.abs() + across_y.abs());
+        away * self.pyramid.cell_m() <= strip.half_m
     }
 
     fn bound(&self, level: usize, turned: usize, [x, y]: [i32; 2]) -> u32 {
@@ -160,18 +178,45 @@ pub(crate) mod tests {
         wall.chain(other).map(point).collect()
     }
 
+    /// The best score of all places of a window that a choice holds, tried one by one.
+    fn best_of_all(search: &Search<'_>, is_asked: impl Fn([i32; 2]) -> bool) -> u32 {
+        let shifts =
+            (-30..=30).flat_map(|y| (-30..=30).map(move |x| [x, y])).filter(|shift| is_asked(*shift));
+        let poses = shifts.flat_map(|shift| (0..search.turned.len()).map(move |turned| (turned, shift)));
+        poses.map(|(turned, shift)| search.bound(0, turned, shift)).max().unwrap()
+    }
+
+    const WINDOW: Window = Window { half_m: 3.0, half_rad: 0.5 };
+
     #[test]
     fn branch_and_bound_finds_what_trying_everything_finds() {
         let pyramid = ScorePyramid::new(&niche(Pose2::IDENTITY), 0.1);
         let moved = niche(Pose2::new(1.7, -0.8, 0.3));
-        let window = Window { half_m: 3.0, half_rad: 0.5 };
-        let mut search = Search::new(&pyramid, &moved, &Pose2::IDENTITY, window);
+        let mut search = Search::new(&pyramid, &moved, &Pose2::IDENTITY, (WINDOW, None));
         let found = search.run(0.3).unwrap();
         assert!((found.pose.x_m - 1.7).abs() < 0.11 && (found.pose.y_m + 0.8).abs() < 0.11, "{found:?}");
-        let shifts = (-30..=30).flat_map(|y| (-30..=30).map(move |x| [x, y]));
-        let poses = shifts.flat_map(|shift| (0..search.turned.len()).map(move |turned| (turned, shift)));
-        let best = poses.map(|(turned, shift)| search.bound(0, turned, shift)).max().unwrap();
+        let best = best_of_all(&search, |_| true);
         assert_eq!((f64::from(best) / (255.0 * moved.len() as f64)) as f32, found.score);
         assert!(search.run(f64::from(found.score) + 1e-6).is_none());
+    }
+
+    #[test]
+    fn in_a_strip_it_finds_the_best_place_of_the_strip_and_none_beside_it() {
+        let pyramid = ScorePyramid::new(&niche(Pose2::IDENTITY), 0.1);
+        let moved = niche(Pose2::new(1.7, -0.8, 0.3));
+        // The best place of the window is 0.38 m from the middle of this strip.
+        for (half_m, holds_it) in [(0.45, true), (0.25, false)] {
+            let strip = Strip { across: [0.6, 0.8], half_m };
+            let mut search = Search::new(&pyramid, &moved, &Pose2::IDENTITY, (WINDOW, Some(strip)));
+            let found = search.run(0.0).unwrap();
+            let away_m = |[x, y]: [f64; 2]| (0.6 * x + 0.8 * y).abs();
+            assert!(away_m([found.pose.x_m, found.pose.y_m]) < half_m + 1e-9, "{found:?}");
+            let is_there = (found.pose.x_m - 1.7).abs() < 0.11 && (found.pose.y_m + 0.8).abs() < 0.11;
+            assert_eq!(is_there, holds_it, "{found:?}");
+            let best = best_of_all(&search, |shift| {
+                away_m(shift.map(|cells| 0.1 * f64::from(cells))) < half_m + 1e-6
+            });
+            assert_eq!((f64::from(best) / (255.0 * moved.len() as f64)) as f32, found.score);
+        }
     }
 }

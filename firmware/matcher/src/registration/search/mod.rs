@@ -24,6 +24,16 @@ pub struct Window {
     pub half_rad: f64,
 }
 
+/// A strip through the middle of a window: of the places in it those not farther from the guess across the
+/// strip than half its width.
+#[derive(Copy, Clone, PartialEq, Debug)]
+pub struct Strip {
+    /// The direction across the strip, a unit vector in the map's axes.
+    pub across: [f64; 2],
+    /// Half its width, meters.
+    pub half_m: f64,
+}
+
 /// A pose and how much speaks for it.
 #[derive(Copy, Clone, PartialEq, Debug, Default)]
 pub struct Candidate {
