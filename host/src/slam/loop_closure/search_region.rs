@@ -1,6 +1,5 @@
 //! Where a submap is looked for in another one: around a guess, as far as the graph is in doubt.
 
-use biplane_geometry::PortableMath;
 use biplane_matcher::{Pose2, Strip, Window};
 use nalgebra::Matrix3;
 
@@ -28,12 +27,10 @@ impl SearchRegion {
 /// The direction of the plane in which the position's part of a covariance or of its inverse is smallest, and
 /// how large it is there.
 pub(crate) fn smallest(of_pose: &Matrix3<f64>) -> ([f64; 2], f64) {
-    let position = of_pose.fixed_view::<2, 2>(0, 0).into_owned();
-    let smallest = position.symmetric_eigenvalues().min().max(0.0);
-    // Half the angle of the doubled difference is the largest one's direction; this one stands upright on it.
-    let (difference, product) = (position[(0, 0)] - position[(1, 1)], 2.0 * position[(0, 1)]);
-    let angle = 0.5 * product.portable_atan2(difference) + std::f64::consts::FRAC_PI_2;
-    ([angle.portable_cos(), angle.portable_sin()], smallest)
+    let position = of_pose.fixed_view::<2, 2>(0, 0).symmetric_eigen();
+    let smallest = position.eigenvalues.imin();
+    let direction = position.eigenvectors.column(smallest);
+    ([direction[0], direction[1]], position.eigenvalues[smallest].max(0.0))
 }
 
 #[cfg(test)]
