@@ -192,9 +192,7 @@ pub fn optimize(
     let mut hear = |searched, inlier| progress(Progress::Searched(searched, inlier));
     loop_closer.run(checkpoint, &mut hear);
     let part_count = parts.nodes.len();
-    while part_count > 1 && loop_closer.join(part_count, checkpoint, &mut hear) {
-        loop_closer.run(checkpoint, &mut hear);
-    }
+    loop_closer.join(part_count, checkpoint, &mut hear);
     let loops = loop_closer.inlier_edges(|submap_id| submaps[submap_id].middle);
     submap_graph::spread(&mut poses, &submaps, &part_of, &parts.nodes, &loop_closer.poses);
     let part_groups = loop_closer.groups(part_count);

@@ -52,7 +52,7 @@ impl Loop {
 }
 
 /// The search for loops: submaps as poses of a graph of their own.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct LoopCloser<'a> {
     pub(crate) submaps: &'a [Submap],
     /// Which recording each submap is of.
@@ -294,7 +294,7 @@ impl<'a> LoopCloser<'a> {
     }
 
     /// Half the width of a window, of what the graph knows of the two: standard deviation and way.
-    fn half_m(&self, sigma_m: f64, path_m: f64, share: f64) -> f64 {
+    pub(crate) fn half_m(&self, sigma_m: f64, path_m: f64, share: f64) -> f64 {
         share * self.uncertainty_m(sigma_m, path_m) + WINDOW_FLOOR_M
     }
 
@@ -369,7 +369,7 @@ impl<'a> LoopCloser<'a> {
 }
 
 /// Standard deviation of the position along the direction that is known least, meters.
-fn sigma_m(covariance: &Matrix3<f64>) -> f64 {
+pub(crate) fn sigma_m(covariance: &Matrix3<f64>) -> f64 {
     covariance.fixed_view::<2, 2>(0, 0).symmetric_eigenvalues().max().max(0.0).sqrt()
 }
 

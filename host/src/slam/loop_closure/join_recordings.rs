@@ -3,15 +3,22 @@
 //!
 //! Nothing is known of the start, so a window is a whole turn around each submap; a place found so is
 //! believed only when two more, of other submaps, agree with it over the ways that both recordings drove
-//! between them.
+//! between them. Where corridors are alike, many false places are found so. The one that joins two recordings
+//! says where all others lie, and those that lie elsewhere are refused. Then the two have to agree where both
+//! were ([`super::overlap`]).
+
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
 
 use biplane_matcher::{Pose2, Window};
+use rayon::prelude::*;
 
 use super::checkpoint::Checkpoint;
-use crate::slam::loop_closure::candidate::{LoopCloser, Pair};
+use crate::slam::loop_closure::candidate::{LoopCloser, Pair, sigma_m};
 use crate::slam::loop_closure::search_region::SearchRegion;
 use crate::slam::pose_graph::Edge;
 use crate::slam::pose_graph::breaks::groups;
+use crate::slam::pose_graph::relative_covariance::PathCovariances;
 
 /// Of all submaps every so many-th is looked for: they overlap by half, so every place is still in one of
 /// them.
@@ -25,6 +32,31 @@ const SURE_SUPPORT: usize = 6;
 /// Nor may the same submap lie elsewhere with more than this share of the support: a building may have
 /// corridors alike.
 const RIVAL_SHARE: f64 = 0.5;
+/// So many places of one recording in another one are refused; then no other is tried. More: of many false
+/// places one passes by chance.
+const MAX_REFUSED: usize = 3;
+
+/// What goes with a search: what was found before, and who hears of it.
+struct Search<'a> {
+    recordings: usize,
+    checkpoint: &'a mut Checkpoint,
+    progress: &'a mut dyn FnMut(usize, usize),
+    refused: Refused,
+}
+
+/// So many places were refused of each two recordings.
+#[derive(Default)]
+struct Refused(BTreeMap<[usize; 2], usize>);
+
+impl Refused {
+    fn add(&mut self, pair: [usize; 2]) {
+        *self.0.entry(pair).or_default() += 1;
+    }
+
+    fn are_enough(&self, pair: [usize; 2]) -> bool {
+        self.0.get(&pair).is_some_and(|count| *count >= MAX_REFUSED)
+    }
+}
 
 impl LoopCloser<'_> {
     /// Which recordings the believed loops join.
@@ -36,7 +68,7 @@ impl LoopCloser<'_> {
         )
     }
 
-    /// Brings together two recordings of which nothing is known of each other; whether any came together.
+    /// Brings recordings together of which nothing is known of each other, and closes the loops between them.
     ///
     /// Each recording is looked for in those before it, one after the other, until it is surely found in one:
     /// to look for all in all costs the square of their number.
@@ -45,20 +77,25 @@ impl LoopCloser<'_> {
         recordings: usize,
         checkpoint: &mut Checkpoint,
         progress: &mut dyn FnMut(usize, usize),
-    ) -> bool {
+    ) {
+        let mut search = Search { recordings, checkpoint, progress, refused: Refused::default() };
+        while self.join_two(&mut search) {}
+    }
+
+    /// Brings together two groups of recordings; whether any came together.
+    fn join_two(&mut self, search: &mut Search<'_>) -> bool {
         // What was found before may be enough, now that others have come together.
-        if self.join_found(recordings, SURE_SUPPORT) {
+        if self.join_found(SURE_SUPPORT, search) {
             return true;
         }
-        for later in 1..recordings {
+        for later in 1..search.recordings {
             for earlier in 0..later {
-                let groups = self.groups(recordings);
-                let is_apart = groups[earlier] != groups[later];
-                if is_apart && self.look_for([earlier, later], recordings, checkpoint, progress) {
+                let groups = self.groups(search.recordings);
+                if groups[earlier] != groups[later] && self.look_for([earlier, later], search) {
                     return true;
                 }
             }
-            if self.join_found(recordings, MIN_SUPPORT) {
+            if self.join_found(MIN_SUPPORT, search) {
                 return true;
             }
         }
@@ -67,13 +104,7 @@ impl LoopCloser<'_> {
 
     /// Searches every second submap of one recording in every second one of another, all around, one after
     /// the other until it is surely found; whether it was.
-    fn look_for(
-        &mut self,
-        [earlier, later]: [usize; 2],
-        recordings: usize,
-        checkpoint: &mut Checkpoint,
-        progress: &mut dyn FnMut(usize, usize),
-    ) -> bool {
+    fn look_for(&mut self, [earlier, later]: [usize; 2], search: &mut Search<'_>) -> bool {
         let window = Window { half_m: self.params.near_m, half_rad: std::f64::consts::PI };
         let (count, recording_of) = (self.submaps.len(), self.recording_of);
         let of = |recording: usize| {
@@ -89,25 +120,56 @@ impl LoopCloser<'_> {
             if pairs.is_empty() {
                 continue;
             }
-            self.search(&pairs, checkpoint, progress);
-            self.find_supporting(checkpoint, progress);
-            if self.join_found(recordings, SURE_SUPPORT) {
+            self.search(&pairs, search.checkpoint, search.progress);
+            self.find_supporting(search.checkpoint, search.progress);
+            if self.join_found(SURE_SUPPORT, search) {
                 return true;
+            }
+            if search.refused.are_enough([earlier, later]) {
+                return false;
             }
         }
         false
     }
 
-    /// Puts two groups of recordings together over the best of the loops between any; whether there is one
-    /// that enough others agree with.
-    fn join_found(&mut self, recordings: usize, min_support: usize) -> bool {
-        let groups = self.groups(recordings);
-        let group_of = |submap_id: usize| groups[self.recording_of[submap_id]];
+    /// Puts two groups of recordings together over the best of the loops between any, and closes the loops
+    /// between them; whether there is one that enough others agree with, at a place where the two groups
+    /// agree. A place where they do not is refused, and the next best is tried.
+    fn join_found(&mut self, min_support: usize, search: &mut Search<'_>) -> bool {
+        loop {
+            let groups = self.groups(search.recordings);
+            let group_of = |submap_id: usize| groups[self.recording_of[submap_id]];
+            let recordings_of = |edge: &Edge| [edge.from, edge.to].map(|at| self.recording_of[at]);
+            let refused = &search.refused;
+            let may_join = |edge: &Edge| {
+                group_of(edge.from) != group_of(edge.to) && !refused.are_enough(recordings_of(edge))
+            };
+            let Some(joining) = self.best_joining(may_join, min_support) else { return false };
+            let recordings = recordings_of(&joining);
+            let pair = [joining.from, joining.to].map(group_of);
+            let before = self.clone();
+            self.put_together(&joining, &groups, pair);
+            if self.groups(search.recordings) == groups {
+                *self = before;
+                return false;
+            }
+            self.run(search.checkpoint, search.progress);
+            let holds = self.groups(search.recordings) != groups;
+            if holds && !self.overlap(|at| groups[self.recording_of[at]], pair).contradicts() {
+                return true;
+            }
+            search.refused.add(recordings);
+            self.separate(before);
+        }
+    }
+
+    /// The best of the loops that may join two groups, with which enough others agree.
+    fn best_joining(&self, may_join: impl Fn(&Edge) -> bool + Sync, min_support: usize) -> Option<Edge> {
         let edges = self.edges();
-        let apart = |edge: &Edge| group_of(edge.from) != group_of(edge.to);
-        let support = self.support(&edges, |at| apart(&edges[at]));
+        let support = self.support(&edges, |at| may_join(&edges[at]));
         let joins = |at: &usize| {
-            apart(&edges[*at])
+            may_join(&edges[*at])
+                && !self.refused[*at]
                 && support[*at].len() >= min_support
                 && self.loops[*at].constrains_along(&self.refine)
         };
@@ -115,22 +177,67 @@ impl LoopCloser<'_> {
             (support[a].len(), self.loops[a].found.agreement.share)
                 .partial_cmp(&(support[b].len(), self.loops[b].found.agreement.share))
                 .unwrap_or(std::cmp::Ordering::Equal)
-        });
-        let Some(best) = best else { return false };
+        })?;
         let is_sure = min_support >= SURE_SUPPORT;
-        if is_sure && has_rival(best, &edges, &self.poses, &support, self.params.near_m) {
-            return false;
-        }
-        let edge = edges[best];
-        let moved = self.poses[edge.from] * edge.measured * self.poses[edge.to].inverse();
-        let joining = group_of(edge.to);
+        let may_lie_elsewhere = is_sure && has_rival(best, &edges, &self.poses, &support, self.params.near_m);
+        (!may_lie_elsewhere).then_some(edges[best])
+    }
+
+    /// Moves the group of a loop's end to where the loop has it.
+    fn put_together(&mut self, joining: &Edge, groups: &[usize], pair: [usize; 2]) {
+        let moved = self.poses[joining.from] * joining.measured * self.poses[joining.to].inverse();
         for (submap_id, pose) in self.poses.iter_mut().enumerate() {
-            if groups[self.recording_of[submap_id]] == joining {
+            if groups[self.recording_of[submap_id]] == pair[1] {
                 *pose = moved * *pose;
             }
         }
+        self.keep_allowed(joining, groups, pair);
         self.select_inliers();
-        self.groups(recordings) != groups
+    }
+
+    /// Of the loops between two groups that were found when nothing was known of these: those that lie where
+    /// the one that joins them, and the ways, allow. The others hold other places.
+    fn keep_allowed(&mut self, joining: &Edge, groups: &[usize], pair: [usize; 2]) {
+        let mut known = self.inlier_edges(|submap_id| submap_id);
+        known.push(*joining);
+        let path_covariances = PathCovariances::new(self.submaps.len(), self.chain.iter().chain(&known));
+        let mut asked: BTreeMap<usize, BTreeMap<usize, usize>> = BTreeMap::new();
+        for (at, found) in self.loops.iter().enumerate().filter(|(_, found)| found.half_m.is_infinite()) {
+            let [from, to] = found.submap_ids;
+            let of = [from, to].map(|submap_id| groups[self.recording_of[submap_id]]);
+            if of == pair || of == [pair[1], pair[0]] {
+                asked.entry(from).or_default().insert(to, at);
+            }
+        }
+        let allowed = |(&from, mut asked): (&usize, BTreeMap<usize, usize>)| {
+            let mut allowed = Vec::new();
+            path_covariances.visit(from, |to, known| {
+                let half_m = || self.half_m(sigma_m(&known.covariance), known.path_m, 1.0);
+                allowed.extend(asked.remove(&to).map(|at| (at, half_m())));
+                if asked.is_empty() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            });
+            allowed
+        };
+        let allowed: Vec<Vec<(usize, f64)>> =
+            asked.par_iter().map(|(from, asked)| allowed((from, asked.clone()))).collect();
+        for (at, half_m) in allowed.into_iter().flatten() {
+            if self.loops[at].away_m(&self.poses) < half_m {
+                self.loops[at].half_m = half_m;
+            } else {
+                self.refused[at] = true;
+                self.tried.remove(&self.loops[at].submap_ids);
+            }
+        }
+        self.list_found_pairs();
+    }
+
+    /// Takes two groups apart again, as they were before. The loops that had put them together are refused.
+    fn separate(&mut self, before: Self) {
+        let joined = std::mem::replace(self, before);
+        self.searched = joined.searched;
+        for at in 0..self.loops.len() {
+            self.refused[at] |= self.loops[at].half_m.is_infinite() && joined.loops[at].half_m.is_finite();
+        }
     }
 }
 
@@ -148,8 +255,46 @@ fn has_rival(best: usize, edges: &[Edge], poses: &[Pose2], support: &[Vec<usize>
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use nalgebra::Matrix3;
+
+    use super::*;
+    use crate::slam::loop_closure::params::CandidateParams;
+    use crate::slam::loop_closure::perceptual_aliasing::tests::{add_loops, different, twice};
+    use crate::slam::loop_closure::verification::RefineParams;
+    use crate::slam::pose_graph::tests::chained;
+
+    /// How far the second recording's beginning was really ahead, meters.
+    const AHEAD_M: f64 = 2.0;
+
+    #[test]
+    fn of_loops_found_all_around_those_stay_that_lie_where_the_one_that_joins_them_has_them() {
+        // Two drives along a corridor are two recordings, each in a frame of its own.
+        let (submaps, count, mut chain) = twice(&different(), AHEAD_M, 0.4);
+        let poses = chained(&chain);
+        chain.remove(count - 1);
+        let recording_of: Vec<usize> = (0..submaps.len()).map(|at| usize::from(at >= count)).collect();
+        let params = (CandidateParams::default(), RefineParams::default());
+        let mut closer = LoopCloser::new(&submaps, &recording_of, &chain, poses, params);
+        add_loops(&mut closer, (count, count - 1), AHEAD_M, f64::INFINITY);
+        // Three more, 14 m off, that agree with each other.
+        for at in 0..3 {
+            let mut other = closer.loops[at];
+            other.submap_ids[0] += 1;
+            other.found.pose = other.found.pose * Pose2::new(14.0, 0.0, 0.0);
+            closer.loops.push(other);
+            closer.refused.push(false);
+        }
+        let elsewhere = Pose2::new(100.0, 50.0, 1.0);
+        closer.poses[count..].iter_mut().for_each(|pose| *pose = elsewhere * *pose);
+        closer.join(2, &mut Checkpoint::default(), &mut |_, _| {});
+        let begins = closer.poses[0].between(&closer.poses[count]);
+        assert!((begins.x_m - AHEAD_M).abs() < 0.1 && begins.y_m.abs() < 0.1, "{begins:?}");
+        let (right, wrong) = closer.loops[..count + 2].split_at(count - 1);
+        assert!(right.iter().all(|found| found.half_m.is_finite()), "{right:?}");
+        assert!(closer.inlier[..count - 1].iter().all(|inlier| *inlier), "{:?}", closer.inlier);
+        assert!(wrong.iter().all(|found| found.half_m.is_infinite()));
+        assert_eq!(closer.refused[count - 1..count + 2], [true; 3]);
+    }
 
     #[test]
     fn a_submap_that_lies_elsewhere_nearly_as_well_is_not_surely_found() {

@@ -5,6 +5,7 @@ pub(crate) mod agreement;
 pub(crate) mod candidate;
 pub(crate) mod checkpoint;
 pub(crate) mod join_recordings;
+pub(crate) mod overlap;
 pub(crate) mod pairwise_consistency;
 pub(crate) mod params;
 pub(crate) mod perceptual_aliasing;

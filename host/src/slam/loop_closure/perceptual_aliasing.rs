@@ -193,7 +193,7 @@ impl LoopCloser<'_> {
     }
 
     /// Pairs of refused loops may be found elsewhere.
-    fn list_found_pairs(&mut self) {
+    pub(crate) fn list_found_pairs(&mut self) {
         let standing = self.loops.iter().zip(&self.refused).filter(|(_, refused)| !**refused);
         self.found_pairs = standing.map(|(found, _)| found.submap_ids).collect();
     }
@@ -261,7 +261,7 @@ pub(crate) mod tests {
     }
 
     /// Recesses that differ in where they are and how deep.
-    fn different() -> Vec<(f64, f64)> {
+    pub(crate) fn different() -> Vec<(f64, f64)> {
         let depths = [0.3, 0.9, 0.5, 0.7];
         (-3..13)
             .map(|number| {

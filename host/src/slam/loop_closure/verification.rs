@@ -119,6 +119,13 @@ pub(crate) fn find(
     Some(Found { pose: aligned.map_from_points, information, agreement })
 }
 
+/// How well a submap agrees with another one at the best place of a region, however bad that is.
+pub(crate) fn best_of(reference: &Submap, query: &Submap, region: &SearchRegion) -> Option<Agreement> {
+    let peak = reference.pyramid().search(&query.few, &region.guess, (region.window, region.strip), 0.0)?;
+    let pose = settle(reference, query, &peak.pose).map_from_points;
+    Some(Agreement::of(reference, query, &pose, weakest(&reference.points)))
+}
+
 /// How far along a corridor other places are looked for that look the same, meters; and how far they are from
 /// this one at least.
 const RIVAL_M: (f64, f64) = (12.0, 1.0);
