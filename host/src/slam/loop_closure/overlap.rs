@@ -91,9 +91,9 @@ impl LoopCloser<'_> {
     /// The share that has to agree: as in nine of ten loops within the groups.
     fn min_agreement(&self, group_of: impl Fn(usize) -> usize) -> f64 {
         let is_within = |found: &Loop| group_of(found.submap_ids[0]) == group_of(found.submap_ids[1]);
-        let believed =
+        let accepted =
             self.loops.iter().zip(&self.inlier).filter(|(found, inlier)| **inlier && is_within(found));
-        let mut shares: Vec<f64> = believed.map(|(found, _)| found.found.agreement.share).collect();
+        let mut shares: Vec<f64> = accepted.map(|(found, _)| found.found.agreement.share).collect();
         shares.sort_by(f64::total_cmp);
         if shares.len() < MIN_LOOPS {
             return self.refine.min_agreement;
