@@ -150,7 +150,7 @@ def optimized(name, recordings):
 
 
 def one_drive(name, options):
-    """Position, relations in meters and in degrees, before and after; then what `finding` needs."""
+    """Position, relations in meters and in degrees, before and after; what was said, seconds, the truth."""
     importing, replaying = replayed(name, options)
     said, optimizing = optimized(name, [name + ".run.mcap"])
     before, after = figures(name + ".run.mcap", name), figures(name + ".opt.mcap", name)

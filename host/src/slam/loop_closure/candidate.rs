@@ -118,7 +118,7 @@ const WIDENING: f64 = 2.0;
 /// is looked for, too. Larger: slower; smaller: loops are missed where steps claim too much.
 const WINDOW_FLOOR_M: f64 = 0.3;
 /// The same of the heading, radians.
-pub(crate) const WINDOW_FLOOR_RAD: f64 = 0.03;
+const WINDOW_FLOOR_RAD: f64 = 0.03;
 /// Windows reach this far to each side in the direction that the graph knows best, or farther, meters.
 /// Smaller: surer and faster, but what steps claim to know of a short way may be as wrong as that.
 const STRIP_FLOOR_M: f64 = 4.0;
@@ -298,6 +298,11 @@ impl<'a> LoopCloser<'a> {
         share * self.uncertainty_m(sigma_m, path_m) + WINDOW_FLOOR_M
     }
 
+    /// The same of the heading, radians.
+    pub(crate) fn half_rad(&self, sigma_rad: f64, share: f64) -> f64 {
+        share * self.params.sigmas * sigma_rad + WINDOW_FLOOR_RAD
+    }
+
     fn uncertainty_m(&self, sigma_m: f64, path_m: f64) -> f64 {
         self.params.sigmas * sigma_m + self.params.scale_share * path_m
     }
@@ -345,7 +350,7 @@ impl<'a> LoopCloser<'a> {
                 return None;
             }
         }
-        let half_rad = share * self.params.sigmas * covariance[(2, 2)].sqrt() + WINDOW_FLOOR_RAD;
+        let half_rad = self.half_rad(covariance[(2, 2)].sqrt(), share);
         let (across, variance_m2) = smallest(&covariance);
         let across_m = self.half_m(variance_m2.sqrt(), known.path_m, share).max(STRIP_FLOOR_M);
         let region = SearchRegion {

@@ -79,7 +79,7 @@ impl LoopCloser<'_> {
         progress: &mut dyn FnMut(usize, usize),
     ) {
         let mut search = Search { recordings, checkpoint, progress, refused: Refused::default() };
-        while self.join_two(&mut search) {}
+        while recordings > 1 && self.join_two(&mut search) {}
     }
 
     /// Brings together two groups of recordings; whether any came together.
@@ -209,7 +209,7 @@ impl LoopCloser<'_> {
                 asked.entry(from).or_default().insert(to, at);
             }
         }
-        let allowed = |(&from, mut asked): (&usize, BTreeMap<usize, usize>)| {
+        let allowed = |(from, mut asked): (usize, BTreeMap<usize, usize>)| {
             let mut allowed = Vec::new();
             path_covariances.visit(from, |to, known| {
                 let half_m = || self.half_m(sigma_m(&known.covariance), known.path_m, 1.0);
@@ -218,8 +218,7 @@ impl LoopCloser<'_> {
             });
             allowed
         };
-        let allowed: Vec<Vec<(usize, f64)>> =
-            asked.par_iter().map(|(from, asked)| allowed((from, asked.clone()))).collect();
+        let allowed: Vec<Vec<(usize, f64)>> = asked.into_par_iter().map(allowed).collect();
         for (at, half_m) in allowed.into_iter().flatten() {
             if self.loops[at].away_m(&self.poses) < half_m {
                 self.loops[at].half_m = half_m;

@@ -14,7 +14,7 @@ use biplane_matcher::{Pose2, Window};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 
-use super::candidate::{INLIER_WEIGHT, Loop, LoopCloser, Pair, WINDOW_FLOOR_RAD};
+use super::candidate::{INLIER_WEIGHT, Loop, LoopCloser, Pair};
 use crate::slam::loop_closure::agreement::Agreement;
 use crate::slam::loop_closure::checkpoint::Checkpoint;
 use crate::slam::loop_closure::pairwise_consistency::{CLOSE, OTHER_PLACE_M};
@@ -116,8 +116,7 @@ impl LoopCloser<'_> {
             let later = to_ids.clone().filter(|&to| self.is_before(from, to));
             let to = later.min_by(|&a, &b| place(a).distance_m().total_cmp(&place(b).distance_m()))?;
             let guess = Some(place(to)).filter(|guess| guess.distance_m() < self.params.near_m)?;
-            let sigma_rad = heading_sigma_rad(&path_covariances, from, to);
-            let half_rad = self.params.sigmas * sigma_rad + WINDOW_FLOOR_RAD;
+            let half_rad = self.half_rad(heading_sigma_rad(&path_covariances, from, to), 1.0);
             let window = Window { half_m, half_rad };
             Some(Pair { submap_ids: [from, to], region: SearchRegion::square(guess, window, half_m) })
         };

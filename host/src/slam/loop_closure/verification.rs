@@ -89,11 +89,8 @@ pub(crate) fn find(
     region: &SearchRegion,
     params: &RefineParams,
 ) -> Option<Found> {
-    let &SearchRegion { guess, window, strip, uncertainty_m } = region;
-    let peak = reference.pyramid().search(&query.few, &guess, (window, strip), params.min_score)?;
-    let aligned = settle(reference, query, &peak.pose);
-    let weak = weakest(&reference.points);
-    let agreement = Agreement::of(reference, query, &aligned.map_from_points, weak);
+    let &SearchRegion { window, uncertainty_m, .. } = region;
+    let Best { aligned, weak, agreement } = best_of(reference, query, region, params.min_score)?;
     let wide = uncertainty_m > params.narrow_m;
     let minimum = match (wide, window.half_m > params.narrow_m) {
         (true, true) => params.min_agreement_wide,
@@ -119,11 +116,29 @@ pub(crate) fn find(
     Some(Found { pose: aligned.map_from_points, information, agreement })
 }
 
-/// How well a submap agrees with another one at the best place of a region, however bad that is.
-pub(crate) fn best_of(reference: &Submap, query: &Submap, region: &SearchRegion) -> Option<Agreement> {
-    let peak = reference.pyramid().search(&query.few, &region.guess, (region.window, region.strip), 0.0)?;
-    let pose = settle(reference, query, &peak.pose).map_from_points;
-    Some(Agreement::of(reference, query, &pose, weakest(&reference.points)))
+/// The best place of a region for a submap in another one.
+pub(crate) struct Best {
+    aligned: PointAlignment,
+    /// The direction of the other one that is known least.
+    weak: [f32; 2],
+    /// How well it fits there.
+    pub agreement: Agreement,
+}
+
+/// The best place of a region, however bad that is, if the points' mean value in the grid is at least so much
+/// there.
+pub(crate) fn best_of(
+    reference: &Submap,
+    query: &Submap,
+    region: &SearchRegion,
+    min_score: f64,
+) -> Option<Best> {
+    let SearchRegion { guess, window, strip, .. } = region;
+    let peak = reference.pyramid().search(&query.few, guess, (*window, *strip), min_score)?;
+    let aligned = settle(reference, query, &peak.pose);
+    let weak = weakest(&reference.points);
+    let agreement = Agreement::of(reference, query, &aligned.map_from_points, weak);
+    Some(Best { aligned, weak, agreement })
 }
 
 /// How far along a corridor other places are looked for that look the same, meters; and how far they are from
