@@ -422,4 +422,5 @@ def main():
             out.write(f"{one:.6f} {other:.6f} {ahead:.6f} {left:.6f} 0 0 0 {turn:.9f}\n")
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Hard buildings through import, replay, optimize and evaluate, and the loops against the truth.
+"""Hard buildings and campuses through import, replay, optimize and evaluate, and the loops against the truth.
 
-    measure_large_buildings.py WORKDIR [NAME...] [--mixed FIRST LAST] [--visits] [--jobs N] [--gate]
+    measure_large_buildings.py WORKDIR [NAME...] [--mixed FIRST LAST | --campus FIRST LAST] [--visits]
+                               [--jobs N] [--gate]
 
 Prints a row for each building: position error (root mean square, m) and relations error (mean, m and degrees)
 before and after, the loops believed and how many of them are wrong, processor time of import, replay and
@@ -11,6 +12,7 @@ position error is larger than its bound. Recordings made before are used again. 
 `biplane-onboard` on PATH, and numpy.
 
 --mixed   buildings and drives drawn at random instead, one for each seed from FIRST to LAST
+--campus  the same of drives outdoors, by `make_campus_drive.py`
 --visits  each building is visited twice: the first 60 % of the way, and on another day the last 60 %, with
           other noise. Both recordings are optimized together. The position error before is that of the
           visits each by itself (the larger one), the one after that of both in one frame, or again of each
@@ -64,6 +66,7 @@ BUILDINGS = {
 }
 VISITS = (("--part", 0, 0.6, "--drive", 1), ("--part", 0.4, 1, "--drive", 2))
 BLUNDER_M = 0.1
+MAKERS = ("accuracy/make_large_building.py", "worlds/make_campus_drive.py")
 
 
 def mixed(seed):
@@ -80,6 +83,21 @@ def mixed(seed):
     irregular = " --irregular" if draw.random() < 1 / 3 else ""
     words = " ".join(f"--{name} {value}" for name, value in options.items()) + irregular
     title = f"{seed} " + " ".join(str(value) for value in options.values()) + irregular.replace(" --", " ")
+    return title, (f"{words} --seed {seed}", None)
+
+
+def campus(seed):
+    """A campus and a drive drawn at random: title and options of make_campus_drive.py."""
+    draw = random.Random(seed)
+    options = {
+        "relief": draw.choice([0, 0.15, 0.3]),
+        "shake": draw.choice([0, 0.1, 0.2]),
+        "odometry": draw.choice(["fair", "worn"]),
+        "beams": draw.choice([180, 180, 361]),
+        "people": draw.choice([0, 0, 4]),
+    }
+    words = " ".join(f"--{name} {value}" for name, value in options.items())
+    title = f"{seed} campus " + " ".join(str(value) for value in options.values())
     return title, (f"{words} --seed {seed}", None)
 
 
@@ -133,7 +151,8 @@ def wrong(loops, truth):
 def replayed(name, options):
     """Makes the drive unless it is there, and replays it. The seconds of import and replay."""
     if not os.path.exists(name + ".relations"):
-        run_check("accuracy/make_large_building.py", name, *options)
+        # A building has no relief.
+        run_check(MAKERS["--relief" in options], name, *options)
     log, imported, posed = (f"{name}.{ending}" for ending in ("log", "mcap", "run.mcap"))
     _, importing = timed("biplane", "--quiet", "import", "carmen", log, "-o", imported, "--force")
     _, replaying = timed("biplane-onboard", "--quiet", "replay", imported, "-o", posed, "--force")
@@ -202,7 +221,9 @@ def main():
     )
     parser.add_argument("work")
     parser.add_argument("titles", nargs="*", metavar="NAME", help="; ".join(BUILDINGS))
-    parser.add_argument("--mixed", type=int, nargs=2, metavar=("FIRST", "LAST"))
+    drawn = parser.add_mutually_exclusive_group()
+    drawn.add_argument("--mixed", type=int, nargs=2, metavar=("FIRST", "LAST"))
+    drawn.add_argument("--campus", type=int, nargs=2, metavar=("FIRST", "LAST"))
     parser.add_argument("--visits", action="store_true")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--gate", action="store_true")
@@ -212,9 +233,9 @@ def main():
     head += ["recordings"] if args.visits else ["relations (m)", "(deg)"]
     head += ["loops", "wrong", "processor time (s)", "MB"]
     print(f"| {' | '.join(head)} |\n{'|---' * len(head)}|", flush=True)
-    if args.mixed:
-        first, last = args.mixed
-        wanted = dict(mixed(seed) for seed in range(first, last + 1))
+    if args.mixed or args.campus:
+        draw, (first, last) = (mixed, args.mixed) if args.mixed else (campus, args.campus)
+        wanted = dict(draw(seed) for seed in range(first, last + 1))
     else:
         wanted = {title: BUILDINGS[title] for title in args.titles or BUILDINGS}
     with concurrent.futures.ThreadPoolExecutor(args.jobs) as pool:
