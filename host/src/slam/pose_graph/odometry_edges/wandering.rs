@@ -14,9 +14,9 @@ use crate::slam::pose_graph::wheel_calibration::WheelCalibration;
 
 /// So many steps on either side tell whether a step wanders.
 const ASIDE: usize = 4;
-/// Recorded steps that wander are off by more than so many standard deviations of known wheels.
+/// Recorded steps that wander scatter by more than so many standard deviations of known wheels.
 const SCATTER: f64 = 3.0;
-/// So many of the steps about one have to. Fewer: where wheels spin once the recorded way would follow.
+/// So many of them are off by more than that. Fewer: where wheels spin once the recorded way would follow.
 const MANY: usize = 3;
 /// Their speed changes more than so many times as much as that of the wheels, squared.
 const LESS_STEADY: f64 = 2.0;
@@ -60,10 +60,11 @@ impl Chain<'_> {
 /// errs in each recorded step beside that, standard deviations.
 fn weighed(both: &[Both], drift: &[f64; 3]) -> Option<Step> {
     let Both { recorded, counted, sigma_m, .. } = both[both.len() / 2];
-    if !are_many_off(both) || !are_less_steady(both) {
+    let (scatter, of_wheels) = (scatter(both), Matrix2::identity() * sigma_m * sigma_m);
+    let is_wide = scatter.symmetric_eigenvalues().max() > (SCATTER * sigma_m).powi(2);
+    if !is_wide || !are_many_off(both) || !are_less_steady(both) {
         return None;
     }
-    let (scatter, of_wheels) = (scatter(both), Matrix2::identity() * sigma_m * sigma_m);
     let [x_m, y_m, _] = counted.step_from(&recorded);
     let share = scatter * (scatter + of_wheels).try_inverse()?;
     let [x_m, y_m] = (share * Vector2::new(x_m, y_m)).into();
