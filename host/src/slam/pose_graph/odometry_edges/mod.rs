@@ -3,12 +3,10 @@
 //! A step is the recorded one where the scan, laid among the scans of the last meters, agrees: the onboard
 //! matcher saw the whole map. Where the scan lies elsewhere, its place there is the step. Where the recorded
 //! step contradicts the odometry (the matcher found back to places it had mapped before drifting, which is no
-//! motion; or the odometry slipped) both are tried, and the scan tells which it was. Where recorded steps wander
-//! about the odometry's they are weighed against it. Where a scan lies nowhere among those before it, the way
-//! breaks ([`crate::slam::pose_graph::breaks`]).
+//! motion; or the odometry slipped) both are tried, and the scan tells which it was. Where it lies nowhere
+//! among those before it, the way breaks ([`crate::slam::pose_graph::breaks`]).
 
 mod rivals;
-mod wandering;
 
 use biplane_matcher::{PointAlignment, PointMap, Pose2};
 use nalgebra::{Matrix3, Vector3};
@@ -75,19 +73,17 @@ pub(crate) fn edges(
     chain.lay_again_behind_breaks(&mut laid);
     let sure: Vec<Option<SureStep>> = laid.iter().map(Laid::sure).collect();
     let wheels = WheelCalibration::learn(&sure);
-    let known = wheels.as_ref();
-    let agreed = |each: &Laid| match (chain.if_wandering(&laid, each, known), each.contradicting()) {
-        (Some(step), _) => Ok(step),
-        (None, Some(odometry)) => Err(odometry),
-        (None, None) => {
-            let step = chain.unless_stalled(each, chain.agreed(each, known), known);
-            Ok(chain.unless_drawn_along(each, step, known))
+    let agreed = |laid: &Laid| match laid.contradicting() {
+        None => {
+            let step = chain.unless_stalled(laid, chain.agreed(laid, wheels.as_ref()), wheels.as_ref());
+            Ok(chain.unless_drawn_along(laid, step, wheels.as_ref()))
         }
+        Some(odometry) => Err(odometry),
     };
     let agreed: Vec<Result<Step, Pose2>> = laid.par_iter().map(agreed).collect();
     let mut steps: Vec<Step> = Vec::with_capacity(laid.len());
     for (laid, agreed) in laid.iter().zip(agreed) {
-        let judged = |odometry| chain.judged(laid, &odometry, &steps, known);
+        let judged = |odometry| chain.judged(laid, &odometry, &steps, wheels.as_ref());
         steps.push(agreed.unwrap_or_else(judged));
     }
     let edge = |(before, (measured, information)): (usize, Step)| {
