@@ -360,6 +360,25 @@ def relations(positions, headings, times):
             )
 
 
+def write_drive(name, way, odometry, ranges):
+    """NAME.log, NAME.truth and NAME.relations of a way (positions, headings and times); `ranges` gives those
+    of a scan by its number."""
+    positions, headings, times = way
+    with open(name + ".log", "w") as log, open(name + ".truth", "w") as truth:
+        for number, (at, heading, time_s) in enumerate(zip(positions, headings, times)):
+            if number:
+                odometry.move(at - positions[number - 1], headings[number - 1], heading)
+            counted = f"{odometry.x:.6f} {odometry.y:.6f} {math.remainder(odometry.turned, 2 * math.pi):.6f}"
+            seen = [f"{value:.2f}" for value in ranges(number)]
+            log.write(
+                f"FLASER {len(seen)} {' '.join(seen)} {counted} {counted} {time_s:.6f} sim {time_s:.6f}\n"
+            )
+            truth.write(f"{time_s:.6f} {at[0]:.6f} {at[1]:.6f} {math.remainder(heading, 2 * math.pi):.9f}\n")
+    with open(name + ".relations", "w") as out:
+        for one, other, ahead, left, turn in relations(positions, headings, times):
+            out.write(f"{one:.6f} {other:.6f} {ahead:.6f} {left:.6f} 0 0 0 {turn:.9f}\n")
+
+
 def arguments():
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -405,21 +424,12 @@ def main():
         (draw, np.random.default_rng([args.seed, 78]).random(len(walls)) < args.glass) if args.glass else None
     )
     odometry = Odometry(random, args.odometry == "worn", draw)
-    with open(args.name + ".log", "w") as log, open(args.name + ".truth", "w") as truth:
-        for number, (at, heading) in enumerate(zip(positions, headings)):
-            if number:
-                odometry.move(at - positions[number - 1], headings[number - 1], heading)
-            time_s = times[number]
-            counted = f"{odometry.x:.6f} {odometry.y:.6f} {math.remainder(odometry.turned, 2 * math.pi):.6f}"
-            seen = np.vstack([walls, people.lines(number)]) if args.people else walls
-            ranges = " ".join(
-                f"{value:.2f}" for value in scan(random, seen, at, heading, args.longest_m, glass)
-            )
-            log.write(f"FLASER {len(ANGLES)} {ranges} {counted} {counted} {time_s:.6f} sim {time_s:.6f}\n")
-            truth.write(f"{time_s:.6f} {at[0]:.6f} {at[1]:.6f} {math.remainder(heading, 2 * math.pi):.9f}\n")
-    with open(args.name + ".relations", "w") as out:
-        for one, other, ahead, left, turn in relations(positions, headings, times):
-            out.write(f"{one:.6f} {other:.6f} {ahead:.6f} {left:.6f} 0 0 0 {turn:.9f}\n")
+
+    def ranges(number):
+        seen = np.vstack([walls, people.lines(number)]) if args.people else walls
+        return scan(random, seen, positions[number], headings[number], args.longest_m, glass)
+
+    write_drive(args.name, (positions, headings, times), odometry, ranges)
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from accuracy.make_large_building import Odometry, People, relations
+from accuracy.make_large_building import Odometry, People, write_drive
 from lib import np
 
 COLUMNS, ROWS, SPACE_M = 5, 4, (62.0, 56.0)
@@ -355,20 +355,13 @@ def main():
     times = 1_000_000 + 100_000 * args.drive + STEP_S * np.arange(len(positions))
     people, odometry = People(draw, args.people, positions), Odometry(random, args.odometry == "worn", draw)
     scanner = Scanner(random, campus, ground, args.beams, math.radians(args.shake))
-    with open(args.name + ".log", "w") as log, open(args.name + ".truth", "w") as truth:
-        for number, (at, heading) in enumerate(zip(positions, headings)):
-            if number:
-                odometry.move(at - positions[number - 1], headings[number - 1], heading)
-            time_s, boxes = times[number], people.lines(number) if args.people else []
-            counted = f"{odometry.x:.6f} {odometry.y:.6f} {math.remainder(odometry.turned, 2 * math.pi):.6f}"
-            walkers = [(*box, 1.7, HARD, *ALWAYS) for box in boxes]
-            ranges = scanner.scan(at, heading, number / len(positions), walkers)
-            text = " ".join(f"{value:.2f}" for value in ranges)
-            log.write(f"FLASER {len(ranges)} {text} {counted} {counted} {time_s:.6f} sim {time_s:.6f}\n")
-            truth.write(f"{time_s:.6f} {at[0]:.6f} {at[1]:.6f} {math.remainder(heading, 2 * math.pi):.9f}\n")
-    with open(args.name + ".relations", "w") as out:
-        for one, other, ahead, left, turn in relations(positions, headings, times):
-            out.write(f"{one:.6f} {other:.6f} {ahead:.6f} {left:.6f} 0 0 0 {turn:.9f}\n")
+
+    def ranges(number):
+        boxes = people.lines(number) if args.people else []
+        walkers = [(*box, 1.7, HARD, *ALWAYS) for box in boxes]
+        return scanner.scan(positions[number], headings[number], number / len(positions), walkers)
+
+    write_drive(args.name, (positions, headings, times), odometry, ranges)
 
 
 if __name__ == "__main__":
